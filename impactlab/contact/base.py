@@ -1,0 +1,39 @@
+"""What a contact law is."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import Any, ClassVar
+
+from impactlab.types import Level, SideFacts, Start
+
+
+class AbstractContactLaw(ABC):
+    """A contact law: given what one contact sees in one step, its force. To write one, supply:
+
+    1. ``needs``: which compliances ``respond`` divides by; a pair that lacks one is refused before the first step.
+    2. ``citations``: keys in citations.bib of the sources.
+    3. ``begin``: constants, memory and readings, from the facts of both sides.
+    4. ``respond``: the answer of one step, a plain function of two records (`impactlab.types.Port`, `Reply`). It is
+       compiled by numba unless ``compiled`` is False, so it uses floats and ``math`` only. It may be called any
+       number of times in a step and writes nothing but the reply.
+
+    A law is a frozen dataclass; its fields, made by `impactlab.types.option`, are what a case file may give. The first line of its
+    docstring is what a listing shows.
+    """
+
+    needs: ClassVar[frozenset[Level]]
+    citations: ClassVar[tuple[str, ...]] = ()
+    compiled: ClassVar[bool] = True  # False: respond stays plain Python, called back from the loop
+    answers_force: ClassVar[bool] = True  # False: impulses only, no force history
+    fixed_step: ClassVar[bool] = False  # True: its readings belong to one dt, so a step cannot be cut at an event
+    gains_energy: ClassVar[float] = 0.0  # declared bound on the energy gain, relative; inf where there is none
+
+    @abstractmethod
+    def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
+        """Return constants, first memory and readings; raise `PairingError` where the law cannot serve the sides."""
+
+    @staticmethod
+    @abstractmethod
+    def respond(port: Any, reply: Any) -> None:
+        """Write the reply of one step: force [N] or impulse [N s], signed trial force, phase, energies, memory."""

@@ -1,0 +1,142 @@
+"""What every run returns: channels at any time, dated events, contacts, energies. Computed and exact alike."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+import numpy as np
+from numpy import float64
+from numpy.typing import ArrayLike, NDArray
+
+if TYPE_CHECKING:
+    import xarray
+
+Array = NDArray[float64]
+
+
+class Event(NamedTuple):
+    """Something that happened at a contact at one instant."""
+
+    time: float  # s
+    contact: str
+    kind: Literal["close", "open", "impulse"]
+    impulse: float | None = None  # N s, of an impulse event only
+
+
+class ContactSpan(NamedTuple):
+    """One period of contact; for an impulse law one entry per pair, first kick to last."""
+
+    contact: str
+    start: float  # s
+    end: float | None  # s; None while still closed at the end of the run
+    impulse: float  # N s
+    peak_force: float | None  # N; None where the law has no force
+    first_impulse: float | None = None  # N s, impulse laws only
+    kicks: int | None = None  # impulse laws only
+
+
+class EnergyBook(NamedTuple):
+    """Energies over the run and the balance inside it (units J; gain and loss relative, see DESIGN of the summary)."""
+
+    time: Array  # (n,) s, the instants at which energies were taken
+    bodies: dict[str, Array]  # name -> (n,) kinetic + strain energy of each body
+    stored: Array  # (n,) held by contacts
+    booked: dict[str, Array]  # name -> (n,) losses booked so far: contact, ends, unresolved; never negative
+    work: Array  # (n,) work of gravity so far
+
+    @property
+    def total(self) -> Array:
+        """Energy of all bodies and contacts, shape (n,) [J]."""
+        return np.asarray(sum(self.bodies.values(), np.zeros_like(self.time)) + self.stored)
+
+    @property
+    def balance(self) -> Array:
+        """bodies + stored + booked - work - initial, shape (n,) [J]; zero for a perfect run."""
+        total = self.total + sum(self.booked.values(), np.zeros_like(self.time)) - self.work
+        return np.asarray(total - total[0])
+
+    @property
+    def scale(self) -> float:
+        """Initial energy, or 1 J where that is zero: what gains and losses are measured against."""
+        initial = float(self.total[0])
+        return initial if initial > 0.0 else 1.0
+
+    @property
+    def largest_gain(self) -> float:
+        """Largest rise of the balance above an earlier value, over the scale."""
+        balance = self.balance
+        return float(np.max(balance - np.minimum.accumulate(balance))) / self.scale
+
+    @property
+    def largest_loss(self) -> float:
+        """Largest fall of the balance below an earlier value, over the scale."""
+        balance = self.balance
+        return float(np.max(np.maximum.accumulate(balance) - balance)) / self.scale
+
+
+class Warned(NamedTuple):
+    """A warning of a run: a code for programs, a text for people."""
+
+    code: str
+    text: str
+
+
+@dataclass
+class Cost:
+    """What a run cost."""
+
+    setup_s: float = 0.0
+    solve_s: float = 0.0
+    steps: int = 0
+
+
+class Field(NamedTuple):
+    """A quantity along a body at one instant."""
+
+    x: Array  # (n,) m
+    values: Array  # (n,)
+
+
+class AbstractHistory(ABC):
+    """A run, computed or exact. To write one, supply the four abstract methods and set the fields.
+
+    1. ``channels``: the names that ``evaluate`` answers.
+    2. ``evaluate``: values of a channel at any times in [0, duration]. At a jump the value after it is given.
+    3. ``field``: a quantity along a body at one time.
+    4. ``jumps``: the instants at which a channel jumps, for norms that stay away from them.
+
+    Channels: ``displacement|velocity|strain|stress|force:body@x`` (x as %.6g m), ``position:body`` and
+    ``velocity:body`` of a mass, ``force:a|b``, ``gap:a|b``, ``momentum:body``, ``energy:body``.
+    """
+
+    duration: float  # s
+    events: tuple[Event, ...]
+    contacts: tuple[ContactSpan, ...]
+    energy: EnergyBook
+    warnings: list[Warned]
+    cost: Cost
+
+    @abstractmethod
+    def channels(self) -> tuple[str, ...]:
+        """Return the names of the channels that were recorded (an exact history also answers any other x)."""
+
+    @abstractmethod
+    def evaluate(self, t: ArrayLike, channel: str) -> Array:
+        """Return the channel at the times t [s], same shape as t, SI units; NaN where the method has no answer."""
+
+    @abstractmethod
+    def field(self, body: str, t: float, quantity: str) -> Field:
+        """Return a quantity (displacement, velocity, strain, stress or force) along a body at time t [s]."""
+
+    @abstractmethod
+    def jumps(self, channel: str) -> Array:
+        """Return the instants at which the channel jumps, shape (n,) [s]; empty where it is continuous."""
+
+    def to_xarray(self, points: int = 1000) -> xarray.Dataset:
+        """Return all channels on an equal grid of times as an xarray Dataset (needs the ``data`` extra)."""
+        import xarray
+
+        times = np.linspace(0.0, self.duration, points)
+        return xarray.Dataset({name: ("time", self.evaluate(times, name)) for name in self.channels()}, {"time": times})

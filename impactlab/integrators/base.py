@@ -1,0 +1,56 @@
+"""What an integrator is, and the stepper it prepares."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import ClassVar
+
+from impactlab.models.base import Operators
+from impactlab.types import Array, Level
+
+Kernel = Callable[..., None]
+"""A function of float arrays that numba can compile; it returns nothing and writes into its arguments."""
+
+
+@dataclass(frozen=True)
+class Stepper:
+    """One body's scheme, prepared: linear, so its answer to a force is a column that never changes.
+
+    The state holds displacements, then velocities (n_dof each), then what the scheme keeps for itself.
+    """
+
+    free: Kernel  # free(parameters, state): a step without contact, in place
+    measure: Kernel  # measure(parameters, state, out): out[0] energy [J] as this scheme conserves it
+    parameters: Array  # (n_parameters,)
+    state: Array  # (n_state,) at t = 0
+    force_response: Array  # (n_ports, n_state) end-of-step state per force constant over the step
+    impulse_response: Array  # (n_ports, n_state) end-of-step state per impulse at the start of the step
+    jump: Array  # (n_ports, n_dof) velocities per impulse, at once
+    retime: Kernel | None = None  # retime(parameters, dt, force_response, impulse_response), only with any_dt
+
+
+class AbstractIntegrator(ABC):
+    """A time-stepping scheme. To write one, supply the class facts and two methods.
+
+    1. ``serves``: which compliances it offers. 2. ``order`` on a smooth problem. 3. ``prepare``. 4. ``limit``.
+    """
+
+    serves: ClassVar[frozenset[Level]]
+    order: ClassVar[int]
+    citations: ClassVar[tuple[str, ...]] = ()
+    any_dt: ClassVar[bool] = False  # a step may be cut at an event
+    load_point: ClassVar[float] = 0.5  # where in the step a force acts: 0 start, 1/2 middle
+    jump_in_force: ClassVar[bool] = False  # F dt already holds a closing jump
+    needs_diagonal_mass: ClassVar[bool] = False
+    needs_modes: ClassVar[bool] = False  # mass and stiffness must be diagonal
+    hard_constraint_gains: ClassVar[bool] = False  # a hard position constraint makes it gain energy
+
+    @abstractmethod
+    def limit(self, system: Operators) -> float:
+        """Return the largest stable step [s]; inf where every step is stable."""
+
+    @abstractmethod
+    def prepare(self, system: Operators, ports: Array, dt: float) -> Stepper:
+        """Return the stepper of one body; ``ports`` (n_ports, n_dof) are the displacement rows of its contacts."""

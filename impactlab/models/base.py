@@ -1,0 +1,68 @@
+"""What a rod model is: space only, no time and no contact."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
+
+from impactlab.types import Array, Quantity
+
+if TYPE_CHECKING:
+    from impactlab.scene import Rod
+
+
+class Operators(NamedTuple):
+    """A linear body M a + C v + K u = load; symmetric matrices in lower banded form, row i holds diagonal -i."""
+
+    mass: Array  # (bandwidth + 1, n_dof)
+    damping: Array  # (bandwidth + 1, n_dof)
+    stiffness: Array  # (bandwidth + 1, n_dof)
+    load: Array  # (n_dof,) N, constant: gravity
+    displacement: Array  # (n_dof,) at t = 0
+    velocity: Array  # (n_dof,) at t = 0
+    highest_frequency: float  # rad/s; 0 for a body that never vibrates
+    diagonal_mass: bool
+    modes: bool  # mass and stiffness are diagonal
+
+
+class AbstractDiscreteModel(ABC):
+    """A body in a finite number of coordinates, built for one scene."""
+
+    @abstractmethod
+    def operators(self) -> Operators:
+        """Return mass, damping, stiffness, load and the state at t = 0."""
+
+    @abstractmethod
+    def row(self, x: float, quantity: Quantity) -> Array:
+        """Return the quantity at x [m] as a row over the coordinates, shape (n_dof,).
+
+        ``velocity`` is the row over velocities (the same as ``displacement``); strain, stress and force are positive
+        in compression.
+        """
+
+    @abstractmethod
+    def left_out(self, x: float, quantity: Quantity, face: float) -> float:
+        """Return the static answer at x per unit force pushing inwards at ``face`` [m] of the modes left out."""
+
+    @abstractmethod
+    def momentum_row(self) -> Array:
+        """Return the momentum [N s] of the body as a row over the velocities, shape (n_dof,)."""
+
+    @abstractmethod
+    def grid(self) -> Array:
+        """Return the places [m] at which fields are given, shape (n,)."""
+
+
+class AbstractRodModel(ABC):
+    """A choice of description for a rod, as a case file gives it: a frozen dataclass of options."""
+
+    steps: ClassVar[bool] = True  # False: the continuous model, which need not step
+    citations: ClassVar[tuple[str, ...]] = ()
+
+    @abstractmethod
+    def element_length(self, rod: Rod) -> float:
+        """Return h [m], the shortest element, or the length per mode where there is no mesh."""
+
+    @abstractmethod
+    def build(self, rod: Rod, gravity: float) -> AbstractDiscreteModel:
+        """Return the rod in coordinates; raise `CaseError` where the description cannot serve it."""

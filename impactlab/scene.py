@@ -1,0 +1,166 @@
+"""What a case describes, in SI and in plain frozen records: the only thing a run is built from.
+
+Conventions: x runs from a body's left end to its right end; displacements and velocities are positive to the
+right; gaps are positive when open; contact forces, stresses and strains are positive in compression.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from numpy import float64
+from numpy.typing import NDArray
+
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.integrators.base import AbstractIntegrator
+from impactlab.models.base import AbstractRodModel
+
+Profile = Callable[[NDArray[float64]], NDArray[float64]]
+"""A quantity as a function of x [m], shape (n,) to shape (n,)."""
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A uniform piece of a rod."""
+
+    length: float  # m
+    area: float  # m2
+    young: float  # Pa
+    density: float  # kg/m3
+
+    @property
+    def wave_speed(self) -> float:
+        """Speed of axial waves sqrt(E/rho) [m/s]."""
+        return float((self.young / self.density) ** 0.5)
+
+    @property
+    def impedance(self) -> float:
+        """Impedance rho c A [N s/m]."""
+        return self.density * self.wave_speed * self.area
+
+    @property
+    def mass(self) -> float:
+        """Mass rho A L [kg]."""
+        return self.density * self.area * self.length
+
+
+@dataclass(frozen=True)
+class End:
+    """What holds an end of a rod: nothing, a clamp, a grounded spring or dashpot, or a mass riding on it."""
+
+    kind: Literal["free", "clamped", "spring", "dashpot", "mass"]
+    value: float = 0.0  # N/m, N s/m or kg
+
+
+@dataclass(frozen=True)
+class Rod:
+    """A straight elastic rod of one or more uniform segments."""
+
+    name: str
+    segments: tuple[Segment, ...]
+    left: End
+    right: End
+    velocity: float = 0.0  # m/s, uniform at t = 0
+    displacement: Profile | None = None  # m, at t = 0
+    model: AbstractRodModel | None = None  # None only while a case is being read
+
+    @property
+    def length(self) -> float:
+        """Whole length [m]."""
+        return sum(segment.length for segment in self.segments)
+
+    @property
+    def mass(self) -> float:
+        """Mass of the segments, without end masses [kg]."""
+        return sum(segment.mass for segment in self.segments)
+
+    @property
+    def round_trip(self) -> float:
+        """Time of a wave to the far end and back, 2 L/c summed over the segments [s]."""
+        return sum(2.0 * segment.length / segment.wave_speed for segment in self.segments)
+
+
+@dataclass(frozen=True)
+class Mass:
+    """A rigid body."""
+
+    name: str
+    mass: float  # kg
+    velocity: float = 0.0  # m/s at t = 0
+
+
+@dataclass(frozen=True)
+class Wall:
+    """A rigid body that never moves."""
+
+    name: str
+
+
+Body = Rod | Mass | Wall
+
+
+@dataclass(frozen=True)
+class Point:
+    """A place on a body. ``label`` is how the case names it: ``hammer``, ``rod.left``, ``rod.at(0.15)``."""
+
+    body: str
+    x: float  # m from the left end; 0 for masses and walls
+    label: str
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Two faces that may meet: ``left`` lies on the left of ``right``; gap = gap0 + u_right - u_left."""
+
+    left: Point
+    right: Point
+    gap: float  # m, at t = 0
+    law: AbstractContactLaw
+    overlap_allowed: bool = False
+
+    @property
+    def name(self) -> str:
+        """Name used in channels and events: ``hammer|rod.left``."""
+        return f"{self.left.label}|{self.right.label}"
+
+
+@dataclass(frozen=True)
+class Probe:
+    """A quantity at a place that is recorded over the whole run."""
+
+    body: str
+    x: float  # m
+    quantity: Literal["displacement", "velocity", "strain", "stress", "force"]
+
+    @property
+    def channel(self) -> str:
+        """Name of its channel: ``displacement:rod@0.15``."""
+        return f"{self.quantity}:{self.body}@{self.x:.6g}"
+
+
+@dataclass(frozen=True)
+class StepRule:
+    """How the step is chosen: exactly one of the three is given."""
+
+    points_per_period: float | None = None  # steps in the shortest period of the method
+    dt: float | None = None  # s
+    courant: float | None = None  # c dt/h
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Everything a run needs. Built by the case file room or by hand."""
+
+    name: str
+    bodies: Mapping[str, Body]
+    contacts: tuple[Contact, ...]
+    duration: float  # s
+    integrator: AbstractIntegrator | None
+    step: StepRule
+    events: Literal["dated", "located"] = "dated"
+    gravity: float = 0.0  # m/s2, along +x
+    probes: tuple[Probe, ...] = ()
+    snapshots: tuple[float, ...] = ()  # s
+    round_trip: float = float("nan")  # s, of the body named in round_trips_of; NaN without a rod

@@ -1,0 +1,154 @@
+"""The records in which parts meet. Depends on nothing of impactlab but its errors.
+
+`Port`, `Side` and `Reply` are C structures: the compiled loop, a law compiled by numba, and a law in plain Python all
+see the same memory under the same names. `parameters`, `memory` and `readings` are small arrays of fixed room.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import dataclasses
+from collections.abc import Callable
+from enum import Enum
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from numpy import float64
+from numpy.typing import NDArray
+
+Array = NDArray[float64]
+Quantity = Literal["displacement", "velocity", "strain", "stress", "force"]
+
+PARAMETERS = 16  # room for a law's constants
+MEMORY = 8  # room for what a law carries from step to step
+READINGS = 8  # room for what a law reads inside the bodies
+
+
+class Level(Enum):
+    """What of the compliance a law needs, and what a stepper offers."""
+
+    POSITION = "displacement per force"
+    VELOCITY = "velocity per force"
+    IMPULSE = "velocity per impulse"
+
+
+class Side(ctypes.Structure):
+    """One body's face at a contact. Compliances are positive: a push of 1 N moves the face inwards by so much."""
+
+    _fields_ = [
+        ("displacement", ctypes.c_double),  # m, at the start of the step
+        ("velocity", ctypes.c_double),  # m/s, at the start of the step
+        ("free_displacement", ctypes.c_double),  # m, at the end of the step without contact force
+        ("free_velocity", ctypes.c_double),  # m/s, the same
+        ("displacement_per_force", ctypes.c_double),  # m/N, of a force constant over the step, at its end
+        ("velocity_per_force", ctypes.c_double),  # m/(N s), the same
+        ("velocity_per_impulse", ctypes.c_double),  # 1/kg, at once
+    ]
+
+
+class Port(ctypes.Structure):
+    """All that a law sees of one contact in one step. Gap and rate are positive when open and opening."""
+
+    _fields_ = [
+        ("time", ctypes.c_double),  # s, start of the step
+        ("dt", ctypes.c_double),  # s
+        ("load_point", ctypes.c_double),  # where in the step its force acts: 0 start, 1/2 middle
+        ("gap", ctypes.c_double),  # m, at the start of the step
+        ("gap_rate", ctypes.c_double),  # m/s, at the start
+        ("free_gap", ctypes.c_double),  # m, at the end without contact force
+        ("free_gap_rate", ctypes.c_double),  # m/s, the same
+        ("gap_per_force", ctypes.c_double),  # m/N, gap at the end per force over the step
+        ("rate_per_force", ctypes.c_double),  # m/(N s), gap rate at the end per force over the step
+        ("gap_per_impulse", ctypes.c_double),  # m/(N s), gap at the end per impulse at the start
+        ("rate_per_impulse", ctypes.c_double),  # 1/kg, jump of the gap rate per impulse, at once
+        ("jump_in_force", ctypes.c_double),  # 1 where the scheme's F dt already holds a closing jump, else 0
+        ("in_contact", ctypes.c_double),  # 1 after a step with contact, else 0
+        ("left", Side),
+        ("right", Side),
+        ("readings", ctypes.c_double * READINGS),  # values at the start of the step, in the order asked for
+        ("memory", ctypes.c_double * MEMORY),  # what the law replied last time; `begin` gives the first
+        ("parameters", ctypes.c_double * PARAMETERS),  # what `begin` gave
+    ]
+
+
+class Reply(ctypes.Structure):
+    """What a law answers for one step. The loop sets all fields to zero (memory: to the port's) before it asks."""
+
+    _fields_ = [
+        ("force", ctypes.c_double),  # N, constant over the step, positive in compression
+        ("impulse", ctypes.c_double),  # N s, given at the start of the step
+        ("trial", ctypes.c_double),  # N, the signed force before clipping; its root dates the opening
+        ("stored", ctypes.c_double),  # J, held by the contact at the end of the step
+        ("dissipated", ctypes.c_double),  # J, lost in this step by a formula of its own, never negative
+        ("in_contact", ctypes.c_double),  # 1 or 0, at the end of the step
+        ("failed", ctypes.c_double),  # 1 stops the run: the law has no answer
+        ("memory", ctypes.c_double * MEMORY),
+    ]
+
+
+PORT = np.dtype(Port)
+REPLY = np.dtype(Reply)
+
+
+class Reading(NamedTuple):
+    """A quantity a law wants to know inside a body, at the start of each step.
+
+    ``left_out`` adds the quasi-static part of the modes that a truncated basis leaves out (zero where nothing is).
+    """
+
+    side: Literal["left", "right"]
+    distance: float  # m from the contact face, into the body
+    quantity: Quantity
+    left_out: bool = False
+
+
+class SideFacts(NamedTuple):
+    """What is known of one side before the run; NaN where there is none."""
+
+    kind: str  # mass | wall | rod
+    impedance: float  # Z at the contact, N s/m
+    wave_speed: float  # c at the contact, m/s
+    area: float  # m2
+    element_stiffness: float  # EA/h, N/m; of the mesh, or of L/modes where there is none
+    room: float  # m a reading may be away from the face: the first segment's length
+    mass: float  # kg, of the whole body; inf for a wall
+    gravity: float  # m/s2, along +x
+
+
+class Start(NamedTuple):
+    """What a law gives before the run: constants, first memory, and the readings it wants."""
+
+    parameters: tuple[float, ...] = ()
+    memory: tuple[float, ...] = ()
+    readings: tuple[Reading, ...] = ()
+
+
+@dataclasses.dataclass(frozen=True)
+class Relative:
+    """A value relative to a reference of the scene; a case writes ``{relative: 0.8}``."""
+
+    relative: float
+
+
+Respond = Callable[[Any, Any], None]
+"""A law's answer: ``respond(port, reply)`` reads a `Port` and writes a `Reply`, nothing else."""
+
+
+def option(
+    default: Any = dataclasses.MISSING,
+    *,
+    unit: str = "1",
+    description: str,
+    above: float | None = None,
+    at_least: float | None = None,
+    below: float | None = None,
+    at_most: float | None = None,
+) -> Any:
+    """Return a dataclass field of a part, with what a case file may give for it.
+
+    The case file room reads unit, limits and description from here; a part needs no other schema.
+    Limits on a `Relative` value hold for its number.
+    """
+    limits = {"gt": above, "ge": at_least, "lt": below, "le": at_most}
+    metadata = {"unit": unit, "description": description, "limits": {k: v for k, v in limits.items() if v is not None}}
+    return dataclasses.field(default=default, metadata=metadata)
