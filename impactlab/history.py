@@ -112,6 +112,7 @@ class AbstractHistory(ABC):
     """
 
     duration: float  # s
+    dt: float | None  # s, the step; None for an exact history
     events: tuple[Event, ...]
     contacts: tuple[ContactSpan, ...]
     energy: EnergyBook

@@ -27,6 +27,7 @@ class AbstractContactLaw(ABC):
     compiled: ClassVar[bool] = True  # False: respond stays plain Python, called back from the loop
     answers_force: ClassVar[bool] = True  # False: impulses only, no force history
     fixed_step: ClassVar[bool] = False  # True: its readings belong to one dt, so a step cannot be cut at an event
+    hard: ClassVar[bool] = False  # True: it approximates the hard unilateral contact, whose exact answer is its reference
     gains_energy: ClassVar[float] = 0.0  # declared bound on the energy gain, relative; inf where there is none
 
     @abstractmethod
@@ -37,3 +38,10 @@ class AbstractContactLaw(ABC):
     @abstractmethod
     def respond(port: Any, reply: Any) -> None:
         """Write the reply of one step: force [N] or impulse [N s], signed trial force, phase, energies, memory."""
+
+    def spring(self, left: SideFacts, right: SideFacts, dt: float) -> tuple[float, float] | None:
+        """Return stiffness [N/m] and damping [N s/m] where the law is a constant spring and dashpot, else None.
+
+        The continuous model solves hard contacts and constant springs from event to event, any other law by steps.
+        """
+        return None
