@@ -1,0 +1,190 @@
+"""The registry of parts: names are listed without importing; only the part asked for is imported.
+
+Built-in parts stand in the same entry-point groups as plugins, so the door that plugins use is always exercised.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+from collections.abc import Iterable
+from difflib import get_close_matches
+from functools import cache
+from importlib import import_module
+from importlib.metadata import distributions
+from typing import Any, NamedTuple
+
+from impactlab.errors import PluginError
+
+
+class Group(NamedTuple):
+    """A kind of part: its entry-point group, what people call it, and the class it must derive from."""
+
+    name: str
+    noun: str
+    base: str  # module:class; empty where there is none
+
+
+MODELS = Group("impactlab.models", "a model", "impactlab.models.base:AbstractRodModel")
+BASES = Group("impactlab.bases", "a basis", "")
+LAWS = Group("impactlab.contact_laws", "a contact law", "impactlab.contact.base:AbstractContactLaw")
+INTEGRATORS = Group("impactlab.integrators", "an integrator", "impactlab.integrators.base:AbstractIntegrator")
+METRICS = Group("impactlab.metrics", "a metric", "")
+GROUPS = (MODELS, BASES, LAWS, INTEGRATORS, METRICS)
+
+
+class Entry(NamedTuple):
+    """One registered name: where the part is and which distribution brings it."""
+
+    group: str
+    name: str
+    value: str  # module:attribute
+    distribution: str
+
+
+class Listed(NamedTuple):
+    """One line of a listing: a part, or the reason why it cannot be used."""
+
+    group: str
+    name: str
+    distribution: str
+    description: str
+    citations: tuple[str, ...]
+    fault: str  # empty for a part that works
+
+
+def installed_entries() -> tuple[Entry, ...]:
+    """Return what the installed distributions register in our groups; nothing of it is imported."""
+    groups = {group.name for group in GROUPS}
+    found: dict[Entry, None] = {}
+    for distribution in distributions():
+        for point in distribution.entry_points:
+            if point.group in groups:
+                name = distribution.metadata["Name"] or "unnamed distribution"
+                found[Entry(point.group, point.name, point.value, name)] = None
+    return tuple(found)
+
+
+class Registry:
+    """The parts that may be named in a case.
+
+    Parameters
+    ----------
+    entries : iterable of Entry
+        What is registered. Tests and authors may give their own; `registry()` holds what is installed.
+    """
+
+    def __init__(self, entries: Iterable[Entry]) -> None:
+        self.entries = tuple(entries)
+
+    def names(self, group: Group) -> tuple[str, ...]:
+        """Return the sorted names of a group, without importing anything."""
+        return tuple(sorted({entry.name for entry in self.entries if entry.group == group.name}))
+
+    def load(self, group: Group, name: str) -> type[Any]:
+        """Return the part of that name: a frozen dataclass whose fields are its parameters.
+
+        Raises
+        ------
+        PluginError
+            If no part, or more than one, has this name, or if it cannot be used; the text says which and why.
+        """
+        entries = [entry for entry in self.entries if entry.group == group.name and entry.name == name]
+        if not entries:
+            raise PluginError(self._unknown(group, name), remedy=self._installed(group))
+        if len(entries) > 1:
+            homes = sorted(f"{entry.distribution} ({entry.value})" for entry in entries)
+            raise PluginError(
+                f"{name!r} is {group.noun} in more than one distribution: {' and '.join(homes)}",
+                remedy="Uninstall one of them, or ask its authors for another name.",
+            )
+        entry = entries[0]
+        part = _import(entry, group)
+        fault = fault_of(part, group)
+        if fault:
+            raise PluginError(
+                f"{name!r} of {entry.distribution} ({entry.value}) cannot serve as {group.noun}: {fault}",
+                remedy="Mend the plugin (see `impactlab plugins`), or uninstall it.",
+            )
+        return part  # type: ignore[no-any-return]
+
+    def listing(self) -> tuple[Listed, ...]:
+        """Return every registered part in order of group and name, broken ones with their reason."""
+        lines = []
+        for group in GROUPS:
+            for entry in sorted(entry for entry in self.entries if entry.group == group.name):
+                try:
+                    part = self.load(group, entry.name)
+                except PluginError as error:
+                    lines.append(Listed(group.name, entry.name, entry.distribution, "", (), error.text))
+                else:
+                    described = Listed(group.name, entry.name, entry.distribution, describe(part), citations_of(part), "")
+                    lines.append(described)
+        return tuple(lines)
+
+    def _unknown(self, group: Group, name: str) -> str:
+        close = get_close_matches(name, self.names(group), n=1)
+        hint = f" Did you mean {close[0]!r}?" if close else ""
+        return f"{name[:80]!r} is not {group.noun}.{hint}"
+
+    def _installed(self, group: Group) -> str:
+        names = ", ".join(self.names(group))
+        if not names:
+            return "None is installed: install impactlab itself (pip install .), then see `impactlab plugins`."
+        return f"Installed: {names} (see `impactlab plugins`)."
+
+
+@cache
+def registry() -> Registry:
+    """Return the parts that are installed; `registry.cache_clear()` looks again."""
+    return Registry(installed_entries())
+
+
+def describe(part: type[Any]) -> str:
+    """Return the one-line description of a part: the first line of its docstring."""
+    return (inspect.getdoc(part) or "").strip().partition("\n")[0]
+
+
+def citations_of(part: type[Any]) -> tuple[str, ...]:
+    """Return the citation keys of a part; empty where it names none."""
+    return tuple(getattr(part, "citations", ()))
+
+
+def fault_of(part: Any, group: Group) -> str:
+    """Return why an object cannot serve as a part of the group, or an empty text."""
+    if not inspect.isclass(part):
+        return f"it is not a class but {type(part).__name__!r}"
+    if group.base:
+        base = _attribute(group.base)
+        if not issubclass(part, base):
+            return f"it does not derive from {group.base.replace(':', '.')}"
+    if inspect.isabstract(part):
+        missing = ", ".join(sorted(part.__abstractmethods__))
+        return f"it does not define {missing}"
+    if not dataclasses.is_dataclass(part) or not part.__dataclass_params__.frozen:  # type: ignore[attr-defined]
+        return "it is not a frozen dataclass (write @dataclass(frozen=True) above it)"
+    for field in dataclasses.fields(part):
+        if field.init and "description" not in field.metadata:
+            return f"its field {field.name!r} is not made by impactlab.types.option"
+        if field.name == "kind":
+            return "its field 'kind' has a name that cases use for the part itself"
+    return "" if describe(part) else "its class has no docstring; the first line is what a listing shows"
+
+
+def _import(entry: Entry, group: Group) -> Any:
+    try:
+        return _attribute(entry.value)
+    except Exception as error:  # a stranger's module may raise anything
+        raise PluginError(
+            f"{entry.name!r} of {entry.distribution} ({entry.value}) could not be imported as {group.noun}: "
+            f"{type(error).__name__}: {str(error)[:200]}",
+            remedy="Mend or reinstall that distribution (see `impactlab plugins`).",
+        ) from error
+
+
+def _attribute(value: str) -> Any:
+    module, _, name = value.partition(":")
+    found: Any = import_module(module.strip())
+    for part in name.strip().split("."):
+        found = getattr(found, part)
+    return found
