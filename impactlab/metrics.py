@@ -1,0 +1,277 @@
+"""How far one history is from another: the norms of the summary, each a small function of its own.
+
+A metric is ``metric(history, reference, scene)``; it returns a number, or None where its reference is zero or where
+the method has no answer (an impulse law has no force). It sees two `AbstractHistory` and never asks which is exact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from impactlab.history import AbstractHistory, Event
+from impactlab.scene import Contact, Mass, Point, Rod, Scene
+from impactlab.types import Array
+
+Metric = Callable[[AbstractHistory, AbstractHistory, Scene], float | None]
+
+CELLS = 6000  # equal cells of the midpoint rule
+NEAR_JUMP = 0.05  # T around a jump of the exact force that `force_away_from_jumps` leaves out
+NEAR_EVENT = 0.1  # T within which a computed event may stand for an exact one
+COLUMNS = 2000  # of the graphs whose Hausdorff distance is taken
+GRAPH_POINTS = 400_000  # most points of one graph; only a force that chatters wildly needs more
+
+
+def midpoints(duration: float, cells: int = CELLS) -> Array:
+    """Return the middles of equal cells over [0, duration], shape (cells,) [s]."""
+    return np.asarray((np.arange(cells) + 0.5) * (duration / cells), dtype=float)
+
+
+def mass_channels(scene: Scene) -> tuple[str, ...]:
+    """Return the displacement channels of the rigid masses in contacts: ``position:hammer``."""
+    return _face_channels(scene, lambda point: f"position:{point.body}", Mass)
+
+
+def face_channels(scene: Scene) -> tuple[str, ...]:
+    """Return the displacement channels of the rod faces in contacts: ``displacement:rod@0``."""
+    return _face_channels(scene, lambda point: f"displacement:{point.body}@{point.x:.6g}", Rod)
+
+
+def force_channels(scene: Scene) -> tuple[str, ...]:
+    """Return the channels of the contact forces: ``force:hammer|rod.left``."""
+    return tuple(f"force:{contact.name}" for contact in scene.contacts)
+
+
+def _face_channels(scene: Scene, name: Callable[[Point], str], kind: type[Mass | Rod]) -> tuple[str, ...]:
+    points = (point for contact in scene.contacts for point in (contact.left, contact.right))
+    return tuple(dict.fromkeys(name(point) for point in points if isinstance(scene.bodies[point.body], kind)))
+
+
+def relative_l2(values: Array, reference: Array) -> float | None:
+    """Return |values - reference| / |reference| on equal cells, arrays of shape (cells,).
+
+    None where the reference is zero throughout, NaN where values are NaN.
+    """
+    size = float(np.linalg.norm(reference))
+    return None if size == 0.0 else float(np.linalg.norm(values - reference)) / size
+
+
+def largest(values: Iterable[float | None]) -> float | None:
+    """Return the largest of the values that exist; None where there is none, or where one is NaN (no answer)."""
+    known = [value for value in values if value is not None]
+    return None if not known or not np.all(np.isfinite(known)) else max(known)
+
+
+def _largest_l2(
+    history: AbstractHistory, reference: AbstractHistory, scene: Scene, names: tuple[str, ...]
+) -> float | None:
+    t = midpoints(scene.duration)
+    return largest(relative_l2(history.evaluate(t, name), reference.evaluate(t, name)) for name in names)
+
+
+def mass_displacement(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
+    """Return the relative L2 error of the displacement of the masses in contacts, the largest."""
+    return _largest_l2(history, reference, scene, mass_channels(scene))
+
+
+def face_displacement(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
+    """Return the relative L2 error of the displacement of the rod faces in contacts, the largest."""
+    return _largest_l2(history, reference, scene, face_channels(scene))
+
+
+def force(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
+    """Return the relative L2 error of the contact forces, the largest; jumps keep it above about N^-1/2."""
+    return _largest_l2(history, reference, scene, force_channels(scene))
+
+
+def force_away_from_jumps(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
+    """Return `force` without 0.05 T on either side of each jump of the exact force.
+
+    None in a scene without a rod, which has no T.
+    """
+    if not np.isfinite(scene.round_trip):
+        return None
+    errors = []
+    for name in force_channels(scene):
+        t = midpoints(scene.duration)
+        for instant in reference.jumps(name):
+            t = t[np.abs(t - instant) > NEAR_JUMP * scene.round_trip]
+        errors.append(relative_l2(history.evaluate(t, name), reference.evaluate(t, name)))
+    return largest(errors)
+
+
+def force_graph(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
+    """Return the Hausdorff distance between the graphs of the forces in the plane (t/T, F/peak of the exact force).
+
+    A jump belongs to its graph as a vertical line, so a small shift of a jump costs its shift and not its height.
+    See `graph` for the accuracy. None in a scene without a rod, which has no T.
+    """
+    if not np.isfinite(scene.round_trip):
+        return None
+    return largest(_graph_distance(history, reference, scene, name) for name in force_channels(scene))
+
+
+def _graph_distance(history: AbstractHistory, reference: AbstractHistory, scene: Scene, name: str) -> float | None:
+    from scipy.spatial import KDTree
+
+    peak = float(np.max(np.abs(reference.evaluate(midpoints(scene.duration), name))))
+    if peak == 0.0:
+        return None
+    one = graph(history, name, scene.duration, (scene.round_trip, peak))
+    other = graph(reference, name, scene.duration, (scene.round_trip, peak))
+    if not np.all(np.isfinite(one)):
+        return float("nan")
+    return float(max(KDTree(other).query(one)[0].max(), KDTree(one).query(other)[0].max()))
+
+
+def graph(history: AbstractHistory, channel: str, duration: float, units: tuple[float, float]) -> Array:
+    """Return points of the graph of a channel with its jumps as vertical lines, shape (n, 2), in the units given.
+
+    The graph is connected, so over a narrow column of time it takes every value between its least and its largest:
+    each of the 2000 columns becomes a vertical line of points as far apart as the column is wide. A Hausdorff distance
+    between two such clouds is right to one width, duration/2000 in units of T (0.0015 for 3 T). Only where that would
+    need more than 400 000 points, a force that chatters over its whole range, are the points further apart.
+
+    Parameters
+    ----------
+    units : (float, float)
+        What is one in time [s] and in value [unit of the channel].
+    """
+    per_column = max(CELLS // COLUMNS, -(-2 * history.cost.steps // COLUMNS))  # no step of a stepped force is missed
+    t = midpoints(duration, per_column * COLUMNS)
+    jumps = history.jumps(channel)
+    jumps = jumps[(jumps > 0.0) & (jumps < duration)]
+    t = np.sort(np.concatenate((t, jumps, np.nextafter(jumps, 0.0))))
+    values = history.evaluate(t, channel) / units[1]
+    column = np.minimum((t / duration * COLUMNS).astype(int), COLUMNS - 1)
+    first = np.searchsorted(column, np.arange(COLUMNS))
+    low, high = np.minimum.reduceat(values, first), np.maximum.reduceat(values, first)
+    before = values[first[1:] - 1]  # ties each column to the one before it
+    low[1:], high[1:] = np.minimum(low[1:], before), np.maximum(high[1:], before)
+    if not np.all(np.isfinite(low + high)):
+        return np.full((1, 2), np.nan)
+    width = duration / COLUMNS / units[0]
+    spacing = max(width, float(np.sum(high - low)) / GRAPH_POINTS)
+    counts = np.ceil((high - low) / spacing).astype(int) + 1
+    owner = np.repeat(np.arange(COLUMNS), counts)
+    rank = np.arange(owner.size) - np.repeat(np.cumsum(counts) - counts, counts)
+    share = rank / np.maximum(counts[owner] - 1, 1)
+    return np.column_stack(((owner + 0.5) * width, low[owner] + share * (high - low)[owner]))
+
+
+def impulse(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
+    """Return the relative error of the total impulse of a contact, the largest over contacts."""
+    return largest(_relative(_impulse(history, c), _impulse(reference, c)) for c in scene.contacts)
+
+
+def _impulse(history: AbstractHistory, contact: Contact) -> float:
+    return sum(span.impulse for span in history.contacts if span.contact == contact.name)
+
+
+def _relative(value: float, reference: float) -> float | None:
+    return None if reference == 0.0 else abs(value - reference) / abs(reference)
+
+
+class Matches(NamedTuple):
+    """Events of one history set beside those of the exact one."""
+
+    pairs: tuple[tuple[Event, Event], ...]  # (exact, computed)
+    missed: tuple[Event, ...]  # exact events without a partner
+    extra: tuple[Event, ...]  # computed events without one
+
+
+def match_events(exact: Iterable[Event], computed: Iterable[Event], within: float) -> Matches:
+    """Return which computed event stands for which exact one.
+
+    In order of time, each exact event takes the nearest unused one of its contact and kind within ``within`` [s].
+    """
+    unused = list(computed)
+    pairs, missed = [], []
+    for event in sorted(exact, key=lambda e: e.time):
+        near = [
+            other
+            for other in unused
+            if (other.contact, other.kind) == (event.contact, event.kind) and abs(other.time - event.time) <= within
+        ]
+        if near:
+            partner = min(near, key=lambda other: abs(other.time - event.time))
+            unused.remove(partner)
+            pairs.append((event, partner))
+        else:
+            missed.append(event)
+    return Matches(tuple(pairs), tuple(missed), tuple(unused))
+
+
+def _matches(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> Matches | None:
+    """Return the matched touches and openings of the contacts that have any.
+
+    A law of impulses kicks and never closes or opens, so its contacts are left out; None where that leaves no
+    contact, or no T to measure in.
+    """
+    names = {contact.name for contact in scene.contacts if contact.law.answers_force}
+    if not names or not np.isfinite(scene.round_trip):
+        return None
+    exact, computed = (
+        [e for e in h.events if e.contact in names and e.kind != "impulse" and e.time <= scene.duration]
+        for h in (reference, history)
+    )
+    return match_events(exact, computed, NEAR_EVENT * scene.round_trip)
+
+
+def event_times(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
+    """Return the largest error in time of the matched touches and openings, in T; None where none matches."""
+    matches = _matches(history, reference, scene)
+    if matches is None or not matches.pairs:
+        return None
+    return max(abs(computed.time - exact.time) for exact, computed in matches.pairs) / scene.round_trip
+
+
+def events_missed(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> int | None:
+    """Return how many exact touches and openings have no partner; None for impulse laws."""
+    matches = _matches(history, reference, scene)
+    return None if matches is None else len(matches.missed)
+
+
+def events_extra(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> int | None:
+    """Return how many touches and openings the exact answer does not have; None for impulse laws."""
+    matches = _matches(history, reference, scene)
+    return None if matches is None else len(matches.extra)
+
+
+METRICS: Mapping[str, Metric] = {
+    "mass_displacement": mass_displacement,
+    "face_displacement": face_displacement,
+    "force": force,
+    "force_away_from_jumps": force_away_from_jumps,
+    "force_graph": force_graph,
+    "impulse": impulse,
+    "event_times": event_times,
+    "events_missed": events_missed,
+    "events_extra": events_extra,
+}
+"""The metrics of the summary, in its order."""
+
+
+def errors(
+    history: AbstractHistory,
+    reference_name: str,
+    reference: AbstractHistory,
+    scene: Scene,
+    metrics: Mapping[str, Metric] = METRICS,
+) -> dict[str, str | float | None]:
+    """Return the ``errors`` block of the summary: the name of the reference and every metric against it.
+
+    Parameters
+    ----------
+    history, reference : AbstractHistory
+        What is judged and what it is judged by, both over [0, duration] of the scene.
+    reference_name : str
+        Name under which the reference is reported, e.g. ``st_venant``.
+    scene : Scene
+        The scene of ``history``; gives contacts, duration and T.
+    metrics : mapping, optional
+        Name to metric, e.g. `METRICS` and those of plugins.
+    """
+    return {"reference": reference_name} | {name: metric(history, reference, scene) for name, metric in metrics.items()}

@@ -1,0 +1,74 @@
+"""A history made of plain functions: to test a metric, a figure or a report without a run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from impactlab.history import AbstractHistory, ContactSpan, Cost, EnergyBook, Event, Field, Warned
+from impactlab.types import Array
+
+Signal = Callable[[Array], Array]
+
+
+@final
+class SyntheticHistory(AbstractHistory):
+    """A history whose channels are functions of time.
+
+    Parameters
+    ----------
+    duration : float
+        End of the run [s].
+    signals : mapping of str to callable
+        Channel name to a function of times, shape (n,) to (n,), SI units.
+    fields : mapping of str to callable, optional
+        ``quantity:body`` to a function (x [m] of shape (n,), t [s]) -> (n,), given on 201 points of ``length``.
+    jumps : mapping of str to sequence, optional
+        Channel name to the instants [s] at which it jumps.
+    length : float
+        Length [m] of the bodies that have fields.
+    """
+
+    def __init__(
+        self,
+        duration: float,
+        signals: Mapping[str, Signal],
+        *,
+        events: tuple[Event, ...] = (),
+        contacts: tuple[ContactSpan, ...] = (),
+        energy: EnergyBook | None = None,
+        fields: Mapping[str, Callable[[Array, float], Array]] | None = None,
+        jumps: Mapping[str, tuple[float, ...]] | None = None,
+        length: float = 1.0,
+        dt: float | None = None,
+        warnings: tuple[Warned, ...] = (),
+        cost: Cost | None = None,
+    ) -> None:
+        none = np.zeros(2)
+        self.duration = duration
+        self.dt = dt
+        self.events = events
+        self.contacts = contacts
+        self.energy = energy or EnergyBook(np.array([0.0, duration]), {}, none, {}, none)
+        self.warnings = list(warnings)
+        self.cost = cost or Cost()
+        self._signals = dict(signals)
+        self._fields = dict(fields or {})
+        self._jumps = dict(jumps or {})
+        self._length = length
+
+    def channels(self) -> tuple[str, ...]:
+        return tuple(self._signals)
+
+    def evaluate(self, t: ArrayLike, channel: str) -> Array:
+        return np.asarray(self._signals[channel](np.asarray(t, dtype=float)), dtype=float)
+
+    def field(self, body: str, t: float, quantity: str) -> Field:
+        x = np.linspace(0.0, self._length, 201)
+        return Field(x, self._fields[f"{quantity}:{body}"](x, t))
+
+    def jumps(self, channel: str) -> Array:
+        return np.asarray(self._jumps.get(channel, ()), dtype=float)
