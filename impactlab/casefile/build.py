@@ -1,0 +1,99 @@
+"""Builds the scene that a checked case describes: plain frozen records in SI, with the parts the case names."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from impactlab.casefile.check import faces_of, reference_rod, shape_of
+from impactlab.casefile.parts import read_part
+from impactlab.casefile.schema import CaseBlock, MassBlock, RodBlock, RoundTrips
+from impactlab.errors import CaseError
+from impactlab.plugins import INTEGRATORS, LAWS, MODELS, Registry
+from impactlab.scene import Body, Contact, Mass, Probe, Rod, Scene, Segment, StepRule, Wall
+
+DEFAULT_INTEGRATOR = {"kind": "newmark"}
+
+
+def build_scene(case: CaseBlock, name: str, registry: Registry) -> Scene:
+    """Return the scene of a checked case.
+
+    Raises
+    ------
+    PluginError
+        If a part is not installed or broken.
+    CaseError
+        If a parameter of a part is wrong, or a snapshot lies outside the run.
+    """
+    bodies = {label: _body(case, label, registry) for label in case.bodies}
+    contacts = tuple(_contact(case, number, registry) for number in range(len(case.contacts)))
+    rod = reference_rod(case)
+    counted = bodies[rod] if rod is not None else None
+    round_trip = counted.round_trip if isinstance(counted, Rod) else float("nan")
+    given = case.solve.duration
+    duration = given.round_trips * round_trip if isinstance(given, RoundTrips) else float(given)
+    for number, time in enumerate(case.snapshots):
+        if time > duration:
+            raise CaseError(
+                f"{time:g} s lies after the end of the run. Allowed: 0 to {duration:g} s",
+                remedy="Take the snapshot earlier, or run longer.",
+                path=f"snapshots.{number}",
+            )
+    step = case.solve.step
+    return Scene(
+        name=name,
+        bodies=bodies,
+        contacts=contacts,
+        duration=duration,
+        integrator=_integrator(case, bodies, registry),
+        step=StepRule(points_per_period=step.points_per_period, dt=step.dt, courant=step.courant),
+        events=case.solve.events,  # type: ignore[arg-type]
+        gravity=case.gravity,
+        probes=tuple(Probe(probe.body, probe.at, probe.quantity) for probe in case.probes),  # type: ignore[arg-type]
+        snapshots=tuple(case.snapshots),
+        round_trip=round_trip,
+    )
+
+
+def _body(case: CaseBlock, name: str, registry: Registry) -> Body:
+    block = case.bodies[name]
+    if isinstance(block, MassBlock):
+        return Mass(name, block.mass, block.velocity)
+    if not isinstance(block, RodBlock):
+        return Wall(name)
+    path = f"solve.models.{name}" if name in case.solve.models else "solve.model"
+    model = read_part(case.solve.models.get(name, case.solve.model), path, MODELS, registry)
+    return Rod(
+        name=name,
+        segments=_segments(block),
+        left=block.ends.left,
+        right=block.ends.right,
+        velocity=block.velocity,
+        displacement=shape_of(block),
+        model=model,
+    )
+
+
+def _segments(rod: RodBlock) -> tuple[Segment, ...]:
+    if rod.segments is not None:
+        pieces = rod.segments
+        return tuple(Segment(p.length, p.area, p.material.young, p.material.density) for p in pieces)
+    if rod.length is None or rod.area is None or rod.material is None:
+        raise CaseError("a rod without length, area or material")
+    return (Segment(rod.length, rod.area, rod.material.young, rod.material.density),)
+
+
+def _contact(case: CaseBlock, number: int, registry: Registry) -> Contact:
+    block = case.contacts[number]
+    faces = faces_of(case, number)
+    law = read_part(block.law, f"contacts.{number}.law", LAWS, registry)
+    return Contact(faces.left.point, faces.right.point, block.gap, law, block.overlap is not None)
+
+
+def _integrator(case: CaseBlock, bodies: dict[str, Body], registry: Registry) -> Any:
+    """Return the integrator; None where it was not given and no rod would use it."""
+    if case.solve.integrator is not None:
+        return read_part(case.solve.integrator, "solve.integrator", INTEGRATORS, registry)
+    models = [body.model for body in bodies.values() if isinstance(body, Rod)]
+    if models and not any(model.steps for model in models if model is not None):
+        return None
+    return read_part(DEFAULT_INTEGRATOR, "solve.integrator", INTEGRATORS, registry)

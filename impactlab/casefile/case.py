@@ -1,0 +1,140 @@
+"""A case: read, checked, and ready to build its scene."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from impactlab import plugins
+from impactlab.casefile.build import build_scene
+from impactlab.casefile.check import check
+from impactlab.casefile.document import Document, read_document
+from impactlab.casefile.edit import edited, with_method
+from impactlab.casefile.faults import case_error
+from impactlab.casefile.resolve import resolve
+from impactlab.casefile.schema import CaseBlock
+from impactlab.errors import CaseError, ImpactlabError
+from impactlab.scene import Scene
+
+
+@dataclass(frozen=True)
+class Case:
+    """A checked case; frozen, variants are new cases. Made by `load_case`."""
+
+    name: str  # stem of the file
+    file: str  # as it was given
+    document: Document = field(repr=False)
+    registry: plugins.Registry = field(repr=False, compare=False)
+    checked: CaseBlock = field(repr=False, compare=False)
+    built: Scene = field(repr=False, compare=False)
+    method_name: str = "base"
+
+    @property
+    def title(self) -> str:
+        """The one line that says what the case is."""
+        return self.checked.title
+
+    @property
+    def source(self) -> str:
+        """Where the case comes from, as the file says it."""
+        return self.checked.source
+
+    @property
+    def method_names(self) -> tuple[str, ...]:
+        """The methods of the case, ``base`` (the case as written) first."""
+        return ("base", *self.checked.methods)
+
+    def scene(self) -> Scene:
+        """Return the scene that the case describes, in SI."""
+        return self.built
+
+    def with_(self, path: str, value: Any = None, **fields: Any) -> Case:
+        """Return a variant with one value, or the fields of one block, changed.
+
+        Parameters
+        ----------
+        path : str
+            Dotted path, e.g. ``contacts.0.law``.
+        value : plain value
+            What stands there afterwards; a block is merged, unless its kind changes.
+        **fields
+            The same as a block ``{field: value}``.
+        """
+        if fields and value is not None:
+            raise CaseError("with_() takes a value or fields, not both", remedy="Give one of the two.", path=path)
+        document = self._located(edited, self.document, path, fields or value, replace=False)
+        return replace(_make(self.name, self.file, document, self.registry), method_name=self.method_name)
+
+    def method(self, name: str) -> Case:
+        """Return the variant that the case calls by that name; ``base`` is the case as written."""
+        if name == "base":
+            return self
+        document = self._located(with_method, self.document, name, self.checked.methods)
+        return replace(_make(self.name, self.file, document, self.registry), method_name=name)
+
+    def resolved(self) -> dict[str, Any]:
+        """Return the case with every default filled in and every value in SI, and what follows from it."""
+        return resolve(self.checked, self.built)
+
+    def locate(self, path: str) -> int | None:
+        """Return the line where a dotted path stands in the file, or the nearest key above it; None if from outside."""
+        return locate(self.document, path)
+
+    def place(self, error: ImpactlabError) -> ImpactlabError:
+        """Return an error that was raised later, with file and line filled in where it names a path."""
+        return error.located(self.file, self.locate(error.path)) if error.path else error
+
+    def _located(self, change: Any, *given: Any, **options: Any) -> Document:
+        try:
+            changed: Document = change(*given, **options)
+        except ImpactlabError as error:
+            self.place(error)
+            raise
+        return changed
+
+
+def load_case(path: str | Path, *, registry: plugins.Registry | None = None) -> Case:
+    """Return the case in a file (YAML, TOML or JSON by its ending), checked.
+
+    Parameters
+    ----------
+    path : str or Path
+        The case file.
+    registry : Registry, optional
+        The parts it may name; those installed if not given.
+
+    Raises
+    ------
+    CaseError
+        If the file, a key, a value or the physics is wrong; it carries file and line.
+    PluginError
+        If a part it names is not installed or cannot be used.
+    """
+    file = Path(path)
+    document = read_document(file)
+    return _make(file.stem, str(path), document, registry or plugins.registry())
+
+
+def locate(document: Document, path: str) -> int | None:
+    """Return the line of a path, or of the nearest key above it."""
+    keys = tuple(path.split(".")) if path else ()
+    while keys and keys not in document.lines:
+        keys = keys[:-1]
+    return document.lines.get(keys)
+
+
+def _make(name: str, file: str, document: Document, registry: plugins.Registry) -> Case:
+    try:
+        try:
+            checked = CaseBlock.model_validate(document.data)
+        except ValidationError as error:
+            raise case_error(error, document.data, allowed=CaseBlock) from error
+        check(checked)
+        scene = build_scene(checked, name, registry)
+    except ImpactlabError as error:
+        error.located(file, locate(document, error.path))
+        raise
+    return Case(name, file, document, registry, checked, scene)

@@ -1,0 +1,264 @@
+"""Physics that no single key can show, checked in one place and in this order, before a scene is built."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from impactlab.casefile.formula import Formula, Table
+from impactlab.casefile.points import Face, check_place, find_body, read_face, rod_length
+from impactlab.casefile.schema import CaseBlock, RodBlock, RoundTrips, WallBlock
+from impactlab.casefile.words import listed, shown
+from impactlab.errors import CaseError
+from impactlab.scene import Profile
+
+
+class Faces(NamedTuple):
+    """The two faces of a contact."""
+
+    left: Face
+    right: Face
+
+
+def check(case: CaseBlock) -> None:
+    """Raise `CaseError` at the first thing that cannot be."""
+    for rule in RULES:
+        rule(case)
+
+
+def faces_of(case: CaseBlock, number: int) -> Faces:
+    """Return the faces of a contact of the case."""
+    left, right = case.contacts[number].between
+    path = f"contacts.{number}.between"
+    return Faces(read_face(case, left, f"{path}.0"), read_face(case, right, f"{path}.1"))
+
+
+def shape_of(rod: RodBlock) -> Profile | None:
+    """Return the initial displacement of a rod as a function of x [m]."""
+    if rod.displacement is None or isinstance(rod.displacement, (Formula, Table)):
+        return rod.displacement
+    return Formula(str(rod.displacement), rod_length(rod))
+
+
+def reference_rod(case: CaseBlock) -> str | None:
+    """Return the rod whose round trip the case counts in: the one named, else the first, else None."""
+    if case.solve.round_trips_of is not None:
+        return case.solve.round_trips_of
+    return next((name for name, body in case.bodies.items() if isinstance(body, RodBlock)), None)
+
+
+def _rods_have_a_shape(case: CaseBlock) -> None:
+    for name, body in case.bodies.items():
+        if not isinstance(body, RodBlock):
+            continue
+        for key in ("length", "area", "material"):
+            given = getattr(body, key) is not None
+            if body.segments is not None and given:
+                raise CaseError(
+                    "given together with segments, which replace length, area and material",
+                    remedy=f"Keep either {key} or segments.",
+                    path=f"bodies.{name}.{key}",
+                )
+            if body.segments is None and not given:
+                raise CaseError(
+                    "this key is missing",
+                    remedy="A rod has length, area and material, or segments with these three each.",
+                    path=f"bodies.{name}.{key}",
+                )
+
+
+def _shapes_are_finite(case: CaseBlock) -> None:
+    for name, body in case.bodies.items():
+        if not isinstance(body, RodBlock) or body.displacement is None:
+            continue
+        path, length = f"bodies.{name}.displacement", rod_length(body)
+        if isinstance(body.displacement, Table) and (body.displacement.x[0] > 0.0 or body.displacement.x[-1] < length):
+            raise CaseError(
+                f"the table goes from {body.displacement.x[0]:g} to {body.displacement.x[-1]:g} m; the rod from 0 to {length:g} m",
+                remedy="Give values over the whole rod.",
+                path=path,
+            )
+        shape = shape_of(body)
+        values = shape(np.linspace(0.0, length, 1001)) if shape else np.zeros(2)
+        if not np.all(np.isfinite(values)):
+            raise CaseError(
+                f"{shown(body.displacement)} is not a finite number everywhere on the rod, 0 to {length:g} m",
+                remedy="Mend the formula (a division by zero, or the root of a negative number).",
+                path=path,
+            )
+        for side, value in (("left", values[0]), ("right", values[-1])):
+            if getattr(body.ends, side).kind == "clamped" and abs(value) > 1e-9 * float(np.max(np.abs(values))):
+                raise CaseError(
+                    f"the displacement at the clamped {side} end is {value:g} m; a clamped end stays at 0",
+                    remedy=f"Choose a shape that is 0 there, or free the {side} end.",
+                    path=path,
+                )
+
+
+def _contacts_join_two_bodies(case: CaseBlock) -> None:
+    for number, contact in enumerate(case.contacts):
+        path = f"contacts.{number}.between"
+        faces = faces_of(case, number)
+        left, right = faces.left.point, faces.right.point
+        if left.body == right.body:
+            raise CaseError(
+                f"the body {left.body!r} cannot be in contact with itself",
+                remedy="Name two different bodies.",
+                path=path,
+            )
+        if all(isinstance(case.bodies[point.body], WallBlock) for point in (left, right)):
+            raise CaseError(
+                f"{left.body!r} and {right.body!r} are walls and never move",
+                remedy="A contact needs a body that moves: a rod or a mass.",
+                path=path,
+            )
+        pairs = [frozenset(other.between) for other in case.contacts[:number]]
+        if frozenset(contact.between) in pairs:
+            raise CaseError(
+                f"{left.label} and {right.label} already meet in contacts.{pairs.index(frozenset(contact.between))}",
+                remedy="Remove one of the two contacts.",
+                path=path,
+            )
+
+
+def _faces_look_at_each_other(case: CaseBlock) -> None:
+    for number, contact in enumerate(case.contacts):
+        faces = faces_of(case, number)
+        wrong = (("0", faces.left, "left", "right"), ("1", faces.right, "right", "left"))
+        for place, face, at_side, facing in wrong:
+            if face.end == at_side:
+                other = contact.between[1 - int(place)]
+                swap = f"[{contact.between[1]}, {contact.between[0]}]"
+                raise CaseError(
+                    f"{face.point.label!r} looks away from {other!r}: of between: [a, b], a lies on the left of b, "
+                    f"so the {'first' if place == '0' else 'second'} face is a mass, a wall, or the {facing} end of a rod",
+                    remedy=f"Swap the two, {swap}, or name {face.point.body}.{facing}.",
+                    path=f"contacts.{number}.between.{place}",
+                )
+
+
+def _held_ends_are_not_struck(case: CaseBlock) -> None:
+    for number in range(len(case.contacts)):
+        for place, face in enumerate(faces_of(case, number)):
+            body = case.bodies[face.point.body]
+            if isinstance(body, RodBlock) and face.end and getattr(body.ends, face.end).kind == "clamped":
+                raise CaseError(
+                    f"the end {face.point.label!r} is clamped and never moves, so a contact there moves no rod",
+                    remedy="Free that end, or put a wall in its place.",
+                    path=f"contacts.{number}.between.{place}",
+                )
+
+
+def _gaps_are_open(case: CaseBlock) -> None:
+    for number, contact in enumerate(case.contacts):
+        gap = contact.gap
+        for face, sign in zip(faces_of(case, number), (-1.0, 1.0), strict=True):
+            body = case.bodies[face.point.body]
+            shape = shape_of(body) if isinstance(body, RodBlock) else None
+            if shape is not None:
+                gap += sign * float(shape(np.array([face.point.x]))[0])
+        if gap < 0.0 and contact.overlap is None:
+            shapes = "" if gap == contact.gap else " with the displacement at t = 0"
+            raise CaseError(
+                f"the gap is {gap:g} m{shapes}: the faces overlap before the run. Allowed: 0 or more",
+                remedy="Give a gap of 0 or more, or say `overlap: allowed` for this contact.",
+                path=f"contacts.{number}.gap",
+            )
+
+
+def _order_is_possible(case: CaseBlock) -> None:
+    """Refuse a ring such as a left of b, b left of a; walls may stand on both sides."""
+    right_of: dict[str, set[str]] = {}
+    for number in range(len(case.contacts)):
+        faces = faces_of(case, number)
+        left, right = faces.left.point.body, faces.right.point.body
+        if any(isinstance(case.bodies[name], WallBlock) for name in (left, right)):
+            continue
+        if "at(" in faces.left.point.label + faces.right.point.label:
+            continue
+        seen, front = set[str](), {right}
+        while front:
+            seen |= front
+            front = {after for name in front for after in right_of.get(name, ())} - seen
+        if left in seen:
+            raise CaseError(
+                f"{left!r} would lie on the left of {right!r}, and by the other contacts on its right",
+                remedy="Of between: [a, b], a lies on the left of b: swap one pair.",
+                path=f"contacts.{number}.between",
+            )
+        right_of.setdefault(left, set()).add(right)
+
+
+def _round_trips_have_a_rod(case: CaseBlock) -> None:
+    named = case.solve.round_trips_of
+    rods = [name for name, body in case.bodies.items() if isinstance(body, RodBlock)]
+    if named is not None:
+        find_body(case, named, "solve.round_trips_of")
+        if named not in rods:
+            raise CaseError(
+                f"{named!r} is not a rod and has no round trip", remedy=f"Rods: {listed(rods)}.", path="solve.round_trips_of"
+            )
+    if isinstance(case.solve.duration, RoundTrips) and not rods:
+        raise CaseError(
+            "round_trips counts the round trips of a rod, and this case has none",
+            remedy="Give the duration in seconds.",
+            path="solve.duration",
+        )
+
+
+def _models_name_rods(case: CaseBlock) -> None:
+    for name in case.solve.models:
+        body = find_body(case, name, f"solve.models.{name}")
+        if not isinstance(body, RodBlock):
+            raise CaseError(
+                f"{name!r} is not a rod; only rods have a model", remedy="Remove it.", path=f"solve.models.{name}"
+            )
+
+
+def _one_step_rule(case: CaseBlock) -> None:
+    given = [key for key in ("points_per_period", "dt", "courant") if getattr(case.solve.step, key) is not None]
+    if len(given) != 1:
+        raise CaseError(
+            f"{listed(given)} given together" if given else "the step is empty",
+            remedy="Give exactly one of points_per_period, dt, courant.",
+            path="solve.step",
+        )
+
+
+def _probes_lie_on_bodies(case: CaseBlock) -> None:
+    for number, probe in enumerate(case.probes):
+        path = f"probes.{number}"
+        body = find_body(case, probe.body, f"{path}.body")
+        if isinstance(body, RodBlock):
+            check_place(probe.at, probe.body, rod_length(body), f"{path}.at")
+        elif isinstance(body, WallBlock) or probe.quantity not in ("displacement", "velocity"):
+            kind = "wall" if isinstance(body, WallBlock) else "mass"
+            allowed = "nothing: it never moves" if kind == "wall" else "displacement, velocity"
+            raise CaseError(
+                f"the {kind} {probe.body!r} has no {probe.quantity} to record. Allowed: {allowed}",
+                remedy="Probe a rod, or another quantity.",
+                path=f"{path}.quantity",
+            )
+        elif probe.at != 0.0:
+            raise CaseError(
+                f"{probe.at:g} m on the mass {probe.body!r}, which has no length",
+                remedy="Leave `at` out.",
+                path=f"{path}.at",
+            )
+
+
+RULES: tuple[Callable[[CaseBlock], None], ...] = (
+    _rods_have_a_shape,
+    _shapes_are_finite,
+    _contacts_join_two_bodies,
+    _faces_look_at_each_other,
+    _held_ends_are_not_struck,
+    _gaps_are_open,
+    _order_is_possible,
+    _round_trips_have_a_rod,
+    _models_name_rods,
+    _one_step_rule,
+    _probes_lie_on_bodies,
+)

@@ -1,0 +1,305 @@
+"""Reads the text of a case file into plain values with their lines. Case files are data: nothing in one ever runs.
+
+YAML is taken event by event, so that limits, tags, anchors and double keys are refused before any value is built, and
+numbers are read by the core rules of YAML 1.2 (``2.1e11`` and ``1e-3`` are numbers, ``on`` is a text).
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from impactlab.casefile.words import closest, shown
+from impactlab.errors import CaseError
+
+LARGEST_FILE = 1_000_000  # bytes
+DEEPEST = 24  # levels of nesting
+LARGEST_VALUE = 10_000  # characters of a value given on the command line
+
+Keys = tuple[str, ...]
+"""Where a value stands: keys and list positions from the top, as texts."""
+
+_INTEGER = re.compile(r"[-+]?[0-9]{1,400}")
+_FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
+_NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
+_WORDS: dict[str, bool | None] = {"": None, "~": None, "null": None, "Null": None, "NULL": None}
+_WORDS |= {"true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False}
+_DOTTED = re.compile(r"""(?:[\w"'-]+\s*\.\s*){%d}""" % (DEEPEST + 1))
+_REMEDY = "A case holds plain keys and values only; see `impactlab new` for one to start from."
+
+
+class Document(NamedTuple):
+    """A case as plain dicts, lists and scalars, and the line of each key."""
+
+    data: dict[str, Any]
+    lines: dict[Keys, int | None]
+
+
+def read_document(path: Path) -> Document:
+    """Return the document in a file; its ending says whether it is YAML, TOML or JSON.
+
+    Raises
+    ------
+    CaseError
+        If the file is missing, too large, too deep, or not what its ending says.
+    """
+    readers = {".yaml": parse_yaml, ".yml": parse_yaml, ".toml": parse_toml, ".json": parse_json}
+    reader = readers.get(path.suffix.lower())
+    if reader is None:
+        raise CaseError(
+            f"{path.name!r} is not a case file by its ending. Allowed: {', '.join(readers)}",
+            remedy="Rename the file after the format it is written in.",
+            file=str(path),
+        )
+    try:
+        return reader(_text(path))
+    except CaseError as error:
+        error.located(str(path), error.line)
+        raise
+
+
+def _text(path: Path) -> str:
+    if not path.is_file():
+        what = "is a folder, not a file" if path.is_dir() else "does not exist"
+        raise CaseError(f"the case file {what}.{_neighbour(path)}", remedy="Give the path of a case file.")
+    with path.open("rb") as stream:
+        raw = stream.read(LARGEST_FILE + 1)
+    if len(raw) > LARGEST_FILE:
+        raise CaseError(
+            f"the file is larger than {LARGEST_FILE} bytes, the most a case may have",
+            remedy="A case describes a scene; keep measured series outside it.",
+        )
+    try:
+        return raw.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise CaseError(f"byte {error.start} is not UTF-8", remedy="Save the file as UTF-8 text.") from error
+
+
+def _neighbour(path: Path) -> str:
+    if not path.parent.is_dir():
+        return f" There is no folder {shown(str(path.parent))}."
+    return closest(path.name, (other.name for other in path.parent.iterdir() if other.is_file()))
+
+
+def parse_yaml(text: str) -> Document:
+    """Return a YAML 1.2 text as a document."""
+    lines: dict[Keys, int | None] = {}
+    data = _yaml_value(text, lines)
+    return Document(_mapping(data), lines)
+
+
+def parse_value(text: str) -> Any:
+    """Return a value given on the command line, a YAML scalar or flow collection."""
+    if len(text) > LARGEST_VALUE:
+        raise CaseError(f"a value of {len(text)} characters; at most {LARGEST_VALUE} are allowed")
+    return _yaml_value(text, {})
+
+
+def parse_json(text: str) -> Document:
+    """Return a JSON text as a document."""
+    _limit_brackets(text)
+
+    def once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        items: dict[str, Any] = {}
+        for key, value in pairs:
+            if key in items:
+                raise CaseError(f"the key {shown(key)} stands twice", remedy="Keep one of the two.")
+            items[key] = value
+        return items
+
+    try:
+        data = json.loads(text, object_pairs_hook=once, parse_constant=_refuse_constant)
+    except json.JSONDecodeError as error:
+        raise CaseError(f"not JSON: {error.msg}", remedy="Mend the text there.", line=error.lineno) from error
+    except ValueError as error:
+        raise CaseError(f"not JSON: {str(error)[:120]}") from error
+    lines: dict[Keys, int | None] = {}
+    try:
+        _yaml_value(text, lines)  # JSON is YAML; read again for the lines alone
+    except CaseError:
+        lines = {}
+    return Document(_mapping(data), lines)
+
+
+def parse_toml(text: str) -> Document:
+    """Return a TOML text as a document."""
+    _limit_brackets(text)
+    dotted = _DOTTED.search(text)
+    if dotted:
+        raise _too_deep(text.count("\n", 0, dotted.start()) + 1)
+    try:
+        data = tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
+        found = re.search(r"at line (\d+)", str(error))
+        line = int(found.group(1)) if found else None
+        raise CaseError(f"not TOML: {str(error)[:120]}", remedy="Mend the text there.", line=line) from error
+    return Document(_mapping(data), _toml_lines(text))
+
+
+def _toml_lines(text: str) -> dict[Keys, int | None]:
+    lines: dict[Keys, int | None] = {}
+    table: Keys = ()
+    counts: dict[Keys, int] = {}
+    for number, line in enumerate(text.splitlines(), start=1):
+        header = re.match(r"\s*(\[{1,2})\s*([\w.\"' -]+?)\s*\]", line)
+        key = re.match(r"\s*([\w.\"'-]+)\s*=", line)
+        if header:
+            table = _split(header.group(2))
+            if header.group(1) == "[[":
+                counts[table] = counts.get(table, -1) + 1
+                table = (*table, str(counts[table]))
+            lines.setdefault(table, number)
+        elif key:
+            lines.setdefault((*table, *_split(key.group(1))), number)
+    return lines
+
+
+def _split(dotted: str) -> Keys:
+    return tuple(part.strip(" \"'") for part in dotted.split("."))
+
+
+def _limit_brackets(text: str) -> None:
+    depth, quote, escaped = 0, "", False
+    for place, letter in enumerate(text):
+        if quote:
+            if escaped:
+                escaped = False
+            elif letter == "\\":
+                escaped = True
+            elif letter in (quote, "\n"):
+                quote = ""
+        elif letter in "\"'":
+            quote = letter
+        elif letter in "[{":
+            depth += 1
+            if depth > DEEPEST:
+                raise _too_deep(text.count("\n", 0, place) + 1)
+        elif letter in "]}":
+            depth -= 1
+
+
+def _refuse_constant(name: str) -> Any:
+    raise CaseError(f"{name} is not a finite number", remedy="Give a number.")
+
+
+def _mapping(data: Any) -> dict[str, Any]:
+    if not isinstance(data, dict):
+        raise CaseError(
+            f"the file holds {shown(data)} where a case begins with keys such as schema_version, bodies, contacts, solve",
+            remedy="Start from `impactlab new`.",
+            line=1,
+        )
+    return data
+
+
+def _too_deep(line: int) -> CaseError:
+    return CaseError(f"nested deeper than {DEEPEST} levels, the most a case may have", remedy=_REMEDY, line=line)
+
+
+def _yaml_value(text: str, lines: dict[Keys, int | None]) -> Any:
+    from ruamel.yaml import YAML
+    from ruamel.yaml.error import MarkedYAMLError, YAMLError
+
+    try:
+        return _Composer(YAML(typ="rt", pure=True).parse(text), lines).document()
+    except MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        problem = str(error.problem or error.context or "the text cannot be read")[:120]
+        raise CaseError(
+            f"not YAML: {problem}", remedy="Mend the text there (or just above).", line=mark.line + 1 if mark else None
+        ) from error
+    except YAMLError as error:
+        raise CaseError(f"not YAML: {str(error)[:120]}", remedy="Remove what is not printable text.") from error
+    except (ValueError, RecursionError) as error:
+        raise CaseError(f"not YAML: {str(error)[:120]}", remedy="Mend the text.") from error
+
+
+class _Composer:
+    """Builds plain values from YAML events, within the limits."""
+
+    def __init__(self, events: Iterator[Any], lines: dict[Keys, int | None]) -> None:
+        self.events = events
+        self.lines = lines
+
+    def document(self) -> Any:
+        value = None
+        documents = 0
+        for event in self.events:
+            kind = type(event).__name__
+            if kind == "DocumentStartEvent":
+                documents += 1
+                if event.version or event.tags:
+                    raise CaseError("a % directive", remedy=_REMEDY, line=event.start_mark.line + 1)
+                if documents > 1:
+                    raise CaseError(
+                        "a second document begins here", remedy="A file holds one case.", line=event.start_mark.line + 1
+                    )
+            elif kind not in ("StreamStartEvent", "StreamEndEvent", "DocumentEndEvent"):
+                value = self.node(event, (), 1)
+        return value
+
+    def node(self, event: Any, path: Keys, depth: int) -> Any:
+        kind = type(event).__name__
+        line = event.start_mark.line + 1
+        if kind == "AliasEvent":
+            raise CaseError(f"the alias *{str(event.anchor)[:20]}", remedy="Write the value out again.", line=line)
+        if event.anchor is not None:
+            raise CaseError(f"the anchor &{str(event.anchor)[:20]}", remedy="Remove it; write values out.", line=line)
+        if event.tag is not None:
+            raise CaseError(f"the tag {shown(str(event.tag))}", remedy=f"Remove it. {_REMEDY}", line=line)
+        self.lines.setdefault(path, line)
+        if kind == "ScalarEvent":
+            return _scalar(event.value, plain=bool(event.implicit[0]), line=line)
+        if depth > DEEPEST:
+            raise _too_deep(line)
+        return self.sequence(path, depth) if kind == "SequenceStartEvent" else self.mapping(path, depth)
+
+    def sequence(self, path: Keys, depth: int) -> list[Any]:
+        items: list[Any] = []
+        for event in self.events:
+            if type(event).__name__ == "SequenceEndEvent":
+                break
+            items.append(self.node(event, (*path, str(len(items))), depth + 1))
+        return items
+
+    def mapping(self, path: Keys, depth: int) -> dict[str, Any]:
+        items: dict[str, Any] = {}
+        for event in self.events:
+            if type(event).__name__ == "MappingEndEvent":
+                break
+            line = event.start_mark.line + 1
+            if type(event).__name__ != "ScalarEvent" or event.anchor is not None or event.tag is not None:
+                raise CaseError("a key that is not a plain word", remedy=_REMEDY, line=line)
+            key = str(event.value)
+            if key in items:
+                first = self.lines[(*path, key)]
+                raise CaseError(
+                    f"the key {shown(key)} stands twice (first in line {first})",
+                    remedy="Keep one of the two.",
+                    path=".".join((*path, key))[:200],
+                    line=line,
+                )
+            self.lines[(*path, key)] = line
+            items[key] = self.node(next(self.events), (*path, key), depth + 1)
+        return items
+
+
+def _scalar(text: str, *, plain: bool, line: int) -> Any:
+    if not plain:
+        return text
+    if text in _WORDS:
+        return _WORDS[text]
+    if _INTEGER.fullmatch(text):
+        return int(text)
+    if _NOT_FINITE.fullmatch(text):
+        raise CaseError(f"{text} is not a finite number", remedy="Give a number.", line=line)
+    if len(text) <= 400 and _FLOAT.fullmatch(text):
+        number = float(text)
+        if number in (float("inf"), float("-inf")):
+            raise CaseError(f"{shown(text)} is beyond any number", remedy="Give a finite number.", line=line)
+        return number
+    return text

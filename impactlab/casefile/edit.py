@@ -1,0 +1,149 @@
+"""Changes values of a case by dotted path: ``--set``, ``with_`` and the ``methods`` of a case."""
+
+from __future__ import annotations
+
+import copy
+import numbers
+from collections.abc import Mapping
+from typing import Any
+
+from impactlab.casefile.build import DEFAULT_INTEGRATOR
+from impactlab.casefile.document import DEEPEST, Document, Keys
+from impactlab.casefile.schema import SolveBlock
+from impactlab.casefile.words import closest, listed, shown
+from impactlab.errors import CaseError
+
+
+def edited(document: Document, path: str, value: Any, *, replace: bool, origin: Keys | None = None) -> Document:
+    """Return the document with one value changed.
+
+    Blocks are merged, unless ``replace`` is asked for, their kind changes, or they hold one of several alternatives
+    (the step, the duration, an end); then the new block stands alone.
+
+    Parameters
+    ----------
+    document : Document
+        The case as it is; not changed.
+    path : str
+        Dotted path, e.g. ``contacts.0.law.stiffness``.
+    value : plain value
+        What stands there afterwards.
+    replace : bool
+        Whether a block replaces the old block instead of merging with it.
+    origin : tuple of str, optional
+        Where in the file the value stands; without it, it comes from outside and has no line.
+    """
+    keys = tuple(path.split("."))
+    if not all(keys) or len(keys) > DEEPEST:
+        raise CaseError(f"{shown(path)} is not a path", remedy="Write keys with dots between, as in solve.step.dt.")
+    value = plain(value, path)
+    data = copy.deepcopy(document.data)
+    lines: dict[Keys, int | None] = dict(document.lines)
+    holder = _holder(data, keys, path)
+    last = _key_in(holder, keys[-1], path)
+    block = _block_of(holder, last)
+    if keys[-1] == "kind" and isinstance(holder, dict) and holder.get("kind") != value:
+        holder.clear()
+        holder["kind"] = value
+    elif keys[:-1] == ("solve", "step") and isinstance(holder, dict):
+        holder.clear()
+        holder[last] = value
+    elif _merges(block, value, keys) and not replace:
+        merged = {**block, **value} if isinstance(block, dict) else value
+        holder[last] = merged
+    else:
+        holder[last] = value
+    _move_lines(lines, keys, origin)
+    return Document(data, lines)
+
+
+def plain(value: Any, path: str = "") -> Any:
+    """Return a value given in Python as the plain value a file would hold."""
+    if value is None or isinstance(value, (bool, str)):
+        return value
+    if isinstance(value, numbers.Integral):
+        return int(value)
+    if isinstance(value, numbers.Real):
+        return float(value)
+    if isinstance(value, Mapping):
+        return {str(key): plain(inner, path) for key, inner in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(inner, path) for inner in value]
+    raise CaseError(
+        f"a value of type {type(value).__name__!r}. Allowed: numbers, texts, true, false, lists and mappings of these",
+        remedy="Give what a case file could hold.",
+        path=path,
+    )
+
+
+def _holder(data: Any, keys: Keys, path: str) -> Any:
+    holder = data
+    for place, key in enumerate(keys[:-1]):
+        found = _key_in(holder, key, path)
+        if isinstance(holder, dict) and not isinstance(holder.get(found), (dict, list)):
+            holder[found] = _default_block(keys[: place + 1])
+        holder = holder[found]
+    return holder
+
+
+def _key_in(holder: Any, key: str, path: str) -> Any:
+    if isinstance(holder, dict):
+        return key
+    if isinstance(holder, list):
+        if key.isdecimal() and len(key) < 6 and int(key) < len(holder):
+            return int(key)
+        count = f"0 to {len(holder) - 1}" if holder else "none, the list is empty"
+        raise CaseError(f"{shown(key)} is not an entry of this list. Allowed: {count}", path=path)
+    raise CaseError(f"{shown(key)} cannot be set inside {shown(holder)}", remedy="Check the path.", path=path)
+
+
+def _block_of(holder: Any, key: Any) -> Any:
+    return holder.get(key) if isinstance(holder, dict) else holder[key]
+
+
+def _default_block(keys: Keys) -> dict[str, Any]:
+    """What stands where the case is silent, so that one field of a default can be set alone."""
+    if keys == ("solve", "model"):
+        return dict(SolveBlock.model_fields["model"].default)
+    if keys == ("solve", "integrator"):
+        return dict(DEFAULT_INTEGRATOR)
+    return {}
+
+
+def _merges(block: Any, value: Any, keys: Keys) -> bool:
+    if not isinstance(block, dict) or not isinstance(value, dict):
+        return False
+    if keys in (("solve", "step"), ("solve", "duration")) or keys[-2:-1] == ("ends",):
+        return False
+    return "kind" not in value or value["kind"] == block.get("kind")
+
+
+def _move_lines(lines: dict[Keys, int | None], keys: Keys, origin: Keys | None) -> None:
+    below = [known for known in lines if known[: len(keys)] == keys]
+    for known in below:
+        del lines[known]
+    lines[keys] = None if origin is None else lines.get(origin)
+    if origin is not None:
+        for known in [known for known in lines if known[: len(origin)] == origin]:
+            lines[keys + known[len(origin) :]] = lines[known]
+
+
+def with_method(document: Document, name: str, methods: Mapping[str, Mapping[str, Any]]) -> Document:
+    """Return the document with the values of one of its methods in place.
+
+    Raises
+    ------
+    CaseError
+        If the case has no such method.
+    """
+    if name not in methods:
+        raise CaseError(
+            f"the case has no method {shown(name)}.{closest(name, methods)}",
+            remedy=f"Methods of this case: base, {listed(methods)}." if methods else "This case has no methods.",
+            path="methods",
+        )
+    for path, value in methods[name].items():
+        if path.partition(".")[0] in ("methods", "schema_version"):
+            raise CaseError(f"a method cannot change {shown(path)}", remedy="Remove it.", path=f"methods.{name}")
+        document = edited(document, path, value, replace=True, origin=("methods", name, path))
+    return document

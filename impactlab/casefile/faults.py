@@ -1,0 +1,126 @@
+"""Turns what pydantic found into one error of ours: where, what was given, what is allowed, what to do."""
+
+from __future__ import annotations
+
+import types
+import typing
+from collections.abc import Iterable
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
+
+from impactlab.casefile.words import closest, listed, shown
+from impactlab.errors import CaseError
+
+_REMEDY = "Mend the value; `impactlab schema` lists every key with its unit."
+
+
+def case_error(
+    error: ValidationError, data: Any, prefix: str = "", allowed: Iterable[str] | type[BaseModel] = ()
+) -> CaseError:
+    """Return the first fault as an error of the case; unknown keys come first, for they explain missing ones.
+
+    Parameters
+    ----------
+    error : pydantic.ValidationError
+        What pydantic found.
+    data : Any
+        What was validated, as plain values.
+    prefix : str
+        Path of ``data`` in the case.
+    allowed : names, or a pydantic model
+        The keys that may stand in ``data``.
+    """
+    faults = sorted(error.errors(include_url=False), key=lambda fault: fault["type"] != "extra_forbidden")
+    fault = faults[0]
+    keys = _yaml_path(fault["loc"], data, fault["type"])
+    path = ".".join(part for part in (prefix, *keys) if part)
+    text, remedy = _words(fault, keys, data, allowed)
+    more = len(faults) - 1
+    if more:
+        remedy += f" ({more} more fault{'s' if more > 1 else ''} below.)"
+    return CaseError(text, remedy=remedy, path=path)
+
+
+def _words(fault: ErrorDetails, keys: list[str], data: Any, allowed: Iterable[str] | type[BaseModel]) -> tuple[str, str]:
+    kind = fault["type"]
+    given = shown(fault["input"])
+    context = fault.get("ctx", {})
+    match kind:
+        case "value":
+            return str(context["text"]), _REMEDY
+        case "extra_forbidden":
+            names = _allowed_at(keys[:-1], data, allowed)
+            name = keys[-1]
+            return (
+                f"the key {shown(name)} is not known here.{closest(name, names)}",
+                f"Allowed: {listed(names)}." if names else "This block takes no parameters: remove the key.",
+            )
+        case "missing":
+            return "this key is missing", "Add it; `impactlab schema` lists every key with its unit."
+        case "union_tag_not_found":
+            return f"{given} has no kind. Allowed: {_tags(context)}", "Write kind: and one of these."
+        case "union_tag_invalid":
+            tag = str(context.get("tag", ""))
+            if tag == "beam":
+                return "'beam' is not available in this version. Allowed: " + _tags(context), "Use a rod."
+            hint = closest(tag, _tags(context).split(", "))
+            return f"{shown(tag)} is not a kind of body.{hint} Allowed: {_tags(context)}", "Change the kind."
+        case "literal_error":
+            return f"{given} is not allowed here. Allowed: {context.get('expected')}", _REMEDY
+        case "string_pattern_mismatch":
+            return (
+                f"{given} is not a name. Allowed: letters, digits, _ and -, beginning with a letter, at most 40",
+                "Choose another name.",
+            )
+        case "too_short" | "too_long":
+            return f"{given} has the wrong length: {fault['msg']}", _REMEDY
+        case _:
+            return f"{given}: {fault['msg'][:1].lower()}{fault['msg'][1:]}", _REMEDY
+
+
+def _tags(context: Any) -> str:
+    return listed(str(context.get("expected_tags", "'mass', 'rod', 'wall'")).replace("'", "").split(", "))
+
+
+def _yaml_path(loc: Iterable[int | str], data: Any, kind: str) -> list[str]:
+    """Leave out the tags that pydantic puts into its locations."""
+    steps = list(loc)
+    keys: list[str] = []
+    for place, step in enumerate(steps):
+        last = place == len(steps) - 1
+        if isinstance(data, dict) and step in data:
+            data = data[step]
+            keys.append(str(step))
+        elif isinstance(data, (list, tuple)) and isinstance(step, int) and step < len(data):
+            data = data[step]
+            keys.append(str(step))
+        elif last and kind == "missing":
+            keys.append(str(step))
+    return keys
+
+
+def _allowed_at(keys: list[str], data: Any, allowed: Iterable[str] | type[BaseModel]) -> list[str]:
+    if not isinstance(allowed, type):
+        return list(allowed)
+    models: list[type[BaseModel]] = [allowed]
+    for key in keys:
+        data = data[int(key)] if isinstance(data, (list, tuple)) else data[key]
+        fields = [model.model_fields[key].annotation for model in models if key in model.model_fields]
+        if fields:
+            models = [model for field in fields for model in _models_in(field)]
+    kind = data.get("kind") if isinstance(data, dict) else None
+    chosen = [model for model in models if _kind_of(model) in (None, kind)] or models
+    return [name for model in chosen for name in model.model_fields]
+
+
+def _models_in(annotation: Any) -> list[type[BaseModel]]:
+    if isinstance(annotation, type) and not isinstance(annotation, types.GenericAlias):
+        return [annotation] if issubclass(annotation, BaseModel) else []
+    return [model for inner in typing.get_args(annotation) for model in _models_in(inner)]
+
+
+def _kind_of(model: type[BaseModel]) -> str | None:
+    field = model.model_fields.get("kind")
+    return str(typing.get_args(field.annotation)[0]) if field else None

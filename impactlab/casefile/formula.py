@@ -1,0 +1,156 @@
+"""A quantity along a rod, given as a formula of x or as a table. A formula is never evaluated as code.
+
+The formula is parsed, every node is held against a short list of what is allowed, and the tree is walked with numpy.
+"""
+
+from __future__ import annotations
+
+import ast
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy import float64
+from numpy.typing import NDArray
+
+from impactlab.casefile.words import listed, shown
+
+Array = NDArray[float64]
+
+LONGEST = 400  # characters
+MOST_NODES = 150
+DEEPEST = 20
+LARGEST_EXPONENT = 20.0
+
+_FUNCTIONS: dict[str, Callable[[Any], Any]] = {
+    "abs": np.abs,
+    "cos": np.cos,
+    "exp": np.exp,
+    "sin": np.sin,
+    "sqrt": np.sqrt,
+}
+_OPERATORS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
+    ast.Add: np.add,
+    ast.Sub: np.subtract,
+    ast.Mult: np.multiply,
+    ast.Div: np.divide,
+    ast.Pow: np.power,
+}
+_ALLOWED = "allowed: numbers, x, L (the length), pi, + - * / **, and abs(), cos(), exp(), sin(), sqrt()"
+
+
+@dataclass(frozen=True)
+class Formula:
+    """A formula of x over a body of the given length [m]; called with x, shape (n,), it returns the same shape."""
+
+    text: str
+    length: float
+
+    def __post_init__(self) -> None:
+        parse(self.text)
+
+    def __call__(self, x: Array) -> Array:
+        places = np.asarray(x, dtype=float)
+        names = {"x": places, "L": self.length, "pi": math.pi}
+        with np.errstate(all="ignore"):
+            values = _evaluate(parse(self.text), names)
+        return np.broadcast_to(np.asarray(values, dtype=float), places.shape).copy()
+
+
+@dataclass(frozen=True)
+class Table:
+    """A quantity given at places x [m], rising; straight lines between them."""
+
+    x: tuple[float, ...]
+    u: tuple[float, ...]
+
+    def __call__(self, x: Array) -> Array:
+        return np.asarray(np.interp(x, self.x, self.u), dtype=float)
+
+
+@lru_cache(maxsize=64)
+def parse(text: str) -> ast.expr:
+    """Return the checked tree of a formula.
+
+    Raises
+    ------
+    ValueError
+        If the text holds anything but what is allowed; the message says what.
+    """
+    if len(text) > LONGEST:
+        raise ValueError(f"the formula has {len(text)} characters; at most {LONGEST} are allowed")
+    try:
+        tree = ast.parse(text.strip(), mode="eval").body
+    except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
+        raise ValueError(f"{shown(text)} is not a formula; {_ALLOWED}") from error
+    nodes = sum(1 for _ in ast.walk(tree))
+    if nodes > MOST_NODES:
+        raise ValueError(f"the formula has {nodes} parts; at most {MOST_NODES} are allowed")
+    _check(tree, 1)
+    return tree
+
+
+def _check(node: ast.expr, depth: int) -> None:
+    if depth > DEEPEST:
+        raise ValueError(f"the formula is nested deeper than {DEEPEST} levels")
+    if isinstance(node, ast.Constant):
+        _number(node)
+    elif isinstance(node, ast.Name):
+        if node.id not in ("x", "L", "pi"):
+            raise ValueError(f"the formula names {shown(node.id)}; {_ALLOWED}")
+    elif isinstance(node, ast.UnaryOp) and isinstance(node.op, (ast.UAdd, ast.USub)):
+        _check(node.operand, depth + 1)
+    elif isinstance(node, ast.BinOp) and type(node.op) in _OPERATORS:
+        _check(node.left, depth + 1)
+        _check(node.right, depth + 1)
+        if isinstance(node.op, ast.Pow):
+            _exponent(node.right)
+    elif isinstance(node, ast.Call):
+        if not isinstance(node.func, ast.Name) or node.func.id not in _FUNCTIONS:
+            called = shown(ast.unparse(node.func))
+            raise ValueError(f"the formula calls {called}; functions allowed: {listed(_FUNCTIONS)}")
+        if len(node.args) != 1 or node.keywords:
+            raise ValueError(f"{node.func.id}() in a formula takes one value")
+        _check(node.args[0], depth + 1)
+    else:
+        power = " (write a power as **)" if isinstance(node, ast.BinOp) and isinstance(node.op, ast.BitXor) else ""
+        raise ValueError(f"the formula holds {shown(ast.unparse(node))}{power}; {_ALLOWED}")
+
+
+def _number(node: ast.Constant) -> None:
+    value = node.value
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise ValueError(f"the formula holds {shown(value)}; {_ALLOWED}")
+    try:
+        finite = math.isfinite(float(value))
+    except OverflowError:
+        finite = False
+    if not finite:
+        raise ValueError("the formula holds a number that is not finite")
+
+
+def _exponent(node: ast.expr) -> None:
+    inner = node.operand if isinstance(node, ast.UnaryOp) else node
+    if not isinstance(inner, ast.Constant):
+        raise ValueError(f"the exponent {shown(ast.unparse(node))} is not a number; exponents are plain numbers")
+    if abs(float(inner.value)) > LARGEST_EXPONENT:  # type: ignore[arg-type]
+        raise ValueError(f"the exponent {shown(inner.value)} is too large; at most {LARGEST_EXPONENT:g} is allowed")
+
+
+def _evaluate(node: ast.expr, names: dict[str, Any]) -> Any:
+    match node:
+        case ast.Constant():
+            return float(node.value)  # type: ignore[arg-type]
+        case ast.Name():
+            return names[node.id]
+        case ast.UnaryOp():
+            value = _evaluate(node.operand, names)
+            return -value if isinstance(node.op, ast.USub) else value
+        case ast.BinOp():
+            return _OPERATORS[type(node.op)](_evaluate(node.left, names), _evaluate(node.right, names))
+        case ast.Call(func=ast.Name(id=name)):
+            return _FUNCTIONS[name](_evaluate(node.args[0], names))
+    raise ValueError("unreachable: the tree was checked")

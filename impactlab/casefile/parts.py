@@ -1,0 +1,110 @@
+"""Reads a part (model, law, integrator) by its own fields: the second pass over a case.
+
+A part is a frozen dataclass; `impactlab.types.option` gave each field its unit, limits and description. From these a
+pydantic model is made, so that a plugin writes no schema.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import types
+import typing
+from functools import cache
+from typing import Annotated, Any, Literal, Union
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
+
+from impactlab.casefile.faults import case_error
+from impactlab.casefile.values import Allowed
+from impactlab.casefile.words import shown
+from impactlab.errors import CaseError, PluginError
+from impactlab.plugins import Group, Registry
+from impactlab.types import Relative
+
+
+def read_part(block: dict[str, Any], path: str, group: Group, registry: Registry) -> Any:
+    """Return the part that a block ``{kind: name, ...}`` describes.
+
+    Raises
+    ------
+    PluginError
+        If no part has this name, or it is broken.
+    CaseError
+        If a parameter is unknown, missing or out of range; the path says which.
+    """
+    try:
+        part = registry.load(group, block["kind"])
+        model = part_model(part)
+    except PluginError as error:
+        error.path = f"{path}.kind"
+        raise
+    given = {key: value for key, value in block.items() if key != "kind"}
+    try:
+        checked = model.model_validate(given)
+    except ValidationError as error:
+        raise case_error(error, given, path, allowed=model.model_fields) from error
+    values = {name: getattr(checked, name) for name in model.model_fields}
+    try:
+        return part(**values)
+    except CaseError as error:
+        error.path = f"{path}.{error.path}" if error.path else path
+        raise
+    except ValueError as error:
+        raise CaseError(f"{shown(block['kind'])} refuses these values: {str(error)[:200]}", path=path) from error
+
+
+@cache
+def part_model(part: type[Any]) -> type[BaseModel]:
+    """Return the pydantic model made from the fields of a part."""
+    hints = typing.get_type_hints(part)
+    fields: dict[str, Any] = {}
+    for field in dataclasses.fields(part):
+        if not field.init:
+            continue
+        allowed = allowed_of(part, field, hints[field.name])
+        default = ... if field.default is dataclasses.MISSING else field.default
+        unit = field.metadata["unit"]
+        described = field.metadata["description"] + ("" if unit == "1" else f" [{unit}]")
+        fields[field.name] = (Annotated[Any, allowed.reader()], Field(default=default, description=described))
+    config = ConfigDict(frozen=True, extra="forbid", validate_default=True, protected_namespaces=())
+    model: type[BaseModel] = create_model(part.__name__, __config__=config, **fields)
+    return model
+
+
+def allowed_of(part: type[Any], field: dataclasses.Field[Any], hint: Any) -> Allowed:
+    """Return what a field may hold, from its type and its option."""
+    members = typing.get_args(hint) if _is_union(hint) else (hint,)
+    words: tuple[str, ...] = ()
+    for member in members:
+        if typing.get_origin(member) is Literal:
+            words += tuple(str(word) for word in typing.get_args(member))
+        elif member not in (float, int, bool, Relative, types.NoneType):
+            raise PluginError(
+                f"the field {field.name!r} of {part.__module__}.{part.__name__} has the type {member!r}; "
+                "a case can give float, int, bool, None, Relative and Literal words",
+                remedy="Mend the plugin.",
+            )
+    return Allowed(
+        unit=field.metadata["unit"],
+        limits=tuple(field.metadata["limits"].items()),
+        number=float in members,
+        whole=int in members,
+        boolean=bool in members,
+        nothing=types.NoneType in members,
+        relative=Relative in members,
+        words=words,
+    )
+
+
+def describe_part(part: Any, kind: str) -> dict[str, Any]:
+    """Return a part as a case would give it, every field with its value in SI."""
+    values: dict[str, Any] = {"kind": kind}
+    for field in dataclasses.fields(part):
+        if field.init:
+            value = getattr(part, field.name)
+            values[field.name] = {"relative": value.relative} if isinstance(value, Relative) else value
+    return values
+
+
+def _is_union(hint: Any) -> bool:
+    return typing.get_origin(hint) in (Union, types.UnionType)

@@ -1,0 +1,100 @@
+"""Reads the faces that a contact names: ``hammer``, ``rod.left``, ``rod.right``, ``rod.at(0.15)``."""
+
+from __future__ import annotations
+
+import re
+from typing import NamedTuple
+
+from impactlab.casefile.schema import CaseBlock, MassBlock, RodBlock
+from impactlab.casefile.units import to_si
+from impactlab.casefile.words import closest, listed, shown
+from impactlab.errors import CaseError
+from impactlab.scene import Point
+
+_FACE = re.compile(r"([A-Za-z_][A-Za-z0-9_-]{0,39})(?:\.(\w{1,40})(?:\(([^()]{1,64})\))?)?")
+_NUMBER = re.compile(r"[+-]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][+-]?[0-9]{1,3})?")
+_REMEDY = "Write body, body.left, body.right or body.at(x)."
+
+
+class Face(NamedTuple):
+    """A face as the case names it: the point, and which end of its body it is."""
+
+    point: Point
+    end: str  # left, right, or empty for an inner point, a mass and a wall
+
+
+def rod_length(rod: RodBlock) -> float:
+    """Return the whole length of a rod [m]."""
+    if rod.segments is not None:
+        return sum(segment.length for segment in rod.segments)
+    return float(rod.length or 0.0)
+
+
+def read_face(case: CaseBlock, text: str, path: str) -> Face:
+    """Return the face that a text names.
+
+    Raises
+    ------
+    CaseError
+        If there is no such body, no such end, or no such place on it.
+    """
+    match = _FACE.fullmatch(text.strip())
+    if match is None:
+        raise CaseError(f"{shown(text)} does not name a face", remedy=_REMEDY, path=path)
+    name, side, place = match.groups()
+    body = find_body(case, name, path)
+    if not isinstance(body, RodBlock):
+        if side is not None:
+            kind = "a mass" if isinstance(body, MassBlock) else "a wall"
+            raise CaseError(
+                f"{shown(text)}: {name!r} is {kind} and has no ends", remedy=f"Write {name!r} alone.", path=path
+            )
+        return Face(Point(name, 0.0, name), "")
+    if side is None:
+        raise CaseError(
+            f"{shown(text)}: {name!r} is a rod, so the face must be named. Allowed: {name}.left, {name}.right, {name}.at(x)",
+            remedy="Say where on the rod.",
+            path=path,
+        )
+    length = rod_length(body)
+    if side == "at" and place is not None:
+        return _inner(name, place, length, text, path)
+    if side not in ("left", "right") or place is not None:
+        hint = closest(side, ("left", "right"))
+        raise CaseError(
+            f"{shown(text)}: a rod has no end {shown(side)}.{hint} Allowed: {name}.left, {name}.right, {name}.at(x)",
+            remedy="Name one of its two ends, or a place x on it.",
+            path=path,
+        )
+    return Face(Point(name, 0.0 if side == "left" else length, f"{name}.{side}"), side)
+
+
+def find_body(case: CaseBlock, name: str, path: str) -> RodBlock | MassBlock | object:
+    """Return the body of that name, or raise with the closest one."""
+    if name not in case.bodies:
+        raise CaseError(
+            f"there is no body {shown(name)}.{closest(name, case.bodies)}",
+            remedy=f"Bodies of this case: {listed(case.bodies)}.",
+            path=path,
+        )
+    return case.bodies[name]
+
+
+def _inner(name: str, place: str, length: float, text: str, path: str) -> Face:
+    try:
+        x = float(place) if _NUMBER.fullmatch(place.strip()) else to_si(place, "m")
+    except ValueError as error:
+        raise CaseError(f"{shown(text)}: {error}", remedy=_REMEDY, path=path) from error
+    check_place(x, name, length, path)
+    end = "left" if x == 0.0 else "right" if x == length else ""
+    return Face(Point(name, x, f"{name}.at({x:.6g})"), end)
+
+
+def check_place(x: float, name: str, length: float, path: str) -> None:
+    """Raise unless x [m] lies on a rod of that length."""
+    if not 0.0 <= x <= length:
+        raise CaseError(
+            f"x = {x:g} m lies outside the body {name!r}. Allowed: 0 to {length:g} m",
+            remedy="x runs from the left end of a body to its right end.",
+            path=path,
+        )

@@ -1,0 +1,191 @@
+"""The case format, version 1: the keys a case may have, with their units. Parts are read apart, by their own fields."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from impactlab.casefile.values import END, SHAPE, Allowed, quantity, refuse, words
+from impactlab.casefile.values import Reader as Reader
+from impactlab.casefile.words import shown
+from impactlab.scene import End
+
+QUANTITIES = ("displacement", "velocity", "strain", "stress", "force")
+
+Length = Annotated[float, quantity("m", gt=0.0)]
+Area = Annotated[float, quantity("m2", gt=0.0)]
+Modulus = Annotated[float, quantity("Pa", gt=0.0)]
+Density = Annotated[float, quantity("kg/m3", gt=0.0)]
+MassValue = Annotated[float, quantity("kg", gt=0.0)]
+Velocity = Annotated[float, quantity("m/s")]
+Place = Annotated[float, quantity("m")]
+Time = Annotated[float, quantity("s", gt=0.0)]
+Instant = Annotated[float, quantity("s", ge=0.0)]
+Positive = Annotated[float, quantity("1", gt=0.0)]
+Name = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_-]{0,39}$")]
+Text = Annotated[str, Field(max_length=2000)]
+
+
+def _read_block(value: Any) -> dict[str, Any]:
+    if isinstance(value, dict) and isinstance(value.get("kind"), str):
+        return value
+    if isinstance(value, str):
+        raise refuse(f"{shown(value)} stands where a block is needed. Write {{kind: {value[:30]}}}")
+    raise refuse(f"{shown(value)} has no kind. Write {{kind: name, ...}} (see `impactlab plugins` for the names)")
+
+
+PartBlock = Annotated[
+    dict[str, Any], Reader(_read_block, {"type": "object", "properties": {"kind": {"type": "string"}}})
+]
+"""A part: its kind, and parameters that are read by the part's own fields in a second pass."""
+
+
+class Block(BaseModel):
+    """What all blocks share: frozen, no unknown keys, defaults checked like given values."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True, arbitrary_types_allowed=True)
+
+
+class Material(Block):
+    """A linear elastic material."""
+
+    young: Modulus = Field(description="Young's modulus E [Pa]")
+    density: Density = Field(description="density rho [kg/m3]")
+
+
+class SegmentBlock(Block):
+    """A uniform piece of a rod."""
+
+    length: Length = Field(description="length [m]")
+    area: Area = Field(description="area of the cross section [m2]")
+    material: Material = Field(description="material")
+
+
+class EndsBlock(Block):
+    """What holds the two ends of a rod."""
+
+    left: Annotated[End, END] = Field(default=End("free"), description="left end, at x = 0")
+    right: Annotated[End, END] = Field(default=End("free"), description="right end, at x = L")
+
+
+class RodBlock(Block):
+    """A straight elastic rod: length, area and material, or segments."""
+
+    kind: Literal["rod"] = Field(description="rod")
+    length: Length | None = Field(default=None, description="length [m]")
+    area: Area | None = Field(default=None, description="area of the cross section [m2]")
+    material: Material | None = Field(default=None, description="material")
+    segments: tuple[SegmentBlock, ...] | None = Field(
+        default=None, min_length=1, max_length=1000, description="uniform pieces from left to right, in place of the three"
+    )
+    ends: EndsBlock = Field(default=EndsBlock(), description="what holds the ends; free if not given")
+    velocity: Velocity = Field(default=0.0, description="velocity at t = 0, uniform [m/s]")
+    displacement: Annotated[Any, SHAPE] = Field(
+        default=None, description="displacement at t = 0 [m]: a formula of x, or {x: [...], u: [...]}"
+    )
+
+
+class MassBlock(Block):
+    """A rigid body."""
+
+    kind: Literal["mass"] = Field(description="mass")
+    mass: MassValue = Field(description="mass [kg]")
+    velocity: Velocity = Field(default=0.0, description="velocity at t = 0 [m/s]")
+
+
+class WallBlock(Block):
+    """A rigid body that never moves."""
+
+    kind: Literal["wall"] = Field(description="wall")
+
+
+BodyBlock = Annotated[RodBlock | MassBlock | WallBlock, Field(discriminator="kind")]
+
+
+class ContactBlock(Block):
+    """Two faces that may meet."""
+
+    between: tuple[str, str] = Field(description="left and right face: body, body.left, body.right or body.at(x)")
+    gap: Place = Field(default=0.0, description="gap at t = 0 [m], positive when open")
+    overlap: Annotated[str | None, Allowed(words=("allowed",), nothing=True).reader()] = Field(
+        default=None, description="'allowed' lets a gap be negative"
+    )
+    law: PartBlock = Field(description="contact law: kind and its parameters")
+
+
+class RoundTrips(Block):
+    """A duration in round trips of a rod."""
+
+    round_trips: Positive = Field(description="number of round trips 2L/c of the body named in round_trips_of")
+
+
+class StepBlock(Block):
+    """How the step is chosen; exactly one of the three."""
+
+    points_per_period: Positive | None = Field(default=None, description="steps in the shortest period of the method")
+    dt: Time | None = Field(default=None, description="step [s]")
+    courant: Positive | None = Field(default=None, description="c dt/h of the mesh")
+
+
+def _read_duration(value: Any) -> Any:
+    if isinstance(value, RoundTrips):
+        return value
+    if isinstance(value, dict):
+        if set(value) == {"round_trips"}:
+            return RoundTrips(round_trips=Allowed(limits=(("gt", 0.0),), number=True).read(value["round_trips"]))
+        raise refuse(f"{shown(value)} is not a duration. Allowed: a number in s, or {{round_trips: number}}")
+    return Allowed(unit="s", limits=(("gt", 0.0),), number=True).read(value)
+
+
+_TRIPS = {"type": "object", "properties": {"round_trips": {"type": "number", "exclusiveMinimum": 0}}}
+DURATION = Reader(
+    _read_duration,
+    {
+        "anyOf": [
+            Allowed(unit="s", limits=(("gt", 0.0),), number=True).json_schema(),
+            {**_TRIPS, "required": ["round_trips"], "additionalProperties": False},
+        ]
+    },
+)
+
+
+class SolveBlock(Block):
+    """How the scene is solved. All keys but the duration have defaults."""
+
+    duration: Annotated[Any, DURATION] = Field(description="length of the run: seconds, or {round_trips: number}")
+    round_trips_of: str | None = Field(default=None, description="rod whose 2L/c is the round trip; the first rod")
+    model: PartBlock = Field(
+        default={"kind": "modal", "elements": 100, "modes": 40}, description="description of the rods"
+    )
+    models: dict[Name, PartBlock] = Field(default={}, description="description of single rods, by name")
+    integrator: PartBlock | None = Field(default=None, description="time integrator; newmark if not given")
+    step: StepBlock = Field(default=StepBlock(points_per_period=10.0), description="step; ten points per period")
+    events: Annotated[str, words("dated", "located")] = Field(
+        default="dated", description="dated: whole steps, times interpolated; located: steps are cut at events"
+    )
+
+
+class ProbeBlock(Block):
+    """A quantity at a place, recorded over the run."""
+
+    body: str = Field(description="name of the body")
+    at: Place = Field(default=0.0, description="x from the left end [m]")
+    quantity: Annotated[str, words(*QUANTITIES)] = Field(description="displacement, velocity, strain, stress or force")
+
+
+class CaseBlock(Block):
+    """A case: bodies, contacts, how to solve them, what to record."""
+
+    schema_version: Literal[1] = Field(description="version of the format: 1")
+    title: Text = Field(default="", description="one line on what the case is")
+    source: Text = Field(default="", description="where it comes from: a text, or a key of citations.bib")
+    bodies: dict[Name, BodyBlock] = Field(min_length=1, max_length=100, description="bodies by name")
+    contacts: tuple[ContactBlock, ...] = Field(default=(), max_length=100, description="pairs of faces that may meet")
+    solve: SolveBlock = Field(description="how to solve")
+    gravity: Annotated[float, quantity("m/s2")] = Field(default=0.0, description="gravity [m/s2], along +x")
+    probes: tuple[ProbeBlock, ...] = Field(default=(), max_length=1000, description="what to record")
+    snapshots: tuple[Instant, ...] = Field(default=(), max_length=10000, description="times of fields [s]")
+    methods: dict[Name, dict[str, Any]] = Field(
+        default={}, max_length=1000, description="named variants: {dotted.path: value} each"
+    )

@@ -1,0 +1,87 @@
+"""Numbers with a unit, as texts: ``210 GPa``, ``0.3 m``, ``58 us``.
+
+One strict pattern stands before pint, which would read "0,3 m" as 0 m and hang on "9**9**9"; pint itself only ever
+sees a unit made of known letters, and is imported only when a case holds such a text.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from decimal import Decimal
+from functools import cache
+from typing import Any
+
+from impactlab.casefile.words import shown
+
+LONGEST = 64  # characters
+
+_TERM = r"[A-Za-zµμ]{1,16}(?:(?:\^|\*\*)?-?[1-9])?"
+_PATTERN = re.compile(
+    rf"([+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]{{1,3}})?)\s*({_TERM}(?:\s*[*/·]\s*{_TERM}|\s+{_TERM}){{0,5}})"
+)
+_POWER = re.compile(r"([A-Za-zµμ])(?:\^|\*\*)?(-?[1-9])")
+
+
+def to_si(text: str, unit: str) -> float:
+    """Return a text such as ``210 GPa`` as a number in the SI unit asked for.
+
+    Parameters
+    ----------
+    text : str
+        A decimal number and a unit.
+    unit : str
+        The SI unit of the field, e.g. ``Pa``.
+
+    Raises
+    ------
+    ValueError
+        If the text is not a number with a unit of that dimension; the message says what is allowed.
+    """
+    match = _PATTERN.fullmatch(text.strip()) if len(text) <= LONGEST else None
+    if unit == "1":
+        raise ValueError(f"{shown(text)} is a text; allowed: a plain number (it has no unit)")
+    allowed = f"allowed: a number in {unit}, or a number and a unit such as {_example(unit)}"
+    if match is None:
+        comma = "; write the decimal point as '.'" if "," in text else ""
+        raise ValueError(f"{shown(text)} is not a number with a unit{comma}; {allowed}")
+    factor = _factor(_pint_text(match.group(2)), _pint_text(unit))
+    if isinstance(factor, str):
+        raise ValueError(f"{shown(text)} {factor}; {allowed}")
+    # Decimal, so that "9 cm^2" is the very number 9e-4.
+    number = float(Decimal(match.group(1)) * Decimal(f"{factor:.15g}"))
+    if not math.isfinite(number):
+        raise ValueError(f"{shown(text)} is beyond any finite number; {allowed}")
+    return number
+
+
+def _example(unit: str) -> str:
+    examples = {"m": "30 cm", "Pa": "210 GPa", "s": "58 us", "m2": "9 cm^2", "kg": "2 g", "m/s": "1 mm/s"}
+    examples |= {"kg/m3": "7.9 g/cm^3", "N/m": "1 kN/mm"}
+    return repr(examples.get(unit, f"1 {unit}"))
+
+
+def _pint_text(unit: str) -> str:
+    spaced = re.sub(r"\s*[*·]\s*|(?<=[\w])\s+(?=[A-Za-zµμ])", "*", _POWER.sub(r"\1^\2", unit.replace("**", "^")))
+    return spaced.replace("^", "**").replace("μ", "µ")
+
+
+@cache
+def _factor(given: str, wanted: str) -> float | str:
+    """Return the factor from one unit to the other, or a text that says why there is none."""
+    units = _units()
+    from pint.errors import DimensionalityError, PintError
+
+    try:
+        return float(units.Quantity(1.0, given).to(wanted).magnitude)
+    except DimensionalityError:
+        return "has a unit of another dimension"
+    except (PintError, AttributeError, ValueError, TypeError, ArithmeticError):
+        return "has a unit that is not known (letters matter: 'GPa', not 'gpa')"
+
+
+@cache
+def _units() -> Any:
+    import pint
+
+    return pint.UnitRegistry(autoconvert_offset_to_baseunit=False, cache_folder=None)

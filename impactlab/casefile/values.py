@@ -1,0 +1,263 @@
+"""What a field of a case may hold, each with one clear message: numbers with a unit, words, ends, initial shapes.
+
+A field that allows several things is read by one reader that knows them all; a union of types would answer one
+mistake with an error for each member.
+"""
+
+from __future__ import annotations
+
+import math
+import numbers
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic_core import PydanticCustomError, core_schema
+
+from impactlab.casefile.formula import Formula, Table, parse
+from impactlab.casefile.units import to_si
+from impactlab.casefile.words import closest, listed, shown
+from impactlab.scene import End
+from impactlab.types import Relative
+
+_LIMIT_WORDS = {"gt": "above", "ge": "at least", "lt": "below", "le": "at most"}
+_LIMIT_KEYS = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaximum", "le": "maximum"}
+_LIMIT_TESTS: dict[str, Callable[[float, float], bool]] = {
+    "gt": lambda value, limit: value > limit,
+    "ge": lambda value, limit: value >= limit,
+    "lt": lambda value, limit: value < limit,
+    "le": lambda value, limit: value <= limit,
+}
+
+
+def refuse(text: str) -> PydanticCustomError:
+    """Return the error of a value, with a text that is shown as it stands."""
+    return PydanticCustomError("value", "{text}", {"text": text})
+
+
+@dataclass(frozen=True)
+class Reader:
+    """A pydantic annotation that reads a value by one function and describes itself to the JSON schema."""
+
+    read: Callable[[Any], Any]
+    schema: dict[str, Any] = field(hash=False, compare=False)
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> core_schema.CoreSchema:
+        return core_schema.no_info_plain_validator_function(self.read)
+
+    def __get_pydantic_json_schema__(
+        self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        return dict(self.schema)
+
+
+@dataclass(frozen=True)
+class Allowed:
+    """What one field may hold: any of the kinds switched on here."""
+
+    unit: str = "1"
+    limits: tuple[tuple[str, float], ...] = ()
+    number: bool = False
+    whole: bool = False
+    boolean: bool = False
+    nothing: bool = False
+    relative: bool = False
+    words: tuple[str, ...] = ()
+
+    def reader(self) -> Reader:
+        """Return the annotation of a field that allows this."""
+        return Reader(self.read, self.json_schema())
+
+    def read(self, value: Any) -> Any:
+        """Return the value in SI, or raise with what is allowed."""
+        if value is None and self.nothing:
+            return None
+        if isinstance(value, bool):
+            if self.boolean:
+                return value
+        elif isinstance(value, str):
+            if value in self.words:
+                return value
+            if self.number and (not self.words or value[:1].isdigit() or value[:1] in "+-."):
+                return self._limited(self._with_unit(value))
+        elif isinstance(value, numbers.Real):
+            if self.whole and not self.number:
+                return int(self._limited(self._whole(value)))
+            if self.number:
+                return self._limited(_finite(value))
+        elif self.relative and isinstance(value, (Mapping, Relative)):
+            return self._relative(value)
+        hint = closest(value, self.words) if isinstance(value, str) else ""
+        raise refuse(f"{shown(value)} is not allowed here.{hint} Allowed: {self.words_of_allowed()}")
+
+    def words_of_allowed(self) -> str:
+        """Return what is allowed, for people."""
+        limits = " and ".join(f"{_LIMIT_WORDS[key]} {limit:g}" for key, limit in self.limits)
+        kind = "a whole number" if self.whole and not self.number else "a number"
+        choices = list(self.words)
+        if self.number or self.whole:
+            unit = "" if self.unit == "1" else f" in {self.unit}"
+            choices.append(f"{kind}{unit}{' ' + limits if limits else ''}")
+        if self.relative:
+            choices.append("{relative: number}")
+        if self.boolean:
+            choices.append("true or false")
+        if self.nothing:
+            choices.append("null")
+        return ", ".join(choices)
+
+    def json_schema(self) -> dict[str, Any]:
+        """Return the JSON schema of such a field."""
+        limits = {_LIMIT_KEYS[key]: limit for key, limit in self.limits}
+        choices: list[dict[str, Any]] = []
+        if self.words:
+            choices.append({"enum": list(self.words)})
+        if self.whole and not self.number:
+            choices.append({"type": "integer", **limits})
+        if self.number:
+            choices.append({"type": "number", **limits})
+            if self.unit != "1":
+                choices.append({"type": "string", "description": f"number and unit, as in '1 {self.unit}'"})
+        if self.relative:
+            relative = {"relative": {"type": "number", **limits}}
+            choices.append(
+                {"type": "object", "properties": relative, "required": ["relative"], "additionalProperties": False}
+            )
+        if self.boolean:
+            choices.append({"type": "boolean"})
+        if self.nothing:
+            choices.append({"type": "null"})
+        described: dict[str, Any] = choices[0] if len(choices) == 1 else {"anyOf": choices}
+        return {**described, "unit": self.unit} if self.number or self.whole else described
+
+    def _with_unit(self, text: str) -> float:
+        try:
+            return to_si(text, self.unit)
+        except ValueError as error:
+            raise refuse(str(error)) from error
+
+    def _whole(self, value: numbers.Real) -> float:
+        number = _finite(value)
+        if number != int(number):
+            raise refuse(f"{shown(value)} is not allowed here. Allowed: {self.words_of_allowed()}")
+        return number
+
+    def _relative(self, value: Any) -> Relative:
+        given = {"relative": value.relative} if isinstance(value, Relative) else dict(value)
+        number = given.get("relative")
+        if set(given) != {"relative"} or isinstance(number, bool) or not isinstance(number, numbers.Real):
+            raise refuse(f"{shown(value)} is not allowed here. Allowed: {self.words_of_allowed()}")
+        return Relative(self._limited(_finite(number)))
+
+    def _limited(self, number: float) -> float:
+        for key, limit in self.limits:
+            if not _LIMIT_TESTS[key](number, limit):
+                unit = "" if self.unit == "1" else f" {self.unit}"
+                raise refuse(f"{number:g}{unit} is out of range. Allowed: {self.words_of_allowed()}")
+        return number
+
+
+def _finite(value: numbers.Real) -> float:
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf
+    if not math.isfinite(number):
+        raise refuse(f"{shown(value)} is not a finite number")
+    return number
+
+
+def quantity(unit: str, **limits: float) -> Reader:
+    """Return the annotation of a number in a unit; ``gt``, ``ge``, ``lt``, ``le`` bound it."""
+    return Allowed(unit=unit, limits=tuple(limits.items()), number=True).reader()
+
+
+def words(*allowed: str) -> Reader:
+    """Return the annotation of one word out of a few."""
+    return Allowed(words=allowed).reader()
+
+
+_END_VALUES = {"spring": "N/m", "dashpot": "N s/m", "mass": "kg"}
+
+
+def _read_end(value: Any) -> End:
+    allowed = "free, clamped, {spring: N/m}, {dashpot: N s/m}, {mass: kg}"
+    if isinstance(value, End):
+        return value
+    if isinstance(value, str):
+        if value == "free":
+            return End("free")
+        if value == "clamped":
+            return End("clamped")
+        hint = closest(value, ("free", "clamped"))
+        raise refuse(f"{shown(value)} is not an end of a rod.{hint} Allowed: {allowed}")
+    if isinstance(value, Mapping) and len(value) == 1:
+        kind, number = next(iter(value.items()))
+        for name, unit in _END_VALUES.items():
+            if kind == name:
+                given = Allowed(unit=unit, limits=(("gt", 0.0),), number=True).read(number)
+                return End(name, given)  # type: ignore[arg-type]
+        raise refuse(f"{shown(kind)} cannot hold an end.{closest(str(kind), _END_VALUES)} Allowed: {allowed}")
+    raise refuse(f"{shown(value)} is not an end of a rod. Allowed: {allowed}")
+
+
+def _end_schema() -> dict[str, Any]:
+    choices: list[dict[str, Any]] = [{"enum": ["free", "clamped"]}]
+    for name, unit in _END_VALUES.items():
+        value = Allowed(unit=unit, limits=(("gt", 0.0),), number=True).json_schema()
+        choices.append(
+            {"type": "object", "properties": {name: value}, "required": [name], "additionalProperties": False}
+        )
+    return {"anyOf": choices}
+
+
+END = Reader(_read_end, _end_schema())
+
+
+def _read_shape(value: Any) -> Any:
+    if value is None or isinstance(value, (Formula, Table)):
+        return value
+    if isinstance(value, str):
+        try:
+            parse(value)
+        except ValueError as error:
+            raise refuse(str(error)) from error
+        return value
+    if isinstance(value, numbers.Real) and not isinstance(value, bool):
+        return repr(_finite(value))
+    if isinstance(value, Mapping) and set(value) == {"x", "u"}:
+        columns = [_column(value["x"], "x"), _column(value["u"], "u")]
+        if len(columns[0]) != len(columns[1]):
+            raise refuse(f"the table has {len(columns[0])} places x and {len(columns[1])} values u; give one u for each x")
+        if len(columns[0]) < 2 or any(b <= a for a, b in zip(columns[0], columns[0][1:], strict=False)):
+            raise refuse("the places x of the table do not rise; give at least two, each above the one before")
+        return Table(*columns)
+    raise refuse(f"{shown(value)} is not a shape. Allowed: a formula of x such as '1e-5 * cos(pi*x/L)', or {{x: [...], u: [...]}}")
+
+
+def _column(value: Any, name: str) -> tuple[float, ...]:
+    if not isinstance(value, (list, tuple)):
+        raise refuse(f"{name} of the table is {shown(value)}; give a list of numbers in m")
+    metre = Allowed(unit="m", number=True)
+    return tuple(metre.read(number) for number in value)
+
+
+_COLUMN = {"type": "array", "items": {"type": ["number", "string"]}, "minItems": 2, "unit": "m"}
+SHAPE = Reader(
+    _read_shape,
+    {
+        "anyOf": [
+            {"type": "string", "maxLength": 400},
+            {"type": "number"},
+            {
+                "type": "object",
+                "properties": {"x": _COLUMN, "u": _COLUMN},
+                "required": ["x", "u"],
+                "additionalProperties": False,
+            },
+            {"type": "null"},
+        ],
+        "unit": "m",
+    },
+)

@@ -1,0 +1,40 @@
+"""Words for messages: values cut to a length that is safe to show, closest names, lists of what is allowed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from difflib import get_close_matches
+from typing import Any
+
+SHOWN = 80  # characters of a value that a message may show
+
+
+def shown(value: Any) -> str:
+    """Return a value as a message shows it, never longer than 80 characters."""
+    if isinstance(value, dict):
+        text = "{" + ", ".join(f"{str(key)[:20]}: ..." for key in list(value)[:5]) + "}"
+    elif isinstance(value, (list, tuple)):
+        text = f"a list of {len(value)}"
+    elif isinstance(value, str):
+        text = repr(value[: SHOWN + 1])
+    elif value is None:
+        text = "nothing"
+    elif isinstance(value, bool):
+        text = "true" if value else "false"
+    elif isinstance(value, int):
+        text = str(value) if abs(value) < 10**60 else f"a whole number of {int(math.log10(abs(value))) + 1} digits"
+    else:
+        text = repr(value)
+    return text if len(text) <= SHOWN else text[: SHOWN - 3] + "..."
+
+
+def closest(name: str, names: Iterable[str]) -> str:
+    """Return `` Did you mean 'x'?`` for the nearest of the names, or nothing."""
+    close = get_close_matches(name[:SHOWN], list(names), n=1)
+    return f" Did you mean {close[0]!r}?" if close else ""
+
+
+def listed(names: Iterable[str]) -> str:
+    """Return sorted names with commas, or ``none``."""
+    return ", ".join(sorted(names)) or "none"
