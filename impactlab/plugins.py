@@ -81,6 +81,10 @@ class Registry:
         """Return the sorted names of a group, without importing anything."""
         return tuple(sorted({entry.name for entry in self.entries if entry.group == group.name}))
 
+    def only(self, distribution: str) -> Registry:
+        """Return the registry of what one distribution brings."""
+        return Registry(entry for entry in self.entries if entry.distribution == distribution)
+
     def load(self, group: Group, name: str) -> type[Any]:
         """Return the part of that name: a frozen dataclass whose fields are its parameters.
 

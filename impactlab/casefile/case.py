@@ -84,8 +84,8 @@ class Case:
         return locate(self.document, path)
 
     def place(self, error: ImpactlabError) -> ImpactlabError:
-        """Return an error that was raised later, with file and line filled in where it names a path."""
-        return error.located(self.file, self.locate(error.path)) if error.path else error
+        """Return an error that was raised later, with the file, and the line of its path, filled in."""
+        return error.located(self.file, self.locate(error.path))
 
     def _located(self, change: Any, *given: Any, **options: Any) -> Document:
         try:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import copy
 import numbers
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from impactlab.casefile.build import DEFAULT_INTEGRATOR
-from impactlab.casefile.document import DEEPEST, Document, Keys
+from impactlab.casefile.document import DEEPEST, Document, Keys, parse_value
 from impactlab.casefile.schema import SolveBlock
-from impactlab.casefile.words import closest, listed, shown
+from impactlab.casefile.words import closest, shown
 from impactlab.errors import CaseError
 
 
@@ -128,22 +128,40 @@ def _move_lines(lines: dict[Keys, int | None], keys: Keys, origin: Keys | None) 
             lines[keys + known[len(origin) :]] = lines[known]
 
 
+def check_method_name(name: str, known: Iterable[str], file: str = "") -> None:
+    """Raise `CaseError` unless the name is one of those known (``base`` among them)."""
+    known = list(known)
+    if name not in known:
+        raise CaseError(
+            f"the case has no method {shown(name)}.{closest(name, known)}",
+            remedy=f"Methods of this case: {', '.join(known)}.",
+            file=file,
+        )
+
+
 def with_method(document: Document, name: str, methods: Mapping[str, Mapping[str, Any]]) -> Document:
     """Return the document with the values of one of its methods in place.
 
     Raises
     ------
     CaseError
-        If the case has no such method.
+        If the case has no such method, or the method changes what it may not.
     """
-    if name not in methods:
-        raise CaseError(
-            f"the case has no method {shown(name)}.{closest(name, methods)}",
-            remedy=f"Methods of this case: base, {listed(methods)}." if methods else "This case has no methods.",
-            path="methods",
-        )
+    check_method_name(name, ["base", *methods])
     for path, value in methods[name].items():
         if path.partition(".")[0] in ("methods", "schema_version"):
             raise CaseError(f"a method cannot change {shown(path)}", remedy="Remove it.", path=f"methods.{name}")
         document = edited(document, path, value, replace=True, origin=("methods", name, path))
     return document
+
+
+def read_setting(text: str) -> tuple[str, Any]:
+    """Return path and value of a setting ``PATH=VALUE`` of the command line; the value is YAML."""
+    path, equals, value = text.partition("=")
+    if not equals or not path.strip():
+        raise CaseError(f"--set {shown(text)} is not PATH=VALUE", remedy="Write it as --set solve.step.dt=1e-7.")
+    try:
+        return path.strip(), parse_value(value.strip())
+    except CaseError as error:
+        error.path, error.line = path.strip(), None
+        raise

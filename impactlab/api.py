@@ -1,0 +1,191 @@
+"""Runs a case, or several methods on one case, from Python: the same objects and errors as on the command line."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from impactlab.casefile import Case
+from impactlab.errors import ImpactlabError, StepError
+from impactlab.history import AbstractHistory
+from impactlab.scene import Rod, Scene
+
+Progress = Callable[[float], None]
+Reference = tuple[str, AbstractHistory]
+
+REFERENCE = "st_venant"  # name of the exact answer in summaries
+
+
+class Row(NamedTuple):
+    """One method of a comparison; a method that was refused or failed keeps its row."""
+
+    name: str
+    summary: dict[str, Any]  # of the run, or its status and error
+    history: AbstractHistory | None  # None where the run did not end
+    reference: Reference | None  # the exact answer its errors were measured against
+    error: Exception | None
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Several methods on one case, side by side."""
+
+    case: str
+    rows: tuple[Row, ...]
+
+    @property
+    def histories(self) -> dict[str, AbstractHistory]:
+        """The histories of the methods that ended, by name."""
+        return {row.name: row.history for row in self.rows if row.history is not None}
+
+    @property
+    def reference(self) -> Reference | None:
+        """The exact answer of the first method that has one, or None."""
+        return next((row.reference for row in self.rows if row.reference is not None), None)
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """What ``compare --json`` prints: schema_version, case, reference, rows of name and summary."""
+        from impactlab.summary import comparison
+
+        name = self.reference[0] if self.reference is not None else None
+        return comparison(self.case, name, [(row.name, row.summary) for row in self.rows])
+
+    def __str__(self) -> str:
+        from impactlab.summary import table
+
+        return table(self.document)
+
+
+def run(case: Case | Scene, progress: Progress | None = None) -> AbstractHistory:
+    """Return the history of a case or a scene.
+
+    Parameters
+    ----------
+    case : Case or Scene
+        What to run; of a case with methods, the one chosen by ``case.method(name)``.
+    progress : callable, optional
+        Called with the fraction done, from 0 to 1, about ten times a second.
+
+    Raises
+    ------
+    CaseError, PairingError, PluginError
+        Before the first step; of a case they carry file and line.
+    StepError
+        If the run fails on the way; it carries what was reached.
+    """
+    from impactlab import simulate
+
+    scene = case.scene() if isinstance(case, Case) else case
+    try:
+        return simulate.run(scene, progress=progress)
+    except ImpactlabError as error:
+        if isinstance(case, Case):
+            case.place(error)
+        raise
+
+
+def reference_of(scene: Scene) -> Reference | None:
+    """Return the exact answer to a scene, or None where there is none."""
+    from impactlab.exact import solve as exact
+
+    return None if exact.serves(scene) is not None else (REFERENCE, exact.solve(scene))
+
+
+def compare(
+    case: Case, methods: Sequence[str] | None = None, progress: Callable[[str, float], None] | None = None
+) -> Comparison:
+    """Return several methods run on one case, with their errors against the exact answer where there is one.
+
+    Parameters
+    ----------
+    case : Case
+        The case.
+    methods : sequence of str, optional
+        Names of its methods, ``base`` being the case as written; all of them if not given.
+    progress : callable, optional
+        Called with the name of the method and the fraction of the whole comparison that is done.
+
+    Raises
+    ------
+    CaseError
+        If the case has no method of a given name. A method that is refused or fails stays as a row instead.
+    """
+    from impactlab.casefile.edit import check_method_name
+
+    names = list(dict.fromkeys(methods if methods is not None else case.method_names))
+    for name in names:
+        check_method_name(name, case.method_names, case.file)
+    references: dict[Any, Reference | None] = {}
+    rows = []
+    for number, name in enumerate(names):
+        rows.append(_row(case, name, references, _share(progress, name, number, len(names))))
+    return Comparison(case.name, tuple(rows))
+
+
+def summarised(case: Case, history: AbstractHistory) -> tuple[dict[str, Any], Reference | None]:
+    """Return the summary of a run of a case and the reference its errors were measured against."""
+    from impactlab.summary import summarise
+
+    scene = case.scene()
+    reference = reference_of(scene)
+    return summarise(case.name, scene, history, reference), reference
+
+
+def failure(case_name: str, error: BaseException) -> dict[str, Any]:
+    """Return the document of a run that was refused or failed, as ``--json`` prints it."""
+    ours = isinstance(error, ImpactlabError)
+    refused = ours and not isinstance(error, StepError)
+    document: dict[str, Any] = {
+        "schema_version": 1,
+        "case": case_name,
+        "status": "refused" if refused else "failed",
+        "error": {
+            "kind": type(error).__name__,
+            "file": (error.file or None) if isinstance(error, ImpactlabError) else None,
+            "line": error.line if isinstance(error, ImpactlabError) else None,
+            "path": (error.path or None) if isinstance(error, ImpactlabError) else None,
+            "text": error.text if isinstance(error, ImpactlabError) else str(error)[:500],
+            "remedy": (error.remedy or None) if isinstance(error, ImpactlabError) else None,
+        },
+    }
+    if isinstance(error, StepError):
+        document["reached"] = {"time": error.time, "step": error.step}
+        if error.history is not None:
+            document["reached"]["events"] = [event._asdict() for event in error.history.events]
+    return document
+
+
+def _share(
+    progress: Callable[[str, float], None] | None, name: str, number: int, count: int
+) -> Callable[[float], None] | None:
+    if progress is None:
+        return None
+    progress(name, number / count)
+    return lambda fraction: progress(name, (number + fraction) / count)
+
+
+def _row(case: Case, name: str, references: dict[Any, Reference | None], progress: Progress | None) -> Row:
+    from impactlab.summary import summarise
+
+    try:
+        variant = case.method(name)
+        scene = variant.scene()
+        history = run(variant, progress)
+        physics = _physics(scene)
+        if physics not in references:
+            references[physics] = reference_of(scene)
+        reference = references[physics]
+        return Row(name, summarise(case.name, scene, history, reference), history, reference, None)
+    except Exception as error:  # noqa: BLE001 - a plugin may raise anything; its row says what
+        return Row(name, failure(case.name, error), None, None, error)
+
+
+def _physics(scene: Scene) -> Any:
+    """Return what the exact answer depends on, so that methods on one scene share it."""
+    bodies = [dataclasses.replace(body, model=None) if isinstance(body, Rod) else body for body in scene.bodies.values()]
+    contacts = [(contact.left, contact.right, contact.gap, contact.overlap_allowed) for contact in scene.contacts]
+    laws = tuple(None if contact.law.hard else contact.law for contact in scene.contacts)
+    return (tuple(bodies), tuple(contacts), laws, scene.duration, scene.gravity)

@@ -1,0 +1,49 @@
+"""The JSON schema of case files, with the fields of the parts that are installed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from impactlab.casefile.parts import part_model
+from impactlab.casefile.schema import CaseBlock
+from impactlab.errors import PluginError
+from impactlab.plugins import INTEGRATORS, LAWS, MODELS, Group, Registry, describe
+
+
+def case_schema(registry: Registry) -> dict[str, Any]:
+    """Return the JSON schema of the case format; a broken part is left out of it."""
+    schema = CaseBlock.model_json_schema()
+    blocks = schema["$defs"]
+    solve = blocks["SolveBlock"]["properties"]
+    _put(blocks["ContactBlock"]["properties"], "law", LAWS, registry)
+    _put(solve, "model", MODELS, registry)
+    _put(solve, "integrator", INTEGRATORS, registry)
+    described = solve["models"].get("description", "")
+    solve["models"] = {"type": "object", "additionalProperties": _choices(MODELS, registry), "description": described}
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema, "title": "impactlab case, format 1"}
+
+
+def _put(properties: dict[str, Any], key: str, group: Group, registry: Registry) -> None:
+    old = properties[key]
+    kept = {name: old[name] for name in ("description", "default") if name in old}
+    properties[key] = {**_choices(group, registry), **kept}
+
+
+def _choices(group: Group, registry: Registry) -> dict[str, Any]:
+    choices = []
+    for name in registry.names(group):
+        try:
+            part = registry.load(group, name)
+            fields = part_model(part).model_json_schema()
+        except PluginError:
+            continue
+        choices.append(
+            {
+                "type": "object",
+                "description": describe(part),
+                "properties": {"kind": {"const": name}, **fields.get("properties", {})},
+                "required": ["kind", *fields.get("required", [])],
+                "additionalProperties": False,
+            }
+        )
+    return {"oneOf": choices}

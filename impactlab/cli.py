@@ -1,0 +1,263 @@
+"""The commands. Everything heavy is imported inside a command, so that ``impactlab --help`` answers at once.
+
+Exit codes: 0 done, 1 a run failed, 2 the input is wrong, 130 after Ctrl-C.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from impactlab.casefile import Case
+
+app = typer.Typer(
+    name="impactlab",
+    help="Impacts on flexible rods: run a case, compare methods on it, see what each costs and how wrong it is.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+CaseFile = Annotated[Path, typer.Argument(metavar="CASE", help="Case file: .yaml, .toml or .json.", show_default=False)]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on standard output, nothing else there.")]
+Out = Annotated[
+    Path | None, typer.Option("--out", metavar="DIR", help="Write history and figures into this folder.", show_default=False)
+]
+Sets = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="PATH=VALUE", help="Change a value, as in solve.step.dt=1e-7.", show_default=False),
+]
+Method = Annotated[
+    str | None, typer.Option("--method", metavar="NAME", help="One of the methods of the case.", show_default=False)
+]
+
+
+def main() -> None:
+    """Run the command line and leave with its exit code."""
+    try:
+        app()
+    except KeyboardInterrupt:
+        sys.exit(130)
+
+
+@app.command()
+def run(case: CaseFile, sets: Sets = None, method: Method = None, out: Out = None, as_json: Json = False) -> None:
+    """Run one case: its summary on the screen, history and figures in DIR."""
+    with reporting(case, as_json):
+        from impactlab import api, console, output
+
+        loaded = _load(case, sets, method)
+        if out is not None:
+            output.check_target(out)
+        with console.progress() as show:
+            history = api.run(loaded, lambda fraction: show(loaded.name, fraction))
+        summary, reference = api.summarised(loaded, history)
+        if out is not None:
+            from impactlab.report.run_report import write_run
+
+            with output.output_folder(out) as draft:
+                write_run(draft, summary, history, reference)
+            console.say(f"written: {out}")
+        console.answer(summary) if as_json else print(console.summary_text(summary))
+
+
+@app.command()
+def compare(
+    case: CaseFile,
+    methods: Annotated[
+        str | None,
+        typer.Option("--methods", metavar="A,B,...", help="Methods to run; default base and all.", show_default=False),
+    ] = None,
+    sets: Sets = None,
+    out: Out = None,
+    as_json: Json = False,
+) -> None:
+    """Run several methods on one case: one table, one set of figures, errors against the exact answer."""
+    with reporting(case, as_json):
+        from impactlab import api, console, output
+
+        loaded = _load(case, sets, None)
+        names = [name.strip() for name in methods.split(",") if name.strip()] if methods is not None else None
+        if out is not None:
+            output.check_target(out)
+        with console.progress() as show:
+            comparison = api.compare(loaded, names, show)
+        for row in comparison.rows:
+            if row.error is not None:
+                console.say(f"{row.name} {row.summary['status']}: {_words(row.error)}")
+        code = _code_of_rows(comparison)
+        document = comparison.document
+        if out is not None and code == 0:
+            from impactlab.report.compare_report import write_comparison
+
+            with output.output_folder(out) as draft:
+                write_comparison(draft, document, comparison.histories, comparison.reference)
+            console.say(f"written: {out}")
+        console.answer(document) if as_json else print(comparison)
+        if code:
+            raise typer.Exit(code)
+
+
+@app.command()
+def check(case: CaseFile, sets: Sets = None, method: Method = None, as_json: Json = False) -> None:
+    """Check a case and all its methods; print every value in SI, defaults filled in."""
+    with reporting(case, as_json):
+        from impactlab import api, console, simulate
+        from impactlab.errors import ImpactlabError
+
+        loaded = _load(case, sets, method)
+        names = (method,) if method is not None else loaded.method_names
+        plans: dict[str, dict[str, Any]] = {}
+        faults: list[ImpactlabError] = []
+        for name in names:
+            try:
+                variant = loaded if method is not None else loaded.method(name)
+                plan = simulate.prepare(variant.scene())
+                warned = [warning._asdict() for warning in plan.warnings]
+                plans[name] = {"status": "accepted", "dt": plan.dt, "steps": plan.steps, "warnings": warned}
+            except ImpactlabError as error:
+                loaded.place(error)
+                faults.append(error)
+                plans[name] = api.failure(loaded.name, error)
+        document = {"schema_version": 1, "case": loaded.name, "resolved": loaded.resolved(), "methods": plans}
+        for fault in faults:
+            console.say(str(fault))
+        console.answer(document) if as_json else print(console.tree_text(_brief(document)))
+        if faults:
+            raise typer.Exit(2)
+
+
+@app.command()
+def schema(
+    builtin: Annotated[bool, typer.Option("--builtin", help="Leave out the parts of plugins.")] = False,
+) -> None:
+    """Print the JSON schema of case files, with the fields of every installed part."""
+    with reporting(None, as_json=False):
+        from impactlab import console, plugins
+        from impactlab.casefile.jsonschema import case_schema
+
+        installed = plugins.registry()
+        console.answer(case_schema(installed.only("impactlab") if builtin else installed))
+
+
+@app.command(name="plugins")
+def plugins_(as_json: Json = False) -> None:
+    """List the installed models, contact laws and integrators, broken ones with the reason."""
+    with reporting(None, as_json):
+        from impactlab import console, plugins
+
+        listing = plugins.registry().listing()
+        if as_json:
+            console.answer({"schema_version": 1, "parts": [line._asdict() for line in listing]})
+            return
+        group = ""
+        for line in listing:
+            if line.group != group:
+                group = line.group
+                print(group)
+            print(f"  {line.name:22} {'broken: ' + line.fault if line.fault else line.description}  [{line.distribution}]")
+
+
+@app.command()
+def cite(case: CaseFile, method: Method = None, as_json: Json = False) -> None:
+    """Print the BibTeX entries of the parts that a case uses, and of its source."""
+    with reporting(case, as_json):
+        from impactlab import cite as citations
+        from impactlab import console
+
+        found = citations.cite(_load(case, None, method))
+        if as_json:
+            console.answer({"schema_version": 1, "case": case.stem, "keys": list(found.keys), "bibtex": found.bibtex})
+        else:
+            print(found.bibtex)
+
+
+@app.command()
+def new(name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the case.", show_default=False)]) -> None:
+    """Write NAME.yaml here: a commented case to start from."""
+    with reporting(None, as_json=False):
+        from impactlab import console
+        from impactlab.casefile.starter import write_starter
+
+        console.say(f"written: {write_starter(name, Path.cwd())}")
+
+
+@contextlib.contextmanager
+def reporting(case: Path | None, as_json: bool) -> Iterator[None]:
+    """Turn any failure inside into one message on standard error, a JSON document if asked for, and an exit code."""
+    try:
+        yield
+    except (typer.Exit, typer.Abort, BrokenPipeError):
+        raise
+    except KeyboardInterrupt as error:
+        _report(case, as_json, error, "interrupted")
+        raise typer.Exit(130) from None
+    except Exception as error:  # noqa: BLE001 - the last line of defence: a plugin may raise anything
+        if os.environ.get("IMPACTLAB_DEBUG"):
+            raise
+        _report(case, as_json, error, _words(error))
+        raise typer.Exit(_code(error)) from None
+
+
+def _report(case: Path | None, as_json: bool, error: BaseException, text: str) -> None:
+    from impactlab import console
+    from impactlab.api import failure
+
+    console.say(text)
+    if as_json:
+        console.answer(failure(case.stem if case is not None else "", error))
+
+
+def _words(error: BaseException) -> str:
+    from impactlab.errors import ImpactlabError
+
+    if isinstance(error, ImpactlabError):
+        return str(error)
+    text = f"{type(error).__name__}: {str(error)[:500]}"
+    return f"{text}\nThis came out of a part or of impactlab itself; IMPACTLAB_DEBUG=1 shows where."
+
+
+def _code(error: BaseException) -> int:
+    from impactlab.errors import ImpactlabError, StepError
+
+    return 2 if isinstance(error, ImpactlabError) and not isinstance(error, StepError) else 1
+
+
+def _code_of_rows(comparison: Any) -> int:
+    """A comparison is done if any method ended; otherwise it fails as its first method did."""
+    errors = [row.error for row in comparison.rows if row.error is not None]
+    return _code(errors[0]) if errors and len(errors) == len(comparison.rows) else 0
+
+
+def _load(file: Path, sets: list[str] | None, method: str | None) -> Case:
+    from impactlab.casefile import load_case
+    from impactlab.casefile.edit import read_setting
+
+    loaded = load_case(file)
+    if method is not None:
+        loaded = loaded.method(method)
+    for setting in sets or ():
+        path, value = read_setting(setting)
+        loaded = loaded.with_(path, value)
+    return loaded
+
+
+def _brief(document: dict[str, Any]) -> dict[str, Any]:
+    """Leave the text of refusals to standard error."""
+    methods = {
+        name: {key: plan[key] for key in ("status", "dt", "steps") if key in plan}
+        for name, plan in document["methods"].items()
+    }
+    return {**{key: value for key, value in document["resolved"].items() if key != "methods"}, "methods": methods}
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,97 @@
+"""What people see: progress on standard error, summaries and listings as plain text."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+
+def say(text: str) -> None:
+    """Print a message for people, on standard error."""
+    print(text, file=sys.stderr, flush=True)
+
+
+def answer(document: Any) -> None:
+    """Print one JSON document on standard output."""
+    print(json.dumps(document, indent=1, allow_nan=False, ensure_ascii=False), flush=True)
+
+
+@contextlib.contextmanager
+def progress() -> Iterator[Callable[[str, float], None]]:
+    """Give a function of (label, fraction done) that draws a bar with the time left, on a terminal only."""
+    if not sys.stderr.isatty():
+        yield lambda label, fraction: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("", total=1.0)
+        yield lambda label, fraction: bar.update(task, description=label, completed=fraction)
+
+
+def summary_text(summary: Mapping[str, Any]) -> str:
+    """Return the summary of a run for people."""
+    method = summary["method"]
+    models = ", ".join(f"{name} {model['kind']}" for name, model in method["models"].items()) or "rigid bodies"
+    laws = ", ".join(law["kind"] for law in method["laws"]) or "no contact"
+    integrator = method["integrator"]["kind"] if method["integrator"] else "no steps"
+    lines = [f"{summary['case']}: {summary['status']}", f"  method    {models}; {laws}; {integrator}; dt {_number(method['dt'])} s"]
+    lines += [f"  {event['kind']:8}  {_number(event['time'])} s  {event['contact']}" for event in _few(summary["events"])]
+    for span in summary["contacts"]:
+        peak = "no force history" if span["peak_force"] is None else f"peak {_number(span['peak_force'])} N"
+        lines.append(f"  contact   {span['contact']}: impulse {_number(span['impulse'])} N s, {peak}")
+    for name, body in summary["final"]["bodies"].items():
+        lines.append(f"  at end    {name}: " + ", ".join(f"{key} {_number(value)}" for key, value in body.items()))
+    energy = summary["energy"]
+    lines.append(
+        f"  energy    {_number(energy['initial'])} J to {_number(energy['final'])} J, "
+        f"largest gain {_number(energy['largest_gain'])}, loss {_number(energy['largest_loss'])}"
+    )
+    errors = summary["errors"] or {}
+    shown = {key: value for key, value in errors.items() if key != "reference" and value is not None}
+    if shown:
+        lines.append(f"  errors    against {errors['reference']}: " + ", ".join(f"{k} {_number(v)}" for k, v in shown.items()))
+    cost = summary["cost"]
+    lines.append(f"  cost      {cost['steps']} steps, {_number(cost['setup_s'])} s to set up, {_number(cost['solve_s'])} s to solve")
+    lines += [f"  warning   {warned['code']}: {warned['text']}" for warned in summary["warnings"]]
+    return "\n".join(lines)
+
+
+def tree_text(tree: Any, indent: int = 0) -> str:
+    """Return nested plain values as indented text, in the manner of a case file."""
+    pad = "  " * indent
+    lines = []
+    for key, value in tree.items():
+        if isinstance(value, Mapping) and value:
+            lines += [f"{pad}{key}:", tree_text(value, indent + 1)]
+        elif isinstance(value, (list, tuple)) and value and isinstance(value[0], Mapping):
+            lines.append(f"{pad}{key}:")
+            for item in value:
+                lines.append(f"{pad}  -")
+                lines.append(tree_text(item, indent + 2))
+        else:
+            lines.append(f"{pad}{key}: {_plain(value)}")
+    return "\n".join(lines)
+
+
+def _few(events: list[Any], most: int = 12) -> list[Any]:
+    return events[:most]
+
+
+def _plain(value: Any) -> str:
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(_plain(item) for item in value) + "]"
+    if isinstance(value, Mapping):
+        return "{}"
+    if isinstance(value, str):
+        return value or '""'
+    return json.dumps(value)
+
+
+def _number(value: Any) -> str:
+    return "none" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)

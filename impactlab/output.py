@@ -1,0 +1,73 @@
+"""Output folders, written beside under a temporary name and renamed: a reader sees all or nothing."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from impactlab.errors import CaseError
+
+MANIFEST = ".impactlab"
+"""Names the files that impactlab wrote into a folder, so that only such a folder is ever replaced."""
+
+
+def check_target(folder: Path) -> None:
+    """Raise `CaseError` unless the folder is new, empty, or holds nothing but what impactlab wrote there.
+
+    Anything else may be somebody's work, and a run must not replace it.
+    """
+    if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
+        raise CaseError(f"the output {str(folder)!r} is not a folder", remedy="Give another --out.")
+    parent = folder.absolute().parent
+    if not parent.is_dir():
+        raise CaseError(f"there is no folder {str(parent)!r} to write in", remedy="Make it, or give another --out.")
+    if folder.is_dir():
+        strangers = sorted(_files(folder) - _written(folder) - {MANIFEST})
+        if strangers:
+            raise CaseError(
+                f"the output folder {str(folder)!r} holds what impactlab did not write, such as {strangers[0][:80]!r}",
+                remedy="Give a new folder with --out.",
+            )
+
+
+@contextlib.contextmanager
+def output_folder(folder: Path) -> Iterator[Path]:
+    """Give a temporary folder to write in; on success it takes the place of ``folder``, else nothing remains."""
+    check_target(folder)
+    target = folder.absolute()
+    draft = Path(tempfile.mkdtemp(prefix=f".{target.name}.", dir=target.parent))
+    try:
+        yield draft
+        names = sorted(_files(draft))
+        (draft / MANIFEST).write_text("\n".join(names) + "\n", encoding="utf-8")
+        draft.chmod(0o777 & ~_umask())
+        if target.exists():
+            check_target(target)  # it may have changed while the run went on
+            old = Path(tempfile.mkdtemp(prefix=f".{target.name}.", dir=target.parent))
+            target.replace(old / "old")
+            draft.replace(target)
+            shutil.rmtree(old)
+        else:
+            draft.replace(target)
+    except BaseException:
+        shutil.rmtree(draft, ignore_errors=True)
+        raise
+
+
+def _files(folder: Path) -> set[str]:
+    return {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_symlink() or not path.is_dir()}
+
+
+def _written(folder: Path) -> set[str]:
+    manifest = folder / MANIFEST
+    return set(manifest.read_text(encoding="utf-8").splitlines()) if manifest.is_file() else set()
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
