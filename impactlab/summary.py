@@ -1,0 +1,286 @@
+"""What a run says of itself: the summary that ``--json`` prints, and the table of a comparison.
+
+The keys are a contract with the scripts of users: keys may be added, never removed. Numbers are finite or null.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from impactlab import metrics
+from impactlab.history import AbstractHistory, ContactSpan, Event
+from impactlab.scene import Mass, Rod, Scene
+from impactlab.types import Relative
+
+SCHEMA_VERSION = 1
+PROBE_POINTS = 6001  # instants at which the extremes of a probe are sought, besides both sides of its jumps
+BOOKED = ("contact", "unresolved")  # always named in the energy block, also where nothing was booked
+
+
+def kind_of(part: object) -> str:
+    """Return the name a case file uses for a part: its class name in snake_case."""
+    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", type(part).__name__).lower()
+
+
+def describe(part: Any) -> dict[str, Any]:
+    """Return a part, a frozen dataclass, as its kind and options, ready for JSON."""
+    options = {field.name: getattr(part, field.name) for field in dataclasses.fields(part)}
+    return {"kind": kind_of(part)} | {name: _option(value) for name, value in options.items()}
+
+
+def _option(value: Any) -> Any:
+    """Return the value of an option as a case file writes it."""
+    if isinstance(value, Relative):
+        return {"relative": value.relative}
+    if dataclasses.is_dataclass(value):
+        return describe(value)
+    return value
+
+
+def summarise(
+    case_name: str, scene: Scene, history: AbstractHistory, reference: tuple[str, AbstractHistory] | None = None
+) -> dict[str, Any]:
+    """Return the summary of a run, ready for JSON.
+
+    Parameters
+    ----------
+    case_name : str
+        Name of the case, without folder and ending.
+    scene : Scene
+        What was run.
+    history : AbstractHistory
+        What came of it.
+    reference : (str, AbstractHistory), optional
+        Name and history of the answer it is judged by; without one ``errors`` is null.
+    """
+    summary = {
+        "schema_version": SCHEMA_VERSION,
+        "case": case_name,
+        "status": "completed",
+        "round_trip": scene.round_trip,
+        "method": method(scene, history),
+        "events": [_event(event) for event in history.events],
+        "contacts": [_contact(span) for span in history.contacts],
+        "final": final(scene, history),
+        "energy": energy(history),
+        "probes": {probe.channel: extremes(history, probe.channel) for probe in scene.probes},
+        "errors": None if reference is None else metrics.errors(history, *reference, scene),
+        "cost": dataclasses.asdict(history.cost),
+        "warnings": [{"code": warned.code, "text": warned.text} for warned in history.warnings],
+    }
+    return {key: plain(value) for key, value in summary.items()}
+
+
+def method(scene: Scene, history: AbstractHistory) -> dict[str, Any]:
+    """Return which models, laws and integrator made the history, and its step [s], null where there is none.
+
+    The integrator is null where every rod is described without steps: it was not used.
+    """
+    rods = {name: body for name, body in scene.bodies.items() if isinstance(body, Rod)}
+    models = {name: rod.model for name, rod in rods.items() if rod.model is not None}
+    stepped = not models or any(model.steps for model in models.values())
+    used = scene.integrator is not None and stepped
+    return {
+        "models": {name: describe(model) for name, model in models.items()},
+        "laws": [describe(contact.law) for contact in scene.contacts],
+        "integrator": describe(scene.integrator) if used else None,
+        "dt": history.dt,
+    }
+
+
+def _event(event: Event) -> dict[str, Any]:
+    entry = {"time": event.time, "contact": event.contact, "kind": event.kind}
+    return entry | {"impulse": event.impulse} if event.kind == "impulse" else entry
+
+
+def _contact(span: ContactSpan) -> dict[str, Any]:
+    entry = span._asdict()
+    return entry if span.kicks is not None else {k: v for k, v in entry.items() if k not in ("first_impulse", "kicks")}
+
+
+def final(scene: Scene, history: AbstractHistory) -> dict[str, Any]:
+    """Return where the bodies are at the end: masses by position [m] and velocity, rods by momentum and energy [J]."""
+    wanted = {Mass: ("position", "velocity"), Rod: ("momentum", "energy")}
+    bodies = {
+        name: {quantity: _at_end(history, f"{quantity}:{name}") for quantity in wanted[type(body)]}
+        for name, body in scene.bodies.items()
+        if type(body) in wanted
+    }
+    return {"time": history.duration, "bodies": bodies}
+
+
+def _at_end(history: AbstractHistory, channel: str) -> float:
+    return float(history.evaluate(np.array([history.duration]), channel)[0])
+
+
+def energy(history: AbstractHistory) -> dict[str, Any]:
+    """Return the energy of bodies and contacts at both ends [J], the balance, and the losses booked [J]."""
+    book = history.energy
+    booked = {name: float(losses[-1]) for name, losses in book.booked.items()}
+    return {
+        "initial": float(book.total[0]),
+        "final": float(book.total[-1]),
+        "largest_gain": book.largest_gain,
+        "largest_loss": book.largest_loss,
+        "booked": dict.fromkeys(BOOKED, 0.0) | booked,
+    }
+
+
+def extremes(history: AbstractHistory, channel: str) -> dict[str, float]:
+    """Return the least, the largest and the last value of a channel, in its SI unit."""
+    jumps = history.jumps(channel)
+    grid = np.linspace(0.0, history.duration, PROBE_POINTS)
+    values = history.evaluate(np.concatenate((grid, jumps, np.nextafter(jumps, 0.0))), channel)
+    return {"min": float(values.min()), "max": float(values.max()), "final": float(values[PROBE_POINTS - 1])}
+
+
+def plain(value: Any) -> Any:
+    """Return a value of plain Python types; a number that is not finite becomes None."""
+    match value:
+        case Mapping():
+            return {str(key): plain(item) for key, item in value.items()}
+        case str() | bool() | int() | None:
+            return value
+        case float() | np.floating():
+            return float(value) if math.isfinite(value) else None
+        case np.bool_() | np.integer():
+            return value.item()
+        case Iterable():
+            return [plain(item) for item in value]
+        case _:
+            return str(value)
+
+
+def comparison(
+    case_name: str, reference_name: str | None, rows: Iterable[tuple[str, Mapping[str, Any]]]
+) -> dict[str, Any]:
+    """Return several summaries of one case side by side, ready for JSON; failed rows stay in it."""
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "case": case_name,
+        "reference": reference_name,
+        "rows": [{"name": name, "summary": dict(summary)} for name, summary in rows],
+    }
+
+
+COLUMNS: Mapping[str, str] = {
+    "method": "",
+    "model": "",
+    "law": "",
+    "integrator": "",
+    "dt": "T",
+    "mass": "%",
+    "face": "%",
+    "impulse": "%",
+    "first opening": "T",
+    "contacts": "",
+    "gain": "%",
+    "loss": "%",
+    "steps": "",
+    "solve": "ms",
+    "warnings": "",
+}
+"""The columns of the table of a comparison, with their units."""
+
+
+def table_rows(comparison: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return one row per method, keys as in `COLUMNS`; text, number or None. Shares are in %, times in T.
+
+    A row that failed has ``failure`` and nothing else but its name.
+    """
+    return [_table_row(row["name"], row["summary"]) for row in comparison["rows"]]
+
+
+def _table_row(name: str, summary: Mapping[str, Any]) -> dict[str, Any]:
+    row: dict[str, Any] = dict.fromkeys(COLUMNS) | {"method": name}
+    if summary["status"] != "completed":
+        return row | {"failure": f"{summary['status']}: {summary.get('error', {}).get('text', '')}".strip(": ")}
+    used, errors = summary["method"], summary["errors"] or {}
+    openings = [event["time"] for event in summary["events"] if event["kind"] == "open"]
+    kicks = [span["kicks"] for span in summary["contacts"] if span.get("kicks") is not None]
+    return row | {
+        "model": ", ".join(dict.fromkeys(model_label(model) for model in used["models"].values())),
+        "law": ", ".join(dict.fromkeys(law["kind"] for law in used["laws"])),
+        "integrator": used["integrator"]["kind"] if used["integrator"] else None,
+        "dt": in_round_trips(used["dt"], summary),
+        "mass": _percent(errors.get("mass_displacement")),
+        "face": _percent(errors.get("face_displacement")),
+        "impulse": _percent(errors.get("impulse")),
+        "first opening": in_round_trips(openings[0], summary) if openings else None,
+        "contacts": f"{sum(kicks)} kicks" if kicks else len(summary["contacts"]),
+        "gain": _percent(summary["energy"]["largest_gain"]),
+        "loss": _percent(summary["energy"]["largest_loss"]),
+        "steps": summary["cost"]["steps"],
+        "solve": 1e3 * summary["cost"]["solve_s"],
+        "warnings": ", ".join(dict.fromkeys(warned["code"] for warned in summary["warnings"])),
+    }
+
+
+def model_label(model: Mapping[str, Any]) -> str:
+    """Return a model in few letters: ``modal 100/40`` is 40 modes of a mesh of 100 elements."""
+    sizes = [str(model[key]) for key in ("elements", "modes") if model.get(key) is not None]
+    return f"{model['kind']} {'/'.join(sizes)}".strip()
+
+
+def in_round_trips(time: float | None, summary: Mapping[str, Any]) -> float | None:
+    """Return a time [s] of a summary in T; None where there is no time or no T."""
+    return None if time is None or not summary.get("round_trip") else time / float(summary["round_trip"])
+
+
+def _percent(share: float | None) -> float | None:
+    return None if share is None else 100.0 * share
+
+
+def cell(value: Any) -> str:
+    """Return a table cell as text: three significant digits (four places for what is near one), a dash for none."""
+    match value:
+        case None | "":
+            return "–"
+        case str() | int():
+            return str(value)
+        case 0.0:
+            return "0"
+        case float() if abs(value) >= 1e4 or abs(value) < 1e-3:
+            return f"{value:.1e}".replace("e-0", "e-").replace("e+0", "e+")
+        case float():
+            return f"{value:.{max(0, min(5, 2 - math.floor(math.log10(abs(value)))))}f}"
+        case _:
+            return str(value)
+
+
+def headings() -> list[str]:
+    """Return the headings of the table, units behind them."""
+    return [f"{name} [{unit}]" if unit else name for name, unit in COLUMNS.items()]
+
+
+def cells(row: Mapping[str, Any]) -> list[str]:
+    """Return a row of `table_rows` as text; the opening gets four places, because methods differ there."""
+    texts = [cell(row[name]) for name in COLUMNS]
+    if row["first opening"] is not None:
+        texts[list(COLUMNS).index("first opening")] = f"{row['first opening']:.4f}"
+    return texts
+
+
+def table(comparison: Mapping[str, Any]) -> str:
+    """Return the comparison as aligned plain text: one line per method, failed ones with their reason."""
+    rows = table_rows(comparison)
+    body = [[row["method"], row["failure"]] if "failure" in row else cells(row) for row in rows]
+    full = [headings(), *(line for line in body if len(line) == len(COLUMNS))]
+    widths = [max(len(line[i]) for line in full) for i in range(len(COLUMNS))]
+    widths[0] = max([widths[0], *(len(line[0]) for line in body)])
+    text = {i for i, name in enumerate(COLUMNS) if name in ("method", "model", "law", "integrator", "warnings")}
+
+    def aligned(line: Sequence[str]) -> str:
+        padded = zip(line, widths, range(len(widths)), strict=False)  # a failed row has two cells only
+        return "  ".join(c.ljust(w) if i in text else c.rjust(w) for c, w, i in padded).rstrip()
+
+    reference = comparison["reference"]
+    title = f"{comparison['case']}: {len(rows)} methods" + (f" against {reference}" if reference else "")
+    rule = "  ".join("-" * width for width in widths)
+    return "\n".join([title, "", aligned(headings()), rule, *(aligned(line) for line in body)])

@@ -1,0 +1,225 @@
+"""The summary holds what the contract promises, in plain finite JSON; the table says it in one line per method."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from typing import Any, ClassVar
+
+import numpy as np
+import pytest
+
+from impactlab.history import ContactSpan, Cost, EnergyBook, Event, Warned
+from impactlab.scene import Body, Contact, End, Mass, Point, Probe, Rod, Scene, Segment, StepRule, Wall
+from impactlab.summary import (
+    cell,
+    comparison,
+    describe,
+    extremes,
+    kind_of,
+    plain,
+    summarise,
+    table,
+    table_rows,
+)
+from impactlab.testing.synthetic import SyntheticHistory
+from impactlab.types import Relative
+
+PAIR = "hammer|rod.left"
+T = 2.0
+
+
+@dataclasses.dataclass(frozen=True)
+class SoftSpring:
+    """Stands for a law with options."""
+
+    answers_force: ClassVar[bool] = True
+    stiffness: float | Relative = 1.0
+    damping: float = 0.0
+
+
+@dataclasses.dataclass(frozen=True)
+class ModalLike:
+    """Stands for a model that steps."""
+
+    steps: ClassVar[bool] = True
+    elements: int | None = None
+    modes: int | None = None
+
+
+class WaveTrain(ModalLike):
+    """Stands for a model that does not step."""
+
+    steps: ClassVar[bool] = False
+
+
+@dataclasses.dataclass(frozen=True)
+class SlowNewmark:
+    """Stands for an integrator."""
+
+    beta: float = 0.25
+
+
+def scene(model: Any) -> Scene:
+    rod = Rod("rod", (Segment(1.0, 1.0, 1.0, 1.0),), End("free"), End("clamped"), model=model)
+    law: Any = SoftSpring(Relative(0.8), 0.1)
+    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0, law)
+    bodies: dict[str, Body] = {"hammer": Mass("hammer", 1.0, 1.0), "rod": rod, "stop": Wall("stop")}
+    probes = (Probe("rod", 0.0, "displacement"),)
+    integrator: Any = SlowNewmark()
+    return Scene("toy", bodies, (contact,), 3 * T, integrator, StepRule(), probes=probes, round_trip=T)
+
+
+def history(**changes: Any) -> SyntheticHistory:
+    grid = np.linspace(0.0, 3 * T, 7)
+    book = EnergyBook(
+        grid,
+        {"hammer": np.full(7, 1.5), "rod": np.array([0.5, 0.6, 0.4, 0.4, 0.4, 0.4, 0.4])},
+        np.zeros(7),
+        {"contact": np.array([0.0, 0.0, 0.1, 0.1, 0.1, 0.1, 0.1])},
+        np.zeros(7),
+    )
+    given: dict[str, Any] = {
+        "events": (Event(0.0, PAIR, "close"), Event(1.5 * T, PAIR, "open"), Event(1.6 * T, PAIR, "impulse", 0.25)),
+        "contacts": (ContactSpan(PAIR, 0.0, 1.5 * T, 3.6, 2.0),),
+        "energy": book,
+        "dt": 0.01,
+        "warnings": (Warned("near_grazing", "a touch was nearly missed"),),
+        "cost": Cost(0.5, 0.25, 600),
+    }
+    signals: dict[str, Any] = {
+        "position:hammer": np.sin,
+        "velocity:hammer": np.cos,
+        "displacement:rod@0": lambda t: np.where(t < T, t, 0.0),
+        f"force:{PAIR}": lambda t: np.full_like(t, np.nan),
+        "momentum:rod": np.zeros_like,
+        "energy:rod": np.ones_like,
+    }
+    return SyntheticHistory(3 * T, signals, jumps={"displacement:rod@0": (T,)}, **(given | changes))
+
+
+def test_the_summary_holds_every_key_of_the_contract() -> None:
+    summary = summarise("toy", scene(ModalLike(100, 40)), history(), ("itself", history()))
+    expected = {"schema_version", "case", "status", "method", "events", "contacts", "final", "energy", "probes"}
+    assert expected | {"errors", "cost", "warnings"} <= set(summary)
+    assert (summary["schema_version"], summary["case"], summary["status"]) == (1, "toy", "completed")
+    assert summary["method"] == {
+        "models": {"rod": {"kind": "modal_like", "elements": 100, "modes": 40}},
+        "laws": [{"kind": "soft_spring", "stiffness": {"relative": 0.8}, "damping": 0.1}],
+        "integrator": {"kind": "slow_newmark", "beta": 0.25},
+        "dt": 0.01,
+    }
+    assert summary["events"] == [
+        {"time": 0.0, "contact": PAIR, "kind": "close"},
+        {"time": 3.0, "contact": PAIR, "kind": "open"},
+        {"time": 3.2, "contact": PAIR, "kind": "impulse", "impulse": 0.25},
+    ]
+    assert summary["contacts"] == [{"contact": PAIR, "start": 0.0, "end": 3.0, "impulse": 3.6, "peak_force": 2.0}]
+    assert summary["final"] == {
+        "time": 6.0,
+        "bodies": {
+            "hammer": {"position": np.sin(6.0), "velocity": np.cos(6.0)},
+            "rod": {"momentum": 0.0, "energy": 1.0},
+        },
+    }
+    assert summary["energy"]["booked"] == {"contact": 0.1, "unresolved": 0.0}
+    assert summary["energy"]["initial"] == 2.0
+    assert summary["energy"]["final"] == pytest.approx(1.9)
+    assert summary["energy"]["largest_gain"] == pytest.approx(0.05)  # 0.1 J of 2 J
+    assert summary["energy"]["largest_loss"] == pytest.approx(0.05)
+    assert summary["errors"]["reference"] == "itself"
+    assert summary["errors"]["mass_displacement"] == 0.0
+    assert summary["errors"]["force"] is None
+    assert summary["cost"] == {"setup_s": 0.5, "solve_s": 0.25, "steps": 600}
+    assert summary["warnings"] == [{"code": "near_grazing", "text": "a touch was nearly missed"}]
+
+
+def test_the_summary_is_strict_json() -> None:
+    spans = (ContactSpan(PAIR, np.float64(0.0), None, np.float64(np.inf), float("nan")),)
+    text = json.dumps(summarise("toy", scene(ModalLike()), history(contacts=spans)), allow_nan=False)
+    assert json.loads(text)["contacts"] == [
+        {"contact": PAIR, "start": 0.0, "end": None, "impulse": None, "peak_force": None}
+    ]
+    assert json.loads(text)["errors"] is None
+
+
+def test_an_impulse_law_reports_its_kicks() -> None:
+    spans = (ContactSpan(PAIR, 0.0, 2.0, 3.6, None, 0.1, 37),)
+    entry = summarise("toy", scene(ModalLike()), history(contacts=spans))["contacts"][0]
+    assert (entry["first_impulse"], entry["kicks"], entry["peak_force"]) == (0.1, 37, None)
+
+
+def test_an_integrator_that_was_not_used_is_not_reported() -> None:
+    used = summarise("toy", scene(WaveTrain()), history(dt=None))["method"]
+    assert (used["integrator"], used["dt"]) == (None, None)
+    assert used["models"]["rod"]["kind"] == "wave_train"
+
+
+def test_kinds_are_class_names_in_snake_case() -> None:
+    assert [kind_of(part) for part in (SoftSpring(), ModalLike(), SlowNewmark())] == [
+        "soft_spring",
+        "modal_like",
+        "slow_newmark",
+    ]
+    assert describe(SoftSpring(2.0)) == {"kind": "soft_spring", "stiffness": 2.0, "damping": 0.0}
+
+
+def test_extremes_see_the_value_just_before_a_jump() -> None:
+    jump = 1.2345678
+    ramp = SyntheticHistory(3 * T, {"a": lambda t: np.where(t < jump, t, 0.0)}, jumps={"a": (jump,)})
+    assert extremes(ramp, "a") == {"min": 0.0, "max": pytest.approx(jump, rel=1e-12), "final": 0.0}
+
+
+def test_plain_values_are_of_python_and_finite() -> None:
+    mixed = {"a": np.float64(1.5), "b": np.int64(2), "c": (np.bool_(True), float("-inf")), "d": np.array([1.0, np.nan])}
+    assert plain(mixed) == {"a": 1.5, "b": 2, "c": [True, None], "d": [1.0, None]}
+    assert type(plain(np.int64(2))) is int
+    assert type(plain(np.float64(2.0))) is float
+
+
+def two_rows() -> dict[str, Any]:
+    good = summarise("toy", scene(ModalLike(100, 40)), history(), ("itself", history()))
+    failed = {"schema_version": 1, "case": "toy", "status": "refused", "error": {"text": "no such pair"}}
+    return comparison("toy", "itself", [("base", good), ("hopeless", failed)])
+
+
+def test_a_comparison_keeps_its_failed_rows() -> None:
+    both = two_rows()
+    assert list(both) == ["schema_version", "case", "reference", "rows"]
+    assert [row["name"] for row in both["rows"]] == ["base", "hopeless"]
+    base, hopeless = table_rows(both)
+    assert hopeless["failure"] == "refused: no such pair"
+    assert base["model"] == "modal_like 100/40"
+    assert base["first opening"] == pytest.approx(1.5)
+    assert base["dt"] == pytest.approx(0.005)
+    assert base["gain"] == pytest.approx(5.0)
+    assert (base["contacts"], base["steps"], base["solve"], base["warnings"]) == (1, 600, 250.0, "near_grazing")
+
+
+def test_the_text_table_is_aligned_and_whole() -> None:
+    lines = table(two_rows()).splitlines()
+    assert lines[0] == "toy: 2 methods against itself"
+    head, rule, base, hopeless = lines[2:]
+    assert head.index("model") == rule.index("-", head.index("model")) == base.index("modal_like 100/40")
+    assert base.split()[0] == "base"
+    assert "1.5000" in base
+    assert hopeless.split(maxsplit=1) == ["hopeless", "refused: no such pair"]
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (None, "–"),
+        (0.0, "0"),
+        (12, "12"),
+        (0.123456, "0.123"),
+        (1.23456, "1.23"),
+        (12.3456, "12.3"),
+        (123.456, "123"),
+        (2.5e-7, "2.5e-7"),
+        (123456.0, "1.2e+5"),
+        (-0.5, "-0.500"),
+    ],
+)
+def test_cells_are_short(value: Any, text: str) -> None:
+    assert cell(value) == text
