@@ -185,7 +185,9 @@ def _row(case: Case, name: str, references: dict[Any, Reference | None], progres
 
 def _physics(scene: Scene) -> Any:
     """Return what the exact answer depends on, so that methods on one scene share it."""
-    bodies = [dataclasses.replace(body, model=None) if isinstance(body, Rod) else body for body in scene.bodies.values()]
+    bodies = [
+        dataclasses.replace(body, model=None) if isinstance(body, Rod) else body for body in scene.bodies.values()
+    ]
     contacts = [(contact.left, contact.right, contact.gap, contact.overlap_allowed) for contact in scene.contacts]
     laws = tuple(None if contact.law.hard else contact.law for contact in scene.contacts)
     return (tuple(bodies), tuple(contacts), laws, scene.duration, scene.gravity)

@@ -29,7 +29,8 @@ app = typer.Typer(
 CaseFile = Annotated[Path, typer.Argument(metavar="CASE", help="Case file: .yaml, .toml or .json.", show_default=False)]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on standard output, nothing else there.")]
 Out = Annotated[
-    Path | None, typer.Option("--out", metavar="DIR", help="Write history and figures into this folder.", show_default=False)
+    Path | None,
+    typer.Option("--out", metavar="DIR", help="Write history and figures into this folder.", show_default=False),
 ]
 Sets = Annotated[
     list[str] | None,
@@ -163,7 +164,9 @@ def plugins_(as_json: Json = False) -> None:
             if line.group != group:
                 group = line.group
                 print(group)
-            print(f"  {line.name:22} {'broken: ' + line.fault if line.fault else line.description}  [{line.distribution}]")
+            print(
+                f"  {line.name:22} {'broken: ' + line.fault if line.fault else line.description}  [{line.distribution}]"
+            )
 
 
 @app.command()
@@ -200,7 +203,7 @@ def reporting(case: Path | None, as_json: bool) -> Iterator[None]:
     except KeyboardInterrupt as error:
         _report(case, as_json, error, "interrupted")
         raise typer.Exit(130) from None
-    except Exception as error:  # noqa: BLE001 - the last line of defence: a plugin may raise anything
+    except Exception as error:
         if os.environ.get("IMPACTLAB_DEBUG"):
             raise
         _report(case, as_json, error, _words(error))

@@ -23,7 +23,7 @@ def answer(document: Any) -> None:
 def progress() -> Iterator[Callable[[str, float], None]]:
     """Give a function of (label, fraction done) that draws a bar with the time left, on a terminal only."""
     if not sys.stderr.isatty():
-        yield lambda label, fraction: None
+        yield lambda _label, _fraction: None
         return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
@@ -40,8 +40,13 @@ def summary_text(summary: Mapping[str, Any]) -> str:
     models = ", ".join(f"{name} {model['kind']}" for name, model in method["models"].items()) or "rigid bodies"
     laws = ", ".join(law["kind"] for law in method["laws"]) or "no contact"
     integrator = method["integrator"]["kind"] if method["integrator"] else "no steps"
-    lines = [f"{summary['case']}: {summary['status']}", f"  method    {models}; {laws}; {integrator}; dt {_number(method['dt'])} s"]
-    lines += [f"  {event['kind']:8}  {_number(event['time'])} s  {event['contact']}" for event in _few(summary["events"])]
+    lines = [
+        f"{summary['case']}: {summary['status']}",
+        f"  method    {models}; {laws}; {integrator}; dt {_number(method['dt'])} s",
+    ]
+    lines += [
+        f"  {event['kind']:8}  {_number(event['time'])} s  {event['contact']}" for event in _few(summary["events"])
+    ]
     for span in summary["contacts"]:
         peak = "no force history" if span["peak_force"] is None else f"peak {_number(span['peak_force'])} N"
         lines.append(f"  contact   {span['contact']}: impulse {_number(span['impulse'])} N s, {peak}")
@@ -55,9 +60,14 @@ def summary_text(summary: Mapping[str, Any]) -> str:
     errors = summary["errors"] or {}
     shown = {key: value for key, value in errors.items() if key != "reference" and value is not None}
     if shown:
-        lines.append(f"  errors    against {errors['reference']}: " + ", ".join(f"{k} {_number(v)}" for k, v in shown.items()))
+        lines.append(
+            f"  errors    against {errors['reference']}: " + ", ".join(f"{k} {_number(v)}" for k, v in shown.items())
+        )
     cost = summary["cost"]
-    lines.append(f"  cost      {cost['steps']} steps, {_number(cost['setup_s'])} s to set up, {_number(cost['solve_s'])} s to solve")
+    lines.append(
+        f"  cost      {cost['steps']} steps, {_number(cost['setup_s'])} s to set up, "
+        f"{_number(cost['solve_s'])} s to solve"
+    )
     lines += [f"  warning   {warned['code']}: {warned['text']}" for warned in summary["warnings"]]
     return "\n".join(lines)
 

@@ -122,7 +122,9 @@ class Registry:
                 except PluginError as error:
                     lines.append(Listed(group.name, entry.name, entry.distribution, "", (), error.text))
                 else:
-                    described = Listed(group.name, entry.name, entry.distribution, describe(part), citations_of(part), "")
+                    described = Listed(
+                        group.name, entry.name, entry.distribution, describe(part), citations_of(part), ""
+                    )
                     lines.append(described)
         return tuple(lines)
 
@@ -163,7 +165,7 @@ def fault_of(part: Any, group: Group) -> str:
         if not issubclass(part, base):
             return f"it does not derive from {group.base.replace(':', '.')}"
     if inspect.isabstract(part):
-        missing = ", ".join(sorted(part.__abstractmethods__))
+        missing = ", ".join(sorted(vars(part)["__abstractmethods__"]))
         return f"it does not define {missing}"
     if not dataclasses.is_dataclass(part) or not part.__dataclass_params__.frozen:  # type: ignore[attr-defined]
         return "it is not a frozen dataclass (write @dataclass(frozen=True) above it)"

@@ -76,7 +76,8 @@ def _shapes_are_finite(case: CaseBlock) -> None:
         path, length = f"bodies.{name}.displacement", rod_length(body)
         if isinstance(body.displacement, Table) and (body.displacement.x[0] > 0.0 or body.displacement.x[-1] < length):
             raise CaseError(
-                f"the table goes from {body.displacement.x[0]:g} to {body.displacement.x[-1]:g} m; the rod from 0 to {length:g} m",
+                f"the table goes from {body.displacement.x[0]:g} to {body.displacement.x[-1]:g} m; "
+                f"the rod from 0 to {length:g} m",
                 remedy="Give values over the whole rod.",
                 path=path,
             )
@@ -132,7 +133,8 @@ def _faces_look_at_each_other(case: CaseBlock) -> None:
                 other = contact.between[1 - int(place)]
                 swap = f"[{contact.between[1]}, {contact.between[0]}]"
                 raise CaseError(
-                    f"{face.point.label!r} looks away from {other!r}: of between: [a, b], a lies on the left of b, "
+                    f"{face.point.label!r} looks away from {other!r}: "
+                    "of between: [a, b], a lies on the left of b, "
                     f"so the {'first' if place == '0' else 'second'} face is a mass, a wall, or the {facing} end of a rod",
                     remedy=f"Swap the two, {swap}, or name {face.point.body}.{facing}.",
                     path=f"contacts.{number}.between.{place}",
@@ -198,7 +200,9 @@ def _round_trips_have_a_rod(case: CaseBlock) -> None:
         find_body(case, named, "solve.round_trips_of")
         if named not in rods:
             raise CaseError(
-                f"{named!r} is not a rod and has no round trip", remedy=f"Rods: {listed(rods)}.", path="solve.round_trips_of"
+                f"{named!r} is not a rod and has no round trip",
+                remedy=f"Rods: {listed(rods)}.",
+                path="solve.round_trips_of",
             )
     if isinstance(case.solve.duration, RoundTrips) and not rods:
         raise CaseError(

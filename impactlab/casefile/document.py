@@ -28,7 +28,7 @@ _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 _NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 _WORDS: dict[str, bool | None] = {"": None, "~": None, "null": None, "Null": None, "NULL": None}
 _WORDS |= {"true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False}
-_DOTTED = re.compile(r"""(?:[\w"'-]+\s*\.\s*){%d}""" % (DEEPEST + 1))
+_DOTTED = re.compile(rf"""(?:[\w"'-]+\s*\.\s*){{{DEEPEST + 1}}}""")
 _REMEDY = "A case holds plain keys and values only; see `impactlab new` for one to start from."
 
 
@@ -189,7 +189,7 @@ def _refuse_constant(name: str) -> Any:
 def _mapping(data: Any) -> dict[str, Any]:
     if not isinstance(data, dict):
         raise CaseError(
-            f"the file holds {shown(data)} where a case begins with keys such as schema_version, bodies, contacts, solve",
+            f"the file holds {shown(data)}; a case has keys such as schema_version, bodies, contacts, solve",
             remedy="Start from `impactlab new`.",
             line=1,
         )

@@ -43,7 +43,9 @@ def case_error(
     return CaseError(text, remedy=remedy, path=path)
 
 
-def _words(fault: ErrorDetails, keys: list[str], data: Any, allowed: Iterable[str] | type[BaseModel]) -> tuple[str, str]:
+def _words(
+    fault: ErrorDetails, keys: list[str], data: Any, allowed: Iterable[str] | type[BaseModel]
+) -> tuple[str, str]:
     kind = fault["type"]
     given = shown(fault["input"])
     context = fault.get("ctx", {})
@@ -90,15 +92,18 @@ def _yaml_path(loc: Iterable[int | str], data: Any, kind: str) -> list[str]:
     keys: list[str] = []
     for place, step in enumerate(steps):
         last = place == len(steps) - 1
-        if isinstance(data, dict) and step in data:
-            data = data[step]
-            keys.append(str(step))
-        elif isinstance(data, (list, tuple)) and isinstance(step, int) and step < len(data):
+        if _stands_in(step, data):
             data = data[step]
             keys.append(str(step))
         elif last and kind == "missing":
             keys.append(str(step))
     return keys
+
+
+def _stands_in(step: int | str, data: Any) -> bool:
+    if isinstance(data, (list, tuple)):
+        return isinstance(step, int) and step < len(data)
+    return isinstance(data, dict) and step in data
 
 
 def _allowed_at(keys: list[str], data: Any, allowed: Iterable[str] | type[BaseModel]) -> list[str]:

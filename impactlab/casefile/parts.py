@@ -53,9 +53,13 @@ def read_part(block: dict[str, Any], path: str, group: Group, registry: Registry
         raise CaseError(f"{shown(block['kind'])} refuses these values: {str(error)[:200]}", path=path) from error
 
 
-@cache
 def part_model(part: type[Any]) -> type[BaseModel]:
     """Return the pydantic model made from the fields of a part."""
+    return _part_model(part)
+
+
+@cache
+def _part_model(part: Any) -> type[BaseModel]:
     hints = typing.get_type_hints(part)
     fields: dict[str, Any] = {}
     for field in dataclasses.fields(part):

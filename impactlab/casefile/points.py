@@ -52,7 +52,8 @@ def read_face(case: CaseBlock, text: str, path: str) -> Face:
         return Face(Point(name, 0.0, name), "")
     if side is None:
         raise CaseError(
-            f"{shown(text)}: {name!r} is a rod, so the face must be named. Allowed: {name}.left, {name}.right, {name}.at(x)",
+            f"{shown(text)}: {name!r} is a rod, so the face must be named. "
+            f"Allowed: {name}.left, {name}.right, {name}.at(x)",
             remedy="Say where on the rod.",
             path=path,
         )

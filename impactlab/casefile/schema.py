@@ -77,7 +77,10 @@ class RodBlock(Block):
     area: Area | None = Field(default=None, description="area of the cross section [m2]")
     material: Material | None = Field(default=None, description="material")
     segments: tuple[SegmentBlock, ...] | None = Field(
-        default=None, min_length=1, max_length=1000, description="uniform pieces from left to right, in place of the three"
+        default=None,
+        min_length=1,
+        max_length=1000,
+        description="uniform pieces from left to right, in place of the three",
     )
     ends: EndsBlock = Field(default=EndsBlock(), description="what holds the ends; free if not given")
     velocity: Velocity = Field(default=0.0, description="velocity at t = 0, uniform [m/s]")

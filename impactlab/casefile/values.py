@@ -17,7 +17,7 @@ from pydantic_core import PydanticCustomError, core_schema
 
 from impactlab.casefile.formula import Formula, Table, parse
 from impactlab.casefile.units import to_si
-from impactlab.casefile.words import closest, listed, shown
+from impactlab.casefile.words import closest, shown
 from impactlab.scene import End
 from impactlab.types import Relative
 
@@ -229,11 +229,15 @@ def _read_shape(value: Any) -> Any:
     if isinstance(value, Mapping) and set(value) == {"x", "u"}:
         columns = [_column(value["x"], "x"), _column(value["u"], "u")]
         if len(columns[0]) != len(columns[1]):
-            raise refuse(f"the table has {len(columns[0])} places x and {len(columns[1])} values u; give one u for each x")
+            raise refuse(
+                f"the table has {len(columns[0])} places x and {len(columns[1])} values u; give one u for each x"
+            )
         if len(columns[0]) < 2 or any(b <= a for a, b in zip(columns[0], columns[0][1:], strict=False)):
             raise refuse("the places x of the table do not rise; give at least two, each above the one before")
         return Table(*columns)
-    raise refuse(f"{shown(value)} is not a shape. Allowed: a formula of x such as '1e-5 * cos(pi*x/L)', or {{x: [...], u: [...]}}")
+    raise refuse(
+        f"{shown(value)} is not a shape. Allowed: a formula of x such as '1e-5*cos(pi*x/L)', or {{x: [...], u: [...]}}"
+    )
 
 
 def _column(value: Any, name: str) -> tuple[float, ...]:

@@ -1,0 +1,90 @@
+"""The sources of a case: BibTeX entries of the parts it uses and of where it comes from."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Iterable
+from functools import cache
+from importlib.resources import files
+from typing import NamedTuple
+
+from impactlab.casefile import Case
+from impactlab.plugins import citations_of
+from impactlab.scene import Rod
+
+
+class Citations(NamedTuple):
+    """What to cite: sorted keys, and the BibTeX text."""
+
+    keys: tuple[str, ...]
+    bibtex: str
+
+
+def cite(case: Case) -> Citations:
+    """Return the sources of the parts that a case uses and of the case itself.
+
+    The source of a case counts if it is a key of citations.bib, or names the authors and the year of one entry. A part
+    may cite by a key of citations.bib, or bring its own BibTeX entry, a text that begins with ``@``.
+    """
+    scene = case.scene()
+    parts: list[object] = [body.model for body in scene.bodies.values() if isinstance(body, Rod)]
+    parts += [contact.law for contact in scene.contacts]
+    parts.append(scene.integrator)
+    wanted = [key for part in parts if part is not None for key in citations_of(type(part))]
+    own = source_key(case.source)
+    keys = [*wanted, own] if own else wanted
+    remarks = [f"% Source of the case: {' '.join(case.source.split())}"] if case.source and not own else []
+    return bibtex(keys, remarks)
+
+
+def bibtex(keys: Iterable[str], remarks: Iterable[str] = ()) -> Citations:
+    """Return the entries of the keys in order of key; a key without an entry is named in a remark."""
+    known = entries()
+    found: dict[str, str] = {}
+    lines = list(remarks)
+    for key in sorted(set(keys)):
+        if key.startswith("@"):
+            found[_key_of(key)] = key.strip()
+        elif key in known:
+            found[key] = known[key]
+        else:
+            lines.append(f"% {key}: no entry in citations.bib; ask the authors of the part")
+    return Citations(tuple(sorted(found)), "\n\n".join([*lines, *(found[key] for key in sorted(found))]))
+
+
+def source_key(source: str) -> str | None:
+    """Return the key of the entry that the source of a case names, or None."""
+    known = entries()
+    if source.strip() in known:
+        return source.strip()
+    said = _plain(source)
+    for key, entry in known.items():
+        year, authors = _field(entry, "year"), _field(entry, "author")
+        surnames = [_plain(author.partition(",")[0]) for author in authors.split(" and ")]
+        if year and year in said and all(name in said for name in surnames):
+            return key
+    return None
+
+
+@cache
+def entries() -> dict[str, str]:
+    """Return the entries of citations.bib by key."""
+    text = files("impactlab").joinpath("citations.bib").read_text(encoding="utf-8")
+    found = re.findall(r"^@\w+\{.*?^\}", text, flags=re.MULTILINE | re.DOTALL)
+    return {_key_of(entry): entry for entry in found}
+
+
+def _key_of(entry: str) -> str:
+    match = re.match(r"@\w+\{\s*([^,\s]+)\s*,", entry)
+    return match.group(1) if match else entry[:40]
+
+
+def _field(entry: str, name: str) -> str:
+    match = re.search(rf"^\s*{name}\s*=\s*\{{(.*)\}},?$", entry, flags=re.MULTILINE)
+    return match.group(1) if match else ""
+
+
+def _plain(text: str) -> str:
+    bare = re.sub(r"\\.|[{}]", "", text)
+    return unicodedata.normalize("NFKD", bare).encode("ascii", "ignore").decode().lower().strip()
