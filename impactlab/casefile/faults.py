@@ -35,6 +35,8 @@ def case_error(
     faults = sorted(error.errors(include_url=False), key=lambda fault: fault["type"] != "extra_forbidden")
     fault = faults[0]
     keys = _yaml_path(fault["loc"], data, fault["type"])
+    if fault["type"] == "union_tag_invalid":
+        keys.append("kind")
     path = ".".join(part for part in (prefix, *keys) if part)
     text, remedy = _words(fault, keys, data, allowed)
     more = len(faults) - 1

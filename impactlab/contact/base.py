@@ -28,6 +28,7 @@ class AbstractContactLaw(ABC):
     answers_force: ClassVar[bool] = True  # False: impulses only, no force history
     fixed_step: ClassVar[bool] = False  # True: its readings belong to one dt, so a step cannot be cut at an event
     hard: ClassVar[bool] = False  # True: it approximates the hard unilateral contact, whose exact answer is its reference
+    holds_position: ClassVar[bool] = False  # True: a hard position constraint, which makes some schemes gain energy
     gains_energy: ClassVar[float] = 0.0  # declared bound on the energy gain, relative; inf where there is none
 
     @abstractmethod

@@ -22,13 +22,13 @@ class Stepper:
     """
 
     free: Kernel  # free(parameters, state): a step without contact, in place
-    measure: Kernel  # measure(parameters, state, out): out[0] energy [J] as this scheme conserves it
+    measure: Kernel  # measure(parameters, state, out): energy [J] as the scheme conserves it, work of the load [J]
     parameters: Array  # (n_parameters,)
     state: Array  # (n_state,) at t = 0
     force_response: Array  # (n_ports, n_state) end-of-step state per force constant over the step
     impulse_response: Array  # (n_ports, n_state) end-of-step state per impulse at the start of the step
     jump: Array  # (n_ports, n_dof) velocities per impulse, at once
-    retime: Kernel | None = None  # retime(parameters, dt, force_response, impulse_response), only with any_dt
+    retime: Kernel | None = None  # retime(parameters, dt, jump, force_response, impulse_response), only with any_dt
 
 
 class AbstractIntegrator(ABC):
@@ -42,9 +42,11 @@ class AbstractIntegrator(ABC):
     citations: ClassVar[tuple[str, ...]] = ()
     any_dt: ClassVar[bool] = False  # a step may be cut at an event
     load_point: ClassVar[float] = 0.5  # where in the step a force acts: 0 start, 1/2 middle
+    velocity_point: ClassVar[float] = 1.0  # where in the step the velocities at its end belong: 1/2 for leapfrog
     jump_in_force: ClassVar[bool] = False  # F dt already holds a closing jump
     needs_diagonal_mass: ClassVar[bool] = False
     needs_modes: ClassVar[bool] = False  # mass and stiffness must be diagonal
+    gains_energy: ClassVar[float] = 0.0  # declared bound on the energy gain with a contact, relative
     hard_constraint_gains: ClassVar[bool] = False  # a hard position constraint makes it gain energy
 
     @abstractmethod

@@ -20,7 +20,8 @@ class Operators(NamedTuple):
     load: Array  # (n_dof,) N, constant: gravity
     displacement: Array  # (n_dof,) at t = 0
     velocity: Array  # (n_dof,) at t = 0
-    highest_frequency: float  # rad/s; 0 for a body that never vibrates
+    highest_frequency: float  # rad/s, or a close bound above it; 0 for a body that never vibrates
+    rule_frequency: float  # rad/s, the one whose period ``points_per_period`` counts
     diagonal_mass: bool
     modes: bool  # mass and stiffness are diagonal
 
@@ -42,7 +43,7 @@ class AbstractDiscreteModel(ABC):
 
     @abstractmethod
     def left_out(self, x: float, quantity: Quantity, face: float) -> float:
-        """Return the static answer at x per unit force pushing inwards at ``face`` [m] of the modes left out."""
+        """Return the static answer at x of the modes left out, per unit force to the right at ``face`` [m]."""
 
     @abstractmethod
     def momentum_row(self) -> Array:
@@ -58,6 +59,11 @@ class AbstractRodModel(ABC):
 
     steps: ClassVar[bool] = True  # False: the continuous model, which need not step
     citations: ClassVar[tuple[str, ...]] = ()
+
+    @property
+    @abstractmethod
+    def has_mesh(self) -> bool:
+        """Whether there are elements, so that ``courant`` has a meaning."""
 
     @abstractmethod
     def element_length(self, rod: Rod) -> float:

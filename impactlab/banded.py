@@ -1,0 +1,41 @@
+"""Small helpers on symmetric banded matrices in lower form, shape (bandwidth + 1, n)."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.linalg import cholesky_banded, solveh_banded
+
+from impactlab.types import Array
+
+
+def widened(banded: Array, bandwidth: int) -> Array:
+    """Return the matrix with zero bands added, shape (bandwidth + 1, n)."""
+    missing = bandwidth + 1 - banded.shape[0]
+    return np.ascontiguousarray(np.vstack([banded, np.zeros((missing, banded.shape[1]))]))
+
+
+def multiply(banded: Array, vector: Array) -> Array:
+    """Return the product with a vector, shape (n,)."""
+    product = banded[0] * vector
+    for offset in range(1, banded.shape[0]):
+        coupling = banded[offset, :-offset]
+        product[offset:] += coupling * vector[:-offset]
+        product[:-offset] += coupling * vector[offset:]
+    return np.asarray(product)
+
+
+def solve(banded: Array, vector: Array) -> Array:
+    """Return the solution of a positive definite system, shape (n,)."""
+    if vector.size == 0:
+        return vector.copy()
+    if banded.shape[0] == 1:
+        return np.asarray(vector / banded[0])
+    return np.asarray(solveh_banded(banded, vector, lower=True))
+
+
+def factorised(banded: Array) -> tuple[Array, Array]:
+    """Return D, shape (n,), and the bands of unit L below the diagonal, shape (bandwidth, n), of A = L D L^T."""
+    if banded.shape[0] == 1 or banded.shape[1] == 0:
+        return banded[0].copy(), np.zeros((banded.shape[0] - 1, banded.shape[1]))
+    root = cholesky_banded(banded, lower=True)
+    return np.asarray(root[0] ** 2), np.asarray(root[1:] / root[0])

@@ -1,0 +1,1 @@
+"""Coordinate bases of the modal model."""

@@ -1,0 +1,106 @@
+"""Eigenfunctions of a uniform rod with free or clamped ends, in closed form."""
+
+from __future__ import annotations
+
+from typing import final
+
+import numpy as np
+
+from impactlab.errors import CaseError
+from impactlab.scene import Profile, Rod
+from impactlab.types import Array, Quantity
+
+
+@final
+class AnalyticBasis:
+    """The first modes of a uniform rod, mass-normalised, the rigid one (free-free) first and not counted.
+
+    With wave numbers k: cos(k x) where the left end is free, sin(k x) where it is clamped.
+
+    Attributes
+    ----------
+    frequencies : (n_dof,)
+        rad/s; exactly zero for the rigid mode.
+    """
+
+    def __init__(self, rod: Rod, modes: int) -> None:
+        kinds = (rod.left.kind, rod.right.kind)
+        if len(rod.segments) != 1 or any(kind not in ("free", "clamped") for kind in kinds):
+            raise CaseError(
+                f"analytic modes need a uniform rod with free or clamped ends; '{rod.name}' has "
+                f"{len(rod.segments)} segment(s) and ends {kinds[0]}, {kinds[1]}",
+                remedy="Give 'elements' for the eigenvectors of a mesh.",
+                path="solve.model",
+            )
+        self._segment = rod.segments[0]
+        self._length = rod.length
+        self._clamped = (kinds[0] == "clamped", kinds[1] == "clamped")
+        count = np.arange(1, modes + 1)
+        quarter = self._clamped[0] != self._clamped[1]
+        self._numbers = (2 * count - 1) * np.pi / (2 * self._length) if quarter else count * np.pi / self._length
+        self._scale = np.full(modes, np.sqrt(2.0 / self._segment.mass))
+        if not any(self._clamped):
+            self._numbers = np.concatenate(([0.0], self._numbers))
+            self._scale = np.concatenate(([1.0 / np.sqrt(self._segment.mass)], self._scale))
+        self.frequencies: Array = self._numbers * self._segment.wave_speed
+
+    def _shape(self, x: Array) -> Array:
+        phase = np.multiply.outer(x, self._numbers)
+        return np.asarray((np.sin(phase) if self._clamped[0] else np.cos(phase)) * self._scale)
+
+    def row(self, x: float, quantity: Quantity) -> Array:
+        """Return the quantity at x [m] of each mode, shape (n_dof,)."""
+        if quantity in ("displacement", "velocity"):
+            return self._shape(np.array(x))
+        phase = self._numbers * x
+        slope = np.cos(phase) if self._clamped[0] else -np.sin(phase)
+        young, area = self._segment.young, self._segment.area
+        factor = {"strain": 1.0, "stress": young, "force": young * area}[quantity]
+        return np.asarray(-factor * self._scale * self._numbers * slope)
+
+    def static(self, x: float, quantity: Quantity, face: float) -> float:
+        """Return the exact static answer at x per unit force to the right at ``face``.
+
+        A rod that nothing holds is taken in the frame of its mean acceleration, without rigid motion.
+        """
+        young, area, length = self._segment.young, self._segment.area, self._length
+        behind = 1.0 if x > face or (x == face and face == 0.0) else 0.0
+        left, right = self._clamped
+        if left and right:
+            force = face / length - (1.0 - behind)
+            displacement = min(x, face) * (1.0 - max(x, face) / length)
+        elif right:
+            force = behind
+            displacement = length - max(x, face)
+        elif left:
+            force = behind - 1.0
+            displacement = min(x, face)
+        else:
+            force = behind - x / length
+            displacement = (x**2 + face**2) / (2 * length) - max(x, face) + length / 3.0
+        if quantity == "displacement":
+            return displacement / (young * area)
+        if quantity == "velocity":
+            return 0.0
+        return force / {"strain": young * area, "stress": area, "force": 1.0}[quantity]
+
+    def project(self, profile: Profile) -> Array:
+        """Return the modal coordinates of a displacement profile by Gauss quadrature, shape (n_dof,)."""
+        cells = 4 * self._numbers.size + 64
+        nodes, weights = np.polynomial.legendre.leggauss(8)
+        h = self._length / cells
+        x = (np.arange(cells)[:, None] * h + (nodes + 1.0) * h / 2.0).ravel()
+        weight = np.tile(weights * h / 2.0, cells) * self._segment.density * self._segment.area
+        return np.asarray(self._shape(x).T @ (weight * profile(x)))
+
+    def project_uniform(self) -> Array:
+        """Return the momentum of each mode at unit modal velocity, shape (n_dof,)."""
+        line_mass, length = self._segment.density * self._segment.area, self._length
+        numbers = np.where(self._numbers > 0.0, self._numbers, 1.0)
+        integral = (1.0 - np.cos(numbers * length)) / numbers if self._clamped[0] else np.sin(numbers * length) / numbers
+        integral = np.where(self._numbers > 0.0, integral, length)
+        return np.asarray(line_mass * self._scale * integral)
+
+    def grid(self) -> Array:
+        """Return places fine enough for the shortest mode, shape (n,) [m]."""
+        return np.linspace(0.0, self._length, max(200, 4 * self._numbers.size) + 1)

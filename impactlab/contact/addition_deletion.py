@@ -1,0 +1,54 @@
+"""The constraint that is added on touch and deleted when it would pull."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, final
+
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.types import Level, SideFacts, Start
+
+
+@final
+@dataclass(frozen=True)
+class AdditionDeletion(AbstractContactLaw):
+    """Constraint addition-deletion: no gap at the end of the step, the multiplier is the force, until it would pull.
+
+    Touch is found at the start of a step; the constraint then needs a velocity jump, given by an impulse (unless the
+    scheme's own force holds it, as central difference), whose lost energy is booked.
+
+    References
+    ----------
+    EscalonaMayoDominguez1999, Section 1 ("constraint addition-deletion method"); WuHaug1990;
+    HughesTaylorSackmanCurnierKanoknukulchai1976.
+    """
+
+    needs = frozenset({Level.POSITION, Level.IMPULSE})
+    citations = ("WuHaug1990", "HughesTaylorSackmanCurnierKanoknukulchai1976")
+    hard = True
+    holds_position = True
+
+    def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
+        return Start()
+
+    @staticmethod
+    def respond(port: Any, reply: Any) -> None:
+        free_gap = port.free_gap
+        if port.jump_in_force > 0.0:
+            reply.trial = -free_gap / port.gap_per_force
+            if reply.trial > 0.0:
+                reply.force = reply.trial
+                reply.in_contact = 1.0
+                rate_end = port.free_gap_rate + port.rate_per_force * reply.force
+                reply.dissipated = -0.5 * reply.force * port.dt * (port.gap_rate + rate_end)
+            return
+        if port.in_contact == 0.0:
+            if port.gap > 0.0 or port.gap_rate >= 0.0:
+                return
+            reply.impulse = -port.gap_rate / port.rate_per_impulse
+            reply.dissipated = -0.5 * reply.impulse * port.gap_rate
+            free_gap += port.gap_per_impulse * reply.impulse
+        reply.trial = -free_gap / port.gap_per_force
+        if reply.trial > 0.0 or reply.impulse > 0.0:
+            reply.force = max(0.0, reply.trial)
+            reply.in_contact = 1.0

@@ -1,0 +1,41 @@
+"""The generalised impulse-momentum balance: a velocity jump with a coefficient of restitution."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, final
+
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.types import Level, SideFacts, Start, option
+
+
+@final
+@dataclass(frozen=True)
+class ImpulseMomentum(AbstractContactLaw):
+    """Generalised impulse-momentum balance: a kick at each step that begins touching and approaching.
+
+    The impulse (1 + e) m (approach speed), with m the effective mass of both faces, turns the approach speed into e
+    times itself. There is no force and so no force history. A flexible body goes on approaching and is kicked again:
+    the first kick is not the impulse of the impact.
+
+    References
+    ----------
+    EscalonaMayoDominguez1999, Section 1; KhuliefShabana1987; Palas1992.
+    """
+
+    needs = frozenset({Level.IMPULSE})
+    citations = ("KhuliefShabana1987", "Palas1992")
+    hard = True
+    answers_force = False
+
+    restitution: float = option(1.0, at_least=0.0, at_most=1.0, description="coefficient of restitution")
+
+    def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
+        return Start(parameters=(self.restitution,))
+
+    @staticmethod
+    def respond(port: Any, reply: Any) -> None:
+        restitution = port.parameters[0]
+        if port.gap <= 0.0 and port.gap_rate < 0.0:
+            reply.impulse = -(1.0 + restitution) * port.gap_rate / port.rate_per_impulse
+            reply.dissipated = -0.5 * (1.0 - restitution) * reply.impulse * port.gap_rate

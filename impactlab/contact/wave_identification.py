@@ -1,0 +1,80 @@
+"""The 1999 paper's law: identify the wave that arrives at the contact face and balance the forces."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, final
+
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.errors import PairingError
+from impactlab.types import Level, Reading, SideFacts, Start, option
+
+
+@final
+@dataclass(frozen=True)
+class WaveIdentification(AbstractContactLaw):
+    """Wave identification: a messenger at c dt from the face tells the wave that arrives, a balance gives the force.
+
+    With stress s1 and velocity v1 of the messenger at the start of the step, the wave that arrives at its end gives a
+    free face the velocity V = v1 -+ s1/(rho c) (rod on the right, left of the contact); a mass would have its free
+    velocity, a wall none. Then F = (V_left - V_right)/(Y_left + Y_right) with Y = dt/M, 1/Z or 0. For a mass and a rod this is
+    Eq. 15 of the source. Deviations: the contact ends when the whole stress turns negative (the source tests one
+    wave); Eq. 20 is not used; walls, rods on both sides, gravity and ``residual`` are ours. Positions are not tied, so
+    a slight penetration belongs to the law, and its energy has no bound.
+
+    References
+    ----------
+    EscalonaMayoDominguez1999, Section 4, Eqs. 15 to 22.
+    """
+
+    needs = frozenset({Level.VELOCITY})
+    citations = ("EscalonaMayoDominguez1999",)
+    hard = True
+    fixed_step = True
+    gains_energy = 0.10
+
+    residual: bool = option(True, description="add the quasi-static stress of the modes left out to the messenger's")
+
+    def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
+        parameters: list[float] = []
+        readings: list[Reading] = []
+        for side, facts in (("left", left), ("right", right)):
+            if facts.kind != "rod":
+                # No messenger: velocity and compliance are the stepper's own.
+                parameters += [0.0, 0.0, 0.0]
+                continue
+            if math.isnan(facts.impedance):
+                raise PairingError(f"wave_identification needs an impedance, and the {side} side has none at this point")
+            distance = facts.wave_speed * dt
+            if distance > facts.room:
+                raise PairingError(
+                    f"the messenger of wave_identification would stand {distance:.6g} m from the face, beyond the first "
+                    f"segment ({facts.room:.6g} m)",
+                    remedy=f"Give a step of {facts.room / facts.wave_speed:.6g} s or less.",
+                    path="solve.step",
+                )
+            parameters += [1.0 / facts.impedance, facts.area / facts.impedance, facts.gravity * dt]  # 1/Z, 1/(rho c), g dt
+            readings += [
+                Reading(side, distance, "velocity"),  # type: ignore[arg-type]
+                Reading(side, distance, "stress", left_out=self.residual),  # type: ignore[arg-type]
+            ]
+        return Start(parameters=tuple(parameters), readings=tuple(readings))
+
+    @staticmethod
+    def respond(port: Any, reply: Any) -> None:
+        left_yield, right_yield = port.parameters[0], port.parameters[3]
+        reading = 0
+        if left_yield > 0.0:
+            left = port.readings[0] + port.readings[1] * port.parameters[1] + port.parameters[2]
+            reading = 2
+        else:
+            left, left_yield = port.left.free_velocity, port.left.velocity_per_force
+        if right_yield > 0.0:
+            right = port.readings[reading] - port.readings[reading + 1] * port.parameters[4] + port.parameters[5]
+        else:
+            right, right_yield = port.right.free_velocity, port.right.velocity_per_force
+        reply.trial = (left - right) / (left_yield + right_yield)
+        if (port.in_contact > 0.0 or port.gap <= 0.0) and reply.trial > 0.0:
+            reply.force = reply.trial
+            reply.in_contact = 1.0

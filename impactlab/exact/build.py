@@ -1,0 +1,314 @@
+"""From a scene to its network, or the reason why it has none."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from impactlab.errors import CaseError, PairingError
+from impactlab.exact.network import Layout, Link, Log, Network
+from impactlab.exact.prehistory import end_pieces, first_records
+from impactlab.scene import Contact, End, Mass, Point, Rod, Scene, Wall
+from impactlab.types import SideFacts
+
+MERGE = 1.0e-12  # of the shortest round trip: breaks nearer than this are one
+
+
+class Bond(NamedTuple):
+    """What a contact is to the exact solver: hard (stiffness -1) or a constant spring and dashpot."""
+
+    stiffness: float  # N/m
+    damping: float  # N s/m
+
+
+@dataclass
+class Nodes:
+    """Nodes as they are laid out, before they are ordered by junction."""
+
+    mass: list[float] = field(default_factory=list)
+    spring: list[float] = field(default_factory=list)
+    dashpot: list[float] = field(default_factory=list)
+    u: list[float] = field(default_factory=list)
+    v: list[float] = field(default_factory=list)
+
+    def add(self, mass: float, v: float, u: float = 0.0, spring: float = 0.0, dashpot: float = 0.0) -> int:
+        """Add a node and return its number; what never moves has no velocity."""
+        self.mass.append(mass)
+        self.spring.append(spring)
+        self.dashpot.append(dashpot)
+        self.u.append(u)
+        self.v.append(v if 0.0 < mass < math.inf else 0.0)
+        return len(self.mass) - 1
+
+
+def facts(scene: Scene, point: Point) -> SideFacts:
+    """Return what a law may know of one side; a rod without a model counts as hundred elements."""
+    body = scene.bodies[point.body]
+    nan = math.nan
+    if isinstance(body, Rod):
+        inner = 0.0 < point.x < body.length
+        segment = body.segments[0] if point.x < 0.5 * body.length else body.segments[-1]
+        h = body.length / 100.0 if body.model is None else body.model.element_length(body)
+        stiffness = segment.young * segment.area / h
+        impedance, room = (nan, nan) if inner else (segment.impedance, segment.length)
+        return SideFacts("rod", impedance, segment.wave_speed, segment.area, stiffness, room, body.mass, scene.gravity)
+    kind, mass = ("wall", math.inf) if isinstance(body, Wall) else ("mass", body.mass)
+    return SideFacts(kind, nan, nan, nan, nan, nan, mass, scene.gravity)
+
+
+def bond(scene: Scene, number: int) -> Bond:
+    """Return what contact ``number`` is to the exact solver; raises `PairingError` where its law is neither."""
+    contact = scene.contacts[number]
+    if contact.law.hard:
+        return Bond(-1.0, 0.0)
+    constants = contact.law.spring(facts(scene, contact.left), facts(scene, contact.right), math.nan)
+    if constants is None or not all(math.isfinite(value) for value in constants):
+        raise PairingError(
+            f"contact {contact.name}: the exact solution knows hard contacts and constant springs with dashpots only",
+            remedy="Use wave_identification, addition_deletion or penalty, or a model that steps.",
+            path=f"contacts.{number}.law",
+        )
+    return Bond(*constants)
+
+
+def end_of(scene: Scene, point: Point) -> End | None:
+    """Return what holds the rod at a point (free at an inner point), None for a mass or a wall."""
+    body = scene.bodies[point.body]
+    if not isinstance(body, Rod):
+        return None
+    if point.x <= 0.0:
+        return body.left
+    return body.right if point.x >= body.length else End("free")
+
+
+def massless(scene: Scene, point: Point) -> bool:
+    """Return whether the face of a contact is the bare end of a rod."""
+    end = end_of(scene, point)
+    return end is not None and end.kind != "clamped" and not (end.kind == "mass" and end.value > 0.0)
+
+
+def check(scene: Scene) -> list[Bond]:
+    """Return the bonds of all contacts; raises `CaseError` or `PairingError` with path and remedy for what cannot be served."""
+    if not any(isinstance(body, Rod) for body in scene.bodies.values()):
+        raise CaseError(
+            "the scene has no rod, and the exact solution is one of waves in rods", path="bodies", remedy="Add a rod."
+        )
+    bonds = []
+    users: dict[tuple[str, float], int] = {}
+    for number, contact in enumerate(scene.contacts):
+        kind = bond(scene, number)
+        path = f"contacts.{number}"
+        sides = (contact.left, contact.right)
+        if not any(isinstance(scene.bodies[point.body], Rod) for point in sides):
+            raise CaseError(
+                f"contact {contact.name} has no rod on either side",
+                path=path,
+                remedy="Put a rod between the two, or use a model that steps.",
+            )
+        if contact.left.body == contact.right.body:
+            raise CaseError(f"contact {contact.name} ties a rod to itself", path=path, remedy="Name two bodies.")
+        if kind.stiffness < 0.0:
+            if not any(massless(scene, point) for point in sides):
+                raise CaseError(
+                    f"contact {contact.name}: both faces have mass, so a hard contact between them needs a law of impact",
+                    path=path,
+                    remedy="Use penalty, or let one face be the bare end of a rod.",
+                )
+            if contact.gap < 0.0:
+                raise CaseError(
+                    f"contact {contact.name}: gap {contact.gap:g} m is a penetration, which a hard contact cannot hold",
+                    path=f"{path}.gap",
+                    remedy="Use penalty with overlap: allowed, or a gap of 0 or more.",
+                )
+        for point in sides:
+            if massless(scene, point):
+                key = (point.body, point.x)
+                if key in users:
+                    raise CaseError(
+                        f"contacts {users[key]} and {number} both act on {point.label}, a face without mass",
+                        path=path,
+                        remedy="Give the face one contact.",
+                    )
+                users[key] = number
+        bonds.append(kind)
+    return bonds
+
+
+def cuts(rod: Rod, scene: Scene) -> list[float]:
+    """Return the places [m] of the nodes of a rod: ends, segment boundaries, inner contact points."""
+    places = [0.0]
+    for segment in rod.segments:
+        places.append(places[-1] + segment.length)
+    for contact in scene.contacts:
+        for point in (contact.left, contact.right):
+            if point.body == rod.name and 0.0 < point.x < rod.length:
+                places.append(point.x)
+    merged: list[float] = []
+    for x in sorted(places):
+        if not merged or x - merged[-1] > 1e-12 * rod.length:
+            merged.append(x)
+    return merged
+
+
+def end_node(nodes: Nodes, end: End, velocity: float, displacement: float) -> int:
+    """Add the node of a rod's end as it is held."""
+    if end.kind == "clamped":
+        return nodes.add(math.inf, 0.0, displacement)
+    if end.kind == "mass":
+        return nodes.add(end.value, velocity, displacement)
+    spring = end.value if end.kind == "spring" else 0.0
+    dashpot = end.value if end.kind == "dashpot" else 0.0
+    return nodes.add(0.0, 0.0, displacement, spring, dashpot)
+
+
+def junctions(count: int, pairs: list[tuple[int, int]]) -> list[int]:
+    """Return the junction of every node: nodes that contacts link belong to one."""
+    label = list(range(count))
+    for a, b in pairs:
+        old, new = label[b], label[a]
+        label = [new if value == old else value for value in label]
+    known = {value: i for i, value in enumerate(dict.fromkeys(label))}
+    return [known[value] for value in label]
+
+
+def build(scene: Scene) -> tuple[Layout, Log]:
+    """Return the network of a scene and its log at t = 0; raises `CaseError` or `PairingError`."""
+    bonds = check(scene)
+    nodes = Nodes()
+    links: dict[str, tuple[Link, ...]] = {}
+    members: dict[str, list[int]] = {}
+    places: dict[str, list[float]] = {}
+    end_nodes: list[int] = []
+    impedance: list[float] = []
+    transit: list[float] = []
+    for name, body in scene.bodies.items():
+        if isinstance(body, Rod):
+            x = cuts(body, scene)
+            shape = [0.0] * len(x) if body.displacement is None else [float(u) for u in body.displacement(np.array(x))]
+            row = [end_node(nodes, body.left, body.velocity, shape[0])]
+            row += [nodes.add(0.0, 0.0, u) for u in shape[1:-1]]
+            row.append(end_node(nodes, body.right, body.velocity, shape[-1]))
+            pieces = []
+            for i in range(len(x) - 1):
+                middle = 0.5 * (x[i] + x[i + 1])
+                edge = 0.0
+                segment = body.segments[-1]
+                for candidate in body.segments:
+                    edge += candidate.length
+                    if middle < edge:
+                        segment = candidate
+                        break
+                link = Link(
+                    x[i], x[i + 1] - x[i], segment.area, segment.young, segment.density, len(end_nodes), len(end_nodes) + 1
+                )
+                end_nodes += [row[i], row[i + 1]]
+                impedance += [segment.impedance] * 2
+                transit += [link.transit] * 2
+                pieces.append(link)
+            links[name] = tuple(pieces)
+            members[name] = row
+            places[name] = x
+        elif isinstance(body, Mass):
+            members[name] = [nodes.add(body.mass, body.velocity)]
+        else:
+            members[name] = []
+
+    def node_at(point: Point) -> int:
+        body = scene.bodies[point.body]
+        if isinstance(body, Rod):
+            return members[point.body][int(np.argmin([abs(x - point.x) for x in places[point.body]]))]
+        if isinstance(body, Wall):  # a wall ties nothing together: one node for every contact
+            members[point.body].append(nodes.add(math.inf, 0.0))
+        return members[point.body][-1]
+
+    pairs = [(node_at(contact.left), node_at(contact.right)) for contact in scene.contacts]
+    return assemble(scene, bonds, nodes, links, members, end_nodes, impedance, transit, pairs)
+
+
+def assemble(
+    scene: Scene,
+    bonds: list[Bond],
+    nodes: Nodes,
+    links: dict[str, tuple[Link, ...]],
+    members: dict[str, list[int]],
+    end_nodes: list[int],
+    impedance: list[float],
+    transit: list[float],
+    pairs: list[tuple[int, int]],
+) -> tuple[Layout, Log]:
+    """Order nodes, ends and contacts by junction and fill the arrays."""
+    junction = junctions(len(nodes.mass), pairs)
+    total = max(junction) + 1
+    node_order = np.argsort(junction, kind="stable")
+    node_new = np.argsort(node_order)
+    end_junction = np.array([junction[n] for n in end_nodes], dtype=np.int64)
+    end_order = np.argsort(end_junction, kind="stable")
+    end_new = np.argsort(end_order)
+    contact_junction = np.array([junction[a] for a, _ in pairs], dtype=np.int64)
+    contact_order = np.argsort(contact_junction, kind="stable")
+    peers = np.arange(len(end_nodes)) ^ 1
+    steps = np.arange(total + 1)
+    z = np.array(impedance)
+    ordered_pairs = [pairs[c] for c in contact_order]
+    faces, scales = [], []
+    for c, (a, b) in zip(contact_order, ordered_pairs, strict=True):
+        contact: Contact = scene.contacts[c]
+        face = a if massless(scene, contact.left) else b
+        faces.append(int(node_new[face]) if bonds[c].stiffness < 0.0 else -1)
+        scales.append(max(sum(z[e] for e, n in enumerate(end_nodes) if n == side) for side in (a, b)))
+    tolerance = MERGE * 2.0 * min(transit)
+    node_junction = np.array(junction, dtype=np.int64)[node_order]
+    node_of = np.searchsorted(node_junction, steps)
+    net = Network(
+        node_of=node_of.astype(np.int64),
+        end_of=np.searchsorted(end_junction[end_order], steps).astype(np.int64),
+        contact_of=np.searchsorted(contact_junction[contact_order], steps).astype(np.int64),
+        mass=np.array(nodes.mass)[node_order],
+        spring=np.array(nodes.spring)[node_order],
+        dashpot=np.array(nodes.dashpot)[node_order],
+        end_node=node_new[np.array(end_nodes, dtype=np.int64)[end_order]].astype(np.int64),
+        end_peer=end_new[peers[end_order]].astype(np.int64),
+        end_junction=end_junction[end_order],
+        impedance=z[end_order],
+        transit=np.array(transit)[end_order],
+        left=np.array([node_new[a] for a, _ in ordered_pairs], dtype=np.int64),
+        right=np.array([node_new[b] for _, b in ordered_pairs], dtype=np.int64),
+        face=np.array(faces, dtype=np.int64),
+        stiffness=np.array([bonds[c].stiffness for c in contact_order], dtype=np.float64),
+        damping=np.array([bonds[c].damping for c in contact_order], dtype=np.float64),
+        gap=np.array([scene.contacts[c].gap for c in contact_order], dtype=np.float64),
+        contact_impedance=np.array(scales, dtype=np.float64),
+        gravity=float(scene.gravity),
+        duration=float(scene.duration),
+        tolerance=float(tolerance),
+        unknowns=2 * int(np.max(np.diff(node_of))),
+    )
+    renumbered = {
+        name: tuple(
+            Link(k.x, k.length, k.area, k.young, k.density, int(end_new[k.left_end]), int(end_new[k.right_end]))
+            for k in pieces
+        )
+        for name, pieces in links.items()
+    }
+    layout = Layout(
+        net,
+        renumbered,
+        {name: tuple(int(node_new[n]) for n in row) for name, row in members.items()},
+        node_junction,
+        contact_order.astype(np.int64),
+    )
+    pieces = end_pieces(scene, layout)
+    u = np.array(nodes.u)[node_order]
+    v = np.array(nodes.v)[node_order]
+    for c in range(len(bonds)):
+        if net.stiffness[c] < 0.0 and net.gap[c] + u[net.right[c]] - u[net.left[c]] < 0.0:
+            name = scene.contacts[contact_order[c]].name
+            raise CaseError(
+                f"contact {name}: the initial displacement makes the faces overlap",
+                path=f"contacts.{contact_order[c]}.gap",
+                remedy="Give a larger gap.",
+            )
+    return layout, first_records(scene, layout, pieces, u, v)

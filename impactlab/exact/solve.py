@@ -1,0 +1,75 @@
+"""The exact answer of a scene of uniform rods, rigid masses and walls, from event to event."""
+
+from __future__ import annotations
+
+import time as clock
+
+from impactlab.errors import CaseError, PairingError, StepError
+from impactlab.exact.build import build
+from impactlab.exact.history import ContinuousHistory
+from impactlab.exact.network import Layout, Log, grown
+from impactlab.scene import Scene
+
+MOST_FLOATS = 60_000_000  # of stored coefficients: half a gigabyte
+
+
+def serves(scene: Scene) -> str | None:
+    """Return None where `solve` answers the scene, else the reason in one sentence. Looks at bodies and contacts only."""
+    try:
+        build(scene)
+    except (CaseError, PairingError) as error:
+        return error.text
+    return None
+
+
+def solve(scene: Scene) -> ContinuousHistory:
+    """Return the exact history of a scene.
+
+    Each end of a rod emits a wave and receives what the other end emitted one transit earlier. Between breaks
+    every signal is one Chebyshev piece; nodes with mass or springs obey linear differential equations, solved
+    spectrally; events are first zeros found by isolation. There is no time step.
+
+    Raises
+    ------
+    CaseError, PairingError
+        Before the start, for a scene that cannot be served.
+    StepError
+        When events or pieces come without end; carries what was reached.
+
+    References
+    ----------
+    StVenant1883; TimoshenkoGoodier1951; EscalonaMayoDominguez1999, Section 2. The paper solves the first two
+    intervals by hand; here any number of them, contacts and rods is solved.
+    """
+    from impactlab.exact import kernel
+    from impactlab.exact.march import march
+
+    began = clock.perf_counter()
+    layout, log = build(scene)
+    ready = clock.perf_counter()
+    while True:
+        status = march(layout.network, log)
+        if status == kernel.DONE:
+            break
+        if status in (kernel.TOO_MANY, kernel.UNRESOLVED) or len(log.pool) > MOST_FLOATS:
+            stop(scene, layout, log, status == kernel.UNRESOLVED)
+        log = grown(log, status == kernel.MORE_RECORDS, status == kernel.MORE_POOL, status == kernel.MORE_EVENTS)
+    history = ContinuousHistory(scene, layout, log, scene.duration)
+    history.cost.setup_s = ready - began
+    history.cost.solve_s = clock.perf_counter() - ready
+    return history
+
+
+def stop(scene: Scene, layout: Layout, log: Log, unresolved: bool) -> None:
+    """Raise the `StepError` of a march that has no end, with what was reached."""
+    reached = float(min(log.clock))
+    history = ContinuousHistory(scene, layout, log, reached) if reached > 0.0 else None
+    text = "the exact solution could not be resolved" if unresolved else "contacts or waves come without end"
+    raise StepError(
+        text,
+        time=reached,
+        step=int(log.tally[2]),
+        history=history,
+        path="solve.model",
+        remedy="Give a shorter duration, softer springs, or a model that steps.",
+    )

@@ -1,0 +1,48 @@
+"""Rigid bodies: a mass has one coordinate, a wall has none."""
+
+from __future__ import annotations
+
+from typing import final
+
+import numpy as np
+
+from impactlab.models.base import AbstractDiscreteModel, Operators
+from impactlab.types import Array, Quantity
+
+
+@final
+class RigidBody(AbstractDiscreteModel):
+    """A mass (one coordinate: its displacement) or, with ``mass`` None, a wall (no coordinate)."""
+
+    def __init__(self, mass: float | None, velocity: float, gravity: float) -> None:
+        self._mass = np.zeros((1, 0)) if mass is None else np.array([[mass]])
+        self._velocity = velocity
+        self._gravity = gravity
+
+    def operators(self) -> Operators:
+        n_dof = self._mass.shape[1]
+        return Operators(
+            mass=self._mass,
+            damping=np.zeros((1, n_dof)),
+            stiffness=np.zeros((1, n_dof)),
+            load=self._mass[0] * self._gravity,
+            displacement=np.zeros(n_dof),
+            velocity=np.full(n_dof, self._velocity),
+            highest_frequency=0.0,
+            rule_frequency=0.0,
+            diagonal_mass=True,
+            modes=True,
+        )
+
+    def row(self, x: float, quantity: Quantity) -> Array:
+        moves = quantity in ("displacement", "velocity")
+        return np.full(self._mass.shape[1], 1.0 if moves else 0.0)
+
+    def left_out(self, x: float, quantity: Quantity, face: float) -> float:
+        return 0.0
+
+    def momentum_row(self) -> Array:
+        return self._mass[0].copy()
+
+    def grid(self) -> Array:
+        return np.zeros(1)

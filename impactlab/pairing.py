@@ -1,0 +1,75 @@
+"""Which parts can serve each other: one place, asked before the first step."""
+
+from __future__ import annotations
+
+import math
+import re
+
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.errors import PairingError
+from impactlab.integrators.base import AbstractIntegrator
+from impactlab.models.base import Operators
+from impactlab.scene import Scene
+
+
+def kind_of(part: object) -> str:
+    """Return the name by which a case file asks for a part: its class in snake case."""
+    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", type(part).__name__).lower()
+
+
+def check_law(law: AbstractContactLaw, integrator: AbstractIntegrator, path: str) -> None:
+    """Raise `PairingError` where the integrator does not offer what the law needs."""
+    missing = law.needs - integrator.serves
+    if missing:
+        levels = ", ".join(sorted(level.value for level in missing))
+        raise PairingError(
+            f"law '{kind_of(law)}' needs {levels}, which integrator '{kind_of(integrator)}' does not offer",
+            remedy="Use newmark, central_difference or exact_modal.",
+            path=path,
+        )
+
+
+def check_system(integrator: AbstractIntegrator, body: str, system: Operators) -> None:
+    """Raise `PairingError` where the integrator cannot step a body."""
+    name = kind_of(integrator)
+    if integrator.needs_modes and not system.modes:
+        raise PairingError(
+            f"integrator '{name}' needs a model with modes, and '{body}' has none",
+            remedy="Use model modal, or integrator newmark (central_difference with mass: lumped).",
+            path="solve.integrator",
+        )
+    if integrator.needs_diagonal_mass and not system.diagonal_mass:
+        raise PairingError(
+            f"integrator '{name}' needs a diagonal mass, and '{body}' has a consistent one",
+            remedy="Give finite_element mass: lumped, or use model modal, or integrator newmark.",
+            path="solve.integrator",
+        )
+
+
+def energy_bound(scene: Scene, integrator: AbstractIntegrator) -> float:
+    """Return the largest energy gain, over the initial energy, that the parts of a scene declare."""
+    bound = 1e-9 + integrator.gains_energy
+    for contact in scene.contacts:
+        if contact.law.holds_position and integrator.hard_constraint_gains:
+            return math.inf
+        bound += contact.law.gains_energy
+    return bound
+
+
+def check_events(scene: Scene, integrator: AbstractIntegrator) -> None:
+    """Raise `PairingError` where events cannot be located."""
+    if scene.events != "located":
+        return
+    if not integrator.any_dt:
+        raise PairingError(
+            f"events: located needs an integrator that can cut a step; '{kind_of(integrator)}' cannot",
+            remedy="Use exact_modal, or events: dated.",
+            path="solve.events",
+        )
+    for number, contact in enumerate(scene.contacts):
+        if contact.law.fixed_step:
+            raise PairingError(
+                f"events: located cuts steps, and law '{kind_of(contact.law)}' reads at a distance that belongs to one step",
+                remedy="Use addition_deletion, penalty or impulse_momentum, or events: dated.",
+                path=f"contacts.{number}.law",
+            )

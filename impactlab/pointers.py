@@ -1,0 +1,133 @@
+"""Functions passed to the compiled loop as addresses, so that a new part needs no recompilation of the loop.
+
+With compilation on, an address is that of a C function made by numba (or of a C callback into Python) and `call` is a
+machine call. With NUMBA_DISABLE_JIT=1 an address is the number of a Python function and `call` looks it up.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import pickle
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+
+import numpy as np
+from numba import cfunc, from_dtype, types
+from numba.core import cgutils, config
+from numba.extending import intrinsic
+
+from impactlab.types import PORT, REPLY, Port, Reply
+
+COMPILED = not config.DISABLE_JIT
+
+VECTOR = types.float64[::1]
+MATRIX = types.float64[:, ::1]
+FREE = types.void(VECTOR, VECTOR)
+MEASURE = types.void(VECTOR, VECTOR, VECTOR)
+RETIME = types.void(VECTOR, types.float64, MATRIX, MATRIX, MATRIX)
+RESPOND = types.void(from_dtype(PORT), from_dtype(REPLY))
+
+# Sums may be reordered, so that they run in vector registers; nothing may be assumed about NaN or infinity.
+FAST = {"reassoc", "contract"}
+_plain: list[Callable[..., None]] = []
+_compiled: dict[tuple[Any, Any], Any] = {}
+
+if COMPILED:
+
+    @intrinsic  # type: ignore[untyped-decorator]
+    def call(typing_context: Any, address: Any, *arguments: Any) -> Any:
+        """Call the C function at an address; the arguments must be of its very types."""
+
+        def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            from llvmlite import ir
+
+            passed = cgutils.unpack_tuple(builder, values[1])
+            function = ir.FunctionType(ir.VoidType(), [value.type for value in passed])
+            builder.call(builder.inttoptr(values[0], function.as_pointer()), passed)
+            return context.get_dummy_value()
+
+        return types.void(types.intp, types.StarArgTuple(arguments)), generate
+
+else:
+
+    def call(address: int, *arguments: Any) -> None:
+        """Call the Python function with this number."""
+        _plain[address](*arguments)
+
+
+def drop_cache(function: Callable[..., Any]) -> None:
+    """Delete what numba cached on disk for a function: a truncated file there would stop every run."""
+    code = function.__code__
+    folders = [Path(code.co_filename).parent / "__pycache__"]
+    if config.CACHE_DIR:
+        folders += [path for path in Path(config.CACHE_DIR).rglob("*") if path.is_dir()]
+    stem = Path(code.co_filename).stem
+    for folder in folders:
+        for kept in folder.glob(f"{stem}.*.nb[ic]"):
+            kept.unlink(missing_ok=True)
+
+
+def compiled(function: Callable[..., None], signature: Any) -> Any:
+    """Return the C function of a Python one, from the disk cache where it can be kept there."""
+    key = (function, signature)
+    if key not in _compiled:
+        try:
+            _compiled[key] = cfunc(signature, cache=True, fastmath=FAST)(function)
+        except (EOFError, pickle.UnpicklingError, ValueError, AttributeError, ImportError):
+            drop_cache(function)
+            _compiled[key] = cfunc(signature, cache=True, fastmath=FAST)(function)
+        except RuntimeError:  # no place to cache, e.g. a function typed at a prompt
+            _compiled[key] = cfunc(signature, fastmath=FAST)(function)
+    return _compiled[key]
+
+
+def kernel_address(function: Callable[..., None] | None, signature: Any) -> int:
+    """Return the address of a stepper's function; 0 for none."""
+    if function is None:
+        return 0
+    if COMPILED:
+        return int(compiled(function, signature).address)
+    _plain.append(function)
+    return len(_plain) - 1
+
+
+class LawAddress:
+    """The address of a law's `respond`, and what must live as long as it is called.
+
+    A law that stays plain Python is called back; its exception is kept in ``raised`` and the reply marked failed.
+    """
+
+    def __init__(self, respond: Callable[[Any, Any], None], as_compiled: bool) -> None:
+        self.raised: Exception | None = None
+        self._keep: Any = None
+        if COMPILED and as_compiled:
+            self.value = int(compiled(respond, RESPOND).address)
+            return
+
+        def guarded(port: Any, reply: Any) -> None:
+            try:
+                respond(port, reply)
+            except Exception as raised:  # carried out of the loop, raised there as StepError
+                self.raised = raised
+                reply.failed = 1.0
+
+        if COMPILED:
+            self._keep = ctypes.CFUNCTYPE(None, ctypes.POINTER(Port), ctypes.POINTER(Reply))(
+                lambda port, reply: guarded(port[0], reply[0])
+            )
+            self.value = int(ctypes.cast(self._keep, ctypes.c_void_p).value or 0)
+        else:
+            _plain.append(guarded)
+            self.value = len(_plain) - 1
+
+
+
+
+def records(kind: type[ctypes.Structure], count: int) -> tuple[Any, Any]:
+    """Return room for records, as C structures to write by name, and in the form that the loop takes."""
+    structures = (kind * count)()
+    if not COMPILED:
+        return structures, structures
+    return structures, np.frombuffer(structures, np.dtype(kind)) if count else np.zeros(0, np.dtype(kind))

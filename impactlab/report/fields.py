@@ -1,0 +1,83 @@
+"""Figures of fields along a rod: snapshots, and the waves in the plane of place and time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from impactlab.history import AbstractHistory
+from impactlab.report.style import GRID, INK, MUTED, Trace, clock, drawn, exact_of, grid, scaled, time_axis
+from impactlab.scene import Rod, Scene
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+UNITS = {"displacement": "m", "velocity": "m/s", "strain": "", "stress": "Pa", "force": "N"}
+LETTERS = {"displacement": "u", "velocity": "v", "strain": "ε", "stress": "σ", "force": "N"}
+
+
+def rods(scene: Scene) -> dict[str, Rod]:
+    """Return the rods of a scene by name."""
+    return {name: body for name, body in scene.bodies.items() if isinstance(body, Rod)}
+
+
+@drawn
+def snapshots(traces: Sequence[Trace], scene: Scene, body: str, quantity: str = "stress") -> Figure:
+    """Return a quantity along a rod at the times of ``scene.snapshots``: a row per trace, a column per time."""
+    length, time = rods(scene)[body].length, clock(scene)
+    rows, columns = len(traces), len(scene.snapshots)
+    figure, axes = grid(rows, columns, 0.6 + (2.2 if rows == 1 else 1.1) * rows, share=True)
+    reference = exact_of(traces)
+    frame = [h.field(body, t, quantity).values for h in [reference or traces[0].history] for t in scene.snapshots]
+    low, high = min(float(v.min()) for v in frame), max(float(v.max()) for v in frame)
+    unit, span = scaled(UNITS[quantity], max(abs(low), abs(high))), (high - low) or 1.0
+    for row, trace in zip(axes, traces, strict=True):
+        for axis, t in zip(row, scene.snapshots, strict=True):
+            field = trace.history.field(body, t, quantity)
+            axis.axhline(0.0, color=GRID, linewidth=0.9, zorder=0.5)
+            axis.plot(field.x / length, field.values / unit.size, color=trace.colour, linewidth=1.8)
+            if trace.reference is not None:
+                exact = trace.reference.field(body, t, quantity)
+                axis.plot(exact.x / length, exact.values / unit.size, color=INK, linewidth=0.9)
+            axis.set_xlim(0.0, 1.0)
+            axis.set_ylim((low - 0.25 * span) / unit.size, (high + 0.3 * span) / unit.size)
+        row[0].set_title(trace.name, color=trace.colour)
+        row[0].set_ylabel(f"{LETTERS[quantity]}  [{unit.label}]".replace("  []", ""))
+    for axis, t in zip(axes[0], scene.snapshots, strict=True):
+        axis.set_title(f"t = {t / time.size:.3g} {time.label}", loc="right", fontweight="normal", color=MUTED)
+    for axis in axes[-1]:
+        axis.set_xlabel("place  x / L")
+    return figure
+
+
+@drawn
+def waves(history: AbstractHistory, scene: Scene, body: str, quantity: str = "stress", instants: int = 360) -> Figure:
+    """Return a quantity over the whole rod and the whole run as an image: time to the right, place upwards.
+
+    For histories that give a field at any time, as exact ones do.
+    """
+    time, length = clock(scene), rods(scene)[body].length
+    t = (np.arange(instants) + 0.5) * scene.duration / instants
+    x = np.linspace(0.0, length, 201)
+    image = np.empty((x.size, t.size))
+    for column, instant in enumerate(t):
+        field = history.field(body, float(instant), quantity)
+        image[:, column] = np.interp(x, field.x, field.values)
+    largest = float(np.max(np.abs(image)))
+    unit = scaled(UNITS[quantity], largest)
+    figure, ((axis,),) = grid(1, 1, 3.0)
+    limit = (largest or 1.0) / unit.size
+    extent = (0.0, scene.duration / time.size, 0.0, 1.0)
+    shown = axis.imshow(
+        image / unit.size, origin="lower", aspect="auto", extent=extent, cmap="RdBu_r", vmin=-limit, vmax=limit,
+        interpolation="bilinear",
+    )  # fmt: skip
+    axis.grid(visible=False)
+    bar = figure.colorbar(shown, ax=axis, pad=0.015, aspect=22)
+    bar.set_label(f"{quantity}  {LETTERS[quantity]}  [{unit.label}]".replace("  []", ""))
+    bar.outline.set_linewidth(0.5)  # type: ignore[operator]
+    axis.set_ylabel("place  x / L")
+    time_axis(axis, scene)
+    return figure

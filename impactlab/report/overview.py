@@ -1,0 +1,139 @@
+"""Figures that set methods side by side: when each is in contact, and how far each is off."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from impactlab.report.style import GRID, INK, MUTED, PALETTE, Trace, clock, drawn, exact_of, grid, time_axis
+from impactlab.scene import Scene
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+ERRORS = {
+    "mass_displacement": ("mass displacement", "%"),
+    "face_displacement": ("face displacement", "%"),
+    "impulse": ("impulse", "%"),
+    "force_away_from_jumps": ("force off jumps", "%"),
+    "force_graph": ("force graph", "% of peak, T"),
+    "event_times": ("event times", "% of T"),
+}
+"""The errors drawn, with their titles and units; all are shares, shown in %."""
+FLOOR = 1e-4  # %, what is smaller is drawn here: it says "exact" as well
+
+
+@drawn
+def contacts(traces: Sequence[Trace], scene: Scene) -> Figure:
+    """Return when each contact is closed: a bar per period of contact, a tick per kick, a row per method."""
+    names = [contact.name for contact in scene.contacts]
+    reference = exact_of(traces)
+    rows = ([Trace("exact", reference, INK)] if reference else []) + list(traces)
+    figure, axes = grid(len(names), 1, (0.65 + 0.26 * len(rows)) * len(names) + 0.3)
+    for (axis,), name in zip(axes, names, strict=True):
+        for row, trace in enumerate(rows):
+            _spans(axis, trace, scene, name, row)
+        if reference is not None:
+            time = clock(scene)
+            for event in reference.events:
+                if event.contact == name:
+                    axis.axvline(event.time / time.size, color=INK, linewidth=0.7, linestyle=(0, (1, 2)), zorder=0.8)
+        axis.set_ylim(len(rows) - 0.4, -0.6)
+        axis.set_yticks(range(len(rows)), [trace.name for trace in rows])
+        for label, trace in zip(axis.get_yticklabels(), rows, strict=True):
+            label.set_color(trace.colour)
+            label.set_fontweight("bold" if trace.colour == INK else "normal")
+        axis.grid(visible=False, axis="y")
+        axis.tick_params(axis="y", length=0)
+        axis.spines["left"].set_visible(False)
+        if len(names) > 1:
+            axis.set_title(name)
+        time_axis(axis, scene)
+    return figure
+
+
+def _spans(axis: Axes, trace: Trace, scene: Scene, contact: str, row: int) -> None:
+    """Draw one row of `contacts` and write how many contacts it holds at its end."""
+    time = clock(scene)
+    spans = [span for span in trace.history.contacts if span.contact == contact]
+    kicks = [
+        event.time / time.size for event in trace.history.events if (event.contact, event.kind) == (contact, "impulse")
+    ]
+    bars = [
+        (span.start / time.size, ((scene.duration if span.end is None else span.end) - span.start) / time.size)
+        for span in spans
+        if span.kicks is None
+    ]
+    axis.broken_barh(bars, (row - 0.31, 0.62), facecolors=trace.colour, linewidth=0)
+    for start, length in bars:  # a bar thinner than a hair is still seen
+        axis.plot([start, start + length], [row, row], color=trace.colour, linewidth=1.2, solid_capstyle="butt")
+    impulsive = any(span.kicks is not None for span in spans) or not bars
+    if kicks and impulsive:
+        axis.vlines(kicks, row - 0.31, row + 0.31, color=trace.colour, linewidth=0.7)
+    number = len(bars)
+    text = f"{len(kicks)} kicks" if kicks and impulsive else f"{number} contact{'' if number == 1 else 's'}"
+    axis.text(1.015, row, text, transform=axis.get_yaxis_transform(), va="center", fontsize=8, color=MUTED)
+
+
+@drawn
+def errors(rows: Sequence[Mapping[str, Any]]) -> Figure:
+    """Return the errors of every method, one panel per norm, on a logarithmic axis of per cent, values written.
+
+    Dots, not bars: on a logarithmic axis the length of a bar says nothing. Panels share one scale.
+
+    Parameters
+    ----------
+    rows : sequence of mapping
+        The rows of a comparison: name and summary; failed ones are left out.
+    """
+    judged = [row for row in rows if row["summary"].get("errors")]
+    figure, panels = grid(2, 3, 1.5 + 0.52 * len(judged), share=True)
+    values = {
+        name: [None if (v := row["summary"]["errors"].get(name)) is None else 100.0 * v for row in judged]
+        for name in ERRORS
+    }
+    known = [v for column in values.values() for v in column if v is not None and v > FLOOR]
+    low = 10.0 ** math.floor(math.log10(min(known, default=1e-2)))
+    high = 10.0 ** (math.ceil(math.log10(max(known, default=1.0))) + 0.75)
+    for axis, (name, (title, unit)) in zip([a for row in panels for a in row], ERRORS.items(), strict=True):
+        _dots(axis, values[name], low, high)
+        axis.set_title(title)
+        axis.set_title(f"[{unit}]", loc="right", fontsize=8, fontweight="normal", color=MUTED)
+    for row_of_panels in panels:
+        row_of_panels[0].set_yticks(range(len(judged)), [row["name"] for row in judged])
+        for label, i in zip(row_of_panels[0].get_yticklabels(), range(len(judged)), strict=True):
+            label.set_color(PALETTE[i % len(PALETTE)])
+    return figure
+
+
+def _dots(axis: Axes, values: Sequence[float | None], low: float, high: float) -> None:
+    """Draw one panel of `errors`: a dot on a thread per method; what is best stands in bold."""
+    axis.set_xscale("log")
+    axis.set_xlim(low / 1.6, high)
+    axis.set_ylim(len(values) - 0.4, -0.6)
+    axis.xaxis.set_major_formatter(lambda x, _: f"{x:g}")
+    axis.grid(visible=False, axis="y")
+    axis.tick_params(axis="y", length=0)
+    axis.spines["left"].set_visible(False)
+    best = min((v for v in values if v is not None), default=None)
+    for row, value in enumerate(values):
+        colour = PALETTE[row % len(PALETTE)]
+        axis.axhline(row, color=GRID, linewidth=0.6, zorder=0.5)
+        if value is None:
+            axis.text(low, row, "–", va="center", fontsize=8, color=MUTED)
+            continue
+        at = max(value, low)
+        axis.plot([low / 1.6, at], [row, row], color=colour, linewidth=1.1, alpha=0.5)
+        axis.plot([at], [row], "o", color=colour, markersize=5, fillstyle="full" if value >= low else "none")
+        text = f"{value:.2g}" if value >= low else f"< {low:g}"
+        axis.annotate(
+            text,
+            (at, row),
+            xytext=(6, 0),
+            textcoords="offset points",
+            va="center",
+            fontsize=8,
+            fontweight="bold" if value == best else "normal",
+        )

@@ -1,0 +1,264 @@
+"""The house style of the figures: colours, axes, units, labels beside their lines, and how figures become files."""
+
+from __future__ import annotations
+
+import functools
+import io
+import itertools
+import math
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple, ParamSpec, TypeVar, cast
+
+import numpy as np
+
+from impactlab.history import AbstractHistory
+from impactlab.scene import Scene
+from impactlab.types import Array
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+INK = "#1b2330"  # the exact answer, text
+MUTED = "#6b7480"  # what stands behind
+GRID = "#e1e5ea"
+PAPER = "#ffffff"
+# Told apart also by eyes without red or green: neighbours differ in lightness. Labels never rely on colour alone.
+PALETTE = ("#2563d9", "#d1481f", "#0d9a84", "#d6a01c", "#7f3f9c", "#62b4e8", "#e78bb2", "#8d97a3")
+DASHES: tuple[tuple[float, tuple[float, ...] | None], ...] = ((0, None), (0, (4, 1.5)), (0, (1.2, 1.2)))
+WIDTH = 8.6  # inches, of every figure
+STYLE: Any = {  # matplotlib types its settings by a list of their names
+    "font.size": 9.0,
+    "font.family": "DejaVu Sans",
+    "text.color": INK,
+    "axes.edgecolor": MUTED,
+    "axes.facecolor": "none",
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.labelcolor": INK,
+    "axes.labelsize": 9.0,
+    "axes.linewidth": 0.7,
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "axes.titlelocation": "left",
+    "axes.titlesize": 9.5,
+    "axes.titleweight": "bold",
+    "axes.titlecolor": INK,
+    "axes.titlepad": 7.0,
+    "axes.formatter.useoffset": False,
+    "figure.facecolor": PAPER,
+    "grid.color": GRID,
+    "grid.linewidth": 0.6,
+    "lines.linewidth": 1.5,
+    "lines.solid_joinstyle": "round",
+    "svg.fonttype": "none",
+    "svg.hashsalt": "impactlab",
+    "xtick.color": MUTED,
+    "ytick.color": MUTED,
+    "xtick.labelcolor": INK,
+    "ytick.labelcolor": INK,
+    "xtick.labelsize": 8.0,
+    "ytick.labelsize": 8.0,
+    "xtick.major.width": 0.7,
+    "ytick.major.width": 0.7,
+    "xtick.major.size": 3.0,
+    "ytick.major.size": 3.0,
+    "xtick.minor.size": 0.0,
+    "ytick.minor.size": 0.0,
+}
+PREFIXES = {1e9: "G", 1e6: "M", 1e3: "k", 1.0: "", 1e-3: "m", 1e-6: "µ", 1e-9: "n"}
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+class Trace(NamedTuple):
+    """A history as it is drawn."""
+
+    name: str
+    history: AbstractHistory
+    colour: str
+    dash: tuple[float, tuple[float, ...] | None] = (0, None)
+    reference: AbstractHistory | None = None  # the answer it is judged by, a dark line
+
+
+class Unit(NamedTuple):
+    """How a quantity is shown: values are divided by ``size`` and labelled ``label``."""
+
+    size: float
+    label: str
+
+
+def drawn(function: Callable[P, R]) -> Callable[P, R]:
+    """Return the function, run in the house style (matplotlib is imported only then)."""
+
+    @functools.wraps(function)
+    def wrapper(*args: P.args, **kwargs: P.kwargs) -> R:
+        import matplotlib as mpl
+
+        with mpl.rc_context(STYLE):
+            return function(*args, **kwargs)
+
+    return wrapper
+
+
+def traces(
+    histories: Mapping[str, AbstractHistory], references: Mapping[str, AbstractHistory] | None = None
+) -> list[Trace]:
+    """Return the histories with a colour each, and the reference of each; beyond the palette lines are dashed as well."""
+    n, references = len(PALETTE), references or {}
+    return [
+        Trace(name, history, PALETTE[i % n], DASHES[min(i // n, len(DASHES) - 1)], references.get(name))
+        for i, (name, history) in enumerate(histories.items())
+    ]
+
+
+def exact_of(drawn: Sequence[Trace]) -> AbstractHistory | None:
+    """Return the first reference of the traces: the dark line of a figure in which all share one axes."""
+    return next((trace.reference for trace in drawn if trace.reference is not None), None)
+
+
+def grid(rows: int, columns: int, height: float, *, share: bool = False) -> tuple[Figure, list[list[Axes]]]:
+    """Return a figure of the house width and its axes, row by row; ``height`` [inch] is of the whole figure."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(WIDTH, height), layout="constrained")
+    axes = figure.subplots(rows, columns, squeeze=False, sharex=share, sharey=share)
+    return figure, [list(row) for row in axes]
+
+
+def scaled(unit: str, largest: float) -> Unit:
+    """Return the prefix that brings ``largest`` [unit] to between 1 and 1000."""
+    if not math.isfinite(largest) or largest <= 0.0:
+        return Unit(1.0, unit)
+    size = next((size for size in PREFIXES if largest >= 0.9999 * size), 1e-9)
+    return Unit(size, PREFIXES[size] + unit)
+
+
+def clock(scene: Scene) -> Unit:
+    """Return the unit of time axes: T where the scene has a rod, else seconds with a prefix."""
+    return Unit(scene.round_trip, "T") if math.isfinite(scene.round_trip) else scaled("s", scene.duration)
+
+
+def time_axis(axes: Axes, scene: Scene) -> None:
+    """Set up a horizontal axis of time over the whole run."""
+    unit = clock(scene)
+    axes.set_xlim(0.0, scene.duration / unit.size)
+    axes.set_xlabel("time  t / T" if unit.label == "T" else f"time  t  [{unit.label}]")
+
+
+def curve(history: AbstractHistory, channel: str, duration: float, columns: int = 700) -> tuple[Array, Array]:
+    """Return times [s] and values of a channel as a line to draw.
+
+    Of the samples in each narrow column of time only the first, least, largest and last are kept, so that no spike is
+    lost and no file grows large; both sides of each jump are among them.
+    """
+    jumps = history.jumps(channel)
+    jumps = jumps[(jumps > 0.0) & (jumps < duration)]
+    samples = max(6 * columns, 2 * min(history.cost.steps, 50_000))
+    t = np.sort(np.concatenate((np.linspace(0.0, duration, samples), jumps, np.nextafter(jumps, 0.0))))
+    values = history.evaluate(t, channel)
+    if not np.all(np.isfinite(values)):
+        return np.empty(0), np.empty(0)
+    first = np.searchsorted(t, np.linspace(0.0, duration, columns, endpoint=False))
+    edges = np.append(first, t.size)
+    kept: list[int] = []
+    for start, end in itertools.pairwise(edges):
+        part = values[start:end]
+        kept += [start, start + int(part.argmin()), start + int(part.argmax()), end - 1]
+    index = np.unique(kept)
+    return t[index], values[index]
+
+
+def label_lines(axes: Axes, ends: Iterable[tuple[float, str, str]], *, size: float = 8.0) -> None:
+    """Write names at the right of an axes beside the ends of their lines, moved apart where they would overlap.
+
+    Parameters
+    ----------
+    ends : iterable of (float, str, str)
+        Height of the line's end in data, name, colour.
+    """
+    figure = cast("Figure", axes.get_figure())
+    figure.draw_without_rendering()  # only then does the layout give the axes their height
+    low, high = axes.get_ylim()
+    to_axes = axes.transAxes.inverted()
+    items = sorted(
+        (float(to_axes.transform(axes.transData.transform((0.0, min(max(y, low), high))))[1]), name, colour)
+        for y, name, colour in ends
+    )
+    height = figure.get_figheight() * axes.get_position().height
+    placed = spread([y for y, _, _ in items], 1.35 * size / 72.0 / height)
+    for (y, name, colour), at in zip(items, placed, strict=True):
+        axes.annotate(
+            name,
+            xy=(1.0, y),
+            xytext=(1.035, at),
+            xycoords="axes fraction",
+            textcoords="axes fraction",
+            color=colour,
+            fontsize=size,
+            fontweight="bold" if colour == INK else "normal",
+            va="center",
+            annotation_clip=False,
+            arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 0.6, "shrinkA": 1.0, "shrinkB": 0.0},
+        )
+
+
+def spread(heights: Sequence[float], distance: float) -> list[float]:
+    """Return the heights (sorted) moved as little as needed to stand at least ``distance`` apart.
+
+    Each crowded group is centred on its mean; groups that come to touch are merged.
+    """
+    groups: list[tuple[float, int]] = []  # mean height, members
+    for height in heights:
+        groups.append((height, 1))
+        while len(groups) > 1:
+            (below, m), (above, n) = groups[-2:]
+            if above - below >= distance * (m + n) / 2.0:
+                break
+            groups[-2:] = [((below * m + above * n) / (m + n), m + n)]
+    return [mean + distance * (i - (n - 1) / 2.0) for mean, n in groups for i in range(n)]
+
+
+@drawn
+def to_svg(figure: Figure) -> str:
+    """Return a figure as SVG text; the same figure gives the same bytes."""
+    buffer = io.StringIO()
+    figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
+    return buffer.getvalue()
+
+
+@drawn
+def save(figure: Figure, folder: Path, name: str) -> str:
+    """Write ``name.svg`` and ``name.png`` into the folder and return the SVG text."""
+    svg = to_svg(figure)
+    (folder / f"{name}.svg").write_text(svg, encoding="utf-8")
+    figure.savefig(folder / f"{name}.png", dpi=200, metadata={"Software": None})
+    return svg
+
+
+THEMED = {INK: "ink", MUTED: "muted", GRID: "line", PAPER: "paper"}
+
+
+def inline(svg: str, label: str) -> str:
+    """Return SVG text fit to stand inside a page: themed by its variables, sized by its column, ids that clash removed.
+
+    Parameters
+    ----------
+    label : str
+        What a reader who cannot see the figure is told.
+    """
+    body = svg[svg.index("<svg") :]
+    body = re.sub(r"<metadata>.*?</metadata>", "", body, flags=re.DOTALL)
+    body = re.sub(
+        r'(<svg[^>]*?) width="[^"]*" height="[^"]*"|(<svg[^>]*?) height="[^"]*" width="[^"]*"', r"\1\2", body, count=1
+    )
+    used = set(re.findall(r"#([\w.-]+)", body))
+    body = re.sub(r' id="([\w.-]+)"', lambda m: m.group(0) if m.group(1) in used else "", body)
+    for colour, variable in THEMED.items():
+        body = body.replace(colour, f"var(--{variable})")
+    body = body.replace("font-family: 'DejaVu Sans'", "font-family: inherit").replace("'DejaVu Sans'", "inherit")
+    text = label.replace("&", "&amp;").replace('"', "&quot;").replace("<", "&lt;")
+    return body.replace("<svg", f'<svg role="img" aria-label="{text}"', 1)

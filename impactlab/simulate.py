@@ -1,0 +1,220 @@
+"""The run: resolve the step, check the pairs, walk the loop in chunks, hand over the history."""
+
+from __future__ import annotations
+
+import math
+import time as clock
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from impactlab.assembly import Assembly, BuiltBody, build_bodies, start_law
+from impactlab.errors import CaseError, PairingError, StepError
+from impactlab.history import AbstractHistory, Warned
+from impactlab.integrators.base import AbstractIntegrator
+from impactlab.integrators.newmark import Newmark
+from impactlab.pairing import check_events, check_law, check_system, energy_bound, kind_of
+from impactlab.scene import Rod, Scene
+
+CHUNK_SECONDS = 0.1  # between two looks at progress and interrupts
+MOST_STEPS = 2_000_000_000
+
+Progress = Callable[[float], None]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What was decided before the first step."""
+
+    dt: float | None  # s; None for a run without steps
+    steps: int
+    built: dict[str, BuiltBody]
+    integrator: AbstractIntegrator | None
+    warnings: tuple[Warned, ...]
+
+
+def is_exact(scene: Scene) -> bool:
+    """Return whether every rod asks for the continuous model."""
+    rods = [body for body in scene.bodies.values() if isinstance(body, Rod)]
+    return bool(rods) and all(rod.model is not None and not rod.model.steps for rod in rods)
+
+
+def resolve_step(scene: Scene, built: dict[str, BuiltBody]) -> float:
+    """Return dt [s] by the scene's rule."""
+    rule = scene.step
+    if rule.dt is not None:
+        return rule.dt
+    if rule.courant is not None:
+        lengths = []
+        for name, body in scene.bodies.items():
+            if isinstance(body, Rod) and body.model is not None:
+                if not body.model.has_mesh:
+                    raise CaseError(
+                        f"courant needs a mesh, and '{name}' has analytic modes",
+                        remedy="Give points_per_period or dt, or modal with elements.",
+                        path="solve.step",
+                    )
+                h = body.model.element_length(body)
+                lengths += [h / segment.wave_speed for segment in body.segments]
+        if not lengths:
+            raise CaseError("courant needs a rod with a mesh", remedy="Give dt.", path="solve.step")
+        return rule.courant * min(lengths)
+    highest = max((body.system.rule_frequency for body in built.values()), default=0.0)
+    if highest == 0.0:
+        raise CaseError("points_per_period needs a body that vibrates", remedy="Give dt.", path="solve.step")
+    assert rule.points_per_period is not None
+    return 2.0 * math.pi / highest / rule.points_per_period
+
+
+def prepare(scene: Scene) -> Plan:
+    """Return what a run will do, or raise the error that stops it before its first step."""
+    if is_exact(scene):
+        from impactlab.exact.solve import serves
+
+        reason = serves(scene)
+        if reason is not None:
+            raise CaseError(reason, path="solve.model", remedy="Use finite_element or modal for this scene.")
+        warned = (
+            ()
+            if scene.integrator is None
+            else (Warned("integrator_unused", "the continuous model needs no integrator; solve.integrator is ignored"),)
+        )
+        return Plan(None, 0, {}, None, warned)
+    integrator = scene.integrator or Newmark()
+    for number, contact in enumerate(scene.contacts):
+        check_law(contact.law, integrator, f"contacts.{number}.law")
+    check_events(scene, integrator)
+    built = build_bodies(scene)
+    limits = {}
+    for name, body in built.items():
+        check_system(integrator, name, body.system)
+        limits[name] = integrator.limit(body.system)
+    dt = resolve_step(scene, built)
+    name = min(limits, key=lambda key: limits[key])
+    if dt > limits[name] * (1.0 + 1e-9):
+        raise CaseError(
+            f"a step of {dt:.6g} s is beyond the stability limit {limits[name]:.6g} s of integrator "
+            f"'{kind_of(integrator)}' for body '{name}'",
+            remedy=f"Give dt: {limits[name]:.6g} or less, fewer elements or modes, or integrator newmark.",
+            path="solve.step",
+        )
+    steps = math.ceil(scene.duration / dt - 1e-9)
+    if steps > MOST_STEPS:
+        raise CaseError(f"{steps} steps are too many", remedy="Give a longer step or a shorter duration.", path="solve.step")
+    warnings = []
+    for number, contact in enumerate(scene.contacts):
+        start_law(scene, number, dt)
+        if contact.law.holds_position and integrator.hard_constraint_gains:
+            warnings.append(
+                Warned(
+                    "constraint_energy",
+                    f"{contact.name}: a hard position constraint under '{kind_of(integrator)}' is known to gain energy",
+                )
+            )
+    return Plan(dt, max(steps, 1), built, integrator, tuple(warnings))
+
+
+def run(scene: Scene, progress: Progress | None = None) -> AbstractHistory:
+    """Return the history of a scene.
+
+    Raises
+    ------
+    CaseError, PairingError
+        Before the first step.
+    StepError
+        When a law fails, a number is not finite, or energy grows beyond the declared bound; carries what was reached.
+    """
+    from impactlab.recorded import RecordedHistory
+
+    began = clock.perf_counter()
+    plan = prepare(scene)
+    if plan.dt is None or plan.integrator is None:
+        from impactlab.exact.solve import solve
+
+        exact = solve(scene)
+        exact.warnings.extend(plan.warnings)
+        exact.cost.setup_s = clock.perf_counter() - began - exact.cost.solve_s
+        return exact
+    from impactlab import loop
+
+    assembly = Assembly(scene, plan.built, plan.integrator, plan.dt, plan.steps)
+    history = RecordedHistory(assembly, plan.integrator)
+    history.warnings.extend(plan.warnings)
+    loop.start(assembly.bodies, assembly.contacts, assembly.record, assembly.clock)
+    history.cost.setup_s = clock.perf_counter() - began
+    began = clock.perf_counter()
+    status = walk(assembly, history, progress)
+    history.finish()
+    history.cost.solve_s = clock.perf_counter() - began
+    history.cost.steps = int(assembly.clock[loop.STEP])
+    raise_failure(status, assembly, history)
+    return history
+
+
+def walk(assembly: Assembly, history: AbstractHistory, progress: Progress | None) -> int:
+    """Run the loop in chunks of about a tenth of a second; return why it ended. The bits do not depend on the chunks."""
+    from impactlab import loop
+    from impactlab.recorded import RecordedHistory
+
+    assert isinstance(history, RecordedHistory)
+    chunk = 256
+    advance = loop.advance_located if assembly.scene.events == "located" else loop.advance_dated
+    while True:
+        first = int(assembly.clock[loop.STEP])
+        began = clock.perf_counter()
+        status = advance(
+            assembly.bodies,
+            assembly.contacts,
+            assembly.record,
+            assembly.clock,
+            assembly.dt,
+            min(first + chunk, assembly.steps),
+            assembly.stride,
+            assembly.sample_stride,
+        )
+        spent = clock.perf_counter() - began
+        history.drain()
+        if status in (loop.LAW_FAILED, loop.NOT_FINITE):
+            return int(status)
+        if status == loop.RECORDS_FULL:
+            assembly.grow()
+        done = int(assembly.clock[loop.STEP])
+        if progress is not None:
+            progress(done / assembly.steps)
+        if done >= assembly.steps:
+            return int(status)
+        if spent < 0.5 * CHUNK_SECONDS:
+            chunk *= 2
+        elif spent > CHUNK_SECONDS:
+            chunk = max(1, chunk // 2)
+
+
+def raise_failure(status: int, assembly: Assembly, history: AbstractHistory) -> None:
+    """Raise `StepError` where the run ended early or its energy grew beyond what the pairing declares."""
+    from impactlab import loop
+
+    time, step = float(assembly.clock[loop.TIME]), int(assembly.clock[loop.STEP])
+    if status == loop.LAW_FAILED:
+        raised = next((law.raised for law in assembly.laws if law.raised is not None), None)
+        text = "a contact law gave no answer" if raised is None else f"a contact law raised {type(raised).__name__}: {raised}"
+        raise StepError(text, time=time, step=step, history=history) from raised
+    if status == loop.NOT_FINITE:
+        raise StepError(
+            "the energy is not a finite number: the run diverged",
+            time=time,
+            step=step,
+            history=history,
+            remedy="Give a smaller step, or a softer contact.",
+        )
+    assert history.dt is not None
+    bound = energy_bound(assembly.scene, assembly.integrator)
+    gain = history.energy.largest_gain
+    if gain > bound:
+        raise StepError(
+            f"energy grew by {gain:.3g} of the initial energy, and these parts declare at most {bound:.3g}",
+            time=time,
+            step=step,
+            history=history,
+            remedy="Give a smaller step, or a softer contact.",
+        )

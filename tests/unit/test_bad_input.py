@@ -1,0 +1,489 @@
+"""Bad input is refused with one clear message: file, line, what was given, what is allowed, what to do.
+
+Every refusal leaves with code 2, shows no traceback and writes nothing.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from impactlab.cli import app
+
+GOOD = """\
+schema_version: 1
+title: a test
+bodies:
+  hammer: {kind: mass, mass: 2.133, velocity: 1.0}
+  rod:
+    kind: rod
+    length: 0.3
+    area: 9.0e-4
+    material: {young: 2.1e11, density: 7900}
+    ends: {left: free, right: clamped}
+contacts:
+  - between: [hammer, rod.left]
+    gap: 0.0
+    law: {kind: wave_identification}
+solve:
+  duration: {round_trips: 1}
+  model: {kind: modal, elements: 20, modes: 20}
+  integrator: {kind: newmark}
+  step: {points_per_period: 10}
+probes:
+  - {body: rod, at: 0.0, quantity: displacement}
+"""
+
+ALIAS_BOMB = "a: &a [x,x,x,x,x,x,x,x,x]\n" + "".join(
+    f"{this}: &{this} [{','.join(['*' + before] * 9)}]\n" for before, this in zip("abcdefg", "bcdefgh", strict=True)
+)
+
+# name, what is replaced, by what, line of the message, texts of the message
+EDITS = [
+    (
+        "unknown law",
+        "wave_identification",
+        "penalti",
+        14,
+        [
+            "contacts.0.law.kind: 'penalti' is not a contact law.",
+            "Did you mean 'penalty'?",
+            "Installed: addition_deletion, impulse_momentum, penalty, wave_identification",
+        ],
+    ),
+    (
+        "unknown integrator",
+        "kind: newmark",
+        "kind: newmarc",
+        18,
+        ["solve.integrator.kind: 'newmarc' is not an integrator.", "Did you mean 'newmark'?"],
+    ),
+    (
+        "unknown model",
+        "kind: modal",
+        "kind: modl",
+        17,
+        ["solve.model.kind: 'modl' is not a model. Did you mean 'modal'?"],
+    ),
+    (
+        "unknown body",
+        "kind: rod",
+        "kind: rodd",
+        6,
+        ["'rodd' is not a kind of body. Did you mean 'rod'? Allowed: mass, rod, wall"],
+    ),
+    ("beam", "kind: rod", "kind: beam", 6, ["'beam' is not available in this version. Allowed: mass, rod, wall"]),
+    (
+        "misspelt key",
+        "length: 0.3",
+        "lenght: 0.3",
+        7,
+        [
+            "bodies.rod.lenght: the key 'lenght' is not known here.",
+            "Did you mean 'length'?",
+            "Allowed: area, displacement, ends, kind, length, material, segments, velocity.",
+        ],
+    ),
+    (
+        "misspelt top key",
+        "contacts:",
+        "contact:",
+        11,
+        ["contact: the key 'contact' is not known here. Did you mean 'contacts'?"],
+    ),
+    (
+        "misspelt key in solve",
+        "  step:",
+        "  stepp:",
+        19,
+        ["solve.stepp: the key 'stepp' is not known", "Did you mean 'step'?"],
+    ),
+    (
+        "misspelt parameter",
+        "{kind: newmark}",
+        "{kind: newmark, betta: 0.25}",
+        18,
+        ["solve.integrator.betta: the key 'betta' is not known here. Did you mean 'beta'?", "Allowed: beta, gamma."],
+    ),
+    (
+        "negative length",
+        "length: 0.3",
+        "length: -0.3",
+        7,
+        ["bodies.rod.length: -0.3 m is out of range. Allowed: a number in m above 0"],
+    ),
+    ("zero mass", "mass: 2.133", "mass: 0", 4, ["bodies.hammer.mass: 0 kg is out of range."]),
+    ("NaN", "gap: 0.0", "gap: .nan", 13, [".nan is not a finite number"]),
+    ("infinity", "gap: 0.0", "gap: -.inf", 13, ["-.inf is not a finite number"]),
+    ("beyond numbers", "gap: 0.0", "gap: 1e999", 13, ["'1e999' is beyond any number"]),
+    (
+        "huge whole number",
+        "gap: 0.0",
+        "gap: 1" + "0" * 350,
+        13,
+        ["contacts.0.gap: a whole number of 351 digits is not a finite number"],
+    ),
+    ("text for number", "gap: 0.0", "gap: wide", 13, ["contacts.0.gap: 'wide' is not a number with a unit"]),
+    (
+        "true for number",
+        "gap: 0.0",
+        "gap: true",
+        13,
+        ["contacts.0.gap: true is not allowed here. Allowed: a number in m"],
+    ),
+    ("list for number", "gap: 0.0", "gap: [0.0]", 13, ["contacts.0.gap: a list of 1 is not allowed here."]),
+    (
+        "duplicate key",
+        "    area: 9.0e-4",
+        "    area: 9.0e-4\n    length: 0.4",
+        9,
+        ["bodies.rod.length: the key 'length' stands twice (first in line 7)", "Keep one of the two."],
+    ),
+    ("missing key", "    area: 9.0e-4\n", "", 5, ["bodies.rod.area: this key is missing"]),
+    ("missing solve", "  duration: {round_trips: 1}\n", "", 15, ["solve.duration: this key is missing"]),
+    (
+        "decimal comma",
+        "length: 0.3",
+        "length: '0,3 m'",
+        7,
+        ["'0,3 m' is not a number with a unit; write the decimal point as '.'", "such as '30 cm'"],
+    ),
+    ("powers in a unit", "length: 0.3", "length: 9**9**9 m", 7, ["'9**9**9 m' is not a number with a unit"]),
+    ("powers alone", "length: 0.3", "length: 9**9**9", 7, ["'9**9**9' is not a number with a unit"]),
+    (
+        "wrong dimension",
+        "length: 0.3",
+        "length: 3 kg",
+        7,
+        ["'3 kg' has a unit of another dimension; allowed: a number in m"],
+    ),
+    (
+        "unknown unit",
+        "2.1e11",
+        "210 gpa",
+        9,
+        ["'210 gpa' has a unit that is not known (letters matter: 'GPa', not 'gpa')"],
+    ),
+    (
+        "unit where there is none",
+        "points_per_period: 10",
+        "points_per_period: 10 m",
+        19,
+        ["solve.step.points_per_period: '10 m' is a text; allowed: a plain number"],
+    ),
+    ("itself", "[hammer, rod.left]", "[rod.right, rod.left]", 12, ["the body 'rod' cannot be in contact with itself"]),
+    (
+        "no such body",
+        "[hammer, rod.left]",
+        "[hamer, rod.left]",
+        12,
+        ["there is no body 'hamer'. Did you mean 'hammer'?", "Bodies of this case: hammer, rod."],
+    ),
+    (
+        "no such end",
+        "[hammer, rod.left]",
+        "[hammer, rod.lft]",
+        12,
+        ["a rod has no end 'lft'. Did you mean 'left'?", "Allowed: rod.left, rod.right, rod.at(x)"],
+    ),
+    ("rod without face", "[hammer, rod.left]", "[hammer, rod]", 12, ["'rod' is a rod, so the face must be named."]),
+    ("mass with end", "[hammer, rod.left]", "[hammer.right, rod.left]", 12, ["'hammer' is a mass and has no ends"]),
+    (
+        "outside the rod",
+        "[hammer, rod.left]",
+        "[hammer, rod.at(0.31)]",
+        12,
+        ["x = 0.31 m lies outside the body 'rod'. Allowed: 0 to 0.3 m"],
+    ),
+    (
+        "wrong side",
+        "[hammer, rod.left]",
+        "[rod.left, hammer]",
+        12,
+        ["'rod.left' looks away from 'hammer'", "a lies on the left of b", "Swap the two, [hammer, rod.left]"],
+    ),
+    ("wrong side, right", "[hammer, rod.left]", "[hammer, rod.right]", 12, ["'rod.right' looks away from 'hammer'"]),
+    ("code for a face", "[hammer, rod.left]", "[hammer, \"rod.at(__import__('os'))\"]", 12, ["does not name a face"]),
+    (
+        "struck clamp",
+        "ends: {left: free, right: clamped}",
+        "ends: {left: clamped, right: free}",
+        12,
+        ["the end 'rod.left' is clamped and never moves"],
+    ),
+    (
+        "negative gap",
+        "gap: 0.0",
+        "gap: -1e-3",
+        13,
+        ["the gap is -0.001 m: the faces overlap before the run.", "overlap: allowed"],
+    ),
+    (
+        "wall with velocity",
+        "hammer: {kind: mass, mass: 2.133, velocity: 1.0}",
+        "hammer: {kind: wall, velocity: 1.0}",
+        4,
+        ["bodies.hammer.velocity: the key 'velocity' is not known here.", "Allowed: kind."],
+    ),
+    (
+        "unknown end",
+        "right: clamped",
+        "right: clampd",
+        10,
+        ["'clampd' is not an end of a rod. Did you mean 'clamped'?"],
+    ),
+    (
+        "negative spring",
+        "right: clamped",
+        "right: {spring: -1}",
+        10,
+        ["-1 N/m is out of range. Allowed: a number in N/m above 0"],
+    ),
+    (
+        "two steps",
+        "{points_per_period: 10}",
+        "{points_per_period: 10, dt: 1e-7}",
+        19,
+        ["solve.step: dt, points_per_period given together", "Give exactly one"],
+    ),
+    ("step of zero", "{points_per_period: 10}", "{dt: 0}", 19, ["solve.step.dt: 0 s is out of range."]),
+    ("probe elsewhere", "at: 0.0", "at: 0.4", 21, ["probes.0.at: x = 0.4 m lies outside the body 'rod'"]),
+    (
+        "probe of nothing",
+        "quantity: displacement",
+        "quantity: temperature",
+        21,
+        [
+            "probes.0.quantity: 'temperature' is not allowed here. Allowed: displacement, velocity, strain, stress, force"
+        ],
+    ),
+    (
+        "snapshot too late",
+        "probes:",
+        "snapshots: [1.0]\nprobes:",
+        20,
+        ["snapshots.0: 1 s lies after the end of the run."],
+    ),
+    (
+        "other version",
+        "schema_version: 1",
+        "schema_version: 2",
+        1,
+        ["schema_version: 2 is not allowed here. Allowed: 1"],
+    ),
+    ("law as a word", "law: {kind: wave_identification}", "law: penalty", 14, ["Write {kind: penalty}"]),
+    ("law without kind", "law: {kind: wave_identification}", "law: {stiffness: 1e9}", 14, ["has no kind."]),
+    (
+        "model of a mass",
+        "  step:",
+        "  models: {hammer: {kind: modal}}\n  step:",
+        19,
+        ["'hammer' is not a rod; only rods have a model"],
+    ),
+    ("bad body name", "  hammer: {", "  3hammer: {", 4, ["'3hammer' is not a name. Allowed: letters, digits, _ and -"]),
+    (
+        "formula imports",
+        "area: 9.0e-4",
+        "area: 9.0e-4\n    displacement: __import__('os').getcwd()",
+        9,
+        ["the formula calls"],
+    ),
+    (
+        "formula attribute",
+        "area: 9.0e-4",
+        "area: 9.0e-4\n    displacement: x.__class__",
+        9,
+        ["the formula holds 'x.__class__'"],
+    ),
+    (
+        "formula exponent",
+        "area: 9.0e-4",
+        "area: 9.0e-4\n    displacement: 9**999999999",
+        9,
+        ["the exponent 999999999 is too large; at most 20 is allowed"],
+    ),
+    ("formula tower", "area: 9.0e-4", "area: 9.0e-4\n    displacement: 9**9**9", 9, ["exponents are plain numbers"]),
+    (
+        "formula of infinity",
+        "area: 9.0e-4",
+        "area: 9.0e-4\n    displacement: 1/x",
+        9,
+        ["is not a finite number everywhere on the rod"],
+    ),
+    ("displaced clamp", "area: 9.0e-4", "area: 9.0e-4\n    displacement: 1e-6*x", 9, ["a clamped end stays at 0"]),
+    ("tag", "title: a test", "title: !!python/object/apply:os.system [id]", 2, ["the tag", "Remove it."]),
+    ("anchor", "title: a test", "title: &a test", 2, ["the anchor &a"]),
+    ("alias", "title: a test", "title: *a", 2, ["the alias *a"]),
+    ("alias bomb", "title: a test", ALIAS_BOMB, 2, ["the anchor &a"]),
+    ("deep nesting", "title: a test", "title: " + "[" * 5000 + "]" * 5000, 2, ["nested deeper than 24 levels"]),
+    ("not YAML", "title: a test", "title: [1, 2", 3, ["not YAML"]),
+    ("second document", "probes:", "---\nprobes:", 20, ["a second document begins here"]),
+]
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def refused(arguments: list[str], folder: Path) -> str:
+    """Run a command that must be refused and return its message."""
+    before = sorted(path.name for path in folder.rglob("*"))
+    result = CliRunner().invoke(app, [*arguments, "--out", "results"] if arguments[0] != "check" else arguments)
+    assert result.exit_code == 2, result.output
+    assert "Traceback" not in result.output
+    assert result.stdout == ""
+    assert sorted(path.name for path in folder.rglob("*")) == before
+    return result.stderr
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new", "line", "texts"), EDITS, ids=[edit[0].replace(" ", "-") for edit in EDITS]
+)
+def test_refused_with_file_line_and_remedy(folder, name, old, new, line, texts):
+    assert old in GOOD
+    (folder / "bad.yaml").write_text(GOOD.replace(old, new, 1))
+    message = refused(["run", "bad.yaml"], folder)
+    assert message.startswith(f"bad.yaml:{line}: "), message
+    for text in texts:
+        assert text in message, message
+    assert len(message) < 900, "a message must stay short"
+
+
+# Refused by the parts themselves, when they meet.
+PAIRS = [
+    (
+        "step too large",
+        ["solve.integrator={kind: central_difference}", "solve.step={dt: 1e-4}"],
+        ["stability limit", "solve.step"],
+    ),
+    ("more modes than degrees of freedom", ["solve.model.modes=21"], ["solve.model", "21", "20"]),
+    (
+        "courant on analytic modes",
+        ["solve.model={kind: modal, elements: null}", "solve.step={courant: 0.9}"],
+        ["courant", "solve.step"],
+    ),
+    (
+        "exact_modal on a mesh",
+        ["solve.model={kind: finite_element, elements: 20}", "solve.integrator={kind: exact_modal}"],
+        ["exact_modal", "modes"],
+    ),
+    (
+        "central_difference on consistent mass",
+        ["solve.model={kind: finite_element, elements: 20}", "solve.integrator={kind: central_difference}"],
+        ["central_difference", "diagonal"],
+    ),
+    ("located under newmark", ["solve.events=located"], ["solve.events", "newmark"]),
+]
+
+
+@pytest.mark.parametrize(("name", "sets", "texts"), PAIRS, ids=[pair[0].replace(" ", "-") for pair in PAIRS])
+def test_what_cannot_work_is_refused_before_the_first_step(folder, name, sets, texts):
+    (folder / "bad.yaml").write_text(GOOD)
+    options = [word for setting in sets for word in ("--set", setting)]
+    message = refused(["run", "bad.yaml", *options], folder)
+    assert message.startswith("bad.yaml"), message
+    for text in texts:
+        assert text in message, message
+
+
+def test_missing_file_names_a_neighbour(folder):
+    (folder / "impact.yaml").write_text(GOOD)
+    message = refused(["run", "imapct.yaml"], folder)
+    assert "imapct.yaml: the case file does not exist. Did you mean 'impact.yaml'?" in message
+
+
+def test_folder_in_place_of_file(folder):
+    (folder / "case.yaml").mkdir()
+    assert "is a folder, not a file" in refused(["run", "case.yaml"], folder)
+
+
+def test_ending_that_is_no_case(folder):
+    (folder / "case.txt").write_text(GOOD)
+    assert "Allowed: .yaml, .yml, .toml, .json" in refused(["run", "case.txt"], folder)
+
+
+def test_empty_file(folder):
+    (folder / "case.yaml").write_text("")
+    assert "case.yaml:1: the file holds nothing" in refused(["run", "case.yaml"], folder)
+
+
+def test_larger_than_a_megabyte(folder):
+    (folder / "case.yaml").write_text(GOOD + "#" * 1_000_001)
+    assert "larger than 1000000 bytes" in refused(["run", "case.yaml"], folder)
+
+
+def test_billion_laughs(folder):
+    bomb = 'a: &a ["lol","lol"]\nb: &b [*a,*a]\nc: [*b,*b]\n'
+    (folder / "case.yaml").write_text(bomb)
+    message = refused(["run", "case.yaml"], folder)
+    assert "case.yaml:1: the anchor &a" in message
+    assert len(message) < 300
+
+
+def test_not_text(folder):
+    (folder / "case.yaml").write_bytes(b"\xff\xfe\x00schema")
+    assert "is not UTF-8" in refused(["run", "case.yaml"], folder)
+    (folder / "case.yaml").write_bytes(b"title: \x00\x01")
+    assert "not YAML" in refused(["run", "case.yaml"], folder)
+
+
+def test_long_values_are_cut(folder):
+    (folder / "case.yaml").write_text(GOOD.replace("gap: 0.0", "gap: " + "z" * 100_000))
+    message = refused(["run", "case.yaml"], folder)
+    assert "zzz..." in message
+    assert len(message) < 400
+
+
+def test_settings_are_refused_alike(folder):
+    (folder / "case.yaml").write_text(GOOD)
+    for setting, text in [
+        ("solve.step.dt", "is not PATH=VALUE"),
+        ("solve.stepp.dt=1e-7", "Did you mean 'step'?"),
+        ("contacts.3.law.kind=penalty", "'3' is not an entry of this list. Allowed: 0 to 0"),
+        ("solve..dt=1", "is not a path"),
+        ("bodies.rod.length=.nan", "not a finite number"),
+        ("bodies.rod.length=&a 3", "the anchor &a"),
+        ("title.x=1", "title"),
+    ]:
+        message = refused(["run", "case.yaml", "--set", setting], folder)
+        assert text in message, message
+
+
+def test_unknown_method_names_those_there_are(folder):
+    (folder / "case.yaml").write_text(GOOD + "methods:\n  fine: {solve.model.modes: 10}\n")
+    message = refused(["run", "case.yaml", "--method", "fin"], folder)
+    assert "the case has no method 'fin'. Did you mean 'fine'?" in message
+    assert "Methods of this case: base, fine." in message
+    assert "has no method 'fin'" in refused(["compare", "case.yaml", "--methods", "base,fin"], folder)
+
+
+def test_fault_in_a_method_names_the_line_of_the_method(folder):
+    (folder / "case.yaml").write_text(GOOD + "methods:\n  soft:\n    contacts.0.law: {kind: penalty, stifness: 1e9}\n")
+    message = refused(["run", "case.yaml", "--method", "soft"], folder)
+    assert message.startswith("case.yaml:24: contacts.0.law.stifness: the key 'stifness' is not known")
+    assert "Did you mean 'stiffness'?" in message
+
+
+def test_failure_as_json_is_one_document(folder):
+    (folder / "case.yaml").write_text(GOOD.replace("length: 0.3", "length: -0.3"))
+    result = CliRunner().invoke(app, ["run", "case.yaml", "--json", "--out", "results"])
+    assert result.exit_code == 2
+    document = json.loads(result.stdout)
+    assert document["schema_version"] == 1
+    assert document["case"] == "case"
+    assert document["status"] == "refused"
+    error = document["error"]
+    assert (error["kind"], error["file"], error["line"], error["path"]) == (
+        "CaseError",
+        "case.yaml",
+        7,
+        "bodies.rod.length",
+    )
+    assert "-0.3 m is out of range" in error["text"]
+    assert error["remedy"]
+    assert not (folder / "results").exists()

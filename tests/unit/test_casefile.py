@@ -1,0 +1,295 @@
+"""Cases are read in SI, checked, changed by path, and built into scenes."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from impactlab import CaseError, load_case
+from impactlab.scene import End, Mass, Rod, Wall
+
+CASE = """\
+schema_version: 1
+title: a test
+bodies:
+  hammer: {kind: mass, mass: 2.133, velocity: 1.0}
+  rod:
+    kind: rod
+    length: 30 cm
+    area: 9 cm^2
+    material: {young: 210 GPa, density: 7.9 g/cm^3}
+    ends: {left: free, right: {spring: 1 kN/mm}}
+contacts:
+  - between: [hammer, rod.left]
+    law: {kind: penalty, stiffness: 1e9}
+solve:
+  duration: {round_trips: 3}
+methods:
+  hard: {contacts.0.law: {kind: addition_deletion}}
+  coarse: {solve.model: {kind: modal, modes: 5}, solve.step.points_per_period: 20}
+"""
+
+
+@pytest.fixture
+def case(tmp_path):
+    return load_case(written(tmp_path, CASE))
+
+
+def written(folder: Path, text: str, name: str = "test.yaml") -> Path:
+    path = folder / name
+    path.write_text(text)
+    return path
+
+
+def test_texts_with_units_are_the_very_numbers_in_si(case):
+    rod = case.scene().bodies["rod"]
+    piece = rod.segments[0]
+    assert (piece.length, piece.area, piece.young, piece.density) == (0.3, 9.0e-4, 2.1e11, 7900.0)
+    assert rod.right == End("spring", 1.0e6)
+
+
+def test_numbers_that_yaml_1_1_misreads(tmp_path):
+    text = CASE.replace("30 cm", "3e-1").replace("210 GPa", "2.1e11").replace("title: a test", "title: on")
+    case = load_case(written(tmp_path, text))
+    assert case.scene().bodies["rod"].length == 0.3
+    assert case.title == "on"
+
+
+def test_defaults_are_those_of_the_format(case):
+    scene = case.scene()
+    assert (scene.events, scene.gravity, scene.probes, scene.snapshots) == ("dated", 0.0, (), ())
+    assert scene.step.points_per_period == 10.0
+    assert type(scene.integrator).__name__ == "Newmark"
+    model = scene.bodies["rod"].model
+    assert (type(model).__name__, model.elements, model.modes) == ("Modal", 100, 40)
+    assert scene.contacts[0].gap == 0.0
+
+
+def test_scene_holds_bodies_contacts_and_round_trips(case):
+    scene = case.scene()
+    assert scene.name == "test"
+    assert scene.bodies["hammer"] == Mass("hammer", 2.133, 1.0)
+    assert scene.contacts[0].name == "hammer|rod.left"
+    trip = 2 * 0.3 / math.sqrt(2.1e11 / 7900.0)
+    assert scene.round_trip == pytest.approx(trip, rel=1e-15)
+    assert scene.duration == pytest.approx(3 * trip, rel=1e-15)
+
+
+def test_segments_and_walls_and_inner_points(tmp_path):
+    text = """\
+schema_version: 1
+bodies:
+  wall: {kind: wall}
+  bar:
+    kind: rod
+    segments:
+      - {length: 0.1, area: 1e-4, material: {young: 2e11, density: 8000}}
+      - {length: 0.2, area: 2e-4, material: {young: 7e10, density: 2700}}
+    velocity: -2
+  ball: {kind: mass, mass: 1 g}
+contacts:
+  - {between: [wall, bar.left], law: {kind: penalty, stiffness: 1e9}}
+  - {between: [ball, bar.at(15 cm)], gap: 1 mm, law: {kind: penalty, stiffness: 1e9}}
+solve: {duration: 1 ms, round_trips_of: bar}
+"""
+    scene = load_case(written(tmp_path, text)).scene()
+    bar = scene.bodies["bar"]
+    assert isinstance(scene.bodies["wall"], Wall)
+    assert (len(bar.segments), bar.velocity) == (2, -2.0)
+    assert [contact.name for contact in scene.contacts] == ["wall|bar.left", "ball|bar.at(0.15)"]
+    assert scene.contacts[1].right.x == 0.15
+    assert scene.contacts[1].gap == 1e-3
+    assert scene.duration == 1e-3
+    assert scene.round_trip == pytest.approx(2 * 0.1 / 5000.0 + 2 * 0.2 / math.sqrt(7e10 / 2700), rel=1e-15)
+
+
+def test_first_rod_counts_round_trips_unless_named(tmp_path):
+    rods = "".join(
+        f"  {name}: {{kind: rod, length: {length}, area: 1e-4, material: {{young: 2e11, density: 8000}}}}\n"
+        for name, length in (("short", 0.1), ("long", 0.4))
+    )
+    text = f"schema_version: 1\nbodies:\n{rods}solve:\n  duration: {{round_trips: 1}}\n"
+    assert load_case(written(tmp_path, text)).scene().duration == pytest.approx(4e-5)
+    named = text + "  round_trips_of: long\n"
+    assert load_case(written(tmp_path, named)).scene().duration == pytest.approx(16e-5)
+
+
+def test_models_of_single_rods(tmp_path):
+    text = CASE.replace("  duration", "  models: {rod: {kind: finite_element, elements: 7}}\n  duration")
+    scene = load_case(written(tmp_path, text)).scene()
+    assert type(scene.bodies["rod"].model).__name__ == "FiniteElement"
+    assert scene.bodies["rod"].model.elements == 7
+
+
+def test_initial_displacement_as_formula_and_table(tmp_path):
+    free = CASE.replace("{spring: 1 kN/mm}", "free")
+    formula = load_case(
+        written(tmp_path, free.replace("    ends", "    displacement: 1e-5*(1 + cos(pi*x/L))\n    ends"))
+    )
+    shape = formula.scene().bodies["rod"].displacement
+    np.testing.assert_allclose(shape(np.array([0.0, 0.15, 0.3])), [2e-5, 1e-5, 0.0], atol=1e-18)
+    table = load_case(
+        written(tmp_path, free.replace("    ends", "    displacement: {x: [0, 0.1, 30 cm], u: [1 um, 0, 0]}\n    ends"))
+    )
+    shape = table.scene().bodies["rod"].displacement
+    np.testing.assert_allclose(shape(np.array([0.0, 0.05, 0.2])), [1e-6, 5e-7, 0.0], atol=1e-18)
+
+
+def test_table_that_does_not_cover_the_rod(tmp_path):
+    text = CASE.replace("    ends", "    displacement: {x: [0, 0.1], u: [0, 0]}\n    ends")
+    with pytest.raises(CaseError, match=r"the table goes from 0 to 0\.1 m; the rod from 0 to 0\.3 m"):
+        load_case(written(tmp_path, text))
+    text = CASE.replace("    ends", "    displacement: {x: [0, 0.3, 0.2], u: [0, 0, 0]}\n    ends")
+    with pytest.raises(CaseError, match="the places x of the table do not rise"):
+        load_case(written(tmp_path, text))
+
+
+def test_displacement_counts_in_the_first_gap(tmp_path):
+    text = CASE.replace("    ends", "    displacement: -1e-5\n    ends")
+    with pytest.raises(CaseError, match="the gap is -1e-05 m with the displacement at t = 0"):
+        load_case(written(tmp_path, text))
+    allowed = text.replace("    law:", "    overlap: allowed\n    law:")
+    assert load_case(written(tmp_path, allowed)).scene().contacts[0].overlap_allowed
+
+
+def test_relative_values_and_their_limits(case):
+    changed = case.with_("contacts.0.law.stiffness", {"relative": 0.8})
+    assert changed.scene().contacts[0].law.stiffness.relative == 0.8
+    with pytest.raises(CaseError, match=r"contacts\.0\.law\.stiffness: .*Allowed: .*\{relative: number\}"):
+        case.with_("contacts.0.law.stiffness", {"relativ": 0.8})
+    with pytest.raises(CaseError, match="is out of range"):
+        case.with_("contacts.0.law.stiffness", {"relative": -0.8})
+
+
+def test_with_merges_blocks_of_one_kind_and_replaces_others(case):
+    damped = case.with_("contacts.0.law", kind="penalty", damping=100.0)
+    law = damped.scene().contacts[0].law
+    assert (law.stiffness, law.damping) == (1e9, 100.0)
+    hard = case.with_("contacts.0.law", kind="addition_deletion")
+    assert type(hard.scene().contacts[0].law).__name__ == "AdditionDeletion"
+    alone = case.with_("contacts.0.law.kind", "addition_deletion")
+    assert alone.scene() == hard.scene()
+    assert case.scene().contacts[0].law.stiffness == 1e9, "the case itself does not change"
+
+
+def test_with_replaces_alternatives(case):
+    assert case.with_("solve.step", dt=1e-7).scene().step.dt == 1e-7
+    assert case.with_("solve.step.courant", 0.9).scene().step.points_per_period is None
+    assert case.with_("solve.duration", "1 ms").scene().duration == 1e-3
+    assert case.with_("bodies.rod.ends.right", {"mass": 2.0}).scene().bodies["rod"].right == End("mass", 2.0)
+
+
+def test_with_fills_in_defaults_where_the_case_is_silent(case):
+    assert case.with_("solve.model.modes", 20).scene().bodies["rod"].model.elements == 100
+    assert case.with_("solve.integrator.beta", 0.3).scene().integrator.beta == 0.3
+
+
+def test_with_takes_numpy_numbers_and_refuses_objects(case):
+    assert case.with_("bodies.rod.length", np.float64(0.5)).scene().bodies["rod"].length == 0.5
+    with pytest.raises(CaseError, match="a value of type 'object'. Allowed: numbers, texts"):
+        case.with_("bodies.rod.length", object())
+    with pytest.raises(CaseError, match="takes a value or fields, not both"):
+        case.with_("solve.step", 1.0, dt=1e-7)
+
+
+def test_methods_replace_blocks(case):
+    assert case.method_names == ("base", "hard", "coarse")
+    assert case.method("base") is case
+    coarse = case.method("coarse")
+    model = coarse.scene().bodies["rod"].model
+    assert (model.elements, model.modes) == (None, 5), "the old block is replaced, not merged"
+    assert coarse.scene().step.points_per_period == 20.0
+    assert coarse.method_name == "coarse"
+    assert coarse.name == case.name
+
+
+def test_method_cannot_change_the_methods(tmp_path):
+    case = load_case(written(tmp_path, CASE + "  odd: {methods.hard: {}}\n"))
+    with pytest.raises(CaseError, match=r"a method cannot change 'methods\.hard'"):
+        case.method("odd")
+
+
+def test_locate_gives_the_line_of_a_path_or_of_the_key_above(case):
+    assert case.locate("contacts.0.law.stiffness") == 13
+    assert case.locate("bodies.rod.material.young") == 9
+    assert case.locate("bodies.rod.ends.left.nothing") == 10
+    assert case.locate("solve.model") == 14
+    assert case.locate("") is None
+    assert case.with_("solve.step.dt", 1e-7).locate("solve.step.dt") is None
+
+
+def test_method_values_keep_their_lines(case):
+    assert case.method("hard").locate("contacts.0.law.kind") == 17
+
+
+def test_resolved_values_are_a_case_again(case, tmp_path):
+    resolved = case.resolved()
+    assert resolved["bodies"]["rod"]["material"]["young"] == 2.1e11
+    assert resolved["contacts"][0]["law"] == {"kind": "penalty", "stiffness": 1e9, "damping": 0.0}
+    assert resolved["derived"]["rods"]["rod"]["impedance"][0] == pytest.approx(36657.741, rel=1e-7)
+    again = {key: value for key, value in resolved.items() if key not in ("methods", "derived")}
+    copy = load_case(written(tmp_path, json.dumps(again), "copy.json"))
+    assert copy.scene().bodies == case.scene().bodies
+    assert copy.scene().duration == case.scene().duration
+
+
+@pytest.mark.parametrize("name", ["test.toml", "test.json"])
+def test_toml_and_json_say_the_same(tmp_path, name):
+    data = {
+        "schema_version": 1,
+        "bodies": {"hammer": {"kind": "mass", "mass": 2.133, "velocity": 1.0}, "wall": {"kind": "wall"}},
+        "contacts": [{"between": ["hammer", "wall"], "law": {"kind": "penalty", "stiffness": 1e9}}],
+        "solve": {"duration": 1e-3, "step": {"dt": 1e-6}},
+    }
+    toml = """\
+schema_version = 1
+[bodies]
+hammer = {kind = "mass", mass = 2.133, velocity = 1.0}
+wall = {kind = "wall"}
+[[contacts]]
+between = ["hammer", "wall"]
+law = {kind = "penalty", stiffness = 1e9}
+[solve]
+duration = 1e-3
+step.dt = 1e-6
+"""
+    case = load_case(written(tmp_path, toml if name.endswith("toml") else json.dumps(data, indent=1), name))
+    assert case.scene().bodies["hammer"] == Mass("hammer", 2.133, 1.0)
+    assert case.scene().contacts[0].law.stiffness == 1e9
+    with pytest.raises(CaseError, match=rf"{name}:\d+: "):
+        load_case(
+            written(
+                tmp_path, (toml if name.endswith("toml") else json.dumps(data, indent=1)).replace("2.133", "-1"), name
+            )
+        )
+
+
+def test_ring_of_bodies_is_refused(tmp_path):
+    law = "law: {kind: penalty, stiffness: 1e9}"
+    text = f"""\
+schema_version: 1
+bodies: {{a: {{kind: mass, mass: 1}}, b: {{kind: mass, mass: 1}}, c: {{kind: mass, mass: 1}}}}
+contacts:
+  - {{between: [a, b], {law}}}
+  - {{between: [b, c], {law}}}
+  - {{between: [c, a], {law}}}
+solve: {{duration: 1, step: {{dt: 1e-3}}}}
+"""
+    with pytest.raises(CaseError, match=r"test\.yaml:6: contacts\.2\.between: 'c' would lie on the left of 'a'"):
+        load_case(written(tmp_path, text))
+
+
+def test_shipped_cases_load_with_all_their_methods():
+    cases = sorted((Path(__file__).parents[2] / "cases").glob("*.yaml"))
+    assert {path.stem for path in cases} >= {"axial_impact", "free_rod", "rod_on_wall", "two_rods"}
+    for path in cases:
+        case = load_case(path)
+        assert case.title
+        assert case.source
+        for name in case.method_names:
+            scene = case.method(name).scene()
+            assert any(isinstance(body, Rod) for body in scene.bodies.values())

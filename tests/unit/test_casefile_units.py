@@ -1,0 +1,68 @@
+"""Units pass one strict pattern before pint sees them."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+
+import pytest
+
+from impactlab.casefile.units import to_si
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [
+        ("210 GPa", "Pa", 2.1e11),
+        ("210GPa", "Pa", 2.1e11),
+        ("0.3 m", "m", 0.3),
+        ("58 us", "s", 58e-6),
+        ("58 µs", "s", 58e-6),
+        ("9 cm^2", "m2", 9e-4),
+        ("9 cm2", "m2", 9e-4),
+        ("9 cm**2", "m2", 9e-4),
+        ("7.9 g/cm^3", "kg/m3", 7900.0),
+        ("1 kN/mm", "N/m", 1e6),
+        ("2 N s/m", "N s/m", 2.0),
+        ("2 N*s/m", "N s/m", 2.0),
+        ("-9.81 m/s2", "m/s2", -9.81),
+        ("1 inch", "m", 0.0254),
+        (" 1e-3 km ", "m", 1.0),
+    ],
+)
+def test_numbers_with_units(text, unit, value):
+    assert to_si(text, unit) == value
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "0,3 m", "9**9**9", "9**9**9 m", "9 m**9**9", "9 m^99999", "(3 m)", "3 m + 2 m", "3*4 m", "m", "", "3", "3 m;",
+        "__import__('os')", "3 __m", "nan m", "inf m", "1e9999 m", "0x3 m", "3 " + "m" * 100, "3 m\n4 m", "٣ m",
+    ],
+)  # fmt: skip
+def test_all_else_is_refused_at_once(text):
+    began = time.perf_counter()
+    with pytest.raises(ValueError, match=r"allowed: a number in m, or a number and a unit such as '30 cm'"):
+        to_si(text, "m")
+    assert time.perf_counter() - began < 5.0
+
+
+def test_reasons():
+    with pytest.raises(ValueError, match=r"write the decimal point as '\.'"):
+        to_si("0,3 m", "m")
+    with pytest.raises(ValueError, match="'3 kg' has a unit of another dimension"):
+        to_si("3 kg", "m")
+    with pytest.raises(ValueError, match="has a unit that is not known"):
+        to_si("3 wombats", "m")
+    with pytest.raises(ValueError, match="is beyond any finite number"):
+        to_si("1e308 km", "m")
+
+
+def test_pint_is_imported_only_for_a_text_with_a_unit():
+    code = (
+        "import sys; from impactlab import load_case; load_case('cases/axial_impact.yaml'); "
+        "assert 'pint' not in sys.modules; load_case('cases/free_rod.yaml'); assert 'pint' in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
