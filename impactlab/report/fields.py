@@ -77,7 +77,7 @@ def waves(history: AbstractHistory, scene: Scene, body: str, quantity: str = "st
     axis.grid(visible=False)
     bar = figure.colorbar(shown, ax=axis, pad=0.015, aspect=22)
     bar.set_label(f"{quantity}  {LETTERS[quantity]}  [{unit.label}]".replace("  []", ""))
-    bar.outline.set_linewidth(0.5)  # type: ignore[operator]
+    bar.outline.set_linewidth(0.5)
     axis.set_ylabel("place  x / L")
     time_axis(axis, scene)
     return figure

@@ -107,7 +107,7 @@ def drawn(function: Callable[P, R]) -> Callable[P, R]:
 def traces(
     histories: Mapping[str, AbstractHistory], references: Mapping[str, AbstractHistory] | None = None
 ) -> list[Trace]:
-    """Return the histories with a colour each, and the reference of each; beyond the palette lines are dashed as well."""
+    """Return the histories with a colour each and its reference; beyond the palette lines are dashed."""
     n, references = len(PALETTE), references or {}
     return [
         Trace(name, history, PALETTE[i % n], DASHES[min(i // n, len(DASHES) - 1)], references.get(name))
