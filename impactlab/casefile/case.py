@@ -120,7 +120,9 @@ def load_case(path: str | Path, *, registry: plugins.Registry | None = None) -> 
 
 def locate(document: Document, path: str) -> int | None:
     """Return the line of a path, or of the nearest key above it."""
-    keys = tuple(path.split(".")) if path else ()
+    if not path:
+        return None
+    keys = tuple(path.split("."))
     while keys and keys not in document.lines:
         keys = keys[:-1]
     return document.lines.get(keys)

@@ -135,7 +135,7 @@ def _faces_look_at_each_other(case: CaseBlock) -> None:
                 raise CaseError(
                     f"{face.point.label!r} looks away from {other!r}: "
                     "of between: [a, b], a lies on the left of b, "
-                    f"so the {'first' if place == '0' else 'second'} face is a mass, a wall, or the {facing} end of a rod",
+                    f"so the {'first' if place == '0' else 'second'} is a mass, a wall, or the {facing} end of a rod",
                     remedy=f"Swap the two, {swap}, or name {face.point.body}.{facing}.",
                     path=f"contacts.{number}.between.{place}",
                 )

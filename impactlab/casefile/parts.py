@@ -55,11 +55,12 @@ def read_part(block: dict[str, Any], path: str, group: Group, registry: Registry
 
 def part_model(part: type[Any]) -> type[BaseModel]:
     """Return the pydantic model made from the fields of a part."""
-    return _part_model(part)
+    made: type[BaseModel] = _part_model(part)  # type: ignore[arg-type] # a class is hashable
+    return made
 
 
 @cache
-def _part_model(part: Any) -> type[BaseModel]:
+def _part_model(part: type[Any]) -> type[BaseModel]:
     hints = typing.get_type_hints(part)
     fields: dict[str, Any] = {}
     for field in dataclasses.fields(part):

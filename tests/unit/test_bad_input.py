@@ -257,7 +257,8 @@ EDITS = [
         "quantity: temperature",
         21,
         [
-            "probes.0.quantity: 'temperature' is not allowed here. Allowed: displacement, velocity, strain, stress, force"
+            "probes.0.quantity: 'temperature' is not allowed here.",
+            "Allowed: displacement, velocity, strain, stress, force",
         ],
     ),
     (

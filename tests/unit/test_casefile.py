@@ -190,7 +190,7 @@ def test_with_fills_in_defaults_where_the_case_is_silent(case):
 
 def test_with_takes_numpy_numbers_and_refuses_objects(case):
     assert case.with_("bodies.rod.length", np.float64(0.5)).scene().bodies["rod"].length == 0.5
-    with pytest.raises(CaseError, match="a value of type 'object'. Allowed: numbers, texts"):
+    with pytest.raises(CaseError, match=r"a value of type 'object'\. Allowed: numbers, texts"):
         case.with_("bodies.rod.length", object())
     with pytest.raises(CaseError, match="takes a value or fields, not both"):
         case.with_("solve.step", 1.0, dt=1e-7)

@@ -1,0 +1,243 @@
+"""The commands: what they print, where, their exit codes, and what they write."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from impactlab import api, output
+from impactlab.casefile import load_case
+from impactlab.cli import app
+from impactlab.errors import CaseError, StepError
+
+ROOT = Path(__file__).parents[2]
+AXIAL = str(ROOT / "cases" / "axial_impact.yaml")
+
+
+def invoke(*arguments: str):
+    return CliRunner().invoke(app, list(arguments))
+
+
+def test_help_answers_at_once():
+    def once() -> float:
+        began = time.perf_counter()
+        subprocess.run([sys.executable, "-m", "impactlab", "--help"], check=True, capture_output=True)
+        return time.perf_counter() - began
+
+    assert min(once() for _ in range(5)) < 0.3
+
+
+def test_help_imports_nothing_heavy():
+    done = subprocess.run(
+        [sys.executable, "-X", "importtime", "-m", "impactlab", "--help"], check=True, capture_output=True, text=True
+    )
+    for name in ("numpy", "numba", "pydantic", "matplotlib", "pint", "rich.progress", "impactlab.casefile"):
+        assert f"| {name}\n" not in done.stderr.replace(" " * 2, ""), name
+    for command in ("run", "compare", "check", "schema", "plugins", "cite", "new"):
+        assert f"  {command} " in done.stdout
+
+
+def test_usage_errors_leave_with_2():
+    for arguments in (["run"], ["nonsense"], ["run", AXIAL, "--nonsense"], []):
+        done = subprocess.run([sys.executable, "-m", "impactlab", *arguments], capture_output=True, text=True)
+        assert done.returncode == 2, arguments
+        assert "Traceback" not in done.stderr
+
+
+def test_run_prints_one_json_document():
+    result = invoke("run", AXIAL, "--json")
+    assert result.exit_code == 0, result.stderr
+    summary = json.loads(result.stdout)
+    assert summary["case"] == "axial_impact"
+    assert summary["status"] == "completed"
+    assert summary["method"]["laws"][0]["kind"] == "wave_identification"
+    assert summary["errors"]["reference"] == "st_venant"
+
+
+def test_run_takes_settings_and_methods():
+    result = invoke("run", AXIAL, "--json", "--method", "modal_10", "--set", "solve.duration.round_trips=1")
+    summary = json.loads(result.stdout)
+    assert summary["method"]["models"]["rod"]["modes"] == 10
+    assert summary["final"]["time"] == pytest.approx(116.37378e-6, rel=1e-6)
+
+
+def test_run_prints_a_summary_for_people():
+    result = invoke("run", AXIAL)
+    assert result.exit_code == 0
+    assert "axial_impact: completed" in result.stdout
+    assert "hammer|rod.left" in result.stdout
+
+
+def test_run_writes_its_folder_whole(tmp_path):
+    out = tmp_path / "results"
+    result = invoke("run", AXIAL, "--out", str(out), "--json")
+    assert result.exit_code == 0, result.stderr
+    assert (out / "summary.json").is_file()
+    assert [path.name for path in tmp_path.iterdir()] == ["results"], "no temporary folder remains"
+    again = invoke("run", AXIAL, "--out", str(out), "--json")
+    assert again.exit_code == 0, "a folder written by impactlab is replaced"
+
+
+def test_compare_keeps_refused_rows():
+    result = invoke(
+        "compare", AXIAL, "--methods", "base,broken", "--set", "methods.broken={solve.step: {dt: -1}}", "--json"
+    )
+    assert result.exit_code == 0, result.stderr
+    document = json.loads(result.stdout)
+    assert document["reference"] == "st_venant"
+    base, broken = document["rows"]
+    assert (base["name"], base["summary"]["status"]) == ("base", "completed")
+    assert (broken["name"], broken["summary"]["status"]) == ("broken", "refused")
+    assert "-1 s is out of range" in broken["summary"]["error"]["text"]
+    assert "broken refused:" in result.stderr
+
+
+def test_compare_fails_when_every_method_does():
+    result = invoke("compare", AXIAL, "--methods", "broken", "--set", "methods.broken={solve.step: {dt: -1}}", "--json")
+    assert result.exit_code == 2
+    assert json.loads(result.stdout)["rows"][0]["summary"]["status"] == "refused"
+
+
+def test_compare_writes_table_and_figures(tmp_path):
+    out = tmp_path / "results"
+    result = invoke("compare", AXIAL, "--methods", "modal_10,continuous", "--out", str(out))
+    assert result.exit_code == 0, result.stderr
+    assert "modal_10" in result.stdout
+    assert any(out.iterdir())
+    assert [path.name for path in tmp_path.iterdir()] == ["results"]
+
+
+def test_check_prints_values_in_si():
+    result = invoke("check", str(ROOT / "cases" / "free_rod.yaml"), "--json")
+    assert result.exit_code == 0, result.stderr
+    document = json.loads(result.stdout)
+    assert document["resolved"]["bodies"]["rod"]["material"]["young"] == 2.1e11
+    base = document["methods"]["base"]
+    assert base["status"] == "accepted"
+    assert base["dt"] * base["steps"] == pytest.approx(document["resolved"]["solve"]["duration"], rel=1e-2)
+    text = invoke("check", str(ROOT / "cases" / "free_rod.yaml"))
+    assert "young: 210000000000.0" in text.stdout
+
+
+def test_check_tells_of_every_refused_method(tmp_path):
+    path = tmp_path / "case.yaml"
+    path.write_text((ROOT / "cases" / "free_rod.yaml").read_text() + "  long: {solve.step: {dt: -1}}\n")
+    result = invoke("check", str(path))
+    assert result.exit_code == 2
+    assert "solve.step.dt: -1 s is out of range" in result.stderr
+    assert "status: refused" in result.stdout
+
+
+def test_schema_is_json():
+    assert json.loads(invoke("schema").stdout)["title"] == "impactlab case, format 1"
+
+
+def test_plugins_lists_what_is_installed():
+    result = invoke("plugins")
+    assert result.exit_code == 0
+    assert "impactlab.contact_laws" in result.stdout
+    assert "wave_identification" in result.stdout
+    names = [part["name"] for part in json.loads(invoke("plugins", "--json").stdout)["parts"]]
+    assert "newmark" in names
+
+
+def test_cite_prints_bibtex():
+    result = invoke("cite", AXIAL)
+    assert "@article{EscalonaMayoDominguez1999," in result.stdout
+    assert json.loads(invoke("cite", AXIAL, "--json").stdout)["keys"] == ["EscalonaMayoDominguez1999", "Newmark1959"]
+
+
+def test_new_writes_a_case_that_runs(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert invoke("new", "mine").exit_code == 0
+    case = load_case("mine.yaml")
+    assert case.method_names == ("base", "exact", "penalty")
+    for name in case.method_names:
+        case.method(name)
+    again = invoke("new", "mine")
+    assert again.exit_code == 2
+    assert "'mine.yaml' is already there" in again.stderr
+    for name in ("../mine", "a/b", "", ".hidden"):
+        assert invoke("new", name).exit_code == 2
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.yaml"]
+
+
+def test_a_run_that_fails_leaves_with_1(monkeypatch, tmp_path):
+    def fail(case, progress=None):
+        raise StepError("the law has no answer", time=1e-5, step=7)
+
+    monkeypatch.setattr(api, "run", fail)
+    result = invoke("run", AXIAL, "--json", "--out", str(tmp_path / "results"))
+    assert result.exit_code == 1
+    document = json.loads(result.stdout)
+    assert document["status"] == "failed"
+    assert document["reached"] == {"time": 1e-5, "step": 7}
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_plugin_that_raises_leaves_with_1_and_no_traceback(monkeypatch):
+    def fail(case, progress=None):
+        raise ZeroDivisionError("oh")
+
+    monkeypatch.setattr(api, "run", fail)
+    result = invoke("run", AXIAL, "--json")
+    assert result.exit_code == 1
+    assert "ZeroDivisionError: oh" in result.stderr
+    assert "Traceback" not in result.output
+    assert json.loads(result.stdout)["error"]["kind"] == "ZeroDivisionError"
+
+
+def test_ctrl_c_leaves_with_130(monkeypatch, tmp_path):
+    def interrupt(case, progress=None):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(api, "run", interrupt)
+    result = invoke("run", AXIAL, "--out", str(tmp_path / "results"))
+    assert result.exit_code == 130
+    assert "interrupted" in result.stderr
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_folder_of_somebody_else_is_never_replaced(tmp_path):
+    mine = tmp_path / "mine"
+    mine.mkdir()
+    (mine / "thesis.tex").write_text("years of work")
+    result = invoke("run", AXIAL, "--out", str(mine))
+    assert result.exit_code == 2
+    assert "holds what impactlab did not write, such as 'thesis.tex'" in result.stderr
+    assert (mine / "thesis.tex").read_text() == "years of work"
+
+
+def test_output_folder_is_all_or_nothing(tmp_path):
+    out = tmp_path / "out"
+
+    def fail() -> None:
+        with output.output_folder(out) as draft:
+            (draft / "half").write_text("x")
+            raise RuntimeError
+
+    with pytest.raises(RuntimeError):
+        fail()
+    assert not list(tmp_path.iterdir())
+    for text in ("one", "two"):
+        with output.output_folder(out) as draft:
+            (draft / "whole").write_text(text)
+        assert (out / "whole").read_text() == text
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]
+    (out / "note").write_text("mine")
+    with pytest.raises(CaseError, match="such as 'note'"), output.output_folder(out):
+        pass
+
+
+def test_output_folder_needs_a_place(tmp_path):
+    (tmp_path / "file").write_text("x")
+    with pytest.raises(CaseError, match="is not a folder"):
+        output.check_target(tmp_path / "file")
+    with pytest.raises(CaseError, match="there is no folder"):
+        output.check_target(tmp_path / "no" / "such")
