@@ -1,0 +1,173 @@
+"""Momentum and energy of the rods of an exact history, and its energy book."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from impactlab.exact.network import Layout, Link
+from impactlab.exact.signals import Signals
+from impactlab.history import EnergyBook
+from impactlab.scene import Mass, Rod, Scene
+from impactlab.types import Array
+
+MOST_SAMPLES = 4000
+EVEN_SAMPLES = 201
+
+
+def link_momentum(layout: Layout, signals: Signals, link: Link, t: Array) -> Array:
+    """Return the momentum of a link [N s]: Z times the waves inside it, integrated over their emission."""
+    z = float(layout.network.impedance[link.left_end])
+    inside = sum(
+        (signals.carried(end)(t) - signals.carried(end)(t - link.transit) for end in (link.left_end, link.right_end)),
+        np.zeros_like(t),
+    )
+    return np.asarray(z * (inside + 0.5 * layout.network.gravity * link.transit**2))
+
+
+def link_energy(layout: Layout, signals: Signals, link: Link, t: Array) -> Array:
+    """Return kinetic and strain energy of a link [J]: Z times the integral of both waves squared."""
+    net = layout.network
+    z = float(net.impedance[link.left_end])
+    g = net.gravity
+    lag = link.transit
+    total = np.zeros_like(t)
+    for end in (link.left_end, link.right_end):
+        wave, carried = signals.wave(end), signals.carried(end)
+        total += wave.integral(t, True) - wave.integral(t - lag, True)
+        if g != 0.0:  # on the way a wave gains g/2 times its age
+            first = -carried(t - lag) * lag + carried.integral(t, False) - carried.integral(t - lag, False)
+            total += g * first + g * g * lag**3 / 12.0
+    return z * total
+
+
+def rod_momentum(layout: Layout, signals: Signals, name: str, t: Array) -> Array:
+    """Return the momentum of a rod with its end masses [N s], shape of t (n,)."""
+    total = np.zeros_like(t)
+    for link in layout.links[name]:
+        total += link_momentum(layout, signals, link, t)
+    for node in layout.nodes[name]:
+        mass = float(layout.network.mass[node])
+        if 0.0 < mass < np.inf:
+            total += mass * signals.velocity(node)(t)
+    return total
+
+
+def rod_energy(layout: Layout, signals: Signals, name: str, t: Array) -> Array:
+    """Return the energy of a rod with its end masses and end springs [J], shape of t (n,)."""
+    total = np.zeros_like(t)
+    for link in layout.links[name]:
+        total += link_energy(layout, signals, link, t)
+    net = layout.network
+    for node in layout.nodes[name]:
+        if 0.0 < net.mass[node] < np.inf:
+            total += 0.5 * net.mass[node] * signals.velocity(node)(t) ** 2
+        if net.spring[node] > 0.0:
+            total += 0.5 * net.spring[node] * signals.displacement(node)(t) ** 2
+    return total
+
+
+def sample_times(signals: Signals, layout: Layout, duration: float) -> Array:
+    """Return the instants of the book: breaks of all junctions, thinned where they are many, and an equal grid."""
+    log = signals.log
+    stops = [log.stop[j, : log.count[j]] for j in range(len(layout.network.node_of) - 1)]
+    breaks = np.unique(np.concatenate(stops))
+    breaks = breaks[(breaks > 0.0) & (breaks < duration)]
+    if len(breaks) > MOST_SAMPLES:
+        breaks = breaks[:: len(breaks) // MOST_SAMPLES + 1]
+    return np.unique(np.concatenate([np.linspace(0.0, duration, EVEN_SAMPLES), breaks]))
+
+
+def contact_energies(layout: Layout, signals: Signals, t: Array) -> tuple[Array, Array]:
+    """Return what the contact springs hold and what the contacts have lost [J], each of shape (n,).
+
+    While the force is up the dashpot loses d d'^2; a spring that lost its force behind the contact gives nothing
+    back: it relaxes against the dashpot, so what it holds is lost as its face returns.
+    """
+    net = layout.network
+    held = np.zeros_like(t)
+    lost = np.zeros_like(t)
+    for c in range(len(net.left)):
+        k, d = float(net.stiffness[c]), float(net.damping[c])
+        if k < 0.0:
+            continue
+        left, right = signals.displacement(int(net.left[c])), signals.displacement(int(net.right[c]))
+
+        def depth(at: Array, left_u: object = left, right_u: object = right, gap: float = float(net.gap[c])) -> Array:
+            return np.asarray(np.maximum(0.0, left(at) - right(at) - gap))
+
+        held += 0.5 * k * depth(t) ** 2
+        if d == 0.0:
+            continue
+        force = signals.force(c)
+        begins = np.maximum(force.start, 0.0)
+        x, w = np.polynomial.legendre.leggauss(len(force.table) + 2)
+        va, vb = signals.velocity(int(net.left[c])), signals.velocity(int(net.right[c]))
+        loaded = np.any(force.table != 0.0, axis=0)
+
+        def loss(piece: Array, until: Array) -> Array:
+            begin = begins[piece]
+            half = 0.5 * (until - begin)
+            at = begin[:, None] + half[:, None] * (x + 1.0)
+            y = (2.0 * at - force.start[piece][:, None] - force.stop[piece][:, None]) / force.width[piece][:, None]
+            wide = np.broadcast_to(piece[:, None], y.shape)
+            from impactlab.exact.signals import clenshaw
+
+            rate = clenshaw(va.table, wide, y) - clenshaw(vb.table, wide, y)
+            damped = d * (rate * rate) @ w * half
+            relaxed = 0.5 * k * (depth(begin) ** 2 - depth(until) ** 2)
+            return np.asarray(np.where(loaded[piece], damped, np.maximum(relaxed, 0.0)))
+
+        every = np.arange(len(force.stop))
+        whole = np.concatenate([[0.0], np.cumsum(np.where(force.stop > 0.0, loss(every, force.stop), 0.0))])
+        piece = force.pieces(t)
+        lost += whole[piece] + np.where(t > begins[piece], loss(piece, np.maximum(t, begins[piece])), 0.0)
+    return held, lost
+
+
+def energy_book(scene: Scene, layout: Layout, signals: Signals, duration: float) -> EnergyBook:
+    """Return the energies of a history at its breaks and on an equal grid."""
+    net = layout.network
+    t = sample_times(signals, layout, duration)
+    bodies: dict[str, Array] = {}
+    work = np.zeros_like(t)
+    for name, body in scene.bodies.items():
+        if isinstance(body, Mass):
+            node = layout.nodes[name][0]
+            bodies[name] = 0.5 * body.mass * signals.velocity(node)(t) ** 2
+            work += body.mass * net.gravity * (signals.displacement(node)(t) - signals.displacement(node)(t[:1]))
+        elif isinstance(body, Rod):
+            bodies[name] = rod_energy(layout, signals, name, t)
+            if net.gravity != 0.0:
+                work += gravity_work(layout, signals, name, t)
+        else:
+            bodies[name] = np.zeros_like(t)
+    ends = np.zeros_like(t)
+    for node in np.flatnonzero(net.dashpot > 0.0):
+        velocity = signals.velocity(int(node))
+        spent = velocity.integral(t, True) - velocity.integral(np.zeros(1), True)
+        ends += net.dashpot[node] * spent
+    stored, lost = contact_energies(layout, signals, t)
+    return EnergyBook(t, bodies, stored, {"contact": lost, "ends": ends, "unresolved": np.zeros_like(t)}, work)
+
+
+def gravity_work(layout: Layout, signals: Signals, name: str, t: Array) -> Array:
+    """Return the work of gravity on a rod [J]: g times the integral of its momentum."""
+    net = layout.network
+    g = net.gravity
+    total = np.zeros_like(t)
+    for link in layout.links[name]:
+        z = float(net.impedance[link.left_end])
+        for end in (link.left_end, link.right_end):
+            carried = signals.carried(end)
+
+            def inside(at: Array, lag: float = link.transit) -> Array:
+                return carried.integral(at, False) - carried.integral(at - lag, False)
+
+            total += z * g * (inside(t) - inside(t[:1]))
+        total += z * g * 0.5 * g * link.transit**2 * t
+    for node in layout.nodes[name]:
+        mass = float(net.mass[node])
+        if 0.0 < mass < np.inf:
+            displacement = signals.displacement(node)
+            total += mass * g * (displacement(t) - displacement(t[:1]))
+    return total

@@ -1,0 +1,262 @@
+"""What the exact solver returns: any channel at any time, from the waves themselves."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from impactlab.errors import CaseError
+from impactlab.exact.energies import energy_book
+from impactlab.exact.network import Layout, Link, Log
+from impactlab.exact.signals import Signals
+from impactlab.grazing import near_grazing
+from impactlab.history import AbstractHistory, ContactSpan, Cost, EnergyBook, Event, Field, Warned
+from impactlab.scene import Mass, Rod, Scene
+from impactlab.types import Array
+
+JUMP = 1.0e-9  # of the largest velocity: breaks below are no jumps
+QUANTITIES = ("displacement", "velocity", "strain", "stress", "force")
+FIELD_POINTS = 401
+
+
+class Place(NamedTuple):
+    """A place on a rod: its uniform piece and how long a wave takes there from the piece's left end."""
+
+    link: Link
+    way: float  # s
+
+
+class ContinuousHistory(AbstractHistory):
+    """The exact history of a scene; also answers places on a rod that no probe named.
+
+    Spans, energies and warnings are worked out when first asked for.
+    """
+
+    def __init__(self, scene: Scene, layout: Layout, log: Log, duration: float) -> None:
+        self.duration = duration
+        self.scene = scene
+        self.layout = layout
+        self.signals = Signals(layout, log)
+        self.cost = Cost(steps=int(log.tally[2]))
+        names = [contact.name for contact in scene.contacts]
+        self._contact = {names[place]: c for c, place in enumerate(layout.places)}
+        self._speed = float(log.scale[0])
+        self._exact_x = {probe.channel: probe.x for probe in scene.probes}
+        count = int(log.tally[1])
+        self._dated = sorted(
+            (float(log.event_time[k]), k, names[layout.places[log.event_contact[k]]], bool(log.event_kind[k]))
+            for k in range(count)
+            if log.event_time[k] <= duration
+        )
+        self.events = tuple(Event(t, name, "close" if closes else "open") for t, _, name, closes in self._dated)
+        self._spans: tuple[ContactSpan, ...] | None = None
+        self._book: EnergyBook | None = None
+        self._warned: list[Warned] | None = None
+
+    @property
+    def contacts(self) -> tuple[ContactSpan, ...]:
+        """Periods of contact in order of their start, with impulse [N s] and peak force [N]."""
+        if self._spans is None:
+            self._spans = self._find_spans()
+        return self._spans
+
+    @contacts.setter
+    def contacts(self, spans: tuple[ContactSpan, ...]) -> None:
+        self._spans = spans
+
+    @property
+    def energy(self) -> EnergyBook:
+        """Energies at every break and on an equal grid."""
+        if self._book is None:
+            self._book = energy_book(self.scene, self.layout, self.signals, self.duration)
+        return self._book
+
+    @energy.setter
+    def energy(self, book: EnergyBook) -> None:
+        self._book = book
+
+    @property
+    def warnings(self) -> list[Warned]:
+        """Warnings; looked for when first asked for."""
+        if self._warned is None:
+            self._warned = []
+            if np.isfinite(self.scene.round_trip):
+                for contact in self.scene.contacts:
+                    text = near_grazing(self, contact.name, self.scene.round_trip)
+                    if text is not None:
+                        self._warned.append(Warned("near_grazing", text))
+        return self._warned
+
+    @warnings.setter
+    def warnings(self, warned: list[Warned]) -> None:
+        self._warned = warned
+
+    def _find_spans(self) -> tuple[ContactSpan, ...]:
+        spans = []
+        for name, contact in self._contact.items():
+            force = self.signals.force(contact)
+            began: float | None = None
+            dated = [event for event in self.events if event.contact == name]
+            for event in [*dated, Event(self.duration, name, "open")]:
+                if event.kind == "close":
+                    began = event.time
+                elif began is not None:
+                    slack = force.tolerance
+                    chosen = np.flatnonzero((force.start >= began - slack) & (force.stop <= event.time + slack))
+                    last = event is not dated[-1] and len(dated) > 0 and event.time >= self.duration
+                    ends = None if last or not any(event is item for item in dated) else event.time
+                    peak = max(0.0, force.peak(chosen)) if len(chosen) else 0.0
+                    impulse = force.impulse(chosen) if len(chosen) else 0.0
+                    spans.append(ContactSpan(name, began, ends, impulse, peak))
+                    began = None
+        return tuple(sorted(spans, key=lambda span: span.start))
+
+    def channels(self) -> tuple[str, ...]:
+        names = [probe.channel for probe in self.scene.probes]
+        for name, body in self.scene.bodies.items():
+            if isinstance(body, Mass):
+                names += [f"position:{name}", f"velocity:{name}"]
+            if isinstance(body, Mass | Rod):
+                names += [f"momentum:{name}", f"energy:{name}"]
+        for contact in self.scene.contacts:
+            names += [f"force:{contact.name}", f"gap:{contact.name}"]
+        return tuple(dict.fromkeys(names))
+
+    def evaluate(self, t: ArrayLike, channel: str) -> Array:
+        times = np.asarray(t, dtype=float)
+        flat = np.clip(times.ravel(), 0.0, self.duration)
+        return np.asarray(self._answer(flat, channel).reshape(times.shape))
+
+    def _answer(self, t: Array, channel: str) -> Array:
+        quantity, _, rest = channel.partition(":")
+        if rest in self._contact and quantity in ("force", "gap"):
+            contact = self._contact[rest]
+            if quantity == "force":
+                return self.signals.force(contact)(t)
+            net = self.layout.network
+            left, right = (self.signals.displacement(int(node[contact])) for node in (net.left, net.right))
+            return np.asarray(net.gap[contact] + right(t) - left(t))
+        name, at, x = rest.rpartition("@")
+        if at and quantity in QUANTITIES and isinstance(self.scene.bodies.get(name), Rod):
+            place = self._place(name, channel, x)
+            return self._wave(t, quantity, place)
+        body = self.scene.bodies.get(rest)
+        if isinstance(body, Mass) and quantity in ("position", "velocity", "momentum", "energy"):
+            node = self.layout.nodes[rest][0]
+            if quantity == "position":
+                return self.signals.displacement(node)(t)
+            v = self.signals.velocity(node)(t)
+            return {"velocity": v, "momentum": body.mass * v, "energy": 0.5 * body.mass * v * v}[quantity]
+        if isinstance(body, Rod) and quantity in ("momentum", "energy"):
+            from impactlab.exact import energies
+
+            answer = energies.rod_momentum if quantity == "momentum" else energies.rod_energy
+            return answer(self.layout, self.signals, rest, t)
+        raise CaseError(
+            f"'{channel}' is not a channel of this history",
+            remedy=f"Channels: {', '.join(self.channels())}, and {'|'.join(QUANTITIES)}:rod@x at any x of a rod.",
+        )
+
+    def _place(self, name: str, channel: str, text: str) -> Place:
+        """Return the place of a channel; x of a probe is taken as the probe has it, not as its name rounds it."""
+        body = self.scene.bodies[name]
+        assert isinstance(body, Rod)
+        try:
+            x = self._exact_x[channel] if channel in self._exact_x else float(text)
+        except ValueError:
+            x = np.nan
+        if not -1e-9 * body.length <= x <= (1.0 + 5e-6) * body.length:
+            raise CaseError(
+                f"'{channel}': x lies outside rod '{name}'", remedy=f"Give x between 0 and {body.length:g} m."
+            )
+        links = self.layout.links[name]
+        link = next((item for item in links if x < item.x + item.length * (1.0 - 1e-12)), links[-1])
+        way = (x - link.x) / link.wave_speed
+        if way > link.transit * (1.0 - 5e-6):  # names carry six digits: what rounds to the end is the end
+            way = link.transit if link is links[-1] or channel in self._exact_x and x == link.x + link.length else way
+        return Place(link, min(max(way, 0.0), link.transit))
+
+    def _wave(self, t: Array, quantity: str, place: Place) -> Array:
+        link, way = place
+        g = self.layout.network.gravity
+        back = link.transit - way
+        if quantity == "displacement":
+            moved = self.signals.carried(link.left_end)(t - way) + self.signals.carried(link.right_end)(t - back)
+            return np.asarray(moved + 0.5 * g * (link.transit * t + way * back) + self._rest(link))
+        right = self.signals.wave(link.left_end)(t - way) + 0.5 * g * way
+        left = self.signals.wave(link.right_end)(t - back) + 0.5 * g * back
+        if quantity == "velocity":
+            return np.asarray(right + left)
+        factor = {
+            "strain": 1.0 / link.wave_speed,
+            "stress": link.density * link.wave_speed,
+            "force": link.density * link.wave_speed * link.area,
+        }[quantity]
+        return np.asarray(factor * (right - left))
+
+    def _rest(self, link: Link) -> float:
+        """Constant of the displacement of a link: its left end at t = 0."""
+        node = int(self.layout.network.end_node[link.left_end])
+        start = self._initial(node)
+        zero = np.zeros(1)
+        return start - float(self.signals.carried(link.right_end)(zero - link.transit)[0])
+
+    def _initial(self, node: int) -> float:
+        displacement = self.signals.displacement(node)
+        first = int(displacement.pieces(np.zeros(1))[0])
+        signs = np.where(np.arange(len(displacement.table)) % 2 == 0, 1.0, -1.0)
+        return float(np.sum(displacement.table[:, first] * signs))
+
+    def field(self, body: str, t: float, quantity: str) -> Field:
+        rod = self.scene.bodies.get(body)
+        if not isinstance(rod, Rod) or quantity not in QUANTITIES:
+            raise CaseError(
+                f"no field '{quantity}' of '{body}'", remedy=f"Fields: {', '.join(QUANTITIES)} of a rod."
+            )
+        x = np.linspace(0.0, rod.length, FIELD_POINTS)
+        values = np.empty_like(x)
+        links = self.layout.links[body]
+        time = np.clip(float(t), 0.0, self.duration)
+        for i, link in enumerate(links):
+            mine = (x >= link.x) & ((x < link.x + link.length) | (i == len(links) - 1))
+            ways = np.clip((x[mine] - link.x) / link.wave_speed, 0.0, link.transit)
+            values[mine] = self._along(time, quantity, link, ways)
+        return Field(x, values)
+
+    def _along(self, t: float, quantity: str, link: Link, ways: Array) -> Array:
+        """Return a quantity at many places of one link at one time."""
+        return np.array([float(self._wave(np.array([t]), quantity, Place(link, float(way)))[0]) for way in ways])
+
+    def jumps(self, channel: str) -> Array:
+        quantity, _, rest = channel.partition(":")
+        floor = JUMP * self._speed
+        if rest in self._contact and quantity in ("force", "gap"):
+            if quantity == "gap":
+                return np.zeros(0)
+            contact = self._contact[rest]
+            scale = float(self.layout.network.contact_impedance[contact])
+            found = self.signals.force(contact).jumps(floor * scale)
+            return np.asarray(found[(found >= 0.0) & (found <= self.duration)])
+        name, at, x = rest.rpartition("@")
+        if not at or quantity == "displacement" or not isinstance(self.scene.bodies.get(name), Rod):
+            self._answer(np.zeros(1), channel)  # refuses what is no channel
+            return np.zeros(0)
+        place = self._place(name, channel, x)
+        link, way = place
+        times = np.concatenate(
+            [
+                self.signals.wave(link.left_end).jumps(floor) + way,
+                self.signals.wave(link.right_end).jumps(floor) + (link.transit - way),
+            ]
+        )
+        times = np.unique(times[(times >= 0.0) & (times <= self.duration)])
+        if len(times) == 0:
+            return times
+        slack = 4.0 * self.layout.network.tolerance
+        times = times[np.concatenate([[True], np.diff(times) > slack])]
+        shape = {"velocity": 1.0, "strain": 1.0 / link.wave_speed, "stress": link.density * link.wave_speed}
+        scale = shape.get(quantity, link.density * link.wave_speed * link.area)
+        before, after = self._wave(times - slack, quantity, place), self._wave(times + slack, quantity, place)
+        return np.asarray(times[(np.abs(after - before) > 10.0 * floor * scale) | (times <= slack)])

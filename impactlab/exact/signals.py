@@ -1,0 +1,159 @@
+"""Signals of a solved network at any time: rows of Chebyshev pieces and their integrals."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from impactlab.exact.network import Integers, Layout, Log
+from impactlab.types import Array
+
+
+def clenshaw(table: Array, piece: Integers, y: Array) -> Array:
+    """Return the series table[:, piece] at y, shape of y; table is (coefficients, pieces)."""
+    b1 = np.zeros_like(y)
+    b2 = np.zeros_like(y)
+    twice = 2.0 * y
+    for k in range(len(table) - 1, 0, -1):
+        b1, b2 = twice * b1 - b2 + table[k][piece], b1
+    return np.asarray(y * b1 - b2 + table[0][piece])
+
+
+class Signal:
+    """One row of a junction's records: a function of time in pieces."""
+
+    def __init__(self, start: Array, stop: Array, table: Array, tolerance: float) -> None:
+        self.start = start  # (pieces,) s
+        self.stop = stop  # (pieces,) s
+        self.table = table  # (coefficients, pieces)
+        self.tolerance = tolerance  # s; a time this near below a break counts as after it
+        self._squares: Array | None = None
+        self._integrals: Array | None = None
+
+    def pieces(self, t: Array) -> Integers:
+        """Return the number of the piece of every time."""
+        return np.minimum(np.searchsorted(self.stop, t + self.tolerance, side="right"), len(self.stop) - 1)
+
+    def __call__(self, t: Array) -> Array:
+        """Return the values at t [s], any shape; at a jump the value after it."""
+        piece = self.pieces(t)
+        return clenshaw(self.table, piece, (2.0 * t - self.start[piece] - self.stop[piece]) / self.width[piece])
+
+    @property
+    def width(self) -> Array:
+        """Length of every piece [s]."""
+        return self.stop - self.start
+
+    def jumps(self, floor: float) -> Array:
+        """Return the breaks at which the signal jumps by more than the floor [s]."""
+        signs = np.where(np.arange(len(self.table)) % 2 == 0, 1.0, -1.0)[:, None]
+        after = np.sum(self.table[:, 1:] * signs, axis=0)
+        before = np.sum(self.table[:, :-1], axis=0)
+        return np.asarray(self.start[1:][np.abs(after - before) > floor])
+
+    def impulse(self, chosen: Integers) -> float:
+        """Return the integral over the chosen pieces."""
+        k = np.arange(0, len(self.table), 2)
+        return float(np.sum((self.table[::2, chosen] / (1.0 - k * k)[:, None]) * self.width[chosen]))
+
+    def peak(self, chosen: Integers) -> float:
+        """Return the largest value on the chosen pieces: their ends and the zeros of the derivative nearby."""
+        best = -np.inf
+        y0 = np.cos(np.pi * np.arange(4 * len(self.table), -1, -1) / (4 * len(self.table)))
+        for r in chosen:
+            column = self.table[:, r]
+            values = np.polynomial.chebyshev.chebval(y0, column)
+            i = int(np.argmax(values))
+            best = max(best, float(values[i]))
+            if 0 < i < len(y0) - 1:
+                slope = np.polynomial.chebyshev.chebder(column)
+                bend = np.polynomial.chebyshev.chebder(slope)
+                y = float(y0[i])
+                for _ in range(6):
+                    down = float(np.polynomial.chebyshev.chebval(y, bend))
+                    if down >= 0.0:
+                        break
+                    y = min(max(y - float(np.polynomial.chebyshev.chebval(y, slope)) / down, y0[i - 1]), y0[i + 1])
+                best = max(best, float(np.polynomial.chebyshev.chebval(y, column)))
+        return best
+
+    def _gauss(self, piece: Integers, y: Array, square: bool) -> Array:
+        """Return the integral of the signal or its square from the start of the piece to y, shape of y."""
+        points = len(self.table) + 1 if square else len(self.table) // 2 + 2
+        x, w = np.polynomial.legendre.leggauss(points)
+        half = 0.5 * (y + 1.0)
+        at = half[:, None] * (x + 1.0) - 1.0
+        values = clenshaw(self.table, np.broadcast_to(piece[:, None], at.shape), at)
+        total = (values * values if square else values) @ w
+        return np.asarray(total * half * 0.5 * self.width[piece])
+
+    def integral(self, t: Array, square: bool) -> Array:
+        """Return the integral from the first piece on of the signal or its square, shape of t (n,)."""
+        whole = self._squares if square else self._integrals
+        if whole is None:
+            every = np.arange(len(self.stop))
+            whole = np.concatenate([[0.0], np.cumsum(self._gauss(every, np.ones(len(every)), square))])
+            if square:
+                self._squares = whole
+            else:
+                self._integrals = whole
+        piece = self.pieces(t)
+        y = (2.0 * t - self.start[piece] - self.stop[piece]) / self.width[piece]
+        return np.asarray(whole[piece] + self._gauss(piece, y, square))
+
+
+class Signals:
+    """All signals of a solved network, made when first asked for."""
+
+    def __init__(self, layout: Layout, log: Log) -> None:
+        self.layout = layout
+        self.log = log
+        self._made: dict[tuple[int, int], Signal] = {}
+
+    def _signal(self, j: int, row: int) -> Signal:
+        key = (j, row)
+        if key not in self._made:
+            log = self.log
+            count = int(log.count[j])
+            sizes = log.size[j, :count]
+            table = np.zeros((int(np.max(sizes)), count))
+            for r in range(count):
+                at = int(log.offset[j, r]) + row * int(sizes[r])
+                table[: sizes[r], r] = log.pool[at : at + sizes[r]]
+            keep = np.flatnonzero(np.any(table != 0.0, axis=1))
+            table = table[: keep[-1] + 1 if len(keep) else 1]
+            self._made[key] = Signal(
+                log.start[j, :count].copy(), log.stop[j, :count].copy(), table, self.layout.network.tolerance
+            )
+        return self._made[key]
+
+    def _sizes(self, j: int) -> tuple[int, int]:
+        net = self.layout.network
+        return int(net.node_of[j + 1] - net.node_of[j]), int(net.end_of[j + 1] - net.end_of[j])
+
+    def velocity(self, node: int) -> Signal:
+        """Velocity of a node [m/s]."""
+        j = int(self.layout.node_junction[node])
+        return self._signal(j, node - int(self.layout.network.node_of[j]))
+
+    def displacement(self, node: int) -> Signal:
+        """Displacement of a node [m]."""
+        j = int(self.layout.node_junction[node])
+        return self._signal(j, self._sizes(j)[0] + node - int(self.layout.network.node_of[j]))
+
+    def wave(self, end: int) -> Signal:
+        """Wave emitted by an end [m/s], from one transit before t = 0 on."""
+        j = int(self.layout.network.end_junction[end])
+        return self._signal(j, 2 * self._sizes(j)[0] + end - int(self.layout.network.end_of[j]))
+
+    def carried(self, end: int) -> Signal:
+        """Time integral of the wave emitted by an end [m]; 0 at t = 0."""
+        j = int(self.layout.network.end_junction[end])
+        nodes, ends = self._sizes(j)
+        return self._signal(j, 2 * nodes + ends + end - int(self.layout.network.end_of[j]))
+
+    def force(self, contact: int) -> Signal:
+        """Force of a contact of the network [N]."""
+        net = self.layout.network
+        j = int(self.layout.node_junction[net.left[contact]])
+        nodes, ends = self._sizes(j)
+        return self._signal(j, 2 * nodes + 2 * ends + contact - int(net.contact_of[j]))

@@ -1,0 +1,57 @@
+"""The warning that a run sits near a grazing contact, where small errors change the number of contacts."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from impactlab.history import AbstractHistory
+
+SHALLOW = 0.10  # of the largest gap of the flight so far: a minimum below nearly touches
+SHORT = 0.07  # round trips: a contact shorter than this nearly did not happen
+SAMPLES = 512  # of the gap per round trip
+MOST_SAMPLES = 50_000
+
+
+def near_grazing(history: AbstractHistory, contact_name: str, round_trip: float, dt: float = 0.0) -> str | None:
+    """Return the text of the warning ``near_grazing``, or None where no contact of this name is near grazing.
+
+    Two signs: inside a flight (from an opening on) the gap has a local minimum, not ended by contact there, below
+    10 % of the largest gap between opening and that minimum; or a contact lasts less than 0.07 round trips.
+
+    Parameters
+    ----------
+    history : AbstractHistory
+        A run, computed or exact.
+    contact_name : str
+        As in its events: ``hammer|rod.left``.
+    round_trip : float
+        T [s].
+    dt : float, optional
+        Step [s] of a stepped run: contacts shorter than three steps are left to chance and not reported.
+    """
+    spans = [span for span in history.contacts if span.contact == contact_name]
+    for span in spans:
+        if span.end is not None and 3.0 * dt <= span.end - span.start < SHORT * round_trip:
+            lasts = (span.end - span.start) / round_trip
+            return (
+                f"{contact_name}: the contact at {span.start:.6g} s lasts only {lasts:.3g} round trips; "
+                "a small change of the case or of the method may make it vanish"
+            )
+    for number, span in enumerate(spans):
+        if span.end is None:
+            continue
+        until = spans[number + 1].start if number + 1 < len(spans) else history.duration
+        count = int(min(MOST_SAMPLES, 16 + SAMPLES * (until - span.end) / round_trip))
+        t = np.linspace(span.end, until, count)
+        gap = history.evaluate(t, f"gap:{contact_name}")
+        largest = np.maximum.accumulate(gap)
+        inner = 1 + np.flatnonzero((gap[1:-1] < gap[:-2]) & (gap[1:-1] <= gap[2:]))
+        near = inner[gap[inner] < SHALLOW * largest[inner]]
+        if len(near):
+            i = int(near[0])
+            share = 100.0 * gap[i] / largest[i]
+            return (
+                f"{contact_name}: at {t[i]:.6g} s the faces come within {share:.3g} % of their largest distance without "
+                "touching; a small change of the case or of the method may add a contact"
+            )
+    return None
