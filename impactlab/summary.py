@@ -200,7 +200,8 @@ def table_rows(comparison: Mapping[str, Any]) -> list[dict[str, Any]]:
 def _table_row(name: str, summary: Mapping[str, Any]) -> dict[str, Any]:
     row: dict[str, Any] = dict.fromkeys(COLUMNS) | {"method": name}
     if summary["status"] != "completed":
-        return row | {"failure": f"{summary['status']}: {summary.get('error', {}).get('text', '')}".strip(": ")}
+        reason = " ".join(str(summary.get("error", {}).get("text", "")).split())
+        return row | {"failure": f"{summary['status']}: {reason}".strip(": ")}
     used, errors = summary["method"], summary["errors"] or {}
     openings = [event["time"] for event in summary["events"] if event["kind"] == "open"]
     kicks = [span["kicks"] for span in summary["contacts"] if span.get("kicks") is not None]

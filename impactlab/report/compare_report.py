@@ -1,0 +1,164 @@
+"""The output folder of a comparison: table, figures, page."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from impactlab.history import AbstractHistory
+from impactlab.report import balance, facts, fields, overview, plots
+from impactlab.report.page import Page, Plate, write_page
+from impactlab.report.sketch import sketch
+from impactlab.report.style import Trace, traces
+from impactlab.report.table import comma_separated, markdown, page_rows
+from impactlab.scene import Scene
+from impactlab.summary import COLUMNS, cell
+
+
+def write_comparison(
+    out_dir: Path,
+    comparison: Mapping[str, Any],
+    histories: Mapping[str, AbstractHistory],
+    scene: Scene,
+    reference: tuple[str, AbstractHistory] | None,
+    title: str = "",
+    source: str = "",
+    references: Mapping[str, AbstractHistory] | None = None,
+) -> None:
+    """Write comparison.json, table.md, table.csv, figures/*.svg and *.png, and index.html into an empty folder.
+
+    Parameters
+    ----------
+    out_dir : Path
+        An existing folder; the caller makes it appear under its name only when all is written.
+    comparison : mapping
+        The comparison (`impactlab.summary.comparison`); rows that failed are shown as such.
+    histories : mapping
+        Histories of the methods that ended, by name.
+    scene : Scene
+        Bodies, contacts, duration and snapshots, the same for all methods.
+    reference : (str, AbstractHistory) or None
+        The answer the errors were measured against.
+    title, source : str
+        What the case says of itself.
+    references : mapping, optional
+        Where methods are judged by answers of their own: name of the method to that history.
+    """
+    out_dir = Path(out_dir)
+    (out_dir / "comparison.json").write_text(json.dumps(comparison, indent=2) + "\n", encoding="utf-8")
+    (out_dir / "table.md").write_text(markdown(comparison), encoding="utf-8")
+    (out_dir / "table.csv").write_text(comma_separated(comparison), encoding="utf-8")
+    if references is None:
+        references = dict.fromkeys(histories, reference[1]) if reference else {}
+    case = str(comparison["case"])
+    page = Page(
+        kicker=f"impactlab · {len(comparison['rows'])} methods compared",
+        title=title or case,
+        case=case,
+        source=source,
+        sketch=sketch(scene),
+        facts=facts.scene_facts(scene),
+        method=[],
+        findings=facts.findings(comparison),
+        headings=list(COLUMNS.items()),
+        rows=page_rows(comparison),
+        table_caption=overview.table_caption(reference is not None),
+        figures=plates(comparison, traces(histories, references), scene),
+        warnings=[
+            (row["name"], warned["code"], warned["text"])
+            for row in comparison["rows"]
+            for warned in row["summary"].get("warnings", ())
+        ],
+        commands=[
+            f"impactlab compare {case}.yaml --methods {','.join(row['name'] for row in comparison['rows'])} --out DIR",
+            f"impactlab cite {case}.yaml",
+        ],
+        files=[
+            ("table.csv", "the table, all digits"),
+            ("table.md", "the table as text"),
+            ("comparison.json", "every summary"),
+            ("figures/", "SVG, PNG"),
+        ],
+    )
+    write_page(out_dir, page)
+
+
+def plates(comparison: Mapping[str, Any], shown: Sequence[Trace], scene: Scene) -> list[Plate]:
+    """Return the figures of a comparison with their captions, what tells most first."""
+    if not shown:
+        return []
+    summaries = {row["name"]: row["summary"] for row in comparison["rows"]}
+    judged = any(trace.reference is not None for trace in shown)
+    dark = " The dark line is the exact answer." if judged else ""
+    figures = []
+    if judged:
+        figures.append(
+            Plate(
+                "errors",
+                "How far off",
+                "Each dot is the error of one method in one norm, all on one logarithmic scale. Further left is better; "
+                "the best of a panel is in bold, a hollow dot is exact to rounding. Who wins depends on the norm.",
+                overview.errors(comparison["rows"]),
+            )
+        )
+    if scene.contacts:
+        figures.append(
+            Plate(
+                "contacts",
+                "Who is in contact when",
+                "A bar is a period of contact, a tick a kick. Dotted lines are the exact touches and openings: a bar "
+                "cut in pieces is chatter, a missing bar a missed contact.",
+                overview.contacts(shown, scene),
+            )
+        )
+    for number, contact in enumerate(scene.contacts):
+        tail = f"_{number + 1}" if len(scene.contacts) > 1 else ""
+        of = f", {contact.name}" if tail else ""
+        figures.append(
+            Plate(
+                f"force{tail}",
+                f"Contact force{of}",
+                f"One panel per method on common axes.{dark} An arrow gives the height of a spike that is cut off.",
+                plots.force(shown, scene, contact.name, force_notes(summaries)),
+            )
+        )
+        figures.append(
+            Plate(
+                f"gap{tail}",
+                f"Gap{of}",
+                f"Left the whole run, right the same near zero, where penetration and near touches show.{dark}",
+                plots.gap(shown, scene, contact.name),
+            )
+        )
+    if scene.contacts:
+        below = (
+            " Below, the largest difference from it so far: the curves rise where a method goes wrong."
+            if judged
+            else ""
+        )
+        words = f"Displacement since the start of what meets in contact.{dark}{below}"
+        figures.append(Plate("displacement", "Displacement", words, plots.displacement(shown, scene)))
+    figures.append(
+        Plate(
+            "energy",
+            "Energy balance",
+            "Energy of bodies and contacts plus booked losses less work, beside its first value: zero for a perfect "
+            "run, above zero is gained from nothing, below is lost without a booking.",
+            balance.energy_balance(shown, scene),
+        )
+    )
+    for body in fields.rods(scene) if scene.snapshots else ():
+        words = f"Along the rod at the snapshots, one row per method.{dark}"
+        figures.append(Plate(f"stress_{body}", f"Stress in {body}", words, fields.snapshots(shown, scene, body)))
+    return figures
+
+
+def force_notes(summaries: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
+    """Return what is written above the panel of each method: its error of the force away from jumps."""
+    notes = {}
+    for name, summary in summaries.items():
+        error = (summary.get("errors") or {}).get("force_away_from_jumps")
+        notes[name] = "" if error is None else "exact" if error < 1e-9 else f"{cell(100 * error)} % off jumps"
+    return notes

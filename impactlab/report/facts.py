@@ -1,0 +1,140 @@
+"""What was run, in words: bodies, contacts and methods, and what the numbers of a comparison say."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from impactlab.report.style import scaled
+from impactlab.scene import Body, End, Mass, Rod, Scene
+from impactlab.summary import cell, in_round_trips, model_label
+
+CLOSE = 1.02  # errors within 2 % of each other are said together
+
+
+def si(value: float, unit: str) -> str:
+    """Return a value with the prefix that makes it short: ``116.4 µs``."""
+    if unit == "kg":
+        return f"{value:.4g} kg"
+    shown = scaled(unit, abs(value))
+    return f"{value / shown.size:.4g} {shown.label}"
+
+
+def scene_facts(scene: Scene) -> list[tuple[str, str]]:
+    """Return the bodies, contacts and scales of a scene as (name, words)."""
+    facts = [(name, _body(body)) for name, body in scene.bodies.items()]
+    facts += [(c.name.replace("|", " | "), f"gap {si(c.gap, 'm') if c.gap else '0'}") for c in scene.contacts]
+    trips = scene.duration / scene.round_trip
+    over = f"{si(scene.duration, 's')}" + (f" = {trips:.4g} T" if math.isfinite(trips) else "")
+    facts.append(("duration", over))
+    if math.isfinite(scene.round_trip):
+        facts.append(("T, round trip of a wave", si(scene.round_trip, "s")))
+    if scene.gravity:
+        facts.append(("gravity", f"{scene.gravity:.4g} m/s²"))
+    return facts
+
+
+def _body(body: Body) -> str:
+    if isinstance(body, Mass):
+        return f"rigid mass, {si(body.mass, 'kg')}, {si(body.velocity, 'm/s') if body.velocity else 'at rest'}"
+    if not isinstance(body, Rod):
+        return "rigid wall"
+    pieces = "; ".join(
+        f"{si(s.length, 'm')} long, Z = {si(s.impedance, 'N s/m')}, c = {s.wave_speed:.4g} m/s" for s in body.segments
+    )
+    moving = f", {si(body.velocity, 'm/s')}" if body.velocity else ""
+    return f"rod, {pieces}, {si(body.mass, 'kg')}{moving}; left {_end(body.left)}, right {_end(body.right)}"
+
+
+def _end(end: End) -> str:
+    units = {"spring": "N/m", "dashpot": "N s/m", "mass": "kg"}
+    return f"{end.kind} {si(end.value, units[end.kind])}" if end.kind in units else end.kind
+
+
+def method_facts(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return how a run was computed as (name, words)."""
+    used = summary["method"]
+    facts = [(f"model of {name}", model_label(model)) for name, model in used["models"].items()]
+    facts += [("contact law", _options(law)) for law in used["laws"]]
+    facts.append(
+        ("integrator", _options(used["integrator"]) if used["integrator"] else "none: solved from event to event")
+    )
+    if used["dt"]:
+        share = in_round_trips(used["dt"], summary)
+        facts.append(("step", si(used["dt"], "s") + (f" = {cell(share)} T" if share else "")))
+    cost = summary["cost"]
+    facts.append(
+        ("cost", f"{cost['steps']} steps, {1e3 * cost['solve_s']:.3g} ms (set-up {1e3 * cost['setup_s']:.3g} ms)")
+    )
+    return facts
+
+
+def _options(part: Mapping[str, Any]) -> str:
+    options = [f"{name} {_value(value)}" for name, value in part.items() if name != "kind" and value is not None]
+    return f"{part['kind']} ({', '.join(options)})" if options else str(part["kind"])
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return ", ".join(f"{name} {_value(item)}" for name, item in value.items())
+    return f"{value:g}" if isinstance(value, float) else str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def findings(comparison: Mapping[str, Any]) -> list[str]:
+    """Return what the numbers of a comparison say, one sentence each."""
+    done = [row for row in comparison["rows"] if row["summary"]["status"] == "completed"]
+    judged = [row for row in done if row["summary"]["errors"]]
+    sentences = []
+    if judged:
+        sentences.append(_closest(judged, "mass_displacement", "displacement of the mass"))
+        sentences.append(_closest(judged, "impulse", "impulse"))
+        sentences += _events(judged)
+    gained = [row for row in done if row["summary"]["energy"]["largest_gain"] > 0.01]
+    if gained:
+        worst = max(gained, key=lambda row: float(row["summary"]["energy"]["largest_gain"]))
+        share = 100.0 * worst["summary"]["energy"]["largest_gain"]
+        sentences.append(
+            f"{_names(gained)} gained more than 1 % of the initial energy, {worst['name']} most ({cell(share)} %)."
+        )
+    failed = [row for row in comparison["rows"] if row not in done]
+    if failed:
+        sentences.append(f"No result: {_names(failed)}; the table says why.")
+    return [sentence for sentence in sentences if sentence]
+
+
+def _closest(judged: Sequence[Mapping[str, Any]], norm: str, words: str) -> str:
+    """Return which stepped method is closest; one that is exact would only win against itself."""
+    known = [(row["summary"]["errors"][norm], row["name"]) for row in judged if row["summary"]["method"]["dt"]]
+    known = sorted((value, name) for value, name in known if value is not None)
+    if len(known) < 2:
+        return ""
+    (best, name), (worst, last) = known[0], known[-1]
+    return (
+        f"Of the stepped methods {name} comes closest in the {words} ({cell(100 * best)} %), "
+        f"{last} is furthest off ({cell(100 * worst)} %)."
+    )
+
+
+def _events(judged: Sequence[Mapping[str, Any]]) -> list[str]:
+    counted = [row for row in judged if row["summary"]["errors"]["events_missed"] is not None]
+    missed = [row for row in counted if row["summary"]["errors"]["events_missed"]]
+    extra = [row for row in counted if row["summary"]["errors"]["events_extra"] and row not in missed]
+    clean = [row for row in counted if row not in missed and row not in extra]
+    sentences = [f"Every touch and opening, and no other, is found by {_names(clean)}."] if clean else []
+    if missed:
+        sentences.append(f"At least one touch or opening is missed by {_names(missed)}.")
+    if extra:
+        sentences.append(f"All events, but also some that do not exist, are reported by {_names(extra)}.")
+    return sentences
+
+
+def _names(rows: Sequence[Mapping[str, Any]]) -> str:
+    names = [str(row["name"]) for row in rows]
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+def when(time: float, summary: Mapping[str, Any]) -> str:
+    """Return an instant [s] in words: ``1.534 T``, or seconds where there is no T."""
+    trips = in_round_trips(time, summary)
+    return si(time, "s") if trips is None else f"{trips:.4g} T"

@@ -1,0 +1,59 @@
+"""The page of a run or a comparison: one HTML file that needs nothing else, on the screen or on paper."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib import resources
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from impactlab.report.style import inline, save
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+class Plate(NamedTuple):
+    """A figure as it stands on the page."""
+
+    name: str  # of its files
+    title: str
+    caption: str  # what to see in it
+    figure: Figure
+
+
+class Page(NamedTuple):
+    """All that a page says, besides its figures."""
+
+    kicker: str  # the line above the title: what kind of page
+    title: str
+    case: str
+    source: str
+    sketch: str  # SVG
+    facts: Sequence[tuple[str, str]]
+    method: Sequence[tuple[str, str]]  # empty for a comparison
+    findings: Sequence[str]
+    headings: Sequence[tuple[str, str]]  # name, unit
+    rows: Sequence[dict[str, Any]]
+    table_caption: str
+    figures: Sequence[Plate]
+    warnings: Sequence[tuple[str, str, str]]  # whose, code, text
+    commands: Sequence[str]
+    files: Sequence[tuple[str, str]]  # name, what it holds
+
+
+def write_page(out_dir: Path, page: Page) -> None:
+    """Write the figures (``figures/*.svg``, ``*.png``) and ``index.html`` into an existing folder."""
+    from jinja2 import Environment, StrictUndefined
+
+    folder = out_dir / "figures"
+    folder.mkdir()
+    plates = [
+        {"plate": plate, "svg": inline(save(plate.figure, folder, plate.name), f"{plate.title}. {plate.caption}")}
+        for plate in page.figures
+    ]
+    source = resources.files("impactlab.report").joinpath("page.html.j2").read_text(encoding="utf-8")
+    template = Environment(
+        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    ).from_string(source)
+    (out_dir / "index.html").write_text(template.render(page=page, plates=plates), encoding="utf-8")

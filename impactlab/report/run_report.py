@@ -1,0 +1,172 @@
+"""The output folder of one run: summary, history, figures, page."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from impactlab.history import AbstractHistory
+from impactlab.report import balance, facts, fields, overview, plots
+from impactlab.report.page import Page, Plate, write_page
+from impactlab.report.sketch import sketch
+from impactlab.report.style import PALETTE, Trace
+from impactlab.report.table import page_rows
+from impactlab.scene import Scene
+from impactlab.summary import COLUMNS, cell, comparison
+
+HISTORY_POINTS = 4001  # instants at which history.npz holds every channel
+
+
+def write_run(
+    out_dir: Path,
+    summary: Mapping[str, Any],
+    history: AbstractHistory,
+    scene: Scene,
+    reference: tuple[str, AbstractHistory] | None,
+    title: str = "",
+    source: str = "",
+) -> None:
+    """Write summary.json, history.npz, figures/*.svg and *.png, and index.html into an empty folder.
+
+    Parameters
+    ----------
+    out_dir : Path
+        An existing folder; the caller makes it appear under its name only when all is written.
+    summary : mapping
+        Summary of the run (`impactlab.summary.summarise`).
+    reference : (str, AbstractHistory) or None
+        The answer the errors were measured against.
+    title, source : str
+        What the case says of itself.
+    """
+    out_dir = Path(out_dir)
+    (out_dir / "summary.json").write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
+    np.savez_compressed(out_dir / "history.npz", **history_arrays(history, scene))
+    name = _label(summary)
+    trace = Trace(name, history, PALETTE[0], reference=reference[1] if reference else None)
+    table = comparison(str(summary["case"]), reference[0] if reference else None, [(name, summary)])
+    page = Page(
+        kicker="impactlab · one run",
+        title=title or str(summary["case"]),
+        case=str(summary["case"]),
+        source=source,
+        sketch=sketch(scene),
+        facts=facts.scene_facts(scene),
+        method=facts.method_facts(summary),
+        findings=findings(summary),
+        headings=list(COLUMNS.items()),
+        rows=page_rows(table),
+        table_caption=overview.table_caption(reference is not None),
+        figures=plates(trace, scene),
+        warnings=[(name, warned["code"], warned["text"]) for warned in summary["warnings"]],
+        commands=[f"impactlab run {summary['case']}.yaml --out DIR", f"impactlab cite {summary['case']}.yaml"],
+        files=[
+            ("summary.json", "the numbers"),
+            ("history.npz", "every channel, for numpy.load"),
+            ("figures/", "SVG, PNG"),
+        ],
+    )
+    write_page(out_dir, page)
+
+
+def _label(summary: Mapping[str, Any]) -> str:
+    laws = dict.fromkeys(law["kind"] for law in summary["method"]["laws"])
+    return ", ".join(laws) or "no contact"
+
+
+def history_arrays(history: AbstractHistory, scene: Scene) -> dict[str, Any]:
+    """Return the arrays of history.npz by name.
+
+    ``time`` (n,) and each channel (n,) under its name; ``events/...`` (m,); ``energy/...`` at ``energy/time``;
+    ``field/quantity:body@t`` with its places ``field/x:body``, at the snapshots.
+    """
+    time = np.linspace(0.0, history.duration, HISTORY_POINTS)
+    book = history.energy
+    arrays: dict[str, Any] = {"time": time}
+    arrays |= {channel: history.evaluate(time, channel) for channel in history.channels()}
+    arrays |= {
+        "events/time": np.array([event.time for event in history.events], dtype=float),
+        "events/contact": np.array([event.contact for event in history.events], dtype=str),
+        "events/kind": np.array([event.kind for event in history.events], dtype=str),
+        "events/impulse": np.array([np.nan if e.impulse is None else e.impulse for e in history.events], dtype=float),
+        "energy/time": book.time,
+        "energy/total": book.total,
+        "energy/balance": book.balance,
+    }
+    for body in fields.rods(scene):
+        for instant in scene.snapshots:
+            for quantity in ("displacement", "velocity", "stress"):
+                field = history.field(body, instant, quantity)
+                arrays[f"field/x:{body}"] = field.x
+                arrays[f"field/{quantity}:{body}@{instant:.6g}"] = field.values
+    return arrays
+
+
+def findings(summary: Mapping[str, Any]) -> list[str]:
+    """Return what the numbers of one run say, one sentence each."""
+    sentences = []
+    for span in summary["contacts"]:
+        end = "the end of the run" if span["end"] is None else facts.when(span["end"], summary)
+        peak = "" if span["peak_force"] is None else f", largest force {facts.si(span['peak_force'], 'N')}"
+        kicks = f" in {span['kicks']} kicks" if span.get("kicks") is not None else ""
+        sentences.append(
+            f"{span['contact'].replace('|', ' and ')}: in contact from {facts.when(span['start'], summary)} to {end}, "
+            f"impulse {facts.si(span['impulse'], 'N s')}{kicks}{peak}."
+        )
+    errors = summary["errors"]
+    if errors and errors["mass_displacement"] is not None:
+        off = cell(100 * errors["mass_displacement"])
+        sentences.append(f"Against {errors['reference']} the displacement of the mass is off by {off} %.")
+    return sentences
+
+
+def plates(trace: Trace, scene: Scene) -> list[Plate]:
+    """Return the figures of one run with their captions."""
+    dark = " The dark line is the exact answer." if trace.reference is not None else ""
+    shown = []
+    for number, contact in enumerate(scene.contacts):
+        tail = f"_{number + 1}" if len(scene.contacts) > 1 else ""
+        of = f", {contact.name}" if tail else ""
+        shown += [
+            Plate(
+                f"force{tail}",
+                f"Contact force{of}",
+                f"Positive in compression.{dark}",
+                plots.force([trace], scene, contact.name),
+            ),
+            Plate(
+                f"gap{tail}",
+                f"Gap{of}",
+                f"Left the whole run, right the same near zero, where penetration and near touches show.{dark}",
+                plots.gap([trace], scene, contact.name),
+            ),
+        ]
+    if scene.contacts:
+        words = "Displacement since the start of what meets in contact."
+        judged = (
+            " Below, how far the run has strayed from the exact answer so far." if trace.reference is not None else ""
+        )
+        shown.append(Plate("displacement", "Displacement", words + dark + judged, plots.displacement([trace], scene)))
+    shown.append(
+        Plate(
+            "energy",
+            "Where the energy is",
+            "Stacked: bodies, contacts, booked losses. The dashed line is what was there at the start; a gap below it "
+            "is lost without a booking, a rise above it is gained.",
+            balance.energy_shares(trace, scene),
+        )
+    )
+    for body in fields.rods(scene) if scene.snapshots else ():
+        shown.append(
+            Plate(
+                f"stress_{body}",
+                f"Stress in {body}",
+                f"Along the rod at the snapshots.{dark}",
+                fields.snapshots([trace], scene, body),
+            )
+        )
+    return shown

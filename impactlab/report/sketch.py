@@ -1,0 +1,128 @@
+"""A drawing of the scene as SVG for the page: bodies on a line, how they are held, which way they move."""
+
+from __future__ import annotations
+
+import math
+
+from impactlab.scene import Body, Mass, Rod, Scene
+
+HEIGHT, MIDDLE = 120.0, 52.0  # of the drawing, and of the axis of the bodies
+MASS, WALL, ROD, GAP, MARGIN = 52.0, 14.0, 420.0, 26.0, 56.0  # widths
+
+
+def sketch(scene: Scene) -> str:
+    """Return the drawing, or nothing for a scene whose bodies do not stand one behind the other, end to end."""
+    chain = _chain(scene)
+    if not chain:
+        return ""
+    longest = max((b.length for b in chain if isinstance(b, Rod)), default=1.0)
+    tallest = max((s.impedance for b in chain if isinstance(b, Rod) for s in b.segments), default=1.0)
+    parts, x = [], MARGIN
+    for number, body in enumerate(chain):
+        if number:
+            x += GAP
+        if isinstance(body, Rod):
+            width = max(90.0, ROD * body.length / longest)
+            parts.append(_rod(body, x, width, tallest))
+        elif isinstance(body, Mass):
+            width = MASS
+            parts.append(f'<rect x="{x:.1f}" y="{MIDDLE - 26}" width="{width}" height="52" rx="3" class="mass"/>')
+        else:
+            width = WALL
+            parts.append(_hatch(x if number else x + width, -1 if number == 0 else 1, 34.0))
+        parts.append(f'<text x="{x + width / 2:.1f}" y="{MIDDLE + 48}" text-anchor="middle">{_plain(body.name)}</text>')
+        velocity = 0.0 if not isinstance(body, Mass | Rod) else body.velocity
+        if velocity:
+            parts.append(_arrow(x + width / 2, MIDDLE - 40, velocity))
+        x += width
+    return (
+        f'<svg class="sketch" role="img" aria-label="Sketch of the scene" viewBox="0 0 {x + MARGIN:.0f} {HEIGHT:.0f}">'
+        f"{''.join(parts)}</svg>"
+    )
+
+
+def _chain(scene: Scene) -> list[Body]:
+    """Return the bodies from left to right where each contact joins the end of one to that of the next, else none."""
+    after: dict[str, str] = {}
+    for contact in scene.contacts:
+        left, right = scene.bodies[contact.left.body], scene.bodies[contact.right.body]
+        at_ends = (not isinstance(left, Rod) or math.isclose(contact.left.x, left.length)) and contact.right.x == 0.0
+        if not at_ends or left.name in after or right.name in after.values():
+            return []
+        after[left.name] = right.name
+    starts = [name for name in scene.bodies if name not in after.values()]
+    if len(starts) != 1:
+        return []
+    names = [starts[0]]
+    while names[-1] in after:
+        names.append(after[names[-1]])
+    return [scene.bodies[name] for name in names]
+
+
+def _rod(rod: Rod, x: float, width: float, tallest: float) -> str:
+    """Return a rod: its segments as high as their impedance tells, and what holds its ends."""
+    parts, at, half = [], x, 15.0
+    for segment in rod.segments:
+        half = 8.0 + 8.0 * math.sqrt(segment.impedance / tallest)
+        piece = width * segment.length / rod.length
+        parts.append(
+            f'<rect x="{at:.1f}" y="{MIDDLE - half:.1f}" width="{piece:.1f}" height="{2 * half:.1f}" class="rod"/>'
+        )
+        at += piece
+    for end, place, side in ((rod.left, x, -1), (rod.right, x + width, 1)):
+        if end.kind == "clamped":
+            parts.append(_hatch(place, side, 30.0))
+        elif end.kind == "mass":
+            left = place if side > 0 else place - 16.0
+            parts.append(f'<rect x="{left:.1f}" y="{MIDDLE - 20}" width="16" height="40" rx="2" class="mass"/>')
+        elif end.kind in ("spring", "dashpot"):
+            parts.append(_held(end.kind, place, side))
+    return "".join(parts)
+
+
+def _held(kind: str, x: float, side: int) -> str:
+    """Return a spring or a dashpot between the end of a rod and the ground."""
+    if kind == "spring":
+        steps = [(4.0 * i, 0.0 if i in (0, 1, 7, 8) else (-7.0 if i % 2 else 7.0)) for i in range(9)]
+    else:
+        steps = [
+            (0, 0),
+            (14, 0),
+            (14, -7),
+            (14, 7),
+            (14, 0),
+            (18, 0),
+            (18, -10),
+            (10, -10),
+            (18, -10),
+            (18, 10),
+            (10, 10),
+        ]
+        steps += [(18, 10), (18, 0), (32, 0)]
+    points = " ".join(f"{x + side * dx:.1f},{MIDDLE + dy:.1f}" for dx, dy in steps)
+    return f'<polyline points="{points}" class="line"/>{_hatch(x + side * 32.0, side, 18.0)}'
+
+
+def _hatch(x: float, side: int, half: float) -> str:
+    """Return ground: a line with hatching on the side away from the body."""
+    lines = [f'<path d="M{x:.1f} {MIDDLE - half:.1f}V{MIDDLE + half:.1f}" class="line"/>']
+    y = MIDDLE - half
+    while y < MIDDLE + half - 1.0:
+        lines.append(f'<path d="M{x:.1f} {y + 8:.1f}l{side * 9:.1f} -8" class="thin"/>')
+        y += 8.0
+    return "".join(lines)
+
+
+def _arrow(x: float, y: float, velocity: float) -> str:
+    side = 1 if velocity > 0 else -1
+    tail, tip = x - 20 * side, x + 20 * side
+    anchor = "start" if side > 0 else "end"
+    text = f'<text x="{tip + 8 * side:.1f}" y="{y + 4}" text-anchor="{anchor}">{abs(velocity):g} m/s</text>'
+    return (
+        f'<path d="M{tail:.1f} {y}H{tip:.1f}" class="move"/>'
+        f'<path d="M{tip + 3 * side:.1f} {y}l{-8 * side} -4v8z" class="head"/>{text}'
+    )
+
+
+def _plain(text: str) -> str:
+    return text.replace("&", "&amp;").replace("<", "&lt;")

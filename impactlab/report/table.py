@@ -1,0 +1,73 @@
+"""The table of a comparison as Markdown, as CSV, and as cells for the page."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+from impactlab.summary import COLUMNS, cells, headings, table_rows
+
+JUDGED = ("mass", "face", "impulse")
+"""The columns in which the smallest value is the best."""
+TEXT = ("method", "model", "law", "integrator", "warnings")
+
+
+class Cell(NamedTuple):
+    """One cell of the page's table."""
+
+    text: str
+    best: bool
+    numeric: bool
+
+
+def page_rows(comparison: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return the rows of the page's table: ``name``, and ``cells`` (of `Cell`) or ``failure``."""
+    rows = table_rows(comparison)
+    best = {name: min((row[name] for row in rows if row[name] is not None), default=None) for name in JUDGED}
+    several = len([row for row in rows if "failure" not in row]) > 1
+    page = []
+    for row in rows:
+        if "failure" in row:
+            page.append({"name": row["method"], "failure": row["failure"]})
+            continue
+        texts = zip(COLUMNS, cells(row), strict=True)
+        page.append(
+            {
+                "name": row["method"],
+                "cells": [
+                    Cell(
+                        text,
+                        several and name in JUDGED and row[name] is not None and row[name] == best[name],
+                        name not in TEXT,
+                    )
+                    for name, text in texts
+                ],
+            }
+        )
+    return page
+
+
+def markdown(comparison: Mapping[str, Any]) -> str:
+    """Return the table in Markdown; numbers stand at the right."""
+    lines = [headings(), ["---" if name in TEXT else "---:" for name in COLUMNS]]
+    for row in table_rows(comparison):
+        failed = [row["method"], row.get("failure", ""), *[""] * (len(COLUMNS) - 2)]
+        lines.append(failed if "failure" in row else cells(row))
+    return "".join(f"| {' | '.join(_safe(line))} |\n" for line in lines)
+
+
+def _safe(line: Sequence[str]) -> list[str]:
+    return [text.replace("|", "\\|").replace("\n", " ") for text in line]
+
+
+def comma_separated(comparison: Mapping[str, Any]) -> str:
+    """Return the table as CSV with full digits; what does not exist is an empty cell, a failure stands last."""
+    buffer = io.StringIO()
+    writer = csv.writer(buffer, lineterminator="\n")
+    writer.writerow([*headings(), "failure"])
+    for row in table_rows(comparison):
+        values = ["" if row[name] is None else row[name] for name in COLUMNS]
+        writer.writerow([*values, row.get("failure", "")])
+    return buffer.getvalue()
