@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import re
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -18,6 +18,7 @@ from impactlab.errors import CaseError
 
 LARGEST_FILE = 1_000_000  # bytes
 DEEPEST = 24  # levels of nesting
+LONGEST_KEY = 120  # characters
 LARGEST_VALUE = 10_000  # characters of a value given on the command line
 
 Keys = tuple[str, ...]
@@ -117,6 +118,7 @@ def parse_json(text: str) -> Document:
         raise CaseError(f"not JSON: {error.msg}", remedy="Mend the text there.", line=error.lineno) from error
     except ValueError as error:
         raise CaseError(f"not JSON: {str(error)[:120]}") from error
+    _check_keys(data)
     lines: dict[Keys, int | None] = {}
     try:
         _yaml_value(text, lines)  # JSON is YAML; read again for the lines alone
@@ -137,6 +139,7 @@ def parse_toml(text: str) -> Document:
         found = re.search(r"at line (\d+)", str(error))
         line = int(found.group(1)) if found else None
         raise CaseError(f"not TOML: {str(error)[:120]}", remedy="Mend the text there.", line=line) from error
+    _check_keys(data)
     return Document(_mapping(data), _toml_lines(text))
 
 
@@ -274,7 +277,7 @@ class _Composer:
             line = event.start_mark.line + 1
             if type(event).__name__ != "ScalarEvent" or event.anchor is not None or event.tag is not None:
                 raise CaseError("a key that is not a plain word", remedy=_REMEDY, line=line)
-            key = str(event.value)
+            key = _key(str(event.value), line)
             if key in items:
                 first = self.lines[(*path, key)]
                 raise CaseError(
@@ -286,6 +289,29 @@ class _Composer:
             self.lines[(*path, key)] = line
             items[key] = self.node(next(self.events), (*path, key), depth + 1)
         return items
+
+
+def _key(key: str, line: int | None) -> str:
+    """Return a key that is safe to show in a message, or refuse it."""
+    if len(key) > LONGEST_KEY or not key.isprintable():
+        raise CaseError(
+            f"the key {shown(key)} is not a plain word of at most {LONGEST_KEY} characters", remedy=_REMEDY, line=line
+        )
+    return key
+
+
+def _check_keys(data: Any) -> None:
+    """Hold the keys of a JSON or TOML text to the same rule; its depth is bounded already."""
+    inner: Iterable[Any] = ()
+    if isinstance(data, dict):
+        for key in data:
+            _key(key, None)
+        inner = data.values()
+    elif isinstance(data, list):
+        inner = data
+    for value in inner:
+        if isinstance(value, (dict, list)):
+            _check_keys(value)
 
 
 def _scalar(text: str, *, plain: bool, line: int) -> Any:

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from impactlab.casefile.build import DEFAULT_INTEGRATOR
-from impactlab.casefile.document import DEEPEST, Document, Keys, parse_value
+from impactlab.casefile.document import DEEPEST, LONGEST_KEY, Document, Keys, parse_value
 from impactlab.casefile.schema import SolveBlock
 from impactlab.casefile.words import closest, shown
 from impactlab.errors import CaseError
@@ -34,7 +34,7 @@ def edited(document: Document, path: str, value: Any, *, replace: bool, origin: 
         Where in the file the value stands; without it, it comes from outside and has no line.
     """
     keys = tuple(path.split("."))
-    if not all(keys) or len(keys) > DEEPEST:
+    if not all(keys) or len(keys) > DEEPEST or len(path) > LONGEST_KEY or not path.isprintable():
         raise CaseError(f"{shown(path)} is not a path", remedy="Write keys with dots between, as in solve.step.dt.")
     value = plain(value, path)
     data = copy.deepcopy(document.data)

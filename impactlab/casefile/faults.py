@@ -13,6 +13,14 @@ from pydantic_core import ErrorDetails
 from impactlab.casefile.words import closest, listed, shown
 from impactlab.errors import CaseError
 
+_NEEDED = {
+    "tuple_type": "a list",
+    "list_type": "a list",
+    "dict_type": "a block of keys",
+    "model_type": "a block of keys",
+    "model_attributes_type": "a block of keys",
+    "string_type": "a text",
+}
 _REMEDY = "Mend the value; `impactlab schema` lists every key with its unit."
 
 
@@ -41,7 +49,7 @@ def case_error(
     text, remedy = _words(fault, keys, data, allowed)
     more = len(faults) - 1
     if more:
-        remedy += f" ({more} more fault{'s' if more > 1 else ''} below.)"
+        remedy += f" ({more} more fault{'s' if more > 1 else ''} after this one.)"
     return CaseError(text, remedy=remedy, path=path)
 
 
@@ -73,13 +81,21 @@ def _words(
             return f"{shown(tag)} is not a kind of body.{hint} Allowed: {_tags(context)}", "Change the kind."
         case "literal_error":
             return f"{given} is not allowed here. Allowed: {context.get('expected')}", _REMEDY
+        case "string_pattern_mismatch" if keys[-1:] in (["title"], ["source"]):
+            return f"{given} holds characters that are not text", "Remove control characters."
         case "string_pattern_mismatch":
             return (
                 f"{given} is not a name. Allowed: letters, digits, _ and -, beginning with a letter, at most 40",
                 "Choose another name.",
             )
-        case "too_short" | "too_long":
-            return f"{given} has the wrong length: {fault['msg']}", _REMEDY
+        case "too_short" | "too_long" if "max_length" in context and context["max_length"] == 2:
+            return f"{given}; a contact is between two faces: [left, right]", _REMEDY
+        case "too_short" | "too_long" | "string_too_long":
+            limits = {"min_length": "at least", "max_length": "at most"}
+            allowed_length = ", ".join(f"{word} {context[key]}" for key, word in limits.items() if key in context)
+            return f"{given} has the wrong length. Allowed: {allowed_length}", _REMEDY
+        case _ if kind in _NEEDED:
+            return f"{given} stands where {_NEEDED[kind]} is needed", _REMEDY
         case _:
             return f"{given}: {fault['msg'][:1].lower()}{fault['msg'][1:]}", _REMEDY
 

@@ -24,7 +24,7 @@ Time = Annotated[float, quantity("s", gt=0.0)]
 Instant = Annotated[float, quantity("s", ge=0.0)]
 Positive = Annotated[float, quantity("1", gt=0.0)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_-]{0,39}$")]
-Text = Annotated[str, Field(max_length=2000)]
+Text = Annotated[str, Field(max_length=2000, pattern=r"^[^\x00-\x08\x0b-\x1f\x7f-\x9f]*$")]
 
 
 def _read_block(value: Any) -> dict[str, Any]:
@@ -134,8 +134,8 @@ class StepBlock(Block):
 def _read_duration(value: Any) -> Any:
     if isinstance(value, RoundTrips):
         return value
-    if isinstance(value, dict):
-        if set(value) == {"round_trips"}:
+    if isinstance(value, (dict, list)):
+        if isinstance(value, dict) and set(value) == {"round_trips"}:
             return RoundTrips(round_trips=Allowed(limits=(("gt", 0.0),), number=True).read(value["round_trips"]))
         raise refuse(f"{shown(value)} is not a duration. Allowed: a number in s, or {{round_trips: number}}")
     return Allowed(unit="s", limits=(("gt", 0.0),), number=True).read(value)
