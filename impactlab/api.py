@@ -46,6 +46,11 @@ class Comparison:
         return next((row.reference for row in self.rows if row.reference is not None), None)
 
     @property
+    def references(self) -> dict[str, AbstractHistory]:
+        """The exact answers that the methods were measured against, by name of the method."""
+        return {row.name: row.reference[1] for row in self.rows if row.reference is not None}
+
+    @property
     def document(self) -> dict[str, Any]:
         """What ``compare --json`` prints: schema_version, case, reference, rows of name and summary."""
         from impactlab.summary import comparison

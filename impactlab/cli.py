@@ -47,6 +47,18 @@ def main() -> None:
         app()
     except KeyboardInterrupt:
         sys.exit(130)
+    except Left:
+        raise
+    except SystemExit as leaving:
+        if leaving.code == 2 and "--json" in sys.argv:  # typer has said on standard error what is wrong
+            from impactlab.errors import CaseError
+
+            _print_failure(None, CaseError("the command line is wrong", remedy="See standard error, or --help."))
+        raise
+
+
+class Left(SystemExit):
+    """A command that reported its failure leaves with this."""
 
 
 @app.command()
@@ -64,8 +76,9 @@ def run(case: CaseFile, sets: Sets = None, method: Method = None, out: Out = Non
         if out is not None:
             from impactlab.report.run_report import write_run
 
+            console.say(f"drawing figures for {out} ...")
             with output.output_folder(out) as draft:
-                write_run(draft, summary, history, reference)
+                write_run(draft, summary, history, loaded.scene(), reference, loaded.title, loaded.source)
             console.say(f"written: {out}")
         console.answer(summary) if as_json else print(console.summary_text(summary))
 
@@ -99,12 +112,22 @@ def compare(
         if out is not None and code == 0:
             from impactlab.report.compare_report import write_comparison
 
+            console.say(f"drawing figures for {out} ...")
             with output.output_folder(out) as draft:
-                write_comparison(draft, document, comparison.histories, comparison.reference)
+                write_comparison(
+                    draft,
+                    document,
+                    comparison.histories,
+                    loaded.scene(),
+                    comparison.reference,
+                    loaded.title,
+                    loaded.source,
+                    comparison.references,
+                )
             console.say(f"written: {out}")
         console.answer(document) if as_json else print(comparison)
         if code:
-            raise typer.Exit(code)
+            raise Left(code)
 
 
 @app.command()
@@ -133,7 +156,7 @@ def check(case: CaseFile, sets: Sets = None, method: Method = None, as_json: Jso
             console.say(str(fault))
         console.answer(document) if as_json else print(console.tree_text(_brief(document)))
         if faults:
-            raise typer.Exit(2)
+            raise Left(2)
 
 
 @app.command()
@@ -202,21 +225,27 @@ def reporting(case: Path | None, as_json: bool) -> Iterator[None]:
         raise
     except KeyboardInterrupt as error:
         _report(case, as_json, error, "interrupted")
-        raise typer.Exit(130) from None
+        raise Left(130) from None
     except Exception as error:
         if os.environ.get("IMPACTLAB_DEBUG"):
             raise
         _report(case, as_json, error, _words(error))
-        raise typer.Exit(_code(error)) from None
+        raise Left(_code(error)) from None
 
 
 def _report(case: Path | None, as_json: bool, error: BaseException, text: str) -> None:
     from impactlab import console
-    from impactlab.api import failure
 
     console.say(text)
     if as_json:
-        console.answer(failure(case.stem if case is not None else "", error))
+        _print_failure(case, error)
+
+
+def _print_failure(case: Path | None, error: BaseException) -> None:
+    from impactlab.api import failure
+    from impactlab.console import answer
+
+    answer(failure(case.stem if case is not None else "", error))
 
 
 def _words(error: BaseException) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
@@ -15,8 +16,8 @@ def say(text: str) -> None:
 
 
 def answer(document: Any) -> None:
-    """Print one JSON document on standard output."""
-    print(json.dumps(document, indent=1, allow_nan=False, ensure_ascii=False), flush=True)
+    """Print one JSON document on standard output; a number that is not finite becomes null."""
+    print(json.dumps(_finite(document), indent=1, allow_nan=False, ensure_ascii=False), flush=True)
 
 
 @contextlib.contextmanager
@@ -87,6 +88,14 @@ def tree_text(tree: Any, indent: int = 0) -> str:
         else:
             lines.append(f"{pad}{key}: {_plain(value)}")
     return "\n".join(lines)
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _finite(inner) for key, inner in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(inner) for inner in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _few(events: list[Any], most: int = 12) -> list[Any]:
