@@ -1,0 +1,130 @@
+"""The one place of cross-field physics: scenes that can be are accepted, in every arrangement."""
+
+from __future__ import annotations
+
+import pytest
+
+from impactlab import CaseError, load_case
+
+BODIES = """\
+schema_version: 1
+bodies:
+  wall: {kind: wall}
+  ball: {kind: mass, mass: 1, velocity: 1}
+  cart: {kind: mass, mass: 2}
+  bar: {kind: rod, length: 1, area: 1e-4, material: {young: 2e11, density: 8000}, ends: {left: free, right: free}}
+  rod: {kind: rod, length: 2, area: 1e-4, material: {young: 2e11, density: 8000}, ends: {left: free, right: clamped}}
+solve: {duration: 1 ms}
+contacts:
+"""
+
+
+def load(tmp_path, *pairs: str, more: str = ""):
+    law = "law: {kind: penalty, stiffness: 1e9}"
+    path = tmp_path / "scene.yaml"
+    path.write_text(BODIES + "".join(f"  - {{between: [{pair}], {law}}}\n" for pair in pairs) + more)
+    return load_case(path)
+
+
+@pytest.mark.parametrize(
+    "pairs",
+    [
+        ("ball, cart",),
+        ("ball, wall",),
+        ("wall, ball",),
+        ("wall, bar.left", "bar.right, wall"),
+        ("ball, bar.left", "bar.right, rod.left"),
+        ("ball, bar.left", "bar.right, cart", "cart, rod.left"),
+        ("ball, bar.at(0.5)", "bar.at(0.25), cart"),
+        ("bar.right, rod.at(1.5)",),
+        ("ball, bar.at(0)",),
+        ("bar.at(1), ball",),
+        ("ball, bar.left", "cart, bar.left"),
+    ],
+)
+def test_arrangements_that_can_be(tmp_path, pairs):
+    assert len(load(tmp_path, *pairs).scene().contacts) == len(pairs)
+
+
+@pytest.mark.parametrize(
+    ("pairs", "text"),
+    [
+        (("wall, wall",), "cannot be in contact with itself"),
+        (("bar.left, ball",), "'bar.left' looks away from 'ball'"),
+        (("bar.at(0), ball",), "looks away from 'ball'"),
+        (("ball, bar.at(1)",), "looks away from 'ball'"),
+        (("bar.left, rod.left",), "the first is a mass, a wall, or the right end of a rod"),
+        (("ball, rod.right",), "the second is a mass, a wall, or the left end of a rod"),
+        (("rod.right, ball",), "the end 'rod.right' is clamped and never moves"),
+        (("ball, cart", "ball, cart"), "ball and cart already meet in contacts.0"),
+        (("ball, cart", "cart, ball"), "cart and ball already meet in contacts.0"),
+        (("bar.right, rod.left", "rod.left, ball"), "looks away"),
+        (("ball, bar.at(1.001)",), "x = 1.001 m lies outside the body 'bar'. Allowed: 0 to 1 m"),
+        (("ball, bar.at(-0.1)",), "lies outside the body 'bar'"),
+        (("ball, bar.at(1,5)",), "a contact is between two faces"),
+        (("ball, bar.at(x)",), "'x' is not a number with a unit"),
+        (("ball, bar.middle",), "a rod has no end 'middle'"),
+        (("ball, bar.left(1)",), "a rod has no end 'left'"),
+        (("ball, wall.left",), "'wall' is a wall and has no ends"),
+        (("ball, Bar.left",), "there is no body 'Bar'. Did you mean 'bar'?"),
+    ],
+)
+def test_arrangements_that_cannot_be(tmp_path, pairs, text):
+    with pytest.raises(CaseError) as caught:
+        load(tmp_path, *pairs)
+    assert text in str(caught.value)
+    assert caught.value.line is not None
+    assert caught.value.remedy
+
+
+def test_walls_that_meet(tmp_path):
+    path = tmp_path / "walls.yaml"
+    path.write_text(
+        "schema_version: 1\nbodies: {a: {kind: wall}, b: {kind: wall}}\nsolve: {duration: 1}\n"
+        "contacts: [{between: [a, b], law: {kind: penalty, stiffness: 1}}]\n"
+    )
+    with pytest.raises(CaseError, match="'a' and 'b' are walls and never move"):
+        load_case(path)
+
+
+@pytest.mark.parametrize(
+    ("more", "text"),
+    [
+        ("probes: [{body: ball, quantity: velocity}]", None),
+        ("probes: [{body: ball, quantity: stress}]", "the mass 'ball' has no stress to record"),
+        ("probes: [{body: ball, at: 1, quantity: velocity}]", "1 m on the mass 'ball', which has no length"),
+        ("probes: [{body: wall, quantity: velocity}]", "the wall 'wall' has no velocity to record"),
+        ("probes: [{body: rdo, quantity: stress}]", "there is no body 'rdo'. Did you mean 'rod'?"),
+        ("snapshots: [0, 1 ms]", None),
+        ("snapshots: [1.1 ms]", "0.0011 s lies after the end of the run. Allowed: 0 to 0.001 s"),
+        ("snapshots: [-1]", "-1 s is out of range"),
+        ("gravity: -9.81 m/s^2", None),
+    ],
+)
+def test_what_is_recorded(tmp_path, more, text):
+    if text is None:
+        load(tmp_path, "ball, cart", more=more + "\n")
+        return
+    with pytest.raises(CaseError) as caught:
+        load(tmp_path, "ball, cart", more=more + "\n")
+    assert text in str(caught.value)
+
+
+def test_round_trips_need_a_rod(tmp_path):
+    case = load(tmp_path, "ball, cart")
+    assert case.with_("solve.duration", {"round_trips": 1}).scene().duration == pytest.approx(4e-4)
+    with pytest.raises(CaseError, match="'ball' is not a rod and has no round trip"):
+        case.with_("solve.round_trips_of", "ball")
+    path = tmp_path / "masses.yaml"
+    path.write_text("schema_version: 1\nbodies: {a: {kind: mass, mass: 1}}\nsolve: {duration: {round_trips: 1}}\n")
+    with pytest.raises(CaseError, match="counts the round trips of a rod, and this case has none"):
+        load_case(path)
+
+
+def test_segments_stand_alone(tmp_path):
+    case = load(tmp_path, "ball, cart")
+    piece = {"length": 1, "area": 1e-4, "material": {"young": 2e11, "density": 8000}}
+    with pytest.raises(CaseError, match=r"bodies\.bar\.length: given together with segments"):
+        case.with_("bodies.bar.segments", [piece])
+    with pytest.raises(CaseError, match=r"bodies\.bar\.segments\.0\.area: this key is missing"):
+        case.with_("bodies.bar", {"segments": [{"length": 1, "material": piece["material"]}]})
