@@ -6,8 +6,11 @@ import contextlib
 import json
 import math
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
+
+
+MOST_EVENTS = 12  # shown to people; a law of impulses may have thousands
 
 
 def say(text: str) -> None:
@@ -45,12 +48,11 @@ def summary_text(summary: Mapping[str, Any]) -> str:
         f"{summary['case']}: {summary['status']}",
         f"  method    {models}; {laws}; {integrator}; dt {_number(method['dt'])} s",
     ]
-    lines += [
-        f"  {event['kind']:8}  {_number(event['time'])} s  {event['contact']}" for event in _few(summary["events"])
-    ]
+    lines += _events(summary["events"])
     for span in summary["contacts"]:
         peak = "no force history" if span["peak_force"] is None else f"peak {_number(span['peak_force'])} N"
-        lines.append(f"  contact   {span['contact']}: impulse {_number(span['impulse'])} N s, {peak}")
+        kicks = f" in {span['kicks']} kicks" if span.get("kicks") is not None else ""
+        lines.append(f"  contact   {span['contact']}: impulse {_number(span['impulse'])} N s{kicks}, {peak}")
     for name, body in summary["final"]["bodies"].items():
         lines.append(f"  at end    {name}: " + ", ".join(f"{key} {_number(value)}" for key, value in body.items()))
     energy = summary["energy"]
@@ -98,8 +100,10 @@ def _finite(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def _few(events: list[Any], most: int = 12) -> list[Any]:
-    return events[:most]
+def _events(events: Sequence[Mapping[str, Any]]) -> list[str]:
+    lines = [f"  {event['kind']:8}  {_number(event['time'])} s  {event['contact']}" for event in events[:MOST_EVENTS]]
+    left = len(events) - len(lines)
+    return [*lines, f"            and {left} more events (see --json)"] if left else lines
 
 
 def _plain(value: Any) -> str:
