@@ -1,341 +1,397 @@
 """The one loop: free step, contact answer, correction, events, bookkeeping; compiled, and the same as plain Python.
 
 It knows bodies only as linear steppers behind addresses and laws only as `respond` behind addresses. All its memory
-is made before the run (`impactlab.assembly`); a step allocates nothing.
+is made before the run (`impactlab.memory`, `impactlab.assembly`); a step allocates nothing, so it is compiled without
+a runtime for objects, and its helpers are copied into it.
 """
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numba
-from numpy import float64, int64
-from numpy.typing import NDArray
 
+from impactlab.memory import U_FORCE, U_IMPULSE, V_FORCE, V_IMPULSE, V_JUMP, Memory
 from impactlab.pointers import FAST, call
 from impactlab.types import MEMORY
 
-Floats = NDArray[float64]
-Ints = NDArray[int64]
-
 # Why `advance` came back.
 DONE, LAW_FAILED, NOT_FINITE, RECORDS_FULL, EVENTS_FULL = 0, 1, 2, 3, 4
-CLOSE, OPEN, IMPULSE = 0.0, 1.0, 2.0
-# Entries of `clock`.
-TIME, STEP, N_RECORDS, N_SAMPLES, N_EVENTS, N_SNAPSHOTS, STORED, LOST_CONTACT, LOST_ENDS, TIMED, N_CUTS, LAST_TIME = range(12)
+CLOSE, OPEN, IMPULSE = 0, 1, 2
 SWEEPS = 200  # of the coupled answers of several contacts
 CUTS = 100  # events located inside one nominal step before the rest of it is taken whole
 
-
-class Bodies(NamedTuple):
-    """All bodies: their steppers' addresses, and flat arrays cut by offsets."""
-
-    free: Ints  # (n_bodies,) addresses
-    measure: Ints
-    retime: Ints
-    parameters: Floats  # flat, cut by parameter_start
-    parameter_start: Ints  # (n_bodies + 1,)
-    state: Floats  # flat, cut by state_start
-    state_start: Ints
-    n_dof: Ints  # (n_bodies,) the state holds displacements, then velocities, then what is the scheme's own
-    backup: Floats  # (n_state,) room for a step to be taken again
-    momentum: Floats  # (n_state,) row over the state
-    damper_index: Ints  # (n_dampers,) into state: displacements of dashpot ends
-    damper_value: Floats  # N s/m
-    damper_old: Floats  # (n_dampers,)
+ENTRY: Any = numba.njit(cache=True, _nrt=False, fastmath=FAST)
+PART: Any = numba.njit(cache=True, _nrt=False, fastmath=FAST, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+INLINE: Any = numba.njit(inline="always", _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 
-class Rows(NamedTuple):
-    """Sparse rows over the state: row i holds entries start[i] to start[i + 1]."""
-
-    start: Ints
-    index: Ints
-    value: Floats
-
-
-class Contacts(NamedTuple):
-    """All contacts: laws, ports (two to a contact, left then right) and how each answers each force."""
-
-    law: Ints  # (n_contacts,) addresses
-    ports: Any  # (n_contacts,) of Port
-    replies: Any  # (n_contacts,) of Reply
-    body: Ints  # (2 n_contacts,)
-    sign: Floats  # (2 n_contacts,) -1 left, +1 right: direction of the push
-    initial_gap: Floats  # (n_contacts,)
-    displacement: Rows  # (2 n_contacts) rows
-    velocity: Rows
-    readings: Rows
-    reading_port: Ints  # (n_readings,)
-    reading_slot: Ints
-    reading_left_out: Floats  # (n_readings, n_contacts) per force of the step before
-    force_low: Ints  # (2 n_contacts,) non-zero range of each response, in the body's own state
-    force_high: Ints
-    jump: Floats  # flat: velocities per impulse of each port, for retime
-    jump_start: Ints  # (n_bodies + 1,)
-    responses: Floats  # flat: force responses of each body's ports, then impulse responses
-    force_start: Ints  # (n_bodies + 1,)
-    impulse_start: Ints
-    port_in_body: Ints  # (2 n_contacts,) which of its body's ports
-    ports_of_body: Ints  # (n_bodies,)
-    u_force: Floats  # (2 n_contacts, n_contacts) displacement of a port per force of a contact, at the end
-    v_force: Floats
-    u_impulse: Floats
-    v_impulse: Floats
-    v_jump: Floats  # (2 n_contacts, n_contacts) velocity per impulse, at once
-    u: Floats  # (2 n_contacts,) at the start of the step
-    v: Floats
-    free_u: Floats
-    free_v: Floats
-    force: Floats  # (n_contacts,) of the last step
-    impulse: Floats
-    old_gap: Floats  # (n_contacts,) one step before
-    old_trial: Floats
-    touching: Floats  # (n_contacts,) 1 where a located touch begins this step
-    span: Floats  # (n_contacts, 2) impulse and peak of the contact under way
-    last_event: Floats  # (n_contacts,)
-    dates: Ints  # (n_contacts,) 1 where the law has a force: closings and openings are dated
-
-
-class Record(NamedTuple):
-    """What is kept."""
-
-    probes: Rows
-    time: Floats  # (capacity,) end of the recorded step
-    contact: Floats  # (capacity, n_contacts, 2) mean force over the recorded step, gap at its end
-    port: Floats  # (capacity, 2 n_contacts, 2) displacement and velocity
-    probe: Floats  # (capacity, n_probes)
-    sum_force: Floats  # (n_contacts,)
-    sample_time: Floats  # (samples,)
-    sample_body: Floats  # (samples, n_bodies, 3) energy, work of the load, momentum
-    sample_book: Floats  # (samples, 3) stored, lost in contacts, lost at ends
-    event: Floats  # (events, 6) time, contact, kind, impulse, span impulse, span peak
-    snapshot_time: Floats  # (n_snapshots,) asked for
-    snapshot_at: Floats  # (n_snapshots, 2) the two instants around it
-    snapshot_state: Floats  # (n_snapshots, 2, n_state)
-    scratch: Floats  # (4,)
-
-
-@numba.njit(inline="always", _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)  # type: ignore[untyped-decorator]
-def dot(rows: Rows, row: int, state: Floats) -> float:
+@INLINE
+def row_times_state(m: Memory, row: int) -> float:
     """Return a sparse row times the state."""
     total = 0.0
-    for entry in range(rows.start[row], rows.start[row + 1]):
-        total += rows.value[entry] * state[rows.index[entry]]
+    for entry in range(m.row_start[row], m.row_start[row + 1]):
+        total += m.row_value[entry] * m.state[m.row_index[entry]]
     return total
 
 
-@numba.njit(cache=True, _nrt=False, fastmath=FAST, no_cpython_wrapper=True, no_cfunc_wrapper=True)  # type: ignore[untyped-decorator]
-def retime(bodies: Bodies, contacts: Contacts, clock: Floats, dt: float) -> None:
-    """Prepare all steppers for another step length and rebuild the compliances."""
-    if clock[TIMED] == dt:
-        return
-    clock[TIMED] = dt
-    for body in range(bodies.free.size):
-        n_ports = contacts.ports_of_body[body]
-        size = bodies.state_start[body + 1] - bodies.state_start[body]
-        n_dof = 0 if n_ports == 0 else (contacts.jump_start[body + 1] - contacts.jump_start[body]) // n_ports
-        jump = contacts.jump[contacts.jump_start[body] : contacts.jump_start[body + 1]].reshape((n_ports, n_dof))
-        begin, middle = contacts.force_start[body], contacts.impulse_start[body]
-        force = contacts.responses[begin : begin + n_ports * size].reshape((n_ports, size))
-        impulse = contacts.responses[middle : middle + n_ports * size].reshape((n_ports, size))
-        parameters = bodies.parameters[bodies.parameter_start[body] : bodies.parameter_start[body + 1]]
-        call(bodies.retime[body], parameters, dt, jump, force, impulse)
-    compliances(bodies, contacts)
-
-
-@numba.njit(cache=True, _nrt=False, fastmath=FAST)  # type: ignore[untyped-decorator]
-def compliances(bodies: Bodies, contacts: Contacts) -> None:
-    """Fill the answers of each port to each contact from the responses of the bodies."""
-    n_contacts = contacts.law.size
-    for port in range(2 * n_contacts):
-        body = contacts.body[port]
-        shift = bodies.state_start[body]
-        size = bodies.state_start[body + 1] - shift
+@PART
+def compliances(m: Memory) -> None:
+    """Fill the answers of each face to each contact from the responses of the bodies."""
+    n_contacts, n_faces = len(m.contacts), len(m.faces)
+    for number in range(n_faces):
+        face = m.faces[number]
+        body = m.bodies[face.body]
+        size = body.state_end - body.state_start
         for contact in range(n_contacts):
-            u_force, v_force, u_impulse, v_impulse, v_jump = 0.0, 0.0, 0.0, 0.0, 0.0
-            for other in (2 * contact, 2 * contact + 1):
-                if contacts.body[other] != body:
+            for layer in range(5):
+                m.answers[layer, number, contact] = 0.0
+            for other in range(2 * contact, 2 * contact + 2):
+                if m.faces[other].body != face.body:
                     continue
-                sign = contacts.sign[other]
-                begin = contacts.force_start[body] + contacts.port_in_body[other] * size - shift
-                middle = contacts.impulse_start[body] + contacts.port_in_body[other] * size - shift
-                rows = contacts.displacement
-                for entry in range(rows.start[port], rows.start[port + 1]):
-                    u_force += sign * rows.value[entry] * contacts.responses[begin + rows.index[entry]]
-                    u_impulse += sign * rows.value[entry] * contacts.responses[middle + rows.index[entry]]
-                rows = contacts.velocity
-                n_dof = (contacts.jump_start[body + 1] - contacts.jump_start[body]) // contacts.ports_of_body[body]
-                first = contacts.jump_start[body] + contacts.port_in_body[other] * n_dof - shift - n_dof
-                for entry in range(rows.start[port], rows.start[port + 1]):
-                    v_force += sign * rows.value[entry] * contacts.responses[begin + rows.index[entry]]
-                    v_impulse += sign * rows.value[entry] * contacts.responses[middle + rows.index[entry]]
-                    v_jump += sign * rows.value[entry] * contacts.jump[first + rows.index[entry]]
-            contacts.u_force[port, contact], contacts.v_force[port, contact] = u_force, v_force
-            contacts.u_impulse[port, contact], contacts.v_impulse[port, contact] = u_impulse, v_impulse
-            contacts.v_jump[port, contact] = v_jump
+                sign, place = m.faces[other].sign, m.faces[other].place
+                force = body.force_start + place * size - body.state_start
+                impulse = body.impulse_start + place * size - body.state_start
+                jump = body.jump_start + place * body.n_dof - body.state_start - body.n_dof
+                for entry in range(m.row_start[number], m.row_start[number + 1]):
+                    index, value = m.row_index[entry], sign * m.row_value[entry]
+                    m.answers[U_FORCE, number, contact] += value * m.responses[force + index]
+                    m.answers[U_IMPULSE, number, contact] += value * m.responses[impulse + index]
+                for entry in range(m.row_start[n_faces + number], m.row_start[n_faces + number + 1]):
+                    index, value = m.row_index[entry], sign * m.row_value[entry]
+                    m.answers[V_FORCE, number, contact] += value * m.responses[force + index]
+                    m.answers[V_IMPULSE, number, contact] += value * m.responses[impulse + index]
+                    m.answers[V_JUMP, number, contact] += value * m.jump[jump + index]
     for contact in range(n_contacts):
         left, right = 2 * contact, 2 * contact + 1
-        port = contacts.ports[contact]
-        port.left.displacement_per_force = -contacts.u_force[left, contact]
-        port.left.velocity_per_force = -contacts.v_force[left, contact]
-        port.left.velocity_per_impulse = -contacts.v_jump[left, contact]
-        port.right.displacement_per_force = contacts.u_force[right, contact]
-        port.right.velocity_per_force = contacts.v_force[right, contact]
-        port.right.velocity_per_impulse = contacts.v_jump[right, contact]
-        port.gap_per_force = contacts.u_force[right, contact] - contacts.u_force[left, contact]
-        port.rate_per_force = contacts.v_force[right, contact] - contacts.v_force[left, contact]
-        port.gap_per_impulse = contacts.u_impulse[right, contact] - contacts.u_impulse[left, contact]
-        port.rate_per_impulse = contacts.v_jump[right, contact] - contacts.v_jump[left, contact]
+        port = m.ports[contact]
+        port.left.displacement_per_force = -m.answers[U_FORCE, left, contact]
+        port.left.velocity_per_force = -m.answers[V_FORCE, left, contact]
+        port.left.velocity_per_impulse = -m.answers[V_JUMP, left, contact]
+        port.right.displacement_per_force = m.answers[U_FORCE, right, contact]
+        port.right.velocity_per_force = m.answers[V_FORCE, right, contact]
+        port.right.velocity_per_impulse = m.answers[V_JUMP, right, contact]
+        port.gap_per_force = m.answers[U_FORCE, right, contact] - m.answers[U_FORCE, left, contact]
+        port.rate_per_force = m.answers[V_FORCE, right, contact] - m.answers[V_FORCE, left, contact]
+        port.gap_per_impulse = m.answers[U_IMPULSE, right, contact] - m.answers[U_IMPULSE, left, contact]
+        port.rate_per_impulse = m.answers[V_JUMP, right, contact] - m.answers[V_JUMP, left, contact]
 
 
-@numba.njit(inline="always", _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)  # type: ignore[untyped-decorator]
-def read_ports(bodies: Bodies, contacts: Contacts) -> None:
-    """Read displacement and velocity of all ports in the present state."""
-    for port in range(contacts.body.size):
-        contacts.u[port] = dot(contacts.displacement, port, bodies.state)
-        contacts.v[port] = dot(contacts.velocity, port, bodies.state)
+@PART
+def retime(m: Memory, dt: float) -> None:
+    """Prepare all steppers for another step length and rebuild the compliances."""
+    if m.clock[0].timed == dt:
+        return
+    m.clock[0].timed = dt
+    for number in range(len(m.bodies)):
+        body = m.bodies[number]
+        size = body.state_end - body.state_start
+        parameters = m.parameters[body.parameter_start : body.parameter_end]
+        jump = m.jump[body.jump_start : body.jump_start + body.n_faces * body.n_dof]
+        force = m.responses[body.force_start : body.force_start + body.n_faces * size]
+        impulse = m.responses[body.impulse_start : body.impulse_start + body.n_faces * size]
+        call(body.retime, parameters, dt, jump, force, impulse)
+    compliances(m)
 
 
-@numba.njit(inline="always", _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)  # type: ignore[untyped-decorator]
-def begin_step(bodies: Bodies, contacts: Contacts, record: Record, clock: Floats, end: float) -> None:
+def begin_step(m: Memory, end: float) -> None:
     """Take what must be known of the state at the start of a step: messengers, dashpots, snapshots."""
-    for reading in range(contacts.reading_port.size):
-        value = dot(contacts.readings, reading, bodies.state)
-        for contact in range(contacts.law.size):
-            value += contacts.reading_left_out[reading, contact] * contacts.force[contact]
-        contacts.ports[contacts.reading_port[reading] // 2].readings[contacts.reading_slot[reading]] = value
-    for damper in range(bodies.damper_index.size):
-        bodies.damper_old[damper] = bodies.state[bodies.damper_index[damper]]
-    for snapshot in range(int(clock[N_SNAPSHOTS]), record.snapshot_time.size):
-        if record.snapshot_time[snapshot] > end:
+    clock = m.clock[0]
+    first_reading = 2 * len(m.faces)
+    for number in range(len(m.messengers)):
+        value = row_times_state(m, first_reading + number)
+        for contact in range(len(m.contacts)):
+            value += m.left_out[number, contact] * m.contacts[contact].force
+        messenger = m.messengers[number]
+        m.ports[messenger.contact].readings[messenger.slot] = value
+    for number in range(len(m.dampers)):
+        m.dampers[number].old = m.state[m.dampers[number].index]
+    for number in range(clock.n_snapshots, len(m.snapshots)):
+        if m.snapshots[number].time > end:
             break
-        record.snapshot_at[snapshot, 0] = clock[TIME]
-        for i in range(bodies.state.size):
-            record.snapshot_state[snapshot, 0, i] = bodies.state[i]
+        m.snapshots[number].before = clock.time
+        for i in range(m.state.size):
+            m.snapshot_state[number, 0, i] = m.state[i]
 
 
-@numba.njit(inline="always", _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)  # type: ignore[untyped-decorator]
-def answer(contacts: Contacts, time: float, dt: float) -> bool:
-    """Ask the laws until their coupled answers agree; False where a law failed. Reads free_u, free_v, u, v."""
-    n_contacts = contacts.law.size
-    for contact in range(n_contacts):
-        contacts.force[contact] = 0.0
-        contacts.impulse[contact] = 0.0
+def free_step(m: Memory) -> None:
+    """Move all bodies by a step without contact and read the faces at its end."""
+    for number in range(len(m.bodies)):
+        body = m.bodies[number]
+        parameters = m.parameters[body.parameter_start : body.parameter_end]
+        call(body.free, parameters, m.state[body.state_start : body.state_end])
+    n_faces = len(m.faces)
+    for number in range(n_faces):
+        m.faces[number].free_u = row_times_state(m, number)
+        m.faces[number].free_v = row_times_state(m, n_faces + number)
+
+
+def answer(m: Memory, time: float, dt: float) -> bool:
+    """Ask the laws until their coupled answers agree; False where a law failed."""
+    n_contacts = len(m.contacts)
+    for number in range(n_contacts):
+        m.contacts[number].force = 0.0
+        m.contacts[number].impulse = 0.0
+    answered = True
     for _ in range(SWEEPS if n_contacts > 1 else 1):
         change, largest = 0.0, 0.0
-        for contact in range(n_contacts):
-            left, right = 2 * contact, 2 * contact + 1
-            left_u, right_u = contacts.free_u[left], contacts.free_u[right]
-            left_v, right_v = contacts.free_v[left], contacts.free_v[right]
-            left_now, right_now = contacts.v[left], contacts.v[right]
+        for number in range(n_contacts):
+            contact, port, reply = m.contacts[number], m.ports[number], m.replies[number]
+            left, right = m.faces[2 * number], m.faces[2 * number + 1]
+            left_u, right_u, left_v, right_v = left.free_u, right.free_u, left.free_v, right.free_v
+            left_now, right_now = left.v, right.v
             for other in range(n_contacts):
-                force, impulse = contacts.force[other], contacts.impulse[other]
-                if other != contact and (force != 0.0 or impulse != 0.0):
-                    left_u += contacts.u_force[left, other] * force + contacts.u_impulse[left, other] * impulse
-                    right_u += contacts.u_force[right, other] * force + contacts.u_impulse[right, other] * impulse
-                    left_v += contacts.v_force[left, other] * force + contacts.v_impulse[left, other] * impulse
-                    right_v += contacts.v_force[right, other] * force + contacts.v_impulse[right, other] * impulse
-                    left_now += contacts.v_jump[left, other] * impulse
-                    right_now += contacts.v_jump[right, other] * impulse
-            port, reply = contacts.ports[contact], contacts.replies[contact]
+                force, impulse = m.contacts[other].force, m.contacts[other].impulse
+                if other != number and (force != 0.0 or impulse != 0.0):
+                    a, b = 2 * number, 2 * number + 1
+                    left_u += m.answers[U_FORCE, a, other] * force + m.answers[U_IMPULSE, a, other] * impulse
+                    right_u += m.answers[U_FORCE, b, other] * force + m.answers[U_IMPULSE, b, other] * impulse
+                    left_v += m.answers[V_FORCE, a, other] * force + m.answers[V_IMPULSE, a, other] * impulse
+                    right_v += m.answers[V_FORCE, b, other] * force + m.answers[V_IMPULSE, b, other] * impulse
+                    left_now += m.answers[V_JUMP, a, other] * impulse
+                    right_now += m.answers[V_JUMP, b, other] * impulse
             port.time, port.dt = time, dt
-            port.left.displacement, port.right.displacement = contacts.u[left], contacts.u[right]
+            port.left.displacement, port.right.displacement = left.u, right.u
             port.left.velocity, port.right.velocity = left_now, right_now
             port.left.free_displacement, port.right.free_displacement = left_u, right_u
             port.left.free_velocity, port.right.free_velocity = left_v, right_v
-            port.gap = contacts.initial_gap[contact] + contacts.u[right] - contacts.u[left]
-            if contacts.touching[contact] != 0.0 and port.gap > 0.0:
+            port.gap = contact.initial_gap + right.u - left.u
+            if contact.touching != 0.0 and port.gap > 0.0:
                 port.gap = 0.0
             port.gap_rate = right_now - left_now
-            port.free_gap = contacts.initial_gap[contact] + right_u - left_u
+            port.free_gap = contact.initial_gap + right_u - left_u
             port.free_gap_rate = right_v - left_v
             reply.force, reply.impulse, reply.trial = 0.0, 0.0, 0.0
             reply.stored, reply.dissipated, reply.in_contact, reply.failed = 0.0, 0.0, 0.0, 0.0
             for k in range(MEMORY):
                 reply.memory[k] = port.memory[k]
-            call(contacts.law[contact], port, reply)
-            if reply.failed != 0.0:
-                return False
-            change = max(change, abs(reply.force - contacts.force[contact]) * dt)
-            change = max(change, abs(reply.impulse - contacts.impulse[contact]))
-            contacts.force[contact], contacts.impulse[contact] = reply.force, reply.impulse
+            call(contact.law, port, reply)
+            answered = answered and reply.failed == 0.0
+            change = max(change, abs(reply.force - contact.force) * dt, abs(reply.impulse - contact.impulse))
+            contact.force, contact.impulse = reply.force, reply.impulse
             largest = max(largest, abs(reply.force) * dt + abs(reply.impulse))
-        if n_contacts == 1 or change <= 1e-15 * largest:
+        if change <= 1e-15 * largest or not answered:
             break
-    return True
+    return answered
 
 
-@numba.njit(inline="always", _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)  # type: ignore[untyped-decorator]
-def free_step(bodies: Bodies, contacts: Contacts) -> None:
-    """Move all bodies by a step without contact and read the ports at its end."""
-    for body in range(bodies.free.size):
-        call(
-            bodies.free[body],
-            bodies.parameters[bodies.parameter_start[body] : bodies.parameter_start[body + 1]],
-            bodies.state[bodies.state_start[body] : bodies.state_start[body + 1]],
-        )
-    for port in range(contacts.body.size):
-        contacts.free_u[port] = dot(contacts.displacement, port, bodies.state)
-        contacts.free_v[port] = dot(contacts.velocity, port, bodies.state)
-
-
-@numba.njit(inline="always", _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)  # type: ignore[untyped-decorator]
-def correct(bodies: Bodies, contacts: Contacts) -> None:
+def correct(m: Memory) -> None:
     """Add what the forces and impulses of the step do to its end."""
-    for port in range(contacts.body.size):
-        contact = port // 2
-        force, impulse = contacts.force[contact], contacts.impulse[contact]
-        if force == 0.0 and impulse == 0.0:
-            continue
-        body, sign = contacts.body[port], contacts.sign[port]
-        shift = bodies.state_start[body]
-        size = bodies.state_start[body + 1] - shift
-        begin = contacts.force_start[body] + contacts.port_in_body[port] * size
-        middle = contacts.impulse_start[body] + contacts.port_in_body[port] * size
-        push, kick = sign * force, sign * impulse
-        if force != 0.0:
-            for i in range(contacts.force_low[port], contacts.force_high[port]):
-                bodies.state[shift + i] += push * contacts.responses[begin + i]
-        if impulse != 0.0:
+    for number in range(len(m.faces)):
+        contact, face = m.contacts[number // 2], m.faces[number]
+        body = m.bodies[face.body]
+        size = body.state_end - body.state_start
+        if contact.force != 0.0:
+            push, start = face.sign * contact.force, body.force_start + face.place * size
+            for i in range(face.low, face.high):
+                m.state[body.state_start + i] += push * m.responses[start + i]
+        if contact.impulse != 0.0:
+            kick, start = face.sign * contact.impulse, body.impulse_start + face.place * size
             for i in range(size):
-                bodies.state[shift + i] += kick * contacts.responses[middle + i]
+                m.state[body.state_start + i] += kick * m.responses[start + i]
+    n_contacts = len(m.contacts)
+    for number in range(len(m.faces)):
+        u, v = m.faces[number].free_u, m.faces[number].free_v
+        for other in range(n_contacts):
+            force, impulse = m.contacts[other].force, m.contacts[other].impulse
+            u += m.answers[U_FORCE, number, other] * force + m.answers[U_IMPULSE, number, other] * impulse
+            v += m.answers[V_FORCE, number, other] * force + m.answers[V_IMPULSE, number, other] * impulse
+        m.faces[number].u, m.faces[number].v = u, v
 
 
-@numba.njit(cache=True, _nrt=False, fastmath=FAST, no_cpython_wrapper=True, no_cfunc_wrapper=True)  # type: ignore[untyped-decorator]
-def attempt(bodies: Bodies, contacts: Contacts, clock: Floats, time: float, dt: float, watched: int, opening: bool) -> float:
-    """Take the saved step again with another length; return the watched contact's gap at its end, or its trial force."""
-    for i in range(bodies.state.size):
-        bodies.state[i] = bodies.backup[i]
-    retime(bodies, contacts, clock, dt)
-    free_step(bodies, contacts)
-    answer(contacts, time, dt)
+@PART
+def note(m: Memory, time: float, number: int, kind: int, impulse: float) -> None:
+    """Write one event; times of one contact never run backwards."""
+    contact, event = m.contacts[number], m.events[m.clock[0].n_events]
+    contact.last_event = max(time, contact.last_event)
+    event.time, event.contact, event.kind, event.impulse = contact.last_event, number, kind, impulse
+    event.span_impulse, event.span_peak = contact.span_impulse, contact.span_peak
+    m.clock[0].n_events += 1
+
+
+def date(m: Memory, time: float, dt: float, located: bool) -> None:
+    """Date the events of an accepted step, and carry each contact's phase and memory on.
+
+    A touch is the root of the gap, an opening that of the trial force, both linear between their instants; where
+    events are located, steps begin at them.
+    """
+    for number in range(len(m.contacts)):
+        contact, port, reply = m.contacts[number], m.ports[number], m.replies[number]
+        was_closed, is_closed = port.in_contact > 0.0, reply.in_contact > 0.0
+        if contact.dates != 0:
+            if is_closed and not was_closed:
+                contact.span_impulse, contact.span_peak = 0.0, 0.0
+                when = time
+                if not located:
+                    if port.gap > 0.0 and port.free_gap < 0.0:
+                        when = time + dt * port.gap / (port.gap - port.free_gap)
+                    elif port.gap < 0.0 and contact.old_gap >= 0.0:
+                        when = time - dt * port.gap / (port.gap - contact.old_gap)
+                    elif port.gap < 0.0 and contact.old_trial < 0.0 and reply.trial > 0.0:
+                        when = time + dt * (contact.trial_point - reply.trial / (reply.trial - contact.old_trial))
+                note(m, max(0.0, when), number, CLOSE, 0.0)
+            contact.span_impulse += contact.force * dt + contact.impulse
+            contact.span_peak = max(contact.span_peak, contact.force)
+            if was_closed and not is_closed:
+                when = time
+                if not located and contact.old_trial > 0.0 and reply.trial < 0.0:
+                    when = time + dt * (contact.trial_point + reply.trial / (contact.old_trial - reply.trial))
+                note(m, when, number, OPEN, 0.0)
+        if contact.impulse != 0.0:
+            note(m, time, number, IMPULSE, contact.impulse)
+        contact.old_gap, contact.old_trial, contact.touching = port.gap, reply.trial, 0.0
+        contact.sum_force += contact.force * dt
+        port.in_contact = reply.in_contact
+        for k in range(MEMORY):
+            port.memory[k] = reply.memory[k]
+        m.clock[0].lost_contact += reply.dissipated
+
+
+def settle(m: Memory, dt: float, end: float) -> None:
+    """Book the losses of an accepted step, take snapshots, move the clock."""
+    clock = m.clock[0]
+    for number in range(len(m.dampers)):
+        moved = m.state[m.dampers[number].index] - m.dampers[number].old
+        clock.lost_ends += m.dampers[number].damping * moved * moved / dt
+    for number in range(clock.n_snapshots, len(m.snapshots)):
+        if m.snapshots[number].time > end:
+            break
+        m.snapshots[number].after = end
+        for i in range(m.state.size):
+            m.snapshot_state[number, 1, i] = m.state[i]
+        clock.n_snapshots = number + 1
+    clock.time = end
+
+
+def sample(m: Memory) -> bool:
+    """Take energies and momenta; False where one is not finite."""
+    clock = m.clock[0]
+    n = clock.n_samples
+    finite = True
+    for number in range(len(m.bodies)):
+        body = m.bodies[number]
+        parameters = m.parameters[body.parameter_start : body.parameter_end]
+        call(body.measure, parameters, m.state[body.state_start : body.state_end], m.scratch)
+        momentum = 0.0
+        for i in range(body.state_start + body.n_dof, body.state_start + 2 * body.n_dof):
+            momentum += m.momentum[i] * m.state[i]
+        m.sample[n, 4 + 3 * number] = m.scratch[0]
+        m.sample[n, 5 + 3 * number] = m.scratch[1]
+        m.sample[n, 6 + 3 * number] = momentum
+        total = m.scratch[0] + momentum
+        finite = finite and total - total == 0.0
+    stored = 0.0
+    for number in range(len(m.contacts)):
+        stored += m.replies[number].stored
+    m.sample[n, 0], m.sample[n, 1], m.sample[n, 2], m.sample[n, 3] = clock.time, stored, clock.lost_contact, clock.lost_ends
+    clock.n_samples = n + 1
+    return finite
+
+
+def keep(m: Memory) -> None:
+    """Write one record at the end of a step."""
+    clock, n_contacts = m.clock[0], len(m.contacts)
+    n = clock.n_records
+    elapsed = clock.time - clock.recorded
+    m.record[n, 0] = clock.time
+    for number in range(n_contacts):
+        contact, left, right = m.contacts[number], m.faces[2 * number], m.faces[2 * number + 1]
+        at = 1 + 6 * number
+        m.record[n, at] = contact.sum_force / elapsed if elapsed > 0.0 else 0.0
+        m.record[n, at + 1] = contact.initial_gap + right.u - left.u
+        m.record[n, at + 2], m.record[n, at + 3] = left.u, left.v
+        m.record[n, at + 4], m.record[n, at + 5] = right.u, right.v
+        contact.sum_force = 0.0
+    first_column = 1 + 6 * n_contacts
+    first_probe = 2 * len(m.faces) + len(m.messengers)
+    for probe in range(m.record.shape[1] - first_column):
+        m.record[n, first_column + probe] = row_times_state(m, first_probe + probe)
+    clock.recorded = clock.time
+    clock.n_records = n + 1
+
+
+# A call copies all of `Memory`: the step that is taken most has its parts copied into it, the located step calls them.
+here_begin_step, here_free_step, here_answer, here_correct = map(INLINE, (begin_step, free_step, answer, correct))
+here_date, here_settle, here_sample, here_keep = map(INLINE, (date, settle, sample, keep))
+
+
+@ENTRY
+def advance_dated(m: Memory, dt: float, last_step: int, stride: int, sample_stride: int) -> int:
+    """Take whole steps up to ``last_step`` or until something must be handled outside; return why it came back.
+
+    The clock carries everything that goes on from one call to the next, so that no bit depends on where the calls are
+    cut.
+    """
+    clock = m.clock[0]
+    while clock.step < last_step:
+        if clock.n_records + 2 >= m.record.shape[0] or clock.n_samples + 2 >= m.sample.shape[0]:
+            return RECORDS_FULL
+        if clock.n_events + 6 * len(m.contacts) >= len(m.events):
+            return EVENTS_FULL
+        time, end = clock.time, (clock.step + 1) * dt
+        here_begin_step(m, end)
+        here_free_step(m)
+        if not here_answer(m, time, dt):
+            return LAW_FAILED
+        here_correct(m)
+        here_date(m, time, dt, False)
+        here_settle(m, dt, end)
+        clock.step += 1
+        if clock.step % stride == 0 or clock.step == last_step:
+            here_keep(m)
+        if clock.step % sample_stride == 0 and not here_sample(m):
+            return NOT_FINITE
+    return DONE
+
+
+begin_step, free_step, answer, correct = map(PART, (begin_step, free_step, answer, correct))
+date, settle, sample, keep = map(PART, (date, settle, sample, keep))
+
+
+@ENTRY
+def start(m: Memory) -> None:
+    """Fill the compliances and write the state at t = 0."""
+    compliances(m)
+    n_faces = len(m.faces)
+    for number in range(n_faces):
+        m.faces[number].u = row_times_state(m, number)
+        m.faces[number].v = row_times_state(m, n_faces + number)
+    keep(m)
+    sample(m)
+
+
+@PART
+def attempt(m: Memory, time: float, dt: float, watched: int, opening: bool) -> float:
+    """Take the saved step again with some length; return the watched contact's trial force, or its gap at the end."""
+    for i in range(m.state.size):
+        m.state[i] = m.backup[i]
+    retime(m, dt)
+    free_step(m)
+    answer(m, time, dt)
     if opening:
-        return contacts.replies[watched].trial
+        return m.replies[watched].trial
     left, right = 2 * watched, 2 * watched + 1
-    gap = contacts.initial_gap[watched] + contacts.free_u[right] - contacts.free_u[left]
-    for other in range(contacts.law.size):
-        gap += (contacts.u_force[right, other] - contacts.u_force[left, other]) * contacts.force[other]
-        gap += (contacts.u_impulse[right, other] - contacts.u_impulse[left, other]) * contacts.impulse[other]
+    gap = m.contacts[watched].initial_gap + m.faces[right].free_u - m.faces[left].free_u
+    for other in range(len(m.contacts)):
+        force, impulse = m.contacts[other].force, m.contacts[other].impulse
+        gap += (m.answers[U_FORCE, right, other] - m.answers[U_FORCE, left, other]) * force
+        gap += (m.answers[U_IMPULSE, right, other] - m.answers[U_IMPULSE, left, other]) * impulse
     return gap
 
 
-@numba.njit(cache=True, _nrt=False, fastmath=FAST, no_cpython_wrapper=True, no_cfunc_wrapper=True)  # type: ignore[untyped-decorator]
-def root(
-    bodies: Bodies, contacts: Contacts, clock: Floats, time: float, dt: float, watched: int, opening: bool, at_dt: float
-) -> float:
-    """Return the step length at which the watched value falls through zero (bisection, then regula falsi), at most dt."""
-    low, high, at_low, at_high = 0.0, dt, 1.0, at_dt
-    known = False
+@PART
+def root(m: Memory, time: float, dt: float, watched: int, opening: bool, at_dt: float) -> float:
+    """Return the step length, at most dt, at which the watched value falls through zero (false position, bisection)."""
+    low, high, at_low, at_high = 0.0, dt, 0.0, at_dt
     for turn in range(80):
-        if known and turn % 3 != 2:
-            middle = low + (high - low) * at_low / (at_low - at_high)
+        middle = 0.5 * (low + high)
+        if at_low > 0.0 and turn % 3 != 2:
             margin = 1e-3 * (high - low)
+            middle = low + (high - low) * at_low / (at_low - at_high)
             middle = min(max(middle, low + margin), high - margin)
-        else:
-            middle = 0.5 * (low + high)
-        value = attempt(bodies, contacts, clock, time, middle, watched, opening)
+        value = attempt(m, time, middle, watched, opening)
         if value > 0.0:
-            low, at_low, known = middle, value, True
+            low, at_low = middle, value
         else:
             high, at_high = middle, value
         if high - low <= 1e-13 * dt:
@@ -343,267 +399,74 @@ def root(
     return 0.5 * (low + high)
 
 
-@numba.njit(inline="always", _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)  # type: ignore[untyped-decorator]
-def note(contacts: Contacts, record: Record, clock: Floats, time: float, contact: int, kind: float, impulse: float) -> None:
-    """Write one event; times of one contact never run backwards."""
-    n = int(clock[N_EVENTS])
-    time = max(time, contacts.last_event[contact])
-    contacts.last_event[contact] = time
-    event = record.event[n]
-    event[0], event[1], event[2], event[3] = time, float(contact), kind, impulse
-    event[4], event[5] = contacts.span[contact, 0], contacts.span[contact, 1]
-    clock[N_EVENTS] = n + 1
-
-
-@numba.njit(inline="always", _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)  # type: ignore[untyped-decorator]
-def date(contacts: Contacts, record: Record, clock: Floats, time: float, dt: float, located: bool) -> None:
-    """Date the events of an accepted step, and carry each contact's phase and memory on."""
-    for contact in range(contacts.law.size):
-        port, reply = contacts.ports[contact], contacts.replies[contact]
-        force, impulse = contacts.force[contact], contacts.impulse[contact]
-        was_closed, is_closed = port.in_contact > 0.0, reply.in_contact > 0.0
-        if contacts.dates[contact] != 0:
-            if is_closed and not was_closed:
-                contacts.span[contact, 0], contacts.span[contact, 1] = 0.0, 0.0
-                old = contacts.old_gap[contact]
-                if located:
-                    when = time
-                elif port.gap > 0.0:
-                    when = time + dt * port.gap / (port.gap - port.free_gap) if port.free_gap < 0.0 else time
-                elif port.gap < 0.0 and old > 0.0:
-                    when = time - dt * port.gap / (port.gap - old)
-                elif contacts.old_trial[contact] < 0.0 and reply.trial > 0.0:
-                    back = reply.trial / (reply.trial - contacts.old_trial[contact])
-                    when = time + port.load_point * dt - dt * back
-                else:
-                    when = time
-                note(contacts, record, clock, max(0.0, when), contact, CLOSE, 0.0)
-            if was_closed and not is_closed:
-                before = contacts.old_trial[contact]
-                when = time
-                if not located and before > 0.0 and reply.trial < 0.0:
-                    when = time + port.load_point * dt + dt * reply.trial / (before - reply.trial)
-                note(contacts, record, clock, when, contact, OPEN, 0.0)
-            contacts.span[contact, 0] += force * dt + impulse
-            contacts.span[contact, 1] = max(contacts.span[contact, 1], force)
-        if impulse != 0.0:
-            note(contacts, record, clock, time, contact, IMPULSE, impulse)
-        contacts.old_gap[contact] = port.gap
-        contacts.old_trial[contact] = reply.trial
-        contacts.touching[contact] = 0.0
-        port.in_contact = reply.in_contact
-        for k in range(MEMORY):
-            port.memory[k] = reply.memory[k]
-        clock[LOST_CONTACT] += reply.dissipated
-        record.sum_force[contact] += force * dt
-
-
-@numba.njit(inline="always", _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)  # type: ignore[untyped-decorator]
-def sample(bodies: Bodies, contacts: Contacts, record: Record, clock: Floats) -> bool:
-    """Take energies and momenta; False where one is not finite."""
-    n = int(clock[N_SAMPLES])
-    record.sample_time[n] = clock[TIME]
-    finite = True
-    for body in range(bodies.free.size):
-        first, last = bodies.state_start[body], bodies.state_start[body + 1]
-        parameters = bodies.parameters[bodies.parameter_start[body] : bodies.parameter_start[body + 1]]
-        call(bodies.measure[body], parameters, bodies.state[first:last], record.scratch)
-        momentum = 0.0
-        for i in range(first + bodies.n_dof[body], first + 2 * bodies.n_dof[body]):
-            momentum += bodies.momentum[i] * bodies.state[i]
-        record.sample_body[n, body, 0] = record.scratch[0]
-        record.sample_body[n, body, 1] = record.scratch[1]
-        record.sample_body[n, body, 2] = momentum
-        total = record.scratch[0] + momentum
-        finite = finite and total - total == 0.0
-    stored = 0.0
-    for contact in range(contacts.law.size):
-        stored += contacts.replies[contact].stored
-    record.sample_book[n, 0] = stored
-    record.sample_book[n, 1] = clock[LOST_CONTACT]
-    record.sample_book[n, 2] = clock[LOST_ENDS]
-    clock[N_SAMPLES] = n + 1
-    return finite
-
-
-@numba.njit(inline="always", _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)  # type: ignore[untyped-decorator]
-def keep(bodies: Bodies, contacts: Contacts, record: Record, clock: Floats) -> None:
-    """Write one record at the end of a step."""
-    n = int(clock[N_RECORDS])
-    elapsed = clock[TIME] - clock[LAST_TIME]
-    record.time[n] = clock[TIME]
-    for contact in range(contacts.law.size):
-        left, right = 2 * contact, 2 * contact + 1
-        record.contact[n, contact, 0] = record.sum_force[contact] / elapsed if elapsed > 0.0 else 0.0
-        record.contact[n, contact, 1] = contacts.initial_gap[contact] + contacts.u[right] - contacts.u[left]
-        record.sum_force[contact] = 0.0
-    for port in range(contacts.body.size):
-        record.port[n, port, 0], record.port[n, port, 1] = contacts.u[port], contacts.v[port]
-    for probe in range(record.probe.shape[1]):
-        record.probe[n, probe] = dot(record.probes, probe, bodies.state)
-    clock[LAST_TIME] = clock[TIME]
-    clock[N_RECORDS] = n + 1
-
-
-@numba.njit(inline="always", _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)  # type: ignore[untyped-decorator]
-def settle(
-    bodies: Bodies, contacts: Contacts, record: Record, clock: Floats, time: float, dt: float, end: float, located: bool
-) -> None:
-    """Accept the answered step: correct the state, read the ports at its end, date events, book losses."""
-    correct(bodies, contacts)
-    n_contacts = contacts.law.size
-    for port in range(contacts.body.size):
-        u, v = contacts.free_u[port], contacts.free_v[port]
-        for contact in range(n_contacts):
-            force, impulse = contacts.force[contact], contacts.impulse[contact]
-            u += contacts.u_force[port, contact] * force + contacts.u_impulse[port, contact] * impulse
-            v += contacts.v_force[port, contact] * force + contacts.v_impulse[port, contact] * impulse
-        contacts.u[port], contacts.v[port] = u, v
-    for damper in range(bodies.damper_index.size):
-        moved = bodies.state[bodies.damper_index[damper]] - bodies.damper_old[damper]
-        clock[LOST_ENDS] += bodies.damper_value[damper] * moved * moved / dt
-    date(contacts, record, clock, time, dt, located)
-    for snapshot in range(int(clock[N_SNAPSHOTS]), record.snapshot_time.size):
-        if record.snapshot_time[snapshot] > end:
-            break
-        record.snapshot_at[snapshot, 1] = end
-        for i in range(bodies.state.size):
-            record.snapshot_state[snapshot, 1, i] = bodies.state[i]
-        clock[N_SNAPSHOTS] = snapshot + 1
-    clock[TIME] = end
-
-
-@numba.njit(cache=True, _nrt=False, fastmath=FAST, no_cpython_wrapper=True, no_cfunc_wrapper=True)  # type: ignore[untyped-decorator]
-def located_step(bodies: Bodies, contacts: Contacts, record: Record, clock: Floats, dt: float, step_end: float) -> bool:
+@PART
+def located_step(m: Memory, dt: float, step_end: float) -> bool:
     """Take one nominal step, cut at every event found inside it; False where a law failed."""
+    clock = m.clock[0]
     cuts = 0
     while True:
-        time = clock[TIME]
+        time = clock.time
         h = dt if cuts == 0 else step_end - time
         if h <= 1e-12 * dt:
-            clock[TIME] = step_end
+            clock.time = step_end
             return True
-        begin_step(bodies, contacts, record, clock, step_end)
-        for i in range(bodies.state.size):
-            bodies.backup[i] = bodies.state[i]
-        retime(bodies, contacts, clock, h)
-        free_step(bodies, contacts)
-        if not answer(contacts, time, h):
-            return False
+        begin_step(m, step_end)
+        for i in range(m.state.size):
+            m.backup[i] = m.state[i]
         earliest, which, opens, searched = h, -1, False, False
-        if cuts < CUTS:
-            for contact in range(contacts.law.size):
-                attempt(bodies, contacts, clock, time, h, contact, False)
-                port, reply = contacts.ports[contact], contacts.replies[contact]
-                if port.in_contact > 0.0 and reply.in_contact == 0.0 and reply.trial < 0.0:
-                    searched = True
-                    # The mean force of a step falls to zero at twice the time at which the force does.
-                    tau = 0.5 * root(bodies, contacts, clock, time, h, contact, True, reply.trial)
-                    if tau < earliest:
-                        earliest, which, opens = tau, contact, True
-                elif port.in_contact == 0.0 and port.gap > 0.0:
-                    at_end = attempt(bodies, contacts, clock, time, h, contact, False)
-                    if at_end < 0.0:
-                        searched = True
-                        tau = root(bodies, contacts, clock, time, h, contact, False, at_end)
-                        if tau < earliest:
-                            earliest, which, opens = tau, contact, False
-        if which >= 0:
-            cuts += 1
-            clock[N_CUTS] += 1.0
-            if earliest <= 1e-12 * dt:  # now: change the phase and take the step again
-                for i in range(bodies.state.size):
-                    bodies.state[i] = bodies.backup[i]
-                earliest = 0.0
-            else:
-                attempt(bodies, contacts, clock, time, earliest, 0, False)
-                settle(bodies, contacts, record, clock, time, earliest, time + earliest, True)
-                keep(bodies, contacts, record, clock)
-            if opens:
-                note(contacts, record, clock, time + earliest, which, OPEN, 0.0)
-                contacts.ports[which].in_contact = 0.0
-            else:
-                contacts.touching[which] = 1.0
-            continue
-        if searched:
-            attempt(bodies, contacts, clock, time, h, 0, False)
-        settle(bodies, contacts, record, clock, time, h, step_end, True)
-        return True
+        for number in range(len(m.contacts)):
+            at_end = attempt(m, time, h, number, False)
+            port, reply = m.ports[number], m.replies[number]
+            if reply.failed != 0.0:
+                return False
+            ends = port.in_contact > 0.0 and reply.in_contact == 0.0 and reply.trial < 0.0
+            begins = port.in_contact == 0.0 and port.gap > 0.0 and at_end < 0.0
+            if cuts < CUTS and (ends or begins):
+                searched = True
+                tau = root(m, time, h, number, ends, reply.trial if ends else at_end)
+                # The mean force of a step falls to zero at twice the time at which the force does.
+                tau = 0.5 * tau if ends else tau
+                if tau < earliest:
+                    earliest, which, opens = tau, number, ends
+        if searched or len(m.contacts) != 1:
+            attempt(m, time, earliest, 0, False)
+        if which < 0:
+            correct(m)
+            date(m, time, h, True)
+            settle(m, h, step_end)
+            return True
+        cuts += 1
+        clock.n_cuts += 1
+        if earliest <= 1e-12 * dt:  # now: change the phase and take the step again
+            for i in range(m.state.size):
+                m.state[i] = m.backup[i]
+            earliest = 0.0
+        else:
+            correct(m)
+            date(m, time, earliest, True)
+            settle(m, earliest, time + earliest)
+            keep(m)
+        if opens:
+            note(m, time + earliest, which, OPEN, 0.0)
+            m.ports[which].in_contact = 0.0
+        else:
+            m.contacts[which].touching = 1.0
 
 
-@numba.njit(cache=True, _nrt=False, fastmath=FAST)  # type: ignore[untyped-decorator]
-def advance_dated(
-    bodies: Bodies,
-    contacts: Contacts,
-    record: Record,
-    clock: Floats,
-    dt: float,
-    last_step: int,
-    stride: int,
-    sample_stride: int,
-) -> int:
-    """Take steps up to ``last_step`` or until something must be handled outside; return why it came back.
-
-    ``clock`` carries everything that goes on from one call to the next, so that the answer does not depend on where the
-    calls are cut.
-    """
-    while clock[STEP] < last_step:
-        if clock[N_RECORDS] + 2 >= record.time.size or clock[N_SAMPLES] + 2 >= record.sample_time.size:
+@ENTRY
+def advance_located(m: Memory, dt: float, last_step: int, stride: int, sample_stride: int) -> int:
+    """Take steps cut at their events, otherwise as `advance_dated`."""
+    clock = m.clock[0]
+    while clock.step < last_step:
+        if clock.n_records + CUTS + 2 >= m.record.shape[0] or clock.n_samples + 2 >= m.sample.shape[0]:
             return RECORDS_FULL
-        if clock[N_EVENTS] + 6 * contacts.law.size >= record.event.shape[0]:
+        if clock.n_events + 3 * (CUTS + 2) * len(m.contacts) >= len(m.events):
             return EVENTS_FULL
-        step = int(clock[STEP])
-        end = (step + 1) * dt
-        time = clock[TIME]
-        begin_step(bodies, contacts, record, clock, end)
-        free_step(bodies, contacts)
-        if not answer(contacts, time, dt):
+        if not located_step(m, dt, (clock.step + 1) * dt):
             return LAW_FAILED
-        settle(bodies, contacts, record, clock, time, dt, end, False)
-        clock[STEP] = step + 1
-        if (step + 1) % stride == 0 or step + 1 == last_step:
-            keep(bodies, contacts, record, clock)
-        if (step + 1) % sample_stride == 0 and not sample(bodies, contacts, record, clock):
+        clock.step += 1
+        if clock.step % stride == 0 or clock.step == last_step:
+            keep(m)
+        if clock.step % sample_stride == 0 and not sample(m):
             return NOT_FINITE
     return DONE
-
-
-@numba.njit(cache=True, _nrt=False, fastmath=FAST)  # type: ignore[untyped-decorator]
-def advance_located(
-    bodies: Bodies,
-    contacts: Contacts,
-    record: Record,
-    clock: Floats,
-    dt: float,
-    last_step: int,
-    stride: int,
-    sample_stride: int,
-) -> int:
-    """Take steps up to ``last_step`` or until something must be handled outside; return why it came back.
-
-    ``clock`` carries everything that goes on from one call to the next, so that the answer does not depend on where the
-    calls are cut.
-    """
-    while clock[STEP] < last_step:
-        if clock[N_RECORDS] + CUTS + 4 >= record.time.size or clock[N_SAMPLES] + 2 >= record.sample_time.size:
-            return RECORDS_FULL
-        if clock[N_EVENTS] + 3 * (CUTS + 4) * contacts.law.size >= record.event.shape[0]:
-            return EVENTS_FULL
-        step = int(clock[STEP])
-        end = (step + 1) * dt
-        if not located_step(bodies, contacts, record, clock, dt, end):
-            return LAW_FAILED
-        clock[STEP] = step + 1
-        if (step + 1) % stride == 0 or step + 1 == last_step:
-            keep(bodies, contacts, record, clock)
-        if (step + 1) % sample_stride == 0 and not sample(bodies, contacts, record, clock):
-            return NOT_FINITE
-    return DONE
-
-
-@numba.njit(cache=True, _nrt=False, fastmath=FAST)  # type: ignore[untyped-decorator]
-def start(bodies: Bodies, contacts: Contacts, record: Record, clock: Floats) -> None:
-    """Write the state at t = 0."""
-    read_ports(bodies, contacts)
-    keep(bodies, contacts, record, clock)
-    sample(bodies, contacts, record, clock)

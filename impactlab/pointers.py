@@ -23,10 +23,9 @@ from impactlab.types import PORT, REPLY, Port, Reply
 COMPILED = not config.DISABLE_JIT
 
 VECTOR = types.float64[::1]
-MATRIX = types.float64[:, ::1]
 FREE = types.void(VECTOR, VECTOR)
 MEASURE = types.void(VECTOR, VECTOR, VECTOR)
-RETIME = types.void(VECTOR, types.float64, MATRIX, MATRIX, MATRIX)
+RETIME = types.void(VECTOR, types.float64, VECTOR, VECTOR, VECTOR)
 RESPOND = types.void(from_dtype(PORT), from_dtype(REPLY))
 
 # Sums may be reordered, so that they run in vector registers; nothing may be assumed about NaN or infinity.

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from impactlab.assembly import Assembly, BuiltBody, build_bodies, start_law
+from impactlab.assembly import Assembly, BuiltBody, build_bodies, prepare_steppers, start_law
 from impactlab.errors import CaseError, PairingError, StepError
 from impactlab.history import AbstractHistory, Warned
-from impactlab.integrators.base import AbstractIntegrator
+from impactlab.integrators.base import AbstractIntegrator, Stepper
 from impactlab.integrators.newmark import Newmark
 from impactlab.pairing import check_events, check_law, check_system, energy_bound, kind_of
 from impactlab.scene import Rod, Scene
@@ -30,6 +30,7 @@ class Plan:
     dt: float | None  # s; None for a run without steps
     steps: int
     built: dict[str, BuiltBody]
+    steppers: dict[str, Stepper]
     integrator: AbstractIntegrator | None
     warnings: tuple[Warned, ...]
 
@@ -80,7 +81,7 @@ def prepare(scene: Scene) -> Plan:
             if scene.integrator is None
             else (Warned("integrator_unused", "the continuous model needs no integrator; solve.integrator is ignored"),)
         )
-        return Plan(None, 0, {}, None, warned)
+        return Plan(None, 0, {}, {}, None, warned)
     integrator = scene.integrator or Newmark()
     for number, contact in enumerate(scene.contacts):
         check_law(contact.law, integrator, f"contacts.{number}.law")
@@ -102,9 +103,10 @@ def prepare(scene: Scene) -> Plan:
     steps = math.ceil(scene.duration / dt - 1e-9)
     if steps > MOST_STEPS:
         raise CaseError(f"{steps} steps are too many", remedy="Give a longer step or a shorter duration.", path="solve.step")
+    steppers = prepare_steppers(scene, built, integrator, dt)
     warnings = []
     for number, contact in enumerate(scene.contacts):
-        start_law(scene, number, dt)
+        start_law(scene, steppers, number, dt)
         if contact.law.holds_position and integrator.hard_constraint_gains:
             warnings.append(
                 Warned(
@@ -112,7 +114,7 @@ def prepare(scene: Scene) -> Plan:
                     f"{contact.name}: a hard position constraint under '{kind_of(integrator)}' is known to gain energy",
                 )
             )
-    return Plan(dt, max(steps, 1), built, integrator, tuple(warnings))
+    return Plan(dt, max(steps, 1), built, steppers, integrator, tuple(warnings))
 
 
 def run(scene: Scene, progress: Progress | None = None) -> AbstractHistory:
@@ -138,16 +140,16 @@ def run(scene: Scene, progress: Progress | None = None) -> AbstractHistory:
         return exact
     from impactlab import loop
 
-    assembly = Assembly(scene, plan.built, plan.integrator, plan.dt, plan.steps)
+    assembly = Assembly(scene, plan.built, plan.steppers, plan.integrator, plan.dt, plan.steps)
     history = RecordedHistory(assembly, plan.integrator)
     history.warnings.extend(plan.warnings)
-    loop.start(assembly.bodies, assembly.contacts, assembly.record, assembly.clock)
+    loop.start(assembly.memory)
     history.cost.setup_s = clock.perf_counter() - began
     began = clock.perf_counter()
     status = walk(assembly, history, progress)
     history.finish()
     history.cost.solve_s = clock.perf_counter() - began
-    history.cost.steps = int(assembly.clock[loop.STEP])
+    history.cost.steps = assembly.clock.step
     raise_failure(status, assembly, history)
     return history
 
@@ -159,27 +161,20 @@ def walk(assembly: Assembly, history: AbstractHistory, progress: Progress | None
 
     assert isinstance(history, RecordedHistory)
     chunk = 256
-    advance = loop.advance_located if assembly.scene.events == "located" else loop.advance_dated
+    located = assembly.scene.events == "located" and bool(assembly.scene.contacts)
+    advance = loop.advance_located if located else loop.advance_dated
     while True:
-        first = int(assembly.clock[loop.STEP])
+        first = assembly.clock.step
         began = clock.perf_counter()
-        status = advance(
-            assembly.bodies,
-            assembly.contacts,
-            assembly.record,
-            assembly.clock,
-            assembly.dt,
-            min(first + chunk, assembly.steps),
-            assembly.stride,
-            assembly.sample_stride,
-        )
+        last = min(first + chunk, assembly.steps)
+        status = advance(assembly.memory, assembly.dt, last, assembly.stride, assembly.sample_stride)
         spent = clock.perf_counter() - began
         history.drain()
         if status in (loop.LAW_FAILED, loop.NOT_FINITE):
             return int(status)
         if status == loop.RECORDS_FULL:
             assembly.grow()
-        done = int(assembly.clock[loop.STEP])
+        done = assembly.clock.step
         if progress is not None:
             progress(done / assembly.steps)
         if done >= assembly.steps:
@@ -194,7 +189,7 @@ def raise_failure(status: int, assembly: Assembly, history: AbstractHistory) -> 
     """Raise `StepError` where the run ended early or its energy grew beyond what the pairing declares."""
     from impactlab import loop
 
-    time, step = float(assembly.clock[loop.TIME]), int(assembly.clock[loop.STEP])
+    time, step = assembly.clock.time, assembly.clock.step
     if status == loop.LAW_FAILED:
         raised = next((law.raised for law in assembly.laws if law.raised is not None), None)
         text = "a contact law gave no answer" if raised is None else f"a contact law raised {type(raised).__name__}: {raised}"

@@ -113,6 +113,7 @@ class SideFacts(NamedTuple):
     room: float  # m a reading may be away from the face: the first segment's length
     mass: float  # kg, of the whole body; inf for a wall
     gravity: float  # m/s2, along +x
+    velocity_per_force: float  # m/(N s), of the face in the scheme's own step; NaN for the continuous model
 
 
 class Start(NamedTuple):

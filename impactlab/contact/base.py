@@ -26,6 +26,7 @@ class AbstractContactLaw(ABC):
     citations: ClassVar[tuple[str, ...]] = ()
     compiled: ClassVar[bool] = True  # False: respond stays plain Python, called back from the loop
     answers_force: ClassVar[bool] = True  # False: impulses only, no force history
+    trial_at_end: ClassVar[bool] = False  # True: its trial force belongs to the end of the step, not to where it acts
     fixed_step: ClassVar[bool] = False  # True: its readings belong to one dt, so a step cannot be cut at an event
     hard: ClassVar[bool] = False  # True: it approximates the hard unilateral contact, whose exact answer is its reference
     holds_position: ClassVar[bool] = False  # True: a hard position constraint, which makes some schemes gain energy

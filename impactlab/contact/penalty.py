@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, final
 
@@ -55,24 +56,43 @@ class Penalty(AbstractContactLaw):
     @staticmethod
     def respond(port: Any, reply: Any) -> None:
         stiffness, damping = port.parameters[0], port.parameters[1]
+        reply.dissipated = port.memory[0]  # a spring that is let go of gives nothing back
+        gap, free_gap, pliancy = port.gap, port.free_gap, port.gap_per_force
         if port.load_point == 0.0:
             # The force acts at the start of the step; the rates of its two half steps straddle it.
-            gap, gap_yield = port.gap, 0.0
-            rate = 0.5 * (port.gap_rate + port.free_gap_rate)
-            rate_yield = 0.5 * port.rate_per_force
-        else:
-            gap, gap_yield = 0.5 * (port.gap + port.free_gap), 0.5 * port.gap_per_force
-            rate, rate_yield = (port.free_gap - port.gap) / port.dt, port.gap_per_force / port.dt
-        reply.trial = -(stiffness * gap + damping * rate) / (1.0 + stiffness * gap_yield + damping * rate_yield)
-        reply.dissipated = port.memory[0]  # a spring that is let go of gives nothing back
-        if reply.trial > 0.0 and gap + gap_yield * reply.trial < 0.0:
-            rate += rate_yield * reply.trial
-            gap_end = port.free_gap + port.gap_per_force * reply.trial
-            gap_other = port.gap if port.load_point == 0.0 else gap_end
-            reply.force = reply.trial
-            reply.in_contact = 1.0
-            reply.stored = 0.5 * stiffness * gap_other * gap_end
-            reply.dissipated = damping * rate * rate * port.dt
-            reply.memory[0] = reply.stored
-        else:
-            reply.memory[0] = 0.0
+            rate, rate_pliancy = 0.5 * (port.gap_rate + port.free_gap_rate), 0.5 * port.rate_per_force
+            reply.trial = -(stiffness * gap + damping * rate) / (1.0 + damping * rate_pliancy)
+            if gap < 0.0 and reply.trial > 0.0:
+                rate += rate_pliancy * reply.trial
+                reply.force = reply.trial
+                reply.in_contact = 1.0
+                reply.stored = 0.5 * stiffness * gap * min(0.0, free_gap + pliancy * reply.force)
+                reply.dissipated = damping * rate * rate * port.dt
+        elif gap < 0.0 or free_gap < 0.0:
+            # Force times change of the gap is the change of the spring's energy, also where the gap passes through zero
+            # within the step: (1 + s a) g^2 + b g + c = 0 for the gap g at the end.
+            dash = damping * pliancy / port.dt
+            spring = 0.5 * stiffness * pliancy
+            square = 1.0 + dash + spring
+            linear = -(free_gap + gap + 2.0 * dash * gap)
+            constant = free_gap * gap + dash * gap * gap
+            if gap < 0.0:
+                # As if the spring also pulled: the answer that stays in contact is linear.
+                end = (free_gap + (dash - spring) * gap) / square
+                if end > 0.0:
+                    constant -= spring * gap * gap
+                    square -= spring
+                    end = (-linear + math.sqrt(max(0.0, linear * linear - 4.0 * square * constant))) / (2.0 * square)
+            else:
+                end = (-linear - math.sqrt(max(0.0, linear * linear - 4.0 * square * constant))) / (2.0 * square)
+            # The signed force dates the opening: that of a spring that could pull.
+            bound_end = (free_gap + (dash - spring) * gap) / square
+            reply.trial = -(0.5 * stiffness * (gap + bound_end) + damping * (bound_end - gap) / port.dt)
+            force = (end - free_gap) / pliancy
+            if force > 0.0 and min(gap, end) < 0.0:
+                reply.force = force
+                reply.in_contact = 1.0 if end < 0.0 else 0.0
+                held = min(end, 0.0)
+                reply.stored = 0.5 * stiffness * held * held
+                reply.dissipated = damping * (end - gap) ** 2 / port.dt
+        reply.memory[0] = reply.stored

@@ -32,6 +32,7 @@ class WaveIdentification(AbstractContactLaw):
     citations = ("EscalonaMayoDominguez1999",)
     hard = True
     fixed_step = True
+    trial_at_end = True
     gains_energy = 0.10
 
     residual: bool = option(True, description="add the quasi-static stress of the modes left out to the messenger's")

@@ -28,7 +28,8 @@ class Stepper:
     force_response: Array  # (n_ports, n_state) end-of-step state per force constant over the step
     impulse_response: Array  # (n_ports, n_state) end-of-step state per impulse at the start of the step
     jump: Array  # (n_ports, n_dof) velocities per impulse, at once
-    retime: Kernel | None = None  # retime(parameters, dt, jump, force_response, impulse_response), only with any_dt
+    face_rows: Array  # (n_ports, n_dof) displacement rows of the contacts, as given to `prepare`
+    retime: Kernel | None = None  # retime(parameters, dt, jump, force_response, impulse_response), flat; only with any_dt
 
 
 class AbstractIntegrator(ABC):

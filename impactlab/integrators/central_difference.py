@@ -15,26 +15,27 @@ from impactlab.types import Array, Level
 
 
 def free(parameters: Array, state: Array) -> None:
-    """Step without contact: v += dt M^-1 (load - K u - C (v_old + v_new)/2), then u += dt v."""
-    n, bandwidth, damped, dt, loaded = int(parameters[0]), int(parameters[1]), parameters[2], parameters[3], parameters[4]
-    arrays = parameters[5:]
-    push, keep, diagonal = arrays[:n], arrays[n : 2 * n], arrays[2 * n : 3 * n]
+    """Step without contact: v += dt M^-1 (load - K u - C (v_old + v_new)/2), then u += dt v.
+
+    A tridiagonal stiffness is walked as a chain of springs, with springs to the ground at its ends (and, rarely, inside).
+    """
+    n, bandwidth, dt = int(parameters[0]), int(parameters[1]), parameters[2]
+    damped, loaded, grounded = parameters[3], parameters[4], parameters[5]
+    arrays = parameters[6:]
+    gain, chain, keep = arrays[:n], arrays[n : 2 * n + 1], arrays[2 * n + 1 : 3 * n + 1]
+    push, ground = arrays[3 * n + 1 : 4 * n + 1], arrays[4 * n + 1 : 5 * n + 1]
     u, v = state[:n], state[n : 2 * n]
     if damped != 0.0:
         for i in range(n):
             v[i] *= keep[i]
-    if bandwidth == 1:
-        above, below = arrays[3 * n : 4 * n], arrays[4 * n : 5 * n]
-        if n > 1:
-            v[0] -= diagonal[0] * u[0] + above[0] * u[1]
-            for i in range(1, n - 1):
-                v[i] -= diagonal[i] * u[i] + above[i] * u[i + 1] + below[i] * u[i - 1]
-            v[n - 1] -= diagonal[n - 1] * u[n - 1] + below[n - 1] * u[n - 2]
-        else:
-            v[0] -= diagonal[0] * u[0]
-    else:
+    if bandwidth == 1 and n > 1:
+        v[0] -= gain[0] * (chain[0] * u[0] + chain[1] * (u[0] - u[1]))
+        for i in range(1, n - 1):
+            v[i] += gain[i] * (chain[i] * (u[i - 1] - u[i]) - chain[i + 1] * (u[i] - u[i + 1]))
+        v[n - 1] += gain[n - 1] * (chain[n - 1] * (u[n - 2] - u[n - 1]) - chain[n] * u[n - 1])
+    if grounded != 0.0:
         for i in range(n):
-            v[i] -= diagonal[i] * u[i]
+            v[i] -= gain[i] * ground[i] * u[i]
     if loaded != 0.0:
         for i in range(n):
             v[i] += push[i]
@@ -44,8 +45,8 @@ def free(parameters: Array, state: Array) -> None:
 
 def measure(parameters: Array, state: Array, out: Array) -> None:
     """Write the energy that leapfrog conserves, v M v/2 + u_old K u/2 [J], and its work of the load [J]."""
-    n, bandwidth, dt = int(parameters[0]), int(parameters[1]), parameters[3]
-    arrays = parameters[5 + (3 + 2 * bandwidth) * int(parameters[0]) :]
+    n, bandwidth, dt = int(parameters[0]), int(parameters[1]), parameters[2]
+    arrays = parameters[7 + 5 * int(parameters[0]) :]
     mass, load, stiffness = arrays[:n], arrays[n : 2 * n], arrays[2 * n : 3 * n]
     u, v = state[:n], state[n : 2 * n]
     energy, work = 0.0, 0.0
@@ -91,9 +92,15 @@ class CentralDifference(AbstractIntegrator):
         half = 0.5 * dt * damping / mass
         gain = dt / mass / (1.0 + half)
         keep = (1.0 - half) / (1.0 + half)
-        bands = [gain * stiffness[0]]
+        chain, ground = np.zeros(n_dof + 1), stiffness[0].copy()
         if bandwidth == 1:
-            bands += [gain * stiffness[1], gain * np.concatenate(([0.0], stiffness[1, :-1]))[:n_dof]]
+            chain[1:-1] = -stiffness[1, :-1]
+            ground -= chain[:-1] + chain[1:]
+            # Rounding aside, only the ends of a row of bars are tied to the ground.
+            ground[np.abs(ground) <= 1e-13 * stiffness[0]] = 0.0
+            if n_dof > 1:
+                chain[0], chain[-1] = ground[0], ground[-1]
+                ground[0] = ground[-1] = 0.0
 
         def linear_step(u: Array, v: Array) -> Array:
             v_new = keep * v - gain * multiply(stiffness, u)
@@ -105,13 +112,15 @@ class CentralDifference(AbstractIntegrator):
         internal = system.load - damping * system.velocity - multiply(stiffness, system.displacement)
         # Velocities start half a step early, so that the first full step is centred at t = 0.
         before = system.velocity - 0.5 * dt * internal / mass
-        header = np.array([n_dof, bandwidth, float(np.any(damping)), dt, float(np.any(system.load))])
+        header = np.array([n_dof, bandwidth, dt, np.any(damping), np.any(system.load), np.any(ground)], float)
+        arrays = (gain, chain, keep, gain * system.load, ground, mass, system.load, *stiffness)
         return Stepper(
             free=free,
             measure=measure,
-            parameters=np.concatenate((header, gain * system.load, keep, *bands, mass, system.load, *stiffness)),
+            parameters=np.concatenate((header, *arrays)),
             state=np.concatenate((system.displacement, before)),
             force_response=force_response,
             impulse_response=impulse_response,
             jump=jump,
+            face_rows=ports,
         )

@@ -41,7 +41,7 @@ def measure(parameters: Array, state: Array, out: Array) -> None:
 
 
 def retime(parameters: Array, dt: float, jump: Array, force_response: Array, impulse_response: Array) -> None:
-    """Rewrite the step's constants and responses for another step length."""
+    """Rewrite the step's constants and responses (flat, port by port) for another step length."""
     n = int(parameters[0])
     arrays = parameters[1:]
     for i in range(n):
@@ -54,11 +54,10 @@ def retime(parameters: Array, dt: float, jump: Array, force_response: Array, imp
             cosine, sine, lift = 1.0, dt, 0.5 * dt * dt
         arrays[3 * n + i], arrays[4 * n + i], arrays[5 * n + i] = cosine, sine, frequency * frequency * sine
         arrays[6 * n + i], arrays[7 * n + i] = lift * load / mass, sine * load / mass
-        for port in range(jump.shape[0]):
-            force_response[port, i] = lift * jump[port, i]
-            force_response[port, n + i] = sine * jump[port, i]
-            impulse_response[port, i] = sine * jump[port, i]
-            impulse_response[port, n + i] = cosine * jump[port, i]
+        for port in range(jump.size // n):
+            push, u, v = jump[port * n + i], 2 * port * n + i, (2 * port + 1) * n + i
+            force_response[u], force_response[v] = lift * push, sine * push
+            impulse_response[u], impulse_response[v] = sine * push, cosine * push
 
 
 @final
@@ -98,7 +97,8 @@ class ExactModal(AbstractIntegrator):
             force_response=force_response,
             impulse_response=impulse_response,
             jump=jump,
+            face_rows=ports,
             retime=retime,
         )
-        retime(parameters, dt, jump, force_response, impulse_response)
+        retime(parameters, dt, jump.ravel(), force_response.ravel(), impulse_response.ravel())
         return stepper

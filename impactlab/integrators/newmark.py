@@ -137,4 +137,5 @@ class Newmark(AbstractIntegrator):
             force_response=force_response,
             impulse_response=impulse_response,
             jump=jump,
+            face_rows=ports,
         )

@@ -1,0 +1,147 @@
+"""The memory of a run: records with names and a few flat arrays, all made before the first step.
+
+A record is a C structure, read and written under the same names by the compiled loop and by plain Python.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from typing import Any, NamedTuple
+
+from numpy import float64, int64
+from numpy.typing import NDArray
+
+Floats = NDArray[float64]
+Ints = NDArray[int64]
+
+INTEGER, REAL = ctypes.c_int64, ctypes.c_double
+
+
+class BodyRecord(ctypes.Structure):
+    """One body: its stepper's addresses and where its pieces lie in the flat arrays."""
+
+    _fields_ = [
+        *((name, INTEGER) for name in ("free", "measure", "retime")),  # addresses
+        *((name, INTEGER) for name in ("parameter_start", "parameter_end", "state_start", "state_end", "n_dof")),
+        *((name, INTEGER) for name in ("n_faces", "jump_start", "force_start", "impulse_start")),
+    ]
+
+
+class FaceRecord(ctypes.Structure):
+    """One side of a contact: two to a contact, left then right."""
+
+    _fields_ = [
+        ("body", INTEGER),
+        ("place", INTEGER),  # which of its body's faces
+        ("low", INTEGER),  # range of the body's state that a force moves at all
+        ("high", INTEGER),
+        ("sign", REAL),  # direction of the push: -1 left, +1 right
+        ("u", REAL),  # m, at the start of the step
+        ("v", REAL),  # m/s
+        ("free_u", REAL),  # m, at the end without contact
+        ("free_v", REAL),  # m/s
+    ]
+
+
+class ContactRecord(ctypes.Structure):
+    """One contact: its law and what the loop keeps of it."""
+
+    _fields_ = [
+        ("law", INTEGER),  # address
+        ("dates", INTEGER),  # 1 where closings and openings are dated: the law answers by force
+        ("trial_point", REAL),  # where in the step the trial force belongs
+        ("initial_gap", REAL),  # m
+        ("force", REAL),  # N, of the last step
+        ("impulse", REAL),  # N s
+        ("old_gap", REAL),  # m, one step before
+        ("old_trial", REAL),  # N
+        ("touching", REAL),  # 1 where a located touch begins this step
+        ("span_impulse", REAL),  # N s, of the contact under way
+        ("span_peak", REAL),  # N
+        ("last_event", REAL),  # s
+        ("sum_force", REAL),  # N s, since the last record
+    ]
+
+
+class MessengerRecord(ctypes.Structure):
+    """A reading that a law wants: for which contact, and into which slot of its port."""
+
+    _fields_ = [("contact", INTEGER), ("slot", INTEGER)]
+
+
+class DamperRecord(ctypes.Structure):
+    """A dashpot end: the entry of the state it moves with."""
+
+    _fields_ = [("index", INTEGER), ("damping", REAL), ("old", REAL)]
+
+
+class EventRecord(ctypes.Structure):
+    """One event, with what the contact that it ends had gathered."""
+
+    _fields_ = [
+        ("time", REAL),
+        ("contact", INTEGER),
+        ("kind", INTEGER),
+        ("impulse", REAL),
+        ("span_impulse", REAL),
+        ("span_peak", REAL),
+    ]
+
+
+class SnapshotRecord(ctypes.Structure):
+    """A snapshot: the time asked for and the two instants around it."""
+
+    _fields_ = [("time", REAL), ("before", REAL), ("after", REAL)]
+
+
+class ClockRecord(ctypes.Structure):
+    """Where the run is: all that goes on from one call of the loop to the next."""
+
+    _fields_ = [
+        ("time", REAL),
+        ("step", INTEGER),
+        ("n_records", INTEGER),
+        ("n_samples", INTEGER),
+        ("n_events", INTEGER),
+        ("n_snapshots", INTEGER),
+        ("n_cuts", INTEGER),  # steps cut at an event
+        ("lost_contact", REAL),  # J booked so far
+        ("lost_ends", REAL),  # J
+        ("timed", REAL),  # s, the step length that the steppers are prepared for
+        ("recorded", REAL),  # s, time of the last record
+        ("energy", REAL),  # scratch of `measure`
+    ]
+
+
+class Memory(NamedTuple):
+    """All that the loop touches. Rows of `index` and `value`: face displacements, face velocities, readings, probes."""
+
+    clock: Any  # (1,) of ClockRecord
+    bodies: Any  # (n_bodies,) of BodyRecord
+    faces: Any  # (2 n_contacts,) of FaceRecord
+    contacts: Any  # (n_contacts,) of ContactRecord
+    ports: Any  # (n_contacts,) of Port
+    replies: Any  # (n_contacts,) of Reply
+    messengers: Any  # (n_readings,) of MessengerRecord
+    dampers: Any  # (n_dampers,) of DamperRecord
+    events: Any  # (room,) of EventRecord
+    snapshots: Any  # (n_snapshots,) of SnapshotRecord
+    parameters: Floats  # flat, of all steppers
+    state: Floats  # flat
+    backup: Floats  # room for a step to be taken again
+    momentum: Floats  # row over the state, N s
+    jump: Floats  # flat: velocities per impulse of each face
+    responses: Floats  # flat: force responses of each body's faces, then impulse responses
+    answers: Floats  # (5, 2 n_contacts, n_contacts) of a face per force, per impulse: see ANSWERS
+    row_start: Ints  # (n_rows + 1,)
+    row_index: Ints  # into the state
+    row_value: Floats
+    left_out: Floats  # (n_readings, n_contacts) answer of the modes left out per force of the step before
+    record: Floats  # (room, 1 + 6 n_contacts + n_probes) time; force, gap; left u, v, right u, v; probes
+    sample: Floats  # (room, 4 + 3 n_bodies) time, stored, lost in contacts, at ends; energy, work, momentum
+    snapshot_state: Floats  # (n_snapshots, 2, n_state)
+    scratch: Floats  # (4,)
+
+
+# Layers of `answers`.
+U_FORCE, V_FORCE, U_IMPULSE, V_IMPULSE, V_JUMP = range(5)
