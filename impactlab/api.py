@@ -152,7 +152,7 @@ def failure(case_name: str, error: BaseException) -> dict[str, Any]:
             "file": (error.file or None) if isinstance(error, ImpactlabError) else None,
             "line": error.line if isinstance(error, ImpactlabError) else None,
             "path": (error.path or None) if isinstance(error, ImpactlabError) else None,
-            "text": error.text if isinstance(error, ImpactlabError) else str(error)[:500],
+            "text": error.text if isinstance(error, ImpactlabError) else _said(error),
             "remedy": (error.remedy or None) if isinstance(error, ImpactlabError) else None,
         },
     }
@@ -161,6 +161,10 @@ def failure(case_name: str, error: BaseException) -> dict[str, Any]:
         if error.history is not None:
             document["reached"]["events"] = [event._asdict() for event in error.history.events]
     return document
+
+
+def _said(error: BaseException) -> str:
+    return "interrupted" if isinstance(error, KeyboardInterrupt) else str(error)[:500] or type(error).__name__
 
 
 def _share(

@@ -71,6 +71,7 @@ def run(case: CaseFile, sets: Sets = None, method: Method = None, out: Out = Non
         if out is not None:
             output.check_target(out)
         with console.progress() as show:
+            show(loaded.name, 0.0)
             history = api.run(loaded, lambda fraction: show(loaded.name, fraction))
         summary, reference = api.summarised(loaded, history)
         if out is not None:

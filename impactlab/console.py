@@ -9,7 +9,6 @@ import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
-
 MOST_EVENTS = 12  # shown to people; a law of impulses may have thousands
 
 
