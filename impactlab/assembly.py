@@ -266,15 +266,15 @@ class Assembly:
             for side, point in enumerate((contact.left, contact.right)):
                 place = seen[point.body]
                 seen[point.body] += 1
-                moved = np.flatnonzero(steppers[point.body].force_response[place])
-                fill(
-                    by_name[2 * number + side],
-                    body=names.index(point.body),
-                    place=place,
-                    low=moved[0] if moved.size else 0,
-                    high=moved[-1] + 1 if moved.size else 0,
-                    sign=(-1.0, 1.0)[side],
-                )
+                face = by_name[2 * number + side]
+                fill(face, body=names.index(point.body), place=place, sign=(-1.0, 1.0)[side])
+                response = steppers[point.body].force_response[place]
+                n_dof = steppers[point.body].jump.shape[1]
+                for part, first in enumerate((0, n_dof, 2 * n_dof)):
+                    last = response.size if part == 2 else first + n_dof
+                    moved = np.flatnonzero(response[first:last])
+                    if moved.size:
+                        face.low[part], face.high[part] = first + int(moved[0]), first + int(moved[-1]) + 1
         return faces
 
     def _contacts(self, steppers: dict[str, Stepper]) -> tuple[Any, Any, Any, Any, list[tuple[int, Array]], Floats]:

@@ -183,8 +183,9 @@ def correct(m: Memory) -> None:
         size = body.state_end - body.state_start
         if contact.force != 0.0:
             push, start = face.sign * contact.force, body.force_start + face.place * size
-            for i in range(face.low, face.high):
-                m.state[body.state_start + i] += push * m.responses[start + i]
+            for part in range(3):
+                for i in range(face.low[part], face.high[part]):
+                    m.state[body.state_start + i] += push * m.responses[start + i]
         if contact.impulse != 0.0:
             kick, start = face.sign * contact.impulse, body.impulse_start + face.place * size
             for i in range(size):

@@ -33,8 +33,8 @@ class FaceRecord(ctypes.Structure):
     _fields_ = [
         ("body", INTEGER),
         ("place", INTEGER),  # which of its body's faces
-        ("low", INTEGER),  # range of the body's state that a force moves at all
-        ("high", INTEGER),
+        ("low", INTEGER * 3),  # what a force moves at all of the body's displacements, velocities and the rest:
+        ("high", INTEGER * 3),  # ranges of its state
         ("sign", REAL),  # direction of the push: -1 left, +1 right
         ("u", REAL),  # m, at the start of the step
         ("v", REAL),  # m/s

@@ -255,17 +255,25 @@ def cell(value: Any) -> str:
             return str(value)
 
 
+ROUNDING = 1e-6  # %, below which a table says no more than that
+
+
 def headings() -> list[str]:
     """Return the headings of the table, units behind them."""
     return [f"{name} [{unit}]" if unit else name for name, unit in COLUMNS.items()]
 
 
 def cells(row: Mapping[str, Any]) -> list[str]:
-    """Return a row of `table_rows` as text; the opening gets four places, because methods differ there."""
-    texts = [cell(row[name]) for name in COLUMNS]
+    """Return a row of `table_rows` as text; the opening gets four places, shares of rounding none."""
+    texts = {name: cell(row[name]) for name in COLUMNS}
+    texts |= {name: f"<{ROUNDING:g}" for name, unit in COLUMNS.items() if unit == "%" and _rounding(row[name])}
     if row["first opening"] is not None:
-        texts[list(COLUMNS).index("first opening")] = f"{row['first opening']:.4f}"
-    return texts
+        texts["first opening"] = f"{row['first opening']:.4f}"
+    return list(texts.values())
+
+
+def _rounding(share: float | None) -> bool:
+    return share is not None and 0.0 < share < ROUNDING
 
 
 def table(comparison: Mapping[str, Any]) -> str:

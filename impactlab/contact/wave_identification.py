@@ -55,6 +55,14 @@ class WaveIdentification(AbstractContactLaw):
                     remedy=f"Give a step of {facts.room / facts.wave_speed:.6g} s or less.",
                     path="solve.step",
                 )
+            if facts.velocity_per_force * facts.impedance > 1.0 + 1e-9:
+                # The face would answer the force of a step by more than a wave can: the balance feeds back and diverges.
+                raise PairingError(
+                    f"the {side} face moves {facts.velocity_per_force * facts.impedance:.3g} times as fast per force as "
+                    f"a wave allows (1/Z), so that wave_identification diverges at this step",
+                    remedy="Give a smaller step (courant 0.5 or less under central_difference).",
+                    path="solve.step",
+                )
             parameters += [1.0 / facts.impedance, facts.area / facts.impedance, facts.gravity * dt]  # 1/Z, 1/(rho c), g dt
             readings += [
                 Reading(side, distance, "velocity"),  # type: ignore[arg-type]

@@ -133,7 +133,8 @@ def eliminate(w: Array, size: int, columns: int, band: int, tail: int) -> None:
         for i in range(c + 1, size):
             if (i < last or i >= size - tail) and w[i, c] != 0.0:
                 factor = w[i, c] / w[c, c]
-                w[i, c:columns] -= factor * w[c, c:columns]
+                for k in range(c, columns):
+                    w[i, k] -= factor * w[c, k]
     for c in range(size - 1, -1, -1):
         for k in range(size, columns):
             total = w[c, k]
@@ -146,7 +147,9 @@ def eliminate(w: Array, size: int, columns: int, band: int, tail: int) -> None:
 def system(a: Array, b: Array, n: int, first: Array, order: int, y: Array, w: Array) -> None:
     """Solve y' = a y + b on [-1, 1], y(-1) = first, for n functions by the tau method with ``order`` coefficients."""
     size = order * n
-    w[:size, : size + 1] = 0.0
+    for i in range(size):
+        for k in range(size + 1):
+            w[i, k] = 0.0
     for k in range(1, order):
         half = 0.5 / k
         twice = 2.0 if k == 1 else 1.0
@@ -176,7 +179,8 @@ def first_fall(f: Array, n: int, floor: float, stack: Array, low: Array, high: A
     The interval is halved until the coefficients prove a part safe or monotone; nothing is sampled. What stays
     within the floor is no fall; the place returned is the zero itself.
     """
-    stack[0, :n] = f[:n]
+    for k in range(n):
+        stack[0, k] = f[k]
     low[0], high[0], count[0] = -1.0, 1.0, n
     top = 0
     while top >= 0:
@@ -217,7 +221,8 @@ def first_fall(f: Array, n: int, floor: float, stack: Array, low: Array, high: A
         middle = 0.5 * (a + b)
         m1 = restrict(c, m, -1.0, 0.0, stack[top + 1])
         m2 = restrict(c, m, 0.0, 1.0, stack[top + 2])
-        stack[top, :m2] = stack[top + 2, :m2]
+        for k in range(m2):
+            stack[top, k] = stack[top + 2, k]
         low[top], high[top], count[top] = middle, b, chopped(stack[top], m2, 1e-3 * floor)
         low[top + 1], high[top + 1], count[top + 1] = a, middle, chopped(stack[top + 1], m1, 1e-3 * floor)
         top += 1
@@ -235,7 +240,9 @@ def coupled(
     """
     base = net.node_of[j]
     nodes = net.node_of[j + 1] - base
-    place = np.full(nodes, -1, np.int64)
+    place = np.zeros(nodes, np.int64)
+    for g in range(nodes):
+        place[g] = -1
     moving = 0
     heavy = 0
     for pas in range(2):  # groups with mass first
@@ -255,7 +262,8 @@ def coupled(
         if place[g] >= 0:
             damp[place[g], place[g]] = drag[g]
             weight[place[g]] = mass[g]
-            b[place[g], :] = load[g, :ORDER]
+            for k in range(ORDER):
+                b[place[g], k] = load[g, k]
     for i in range(nodes):
         at = place[group[i]]
         if at >= 0:
@@ -283,26 +291,36 @@ def coupled(
     if light > 0:
         small = np.zeros((light, light + n + light))
         for i in range(light):
-            small[i, :light] = damp[heavy + i, heavy:]
-            small[i, light : light + heavy] = -damp[heavy + i, :heavy]
-            small[i, light + heavy : light + n] = -half * stiff[heavy + i, :]
+            for m in range(light):
+                small[i, m] = damp[heavy + i, heavy + m]
+            for m in range(heavy):
+                small[i, light + m] = -damp[heavy + i, m]
+            for m in range(moving):
+                small[i, light + heavy + m] = -half * stiff[heavy + i, m]
             small[i, light + n + i] = 1.0
         eliminate(small, light, light + n + light, light, light)
-        combine[heavy:, :] = small[:, light:]
+        for i in range(light):
+            for m in range(n + light):
+                combine[heavy + i, m] = small[i, light + m]
     a = np.zeros((n, n))
     force = np.zeros((n, ORDER))
     for i in range(heavy):
         scale = half / weight[i]
         for m in range(moving):
-            a[i, :] -= scale * damp[i, m] * combine[m, :n]
+            for q in range(n):
+                a[i, q] -= scale * damp[i, m] * combine[m, q]
             a[i, heavy + m] -= scale * half * stiff[i, m]
             for q in range(light):
-                force[i, :] -= scale * damp[i, m] * combine[m, n + q] * b[heavy + q, :]
-        force[i, :] += scale * b[i, :]
+                for k in range(ORDER):
+                    force[i, k] -= scale * damp[i, m] * combine[m, n + q] * b[heavy + q, k]
+        for k in range(ORDER):
+            force[i, k] += scale * b[i, k]
     for m in range(moving):
-        a[heavy + m, :] += combine[m, :n]
+        for q in range(n):
+            a[heavy + m, q] += combine[m, q]
         for q in range(light):
-            force[heavy + m, :] += combine[m, n + q] * b[heavy + q, :]
+            for k in range(ORDER):
+                force[heavy + m, k] += combine[m, n + q] * b[heavy + q, k]
     y = np.zeros((n, ORDER))
     needed = 1
     for i in range(n):
@@ -324,9 +342,11 @@ def coupled(
         order = min(2 * order, ORDER)
     for g in range(nodes):
         if place[g] >= 0:
-            out[g, :ORDER] = 0.0
-            for i in range(n):
-                out[g, :ORDER] += combine[place[g], i] * y[i, :]
-            for q in range(light):
-                out[g, :ORDER] += combine[place[g], n + q] * b[heavy + q, :]
+            for k in range(ORDER):
+                total = 0.0
+                for i in range(n):
+                    total += combine[place[g], i] * y[i, k]
+                for q in range(light):
+                    total += combine[place[g], n + q] * b[heavy + q, k]
+                out[g, k] = total
     return True

@@ -44,11 +44,13 @@ def arrivals(net: Network, log: Log, j: int, t0: float, t1: float, waves: Array)
             n = chopped(piece, n, 0.0)
             out = waves[e - net.end_of[j]]
             if abs(begin - t0) <= net.tolerance and abs(end - t1) <= net.tolerance:
-                out[:n] = piece[:n]
+                for k in range(n):
+                    out[k] = piece[k]
             else:
                 width = end - begin
                 n = restrict(piece, n, 2.0 * (t0 - begin) / width - 1.0, 2.0 * (t1 - begin) / width - 1.0, out)
-            out[n:] = 0.0
+            for k in range(n, ROOM):
+                out[k] = 0.0
             out[0] += 0.5 * net.gravity * lag
             longest = max(longest, n)
     return float(longest) if t1 > t0 else until
@@ -95,7 +97,8 @@ def solve_nodes(
     used = longest
     for i in range(nodes):
         bare[i] = 1 if mass[group[i]] == 0.0 or mass[group[i]] == np.inf else 0
-        out[i, :] = 0.0
+        for k in range(ROOM):
+            out[i, k] = 0.0
     if tied:
         if not coupled(net, log, j, half, group, mass, drag, load, out, dense):
             return 0
@@ -104,9 +107,11 @@ def solve_nodes(
         for i in range(nodes):
             g = group[i]
             if mass[g] == 0.0 and i == g:
-                out[g, :longest] = load[g, :longest] / drag[g]
+                for k in range(longest):
+                    out[g, k] = load[g, k] / drag[g]
             elif mass[g] < np.inf and net.mass[base + i] > 0.0:
-                load[g, :longest] *= half / mass[g]
+                for k in range(longest):
+                    load[g, k] *= half / mass[g]
                 relax(half * drag[g] / mass[g], load[g], log.v[base + i], out[g], work)
                 used = ORDER
                 tail = abs(out[g, ORDER - 1]) + abs(out[g, ORDER - 2]) + abs(out[g, ORDER - 3])
@@ -114,7 +119,8 @@ def solve_nodes(
                     return 0
     for i in range(nodes):
         if group[i] != i:
-            out[i, :] = out[group[i], :]
+            for k in range(used):
+                out[i, k] = out[group[i], k]
     n = 1
     for i in range(nodes):
         n = max(n, chopped(out[i], used, CHOP * log.scale[0]))
@@ -128,30 +134,34 @@ def fill_rows(net: Network, log: Log, j: int, half: float, waves: Array, longest
     nodes = net.node_of[j + 1] - base
     count = net.end_of[j + 1] - ends
     n = max(n, longest)
-    rows[: 2 * nodes + 2 * count + net.contact_of[j + 1] - contacts, : n + 1] = 0.0
+    for i in range(2 * nodes + 2 * count + net.contact_of[j + 1] - contacts):
+        for k in range(n + 1):
+            rows[i, k] = 0.0
     for i in range(nodes):
-        rows[i, :n] = v[i, :n]
+        for k in range(n):
+            rows[i, k] = v[i, k]
         integrate(rows[i], n, half, log.u[base + i], rows[nodes + i])
     for e in range(count):
         row = 2 * nodes + e
-        rows[row, :n] = v[net.end_node[ends + e] - base, :n] - waves[e, :n]
+        for k in range(n):
+            rows[row, k] = v[net.end_node[ends + e] - base, k] - waves[e, k]
         integrate(rows[row], n, half, log.carried[ends + e], rows[row + count])
     for c in range(contacts, net.contact_of[j + 1]):
         if log.closed[c] == 1:
             force = rows[2 * nodes + 2 * count + c - contacts]
             if net.stiffness[c] >= 0.0:
                 a, b = net.left[c] - base, net.right[c] - base
-                force[: n + 1] = net.stiffness[c] * (rows[nodes + a, : n + 1] - rows[nodes + b, : n + 1])
-                force[: n + 1] += net.damping[c] * (rows[a, : n + 1] - rows[b, : n + 1])
+                for k in range(n + 1):
+                    force[k] = net.stiffness[c] * (rows[nodes + a, k] - rows[nodes + b, k])
+                    force[k] += net.damping[c] * (rows[a, k] - rows[b, k])
                 force[0] -= net.stiffness[c] * net.gap[c]
             else:
                 # the side without mass: what its rods carry away is what the contact gives
                 for e in range(count):
                     if net.end_node[ends + e] == net.face[c]:
-                        z = net.impedance[ends + e]
-                        force[:n] += z * (rows[2 * nodes + e, :n] - waves[e, :n])
-                if net.face[c] == net.left[c]:
-                    force[:n] *= -1.0
+                        z = net.impedance[ends + e] if net.face[c] == net.right[c] else -net.impedance[ends + e]
+                        for k in range(n):
+                            force[k] += z * (rows[2 * nodes + e, k] - waves[e, k])
     return n + 1
 
 
@@ -183,7 +193,8 @@ def next_event(
                 place = x
                 found[0], found[1] = c, OPEN
             continue
-        trial[:n] = rows[nodes + b, :n] - rows[nodes + a, :n]
+        for k in range(n):
+            trial[k] = rows[nodes + b, k] - rows[nodes + a, k]
         trial[0] += net.gap[c]
         gap = net.gap[c] + log.u[net.right[c]] - log.u[net.left[c]]
         if gap >= -no_gap or net.stiffness[c] < 0.0:
@@ -193,13 +204,14 @@ def next_event(
                 found[0], found[1] = c, CLOSE
         else:
             # an unloaded spring still behind its contact: it takes load again, or the gap opens
-            trial[:n] *= -1.0
+            for k in range(n):
+                trial[k] = -trial[k]
             x = first_fall(trial, n, no_gap, stack, low, high, sizes)
             if x < place:
                 place = x
                 found[0], found[1] = -1, OPEN
-            trial[:n] *= -net.stiffness[c]
-            trial[:n] += net.damping[c] * (rows[b, :n] - rows[a, :n])
+            for k in range(n):
+                trial[k] = net.damping[c] * (rows[b, k] - rows[a, k]) - net.stiffness[c] * trial[k]
             x = first_fall(trial, n, no_force, stack, low, high, sizes)
             if x < place:
                 place = x
@@ -265,8 +277,8 @@ def march(net: Network, log: Log) -> int:
             if event > t0 + net.tolerance:
                 for i in range(height):
                     m = restrict(rows[i], n, -1.0, place, trial)
-                    rows[i, :m] = trial[:m]
-                    rows[i, m:n] = 0.0
+                    for k in range(n):
+                        rows[i, k] = trial[k] if k < m else 0.0
             t1 = event
         if t1 > t0 + net.tolerance:
             r = log.count[j]

@@ -8,7 +8,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from impactlab.report.style import INK, PALETTE, Trace, clock, drawn, grid, label_lines, scaled, time_axis
+from impactlab.report.style import (
+    INK,
+    NAMES,
+    PALETTE,
+    Margins,
+    Trace,
+    clock,
+    drawn,
+    grid,
+    label_lines,
+    scaled,
+    time_axis,
+)
 from impactlab.scene import Scene
 
 if TYPE_CHECKING:
@@ -21,7 +33,7 @@ ROUNDING = 1e-9  # %, below which the balance is drawn as the straight line it i
 @drawn
 def energy_balance(traces: Sequence[Trace], scene: Scene) -> Figure:
     """Return the energy balance of each trace, in % of the initial energy: above zero was gained, below was lost."""
-    figure, ((axis,),) = grid(1, 1, 3.2)
+    figure, ((axis,),) = grid(1, 1, 2.6, Margins(right=NAMES))
     time, ends, extent = clock(scene), [], 0.0
     for trace in traces:
         book = trace.history.energy
@@ -46,7 +58,7 @@ def energy_balance(traces: Sequence[Trace], scene: Scene) -> Figure:
 def energy_shares(trace: Trace, scene: Scene) -> Figure:
     """Return where the energy of a run is, stacked: in each body, in contacts, in booked losses."""
     book, time = trace.history.energy, clock(scene)
-    figure, ((axis,),) = grid(1, 1, 3.2)
+    figure, ((axis,),) = grid(1, 1, 2.6, Margins(right=NAMES))
     parts = {name: values for name, values in book.bodies.items() if np.any(values)}
     parts |= {"stored in contact": book.stored} if np.any(book.stored) else {}
     parts |= {f"lost: {name}": values for name, values in book.booked.items() if np.any(values)}

@@ -12,9 +12,9 @@ from impactlab.report import balance, facts, fields, overview, plots
 from impactlab.report.page import Page, Plate, write_page
 from impactlab.report.sketch import sketch
 from impactlab.report.style import Trace, traces
-from impactlab.report.table import comma_separated, markdown, page_rows
+from impactlab.report.table import comma_separated, markdown, page_headings, page_rows
 from impactlab.scene import Scene
-from impactlab.summary import COLUMNS, cell
+from impactlab.summary import cell
 
 
 def write_comparison(
@@ -62,9 +62,9 @@ def write_comparison(
         facts=facts.scene_facts(scene),
         method=[],
         findings=facts.findings(comparison),
-        headings=list(COLUMNS.items()),
+        headings=page_headings(),
         rows=page_rows(comparison),
-        table_caption=overview.table_caption(reference is not None),
+        table_caption=facts.table_caption(reference is not None),
         figures=plates(comparison, traces(histories, references), scene),
         warnings=[
             (row["name"], warned["code"], warned["text"])
@@ -98,9 +98,9 @@ def plates(comparison: Mapping[str, Any], shown: Sequence[Trace], scene: Scene) 
             Plate(
                 "errors",
                 "How far off",
-                "Each dot is the error of one method in one norm, all on one logarithmic scale. Further left is better; "
-                "the best of a panel is in bold, a hollow dot is exact to rounding. Who wins depends on the norm.",
-                overview.errors(comparison["rows"]),
+                "Each dot is the error of one method in one norm, all on one logarithmic scale. Further left is "
+                "better; the best of a panel is in bold, a hollow dot is exact to rounding. Who wins depends on the norm.",
+                overview.errors(comparison["rows"], {trace.name: trace.colour for trace in shown}),
             )
         )
     if scene.contacts:
@@ -120,7 +120,7 @@ def plates(comparison: Mapping[str, Any], shown: Sequence[Trace], scene: Scene) 
             Plate(
                 f"force{tail}",
                 f"Contact force{of}",
-                f"One panel per method on common axes.{dark} An arrow gives the height of a spike that is cut off.",
+                f"One panel per method on common axes.{dark} Above a panel stands its error away from the exact jumps.",
                 plots.force(shown, scene, contact.name, force_notes(summaries)),
             )
         )

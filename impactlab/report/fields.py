@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from impactlab.history import AbstractHistory
-from impactlab.report.style import GRID, INK, MUTED, Trace, clock, drawn, exact_of, grid, scaled, time_axis
+from impactlab.report.style import GRID, INK, MUTED, Margins, Trace, clock, drawn, exact_of, grid, scaled, time_axis
 from impactlab.scene import Rod, Scene
 
 if TYPE_CHECKING:
@@ -28,7 +28,8 @@ def snapshots(traces: Sequence[Trace], scene: Scene, body: str, quantity: str = 
     """Return a quantity along a rod at the times of ``scene.snapshots``: a row per trace, a column per time."""
     length, time = rods(scene)[body].length, clock(scene)
     rows, columns = len(traces), len(scene.snapshots)
-    figure, axes = grid(rows, columns, 0.6 + (2.2 if rows == 1 else 1.1) * rows, share=True)
+    margins = Margins(across=0.22, down=0.34)
+    figure, axes = grid(rows, columns, 2.0 if rows == 1 else 0.85, margins, share=True)
     reference = exact_of(traces)
     frame = [h.field(body, t, quantity).values for h in [reference or traces[0].history] for t in scene.snapshots]
     low, high = min(float(v.min()) for v in frame), max(float(v.max()) for v in frame)
@@ -67,7 +68,7 @@ def waves(history: AbstractHistory, scene: Scene, body: str, quantity: str = "st
         image[:, column] = np.interp(x, field.x, field.values)
     largest = float(np.max(np.abs(image)))
     unit = scaled(UNITS[quantity], largest)
-    figure, ((axis,),) = grid(1, 1, 3.0)
+    figure, ((axis,),) = grid(1, 1, 2.4)
     limit = (largest or 1.0) / unit.size
     extent = (0.0, scene.duration / time.size, 0.0, 1.0)
     shown = axis.imshow(

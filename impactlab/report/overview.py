@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from impactlab.report.style import GRID, INK, MUTED, PALETTE, Trace, clock, drawn, exact_of, grid, time_axis
+from impactlab.report.style import GRID, INK, MUTED, NAMES, Margins, Trace, clock, drawn, exact_of, grid, time_axis
 from impactlab.scene import Scene
 
 if TYPE_CHECKING:
@@ -31,7 +31,8 @@ def contacts(traces: Sequence[Trace], scene: Scene) -> Figure:
     names = [contact.name for contact in scene.contacts]
     reference = exact_of(traces)
     rows = ([Trace("exact", reference, INK)] if reference else []) + list(traces)
-    figure, axes = grid(len(names), 1, (0.65 + 0.26 * len(rows)) * len(names) + 0.3)
+    margins = Margins(left=NAMES, right=0.95, top=0.32 if len(names) > 1 else 0.1)
+    figure, axes = grid(len(names), 1, 0.27 * len(rows), margins)
     for (axis,), name in zip(axes, names, strict=True):
         for row, trace in enumerate(rows):
             _spans(axis, trace, scene, name, row)
@@ -78,7 +79,7 @@ def _spans(axis: Axes, trace: Trace, scene: Scene, contact: str, row: int) -> No
 
 
 @drawn
-def errors(rows: Sequence[Mapping[str, Any]]) -> Figure:
+def errors(rows: Sequence[Mapping[str, Any]], colours: Mapping[str, str]) -> Figure:
     """Return the errors of every method, one panel per norm, on a logarithmic axis of per cent, values written.
 
     Dots, not bars: on a logarithmic axis the length of a bar says nothing. Panels share one scale.
@@ -87,9 +88,11 @@ def errors(rows: Sequence[Mapping[str, Any]]) -> Figure:
     ----------
     rows : sequence of mapping
         The rows of a comparison: name and summary; failed ones are left out.
+    colours : mapping
+        Name of a method to its colour.
     """
     judged = [row for row in rows if row["summary"].get("errors")]
-    figure, panels = grid(2, 3, 1.5 + 0.52 * len(judged), share=True)
+    figure, panels = grid(2, 3, 0.25 * len(judged), Margins(left=NAMES, across=0.2, down=0.45), share=True)
     values = {
         name: [None if (v := row["summary"]["errors"].get(name)) is None else 100.0 * v for row in judged]
         for name in ERRORS
@@ -98,17 +101,17 @@ def errors(rows: Sequence[Mapping[str, Any]]) -> Figure:
     low = 10.0 ** math.floor(math.log10(min(known, default=1e-2)))
     high = 10.0 ** (math.ceil(math.log10(max(known, default=1.0))) + 0.75)
     for axis, (name, (title, unit)) in zip([a for row in panels for a in row], ERRORS.items(), strict=True):
-        _dots(axis, values[name], low, high)
+        _dots(axis, values[name], [colours[row["name"]] for row in judged], low, high)
         axis.set_title(title)
         axis.set_title(f"[{unit}]", loc="right", fontsize=8, fontweight="normal", color=MUTED)
     for row_of_panels in panels:
         row_of_panels[0].set_yticks(range(len(judged)), [row["name"] for row in judged])
-        for label, i in zip(row_of_panels[0].get_yticklabels(), range(len(judged)), strict=True):
-            label.set_color(PALETTE[i % len(PALETTE)])
+        for label, row in zip(row_of_panels[0].get_yticklabels(), judged, strict=True):
+            label.set_color(colours[row["name"]])
     return figure
 
 
-def _dots(axis: Axes, values: Sequence[float | None], low: float, high: float) -> None:
+def _dots(axis: Axes, values: Sequence[float | None], colours: Sequence[str], low: float, high: float) -> None:
     """Draw one panel of `errors`: a dot on a thread per method; what is best stands in bold."""
     axis.set_xscale("log")
     axis.set_xlim(low / 1.6, high)
@@ -118,8 +121,7 @@ def _dots(axis: Axes, values: Sequence[float | None], low: float, high: float) -
     axis.tick_params(axis="y", length=0)
     axis.spines["left"].set_visible(False)
     best = min((v for v in values if v is not None), default=None)
-    for row, value in enumerate(values):
-        colour = PALETTE[row % len(PALETTE)]
+    for row, (value, colour) in enumerate(zip(values, colours, strict=True)):
         axis.axhline(row, color=GRID, linewidth=0.6, zorder=0.5)
         if value is None:
             axis.text(low, row, "–", va="center", fontsize=8, color=MUTED)
@@ -127,7 +129,7 @@ def _dots(axis: Axes, values: Sequence[float | None], low: float, high: float) -
         at = max(value, low)
         axis.plot([low / 1.6, at], [row, row], color=colour, linewidth=1.1, alpha=0.5)
         axis.plot([at], [row], "o", color=colour, markersize=5, fillstyle="full" if value >= low else "none")
-        text = f"{value:.2g}" if value >= low else f"< {low:g}"
+        text = f"{float(f'{value:.2g}'):g}" if value >= low else f"< {low:g}"
         axis.annotate(
             text,
             (at, row),
@@ -137,17 +139,3 @@ def _dots(axis: Axes, values: Sequence[float | None], low: float, high: float) -
             fontsize=8,
             fontweight="bold" if value == best else "normal",
         )
-
-
-def table_caption(judged: bool) -> str:
-    """Return what the columns of the table mean."""
-    errors = (
-        "Mass, face and impulse are errors against the exact answer: relative L2 over the run of the displacements, "
-        "and relative of the total impulse; the smallest are marked. "
-        if judged
-        else ""
-    )
-    return (
-        f"{errors}Gain and loss are the largest rise and fall of the energy balance, in % of the initial energy. T is the "
-        "round trip of a wave. The time to solve is without set-up."
-    )

@@ -33,7 +33,7 @@ class Page(NamedTuple):
     facts: Sequence[tuple[str, str]]
     method: Sequence[tuple[str, str]]  # empty for a comparison
     findings: Sequence[str]
-    headings: Sequence[tuple[str, str]]  # name, unit
+    headings: Sequence[tuple[str, str, bool]]  # name, unit, numeric
     rows: Sequence[dict[str, Any]]
     table_caption: str
     figures: Sequence[Plate]

@@ -14,6 +14,8 @@ from impactlab.metrics import face_channels, mass_channels, midpoints
 from impactlab.report.style import (
     INK,
     MUTED,
+    NAMES,
+    Margins,
     Trace,
     Unit,
     clock,
@@ -32,7 +34,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-HEADROOM = 1.3  # of the axis of forces above the exact peak; spikes beyond are cut and their height is written
+HEADROOM = 1.3  # of the axis of forces over the exact peak; what is higher is cut, and how high it is, written
 KICK_WINDOW = 0.05  # T over which the kicks of an impulse law are averaged to a force
 FLOOR = 1e-4  # %, differences below it are drawn there
 
@@ -51,7 +53,8 @@ def force(traces: Sequence[Trace], scene: Scene, contact: str, notes: Mapping[st
     channel, time = f"force:{contact}", clock(scene)
     columns = 1 if len(traces) == 1 else 2 if len(traces) <= 4 else 3
     rows = -(-len(traces) // columns)
-    figure, axes = grid(rows, columns, 0.5 + {1: 2.9, 2: 2.2, 3: 1.85}[columns] * rows, share=True)
+    margins = Margins(across=0.22, down=0.42)
+    figure, axes = grid(rows, columns, {1: 2.6, 2: 1.8, 3: 1.5}[columns], margins, share=True)
     lines = [curve(trace.history, channel, scene.duration) for trace in traces]
     exact = [curve(t.reference, channel, scene.duration) if t.reference else (np.empty(0),) * 2 for t in traces]
     tallest = max((float(v.max()) for _, v in exact if v.size), default=0.0) or max(
@@ -61,14 +64,17 @@ def force(traces: Sequence[Trace], scene: Scene, contact: str, notes: Mapping[st
     top = (tallest or 1.0) * HEADROOM / unit.size
     panels = [axis for row in axes for axis in row]
     for axis, trace, (t, values), (t_exact, values_exact) in zip(panels, traces, lines, exact, strict=False):
+        said = [(notes or {}).get(trace.name, "")]
         if t.size:
             axis.plot(t / time.size, values / unit.size, color=trace.colour, linewidth=2.0)
-            _write_height_of_cut(axis, t / time.size, values / unit.size, top, unit, trace.colour)
+            highest = float(values.max()) / unit.size
+            said += [f"up to {highest:.3g} {unit.label}"] if highest > top else []
         else:
-            _kicks(axis, trace, scene, contact, unit)
+            said += [_kicks(axis, trace, scene, contact, unit)]
         axis.plot(t_exact / time.size, values_exact / unit.size, color=INK, linewidth=0.9)
         axis.set_title(trace.name, color=trace.colour)
-        axis.set_title((notes or {}).get(trace.name, ""), loc="right", fontsize=8, fontweight="normal", color=MUTED)
+        words = " · ".join(filter(None, said))
+        axis.set_title(words, loc="right", fontsize=7.5, fontweight="normal", color=MUTED)
         axis.set_ylim(-0.04 * top, top)
     for axis in panels[len(traces) :]:
         axis.set_visible(False)
@@ -80,35 +86,15 @@ def force(traces: Sequence[Trace], scene: Scene, contact: str, notes: Mapping[st
     return figure
 
 
-def _write_height_of_cut(axis: Axes, t: Array, values: Array, top: float, unit: Unit, colour: str) -> None:
-    """Write how high the highest spike reaches where the axis cuts it."""
-    highest = int(values.argmax())
-    if values[highest] <= top:
-        return
-    left = bool(t[highest] < 0.6 * t[-1])
-    axis.annotate(
-        f"↑ {values[highest]:.3g} {unit.label}",
-        xy=(float(t[highest]), 0.97),
-        xycoords=("data", "axes fraction"),
-        xytext=(4 if left else -4, 0),
-        textcoords="offset points",
-        ha="left" if left else "right",
-        va="top",
-        fontsize=8,
-        color=colour,
-    )
-
-
-def _kicks(axis: Axes, trace: Trace, scene: Scene, contact: str, unit: Unit) -> None:
-    """Draw the kicks of an impulse law as their mean force over short windows: it has no force of its own."""
+def _kicks(axis: Axes, trace: Trace, scene: Scene, contact: str, unit: Unit) -> str:
+    """Draw the kicks of an impulse law as their mean force over short windows, and say so: it has no force."""
     kicks = [(e.time, e.impulse or 0.0) for e in trace.history.events if (e.contact, e.kind) == (contact, "impulse")]
     time = clock(scene)
     window = KICK_WINDOW * time.size if time.label == "T" else scene.duration / 60.0
     edges = np.arange(0.0, scene.duration + window, window)
     total, _ = np.histogram([t for t, _ in kicks], edges, weights=[j for _, j in kicks])
-    axis.stairs(total / window / unit.size, edges / time.size, fill=True, color=trace.colour, alpha=0.4, linewidth=0)
-    text = f"no force history: {len(kicks)} kicks,\ndrawn as their mean\nover {window / time.size:.2g} {time.label}"
-    axis.text(0.97, 0.95, text, transform=axis.transAxes, ha="right", va="top", fontsize=8, color=MUTED)
+    axis.stairs(total / window / unit.size, edges / time.size, fill=True, color=trace.colour, alpha=0.5, linewidth=0)
+    return f"mean of {len(kicks)} kicks"
 
 
 @drawn
@@ -120,7 +106,8 @@ def displacement(traces: Sequence[Trace], scene: Scene) -> Figure:
     """
     channels = mass_channels(scene) + face_channels(scene)
     judged = [trace for trace in traces if trace.reference is not None]
-    figure, axes = grid(2 if judged else 1, len(channels), 5.4 if judged else 3.0)
+    margins = Margins(right=NAMES) if len(traces) > 1 else Margins()
+    figure, axes = grid(2 if judged else 1, len(channels), 2.2, margins)
     t, time = midpoints(scene.duration, 1200), clock(scene)
     for column, channel in enumerate(channels):
         axis, reference = axes[0][column], exact_of(traces)
@@ -188,7 +175,7 @@ def gap(traces: Sequence[Trace], scene: Scene, contact: str) -> Figure:
     exact = curve(reference, channel, scene.duration) if reference else lines[0]
     low, high = float(exact[1].min()), float(exact[1].max())
     span = (high - low) or 1.0
-    figure, axes = grid(1, 2, 3.0)
+    figure, axes = grid(1, 2, 2.4, Margins(right=NAMES) if len(traces) > 1 else Margins())
     views = (("gap", low - 0.08 * span, high + 0.08 * span), ("gap near zero", -0.025 * span, 0.08 * span))
     for axis, (title, bottom, top) in zip(axes[0], views, strict=True):
         unit = scaled("m", max(abs(bottom), abs(top)))
@@ -201,4 +188,9 @@ def gap(traces: Sequence[Trace], scene: Scene, contact: str) -> Figure:
         axis.set_title(title)
         axis.set_ylabel(f"gap  g  [{unit.label}]")
         time_axis(axis, scene)
+    if len(traces) > 1:
+        ends = [
+            (float(v[-1]) / unit.size, trace.name, trace.colour) for trace, (_, v) in zip(traces, lines, strict=True)
+        ]
+        label_lines(axes[0][-1], ends, leaders=False)
     return figure

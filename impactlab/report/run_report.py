@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 
 from impactlab.history import AbstractHistory
-from impactlab.report import balance, facts, fields, overview, plots
+from impactlab.report import balance, facts, fields, plots
 from impactlab.report.page import Page, Plate, write_page
 from impactlab.report.sketch import sketch
 from impactlab.report.style import PALETTE, Trace
-from impactlab.report.table import page_rows
+from impactlab.report.table import page_headings, page_rows
 from impactlab.scene import Scene
-from impactlab.summary import COLUMNS, cell, comparison
+from impactlab.summary import cell, comparison
 
 HISTORY_POINTS = 4001  # instants at which history.npz holds every channel
 
@@ -58,9 +58,9 @@ def write_run(
         facts=facts.scene_facts(scene),
         method=facts.method_facts(summary),
         findings=findings(summary),
-        headings=list(COLUMNS.items()),
+        headings=page_headings(),
         rows=page_rows(table),
-        table_caption=overview.table_caption(reference is not None),
+        table_caption=facts.table_caption(reference is not None),
         figures=plates(trace, scene),
         warnings=[(name, warned["code"], warned["text"]) for warned in summary["warnings"]],
         commands=[f"impactlab run {summary['case']}.yaml --out DIR", f"impactlab cite {summary['case']}.yaml"],

@@ -19,7 +19,7 @@ def sketch(scene: Scene) -> str:
     tallest = max((s.impedance for b in chain if isinstance(b, Rod) for s in b.segments), default=1.0)
     parts, x = [], MARGIN
     for number, body in enumerate(chain):
-        if number:
+        if number and _apart(scene, chain[number - 1].name, body.name):
             x += GAP
         if isinstance(body, Rod):
             width = max(90.0, ROD * body.length / longest)
@@ -38,6 +38,13 @@ def sketch(scene: Scene) -> str:
     return (
         f'<svg class="sketch" role="img" aria-label="Sketch of the scene" viewBox="0 0 {x + MARGIN:.0f} {HEIGHT:.0f}">'
         f"{''.join(parts)}</svg>"
+    )
+
+
+def _apart(scene: Scene, left: str, right: str) -> bool:
+    """Return whether the two bodies stand apart at the start."""
+    return any(
+        contact.gap > 0.0 for contact in scene.contacts if (contact.left.body, contact.right.body) == (left, right)
     )
 
 

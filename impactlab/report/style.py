@@ -29,6 +29,7 @@ PAPER = "#ffffff"
 PALETTE = ("#2563d9", "#d1481f", "#0d9a84", "#d6a01c", "#7f3f9c", "#62b4e8", "#e78bb2", "#8d97a3")
 DASHES: tuple[tuple[float, tuple[float, ...] | None], ...] = ((0, None), (0, (4, 1.5)), (0, (1.2, 1.2)))
 WIDTH = 8.6  # inches, of every figure
+LABEL = 8.0  # points, of names beside lines
 STYLE: Any = {  # matplotlib types its settings by a list of their names
     "font.size": 9.0,
     "font.family": "DejaVu Sans",
@@ -120,12 +121,48 @@ def exact_of(drawn: Sequence[Trace]) -> AbstractHistory | None:
     return next((trace.reference for trace in drawn if trace.reference is not None), None)
 
 
-def grid(rows: int, columns: int, height: float, *, share: bool = False) -> tuple[Figure, list[list[Axes]]]:
-    """Return a figure of the house width and its axes, row by row; ``height`` [inch] is of the whole figure."""
+class Margins(NamedTuple):
+    """Space around and between the axes of a figure [inch]: fixed, so that figures line up on a page and draw fast."""
+
+    left: float = 0.72
+    right: float = 0.12
+    top: float = 0.32
+    bottom: float = 0.48
+    across: float = 0.62  # between columns
+    down: float = 0.62  # between rows
+
+
+MARGINS = Margins()
+NAMES = 1.45  # inches, beside axes for names of methods
+
+
+def grid(
+    rows: int, columns: int, panel: float, margins: Margins = MARGINS, *, share: bool = False
+) -> tuple[Figure, list[list[Axes]]]:
+    """Return a figure of the house width and its axes, row by row, each ``panel`` inches high.
+
+    With ``share`` the panels have common scales, and only the outer ones show them.
+    """
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(WIDTH, height), layout="constrained")
-    axes = figure.subplots(rows, columns, squeeze=False, sharex=share, sharey=share)
+    height = margins.top + margins.bottom + rows * panel + (rows - 1) * margins.down
+    figure = Figure(figsize=(WIDTH, height))
+    width = (WIDTH - margins.left - margins.right - (columns - 1) * margins.across) / columns
+    axes = figure.subplots(
+        rows,
+        columns,
+        squeeze=False,
+        sharex=share,
+        sharey=share,
+        gridspec_kw={
+            "left": margins.left / WIDTH,
+            "right": 1.0 - margins.right / WIDTH,
+            "top": 1.0 - margins.top / height,
+            "bottom": margins.bottom / height,
+            "wspace": margins.across / width,
+            "hspace": margins.down / panel,
+        },
+    )
     return figure, [list(row) for row in axes]
 
 
@@ -172,37 +209,46 @@ def curve(history: AbstractHistory, channel: str, duration: float, columns: int 
     return t[index], values[index]
 
 
-def label_lines(axes: Axes, ends: Iterable[tuple[float, str, str]], *, size: float = 8.0) -> None:
+def label_lines(axes: Axes, ends: Iterable[tuple[float, str, str]], *, leaders: bool = True) -> None:
     """Write names at the right of an axes beside the ends of their lines, moved apart where they would overlap.
 
     Parameters
     ----------
     ends : iterable of (float, str, str)
         Height of the line's end in data, name, colour.
+    leaders : bool
+        Draw a thin line from the end to its name; without them the names are a key, highest line first.
     """
-    figure = cast("Figure", axes.get_figure())
-    figure.draw_without_rendering()  # only then does the layout give the axes their height
     low, high = axes.get_ylim()
     to_axes = axes.transAxes.inverted()
     items = sorted(
         (float(to_axes.transform(axes.transData.transform((0.0, min(max(y, low), high))))[1]), name, colour)
         for y, name, colour in ends
     )
-    height = figure.get_figheight() * axes.get_position().height
-    placed = spread([y for y, _, _ in items], 1.35 * size / 72.0 / height)
-    for (y, name, colour), at in zip(items, placed, strict=True):
+    figure = cast("Figure", axes.get_figure())
+    height, width = figure.get_figheight() * axes.get_position().height, WIDTH * axes.get_position().width
+    step = 1.4 * LABEL / 72.0 / height
+    crowd = [y for y, _, _ in items] if leaders else [1.0 - step * (len(items) - i - 0.5) for i in range(len(items))]
+    for (y, name, colour), at in zip(items, spread(crowd, step), strict=True):
         axes.annotate(
             name,
-            xy=(1.0, y),
-            xytext=(1.035, at),
+            xy=(1.0, y if leaders else at),
+            xytext=(1.0 + 0.2 / width, at),
             xycoords="axes fraction",
             textcoords="axes fraction",
             color=colour,
-            fontsize=size,
+            fontsize=LABEL,
             fontweight="bold" if colour == INK else "normal",
             va="center",
             annotation_clip=False,
-            arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 0.6, "shrinkA": 1.0, "shrinkB": 0.0},
+            arrowprops={
+                "arrowstyle": "-",
+                "color": colour,
+                "linewidth": 0.7 if leaders else 2.0,
+                "shrinkA": 2.0,
+                "shrinkB": 1.0 if leaders else 4.0,
+                "relpos": (0.0, 0.5),
+            },
         )
 
 

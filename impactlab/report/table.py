@@ -12,6 +12,8 @@ from impactlab.summary import COLUMNS, cells, headings, table_rows
 JUDGED = ("mass", "face", "impulse")
 """The columns in which the smallest value is the best."""
 TEXT = ("method", "model", "law", "integrator", "warnings")
+UNDER = ("model", "law", "integrator")
+"""What stands in small type under the name of a method on the page."""
 
 
 class Cell(NamedTuple):
@@ -22,28 +24,29 @@ class Cell(NamedTuple):
     numeric: bool
 
 
+def page_headings() -> list[tuple[str, str, bool]]:
+    """Return the headings of the page's table: name, unit, and whether numbers stand below."""
+    return [(name, unit, name not in TEXT) for name, unit in COLUMNS.items() if name not in UNDER]
+
+
 def page_rows(comparison: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return the rows of the page's table: ``name``, and ``cells`` (of `Cell`) or ``failure``."""
+    """Return the rows of the page's table: ``name``, ``under``, and ``cells`` (of `Cell`) or ``failure``."""
     rows = table_rows(comparison)
-    best = {name: min((row[name] for row in rows if row[name] is not None), default=None) for name in JUDGED}
-    several = len([row for row in rows if "failure" not in row]) > 1
-    page = []
+    done = [row for row in rows if "failure" not in row]
+    best = {name: min((row[name] for row in done if row[name] is not None), default=None) for name in JUDGED}
+    page: list[dict[str, Any]] = []
     for row in rows:
         if "failure" in row:
-            page.append({"name": row["method"], "failure": row["failure"]})
+            page.append({"name": row["method"], "under": "", "failure": row["failure"]})
             continue
-        texts = zip(COLUMNS, cells(row), strict=True)
+        texts = dict(zip(COLUMNS, cells(row), strict=True))
+        shown = [name for name in COLUMNS if name != "method" and name not in UNDER]
+        marked = {name for name in JUDGED if len(done) > 1 and row[name] is not None and row[name] == best[name]}
         page.append(
             {
                 "name": row["method"],
-                "cells": [
-                    Cell(
-                        text,
-                        several and name in JUDGED and row[name] is not None and row[name] == best[name],
-                        name not in TEXT,
-                    )
-                    for name, text in texts
-                ],
+                "under": " · ".join(row[name] for name in UNDER if row[name]),
+                "cells": [Cell(texts[name], name in marked, name not in TEXT) for name in shown],
             }
         )
     return page
