@@ -33,7 +33,7 @@ class RecordedHistory(AbstractHistory):
     """
 
     def __init__(self, assembly: Assembly, integrator: AbstractIntegrator) -> None:
-        self._assembly = assembly
+        self.assembly = assembly
         self._integrator = integrator
         self.duration = assembly.scene.duration
         self.dt = assembly.dt
@@ -46,7 +46,7 @@ class RecordedHistory(AbstractHistory):
 
     def drain(self) -> None:
         """Take the events out of the loop's buffer."""
-        assembly = self._assembly
+        assembly = self.assembly
         for event in assembly.events[: assembly.clock.n_events]:
             self._raw.append((event.time, event.contact, event.kind, event.impulse, event.span_impulse, event.span_peak))
         assembly.clock.n_events = 0
@@ -54,8 +54,8 @@ class RecordedHistory(AbstractHistory):
     def finish(self) -> None:
         """Build channels, events, contacts and energies from what was recorded."""
         self.drain()
-        clock = self._assembly.clock
-        if clock.step < self._assembly.steps:
+        clock = self.assembly.clock
+        if clock.step < self.assembly.steps:
             self.duration = min(self.duration, clock.time)
         self._read_energy()
         self._read_channels()
@@ -79,7 +79,7 @@ class RecordedHistory(AbstractHistory):
         return values[np.minimum(np.searchsorted(times, t, side="right"), values.size - 1)]
 
     def field(self, body: str, t: float, quantity: str) -> Field:
-        assembly, scene = self._assembly, self._assembly.scene
+        assembly, scene = self.assembly, self.assembly.scene
         if body not in scene.bodies:
             raise ImpactlabError(f"no body '{body}'; bodies: {', '.join(scene.bodies)}")
         times = np.array([snapshot.time for snapshot in assembly.snapshots[: assembly.clock.n_snapshots]])
@@ -107,7 +107,7 @@ class RecordedHistory(AbstractHistory):
         return times if stepped else np.zeros(0)
 
     def _read_channels(self) -> None:
-        assembly = self._assembly
+        assembly = self.assembly
         record = assembly.memory.record[: assembly.clock.n_records]
         times = record[:, 0]
         steps = np.diff(times, prepend=0.0)
@@ -136,18 +136,18 @@ class RecordedHistory(AbstractHistory):
         self._channels = channels
 
     def _read_energy(self) -> None:
-        sample = self._assembly.memory.sample[: self._assembly.clock.n_samples]
+        sample = self.assembly.memory.sample[: self.assembly.clock.n_samples]
         work = sample[:, 5::3].sum(axis=1)
         self.energy = EnergyBook(
             time=sample[:, 0],
-            bodies={name: sample[:, 4 + 3 * number] for number, name in enumerate(self._assembly.built)},
+            bodies={name: sample[:, 4 + 3 * number] for number, name in enumerate(self.assembly.built)},
             stored=sample[:, 1],
             booked={"contact": sample[:, 2], "ends": sample[:, 3], "unresolved": np.zeros(len(sample))},
             work=work - work[:1].sum(),
         )
 
     def _read_events(self) -> None:
-        assembly = self._assembly
+        assembly = self.assembly
         events: list[Event] = []
         spans: list[ContactSpan] = []
         started: dict[int, float] = {}

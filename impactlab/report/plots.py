@@ -15,6 +15,7 @@ from impactlab.report.style import (
     INK,
     MUTED,
     NAMES,
+    PAPER,
     Margins,
     Trace,
     Unit,
@@ -23,7 +24,9 @@ from impactlab.report.style import (
     drawn,
     exact_of,
     grid,
+    key,
     label_lines,
+    log_axis,
     scaled,
     time_axis,
 )
@@ -53,7 +56,7 @@ def force(traces: Sequence[Trace], scene: Scene, contact: str, notes: Mapping[st
     channel, time = f"force:{contact}", clock(scene)
     columns = 1 if len(traces) == 1 else 2 if len(traces) <= 4 else 3
     rows = -(-len(traces) // columns)
-    margins = Margins(across=0.22, down=0.42)
+    margins = Margins(across=0.28, down=0.42)
     figure, axes = grid(rows, columns, {1: 2.6, 2: 1.8, 3: 1.5}[columns], margins, share=True)
     lines = [curve(trace.history, channel, scene.duration) for trace in traces]
     exact = [curve(t.reference, channel, scene.duration) if t.reference else (np.empty(0),) * 2 for t in traces]
@@ -64,17 +67,15 @@ def force(traces: Sequence[Trace], scene: Scene, contact: str, notes: Mapping[st
     top = (tallest or 1.0) * HEADROOM / unit.size
     panels = [axis for row in axes for axis in row]
     for axis, trace, (t, values), (t_exact, values_exact) in zip(panels, traces, lines, exact, strict=False):
-        said = [(notes or {}).get(trace.name, "")]
+        note = (notes or {}).get(trace.name, "")
         if t.size:
             axis.plot(t / time.size, values / unit.size, color=trace.colour, linewidth=2.0)
-            highest = float(values.max()) / unit.size
-            said += [f"up to {highest:.3g} {unit.label}"] if highest > top else []
+            _write_height_of_cut(axis, float(values.max()) / unit.size, top, unit)
         else:
-            said += [_kicks(axis, trace, scene, contact, unit)]
+            note = _kicks(axis, trace, scene, contact, unit)
         axis.plot(t_exact / time.size, values_exact / unit.size, color=INK, linewidth=0.9)
         axis.set_title(trace.name, color=trace.colour)
-        words = " · ".join(filter(None, said))
-        axis.set_title(words, loc="right", fontsize=7.5, fontweight="normal", color=MUTED)
+        axis.set_title(note, loc="right", fontsize=7.5, fontweight="normal", color=MUTED)
         axis.set_ylim(-0.04 * top, top)
     for axis in panels[len(traces) :]:
         axis.set_visible(False)
@@ -84,6 +85,14 @@ def force(traces: Sequence[Trace], scene: Scene, contact: str, notes: Mapping[st
     for row in axes:
         row[0].set_ylabel(f"force  F  [{unit.label}]")
     return figure
+
+
+def _write_height_of_cut(axis: Axes, highest: float, top: float, unit: Unit) -> None:
+    """Write how high the highest spike reaches where the axis cuts it."""
+    if highest > top:
+        behind = {"facecolor": PAPER, "edgecolor": "none", "pad": 2.0}
+        text = f"spikes up to {highest:.3g} {unit.label}"
+        axis.text(0.985, 0.97, text, fontsize=7.5, bbox=behind, transform=axis.transAxes, ha="right", va="top")
 
 
 def _kicks(axis: Axes, trace: Trace, scene: Scene, contact: str, unit: Unit) -> str:
@@ -150,7 +159,7 @@ def _strayed(axes: Sequence[Axes], channels: Sequence[str], judged: Sequence[Tra
             ends.append((float(share[-1]), trace.name, trace.colour))
             highest = max(highest, float(share[-1]))
         axis.set_yscale("log")
-        axis.yaxis.set_major_formatter(lambda y, _: f"{y:g}")
+        log_axis(axis.yaxis)
         time_axis(axis, scene)
     for axis in axes:
         axis.set_ylim(FLOOR / 1.5, 2.0 * highest)
@@ -189,8 +198,5 @@ def gap(traces: Sequence[Trace], scene: Scene, contact: str) -> Figure:
         axis.set_ylabel(f"gap  g  [{unit.label}]")
         time_axis(axis, scene)
     if len(traces) > 1:
-        ends = [
-            (float(v[-1]) / unit.size, trace.name, trace.colour) for trace, (_, v) in zip(traces, lines, strict=True)
-        ]
-        label_lines(axes[0][-1], ends, leaders=False)
+        key(axes[0][-1], traces)
     return figure

@@ -19,6 +19,7 @@ from impactlab.types import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
 INK = "#1b2330"  # the exact answer, text
@@ -179,6 +180,14 @@ def clock(scene: Scene) -> Unit:
     return Unit(scene.round_trip, "T") if math.isfinite(scene.round_trip) else scaled("s", scene.duration)
 
 
+def log_axis(axis: Axis) -> None:
+    """Label a logarithmic axis by its decades, 0.01 and not 10 to the -2; no ticks between them."""
+    from matplotlib.ticker import NullLocator
+
+    axis.set_major_formatter(lambda value, _: f"{value:g}")
+    axis.set_minor_locator(NullLocator())
+
+
 def time_axis(axes: Axes, scene: Scene) -> None:
     """Set up a horizontal axis of time over the whole run."""
     unit = clock(scene)
@@ -209,15 +218,13 @@ def curve(history: AbstractHistory, channel: str, duration: float, columns: int 
     return t[index], values[index]
 
 
-def label_lines(axes: Axes, ends: Iterable[tuple[float, str, str]], *, leaders: bool = True) -> None:
+def label_lines(axes: Axes, ends: Iterable[tuple[float, str, str]]) -> None:
     """Write names at the right of an axes beside the ends of their lines, moved apart where they would overlap.
 
     Parameters
     ----------
     ends : iterable of (float, str, str)
         Height of the line's end in data, name, colour.
-    leaders : bool
-        Draw a thin line from the end to its name; without them the names are a key, highest line first.
     """
     low, high = axes.get_ylim()
     to_axes = axes.transAxes.inverted()
@@ -225,31 +232,45 @@ def label_lines(axes: Axes, ends: Iterable[tuple[float, str, str]], *, leaders: 
         (float(to_axes.transform(axes.transData.transform((0.0, min(max(y, low), high))))[1]), name, colour)
         for y, name, colour in ends
     )
+    for (y, name, colour), at in zip(items, spread([y for y, _, _ in items], _line_height(axes)), strict=True):
+        _beside(axes, name, colour, at, y)
+
+
+def key(axes: Axes, traces: Sequence[Trace]) -> None:
+    """Write the names of the traces at the right of an axes, one below the other: for lines that end elsewhere."""
+    for row, trace in enumerate(traces):
+        at = 1.0 - (row + 0.5) * _line_height(axes)
+        _beside(axes, trace.name, trace.colour, at, at, linewidth=2.0, linestyle=trace.dash)
+
+
+def _line_height(axes: Axes) -> float:
+    """Return the height of a line of names as a share of the height of the axes."""
     figure = cast("Figure", axes.get_figure())
-    height, width = figure.get_figheight() * axes.get_position().height, WIDTH * axes.get_position().width
-    step = 1.4 * LABEL / 72.0 / height
-    crowd = [y for y, _, _ in items] if leaders else [1.0 - step * (len(items) - i - 0.5) for i in range(len(items))]
-    for (y, name, colour), at in zip(items, spread(crowd, step), strict=True):
-        axes.annotate(
-            name,
-            xy=(1.0, y if leaders else at),
-            xytext=(1.0 + 0.2 / width, at),
-            xycoords="axes fraction",
-            textcoords="axes fraction",
-            color=colour,
-            fontsize=LABEL,
-            fontweight="bold" if colour == INK else "normal",
-            va="center",
-            annotation_clip=False,
-            arrowprops={
-                "arrowstyle": "-",
-                "color": colour,
-                "linewidth": 0.7 if leaders else 2.0,
-                "shrinkA": 2.0,
-                "shrinkB": 1.0 if leaders else 4.0,
-                "relpos": (0.0, 0.5),
-            },
-        )
+    return 1.4 * LABEL / 72.0 / (figure.get_figheight() * axes.get_position().height)
+
+
+def _beside(axes: Axes, name: str, colour: str, at: float, end: float, **line: Any) -> None:
+    """Write a name beside an axes at the height ``at`` with a line from ``end``, both as shares of the axes."""
+    axes.annotate(
+        name,
+        xy=(1.0, end),
+        xytext=(1.0 + 0.2 / (WIDTH * axes.get_position().width), at),
+        xycoords="axes fraction",
+        textcoords="axes fraction",
+        color=colour,
+        fontsize=LABEL,
+        va="center",
+        annotation_clip=False,
+        arrowprops={
+            "arrowstyle": "-",
+            "color": colour,
+            "linewidth": 0.7,
+            "shrinkA": 2.0,
+            "shrinkB": 1.0,
+            "relpos": (0, 0.5),
+        }
+        | line,
+    )
 
 
 def spread(heights: Sequence[float], distance: float) -> list[float]:
@@ -281,7 +302,7 @@ def save(figure: Figure, folder: Path, name: str) -> str:
     """Write ``name.svg`` and ``name.png`` into the folder and return the SVG text."""
     svg = to_svg(figure)
     (folder / f"{name}.svg").write_text(svg, encoding="utf-8")
-    figure.savefig(folder / f"{name}.png", dpi=200, metadata={"Software": None})
+    figure.savefig(folder / f"{name}.png", dpi=160, metadata={"Software": None}, pil_kwargs={"compress_level": 3})
     return svg
 
 
