@@ -18,6 +18,7 @@ from impactlab.report.style import (
     drawn,
     grid,
     label_lines,
+    log_axis,
     scaled,
     time_axis,
 )
@@ -44,7 +45,7 @@ def energy_balance(traces: Sequence[Trace], scene: Scene) -> Figure:
     axis.axhline(0.0, color=INK, linewidth=0.9)
     if extent > LINEAR:
         axis.set_yscale("symlog", linthresh=0.1, linscale=0.7)
-        axis.yaxis.set_major_formatter(lambda y, _: f"{y:g}")
+        log_axis(axis.yaxis)
     elif extent < ROUNDING:
         axis.set_ylim(-1e-3, 1e-3)
     axis.set_ylabel("energy balance  [% of initial]")

@@ -16,9 +16,9 @@ CLOSE = 1.02  # errors within 2 % of each other are said together
 def si(value: float, unit: str) -> str:
     """Return a value with the prefix that makes it short: ``116.4 µs``."""
     if unit == "kg":
-        return f"{value:.4g} kg"
+        return f"{value:.4g}\N{NO-BREAK SPACE}kg"
     shown = scaled(unit, abs(value))
-    return f"{value / shown.size:.4g} {shown.label}"
+    return f"{value / shown.size:.4g}\N{NO-BREAK SPACE}{shown.label}"
 
 
 def scene_facts(scene: Scene) -> list[tuple[str, str]]:
@@ -48,7 +48,7 @@ def _body(body: Body) -> str:
 
 
 def _end(end: End) -> str:
-    units = {"spring": "N/m", "dashpot": "N s/m", "mass": "kg"}
+    units = {"spring": "N/m", "dashpot": "N·s/m", "mass": "kg"}
     return f"{end.kind} {si(end.value, units[end.kind])}" if end.kind in units else end.kind
 
 
@@ -143,11 +143,11 @@ def when(time: float, summary: Mapping[str, Any]) -> str:
 def table_caption(judged: bool) -> str:
     """Return what the columns of the table mean."""
     errors = (
-        "Mass, face and impulse are errors against the exact answer: relative L2 of the displacements over the run, and "
-        "relative of the total impulse; the smallest are marked. "
+        "Mass, face and impulse are errors against the exact answer: relative L2 of the displacements over the run, "
+        "and relative of the total impulse; the smallest are marked. "
     )
     rest = (
-        "Gain and loss are the largest rise and fall of the energy balance, in % of the initial energy. T is the round "
-        "trip of a wave. The time to solve is without set-up."
+        "Gain and loss are the largest rise and fall of the energy balance, in % of the initial energy. T is the "
+        "round trip of a wave. The time to solve is without set-up."
     )
     return errors + rest if judged else rest

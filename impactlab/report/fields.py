@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from impactlab.history import AbstractHistory
+from impactlab.history import AbstractHistory, Field
 from impactlab.report.style import GRID, INK, MUTED, Margins, Trace, clock, drawn, exact_of, grid, scaled, time_axis
 from impactlab.scene import Rod, Scene
 
@@ -30,17 +31,22 @@ def snapshots(traces: Sequence[Trace], scene: Scene, body: str, quantity: str = 
     rows, columns = len(traces), len(scene.snapshots)
     margins = Margins(across=0.22, down=0.34)
     figure, axes = grid(rows, columns, 2.0 if rows == 1 else 0.85, margins, share=True)
-    reference = exact_of(traces)
-    frame = [h.field(body, t, quantity).values for h in [reference or traces[0].history] for t in scene.snapshots]
+
+    @cache  # traces share their reference, and an exact field takes its time
+    def field_of(history: AbstractHistory, t: float) -> Field:
+        return history.field(body, t, quantity)
+
+    reference = exact_of(traces) or traces[0].history
+    frame = [field_of(reference, t).values for t in scene.snapshots]
     low, high = min(float(v.min()) for v in frame), max(float(v.max()) for v in frame)
     unit, span = scaled(UNITS[quantity], max(abs(low), abs(high))), (high - low) or 1.0
     for row, trace in zip(axes, traces, strict=True):
         for axis, t in zip(row, scene.snapshots, strict=True):
-            field = trace.history.field(body, t, quantity)
+            field = field_of(trace.history, t)
             axis.axhline(0.0, color=GRID, linewidth=0.9, zorder=0.5)
             axis.plot(field.x / length, field.values / unit.size, color=trace.colour, linewidth=1.8)
             if trace.reference is not None:
-                exact = trace.reference.field(body, t, quantity)
+                exact = field_of(trace.reference, t)
                 axis.plot(exact.x / length, exact.values / unit.size, color=INK, linewidth=0.9)
             axis.set_xlim(0.0, 1.0)
             axis.set_ylim((low - 0.25 * span) / unit.size, (high + 0.3 * span) / unit.size)

@@ -6,7 +6,20 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from impactlab.report.style import GRID, INK, MUTED, NAMES, Margins, Trace, clock, drawn, exact_of, grid, time_axis
+from impactlab.report.style import (
+    GRID,
+    INK,
+    MUTED,
+    NAMES,
+    Margins,
+    Trace,
+    clock,
+    drawn,
+    exact_of,
+    grid,
+    log_axis,
+    time_axis,
+)
 from impactlab.scene import Scene
 
 if TYPE_CHECKING:
@@ -116,7 +129,7 @@ def _dots(axis: Axes, values: Sequence[float | None], colours: Sequence[str], lo
     axis.set_xscale("log")
     axis.set_xlim(low / 1.6, high)
     axis.set_ylim(len(values) - 0.4, -0.6)
-    axis.xaxis.set_major_formatter(lambda x, _: f"{x:g}")
+    log_axis(axis.xaxis)
     axis.grid(visible=False, axis="y")
     axis.tick_params(axis="y", length=0)
     axis.spines["left"].set_visible(False)

@@ -18,6 +18,7 @@ from impactlab.report.table import page_headings, page_rows
 from impactlab.scene import Scene
 from impactlab.summary import cell, comparison
 
+FEW = 5  # periods of contact that are told one by one
 HISTORY_POINTS = 4001  # instants at which history.npz holds every channel
 
 
@@ -109,13 +110,16 @@ def history_arrays(history: AbstractHistory, scene: Scene) -> dict[str, Any]:
 def findings(summary: Mapping[str, Any]) -> list[str]:
     """Return what the numbers of one run say, one sentence each."""
     sentences = []
-    for span in summary["contacts"]:
+    spans = summary["contacts"]
+    if len(spans) > FEW:
+        sentences.append(f"{len(spans)} periods of contact; the first {FEW} are:")
+    for span in spans[:FEW]:
         end = "the end of the run" if span["end"] is None else facts.when(span["end"], summary)
         peak = "" if span["peak_force"] is None else f", largest force {facts.si(span['peak_force'], 'N')}"
         kicks = f" in {span['kicks']} kicks" if span.get("kicks") is not None else ""
         sentences.append(
             f"{span['contact'].replace('|', ' and ')}: in contact from {facts.when(span['start'], summary)} to {end}, "
-            f"impulse {facts.si(span['impulse'], 'N s')}{kicks}{peak}."
+            f"impulse {facts.si(span['impulse'], 'N·s')}{kicks}{peak}."
         )
     errors = summary["errors"]
     if errors and errors["mass_displacement"] is not None:

@@ -184,7 +184,7 @@ def log_axis(axis: Axis) -> None:
     """Label a logarithmic axis by its decades, 0.01 and not 10 to the -2; no ticks between them."""
     from matplotlib.ticker import NullLocator
 
-    axis.set_major_formatter(lambda value, _: f"{value:g}")
+    axis.set_major_formatter(lambda value, _: f"{value:g}".replace("-", "\N{MINUS SIGN}"))
     axis.set_minor_locator(NullLocator())
 
 
