@@ -25,6 +25,7 @@ from impactlab.memory import (
     SnapshotRecord,
 )
 from impactlab.models.base import AbstractDiscreteModel, Operators
+from impactlab.models.delay_line import DelayLine
 from impactlab.models.rigid import RigidBody
 from impactlab.pointers import FREE, MEASURE, RETIME, LawAddress, kernel_address, records
 from impactlab.scene import Body, Contact, Mass, Rod, Scene, Wall
@@ -52,7 +53,8 @@ def build_bodies(scene: Scene) -> dict[str, BuiltBody]:
         if isinstance(body, Rod):
             if body.model is None:
                 raise CaseError(f"'{name}' has no model", path="solve.model", remedy="Give solve.model.")
-            model = body.model.build(body, scene.gravity)
+            steps = body.model.steps
+            model = body.model.build(body, scene.gravity) if steps else DelayLine(body, scene.gravity)
         elif isinstance(body, Mass):
             model = RigidBody(body.mass, body.velocity, scene.gravity)
         else:
@@ -69,7 +71,12 @@ def prepare_steppers(
     steppers = {}
     for name, body in built.items():
         rows = [body.model.row(point.x, "displacement") for point in points if point.body == name]
-        steppers[name] = integrator.prepare(body.system, np.array(rows).reshape(len(rows), body.system.load.size), dt)
+        faces = np.array(rows).reshape(len(rows), body.system.load.size)
+        steppers[name] = (
+            body.model.stepper(faces, dt)
+            if isinstance(body.model, DelayLine)
+            else integrator.prepare(body.system, faces, dt)
+        )
     return steppers
 
 

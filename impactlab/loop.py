@@ -273,7 +273,7 @@ def sample(m: Memory) -> bool:
         body = m.bodies[number]
         parameters = m.parameters[body.parameter_start : body.parameter_end]
         call(body.measure, parameters, m.state[body.state_start : body.state_end], m.scratch)
-        momentum = 0.0
+        momentum = m.scratch[2]
         for i in range(body.state_start + body.n_dof, body.state_start + 2 * body.n_dof):
             momentum += m.momentum[i] * m.state[i]
         m.sample[n, 4 + 3 * number] = m.scratch[0]

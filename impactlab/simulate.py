@@ -13,12 +13,15 @@ from impactlab.assembly import Assembly, BuiltBody, build_bodies, prepare_steppe
 from impactlab.errors import CaseError, PairingError, StepError
 from impactlab.history import AbstractHistory, Warned
 from impactlab.integrators.base import AbstractIntegrator, Stepper
+from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
 from impactlab.pairing import check_events, check_law, check_system, energy_bound, kind_of
-from impactlab.scene import Rod, Scene
+from impactlab.models.delay_line import DelayLine, check_law_needs
+from impactlab.scene import Contact, Rod, Scene
 
 CHUNK_SECONDS = 0.1  # between two looks at progress and interrupts
 MOST_STEPS = 2_000_000_000
+UNUSED = Warned("integrator_unused", "the continuous model needs no integrator; solve.integrator is ignored")
 
 Progress = Callable[[float], None]
 
@@ -36,9 +39,12 @@ class Plan:
 
 
 def is_exact(scene: Scene) -> bool:
-    """Return whether every rod asks for the continuous model."""
+    """Return whether a scene is solved from event to event: all rods continuous, all laws hard or constant springs."""
     rods = [body for body in scene.bodies.values() if isinstance(body, Rod)]
-    return bool(rods) and all(rod.model is not None and not rod.model.steps for rod in rods)
+    continuous = bool(rods) and all(rod.model is not None and not rod.model.steps for rod in rods)
+    return continuous and all(
+        (contact.law.hard and contact.law.answers_force) or contact.law.is_spring for contact in scene.contacts
+    )
 
 
 def resolve_step(scene: Scene, built: dict[str, BuiltBody]) -> float:
@@ -68,6 +74,18 @@ def resolve_step(scene: Scene, built: dict[str, BuiltBody]) -> float:
     return 2.0 * math.pi / highest / rule.points_per_period
 
 
+def rods_step(scene: Scene) -> bool | None:
+    """Return whether any rod is stepped in coordinates; None without rods."""
+    rods = [body for body in scene.bodies.values() if isinstance(body, Rod)]
+    return any(rod.model is not None and rod.model.steps for rod in rods) if rods else None
+
+
+def all_steps(scene: Scene, contact: Contact) -> bool:
+    """Return whether no side of a contact is a continuous rod."""
+    bodies = (scene.bodies[point.body] for point in (contact.left, contact.right))
+    return all(not isinstance(body, Rod) or body.model is None or body.model.steps for body in bodies)
+
+
 def prepare(scene: Scene) -> Plan:
     """Return what a run will do, or raise the error that stops it before its first step."""
     if is_exact(scene):
@@ -76,21 +94,27 @@ def prepare(scene: Scene) -> Plan:
         reason = serves(scene)
         if reason is not None:
             raise CaseError(reason, path="solve.model", remedy="Use finite_element or modal for this scene.")
-        warned = (
-            ()
-            if scene.integrator is None
-            else (Warned("integrator_unused", "the continuous model needs no integrator; solve.integrator is ignored"),)
-        )
-        return Plan(None, 0, {}, {}, None, warned)
+        return Plan(None, 0, {}, {}, None, () if scene.integrator is None else (UNUSED,))
     integrator = scene.integrator or Newmark()
+    warnings = []
+    if rods_step(scene) is False:
+        # Only rigid masses are left to an integrator, and their motion under a constant force is known.
+        if scene.integrator is not None:
+            warnings.append(UNUSED)
+        integrator = ExactModal()
     for number, contact in enumerate(scene.contacts):
         check_law(contact.law, integrator, f"contacts.{number}.law")
+        if not all_steps(scene, contact):
+            check_law_needs(contact.law.needs, kind_of(contact.law), f"contacts.{number}.law")
     check_events(scene, integrator)
     built = build_bodies(scene)
     limits = {}
     for name, body in built.items():
-        check_system(integrator, name, body.system)
-        limits[name] = integrator.limit(body.system)
+        if isinstance(body.model, DelayLine):
+            limits[name] = body.model.transit
+        else:
+            check_system(integrator, name, body.system)
+            limits[name] = integrator.limit(body.system)
     dt = resolve_step(scene, built)
     name = min(limits, key=lambda key: limits[key])
     if dt > limits[name] * (1.0 + 1e-9):
@@ -104,7 +128,6 @@ def prepare(scene: Scene) -> Plan:
     if steps > MOST_STEPS:
         raise CaseError(f"{steps} steps are too many", remedy="Give a longer step or a shorter duration.", path="solve.step")
     steppers = prepare_steppers(scene, built, integrator, dt)
-    warnings = []
     for number, contact in enumerate(scene.contacts):
         start_law(scene, steppers, number, dt)
         if contact.law.holds_position and integrator.hard_constraint_gains:

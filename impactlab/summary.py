@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -15,17 +14,13 @@ import numpy as np
 
 from impactlab import metrics
 from impactlab.history import AbstractHistory, ContactSpan, Event
+from impactlab.pairing import kind_of
 from impactlab.scene import Mass, Rod, Scene
 from impactlab.types import Relative
 
 SCHEMA_VERSION = 1
 PROBE_POINTS = 6001  # instants at which the extremes of a probe are sought, besides both sides of its jumps
 BOOKED = ("contact", "unresolved")  # always named in the energy block, also where nothing was booked
-
-
-def kind_of(part: object) -> str:
-    """Return the name a case file uses for a part: its class name in snake_case."""
-    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", type(part).__name__).lower()
 
 
 def describe(part: Any) -> dict[str, Any]:

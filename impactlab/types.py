@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ctypes
 import dataclasses
+import math
 from collections.abc import Callable
 from enum import Enum
 from typing import Any, Literal, NamedTuple
@@ -113,7 +114,7 @@ class SideFacts(NamedTuple):
     room: float  # m a reading may be away from the face: the first segment's length
     mass: float  # kg, of the whole body; inf for a wall
     gravity: float  # m/s2, along +x
-    velocity_per_force: float  # m/(N s), of the face in the scheme's own step; NaN for the continuous model
+    velocity_per_force: float = math.nan  # m/(N s), of the face in the scheme's own step; NaN where nothing steps
 
 
 class Start(NamedTuple):

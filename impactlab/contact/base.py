@@ -29,6 +29,7 @@ class AbstractContactLaw(ABC):
     trial_at_end: ClassVar[bool] = False  # True: its trial force belongs to the end of the step, not to where it acts
     fixed_step: ClassVar[bool] = False  # True: its readings belong to one dt, so a step cannot be cut at an event
     hard: ClassVar[bool] = False  # True: it approximates the hard unilateral contact, whose exact answer is its reference
+    is_spring: ClassVar[bool] = False  # True: `spring` has constants; the continuous model solves it from event to event
     holds_position: ClassVar[bool] = False  # True: a hard position constraint, which makes some schemes gain energy
     gains_energy: ClassVar[float] = 0.0  # declared bound on the energy gain, relative; inf where there is none
 

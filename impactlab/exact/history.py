@@ -35,6 +35,7 @@ class ContinuousHistory(AbstractHistory):
     """
 
     def __init__(self, scene: Scene, layout: Layout, log: Log, duration: float) -> None:
+        self.dt = None
         self.duration = duration
         self.scene = scene
         self.layout = layout

@@ -22,7 +22,8 @@ class Stepper:
     """
 
     free: Kernel  # free(parameters, state): a step without contact, in place
-    measure: Kernel  # measure(parameters, state, out): energy [J] as the scheme conserves it, work of the load [J]
+    measure: Kernel  # measure(parameters, state, out): energy [J] as the scheme conserves it, work of the load [J], and
+    #                  momentum [N s] beyond that of the model's momentum row (0 as a rule)
     parameters: Array  # (n_parameters,)
     state: Array  # (n_state,) at t = 0
     force_response: Array  # (n_ports, n_state) end-of-step state per force constant over the step

@@ -23,6 +23,10 @@ class Continuous(AbstractRodModel):
     steps = False
     citations = ("StVenant1883", "EscalonaMayoDominguez1999", "TimoshenkoGoodier1951")
 
+    @property
+    def has_mesh(self) -> bool:
+        return False
+
     def element_length(self, rod: Rod) -> float:
         """Return L/100 [m]: the scale of relative contact stiffnesses, as there is no mesh."""
         return rod.length / 100.0
