@@ -10,8 +10,9 @@ from typing import Any
 from impactlab.history import AbstractHistory
 from impactlab.report import balance, facts, fields, overview, plots
 from impactlab.report.page import Page, Plate, write_page
+from impactlab.report.run_report import wave_plates
 from impactlab.report.sketch import sketch
-from impactlab.report.style import Trace, traces
+from impactlab.report.style import Trace, exact_of, traces
 from impactlab.report.table import comma_separated, markdown, page_headings, page_rows
 from impactlab.scene import Scene
 from impactlab.summary import cell
@@ -92,7 +93,7 @@ def plates(comparison: Mapping[str, Any], shown: Sequence[Trace], scene: Scene) 
     summaries = {row["name"]: row["summary"] for row in comparison["rows"]}
     judged = any(trace.reference is not None for trace in shown)
     dark = " The dark line is the exact answer." if judged else ""
-    figures = []
+    figures = wave_plates(exact_of(shown), scene)
     if judged:
         figures.append(
             Plate(

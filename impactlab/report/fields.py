@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from impactlab.history import AbstractHistory, Field
+from impactlab.metrics import midpoints
 from impactlab.report.style import GRID, INK, MUTED, Margins, Trace, clock, drawn, exact_of, grid, scaled, time_axis
 from impactlab.scene import Rod, Scene
 
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 UNITS = {"displacement": "m", "velocity": "m/s", "strain": "", "stress": "Pa", "force": "N"}
+INSTANTS, PLACES = 720, 121  # of the image of the waves
 LETTERS = {"displacement": "u", "velocity": "v", "strain": "ε", "stress": "σ", "force": "N"}
 
 
@@ -60,31 +62,29 @@ def snapshots(traces: Sequence[Trace], scene: Scene, body: str, quantity: str = 
 
 
 @drawn
-def waves(history: AbstractHistory, scene: Scene, body: str, quantity: str = "stress", instants: int = 360) -> Figure:
+def waves(exact: AbstractHistory, scene: Scene, body: str, quantity: str = "stress") -> Figure:
     """Return a quantity over the whole rod and the whole run as an image: time to the right, place upwards.
 
-    For histories that give a field at any time, as exact ones do.
+    For an exact history, which answers at any place.
     """
     time, length = clock(scene), rods(scene)[body].length
-    t = (np.arange(instants) + 0.5) * scene.duration / instants
-    x = np.linspace(0.0, length, 201)
-    image = np.empty((x.size, t.size))
-    for column, instant in enumerate(t):
-        field = history.field(body, float(instant), quantity)
-        image[:, column] = np.interp(x, field.x, field.values)
-    largest = float(np.max(np.abs(image)))
-    unit = scaled(UNITS[quantity], largest)
-    figure, ((axis,),) = grid(1, 1, 2.4)
-    limit = (largest or 1.0) / unit.size
-    extent = (0.0, scene.duration / time.size, 0.0, 1.0)
+    t, x = midpoints(scene.duration, INSTANTS), np.linspace(0.0, length, PLACES)
+    image = np.stack([exact.evaluate(t, f"{quantity}:{body}@{place:.6g}") for place in x])
+    unit = scaled(UNITS[quantity], float(np.max(np.abs(image))))
+    limit = float(np.max(np.abs(image))) / unit.size or 1.0
+    figure, ((axis,),) = grid(1, 1, 2.1, Margins(top=0.1, right=1.0))
     shown = axis.imshow(
-        image / unit.size, origin="lower", aspect="auto", extent=extent, cmap="RdBu_r", vmin=-limit, vmax=limit,
-        interpolation="bilinear",
-    )  # fmt: skip
+        image / unit.size,
+        origin="lower",
+        aspect="auto",
+        extent=(0.0, scene.duration / time.size, 0.0, 1.0),
+        cmap="RdBu_r",
+        vmin=-limit,
+        vmax=limit,
+    )
     axis.grid(visible=False)
-    bar = figure.colorbar(shown, ax=axis, pad=0.015, aspect=22)
+    bar = figure.colorbar(shown, cax=axis.inset_axes((1.02, 0.0, 0.014, 1.0)))
     bar.set_label(f"{quantity}  {LETTERS[quantity]}  [{unit.label}]".replace("  []", ""))
-    bar.outline.set_linewidth(0.5)
     axis.set_ylabel("place  x / L")
     time_axis(axis, scene)
     return figure

@@ -131,7 +131,7 @@ def findings(summary: Mapping[str, Any]) -> list[str]:
 def plates(trace: Trace, scene: Scene) -> list[Plate]:
     """Return the figures of one run with their captions."""
     dark = " The dark line is the exact answer." if trace.reference is not None else ""
-    shown = []
+    shown = wave_plates(trace.reference, scene)
     for number, contact in enumerate(scene.contacts):
         tail = f"_{number + 1}" if len(scene.contacts) > 1 else ""
         of = f", {contact.name}" if tail else ""
@@ -174,3 +174,17 @@ def plates(trace: Trace, scene: Scene) -> list[Plate]:
             )
         )
     return shown
+
+
+def wave_plates(reference: AbstractHistory | None, scene: Scene) -> list[Plate]:
+    """Return the waves of the exact answer in every rod, where there is an exact answer."""
+    if reference is None or reference.dt is not None:
+        return []
+    words = (
+        "The exact stress over the whole rod (upwards) and the whole run (to the right): red is compression, blue "
+        "tension. Waves run along the slanted edges, once up and down in each T."
+    )
+    return [
+        Plate(f"waves_{body}", f"The waves in {body}", words, fields.waves(reference, scene, body))
+        for body in fields.rods(scene)
+    ]

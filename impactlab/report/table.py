@@ -13,7 +13,7 @@ JUDGED = ("mass", "face", "impulse")
 """The columns in which the smallest value is the best."""
 TEXT = ("method", "model", "law", "integrator", "warnings")
 UNDER = ("model", "law", "integrator")
-"""What stands in small type under the name of a method on the page."""
+"""What stands in small type under the name of a method on the page; so do the codes of its warnings."""
 
 
 class Cell(NamedTuple):
@@ -26,26 +26,27 @@ class Cell(NamedTuple):
 
 def page_headings() -> list[tuple[str, str, bool]]:
     """Return the headings of the page's table: name, unit, and whether numbers stand below."""
-    return [(name, unit, name not in TEXT) for name, unit in COLUMNS.items() if name not in UNDER]
+    return [(name, unit, name not in TEXT) for name, unit in COLUMNS.items() if name not in (*UNDER, "warnings")]
 
 
 def page_rows(comparison: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return the rows of the page's table: ``name``, ``under``, and ``cells`` (of `Cell`) or ``failure``."""
+    """Return the rows of the page's table: name and failure, or name, under, warnings, cells (of `Cell`)."""
     rows = table_rows(comparison)
     done = [row for row in rows if "failure" not in row]
     best = {name: min((row[name] for row in done if row[name] is not None), default=None) for name in JUDGED}
     page: list[dict[str, Any]] = []
     for row in rows:
         if "failure" in row:
-            page.append({"name": row["method"], "under": "", "failure": row["failure"]})
+            page.append({"name": row["method"], "failure": row["failure"]})
             continue
         texts = dict(zip(COLUMNS, cells(row), strict=True))
-        shown = [name for name in COLUMNS if name != "method" and name not in UNDER]
+        shown = [name for name in COLUMNS if name not in ("method", "warnings", *UNDER)]
         marked = {name for name in JUDGED if len(done) > 1 and row[name] is not None and row[name] == best[name]}
         page.append(
             {
                 "name": row["method"],
                 "under": " · ".join(row[name] for name in UNDER if row[name]),
+                "warnings": row["warnings"],
                 "cells": [Cell(texts[name], name in marked, name not in TEXT) for name in shown],
             }
         )

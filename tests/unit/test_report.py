@@ -1,0 +1,350 @@
+"""Figures, tables and pages: what they show is what the histories hold; a page needs nothing but itself."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import json
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+import pytest
+
+from impactlab.history import ContactSpan, Cost, EnergyBook, Event, Warned
+from impactlab.report import balance, fields, overview, plots
+from impactlab.report.compare_report import write_comparison
+from impactlab.report.facts import findings, scene_facts, si
+from impactlab.report.run_report import write_run
+from impactlab.report.sketch import sketch
+from impactlab.report.style import INK, PALETTE, Trace, curve, inline, scaled, spread, to_svg, traces
+from impactlab.report.table import comma_separated, markdown, page_rows
+from impactlab.scene import Body, Contact, End, Mass, Point, Rod, Scene, Segment, StepRule, Wall
+from impactlab.summary import comparison, summarise
+from impactlab.testing.synthetic import SyntheticHistory
+
+PAIR = "hammer|rod.left"
+T = 2.0
+DURATION = 3.0 * T
+
+
+@dataclasses.dataclass(frozen=True)
+class Law:
+    """Stands for a contact law."""
+
+    answers_force: ClassVar[bool] = True
+
+
+@dataclasses.dataclass(frozen=True)
+class Model:
+    """Stands for a model."""
+
+    steps: ClassVar[bool] = True
+    elements: int = 10
+
+
+def scene(**changes: Any) -> Scene:
+    law: Any = Law()
+    model: Any = Model()
+    bodies: dict[str, Body] = {
+        "hammer": Mass("hammer", 2.0, 1.0),
+        "rod": Rod("rod", (Segment(1.0, 1.0, 1.0, 1.0),), End("free"), End("clamped"), model=model),
+    }
+    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0, law)
+    made = Scene("toy", bodies, (contact,), DURATION, None, StepRule(), snapshots=(0.5, 1.5), round_trip=T)
+    return dataclasses.replace(made, **changes)
+
+
+def history(scale: float = 1.0, *, kicks: bool = False, dt: float | None = 0.01) -> SyntheticHistory:
+    grid = np.linspace(0.0, DURATION, 50)
+    hammer = 0.5 + 0.5 * np.exp(-grid)
+    nothing = np.zeros(50)
+    signals: dict[str, Any] = {
+        "position:hammer": lambda t: scale * np.sin(t),
+        "velocity:hammer": lambda t: scale * np.cos(t),
+        "displacement:rod@0": lambda t: scale * np.sin(t) ** 2,
+        f"gap:{PAIR}": lambda t: np.maximum(0.0, t - 2.0) * scale,
+        f"force:{PAIR}": lambda t: np.full_like(t, np.nan) if kicks else np.where(t < 2.0, scale, 0.0),
+        "momentum:rod": np.zeros_like,
+        "energy:rod": np.zeros_like,
+    } | {f"stress:rod@{x:.6g}": np.cos for x in np.linspace(0.0, 1.0, fields.PLACES)}
+    struck = tuple(Event(0.1 * i, PAIR, "impulse", 0.1) for i in range(20))
+    return SyntheticHistory(
+        DURATION,
+        signals,
+        events=struck if kicks else (Event(0.0, PAIR, "close"), Event(2.0, PAIR, "open")),
+        contacts=(
+            ContactSpan(PAIR, 0.0, 1.9, 2.0, None, 0.1, 20)
+            if kicks
+            else ContactSpan(PAIR, 0.0, 2.0, 2.0 * scale, scale),
+        ),
+        energy=EnergyBook(grid, {"hammer": hammer, "rod": 1.0 - hammer}, nothing, {"contact": nothing}, nothing),
+        fields={
+            f"{quantity}:rod": lambda x, t: scale * np.cos(x - t) for quantity in ("displacement", "velocity", "stress")
+        },
+        jumps={f"force:{PAIR}": (2.0,)},
+        dt=dt,
+        warnings=(Warned("chatter", "more than <100> kicks"),) if kicks else (),
+        cost=Cost(0.1, 0.2, 600),
+    )
+
+
+EXACT = ("st_venant", history(dt=None))
+
+
+def three() -> tuple[dict[str, Any], dict[str, SyntheticHistory]]:
+    histories = {"good": history(1.01), "poor": history(1.3), "kicks": history(kicks=True)}
+    rows = [(name, summarise("toy", scene(), h, EXACT)) for name, h in histories.items()]
+    failed = {"schema_version": 1, "case": "toy", "status": "failed", "error": {"text": "lost | at sea"}}
+    return comparison("toy", "st_venant", [*rows, ("lost", failed)]), histories
+
+
+class Links(HTMLParser):
+    """Collects the tags and the addresses of a page."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.tags: list[str] = []
+        self.addresses: list[str] = []
+        self.ids: list[str] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+        self.addresses += [value or "" for name, value in attrs if name in ("href", "src", "xlink:href")]
+        self.ids += [value or "" for name, value in attrs if name == "id"]
+
+
+def test_a_comparison_writes_all_its_files(tmp_path: Path) -> None:
+    document, histories = three()
+    write_comparison(tmp_path, document, histories, scene(), EXACT, title="A & B <here>", source="Somebody 1999")
+    assert json.loads((tmp_path / "comparison.json").read_text()) == document
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "comparison.json",
+        "table.md",
+        "table.csv",
+        "figures",
+        "index.html",
+    }
+    names = {path.stem for path in (tmp_path / "figures").iterdir()}
+    assert names == {"waves_rod", "errors", "contacts", "force", "gap", "displacement", "energy", "stress_rod"}
+    for name in names:
+        assert (tmp_path / "figures" / f"{name}.png").read_bytes().startswith(b"\x89PNG")
+        assert "<svg" in (tmp_path / "figures" / f"{name}.svg").read_text()
+
+
+def test_a_page_stands_alone_and_says_what_it_must(tmp_path: Path) -> None:
+    document, histories = three()
+    write_comparison(tmp_path, document, histories, scene(), EXACT, title="A & B <here>", source="Somebody 1999")
+    text = (tmp_path / "index.html").read_text()
+    page = Links(text)
+    assert "A &amp; B &lt;here&gt;" in text
+    assert "Somebody 1999" in text
+    assert "more than &lt;100&gt; kicks" in text
+    assert "impactlab compare toy.yaml --methods good,poor,kicks,lost --out DIR" in text
+    assert "failed: lost | at sea" in text
+    assert page.tags.count("figure") == 8
+    assert not {"script", "link", "iframe", "object"} & set(page.tags)
+    outside = [a for a in page.addresses if not a.startswith(("#", "data:")) and not (tmp_path / a).exists()]
+    assert outside == []
+    assert not re.search(r"@import|url\((?!['\"]?#)", text)
+    assert len(page.ids) == len(set(page.ids)) or _same_definitions(text)
+    assert INK not in text.split("</style>")[1]  # figures take the colours of the page
+
+
+def _same_definitions(text: str) -> bool:
+    """Return whether ids that occur again (hashes of clip paths and markers) stand for the same thing each time."""
+    found: dict[str, set[str]] = {}
+    for name, rest in re.findall(r'<(?:clipPath|path) id="([^"]+)"([^>]*>(?:\s*<rect[^>]*>)?)', text):
+        found.setdefault(name, set()).add(" ".join(rest.split()))
+    return all(len(meanings) == 1 for meanings in found.values())
+
+
+def test_a_run_writes_all_its_files_and_every_channel(tmp_path: Path) -> None:
+    run = history(1.1)
+    summary = summarise("toy", scene(), run, EXACT)
+    write_run(tmp_path, summary, run, scene(), EXACT)
+    assert json.loads((tmp_path / "summary.json").read_text()) == summary
+    with np.load(tmp_path / "history.npz") as saved:
+        assert set(run.channels()) <= set(saved)
+        assert np.array_equal(saved["position:hammer"], run.evaluate(saved["time"], "position:hammer"))
+        assert saved["events/kind"].tolist() == ["close", "open"]
+        assert saved["events/time"].tolist() == [0.0, 2.0]
+        assert np.array_equal(saved["field/stress:rod@0.5"], 1.1 * np.cos(saved["field/x:rod"] - 0.5))
+    assert "in contact from 0 T to 1 T" in (tmp_path / "index.html").read_text()
+
+
+def test_without_a_reference_a_report_shows_the_run_alone(tmp_path: Path) -> None:
+    summary = summarise("toy", scene(), history(), None)
+    write_run(tmp_path, summary, history(), scene(), None)
+    assert "exact" not in (tmp_path / "index.html").read_text().split("</style>")[1].lower()
+    assert not (tmp_path / "figures" / "waves_rod.svg").exists()
+
+
+def test_the_same_comparison_gives_the_same_bytes(tmp_path: Path) -> None:
+    document, histories = three()
+    for name in ("one", "two"):
+        (tmp_path / name).mkdir()
+        write_comparison(tmp_path / name, document, histories, scene(), EXACT)
+    for path in (tmp_path / "one").rglob("*.*"):
+        assert path.read_bytes() == (tmp_path / "two" / path.relative_to(tmp_path / "one")).read_bytes(), path.name
+
+
+def test_the_force_figure_has_a_panel_per_method_and_the_exact_force_in_each() -> None:
+    _, histories = three()
+    shown = traces(histories, dict.fromkeys(histories, EXACT[1]))
+    figure = plots.force(shown, scene(), PAIR)
+    panels = [axes for axes in figure.axes if axes.get_visible()]
+    assert [axes.get_title("left") for axes in panels] == ["good", "poor", "kicks"]
+    assert panels[2].get_title("right") == "mean of 20 kicks"
+    for axes in panels:
+        dark = [line for line in axes.lines if line.get_color() == INK]
+        assert len(dark) == 1
+        assert np.max(dark[0].get_ydata()) == pytest.approx(1.0)
+        assert np.max(dark[0].get_xdata()) == pytest.approx(3.0)  # in T
+    assert len({axes.get_ylim() for axes in panels}) == 1
+
+
+def test_kicks_are_drawn_with_their_whole_impulse() -> None:
+    figure = plots.force([Trace("kicks", history(kicks=True), PALETTE[0])], scene(), PAIR)
+    values, edges, _ = figure.axes[0].patches[0].get_data()  # type: ignore[attr-defined]
+    assert np.sum(values * np.diff(edges)) * T == pytest.approx(2.0)  # 20 kicks of 0.1 N s
+
+
+def test_the_displacement_figure_shows_how_far_a_method_has_strayed() -> None:
+    figure = plots.displacement([Trace("poor", history(1.3), PALETTE[0], reference=EXACT[1])], scene())
+    assert figure.axes[2].lines[0].get_ydata()[-1] == pytest.approx(30.0, rel=1e-3)  # type: ignore[index]
+
+
+def test_contacts_are_drawn_where_they_are() -> None:
+    figure = overview.contacts([Trace("good", history(), PALETTE[0], reference=EXACT[1])], scene())
+    axes = figure.axes[0]
+    assert [label.get_text() for label in axes.get_yticklabels()] == ["exact", "good"]
+    assert axes.collections[1].get_paths()[0].get_extents().bounds[0::2] == pytest.approx((0.0, 1.0))  # in T
+    assert [text.get_text() for text in axes.texts] == ["1 contact", "1 contact"]
+
+
+def test_errors_are_written_beside_their_dots() -> None:
+    document, histories = three()
+    colours = {trace.name: trace.colour for trace in traces(histories)}
+    figure = overview.errors(document["rows"], colours)
+    mass = figure.axes[0]
+    assert mass.get_title("left") == "mass displacement"
+    assert [text.get_text() for text in mass.texts] == ["1", "30", "< 0.1"]
+    assert [text.get_text() for text in figure.axes[3].texts][2] == "–"  # an impulse law has no force
+
+
+def test_the_balance_is_drawn_in_per_cent_of_the_initial_energy() -> None:
+    run = history()
+    run.energy = run.energy._replace(stored=np.linspace(0.0, 0.002, 50))
+    figure = balance.energy_balance([Trace("gains", run, PALETTE[0])], scene())
+    assert figure.axes[0].lines[0].get_ydata()[-1] == pytest.approx(0.2)  # type: ignore[index]
+
+
+def test_the_wave_figure_holds_the_field_in_its_unit() -> None:
+    figure = fields.waves(EXACT[1], scene(), "rod")
+    image = figure.axes[0].images[0].get_array()
+    assert image is not None
+    assert image.shape == (fields.PLACES, fields.INSTANTS)
+    assert np.max(np.abs(image)) == pytest.approx(1.0, abs=1e-3)
+
+
+def test_a_curve_keeps_every_spike_and_both_sides_of_a_jump() -> None:
+    spiky = SyntheticHistory(
+        DURATION,
+        {"f": lambda t: np.where((t > 4.0) & (t < 4.001), 7.0, np.where(t < 1.0, t, 0.0))},
+        jumps={"f": (1.0,)},
+        cost=Cost(steps=12_000),
+    )
+    t, values = curve(spiky, "f", DURATION, columns=100)
+    assert t.size <= 400
+    assert np.all(np.diff(t) > 0)
+    assert values.max() == 7.0
+    assert values[t < 2.0].max() == pytest.approx(1.0, abs=1e-9)
+
+
+def test_labels_are_moved_apart_and_no_further() -> None:
+    assert spread([0.1, 0.5, 0.9], 0.1) == [0.1, 0.5, 0.9]
+    assert spread([0.5, 0.5], 0.1) == pytest.approx([0.45, 0.55])
+    placed = spread([0.0, 0.01, 0.02, 0.12], 0.1)
+    assert np.all(np.diff(placed) >= 0.1 - 1e-12)
+    assert np.mean(placed) == pytest.approx(np.mean([0.0, 0.01, 0.02, 0.12]))
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(78276.0, "78.28 kN"), (1.5e-5, "15 µm"), (0.999999, "1 m"), (0.0, "0 m"), (2.133, "2.133 kg")]
+)
+def test_numbers_take_the_prefix_that_makes_them_short(value: float, text: str) -> None:
+    assert si(value, text.split()[1][-1] if "kg" not in text else "kg").replace("\N{NO-BREAK SPACE}", " ") == text
+    assert scaled("N", 2.0e6) == (1e6, "MN")
+
+
+def test_an_inlined_figure_takes_the_colours_of_the_page() -> None:
+    svg = inline(to_svg(plots.gap([Trace("good", history(), PALETTE[0])], scene(), PAIR)), 'a "b" & c')
+    assert svg.startswith('<svg role="img" aria-label="a &quot;b&quot; &amp; c"')
+    assert INK not in svg
+    assert "var(--ink)" in svg
+    assert PALETTE[0] in svg
+    assert "<metadata" not in svg
+    assert 'height="' not in svg.split(">")[0]
+
+
+def test_tables_hold_all_methods_and_their_failures() -> None:
+    document, _ = three()
+    lines = markdown(document).splitlines()
+    assert len(lines) == 6
+    assert len({line.replace("\\|", "").count("|") for line in lines}) == 1
+    assert "lost \\| at sea" in lines[-1]
+    rows = list(csv.DictReader(comma_separated(document).splitlines()))
+    assert [row["method"] for row in rows] == ["good", "poor", "kicks", "lost"]
+    assert float(rows[1]["mass [%]"]) == pytest.approx(30.0)
+    assert rows[3]["failure"] == "failed: lost | at sea"
+    assert rows[3]["mass [%]"] == ""
+
+
+def test_the_best_value_of_a_column_is_marked_once() -> None:
+    document, _ = three()
+    rows = page_rows(document)
+    marked = [[cell.text for cell in row["cells"] if cell.best] for row in rows[:3]]
+    assert marked == [[], [], ["0", "0", "0"]]  # the kicks move as the exact answer does
+    assert rows[3]["failure"] == "failed: lost | at sea"
+    assert rows[2]["warnings"] == "chatter"
+
+
+def test_findings_name_the_best_the_worst_and_the_lost() -> None:
+    document, _ = three()
+    said = findings(document)
+    assert said[0].startswith("Of the stepped methods kicks comes closest in the displacement of the mass")
+    assert "poor is furthest off (30.0 %)" in said[0]
+    assert "Every touch and opening, and no other, is found by good and poor." in said
+    assert said[-1] == "No result: lost; the table says why."
+
+
+def test_the_scene_is_told_and_drawn() -> None:
+    told = dict(scene_facts(scene()))
+    assert "rigid mass" in told["hammer"]
+    assert told["rod"].endswith("left free, right clamped")
+    assert told["duration"].endswith("= 3 T")
+    drawing = sketch(scene())
+    assert drawing.count('class="rod"') == 1
+    assert drawing.count('class="mass"') == 1
+    assert ">1 m/s<" in drawing
+    law: Any = Law()
+    inner = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.5, "rod.at(0.5)"), 0.0, law)
+    assert sketch(scene(contacts=(inner,))) == ""  # no line of bodies end to end
+
+
+def test_every_way_to_hold_an_end_is_drawn() -> None:
+    law: Any = Law()
+    for end, mark in (
+        ("spring", "polyline"),
+        ("dashpot", "polyline"),
+        ("mass", 'class="mass"'),
+        ("clamped", 'class="thin"'),
+    ):
+        rod = Rod("rod", (Segment(1.0, 1.0, 1.0, 1.0),), End("free"), End(end, 3.0))  # type: ignore[arg-type]
+        contact = Contact(Point("wall", 0.0, "wall"), Point("rod", 0.0, "rod.left"), 0.1, law)
+        held = sketch(scene(bodies={"wall": Wall("wall"), "rod": rod}, contacts=(contact,)))
+        assert mark in held
