@@ -325,7 +325,7 @@ def coupled(
     needed = 1
     for i in range(n):
         needed = max(needed, chopped(force[i], ORDER, CHOP * log.scale[0]))
-    order = 18
+    order = np.int64(18)  # a literal would be compiled twice
     while True:
         if needed + 4 <= order or order == ORDER:
             system(a, force, n, first, order, y, w)

@@ -241,10 +241,7 @@ def march(net: Network, log: Log) -> int:
     sizes = np.zeros(64, np.int64)
     found = np.zeros(2, np.int64)
     while True:
-        j = 0
-        for i in range(junctions):
-            if log.clock[i] < log.clock[j]:
-                j = i
+        j = np.argmin(log.clock)
         t0 = log.clock[j]
         if t0 >= net.duration:
             return DONE

@@ -1,0 +1,88 @@
+"""Scenes built by hand for the tests of the exact solver: units where c = Z = L = 1, so T = 2, unless said otherwise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar, final
+
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.scene import Contact, End, Mass, Point, Rod, Scene, Segment, StepRule, Wall
+from impactlab.types import SideFacts, Start
+
+FREE = End("free")
+CLAMPED = End("clamped")
+
+
+@final
+@dataclass(frozen=True)
+class Hard(AbstractContactLaw):
+    """Hard contact, for tests."""
+
+    needs = frozenset()
+    hard: ClassVar[bool] = True
+
+    def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
+        return Start()
+
+    @staticmethod
+    def respond(port: Any, reply: Any) -> None:
+        return
+
+
+@final
+@dataclass(frozen=True)
+class Spring(AbstractContactLaw):
+    """Kelvin-Voigt contact, for tests."""
+
+    stiffness: float
+    damping: float = 0.0
+    needs = frozenset()
+
+    def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
+        return Start()
+
+    @staticmethod
+    def respond(port: Any, reply: Any) -> None:
+        return
+
+    def spring(self, left: SideFacts, right: SideFacts, dt: float) -> tuple[float, float]:
+        return self.stiffness, self.damping
+
+
+def rod(name="rod", length=1.0, z=1.0, left=FREE, right=FREE, velocity=0.0, displacement=None):
+    """A rod of wave speed 1 and impedance z."""
+    return Rod(name, (Segment(length, 1.0, z, z),), left, right, velocity, displacement)
+
+
+def point(scene_body, side=""):
+    """The face of a body: its left or right end, or a rigid body itself."""
+    if side == "":
+        return Point(scene_body.name, 0.0, scene_body.name)
+    return Point(scene_body.name, 0.0 if side == "left" else scene_body.length, f"{scene_body.name}.{side}")
+
+
+def scene(bodies, contacts, duration, gravity=0.0, round_trip=2.0, probes=()):
+    """A scene of bodies and (left point, right point, gap, law)."""
+    return Scene(
+        "test", {body.name: body for body in bodies},
+        tuple(Contact(a, b, gap, law, gap < 0.0) for a, b, gap, law in contacts),
+        duration, None, StepRule(dt=1.0), gravity=gravity, round_trip=round_trip, probes=tuple(probes),
+    )  # fmt: skip
+
+
+def struck(alpha, duration, far=CLAMPED, law=None, v0=1.0, mirrored=False, probes=()):
+    """The paper's scene in units T = 2, Z = 1, rod mass 1: a mass 1/alpha strikes the rod's bare end."""
+    law = law if law is not None else Hard()
+    if mirrored:
+        bar, hammer = rod(left=far, right=FREE), Mass("hammer", 1.0 / alpha, -v0)
+        return scene([bar, hammer], [(point(bar, "right"), point(hammer), 0.0, law)], duration, probes=probes)
+    bar, hammer = rod(left=FREE, right=far), Mass("hammer", 1.0 / alpha, v0)
+    return scene([hammer, bar], [(point(hammer), point(bar, "left"), 0.0, law)], duration, probes=probes)
+
+
+def name_of(history):
+    """The only contact of a history."""
+    return history.scene.contacts[0].name
+
+
+__all__ = ["CLAMPED", "FREE", "Hard", "Spring", "Wall", "name_of", "point", "rod", "scene", "struck"]
