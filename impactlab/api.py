@@ -92,6 +92,19 @@ def run(case: Case | Scene, progress: Progress | None = None) -> AbstractHistory
         raise
 
 
+def physics_of(case: Case) -> Scene:
+    """Return the scene whose exact answer a method is measured against: its own, under the laws of the case as written.
+
+    So a penalty that stands in for a hard contact is measured against the hard contact, not against itself.
+    """
+    scene = case.scene()
+    if case.written is None:
+        return scene
+    laws = {contact.name: contact.law for contact in case.written.contacts}
+    contacts = [dataclasses.replace(each, law=laws.get(each.name, each.law)) for each in scene.contacts]
+    return dataclasses.replace(scene, contacts=tuple(contacts))
+
+
 def reference_of(scene: Scene) -> Reference | None:
     """Return the exact answer to a scene, or None where there is none."""
     from impactlab.exact import solve as exact
@@ -135,7 +148,7 @@ def summarised(case: Case, history: AbstractHistory) -> tuple[dict[str, Any], Re
     from impactlab.summary import summarise
 
     scene = case.scene()
-    reference = reference_of(scene)
+    reference = reference_of(physics_of(case))
     return summarise(case.name, scene, history, reference), reference
 
 
@@ -183,16 +196,17 @@ def _row(case: Case, name: str, references: dict[Any, Reference | None], progres
         variant = case.method(name)
         scene = variant.scene()
         history = run(variant, progress)
-        physics = _physics(scene)
-        if physics not in references:
-            references[physics] = reference_of(scene)
-        reference = references[physics]
+        physics = physics_of(variant)
+        key = _key(physics)
+        if key not in references:
+            references[key] = reference_of(physics)
+        reference = references[key]
         return Row(name, summarise(case.name, scene, history, reference), history, reference, None)
     except Exception as error:  # noqa: BLE001 - a plugin may raise anything; its row says what
         return Row(name, failure(case.name, error), None, None, error)
 
 
-def _physics(scene: Scene) -> Any:
+def _key(scene: Scene) -> Any:
     """Return what the exact answer depends on, so that methods on one scene share it."""
     bodies = [
         dataclasses.replace(body, model=None) if isinstance(body, Rod) else body for body in scene.bodies.values()

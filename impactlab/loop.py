@@ -242,6 +242,7 @@ def date(m: Memory, time: float, dt: float, located: bool) -> None:
             note(m, time, number, IMPULSE, contact.impulse)
         contact.old_gap, contact.old_trial, contact.touching = port.gap, reply.trial, 0.0
         contact.sum_force += contact.force * dt
+        contact.total += contact.force * dt + contact.impulse
         port.in_contact = reply.in_contact
         for k in range(MEMORY):
             port.memory[k] = reply.memory[k]

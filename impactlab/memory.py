@@ -60,6 +60,7 @@ class ContactRecord(ctypes.Structure):
         ("span_peak", REAL),  # N
         ("last_event", REAL),  # s
         ("sum_force", REAL),  # N s, since the last record
+        ("total", REAL),  # N s, force times time and impulses, since t = 0
     ]
 
 

@@ -11,14 +11,16 @@ import numpy as np
 
 from impactlab.assembly import Assembly, BuiltBody, build_bodies, prepare_steppers, start_law
 from impactlab.errors import CaseError, PairingError, StepError
+from impactlab.grazing import near_grazing
 from impactlab.history import AbstractHistory, Warned
 from impactlab.integrators.base import AbstractIntegrator, Stepper
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
 from impactlab.pairing import check_events, check_law, check_system, energy_bound, kind_of
 from impactlab.models.delay_line import DelayLine, check_law_needs
-from impactlab.scene import Contact, Rod, Scene
+from impactlab.scene import Contact, Rod, Scene, Wall
 
+MANY_KICKS = 100  # of an impulse law, from which the count says nothing any more
 CHUNK_SECONDS = 0.1  # between two looks at progress and interrupts
 MOST_STEPS = 2_000_000_000
 UNUSED = Warned("integrator_unused", "the continuous model needs no integrator; solve.integrator is ignored")
@@ -167,14 +169,26 @@ def run(scene: Scene, progress: Progress | None = None) -> AbstractHistory:
     history = RecordedHistory(assembly, plan.integrator)
     history.warnings.extend(plan.warnings)
     loop.start(assembly.memory)
+    # Compiled here, so that the first run's solve time is that of the steps.
+    advance_of(scene)(assembly.memory, assembly.dt, 0, assembly.stride, assembly.sample_stride)
     history.cost.setup_s = clock.perf_counter() - began
     began = clock.perf_counter()
     status = walk(assembly, history, progress)
     history.finish()
+    warn(assembly, history)
     history.cost.solve_s = clock.perf_counter() - began
     history.cost.steps = assembly.clock.step
     raise_failure(status, assembly, history)
     return history
+
+
+def advance_of(scene: Scene) -> Callable[..., int]:
+    """Return the loop that takes the steps of a scene: whole, or cut at events."""
+    from impactlab import loop
+
+    located = scene.events == "located" and bool(scene.contacts)
+    advance: Callable[..., int] = loop.advance_located if located else loop.advance_dated
+    return advance
 
 
 def walk(assembly: Assembly, history: AbstractHistory, progress: Progress | None) -> int:
@@ -184,8 +198,7 @@ def walk(assembly: Assembly, history: AbstractHistory, progress: Progress | None
 
     assert isinstance(history, RecordedHistory)
     chunk = 256
-    located = assembly.scene.events == "located" and bool(assembly.scene.contacts)
-    advance = loop.advance_located if located else loop.advance_dated
+    advance = advance_of(assembly.scene)
     while True:
         first = assembly.clock.step
         began = clock.perf_counter()
@@ -208,6 +221,19 @@ def walk(assembly: Assembly, history: AbstractHistory, progress: Progress | None
             chunk = max(1, chunk // 2)
 
 
+def warn(assembly: Assembly, history: AbstractHistory) -> None:
+    """Add the warnings that only the finished run can tell."""
+    for span in history.contacts:
+        if span.kicks is not None and span.kicks > MANY_KICKS:
+            text = f"{span.contact}: {span.kicks} kicks; the count follows the step, so read the total, not the first"
+            history.warnings.append(Warned("chatter", text))
+    if assembly.scene.round_trip > 0.0:
+        for contact in assembly.scene.contacts:
+            text_or_none = near_grazing(history, contact.name, assembly.scene.round_trip, assembly.dt)
+            if contact.law.answers_force and text_or_none is not None:
+                history.warnings.append(Warned("near_grazing", text_or_none))
+
+
 def raise_failure(status: int, assembly: Assembly, history: AbstractHistory) -> None:
     """Raise `StepError` where the run ended early or its energy grew beyond what the pairing declares."""
     from impactlab import loop
@@ -225,7 +251,7 @@ def raise_failure(status: int, assembly: Assembly, history: AbstractHistory) -> 
             history=history,
             remedy="Give a smaller step, or a softer contact.",
         )
-    assert history.dt is not None
+    check_momentum(assembly, history)
     bound = energy_bound(assembly.scene, assembly.integrator)
     gain = history.energy.largest_gain
     if gain > bound:
@@ -236,3 +262,33 @@ def raise_failure(status: int, assembly: Assembly, history: AbstractHistory) -> 
             history=history,
             remedy="Give a smaller step, or a softer contact.",
         )
+
+
+def check_momentum(assembly: Assembly, history: AbstractHistory) -> None:
+    """Raise `StepError` where a body that nothing holds did not gain the impulses of its contacts and of gravity."""
+    scene, sample = assembly.scene, assembly.memory.sample
+    last = assembly.clock.n_samples - 1
+    for number, (name, body) in enumerate(scene.bodies.items()):
+        held = isinstance(body, Wall) or isinstance(assembly.built[name].model, DelayLine)
+        if isinstance(body, Rod):
+            held = held or any(end.kind not in ("free", "mass") for end in (body.left, body.right))
+        if held or last < 1 or assembly.clock.step < assembly.steps:
+            continue
+        given, scale = 0.0, 0.0
+        for contact, kept in zip(scene.contacts, assembly.contacts, strict=True):
+            sign = float(contact.right.body == name) - float(contact.left.body == name)
+            given, scale = given + sign * kept.total, scale + abs(kept.total)
+        row = assembly.built[name].model.momentum_row()
+        mass = body.mass + sum(e.value for e in (body.left, body.right)) if isinstance(body, Rod) else body.mass
+        given += mass * scene.gravity * assembly.clock.time
+        momentum = sample[: last + 1, 6 + 3 * number]
+        end = float(row @ assembly.state_of(name, assembly.memory.state, velocities=True))
+        scale += float(np.abs(momentum).max())
+        if abs(end - momentum[0] - given) > 1e-9 * scale:
+            raise StepError(
+                f"'{name}' was given {given:.9g} N s and its momentum changed by {end - momentum[0]:.9g} N s",
+                time=assembly.clock.time,
+                step=assembly.clock.step,
+                history=history,
+                remedy="This is a fault of a part, not of the case; please report it.",
+            )

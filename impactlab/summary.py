@@ -243,7 +243,7 @@ def cell(value: Any) -> str:
         case 0.0:
             return "0"
         case float() if abs(value) >= 1e4 or abs(value) < 1e-3:
-            return f"{value:.1e}".replace("e-0", "e-").replace("e+0", "e+")
+            return f"{value:.1e}".replace("e-0", "e-").replace("e+0", "e+").replace(".0e", "e")
         case float():
             return f"{value:.{max(0, min(5, 2 - math.floor(math.log10(abs(value)))))}f}"
         case _:
@@ -261,7 +261,7 @@ def headings() -> list[str]:
 def cells(row: Mapping[str, Any]) -> list[str]:
     """Return a row of `table_rows` as text; the opening gets four places, shares of rounding none."""
     texts = {name: cell(row[name]) for name in COLUMNS}
-    texts |= {name: f"<{ROUNDING:g}" for name, unit in COLUMNS.items() if unit == "%" and _rounding(row[name])}
+    texts |= {name: f"<{cell(ROUNDING)}" for name, unit in COLUMNS.items() if unit == "%" and _rounding(row[name])}
     if row["first opening"] is not None:
         texts["first opening"] = f"{row['first opening']:.4f}"
     return list(texts.values())

@@ -31,6 +31,7 @@ class Case:
     checked: CaseBlock = field(repr=False, compare=False)
     built: Scene = field(repr=False, compare=False)
     method_name: str = "base"
+    written: Scene | None = field(default=None, repr=False, compare=False)  # of a method: the case as written
 
     @property
     def title(self) -> str:
@@ -66,14 +67,16 @@ class Case:
         if fields and value is not None:
             raise CaseError("with_() takes a value or fields, not both", remedy="Give one of the two.", path=path)
         document = self._located(edited, self.document, path, fields or value, replace=False)
-        return replace(_make(self.name, self.file, document, self.registry), method_name=self.method_name)
+        variant = _make(self.name, self.file, document, self.registry)
+        return replace(variant, method_name=self.method_name, written=self.written)
 
     def method(self, name: str) -> Case:
         """Return the variant that the case calls by that name; ``base`` is the case as written."""
         if name == "base":
             return self
         document = self._located(with_method, self.document, name, self.checked.methods)
-        return replace(_make(self.name, self.file, document, self.registry), method_name=name)
+        variant = _make(self.name, self.file, document, self.registry)
+        return replace(variant, method_name=name, written=self.written or self.built)
 
     def resolved(self) -> dict[str, Any]:
         """Return the case with every default filled in and every value in SI, and what follows from it."""

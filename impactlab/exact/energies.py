@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from impactlab.exact.network import Layout, Link
-from impactlab.exact.signals import Signals
+from impactlab.exact.signals import Signal, Signals, clenshaw
 from impactlab.history import EnergyBook
 from impactlab.scene import Mass, Rod, Scene
 from impactlab.types import Array
@@ -110,8 +110,6 @@ def contact_energies(layout: Layout, signals: Signals, t: Array) -> tuple[Array,
             at = begin[:, None] + half[:, None] * (x + 1.0)
             y = (2.0 * at - force.start[piece][:, None] - force.stop[piece][:, None]) / force.width[piece][:, None]
             wide = np.broadcast_to(piece[:, None], y.shape)
-            from impactlab.exact.signals import clenshaw
-
             rate = clenshaw(va.table, wide, y) - clenshaw(vb.table, wide, y)
             damped = d * (rate * rate) @ w * half
             relaxed = 0.5 * k * (depth(begin) ** 2 - depth(until) ** 2)
@@ -136,7 +134,9 @@ def energy_book(scene: Scene, layout: Layout, signals: Signals, duration: float)
             bodies[name] = 0.5 * body.mass * signals.velocity(node)(t) ** 2
             work += body.mass * net.gravity * (signals.displacement(node)(t) - signals.displacement(node)(t[:1]))
         elif isinstance(body, Rod):
-            bodies[name] = rod_energy(layout, signals, name, t)
+            energy = rod_energy(layout, signals, name, t)
+            # what lies below the rounding of the sums it is the difference of is none
+            bodies[name] = np.where(np.abs(energy) < 1e-14 * np.max(np.abs(energy)), 0.0, energy)
             if net.gravity != 0.0:
                 work += gravity_work(layout, signals, name, t)
         else:

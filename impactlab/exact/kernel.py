@@ -183,6 +183,7 @@ def first_fall(f: Array, n: int, floor: float, stack: Array, low: Array, high: A
         stack[0, k] = f[k]
     low[0], high[0], count[0] = -1.0, 1.0, n
     top = 0
+    rose = False
     while top >= 0:
         a, b, m = low[top], high[top], count[top]
         c = stack[top]
@@ -196,16 +197,21 @@ def first_fall(f: Array, n: int, floor: float, stack: Array, low: Array, high: A
             right += c[k]
             left += c[k] if k % 2 == 0 else -c[k]
         if c[0] - spread >= -floor:
+            rose = rose or c[0] + spread > floor
             top -= 1
             continue
         slope = abs(c[1]) if m > 1 else 0.0
         if c[0] + spread < -floor or 2.0 * slope > bend or b - a < 1e-13 or top + 2 >= len(low):
             if min(left, right) >= -floor:
+                rose = rose or max(left, right) > floor
                 top -= 1
                 continue
             x0, x1 = -1.0, 1.0
             if left <= 0.0:
-                # the zero lies in the part before, where f stayed within the floor; follow the tangent back to it
+                # the zero lies in the part before, where f stayed within the floor: at the start of the piece where f
+                # has been nothing else since then, else where the tangent says
+                if not rose:
+                    return -1.0
                 rate = (value(c, m, -1.0 + 1e-6) - left) / 1e-6
                 back = left / rate if rate < 0.0 else 0.0
                 return float(max(-1.0, a - 0.5 * (b - a) * back))

@@ -27,6 +27,11 @@ def resolved(shape: Profile, a: float, b: float, scale: float) -> Array | None:
     coefficients[0] *= 0.5
     if np.max(np.abs(coefficients[-6:])) > TAIL * scale:
         return None
+    # the points do not reach the ends, where a kink could hide
+    edges = np.asarray(shape(np.array([a, b])), dtype=float)
+    misses = np.abs(chebyshev.chebval(np.array([-1.0, 1.0]), coefficients) - edges)
+    if misses[0] > 1e3 * TAIL * scale or misses[1] > 10.0 * TAIL * scale:
+        return None
     n = POINTS
     while n > 1 and abs(coefficients[n - 1]) <= 1e-16 * scale:
         n -= 1

@@ -100,7 +100,7 @@ def plates(comparison: Mapping[str, Any], shown: Sequence[Trace], scene: Scene) 
                 "errors",
                 "How far off",
                 "Each dot is the error of one method in one norm, all on one logarithmic scale. Further left is "
-                "better, bold is the best of a panel, a hollow dot is exact to rounding. Who wins depends on the norm.",
+                "better, bold is the best of a panel, a hollow dot lies below the scale. Who wins depends on the norm.",
                 overview.errors(comparison["rows"], {trace.name: trace.colour for trace in shown}),
             )
         )

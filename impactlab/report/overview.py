@@ -35,6 +35,7 @@ ERRORS = {
     "event_times": ("event times", "% of T"),
 }
 """The errors drawn, with their titles and units; all are shares, shown in %."""
+EXACT = 1e-7  # %, what is smaller is rounding
 FLOOR = 1e-4  # %, what is smaller is drawn here: it says "exact" as well
 
 
@@ -133,7 +134,7 @@ def _dots(axis: Axes, values: Sequence[float | None], colours: Sequence[str], lo
     axis.grid(visible=False, axis="y")
     axis.tick_params(axis="y", length=0)
     axis.spines["left"].set_visible(False)
-    best = min((v for v in values if v is not None), default=None)
+    best = min((v for v in values if v is not None and v >= low), default=None)  # an exact answer does not compete
     for row, (value, colour) in enumerate(zip(values, colours, strict=True)):
         axis.axhline(row, color=GRID, linewidth=0.6, zorder=0.5)
         if value is None:
@@ -142,7 +143,7 @@ def _dots(axis: Axes, values: Sequence[float | None], colours: Sequence[str], lo
         at = max(value, low)
         axis.plot([low / 1.6, at], [row, row], color=colour, linewidth=1.1, alpha=0.5)
         axis.plot([at], [row], "o", color=colour, markersize=5, fillstyle="full" if value >= low else "none")
-        text = f"{float(f'{value:.2g}'):g}" if value >= low else f"< {low:g}"
+        text = f"{float(f'{value:.2g}'):g}" if value >= low else "exact" if value < EXACT else f"< {low:g}"
         axis.annotate(
             text,
             (at, row),

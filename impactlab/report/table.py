@@ -32,8 +32,8 @@ def page_headings() -> list[tuple[str, str, bool]]:
 def page_rows(comparison: Mapping[str, Any]) -> list[dict[str, Any]]:
     """Return the rows of the page's table: name and failure, or name, under, warnings, cells (of `Cell`)."""
     rows = table_rows(comparison)
-    done = [row for row in rows if "failure" not in row]
-    best = {name: min((row[name] for row in done if row[name] is not None), default=None) for name in JUDGED}
+    stepped = [row for row in rows if row["dt"] is not None]  # the exact answer would only win against itself
+    best = {name: min((row[name] for row in stepped if row[name] is not None), default=None) for name in JUDGED}
     page: list[dict[str, Any]] = []
     for row in rows:
         if "failure" in row:
@@ -41,7 +41,11 @@ def page_rows(comparison: Mapping[str, Any]) -> list[dict[str, Any]]:
             continue
         texts = dict(zip(COLUMNS, cells(row), strict=True))
         shown = [name for name in COLUMNS if name not in ("method", "warnings", *UNDER)]
-        marked = {name for name in JUDGED if len(done) > 1 and row[name] is not None and row[name] == best[name]}
+        marked = {
+            name
+            for name in JUDGED
+            if len(stepped) > 1 and row in stepped and row[name] is not None and row[name] == best[name]
+        }
         page.append(
             {
                 "name": row["method"],

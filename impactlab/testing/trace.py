@@ -1,0 +1,121 @@
+"""A stepped run taken one step at a time, with all that a test may want to look at after each step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from impactlab import loop
+from impactlab.assembly import Assembly
+from impactlab.errors import CaseError, StepError
+from impactlab.integrators.base import AbstractIntegrator
+from impactlab.recorded import RecordedHistory
+from impactlab.scene import Scene
+from impactlab.simulate import Plan, prepare
+from impactlab.types import Array
+
+
+class Trace(NamedTuple):
+    """Every state of a run, with the forces and impulses between them."""
+
+    scene: Scene
+    plan: Plan
+    integrator: AbstractIntegrator
+    history: RecordedHistory
+    dt: float  # s
+    states: Array  # (n_steps + 1, n_state): the whole state, cut by `displacements` and `body_states`
+    forces: Array  # (n_steps, n_contacts) N, of each step; with located events of the last piece of each step
+    impulses: Array  # (n_steps, n_contacts) N s, of each step
+
+    @property
+    def times(self) -> Array:
+        """The ends of all steps, t = 0 first, shape (n_steps + 1,) [s]."""
+        return self.dt * np.arange(len(self.states))
+
+    def displacements(self, body: str) -> Array:
+        """The coordinates of a body after each step, shape (n_steps + 1, n_dof)."""
+        return np.array([self.history.assembly.state_of(body, state) for state in self.states])
+
+    def velocities(self, body: str) -> Array:
+        """The velocities of a body's coordinates after each step, shape (n_steps + 1, n_dof)."""
+        return np.array([self.history.assembly.state_of(body, state, velocities=True) for state in self.states])
+
+    def body_states(self, body: str) -> Array:
+        """All that the body's stepper keeps after each step, shape (n_steps + 1, n_state of the body)."""
+        first = 0
+        for name, stepper in self.plan.steppers.items():
+            if name == body:
+                return self.states[:, first : first + stepper.state.size]
+            first += stepper.state.size
+        raise KeyError(body)
+
+
+def trace(scene: Scene) -> Trace:
+    """Return every step of a scene: the loop that `impactlab.run` walks, called once a step, energies taken at each.
+
+    Raises
+    ------
+    CaseError, PairingError
+        Before the first step, as `impactlab.run`.
+    StepError
+        Where a law fails or a number is not finite. A gain of energy raises nothing here: it is what tests look at.
+    """
+    plan = prepare(scene)
+    if plan.dt is None or plan.integrator is None:
+        raise CaseError("the continuous model has no steps to trace", path="solve.model")
+    assembly = Assembly(scene, plan.built, plan.steppers, plan.integrator, plan.dt, plan.steps)
+    history = RecordedHistory(assembly, plan.integrator)
+    loop.start(assembly.memory)
+    states, forces, impulses = [assembly.memory.state.copy()], [], []
+    while assembly.clock.step < plan.steps:
+        walk_to(assembly, history, assembly.clock.step + 1, sample_stride=1)
+        states.append(assembly.memory.state.copy())
+        forces.append([contact.force for contact in assembly.contacts])
+        impulses.append([contact.impulse for contact in assembly.contacts])
+    history.finish()
+    shape = (plan.steps, len(scene.contacts))
+    return Trace(
+        scene,
+        plan,
+        plan.integrator,
+        history,
+        plan.dt,
+        np.array(states),
+        np.array(forces).reshape(shape),
+        np.array(impulses).reshape(shape),
+    )
+
+
+def run_in_cuts(scene: Scene, next_cut: Callable[[int], int]) -> RecordedHistory:
+    """Return the history of a scene whose loop is called from cut to cut; ``next_cut(step)`` gives the next step to stop at.
+
+    The bits of a run must not depend on the cuts.
+    """
+    plan = prepare(scene)
+    if plan.dt is None or plan.integrator is None:
+        raise CaseError("the continuous model has no steps to cut", path="solve.model")
+    assembly = Assembly(scene, plan.built, plan.steppers, plan.integrator, plan.dt, plan.steps)
+    history = RecordedHistory(assembly, plan.integrator)
+    loop.start(assembly.memory)
+    while assembly.clock.step < plan.steps:
+        to = min(plan.steps, max(assembly.clock.step + 1, next_cut(int(assembly.clock.step))))
+        walk_to(assembly, history, to, assembly.sample_stride)
+    history.finish()
+    return history
+
+
+def walk_to(assembly: Assembly, history: RecordedHistory, step: int, sample_stride: int) -> None:
+    """Call the loop until it has reached a step, making room where it asks for it."""
+    located = assembly.scene.events == "located" and bool(assembly.scene.contacts)
+    advance = loop.advance_located if located else loop.advance_dated
+    while assembly.clock.step < step:
+        status = advance(assembly.memory, assembly.dt, step, assembly.stride, sample_stride)
+        history.drain()
+        if status == loop.RECORDS_FULL:
+            assembly.grow()
+        if status in (loop.LAW_FAILED, loop.NOT_FINITE):
+            raised = next((law.raised for law in assembly.laws if law.raised is not None), None)
+            text = "a contact law gave no answer" if status == loop.LAW_FAILED else "the energy is not a finite number"
+            raise StepError(text, time=assembly.clock.time, step=assembly.clock.step, history=history) from raised
