@@ -36,7 +36,7 @@ ERRORS = {
 }
 """The errors drawn, with their titles and units; all are shares, shown in %."""
 EXACT = 1e-7  # %, what is smaller is rounding
-FLOOR = 1e-4  # %, what is smaller is drawn here: it says "exact" as well
+FLOOR = 1e-4  # %, what is smaller does not widen the scale
 
 
 @drawn

@@ -232,7 +232,7 @@ def test_errors_are_written_beside_their_dots() -> None:
     figure = overview.errors(document["rows"], colours)
     mass = figure.axes[0]
     assert mass.get_title("left") == "mass displacement"
-    assert [text.get_text() for text in mass.texts] == ["1", "30", "< 0.1"]
+    assert [text.get_text() for text in mass.texts] == ["1", "30", "exact"]
     assert [text.get_text() for text in figure.axes[3].texts][2] == "–"  # an impulse law has no force
 
 
@@ -311,6 +311,10 @@ def test_the_best_value_of_a_column_is_marked_once() -> None:
     assert marked == [[], [], ["0", "0", "0"]]  # the kicks move as the exact answer does
     assert rows[3]["failure"] == "failed: lost | at sea"
     assert rows[2]["warnings"] == "chatter"
+    still = {**document["rows"][2]["summary"], "method": {**document["rows"][2]["summary"]["method"], "dt": None}}
+    rows = page_rows({**document, "rows": [*document["rows"][:2], {"name": "exact", "summary": still}]})
+    marked = [[cell.text for cell in row["cells"] if cell.best] for row in rows]
+    assert marked == [["1.00", "1.00", "1.00"], [], []]  # what needs no step does not compete
 
 
 def test_findings_name_the_best_the_worst_and_the_lost() -> None:
