@@ -203,7 +203,7 @@ class Assembly:
         n_contacts = len(scene.contacts)
         clocks, clock = records(ClockRecord, 1)
         self.clock = clocks[0]
-        self.clock.timed = dt
+        self.clock.timed, self.clock.steps = dt, steps
         self.snapshots = snapshots_by_name
         self.memory = Memory(
             clock=clock,

@@ -235,8 +235,13 @@ def date(m: Memory, time: float, dt: float, located: bool) -> None:
             contact.span_peak = max(contact.span_peak, contact.force)
             if was_closed and not is_closed:
                 when = time
-                if not located and contact.old_trial > 0.0 and reply.trial < 0.0:
-                    when = time + dt * (contact.trial_point + reply.trial / (contact.old_trial - reply.trial))
+                if not located:
+                    if contact.old_trial > 0.0 and reply.trial < 0.0:
+                        when = time + dt * (contact.trial_point + reply.trial / (contact.old_trial - reply.trial))
+                    elif port.gap > 0.0 and contact.old_gap < 0.0:  # a law without a signed trial: by the gap
+                        when = time - dt * port.gap / (port.gap - contact.old_gap)
+                    elif port.gap < 0.0 and port.free_gap > 0.0:
+                        when = time - dt * port.gap / (port.free_gap - port.gap)
                 note(m, when, number, OPEN, 0.0)
         if contact.impulse != 0.0:
             note(m, time, number, IMPULSE, contact.impulse)
@@ -273,6 +278,7 @@ def sample(m: Memory) -> bool:
     for number in range(len(m.bodies)):
         body = m.bodies[number]
         parameters = m.parameters[body.parameter_start : body.parameter_end]
+        m.scratch[2] = 0.0
         call(body.measure, parameters, m.state[body.state_start : body.state_end], m.scratch)
         momentum = m.scratch[2]
         for i in range(body.state_start + body.n_dof, body.state_start + 2 * body.n_dof):
@@ -339,9 +345,9 @@ def advance_dated(m: Memory, dt: float, last_step: int, stride: int, sample_stri
         here_date(m, time, dt, False)
         here_settle(m, dt, end)
         clock.step += 1
-        if clock.step % stride == 0 or clock.step == last_step:
+        if clock.step % stride == 0 or clock.step == clock.steps:
             here_keep(m)
-        if clock.step % sample_stride == 0 and not here_sample(m):
+        if (clock.step % sample_stride == 0 or clock.step == clock.steps) and not here_sample(m):
             return NOT_FINITE
     return DONE
 
@@ -467,8 +473,8 @@ def advance_located(m: Memory, dt: float, last_step: int, stride: int, sample_st
         if not located_step(m, dt, (clock.step + 1) * dt):
             return LAW_FAILED
         clock.step += 1
-        if clock.step % stride == 0 or clock.step == last_step:
+        if clock.step % stride == 0 or clock.step == clock.steps:
             keep(m)
-        if clock.step % sample_stride == 0 and not sample(m):
+        if (clock.step % sample_stride == 0 or clock.step == clock.steps) and not sample(m):
             return NOT_FINITE
     return DONE

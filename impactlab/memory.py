@@ -101,6 +101,7 @@ class ClockRecord(ctypes.Structure):
     _fields_ = [
         ("time", REAL),
         ("step", INTEGER),
+        ("steps", INTEGER),  # of the whole run
         ("n_records", INTEGER),
         ("n_samples", INTEGER),
         ("n_events", INTEGER),
