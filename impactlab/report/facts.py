@@ -87,7 +87,10 @@ def findings(comparison: Mapping[str, Any]) -> list[str]:
     judged = [row for row in done if row["summary"]["errors"]]
     sentences = []
     if judged:
-        sentences.append(_closest(judged, "mass_displacement", "displacement of the mass"))
+        sentences.append(
+            _closest(judged, "mass_displacement", "displacement of the mass")
+            or _closest(judged, "face_displacement", "displacement of the face")
+        )
         sentences.append(_closest(judged, "impulse", "impulse"))
         sentences += _events(judged)
     gained = [row for row in done if row["summary"]["energy"]["largest_gain"] > 0.01]

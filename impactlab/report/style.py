@@ -306,7 +306,8 @@ def save(figure: Figure, folder: Path, name: str) -> str:
     return svg
 
 
-THEMED = {INK: "ink", MUTED: "muted", GRID: "line", PAPER: "paper"}
+THEMED = {INK: "ink", MUTED: "muted", GRID: "line", PAPER: "paper"} | {c: f"c{i}" for i, c in enumerate(PALETTE)}
+"""Colours that a page sets itself, lighter on a dark page, by the names of its variables."""
 
 
 def inline(svg: str, label: str) -> str:
@@ -318,7 +319,7 @@ def inline(svg: str, label: str) -> str:
         What a reader who cannot see the figure is told.
     """
     body = svg[svg.index("<svg") :]
-    body = re.sub(r"<metadata>.*?</metadata>", "", body, flags=re.DOTALL)
+    body = re.sub(r"<metadata>.*?</metadata>|<style[^>]*>.*?</style>", "", body, flags=re.DOTALL)
     body = re.sub(
         r'(<svg[^>]*?) width="[^"]*" height="[^"]*"|(<svg[^>]*?) height="[^"]*" width="[^"]*"', r"\1\2", body, count=1
     )

@@ -151,7 +151,10 @@ def test_a_page_stands_alone_and_says_what_it_must(tmp_path: Path) -> None:
     assert outside == []
     assert not re.search(r"@import|url\((?!['\"]?#)", text)
     assert len(page.ids) == len(set(page.ids)) or _same_definitions(text)
-    assert INK not in text.split("</style>")[1]  # figures take the colours of the page
+    style, body = text.split("</style>")
+    assert not [colour for colour in (INK, *PALETTE) if colour in body]  # figures take the colours of the page
+    used = set(re.findall(r"var\((--\w+)\)", text))
+    assert used <= set(re.findall(r"(--\w+):", style))
 
 
 def _same_definitions(text: str) -> bool:
@@ -286,7 +289,8 @@ def test_an_inlined_figure_takes_the_colours_of_the_page() -> None:
     assert svg.startswith('<svg role="img" aria-label="a &quot;b&quot; &amp; c"')
     assert INK not in svg
     assert "var(--ink)" in svg
-    assert PALETTE[0] in svg
+    assert "var(--c0)" in svg
+    assert PALETTE[0] not in svg
     assert "<metadata" not in svg
     assert 'height="' not in svg.split(">")[0]
 
