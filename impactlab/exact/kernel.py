@@ -23,7 +23,7 @@ DONE, MORE_RECORDS, MORE_POOL, MORE_EVENTS, TOO_MANY, UNRESOLVED = 0, 1, 2, 3, 4
 CLOSE, OPEN = 1, 0
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def value(a: Array, n: int, x: float) -> float:
     """Return the Chebyshev series a[:n] at x in [-1, 1] (Clenshaw)."""
     b1 = 0.0
@@ -33,7 +33,7 @@ def value(a: Array, n: int, x: float) -> float:
     return float(x * b1 - b2 + a[0])
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def points(n: int) -> int:
     """Return the smallest divisor of ROOM that is not below n."""
     for m in (1, 2, 3, 4, 6, 8, 9, 12, 18, 24, 36):
@@ -42,7 +42,7 @@ def points(n: int) -> int:
     return ROOM
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def chopped(a: Array, n: int, floor: float) -> int:
     """Return how many coefficients of a[:n] are needed when those at the end below the floor are dropped."""
     while n > 1 and abs(a[n - 1]) <= floor:
@@ -50,7 +50,7 @@ def chopped(a: Array, n: int, floor: float) -> int:
     return n
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def restrict(a: Array, n: int, low: float, high: float, out: Array) -> int:
     """Write the coefficients of the series on [low, high] of its interval; exact for its degree. Returns their number."""
     m = points(n)
@@ -67,7 +67,7 @@ def restrict(a: Array, n: int, low: float, high: float, out: Array) -> int:
     return min(m, n)
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def integrate(a: Array, n: int, half: float, first: float, out: Array) -> None:
     """Write n + 1 coefficients of first + integral from the left end; half is half the length of the piece."""
     total = 0.0
@@ -79,7 +79,7 @@ def integrate(a: Array, n: int, half: float, first: float, out: Array) -> None:
     out[0] = first - total
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def relax(rate: float, b: Array, first: float, y: Array, work: Array) -> None:
     """Solve y' = -rate y + b on [-1, 1], y(-1) = first, rate >= 0, by the tau method.
 
@@ -111,7 +111,7 @@ def relax(rate: float, b: Array, first: float, y: Array, work: Array) -> None:
         y[k] = work[0, k] * y[k - 1] + work[1, k]
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def eliminate(w: Array, size: int, columns: int, band: int, tail: int) -> None:
     """Solve w[:, :size] x = w[:, size:columns] in place by elimination with row pivoting.
 
@@ -143,7 +143,7 @@ def eliminate(w: Array, size: int, columns: int, band: int, tail: int) -> None:
             w[c, k] = total / w[c, c]
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def system(a: Array, b: Array, n: int, first: Array, order: int, y: Array, w: Array) -> None:
     """Solve y' = a y + b on [-1, 1], y(-1) = first, for n functions by the tau method with ``order`` coefficients."""
     size = order * n
@@ -172,7 +172,7 @@ def system(a: Array, b: Array, n: int, first: Array, order: int, y: Array, w: Ar
             y[i, k] = w[k * n + i, size]
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def first_fall(f: Array, n: int, floor: float, stack: Array, low: Array, high: Array, count: Array) -> float:
     """Return where f first falls through zero to below -floor, or 2 where it never does.
 
@@ -207,11 +207,10 @@ def first_fall(f: Array, n: int, floor: float, stack: Array, low: Array, high: A
                 top -= 1
                 continue
             x0, x1 = -1.0, 1.0
+            if left <= floor and not rose:
+                return -1.0  # f has been zero to rounding since the start: it falls from there
             if left <= 0.0:
-                # the zero lies in the part before, where f stayed within the floor: at the start of the piece where f
-                # has been nothing else since then, else where the tangent says
-                if not rose:
-                    return -1.0
+                # the zero lies in the part before, where f stayed within the floor; follow the tangent back to it
                 rate = (value(c, m, -1.0 + 1e-6) - left) / 1e-6
                 back = left / rate if rate < 0.0 else 0.0
                 return float(max(-1.0, a - 0.5 * (b - a) * back))
@@ -235,7 +234,7 @@ def first_fall(f: Array, n: int, floor: float, stack: Array, low: Array, high: A
     return 2.0
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def coupled(
     net: Network, log: Log, j: int, half: float, group: Array, mass: Array, drag: Array, load: Array, out: Array, w: Array
 ) -> bool:
@@ -331,7 +330,7 @@ def coupled(
     needed = 1
     for i in range(n):
         needed = max(needed, chopped(force[i], ORDER, CHOP * log.scale[0]))
-    order = np.int64(18)  # a literal would be compiled twice
+    order = min(ORDER, n + 16)  # not a literal, which would be compiled twice
     while True:
         if needed + 4 <= order or order == ORDER:
             system(a, force, n, first, order, y, w)

@@ -20,7 +20,7 @@ BURST = 64  # events within 1e3 merge tolerances that count as endless
 INTERVALS = 3_000_000
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def arrivals(net: Network, log: Log, j: int, t0: float, t1: float, waves: Array) -> float:
     """Write the waves that arrive at the ends of junction j on [t0, t1]; return the number of coefficients.
 
@@ -56,7 +56,7 @@ def arrivals(net: Network, log: Log, j: int, t0: float, t1: float, waves: Array)
     return float(longest) if t1 > t0 else until
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def solve_nodes(
     net: Network, log: Log, j: int, half: float, waves: Array, longest: int, out: Array, group: Array, bare: Array,
     work: Array, dense: Array,
@@ -127,7 +127,7 @@ def solve_nodes(
     return n
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def fill_rows(net: Network, log: Log, j: int, half: float, waves: Array, longest: int, v: Array, n: int, rows: Array) -> int:
     """Write all rows of a record from the velocities v of the nodes; return the number of coefficients."""
     base, ends, contacts = net.node_of[j], net.end_of[j], net.contact_of[j]
@@ -165,7 +165,7 @@ def fill_rows(net: Network, log: Log, j: int, half: float, waves: Array, longest
     return n + 1
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def next_event(
     net: Network, log: Log, j: int, n: int, rows: Array, bare: Array, trial: Array, stack: Array, low: Array,
     high: Array, sizes: Array, found: Array,
@@ -219,7 +219,7 @@ def next_event(
     return place
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def march(net: Network, log: Log) -> int:
     """Advance all junctions to the end; return DONE, what has run out of room, or why it cannot go on."""
     junctions = len(log.clock)

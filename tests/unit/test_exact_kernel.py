@@ -30,7 +30,8 @@ def test_restriction_is_the_same_function(low, high):
     m = kernel.restrict(a, n, low, high, out)
     y = np.linspace(-1, 1, 31)
     x = 0.5 * (low + high) + 0.5 * (high - low) * y
-    assert chebyshev.chebval(y, out[:m]) == pytest.approx(np.exp(2 * x) * np.sin(5 * x), abs=1e-13)  # eps n sum|a_k| of the summation
+    # rounding of the summation: eps n sum |a_k|
+    assert chebyshev.chebval(y, out[:m]) == pytest.approx(np.exp(2 * x) * np.sin(5 * x), abs=1e-13)
 
 
 def test_integral_starts_at_its_constant_and_has_the_right_slope():
