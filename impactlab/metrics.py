@@ -106,6 +106,7 @@ def force_graph(history: AbstractHistory, reference: AbstractHistory, scene: Sce
     """Return the Hausdorff distance between the graphs of the forces in the plane (t/T, F/peak of the exact force).
 
     A jump belongs to its graph as a vertical line, so a small shift of a jump costs its shift and not its height.
+    Before t = 0 there is no force: a contact that starts closed begins with a jump like any other.
     See `graph` for the accuracy. None in a scene without a rod, which has no T.
     """
     if not np.isfinite(scene.round_trip):
@@ -119,14 +120,15 @@ def _graph_distance(history: AbstractHistory, reference: AbstractHistory, scene:
     peak = float(np.max(np.abs(reference.evaluate(midpoints(scene.duration), name))))
     if peak == 0.0:
         return None
-    one = graph(history, name, scene.duration, (scene.round_trip, peak))
-    other = graph(reference, name, scene.duration, (scene.round_trip, peak))
+    one, other = (graph(h, name, scene.duration, (scene.round_trip, peak), before=0.0) for h in (history, reference))
     if not np.all(np.isfinite(one)):
         return float("nan")
     return float(max(KDTree(other).query(one)[0].max(), KDTree(one).query(other)[0].max()))
 
 
-def graph(history: AbstractHistory, channel: str, duration: float, units: tuple[float, float]) -> Array:
+def graph(
+    history: AbstractHistory, channel: str, duration: float, units: tuple[float, float], before: float | None = None
+) -> Array:
     """Return points of the graph of a channel with its jumps as vertical lines, shape (n, 2), in the units given.
 
     The graph is connected, so over a narrow column of time it takes every value between its least and its largest:
@@ -138,6 +140,8 @@ def graph(history: AbstractHistory, channel: str, duration: float, units: tuple[
     ----------
     units : (float, float)
         What is one in time [s] and in value [unit of the channel].
+    before : float, optional
+        Value before t = 0; if given, the jump from it at t = 0 belongs to the graph.
     """
     per_column = max(CELLS // COLUMNS, -(-2 * history.cost.steps // COLUMNS))  # no step of a stepped force is missed
     t = midpoints(duration, per_column * COLUMNS)
@@ -148,8 +152,10 @@ def graph(history: AbstractHistory, channel: str, duration: float, units: tuple[
     column = np.minimum((t / duration * COLUMNS).astype(int), COLUMNS - 1)
     first = np.searchsorted(column, np.arange(COLUMNS))
     low, high = np.minimum.reduceat(values, first), np.maximum.reduceat(values, first)
-    before = values[first[1:] - 1]  # ties each column to the one before it
-    low[1:], high[1:] = np.minimum(low[1:], before), np.maximum(high[1:], before)
+    last = values[first[1:] - 1]  # ties each column to the one before it
+    low[1:], high[1:] = np.minimum(low[1:], last), np.maximum(high[1:], last)
+    if before is not None:
+        low[0], high[0] = min(low[0], before), max(high[0], before)
     if not np.all(np.isfinite(low + high)):
         return np.full((1, 2), np.nan)
     width = duration / COLUMNS / units[0]

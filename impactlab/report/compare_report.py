@@ -92,7 +92,7 @@ def plates(comparison: Mapping[str, Any], shown: Sequence[Trace], scene: Scene) 
         return []
     summaries = {row["name"]: row["summary"] for row in comparison["rows"]}
     judged = any(trace.reference is not None for trace in shown)
-    dark = " The dark line is the exact answer." if judged else ""
+    dark = " The thin line is the exact answer." if judged else ""
     figures = wave_plates(exact_of(shown), scene)
     if judged:
         figures.append(

@@ -94,7 +94,7 @@ def _spans(axis: Axes, trace: Trace, scene: Scene, contact: str, row: int) -> No
 
 @drawn
 def errors(rows: Sequence[Mapping[str, Any]], colours: Mapping[str, str]) -> Figure:
-    """Return the errors of every method, one panel per norm, on a logarithmic axis of per cent, values written.
+    """Return the errors of every method, one panel per norm that exists, in per cent on a logarithmic axis.
 
     Dots, not bars: on a logarithmic axis the length of a bar says nothing. Panels share one scale.
 
@@ -106,18 +106,26 @@ def errors(rows: Sequence[Mapping[str, Any]], colours: Mapping[str, str]) -> Fig
         Name of a method to its colour.
     """
     judged = [row for row in rows if row["summary"].get("errors")]
-    figure, panels = grid(2, 3, 0.25 * len(judged), Margins(left=NAMES, across=0.2, down=0.45), share=True)
     values = {
         name: [None if (v := row["summary"]["errors"].get(name)) is None else 100.0 * v for row in judged]
         for name in ERRORS
     }
+    values = {name: column for name, column in values.items() if any(v is not None for v in column)}
     known = [v for column in values.values() for v in column if v is not None and v > FLOOR]
     low = 10.0 ** math.floor(math.log10(min(known, default=1e-2)))
     high = 10.0 ** (math.ceil(math.log10(max(known, default=1.0))) + 0.75)
-    for axis, (name, (title, unit)) in zip([a for row in panels for a in row], ERRORS.items(), strict=True):
-        _dots(axis, values[name], [colours[row["name"]] for row in judged], low, high)
-        axis.set_title(title)
-        axis.set_title(f"[{unit}]", loc="right", fontsize=8, fontweight="normal", color=MUTED)
+    rows_of_panels = max(1, -(-len(values) // 3))
+    margins = Margins(left=NAMES, across=0.2, down=0.45)
+    figure, panels = grid(rows_of_panels, 3, 0.25 * len(judged), margins, share=True)
+    flat = [axis for row in panels for axis in row]
+    for axis, (name, column) in zip(flat, values.items(), strict=False):
+        _dots(axis, column, [colours[row["name"]] for row in judged], low, high)
+        axis.set_title(ERRORS[name][0])
+        axis.set_title(f"[{ERRORS[name][1]}]", loc="right", fontsize=8, fontweight="normal", color=MUTED)
+    for axis in flat[len(values) :]:
+        axis.set_visible(False)
+    for axis in flat[max(0, len(values) - 3) : len(values)]:
+        axis.tick_params(labelbottom=True)
     for row_of_panels in panels:
         row_of_panels[0].set_yticks(range(len(judged)), [row["name"] for row in judged])
         for label, row in zip(row_of_panels[0].get_yticklabels(), judged, strict=True):

@@ -39,6 +39,7 @@ if TYPE_CHECKING:
 
 HEADROOM = 1.3  # of the axis of forces over the exact peak; what is higher is cut, and how high it is, written
 KICK_WINDOW = 0.05  # T over which the kicks of an impulse law are averaged to a force
+STILL = 0.01  # share of the widest gap below which the exact gap is no scale: faces that stay together
 FLOOR = 1e-4  # %, differences below it are drawn there
 
 
@@ -183,6 +184,9 @@ def gap(traces: Sequence[Trace], scene: Scene, contact: str) -> Figure:
     lines = [curve(trace.history, channel, scene.duration) for trace in traces]
     exact = curve(reference, channel, scene.duration) if reference else lines[0]
     low, high = float(exact[1].min()), float(exact[1].max())
+    widest = (min(float(v.min()) for _, v in lines), max(float(v.max()) for _, v in lines))
+    if high - low < STILL * (widest[1] - widest[0]):
+        low, high = widest
     span = (high - low) or 1.0
     figure, axes = grid(1, 2, 2.4, Margins(right=NAMES) if len(traces) > 1 else Margins())
     views = (("gap", low - 0.08 * span, high + 0.08 * span), ("gap near zero", -0.025 * span, 0.08 * span))

@@ -130,7 +130,7 @@ def findings(summary: Mapping[str, Any]) -> list[str]:
 
 def plates(trace: Trace, scene: Scene) -> list[Plate]:
     """Return the figures of one run with their captions."""
-    dark = " The dark line is the exact answer." if trace.reference is not None else ""
+    dark = " The thin line is the exact answer." if trace.reference is not None else ""
     shown = wave_plates(trace.reference, scene)
     for number, contact in enumerate(scene.contacts):
         tail = f"_{number + 1}" if len(scene.contacts) > 1 else ""
@@ -182,7 +182,7 @@ def wave_plates(reference: AbstractHistory | None, scene: Scene) -> list[Plate]:
         return []
     words = (
         "The exact stress over the whole rod (upwards) and the whole run (to the right): red is compression, blue "
-        "tension. Waves run along the slanted edges, once up and down in each T."
+        "tension. Waves run along the slanted edges."
     )
     return [
         Plate(f"waves_{body}", f"The waves in {body}", words, fields.waves(reference, scene, body))

@@ -116,6 +116,12 @@ def test_the_graph_distance_sees_height_as_well_as_time() -> None:
     assert metrics.force_graph(history(), history(scale=2.0), scene()) == pytest.approx(0.5, abs=0.0015)
 
 
+def test_a_force_that_rises_in_one_step_is_near_one_that_jumps_at_the_start() -> None:
+    dt = 0.004  # s: 0.002 T
+    rising = SyntheticHistory(DURATION, {FORCE: lambda t: np.where(t < dt, 0.5, pulse(t))})
+    assert metrics.force_graph(rising, history(), scene()) == pytest.approx(dt / T, abs=0.0015)
+
+
 def test_the_graph_distance_sees_a_spike_of_one_step() -> None:
     steps = 20_000
     dt = DURATION / steps

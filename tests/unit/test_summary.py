@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from impactlab.history import ContactSpan, Cost, EnergyBook, Event, Warned
+from impactlab.pairing import kind_of
 from impactlab.scene import Body, Contact, End, Mass, Point, Probe, Rod, Scene, Segment, StepRule, Wall
 from impactlab.summary import (
     cell,
     comparison,
     describe,
     extremes,
-    kind_of,
     plain,
     summarise,
     table,
