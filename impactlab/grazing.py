@@ -51,7 +51,7 @@ def near_grazing(history: AbstractHistory, contact_name: str, round_trip: float,
             i = int(near[0])
             share = 100.0 * gap[i] / largest[i]
             return (
-                f"{contact_name}: at {t[i]:.6g} s the faces come within {share:.3g} % of their largest distance without "
-                "touching; a small change of the case or of the method may add a contact"
+                f"{contact_name}: at {t[i]:.6g} s the faces come within {share:.3g} % of their largest distance "
+                "without touching; a small change of the case or of the method may add a contact"
             )
     return None

@@ -91,7 +91,7 @@ def massless(scene: Scene, point: Point) -> bool:
 
 
 def check(scene: Scene) -> list[Bond]:
-    """Return the bonds of all contacts; raises `CaseError` or `PairingError` with path and remedy for what cannot be served."""
+    """Return the bonds of all contacts; raises `CaseError` or `PairingError`, with path and remedy."""
     if not any(isinstance(body, Rod) for body in scene.bodies.values()):
         raise CaseError(
             "the scene has no rod, and the exact solution is one of waves in rods", path="bodies", remedy="Add a rod."
@@ -113,7 +113,7 @@ def check(scene: Scene) -> list[Bond]:
         if kind.stiffness < 0.0:
             if not any(massless(scene, point) for point in sides):
                 raise CaseError(
-                    f"contact {contact.name}: both faces have mass, so a hard contact between them needs a law of impact",
+                    f"contact {contact.name}: both faces have mass, and a hard contact between them is an impact law's",
                     path=path,
                     remedy="Use penalty, or let one face be the bare end of a rod.",
                 )
@@ -201,9 +201,8 @@ def build(scene: Scene) -> tuple[Layout, Log]:
                     if middle < edge:
                         segment = candidate
                         break
-                link = Link(
-                    x[i], x[i + 1] - x[i], segment.area, segment.young, segment.density, len(end_nodes), len(end_nodes) + 1
-                )
+                count = len(end_nodes)
+                link = Link(x[i], x[i + 1] - x[i], segment.area, segment.young, segment.density, count, count + 1)
                 end_nodes += [row[i], row[i + 1]]
                 impedance += [segment.impedance] * 2
                 transit += [link.transit] * 2

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from impactlab.exact.network import Layout, Link
-from impactlab.exact.signals import Signal, Signals, clenshaw
+from impactlab.exact.network import Integers, Layout, Link
+from impactlab.exact.signals import Signals, clenshaw
 from impactlab.history import EnergyBook
 from impactlab.scene import Mass, Rod, Scene
 from impactlab.types import Array
@@ -69,7 +69,7 @@ def rod_energy(layout: Layout, signals: Signals, name: str, t: Array) -> Array:
 def sample_times(signals: Signals, layout: Layout, duration: float) -> Array:
     """Return the instants of the book: breaks of all junctions, thinned where they are many, and an equal grid."""
     log = signals.log
-    stops = [log.stop[j, : log.count[j]] for j in range(len(layout.network.node_of) - 1)]
+    stops = [log.stop[j, : log.records[j]] for j in range(len(layout.network.node_of) - 1)]
     breaks = np.unique(np.concatenate(stops))
     breaks = breaks[(breaks > 0.0) & (breaks < duration)]
     if len(breaks) > MOST_SAMPLES:
@@ -77,49 +77,52 @@ def sample_times(signals: Signals, layout: Layout, duration: float) -> Array:
     return np.unique(np.concatenate([np.linspace(0.0, duration, EVEN_SAMPLES), breaks]))
 
 
-def contact_energies(layout: Layout, signals: Signals, t: Array) -> tuple[Array, Array]:
-    """Return what the contact springs hold and what the contacts have lost [J], each of shape (n,).
+class SpringContact:
+    """A spring and dashpot contact of a solved network: what it holds and what it has lost."""
 
-    While the force is up the dashpot loses d d'^2; a spring that lost its force behind the contact gives nothing
-    back: it relaxes against the dashpot, so what it holds is lost as its face returns.
-    """
-    net = layout.network
-    held = np.zeros_like(t)
-    lost = np.zeros_like(t)
-    for c in range(len(net.left)):
-        k, d = float(net.stiffness[c]), float(net.damping[c])
-        if k < 0.0:
-            continue
-        left, right = signals.displacement(int(net.left[c])), signals.displacement(int(net.right[c]))
+    def __init__(self, layout: Layout, signals: Signals, contact: int) -> None:
+        net = layout.network
+        left, right = int(net.left[contact]), int(net.right[contact])
+        self.stiffness, self.damping = float(net.stiffness[contact]), float(net.damping[contact])
+        self.gap = float(net.gap[contact])
+        self.places = signals.displacement(left), signals.displacement(right)
+        self.rates = signals.velocity(left), signals.velocity(right)
+        self.force = signals.force(contact)
+        self.begins = np.maximum(self.force.start, 0.0)
+        self.loaded = np.any(self.force.table != 0.0, axis=0)
 
-        def depth(at: Array, left_u: object = left, right_u: object = right, gap: float = float(net.gap[c])) -> Array:
-            return np.asarray(np.maximum(0.0, left(at) - right(at) - gap))
+    def held(self, t: Array) -> Array:
+        """Return the energy of the spring [J], shape of t."""
+        depth = np.maximum(0.0, self.places[0](t) - self.places[1](t) - self.gap)
+        return np.asarray(0.5 * self.stiffness * depth**2)
 
-        held += 0.5 * k * depth(t) ** 2
-        if d == 0.0:
-            continue
-        force = signals.force(c)
-        begins = np.maximum(force.start, 0.0)
-        x, w = np.polynomial.legendre.leggauss(len(force.table) + 2)
-        va, vb = signals.velocity(int(net.left[c])), signals.velocity(int(net.right[c]))
-        loaded = np.any(force.table != 0.0, axis=0)
+    def within(self, piece: Integers, until: Array) -> Array:
+        """Return the loss from the start of each piece to a time in it [J], shape of both (n,).
 
-        def loss(piece: Array, until: Array) -> Array:
-            begin = begins[piece]
-            half = 0.5 * (until - begin)
-            at = begin[:, None] + half[:, None] * (x + 1.0)
-            y = (2.0 * at - force.start[piece][:, None] - force.stop[piece][:, None]) / force.width[piece][:, None]
-            wide = np.broadcast_to(piece[:, None], y.shape)
-            rate = clenshaw(va.table, wide, y) - clenshaw(vb.table, wide, y)
-            damped = d * (rate * rate) @ w * half
-            relaxed = 0.5 * k * (depth(begin) ** 2 - depth(until) ** 2)
-            return np.asarray(np.where(loaded[piece], damped, np.maximum(relaxed, 0.0)))
+        While the force is up the dashpot loses d d'^2. A spring that lost its force behind the contact gives nothing
+        back: it relaxes against the dashpot, so what it holds is lost as the faces part.
+        """
+        x, w = np.polynomial.legendre.leggauss(len(self.force.table) + 2)
+        begin = self.begins[piece]
+        half = 0.5 * (until - begin)
+        at = begin[:, None] + half[:, None] * (x + 1.0)
+        start, stop = self.force.start[piece][:, None], self.force.stop[piece][:, None]
+        y = (2.0 * at - start - stop) / (stop - start)
+        wide = np.broadcast_to(piece[:, None], y.shape)
+        rate = clenshaw(self.rates[0].table, wide, y) - clenshaw(self.rates[1].table, wide, y)
+        damped = self.damping * ((rate * rate) @ w) * half
+        relaxed = np.maximum(self.held(begin) - self.held(until), 0.0)
+        return np.asarray(np.where(self.loaded[piece], damped, relaxed))
 
-        every = np.arange(len(force.stop))
-        whole = np.concatenate([[0.0], np.cumsum(np.where(force.stop > 0.0, loss(every, force.stop), 0.0))])
-        piece = force.pieces(t)
-        lost += whole[piece] + np.where(t > begins[piece], loss(piece, np.maximum(t, begins[piece])), 0.0)
-    return held, lost
+    def lost(self, t: Array) -> Array:
+        """Return the loss so far [J], shape of t (n,)."""
+        if self.damping == 0.0:
+            return np.zeros_like(t)
+        every = np.arange(len(self.force.stop))
+        each = np.where(self.force.stop > 0.0, self.within(every, self.force.stop), 0.0)
+        whole = np.concatenate([[0.0], np.cumsum(each)])
+        piece = self.force.pieces(t)
+        return np.asarray(whole[piece] + self.within(piece, np.maximum(t, self.begins[piece])))
 
 
 def energy_book(scene: Scene, layout: Layout, signals: Signals, duration: float) -> EnergyBook:
@@ -142,11 +145,13 @@ def energy_book(scene: Scene, layout: Layout, signals: Signals, duration: float)
         else:
             bodies[name] = np.zeros_like(t)
     ends = np.zeros_like(t)
-    for node in np.flatnonzero(net.dashpot > 0.0):
-        velocity = signals.velocity(int(node))
+    for held in np.flatnonzero(net.dashpot > 0.0):
+        velocity = signals.velocity(int(held))
         spent = velocity.integral(t, True) - velocity.integral(np.zeros(1), True)
-        ends += net.dashpot[node] * spent
-    stored, lost = contact_energies(layout, signals, t)
+        ends += net.dashpot[held] * spent
+    springs = [SpringContact(layout, signals, c) for c in range(len(net.left)) if net.stiffness[c] >= 0.0]
+    stored = sum((spring.held(t) for spring in springs), np.zeros_like(t))
+    lost = sum((spring.lost(t) for spring in springs), np.zeros_like(t))
     return EnergyBook(t, bodies, stored, {"contact": lost, "ends": ends, "unresolved": np.zeros_like(t)}, work)
 
 
@@ -159,11 +164,8 @@ def gravity_work(layout: Layout, signals: Signals, name: str, t: Array) -> Array
         z = float(net.impedance[link.left_end])
         for end in (link.left_end, link.right_end):
             carried = signals.carried(end)
-
-            def inside(at: Array, lag: float = link.transit) -> Array:
-                return carried.integral(at, False) - carried.integral(at - lag, False)
-
-            total += z * g * (inside(t) - inside(t[:1]))
+            inside = carried.integral(t, False) - carried.integral(t - link.transit, False)
+            total += z * g * (inside - inside[0])
         total += z * g * 0.5 * g * link.transit**2 * t
     for node in layout.nodes[name]:
         mass = float(net.mass[node])

@@ -24,8 +24,9 @@ FIELD_POINTS = 401
 class Place(NamedTuple):
     """A place on a rod: its uniform piece and how long a wave takes there from the piece's left end."""
 
+    rod: Rod
     link: Link
-    way: float  # s
+    way: float | Array  # s; one per time
 
 
 class ContinuousHistory(AbstractHistory):
@@ -163,7 +164,8 @@ class ContinuousHistory(AbstractHistory):
     def _place(self, name: str, channel: str, text: str) -> Place:
         """Return the place of a channel; x of a probe is taken as the probe has it, not as its name rounds it."""
         body = self.scene.bodies[name]
-        assert isinstance(body, Rod)
+        if not isinstance(body, Rod):
+            raise CaseError(f"'{channel}': '{name}' is no rod", remedy="Name a rod.")
         try:
             x = self._exact_x[channel] if channel in self._exact_x else float(text)
         except ValueError:
@@ -176,16 +178,16 @@ class ContinuousHistory(AbstractHistory):
         link = next((item for item in links if x < item.x + item.length * (1.0 - 1e-12)), links[-1])
         way = (x - link.x) / link.wave_speed
         if way > link.transit * (1.0 - 5e-6):  # names carry six digits: what rounds to the end is the end
-            way = link.transit if link is links[-1] or channel in self._exact_x and x == link.x + link.length else way
-        return Place(link, min(max(way, 0.0), link.transit))
+            way = link.transit if link is links[-1] or (channel in self._exact_x and x == link.x + link.length) else way
+        return Place(body, link, min(max(way, 0.0), link.transit))
 
     def _wave(self, t: Array, quantity: str, place: Place) -> Array:
-        link, way = place
+        link, way = place.link, place.way
         g = self.layout.network.gravity
         back = link.transit - way
         if quantity == "displacement":
             moved = self.signals.carried(link.left_end)(t - way) + self.signals.carried(link.right_end)(t - back)
-            return np.asarray(moved + 0.5 * g * (link.transit * t + way * back) + self._rest(link))
+            return np.asarray(moved + 0.5 * g * (link.transit * t + way * back) + self._rest(place.rod, link))
         right = self.signals.wave(link.left_end)(t - way) + 0.5 * g * way
         left = self.signals.wave(link.right_end)(t - back) + 0.5 * g * back
         if quantity == "velocity":
@@ -197,18 +199,11 @@ class ContinuousHistory(AbstractHistory):
         }[quantity]
         return np.asarray(factor * (right - left))
 
-    def _rest(self, link: Link) -> float:
+    def _rest(self, rod: Rod, link: Link) -> float:
         """Constant of the displacement of a link: its left end at t = 0."""
-        node = int(self.layout.network.end_node[link.left_end])
-        start = self._initial(node)
-        zero = np.zeros(1)
-        return start - float(self.signals.carried(link.right_end)(zero - link.transit)[0])
-
-    def _initial(self, node: int) -> float:
-        displacement = self.signals.displacement(node)
-        first = int(displacement.pieces(np.zeros(1))[0])
-        signs = np.where(np.arange(len(displacement.table)) % 2 == 0, 1.0, -1.0)
-        return float(np.sum(displacement.table[:, first] * signs))
+        shape = rod.displacement
+        start = 0.0 if shape is None else float(shape(np.array([link.x]))[0])
+        return start - float(self.signals.carried(link.right_end)(np.array([-link.transit]))[0])
 
     def field(self, body: str, t: float, quantity: str) -> Field:
         rod = self.scene.bodies.get(body)
@@ -223,12 +218,9 @@ class ContinuousHistory(AbstractHistory):
         for i, link in enumerate(links):
             mine = (x >= link.x) & ((x < link.x + link.length) | (i == len(links) - 1))
             ways = np.clip((x[mine] - link.x) / link.wave_speed, 0.0, link.transit)
-            values[mine] = self._along(time, quantity, link, ways)
+            at = np.full(int(np.sum(mine)), time)
+            values[mine] = self._wave(at, quantity, Place(rod, link, ways))
         return Field(x, values)
-
-    def _along(self, t: float, quantity: str, link: Link, ways: Array) -> Array:
-        """Return a quantity at many places of one link at one time."""
-        return np.array([float(self._wave(np.array([t]), quantity, Place(link, float(way)))[0]) for way in ways])
 
     def jumps(self, channel: str) -> Array:
         quantity, _, rest = channel.partition(":")
@@ -245,7 +237,7 @@ class ContinuousHistory(AbstractHistory):
             self._answer(np.zeros(1), channel)  # refuses what is no channel
             return np.zeros(0)
         place = self._place(name, channel, x)
-        link, way = place
+        link, way = place.link, place.way
         times = np.concatenate(
             [
                 self.signals.wave(link.left_end).jumps(floor) + way,

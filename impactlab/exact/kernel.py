@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from impactlab.exact.network import Log, Network
+from impactlab.exact.network import Integers, Log, Network
 from impactlab.types import Array
 
 ROOM = 72  # coefficients a piece may have; the numbers of points below divide it, so one table serves all
@@ -52,7 +52,7 @@ def chopped(a: Array, n: int, floor: float) -> int:
 
 @njit(cache=True)
 def restrict(a: Array, n: int, low: float, high: float, out: Array) -> int:
-    """Write the coefficients of the series on [low, high] of its interval; exact for its degree. Returns their number."""
+    """Write the coefficients of the series on [low, high] of its interval; return how many."""
     m = points(n)
     stride = ROOM // m
     for k in range(m):
@@ -173,7 +173,7 @@ def system(a: Array, b: Array, n: int, first: Array, order: int, y: Array, w: Ar
 
 
 @njit(cache=True)
-def first_fall(f: Array, n: int, floor: float, stack: Array, low: Array, high: Array, count: Array) -> float:
+def first_fall(f: Array, n: int, floor: float, stack: Array, low: Array, high: Array, count: Integers) -> float:
     """Return where f first falls through zero to below -floor, or 2 where it never does.
 
     The interval is halved until the coefficients prove a part safe or monotone; nothing is sampled. What stays
@@ -235,9 +235,10 @@ def first_fall(f: Array, n: int, floor: float, stack: Array, low: Array, high: A
 
 
 @njit(cache=True)
-def coupled(
-    net: Network, log: Log, j: int, half: float, group: Array, mass: Array, drag: Array, load: Array, out: Array, w: Array
-) -> bool:
+def coupled(  # noqa: C901 - one kernel: parts would copy their arrays
+    net: Network, log: Log, j: int, half: float, group: Integers, mass: Array, drag: Array, load: Array,
+    out: Array, w: Array,
+) -> bool:  # fmt: skip
     """Velocities of groups tied by springs: m V' + D V + K U = load, U' = V. Returns whether they are resolved.
 
     Unknowns are the velocities of the groups with mass and U/half of all that can move; velocities of groups without

@@ -10,10 +10,27 @@ import numpy as np
 from numba import njit
 
 from impactlab.exact.kernel import (
-    CHOP, CLOSE, DONE, MORE_EVENTS, MORE_POOL, MORE_RECORDS, OPEN, ORDER, RESOLVED, ROOM, TOO_MANY, UNRESOLVED, ZERO,
-    chopped, coupled, first_fall, integrate, relax, restrict,
+    CHOP,
+    CLOSE,
+    DONE,
+    MORE_EVENTS,
+    MORE_POOL,
+    MORE_RECORDS,
+    OPEN,
+    ORDER,
+    RESOLVED,
+    ROOM,
+    TOO_MANY,
+    UNRESOLVED,
+    ZERO,
+    chopped,
+    coupled,
+    first_fall,
+    integrate,
+    relax,
+    restrict,
 )  # fmt: skip
-from impactlab.exact.network import Log, Network
+from impactlab.exact.network import Integers, Log, Network
 from impactlab.types import Array
 
 BURST = 64  # events within 1e3 merge tolerances that count as endless
@@ -57,9 +74,9 @@ def arrivals(net: Network, log: Log, j: int, t0: float, t1: float, waves: Array)
 
 
 @njit(cache=True)
-def solve_nodes(
-    net: Network, log: Log, j: int, half: float, waves: Array, longest: int, out: Array, group: Array, bare: Array,
-    work: Array, dense: Array,
+def solve_nodes(  # noqa: C901 - one kernel
+    net: Network, log: Log, j: int, half: float, waves: Array, longest: int, out: Array, group: Integers,
+    bare: Integers, work: Array, dense: Array,
 ) -> int:  # fmt: skip
     """Write the velocities of the nodes of junction j; return their number of coefficients, 0 where not resolved."""
     base = net.node_of[j]
@@ -128,7 +145,9 @@ def solve_nodes(
 
 
 @njit(cache=True)
-def fill_rows(net: Network, log: Log, j: int, half: float, waves: Array, longest: int, v: Array, n: int, rows: Array) -> int:
+def fill_rows(
+    net: Network, log: Log, j: int, half: float, waves: Array, longest: int, v: Array, n: int, rows: Array
+) -> int:
     """Write all rows of a record from the velocities v of the nodes; return the number of coefficients."""
     base, ends, contacts = net.node_of[j], net.end_of[j], net.contact_of[j]
     nodes = net.node_of[j + 1] - base
@@ -167,10 +186,10 @@ def fill_rows(net: Network, log: Log, j: int, half: float, waves: Array, longest
 
 @njit(cache=True)
 def next_event(
-    net: Network, log: Log, j: int, n: int, rows: Array, bare: Array, trial: Array, stack: Array, low: Array,
-    high: Array, sizes: Array, found: Array,
+    net: Network, log: Log, j: int, n: int, rows: Array, bare: Integers, trial: Array, stack: Array, low: Array,
+    high: Array, sizes: Integers, found: Integers,
 ) -> float:  # fmt: skip
-    """Return the place in [-1, 1] of the first event of junction j, 2 for none; found holds contact (or -1) and kind."""
+    """Return the place in [-1, 1] of the first event, 2 for none; found holds the contact (or -1) and the kind."""
     base, contacts = net.node_of[j], net.contact_of[j]
     nodes = net.node_of[j + 1] - base
     first_force = 2 * nodes + 2 * (net.end_of[j + 1] - net.end_of[j])
@@ -220,7 +239,7 @@ def next_event(
 
 
 @njit(cache=True)
-def march(net: Network, log: Log) -> int:
+def march(net: Network, log: Log) -> int:  # noqa: C901 - the one loop
     """Advance all junctions to the end; return DONE, what has run out of room, or why it cannot go on."""
     junctions = len(log.clock)
     widest = 1
@@ -241,13 +260,13 @@ def march(net: Network, log: Log) -> int:
     sizes = np.zeros(64, np.int64)
     found = np.zeros(2, np.int64)
     while True:
-        j = np.argmin(log.clock)
+        j = int(np.argmin(log.clock))
         t0 = log.clock[j]
-        if t0 >= net.duration:
+        if t0 >= net.duration - net.tolerance:
             return DONE
         nodes, ends = net.node_of[j + 1] - net.node_of[j], net.end_of[j + 1] - net.end_of[j]
         height = 2 * nodes + 2 * ends + net.contact_of[j + 1] - net.contact_of[j]
-        if log.count[j] >= log.start.shape[1]:
+        if log.records[j] >= log.start.shape[1]:
             return MORE_RECORDS
         if log.tally[0] + height * ROOM > len(log.pool):
             return MORE_POOL
@@ -278,7 +297,7 @@ def march(net: Network, log: Log) -> int:
                         rows[i, k] = trial[k] if k < m else 0.0
             t1 = event
         if t1 > t0 + net.tolerance:
-            r = log.count[j]
+            r = log.records[j]
             log.start[j, r], log.stop[j, r] = t0, t1
             log.size[j, r], log.offset[j, r] = n, log.tally[0]
             at = log.tally[0]
@@ -298,7 +317,7 @@ def march(net: Network, log: Log) -> int:
                 elif i >= 2 * nodes + ends and i < 2 * nodes + 2 * ends:
                     log.carried[net.end_of[j] + i - 2 * nodes - ends] = total
             log.tally[0] += height * n
-            log.count[j] += 1
+            log.records[j] += 1
             log.clock[j] = t1
         if place <= 1.0 and found[0] >= 0:
             log.closed[found[0]] = found[1]

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
-from numpy import int64
+from numpy import float64, int64
 from numpy.typing import NDArray
 
 from impactlab.types import Array
 
 Integers = NDArray[int64]
+Number = TypeVar("Number", int64, float64)
 
 
 class Network(NamedTuple):
@@ -54,7 +55,7 @@ class Log(NamedTuple):
     carried: Array  # (ends,) m, time integral of the emitted wave
     closed: Integers  # (contacts,) 1 or 0
     cursor: Integers  # (ends,) record of the peer that is arriving
-    count: Integers  # (junctions,) records so far
+    records: Integers  # (junctions,) records so far
     start: Array  # (junctions, room) s
     stop: Array  # (junctions, room) s
     size: Integers  # (junctions, room) coefficients per row
@@ -106,11 +107,11 @@ class Layout:
 def grown(log: Log, records: bool, pool: bool, events: bool) -> Log:
     """Return the log with twice the room where asked."""
 
-    def wide(a: NDArray[np.generic], grow: bool) -> NDArray[np.generic]:
+    def wide(a: NDArray[Number], grow: bool) -> NDArray[Number]:
         return np.concatenate([a, np.zeros_like(a)], axis=-1) if grow else a
 
     return Log(
-        log.clock, log.u, log.v, log.carried, log.closed, log.cursor, log.count,
+        log.clock, log.u, log.v, log.carried, log.closed, log.cursor, log.records,
         wide(log.start, records), wide(log.stop, records), wide(log.size, records), wide(log.offset, records),
         wide(log.pool, pool),
         wide(log.event_time, events), wide(log.event_contact, events), wide(log.event_kind, events),

@@ -47,7 +47,9 @@ def profile_pieces(rod: Rod, shape: Profile, a: float, b: float) -> list[tuple[f
     path = f"bodies.{rod.name}.displacement"
     if sample.shape != (257,) or not np.all(np.isfinite(sample)):
         raise CaseError(
-            f"rod '{rod.name}': its displacement is not one finite number at every x", path=path, remedy="Mend the profile."
+            f"rod '{rod.name}': its displacement is not one finite number at every x",
+            path=path,
+            remedy="Mend the profile.",
         )
     scale = float(np.max(np.abs(sample)))
     if scale == 0.0:
@@ -83,7 +85,7 @@ Piece = tuple[float, float, Array]  # from, to [s], both at most 0, coefficients
 
 
 def end_pieces(scene: Scene, layout: Layout) -> dict[int, list[Piece]]:
-    """Return for every end with a profile what it would have emitted before t = 0, without gravity, in order of time."""
+    """Return what every end with a profile would have emitted before t = 0, without gravity, in order of time."""
     result: dict[int, list[Piece]] = {}
     for name, links in layout.links.items():
         rod = scene.bodies[name]
@@ -113,8 +115,10 @@ def emitted(rod: Rod, link: Link, piece: Piece, direction: float) -> Piece:
     """Return the emission that carries a profile piece: v0/2 -+ c u'/2, dated back by the way from the end."""
     a, b, coefficients = piece
     c = link.wave_speed
-    slope = chebyshev.chebder(coefficients) * (2.0 / (b - a)) if len(coefficients) > 1 else np.zeros(1)
-    wave = -direction * 0.5 * c * slope
+    slope = np.zeros(1)
+    if len(coefficients) > 1:
+        slope = np.asarray(chebyshev.chebder(coefficients), dtype=float) * (2.0 / (b - a))
+    wave: Array = -direction * 0.5 * c * slope
     wave[0] += 0.5 * rod.velocity
     if direction > 0.0:  # time runs against x
         wave[1::2] *= -1.0
@@ -198,7 +202,7 @@ def filled(layout: Layout, records: list[list[tuple[float, float, Array]]], u: A
     log = Log(
         clock=np.zeros(total), u=u, v=v, carried=np.zeros(len(net.transit)),
         closed=np.zeros(len(net.left), dtype=np.int64), cursor=np.zeros(len(net.transit), dtype=np.int64),
-        count=np.zeros(total, dtype=np.int64), start=np.zeros((total, room)), stop=np.zeros((total, room)),
+        records=np.zeros(total, dtype=np.int64), start=np.zeros((total, room)), stop=np.zeros((total, room)),
         size=np.zeros((total, room), dtype=np.int64), offset=np.zeros((total, room), dtype=np.int64),
         pool=np.empty(used + POOL_FIRST), event_time=np.zeros(ROOM_FIRST),
         event_contact=np.zeros(ROOM_FIRST, dtype=np.int64), event_kind=np.zeros(ROOM_FIRST, dtype=np.int64),
@@ -213,6 +217,6 @@ def filled(layout: Layout, records: list[list[tuple[float, float, Array]]], u: A
             log.size[j, r], log.offset[j, r] = table.shape[1], at
             log.pool[at : at + table.size] = table.ravel()
             at += table.size
-        log.count[j] = len(row)
+        log.records[j] = len(row)
     log.tally[0] = at
     return log

@@ -113,7 +113,7 @@ class Signals:
         key = (j, row)
         if key not in self._made:
             log = self.log
-            count = int(log.count[j])
+            count = int(log.records[j])
             sizes = log.size[j, :count]
             table = np.zeros((int(np.max(sizes)), count))
             for r in range(count):

@@ -14,7 +14,7 @@ MOST_FLOATS = 60_000_000  # of stored coefficients: half a gigabyte
 
 
 def serves(scene: Scene) -> str | None:
-    """Return None where `solve` answers the scene, else the reason in one sentence. Looks at bodies and contacts only."""
+    """Return None where `solve` answers the scene, else the reason in one sentence; looks at bodies and contacts."""
     try:
         build(scene)
     except (CaseError, PairingError) as error:

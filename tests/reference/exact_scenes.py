@@ -1,4 +1,4 @@
-"""Scenes built by hand for the tests of the exact solver: units where c = Z = L = 1, so T = 2, unless said otherwise."""
+"""Scenes built by hand for the tests of the exact solver: units where c = Z = L = 1, so T = 2."""
 
 from __future__ import annotations
 

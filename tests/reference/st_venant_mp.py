@@ -10,7 +10,6 @@ from __future__ import annotations
 import numpy as np
 from mpmath import mp, mpf
 
-
 MERGE = mpf(10) ** -20  # breaks nearer than this are one
 
 

@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 import pytest
-from tests.reference.exact_scenes import CLAMPED, FREE, name_of, struck
-from tests.reference.st_venant_mp import events
 
 from impactlab.exact.solve import solve
+from tests.reference.exact_scenes import CLAMPED, FREE, name_of, struck
+from tests.reference.st_venant_mp import events
 
 NAMED = [1e-2, 0.03, 0.1, 0.25, 0.5, 0.58, 0.75, 1.0, 1.02, 1.5, 3.0, 30.0, 300.0, 1e3]
 DRAWN = [float(a) for a in 10.0 ** np.random.default_rng(1999).uniform(-1.6, 2.5, 50)]
@@ -47,14 +47,14 @@ def test_drawn_mass_ratios(alpha):
     compare(alpha, CLAMPED, round_trips(alpha))
 
 
-@pytest.mark.parametrize("alpha, count", [(1.0106, 4), (1.0108, 2), (0.578591, 2), (0.578594, 4)])
+@pytest.mark.parametrize(("alpha", "count"), [(1.0106, 4), (1.0108, 2), (0.578591, 2), (0.578594, 4)])
 def test_both_sides_of_the_edges(alpha, count):
     # PHYSICS: a second contact exists only for 0.578592 < alpha < 1.01070
     assert len(solve(struck(alpha, 6.0)).events) == count
 
 
 @pytest.mark.parametrize(
-    "alpha, opening, velocity, closing, second, last",
+    ("alpha", "opening", "velocity", "closing", "second", "last"),
     [
         (0.25, 2.94979522, -0.816911552, 3.00107143, 3.32863219, -0.959266009),
         (1.0, 1.53383382080915, -0.687618939800652, 2.12462323494217, 2.16284275559957, -0.698875581996163),
@@ -70,7 +70,7 @@ def test_rows_with_two_contacts(alpha, opening, velocity, closing, second, last)
 
 
 @pytest.mark.parametrize(
-    "alpha, opening, velocity",
+    ("alpha", "opening", "velocity"),
     [(0.5, 2.35428362183386, -0.925246996732303), (1.5, 1.34163118, -0.717669334), (3.0, 1.16687323, -0.734847565)],
 )
 def test_rows_with_one_contact(alpha, opening, velocity):

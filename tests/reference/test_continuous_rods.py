@@ -1,16 +1,20 @@
-"""Other scenes with answers in closed form: two rods, walls, springs, dashpots, end masses, gravity, initial profiles."""
+"""Other scenes with answers in closed form: two rods, walls, springs, dashpots, end masses, gravity, profiles."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from mpmath import mp, mpf
 
 from impactlab.errors import CaseError, PairingError
+from impactlab.exact import build, network
+from impactlab.exact.history import ContinuousHistory
+from impactlab.exact.march import march
 from impactlab.exact.solve import serves, solve
-from impactlab.scene import End, Mass, Wall
+from impactlab.scene import End, Mass, Segment, Wall
 from tests.reference.exact_scenes import CLAMPED, FREE, Hard, Spring, point, rod, scene, struck
 
 
@@ -37,7 +41,7 @@ def test_equal_impedance_opens_when_the_short_rod_is_spent(l2):
 
 @pytest.mark.parametrize("z2", [2.0, 3.0, 10.0])
 def test_short_light_rod_on_a_long_heavy_one(z2):
-    # v = Z1 V/(Z1+Z2) at once, force Z2 v; the reflection from the free end brings V2 = 2(v - 1/2) and the face would need to pull
+    # v = Z1 V/(Z1+Z2) at once, force Z2 v; after the reflection from the free end the faces would need to pull
     history = solve(two_rods(1.0, 50.0, z2, 10.0))
     assert times(history) == pytest.approx([0.0, 2.0], abs=1e-13)
     assert history.contacts[0].peak_force == pytest.approx(z2 / (1.0 + z2), abs=1e-14)
@@ -96,7 +100,7 @@ def test_plucked_rod_keeps_its_kink():
     assert history.field("rod", 20.0, "displacement").values == pytest.approx(triangle[::-1], abs=1e-15)
 
 
-@pytest.mark.parametrize("kappa, peak", [(1.0, 0.546293), (4.0, 2.0 / math.e), (0.3, None)])
+@pytest.mark.parametrize(("kappa", "peak"), [(1.0, 0.546293), (4.0, 2.0 / math.e), (0.3, None)])
 def test_spring_contact_before_the_reflection(kappa, peak):
     # mass 1 on a half-infinite rod with Z = 1: k = kappa; F'' + kappa F' + kappa F = 0, F(0) = 0, F'(0) = kappa
     bar = rod(length=30.0)
@@ -170,11 +174,7 @@ def test_end_mass_for_200_round_trips(lam):
     hammer = End("mass", mass)
     clamped = rod(left=hammer, right=CLAMPED)
     bar = scene([clamped], [], 401.0)
-    from impactlab.exact import build as room, network
-    from impactlab.exact.history import ContinuousHistory
-    from impactlab.exact.march import march
-
-    layout, log = room.build(bar)
+    layout, log = build.build(bar)
     log.v[layout.nodes["rod"][0]] = 1.0
     log.scale[0] = 1.0
     while status := march(layout.network, log):
@@ -206,10 +206,6 @@ def test_hanging_rod_swings_about_its_static_shape():
 
 
 def test_two_segments_pass_and_reflect_at_their_boundary():
-    from dataclasses import replace
-
-    from impactlab.scene import Segment
-
     bar = replace(rod(), segments=(Segment(1.0, 1.0, 1.0, 1.0), Segment(1.0, 1.0, 9.0, 1.0)))  # Z 1 then 3, c 1 then 3
     wall = Wall("wall")
     moving = replace(bar, velocity=-1.0)

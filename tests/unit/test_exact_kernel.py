@@ -23,7 +23,7 @@ def first_fall(f, n, floor=1e-12):
     )
 
 
-@pytest.mark.parametrize("low, high", [(-1.0, 1.0), (-0.3, 0.8), (-1.0, -0.999), (0.5, 0.5 + 1e-9)])
+@pytest.mark.parametrize(("low", "high"), [(-1.0, 1.0), (-0.3, 0.8), (-1.0, -0.999), (0.5, 0.5 + 1e-9)])
 def test_restriction_is_the_same_function(low, high):
     a, n = series(lambda x: np.exp(2 * x) * np.sin(5 * x))
     out = np.zeros(kernel.ROOM)
