@@ -98,22 +98,28 @@ class ContinuousHistory(AbstractHistory):
     def _find_spans(self) -> tuple[ContactSpan, ...]:
         spans = []
         for name, contact in self._contact.items():
-            force = self.signals.force(contact)
             began: float | None = None
-            dated = [event for event in self.events if event.contact == name]
-            for event in [*dated, Event(self.duration, name, "open")]:
+            for event in self.events:
+                if event.contact != name:
+                    continue
                 if event.kind == "close":
                     began = event.time
                 elif began is not None:
-                    slack = force.tolerance
-                    chosen = np.flatnonzero((force.start >= began - slack) & (force.stop <= event.time + slack))
-                    last = event is not dated[-1] and len(dated) > 0 and event.time >= self.duration
-                    ends = None if last or not any(event is item for item in dated) else event.time
-                    peak = max(0.0, force.peak(chosen)) if len(chosen) else 0.0
-                    impulse = force.impulse(chosen) if len(chosen) else 0.0
-                    spans.append(ContactSpan(name, began, ends, impulse, peak))
+                    spans.append(self._span(name, contact, began, event.time))
                     began = None
+            if began is not None:
+                spans.append(self._span(name, contact, began, None))
         return tuple(sorted(spans, key=lambda span: span.start))
+
+    def _span(self, name: str, contact: int, start: float, end: float | None) -> ContactSpan:
+        """Return one period of contact, with impulse and peak force over the pieces inside it."""
+        force = self.signals.force(contact)
+        slack = force.tolerance
+        until = self.duration if end is None else end
+        chosen = np.flatnonzero((force.start >= start - slack) & (force.stop <= until + slack))
+        if len(chosen) == 0:
+            return ContactSpan(name, start, end, 0.0, 0.0)
+        return ContactSpan(name, start, end, force.impulse(chosen), max(0.0, force.peak(chosen)))
 
     def channels(self) -> tuple[str, ...]:
         names = [probe.channel for probe in self.scene.probes]

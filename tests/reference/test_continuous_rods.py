@@ -239,3 +239,10 @@ def test_a_profile_that_jumps_or_tears_is_refused():
         solve(scene([rod(displacement=lambda x: np.where(x < 0.4, 0.0, 1.0))], [], 1.0))
     with pytest.raises(CaseError, match="clamped left"):
         solve(scene([rod(left=CLAMPED, displacement=np.cos)], [], 1.0))
+
+
+def test_a_run_that_ends_in_contact_has_an_open_span():
+    history = solve(struck(1.0, 1.5))
+    (span,) = history.contacts
+    assert span.end is None
+    assert span.impulse == pytest.approx(1.0 - math.exp(-1.5), abs=1e-14)
