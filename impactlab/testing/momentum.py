@@ -1,0 +1,167 @@
+"""The balance of momentum of each scheme, written out again from its own equation, coordinate by coordinate.
+
+A step from (u0, v0) to (u1, v1) under contact forces F (push b F) and impulses J (kick b J) must satisfy
+
+- newmark: M (v1 - v0) = b J + dt b F + dt [(1 - gamma) (M a0 - C M^-1 b J) + gamma M a1], M a = load - C v - K u
+- central_difference: M (v1 - v0) = b J + dt b F + dt [load - K u0 - C (v0 + M^-1 b J + v1)/2]
+- exact_modal: m (v1 - v0) = b J + dt b F + dt load - k times the exact integral of u over the step
+
+Nothing of the steppers' own code is used: an error there shows as a residual here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from impactlab.banded import multiply, solve
+from impactlab.integrators.base import AbstractIntegrator
+from impactlab.integrators.central_difference import CentralDifference
+from impactlab.integrators.exact_modal import ExactModal
+from impactlab.integrators.newmark import Newmark
+from impactlab.models.base import AbstractDiscreteModel, Operators
+from impactlab.testing.trace import Trace
+from impactlab.types import Array
+
+
+class StepOfBody(NamedTuple):
+    """One step of one body: coordinates and velocities before and after, what the scheme keeps, force and kick."""
+
+    dt: float  # s
+    old_u: Array  # (n_dof,)
+    old_v: Array  # (n_dof,)
+    new_u: Array  # (n_dof,)
+    new_v: Array  # (n_dof,)
+    push: Array  # (n_dof,) generalised force of all contacts, N
+    kick: Array  # (n_dof,) generalised impulse of all contacts, N s
+
+
+class Balance(NamedTuple):
+    """What one step's momentum balance leaves over, and the size of what was added up, each (n_dof,) [N s]."""
+
+    left_over: Array
+    size: Array
+
+    @property
+    def residual(self) -> float:
+        """Largest residual of a coordinate over the largest size in the body."""
+        largest = float(np.max(self.size, initial=0.0))
+        return float(np.max(np.abs(self.left_over)) / largest) if largest > 0.0 else 0.0
+
+
+def added(*terms: tuple[float, Array | None, Array]) -> Balance:
+    """Return the balance of terms (factor, banded matrix or None, vector); sizes are those of the single products."""
+    left_over, size = np.zeros_like(terms[0][2]), np.zeros_like(terms[0][2])
+    for factor, matrix, vector in terms:
+        left_over += factor * (vector if matrix is None else multiply(matrix, vector))
+        size += abs(factor) * (np.abs(vector) if matrix is None else multiply(np.abs(matrix), np.abs(vector)))
+    return Balance(left_over, size)
+
+
+Equation = Callable[[AbstractIntegrator, Operators, StepOfBody], Balance]
+
+
+def newmark_balance(integrator: AbstractIntegrator, system: Operators, step: StepOfBody) -> Balance:
+    """Return the balance of Newmark in midpoint-load form; accelerations are those of the equation of motion."""
+    assert isinstance(integrator, Newmark)
+    old, new = step.dt * (1.0 - integrator.gamma), step.dt * integrator.gamma
+    damped = np.any(system.damping) and np.any(step.kick)
+    jump = solve(system.mass, step.kick) if damped else np.zeros_like(step.kick)
+    return added(
+        (1.0, system.mass, step.new_v),
+        (-1.0, system.mass, step.old_v),
+        (-1.0, None, step.kick),
+        (-step.dt, None, step.push),
+        (-step.dt, None, system.load),
+        (old, system.stiffness, step.old_u),
+        (new, system.stiffness, step.new_u),
+        (old, system.damping, step.old_v + jump),
+        (new, system.damping, step.new_v),
+    )
+
+
+def leapfrog_balance(integrator: AbstractIntegrator, system: Operators, step: StepOfBody) -> Balance:
+    """Return the balance of central difference: velocities of the half steps, forces of the whole one between them."""
+    assert isinstance(integrator, CentralDifference)
+    jump = step.kick / system.mass[0]
+    return added(
+        (1.0, system.mass, step.new_v),
+        (-1.0, system.mass, step.old_v),
+        (-1.0, None, step.kick),
+        (-step.dt, None, step.push),
+        (-step.dt, None, system.load),
+        (step.dt, system.stiffness, step.old_u),
+        (0.5 * step.dt, system.damping, step.old_v + jump),
+        (0.5 * step.dt, system.damping, step.new_v),
+    )
+
+
+def modal_balance(integrator: AbstractIntegrator, system: Operators, step: StepOfBody) -> Balance:
+    """Return the balance of exact modal steps: the spring's impulse is that of the exact motion."""
+    assert isinstance(integrator, ExactModal)
+    mass, stiffness = system.mass[0], system.stiffness[0]
+    turn = np.sqrt(stiffness / mass) * step.dt
+    # K times the integral of u: of u0, of the velocity after the kick, of the constant force.
+    of_velocity = 2.0 * np.sin(0.5 * turn) ** 2
+    of_force = np.where(turn > 1e-2, 1.0 - np.sin(turn) / np.where(turn > 0.0, turn, 1.0), turn**2 / 6.0 - turn**4 / 120.0)
+    of_displacement = step.dt * stiffness * np.sinc(turn / np.pi)
+    force = system.load + step.push
+    return added(
+        (1.0, None, mass * step.new_v),
+        (-1.0, None, mass * step.old_v),
+        (-1.0, None, step.kick),
+        (-step.dt, None, force),
+        (1.0, None, of_displacement * step.old_u),
+        (1.0, None, of_velocity * (mass * step.old_v + step.kick)),
+        (step.dt, None, of_force * force),
+    )
+
+
+EQUATIONS: dict[type[AbstractIntegrator], Equation] = {
+    Newmark: newmark_balance,
+    CentralDifference: leapfrog_balance,
+    ExactModal: modal_balance,
+}
+"""The equation of each scheme; add yours to test a plugin with `worst_balance`."""
+
+
+def generalised(traced: Trace, body: str, per_contact: Array) -> Array:
+    """Return what contacts give to a body's coordinates over each step, shape (n_steps, n_dof).
+
+    ``per_contact`` (n_steps, n_contacts) are forces [N] or impulses [N s]; a contact pushes its left body to the
+    left and its right body to the right.
+    """
+    model = traced.plan.built[body].model
+    total = np.zeros((len(per_contact), traced.plan.built[body].system.load.size))
+    for number, contact in enumerate(traced.scene.contacts):
+        for point, sign in ((contact.left, -1.0), (contact.right, 1.0)):
+            if point.body == body:
+                total += sign * np.outer(per_contact[:, number], model.row(point.x, "displacement"))
+    return total
+
+
+def worst_balance(traced: Trace, equation: Equation | None = None) -> float:
+    """Return the largest relative residual of momentum over all steps, bodies and coordinates.
+
+    For whole steps only (``events: dated``): a located step is cut, and its pieces are not kept.
+    """
+    chosen = equation or EQUATIONS[type(traced.integrator)]
+    worst = 0.0
+    for name, built in traced.plan.built.items():
+        u, v = traced.displacements(name), traced.velocities(name)
+        push, kick = generalised(traced, name, traced.forces), generalised(traced, name, traced.impulses)
+        for k in range(len(push)):
+            step = StepOfBody(traced.dt, u[k], v[k], u[k + 1], v[k + 1], push[k], kick[k])
+            worst = max(worst, chosen(traced.integrator, built.system, step).residual)
+    return worst
+
+
+def field_truncation(model: AbstractDiscreteModel, face: float) -> float:
+    """Return the share of an impulse at ``face`` [m] that a truncated basis does not take up as momentum of the field.
+
+    Zero for a free body. For a held one, the field near the clamp also moves at once: this part of a kick
+    that a clamp or left-out modes answer for shrinks as modes are added.
+    """
+    return 1.0 - float(model.momentum_row() @ model.row(face, "displacement"))
