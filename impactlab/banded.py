@@ -14,6 +14,15 @@ def widened(banded: Array, bandwidth: int) -> Array:
     return np.ascontiguousarray(np.vstack([banded, np.zeros((missing, banded.shape[1]))]))
 
 
+def grounded(banded: Array) -> Array:
+    """Return the springs to the ground of a stiffness seen as a chain of springs: the sums of its rows, shape (n,).
+
+    A sum that is zero but for rounding is zero: only the ends of a row of bars are tied to the ground.
+    """
+    ground = multiply(banded, np.ones(banded.shape[1]))
+    return np.where(np.abs(ground) <= 1e-13 * banded[0], 0.0, ground)
+
+
 def multiply(banded: Array, vector: Array) -> Array:
     """Return the product with a vector, shape (n,)."""
     product = banded[0] * vector
@@ -28,7 +37,7 @@ def solve(banded: Array, vector: Array) -> Array:
     """Return the solution of a positive definite system, shape (n,)."""
     if vector.size == 0:
         return vector.copy()
-    if banded.shape[0] == 1:
+    if banded.shape[0] == 1 or vector.size == 1:
         return np.asarray(vector / banded[0])
     return np.asarray(solveh_banded(banded, vector, lower=True))
 

@@ -85,6 +85,10 @@ class Penalty(AbstractContactLaw):
                     square -= spring
                     end = (-linear + math.sqrt(max(0.0, linear * linear - 4.0 * square * constant))) / (2.0 * square)
             else:
+                if constant > 0.0:
+                    # Touched so late in the step that a dashpot over the whole of it would prevent the touch.
+                    dash = 0.0
+                    square, linear, constant = 1.0 + spring, -(free_gap + gap), free_gap * gap
                 end = (-linear - math.sqrt(max(0.0, linear * linear - 4.0 * square * constant))) / (2.0 * square)
             # The signed force dates the opening: that of a spring that could pull.
             bound_end = (free_gap + (dash - spring) * gap) / square
@@ -95,5 +99,5 @@ class Penalty(AbstractContactLaw):
                 reply.in_contact = 1.0 if end < 0.0 else 0.0
                 held = min(end, 0.0)
                 reply.stored = 0.5 * stiffness * held * held
-                reply.dissipated = damping * (end - gap) ** 2 / port.dt
+                reply.dissipated = dash * (end - gap) ** 2 / pliancy
         reply.memory[0] = reply.stored

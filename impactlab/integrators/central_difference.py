@@ -8,7 +8,7 @@ from typing import final
 
 import numpy as np
 
-from impactlab.banded import multiply, widened
+from impactlab.banded import grounded, multiply, widened
 from impactlab.integrators.base import AbstractIntegrator, Stepper
 from impactlab.models.base import Operators
 from impactlab.types import Array, Level
@@ -17,7 +17,7 @@ from impactlab.types import Array, Level
 def free(parameters: Array, state: Array) -> None:
     """Step without contact: v += dt M^-1 (load - K u - C (v_old + v_new)/2), then u += dt v.
 
-    A tridiagonal stiffness is walked as a chain of springs, with springs to the ground at its ends (and, rarely, inside).
+    A tridiagonal stiffness is walked as a chain of springs, tied to the ground at its ends (and, rarely, inside).
     """
     n, bandwidth, dt = int(parameters[0]), int(parameters[1]), parameters[2]
     damped, loaded, grounded = parameters[3], parameters[4], parameters[5]
@@ -46,18 +46,21 @@ def free(parameters: Array, state: Array) -> None:
 def measure(parameters: Array, state: Array, out: Array) -> None:
     """Write the energy that leapfrog conserves, v M v/2 + u_old K u/2 [J], and its work of the load [J]."""
     n, bandwidth, dt = int(parameters[0]), int(parameters[1]), parameters[2]
-    arrays = parameters[7 + 5 * int(parameters[0]) :]
-    mass, load, stiffness = arrays[:n], arrays[n : 2 * n], arrays[2 * n : 3 * n]
+    chain = parameters[6 + n : 7 + 2 * n]
+    arrays = parameters[7 + 4 * n :]
+    ground, mass, load = arrays[:n], arrays[n : 2 * n], arrays[2 * n : 3 * n]
     u, v = state[:n], state[n : 2 * n]
     energy, work = 0.0, 0.0
     for i in range(n):
-        old = u[i] - dt * v[i]
-        energy += 0.5 * (mass[i] * v[i] * v[i] + stiffness[i] * old * u[i])
+        energy += 0.5 * (mass[i] * v[i] * v[i] + ground[i] * (u[i] - dt * v[i]) * u[i])
         work += load[i] * (u[i] - 0.5 * dt * v[i])
-    if bandwidth == 1:
-        coupled = arrays[3 * n : 4 * n]
-        for i in range(n - 1):
-            energy += 0.5 * coupled[i] * ((u[i] - dt * v[i]) * u[i + 1] + u[i] * (u[i + 1] - dt * v[i + 1]))
+    if bandwidth == 1 and n > 1:
+        last = n - 1
+        energy += 0.5 * chain[0] * (u[0] - dt * v[0]) * u[0]
+        energy += 0.5 * chain[n] * (u[last] - dt * v[last]) * u[last]
+        for i in range(last):
+            stretch = u[i + 1] - u[i]
+            energy += 0.5 * chain[i + 1] * (stretch - dt * (v[i + 1] - v[i])) * stretch
     out[0], out[1] = energy, work
 
 
@@ -92,12 +95,9 @@ class CentralDifference(AbstractIntegrator):
         half = 0.5 * dt * damping / mass
         gain = dt / mass / (1.0 + half)
         keep = (1.0 - half) / (1.0 + half)
-        chain, ground = np.zeros(n_dof + 1), stiffness[0].copy()
+        chain, ground = np.zeros(n_dof + 1), grounded(stiffness)
         if bandwidth == 1:
             chain[1:-1] = -stiffness[1, :-1]
-            ground -= chain[:-1] + chain[1:]
-            # Rounding aside, only the ends of a row of bars are tied to the ground.
-            ground[np.abs(ground) <= 1e-13 * stiffness[0]] = 0.0
             if n_dof > 1:
                 chain[0], chain[-1] = ground[0], ground[-1]
                 ground[0] = ground[-1] = 0.0
@@ -113,7 +113,7 @@ class CentralDifference(AbstractIntegrator):
         # Velocities start half a step early, so that the first full step is centred at t = 0.
         before = system.velocity - 0.5 * dt * internal / mass
         header = np.array([n_dof, bandwidth, dt, np.any(damping), np.any(system.load), np.any(ground)], float)
-        arrays = (gain, chain, keep, gain * system.load, ground, mass, system.load, *stiffness)
+        arrays = (gain, chain, keep, gain * system.load, ground, mass, system.load)
         return Stepper(
             free=free,
             measure=measure,

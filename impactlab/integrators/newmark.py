@@ -8,7 +8,7 @@ from typing import final
 
 import numpy as np
 
-from impactlab.banded import factorised, multiply, solve, widened
+from impactlab.banded import factorised, grounded, multiply, solve, widened
 from impactlab.integrators.base import AbstractIntegrator, Stepper
 from impactlab.models.base import Operators
 from impactlab.types import Array, Level, option
@@ -20,7 +20,7 @@ def free(parameters: Array, state: Array) -> None:
     dt, beta, gamma = parameters[3], parameters[4], parameters[5]
     arrays = parameters[6:]
     pivot, load, damping = arrays[:n], arrays[n : 2 * n], arrays[2 * n : 3 * n]
-    stiffness = arrays[3 * n : 4 * n]
+    ground = arrays[3 * n : 4 * n]
     u, v, a = state[:n], state[n : 2 * n], state[2 * n : 3 * n]
     old_u, old_v = dt * dt * (0.5 - beta), dt * (1.0 - gamma)
     new_u, new_v = beta * dt * dt, gamma * dt
@@ -29,14 +29,15 @@ def free(parameters: Array, state: Array) -> None:
         for i in range(n):
             u[i] += dt * v[i] + old_u * a[i]
             v[i] += old_v * a[i]
-        # The forward sweep is one chain; all that does not belong to the chain is done before it.
+        # The forward sweep is one chain; all that does not belong to the chain is done before it. Springs act on
+        # differences of displacements, so that a rod far from where it began feels no rounding of its travel.
         if n > 1:
-            a[0] = load[0] - stiffness[0] * u[0] - below[0] * u[1]
+            a[0] = load[0] - ground[0] * u[0] - below[0] * (u[1] - u[0])
             for i in range(1, n - 1):
-                a[i] = load[i] - stiffness[i] * u[i] - below[i] * u[i + 1] - below[i - 1] * u[i - 1]
-            a[n - 1] = load[n - 1] - stiffness[n - 1] * u[n - 1] - below[n - 2] * u[n - 2]
+                a[i] = load[i] - ground[i] * u[i] - below[i] * (u[i + 1] - u[i]) - below[i - 1] * (u[i - 1] - u[i])
+            a[n - 1] = load[n - 1] - ground[n - 1] * u[n - 1] - below[n - 2] * (u[n - 2] - u[n - 1])
         else:
-            a[0] = load[0] - stiffness[0] * u[0]
+            a[0] = load[0] - ground[0] * u[0]
         if damped != 0.0:
             for i in range(n):
                 a[i] -= damping[i] * v[i]
@@ -53,7 +54,7 @@ def free(parameters: Array, state: Array) -> None:
     for i in range(n):
         u[i] += dt * v[i] + old_u * a[i]
         v[i] += old_v * a[i]
-        a[i] = pivot[i] * (load[i] - stiffness[i] * u[i] - damping[i] * v[i])
+        a[i] = pivot[i] * (load[i] - ground[i] * u[i] - damping[i] * v[i])
         u[i] += new_u * a[i]
         v[i] += new_v * a[i]
 
@@ -62,17 +63,18 @@ def measure(parameters: Array, state: Array, out: Array) -> None:
     """Write the energy v M v/2 + u K u/2 [J] and the work of the load so far, up to a constant [J]."""
     n, bandwidth = int(parameters[0]), int(parameters[1])
     arrays = parameters[6:]
-    load, stiffness = arrays[n : 2 * n], arrays[3 * n : 4 * n]
+    load, ground = arrays[n : 2 * n], arrays[3 * n : 4 * n]
     masses = arrays[(4 + 2 * bandwidth) * n :]
     u, v = state[:n], state[n : 2 * n]
     energy, work = 0.0, 0.0
     for i in range(n):
-        energy += 0.5 * (masses[i] * v[i] * v[i] + stiffness[i] * u[i] * u[i])
+        energy += 0.5 * (masses[i] * v[i] * v[i] + ground[i] * u[i] * u[i])
         work += load[i] * u[i]
     if bandwidth == 1:
         below, coupled = arrays[4 * n : 5 * n], masses[n : 2 * n]
         for i in range(n - 1):
-            energy += coupled[i] * v[i] * v[i + 1] + below[i] * u[i] * u[i + 1]
+            stretch = u[i + 1] - u[i]
+            energy += coupled[i] * v[i] * v[i + 1] - 0.5 * below[i] * stretch * stretch
     out[0], out[1] = energy, work
 
 
@@ -96,7 +98,9 @@ class Newmark(AbstractIntegrator):
     order = 2
     hard_constraint_gains = True
 
-    beta: float = option(0.25, at_least=0.0, at_most=1.0, description="weight of the new acceleration in the displacement")
+    beta: float = option(
+        0.25, at_least=0.0, at_most=1.0, description="weight of the new acceleration in the displacement"
+    )
     gamma: float = option(0.5, at_least=0.5, at_most=1.0, description="weight of the new acceleration in the velocity")
 
     def limit(self, system: Operators) -> float:
@@ -127,7 +131,8 @@ class Newmark(AbstractIntegrator):
         acceleration = solve(mass, internal)
         pivot, lower = factorised(matrix)
         header = np.array([n_dof, bandwidth, float(np.any(damping)), dt, self.beta, self.gamma])
-        bands = [stiffness[0]] if bandwidth == 0 else [stiffness[0], stiffness[1], lower[0]]
+        ground = grounded(stiffness)
+        bands = [ground] if bandwidth == 0 else [ground, stiffness[1], lower[0]]
         arrays = [1.0 / pivot, system.load, damping[0], *bands, *mass]
         return Stepper(
             free=free,

@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-from scipy.linalg import eigvalsh_tridiagonal, solveh_banded
+from scipy.linalg import eigvalsh_tridiagonal
 
-from impactlab.banded import multiply
+from impactlab.banded import multiply, solve
+from impactlab.errors import CaseError
 from impactlab.models.base import AbstractDiscreteModel, Operators
 from impactlab.scene import End, Rod, Segment
 from impactlab.types import Array, Quantity
@@ -54,6 +55,12 @@ class Mesh(AbstractDiscreteModel):
         self._lumped = mass == "lumped"
         self._first = 1 if rod.left.kind == "clamped" else 0
         self._last = len(self.nodes) - (1 if rod.right.kind == "clamped" else 0)
+        if self._first == self._last:
+            raise CaseError(
+                f"one element between two clamped ends leaves nothing of '{rod.name}' that moves",
+                remedy="Give two elements or more.",
+                path="solve.model.elements",
+            )
         self._ends: tuple[tuple[int, End], ...] = ((0, rod.left), (len(self.nodes) - 1, rod.right))
         self._velocity = rod.velocity
         self._profile = rod.displacement
@@ -121,7 +128,7 @@ class Mesh(AbstractDiscreteModel):
         operators = self.operators()
         mass = operators.mass
         if self.is_held:
-            return np.asarray(solveh_banded(operators.stiffness, force, lower=True))
+            return solve(operators.stiffness, force)
         ones = np.ones(force.size)
         inertia = multiply(mass, ones)
         balanced = force - inertia * (force.sum() / inertia.sum())
