@@ -63,6 +63,11 @@ def build_bodies(scene: Scene) -> dict[str, BuiltBody]:
     return built
 
 
+def element_length(rod: Rod) -> float:
+    """Return h of the rod's own description [m]."""
+    return rod.length if rod.model is None else rod.model.element_length(rod)
+
+
 def prepare_steppers(
     scene: Scene, built: dict[str, BuiltBody], integrator: AbstractIntegrator, dt: float
 ) -> dict[str, Stepper]:
@@ -93,8 +98,9 @@ def side_facts(scene: Scene, steppers: dict[str, Stepper], number: int, side: in
         mass = math.inf if isinstance(body, Wall) else body.mass
         kind = "wall" if isinstance(body, Wall) else "mass"
         nothing = math.nan
-        return SideFacts(kind, nothing, nothing, nothing, nothing, nothing, mass, scene.gravity, float(velocities.sum()))
-    assert body.model is not None
+        return SideFacts(
+            kind, nothing, nothing, nothing, nothing, nothing, mass, scene.gravity, float(velocities.sum())
+        )
     inner = 0.0 < point.x < body.length
     segment = body.segments[0] if point.x < 0.5 * body.length else body.segments[-1]
     return SideFacts(
@@ -102,7 +108,7 @@ def side_facts(scene: Scene, steppers: dict[str, Stepper], number: int, side: in
         impedance=math.nan if inner else segment.impedance,
         wave_speed=segment.wave_speed,
         area=segment.area,
-        element_stiffness=segment.young * segment.area / body.model.element_length(body),
+        element_stiffness=segment.young * segment.area / element_length(body),
         room=math.nan if inner else segment.length,
         mass=body.mass,
         gravity=scene.gravity,
@@ -243,7 +249,8 @@ class Assembly:
         """Double the room for records and samples; what was written stays."""
         record, sample = self.memory.record, self.memory.sample
         self.memory = self.memory._replace(
-            record=np.concatenate([record, np.zeros_like(record)]), sample=np.concatenate([sample, np.zeros_like(sample)])
+            record=np.concatenate([record, np.zeros_like(record)]),
+            sample=np.concatenate([sample, np.zeros_like(sample)]),
         )
 
     def _row(self, body: str, x: float, quantity: Quantity) -> tuple[int, Array]:
@@ -317,7 +324,14 @@ class Assembly:
         by_name, messengers = records(MessengerRecord, len(wanted))
         for number, (owner, slot) in enumerate(wanted):
             fill(by_name[number], contact=owner, slot=slot)
-        return ports, contacts, replies, messengers, readings, np.array(left_out, float).reshape(len(wanted), n_contacts)
+        return (
+            ports,
+            contacts,
+            replies,
+            messengers,
+            readings,
+            np.array(left_out, float).reshape(len(wanted), n_contacts),
+        )
 
     def _left_out(self, contact: Contact, body: str, x: float, quantity: Quantity) -> float:
         """Return the answer at x of the modes left out per unit force of a contact, which pushes left then right."""

@@ -53,7 +53,7 @@ class EnergyBook(NamedTuple):
 
     @property
     def balance(self) -> Array:
-        """bodies + stored + booked - work - initial, shape (n,) [J]; zero for a perfect run."""
+        """Bodies + stored + booked - work - initial, shape (n,) [J]; zero for a perfect run."""
         total = self.total + sum(self.booked.values(), np.zeros_like(self.time)) - self.work
         return np.asarray(total - total[0])
 

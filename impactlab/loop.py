@@ -21,9 +21,10 @@ CLOSE, OPEN, IMPULSE = 0, 1, 2
 SWEEPS = 200  # of the coupled answers of several contacts
 CUTS = 100  # events located inside one nominal step before the rest of it is taken whole
 
-ENTRY: Any = numba.njit(cache=True, _nrt=False, fastmath=FAST)
-PART: Any = numba.njit(cache=True, _nrt=False, fastmath=FAST, no_cpython_wrapper=True, no_cfunc_wrapper=True)
-INLINE: Any = numba.njit(inline="always", _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+njit: Any = numba.njit
+ENTRY = njit(cache=True, _nrt=False, fastmath=FAST)
+PART = njit(cache=True, _nrt=False, fastmath=FAST, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+INLINE = njit(inline="always", _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 
 @INLINE
@@ -210,11 +211,36 @@ def note(m: Memory, time: float, number: int, kind: int, impulse: float) -> None
     m.clock[0].n_events += 1
 
 
+def close_time(contact: Any, port: Any, reply: Any, time: float, dt: float) -> float:
+    """Return when a contact began: the root of the gap, or of the trial force where the faces already overlapped."""
+    if port.gap > 0.0 and port.free_gap < 0.0:
+        return float(time + dt * port.gap / (port.gap - port.free_gap))
+    if port.gap < 0.0 and contact.old_gap >= 0.0:
+        return float(max(0.0, time - dt * port.gap / (port.gap - contact.old_gap)))
+    if port.gap < 0.0 and contact.old_trial < 0.0 and reply.trial > 0.0:
+        share = contact.trial_point - reply.trial / (reply.trial - contact.old_trial)
+        return float(max(0.0, time + dt * share))
+    return time
+
+
+def open_time(contact: Any, port: Any, reply: Any, time: float, dt: float) -> float:
+    """Return when a contact ended: the root of the trial force, or of the gap under a law without a signed trial."""
+    if contact.old_trial > 0.0 and reply.trial < 0.0:
+        return float(time + dt * (contact.trial_point + reply.trial / (contact.old_trial - reply.trial)))
+    if port.gap > 0.0 and contact.old_gap < 0.0:
+        return float(time - dt * port.gap / (port.gap - contact.old_gap))
+    if port.gap < 0.0 and port.free_gap > 0.0:
+        return float(time - dt * port.gap / (port.free_gap - port.gap))
+    return time
+
+
+close_time, open_time = map(PART, (close_time, open_time))
+
+
 def date(m: Memory, time: float, dt: float, located: bool) -> None:
     """Date the events of an accepted step, and carry each contact's phase and memory on.
 
-    A touch is the root of the gap, an opening that of the trial force, both linear between their instants; where
-    events are located, steps begin at them.
+    Roots are linear between the instants of a value; where events are located, steps begin at them.
     """
     for number in range(len(m.contacts)):
         contact, port, reply = m.contacts[number], m.ports[number], m.replies[number]
@@ -222,27 +248,11 @@ def date(m: Memory, time: float, dt: float, located: bool) -> None:
         if contact.dates != 0:
             if is_closed and not was_closed:
                 contact.span_impulse, contact.span_peak = 0.0, 0.0
-                when = time
-                if not located:
-                    if port.gap > 0.0 and port.free_gap < 0.0:
-                        when = time + dt * port.gap / (port.gap - port.free_gap)
-                    elif port.gap < 0.0 and contact.old_gap >= 0.0:
-                        when = time - dt * port.gap / (port.gap - contact.old_gap)
-                    elif port.gap < 0.0 and contact.old_trial < 0.0 and reply.trial > 0.0:
-                        when = time + dt * (contact.trial_point - reply.trial / (reply.trial - contact.old_trial))
-                note(m, max(0.0, when), number, CLOSE, 0.0)
+                note(m, time if located else close_time(contact, port, reply, time, dt), number, CLOSE, 0.0)
             contact.span_impulse += contact.force * dt + contact.impulse
             contact.span_peak = max(contact.span_peak, contact.force)
             if was_closed and not is_closed:
-                when = time
-                if not located:
-                    if contact.old_trial > 0.0 and reply.trial < 0.0:
-                        when = time + dt * (contact.trial_point + reply.trial / (contact.old_trial - reply.trial))
-                    elif port.gap > 0.0 and contact.old_gap < 0.0:  # a law without a signed trial: by the gap
-                        when = time - dt * port.gap / (port.gap - contact.old_gap)
-                    elif port.gap < 0.0 and port.free_gap > 0.0:
-                        when = time - dt * port.gap / (port.free_gap - port.gap)
-                note(m, when, number, OPEN, 0.0)
+                note(m, time if located else open_time(contact, port, reply, time, dt), number, OPEN, 0.0)
         if contact.impulse != 0.0:
             note(m, time, number, IMPULSE, contact.impulse)
         contact.old_gap, contact.old_trial, contact.touching = port.gap, reply.trial, 0.0
@@ -291,7 +301,12 @@ def sample(m: Memory) -> bool:
     stored = 0.0
     for number in range(len(m.contacts)):
         stored += m.replies[number].stored
-    m.sample[n, 0], m.sample[n, 1], m.sample[n, 2], m.sample[n, 3] = clock.time, stored, clock.lost_contact, clock.lost_ends
+    m.sample[n, 0], m.sample[n, 1], m.sample[n, 2], m.sample[n, 3] = (
+        clock.time,
+        stored,
+        clock.lost_contact,
+        clock.lost_ends,
+    )
     clock.n_samples = n + 1
     return finite
 
@@ -377,14 +392,14 @@ def attempt(m: Memory, time: float, dt: float, watched: int, opening: bool) -> f
     free_step(m)
     answer(m, time, dt)
     if opening:
-        return m.replies[watched].trial
+        return float(m.replies[watched].trial)
     left, right = 2 * watched, 2 * watched + 1
     gap = m.contacts[watched].initial_gap + m.faces[right].free_u - m.faces[left].free_u
     for other in range(len(m.contacts)):
         force, impulse = m.contacts[other].force, m.contacts[other].impulse
         gap += (m.answers[U_FORCE, right, other] - m.answers[U_FORCE, left, other]) * force
         gap += (m.answers[U_IMPULSE, right, other] - m.answers[U_IMPULSE, left, other]) * impulse
-    return gap
+    return float(gap)
 
 
 @PART

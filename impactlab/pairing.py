@@ -69,7 +69,7 @@ def check_events(scene: Scene, integrator: AbstractIntegrator) -> None:
     for number, contact in enumerate(scene.contacts):
         if contact.law.fixed_step:
             raise PairingError(
-                f"events: located cuts steps, and law '{kind_of(contact.law)}' reads at a distance that belongs to one step",
+                f"events: located cuts steps, and law '{kind_of(contact.law)}' reads at a distance of one step",
                 remedy="Use addition_deletion, penalty or impulse_momentum, or events: dated.",
                 path=f"contacts.{number}.law",
             )

@@ -12,14 +12,15 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-
+import numba
 import numpy as np
 from numba import cfunc, from_dtype, types
-from numba.core import cgutils, config
+from numba.core import cgutils
 from numba.extending import intrinsic
 
 from impactlab.types import PORT, REPLY, Port, Reply
 
+config: Any = numba.config
 COMPILED = not config.DISABLE_JIT
 
 VECTOR = types.float64[::1]
@@ -35,19 +36,22 @@ _compiled: dict[tuple[Any, Any], Any] = {}
 
 if COMPILED:
 
-    @intrinsic  # type: ignore[untyped-decorator]
-    def call(typing_context: Any, address: Any, *arguments: Any) -> Any:
+    def _call(typing_context: Any, address: Any, *arguments: Any) -> Any:  # noqa: ARG001 - numba's signature
         """Call the C function at an address; the arguments must be of its very types."""
 
-        def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:  # noqa: ARG001
             from llvmlite import ir
 
-            passed = cgutils.unpack_tuple(builder, values[1])
+            unpack: Any = cgutils.unpack_tuple
+            passed = unpack(builder, values[1])
             function = ir.FunctionType(ir.VoidType(), [value.type for value in passed])
             builder.call(builder.inttoptr(values[0], function.as_pointer()), passed)
             return context.get_dummy_value()
 
-        return types.void(types.intp, types.StarArgTuple(arguments)), generate
+        star: Any = types.StarArgTuple
+        return types.void(types.intp, star(arguments)), generate
+
+    call: Any = intrinsic(_call)
 
 else:
 
@@ -108,7 +112,7 @@ class LawAddress:
         def guarded(port: Any, reply: Any) -> None:
             try:
                 respond(port, reply)
-            except Exception as raised:  # carried out of the loop, raised there as StepError
+            except Exception as raised:  # noqa: BLE001 - carried out of the loop, raised there as StepError
                 self.raised = raised
                 reply.failed = 1.0
 
@@ -122,11 +126,10 @@ class LawAddress:
             self.value = len(_plain) - 1
 
 
-
-
 def records(kind: type[ctypes.Structure], count: int) -> tuple[Any, Any]:
     """Return room for records, as C structures to write by name, and in the form that the loop takes."""
-    structures = (kind * count)()
+    structures: Any = (kind * count)()
     if not COMPILED:
         return structures, structures
-    return structures, np.frombuffer(structures, np.dtype(kind)) if count else np.zeros(0, np.dtype(kind))
+    dtype: Any = np.dtype(kind)
+    return structures, np.frombuffer(memoryview(structures), dtype) if count else np.zeros(0, dtype)

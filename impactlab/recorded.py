@@ -29,7 +29,8 @@ class RecordedHistory(AbstractHistory):
     """What a stepped run recorded.
 
     Forces are constant over a step; displacements and gaps are linear between the ends of steps; velocities are linear
-    between the instants to which the scheme's velocities belong. A run of more than 20000 steps is decimated, forces to their means.
+    between the instants to which the scheme's velocities belong. A run of more than 20000 steps is decimated, forces to
+    their means.
     """
 
     def __init__(self, assembly: Assembly, integrator: AbstractIntegrator) -> None:
@@ -48,7 +49,9 @@ class RecordedHistory(AbstractHistory):
         """Take the events out of the loop's buffer."""
         assembly = self.assembly
         for event in assembly.events[: assembly.clock.n_events]:
-            self._raw.append((event.time, event.contact, event.kind, event.impulse, event.span_impulse, event.span_peak))
+            self._raw.append(
+                (event.time, event.contact, event.kind, event.impulse, event.span_impulse, event.span_peak)
+            )
         assembly.clock.n_events = 0
 
     def finish(self) -> None:
@@ -87,7 +90,9 @@ class RecordedHistory(AbstractHistory):
         if near.size == 0:
             given = ", ".join(f"{time:.6g}" for time in times) or "none"
             raise ImpactlabError(
-                f"no snapshot at t = {t:.6g} s; snapshots: {given}", remedy="Add the time to 'snapshots'.", path="snapshots"
+                f"no snapshot at t = {t:.6g} s; snapshots: {given}",
+                remedy="Add the time to 'snapshots'.",
+                path="snapshots",
             )
         number = int(near[0])
         model, moves = assembly.built[body].model, quantity == "velocity"

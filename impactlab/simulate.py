@@ -6,19 +6,23 @@ import math
 import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from impactlab.assembly import Assembly, BuiltBody, build_bodies, prepare_steppers, start_law
-from impactlab.errors import CaseError, PairingError, StepError
+from impactlab.errors import CaseError, StepError
 from impactlab.grazing import near_grazing
 from impactlab.history import AbstractHistory, Warned
 from impactlab.integrators.base import AbstractIntegrator, Stepper
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
-from impactlab.pairing import check_events, check_law, check_system, energy_bound, kind_of
 from impactlab.models.delay_line import DelayLine, check_law_needs
+from impactlab.pairing import check_events, check_law, check_system, energy_bound, kind_of
 from impactlab.scene import Contact, Rod, Scene, Wall
+
+if TYPE_CHECKING:
+    from impactlab.recorded import RecordedHistory
 
 MANY_KICKS = 100  # of an impulse law, from which the count says nothing any more
 CHUNK_SECONDS = 0.1  # between two looks at progress and interrupts
@@ -72,8 +76,7 @@ def resolve_step(scene: Scene, built: dict[str, BuiltBody]) -> float:
     highest = max((body.system.rule_frequency for body in built.values()), default=0.0)
     if highest == 0.0:
         raise CaseError("points_per_period needs a body that vibrates", remedy="Give dt.", path="solve.step")
-    assert rule.points_per_period is not None
-    return 2.0 * math.pi / highest / rule.points_per_period
+    return 2.0 * math.pi / highest / (rule.points_per_period or 10.0)
 
 
 def rods_step(scene: Scene) -> bool | None:
@@ -128,7 +131,9 @@ def prepare(scene: Scene) -> Plan:
         )
     steps = math.ceil(scene.duration / dt - 1e-9)
     if steps > MOST_STEPS:
-        raise CaseError(f"{steps} steps are too many", remedy="Give a longer step or a shorter duration.", path="solve.step")
+        raise CaseError(
+            f"{steps} steps are too many", remedy="Give a longer step or a shorter duration.", path="solve.step"
+        )
     steppers = prepare_steppers(scene, built, integrator, dt)
     for number, contact in enumerate(scene.contacts):
         start_law(scene, steppers, number, dt)
@@ -191,12 +196,10 @@ def advance_of(scene: Scene) -> Callable[..., int]:
     return advance
 
 
-def walk(assembly: Assembly, history: AbstractHistory, progress: Progress | None) -> int:
-    """Run the loop in chunks of about a tenth of a second; return why it ended. The bits do not depend on the chunks."""
+def walk(assembly: Assembly, history: RecordedHistory, progress: Progress | None) -> int:
+    """Run the loop in chunks of about a tenth of a second; return why it ended. No bit depends on the chunks."""
     from impactlab import loop
-    from impactlab.recorded import RecordedHistory
 
-    assert isinstance(history, RecordedHistory)
     chunk = 256
     advance = advance_of(assembly.scene)
     while True:
@@ -241,7 +244,11 @@ def raise_failure(status: int, assembly: Assembly, history: AbstractHistory) -> 
     time, step = assembly.clock.time, assembly.clock.step
     if status == loop.LAW_FAILED:
         raised = next((law.raised for law in assembly.laws if law.raised is not None), None)
-        text = "a contact law gave no answer" if raised is None else f"a contact law raised {type(raised).__name__}: {raised}"
+        text = (
+            "a contact law gave no answer"
+            if raised is None
+            else f"a contact law raised {type(raised).__name__}: {raised}"
+        )
         raise StepError(text, time=time, step=step, history=history) from raised
     if status == loop.NOT_FINITE:
         raise StepError(
@@ -269,7 +276,9 @@ def check_momentum(assembly: Assembly, history: AbstractHistory) -> None:
     scene, sample = assembly.scene, assembly.memory.sample
     last = assembly.clock.n_samples - 1
     for number, (name, body) in enumerate(scene.bodies.items()):
-        held = isinstance(body, Wall) or isinstance(assembly.built[name].model, DelayLine)
+        if isinstance(body, Wall):
+            continue
+        held = isinstance(assembly.built[name].model, DelayLine)
         if isinstance(body, Rod):
             held = held or any(end.kind not in ("free", "mass") for end in (body.left, body.right))
         if held or last < 1 or assembly.clock.step < assembly.steps:

@@ -38,11 +38,11 @@ class AnalyticBasis:
         count = np.arange(1, modes + 1)
         quarter = self._clamped[0] != self._clamped[1]
         self._numbers = (2 * count - 1) * np.pi / (2 * self._length) if quarter else count * np.pi / self._length
-        self._scale = np.full(modes, np.sqrt(2.0 / self._segment.mass))
+        self._scale: Array = np.full(modes, float(np.sqrt(2.0 / self._segment.mass)))
         if not any(self._clamped):
             self._numbers = np.concatenate(([0.0], self._numbers))
             self._scale = np.concatenate(([1.0 / np.sqrt(self._segment.mass)], self._scale))
-        self.frequencies: Array = self._numbers * self._segment.wave_speed
+        self.frequencies: Array = np.asarray(self._numbers * self._segment.wave_speed, np.float64)
 
     def _shape(self, x: Array) -> Array:
         phase = np.multiply.outer(x, self._numbers)
@@ -97,7 +97,9 @@ class AnalyticBasis:
         """Return the momentum of each mode at unit modal velocity, shape (n_dof,)."""
         line_mass, length = self._segment.density * self._segment.area, self._length
         numbers = np.where(self._numbers > 0.0, self._numbers, 1.0)
-        integral = (1.0 - np.cos(numbers * length)) / numbers if self._clamped[0] else np.sin(numbers * length) / numbers
+        integral = (
+            (1.0 - np.cos(numbers * length)) / numbers if self._clamped[0] else np.sin(numbers * length) / numbers
+        )
         integral = np.where(self._numbers > 0.0, integral, length)
         return np.asarray(line_mass * self._scale * integral)
 

@@ -9,7 +9,9 @@ from impactlab.types import Level, SideFacts, Start
 
 
 class AbstractContactLaw(ABC):
-    """A contact law: given what one contact sees in one step, its force. To write one, supply:
+    """A contact law: given what one contact sees in one step, its force.
+
+    To write one, supply:
 
     1. ``needs``: which compliances ``respond`` divides by; a pair that lacks one is refused before the first step.
     2. ``citations``: keys in citations.bib of the sources.
@@ -18,8 +20,8 @@ class AbstractContactLaw(ABC):
        compiled by numba unless ``compiled`` is False, so it uses floats and ``math`` only. It may be called any
        number of times in a step and writes nothing but the reply.
 
-    A law is a frozen dataclass; its fields, made by `impactlab.types.option`, are what a case file may give. The first line of its
-    docstring is what a listing shows.
+    A law is a frozen dataclass; its fields, made by `impactlab.types.option`, are what a case file may give. The first
+    line of its docstring is what a listing shows.
     """
 
     needs: ClassVar[frozenset[Level]]
@@ -28,8 +30,12 @@ class AbstractContactLaw(ABC):
     answers_force: ClassVar[bool] = True  # False: impulses only, no force history
     trial_at_end: ClassVar[bool] = False  # True: its trial force belongs to the end of the step, not to where it acts
     fixed_step: ClassVar[bool] = False  # True: its readings belong to one dt, so a step cannot be cut at an event
-    hard: ClassVar[bool] = False  # True: it approximates the hard unilateral contact, whose exact answer is its reference
-    is_spring: ClassVar[bool] = False  # True: `spring` has constants; the continuous model solves it from event to event
+    hard: ClassVar[bool] = (
+        False  # True: it approximates the hard unilateral contact, whose exact answer is its reference
+    )
+    is_spring: ClassVar[bool] = (
+        False  # True: `spring` has constants; the continuous model solves it from event to event
+    )
     holds_position: ClassVar[bool] = False  # True: a hard position constraint, which makes some schemes gain energy
     gains_energy: ClassVar[float] = 0.0  # declared bound on the energy gain, relative; inf where there is none
 

@@ -18,9 +18,9 @@ class WaveIdentification(AbstractContactLaw):
 
     With stress s1 and velocity v1 of the messenger at the start of the step, the wave that arrives at its end gives a
     free face the velocity V = v1 -+ s1/(rho c) (rod on the right, left of the contact); a mass would have its free
-    velocity, a wall none. Then F = (V_left - V_right)/(Y_left + Y_right) with Y = dt/M, 1/Z or 0. For a mass and a rod this is
-    Eq. 15 of the source. Deviations: the contact ends when the whole stress turns negative (the source tests one
-    wave); Eq. 20 is not used; walls, rods on both sides, gravity and ``residual`` are ours. Positions are not tied, so
+    velocity, a wall none. Then F = (V_left - V_right)/(Y_left + Y_right) with Y = dt/M, 1/Z or 0. For a mass and a rod
+    this is Eq. 15 of the source. Deviations: the contact ends when the whole stress turns negative (the source tests
+    one wave); Eq. 20 is not used; walls, rods on both sides, gravity and ``residual`` are ours. Positions are not tied:
     a slight penetration belongs to the law, and its energy has no bound.
 
     References
@@ -46,24 +46,30 @@ class WaveIdentification(AbstractContactLaw):
                 parameters += [0.0, 0.0, 0.0]
                 continue
             if math.isnan(facts.impedance):
-                raise PairingError(f"wave_identification needs an impedance, and the {side} side has none at this point")
+                raise PairingError(
+                    f"wave_identification needs an impedance, and the {side} side has none at this point"
+                )
             distance = facts.wave_speed * dt
             if distance > facts.room:
                 raise PairingError(
-                    f"the messenger of wave_identification would stand {distance:.6g} m from the face, beyond the first "
-                    f"segment ({facts.room:.6g} m)",
+                    f"the messenger of wave_identification would stand {distance:.6g} m from the face, beyond the "
+                    f"first segment ({facts.room:.6g} m)",
                     remedy=f"Give a step of {facts.room / facts.wave_speed:.6g} s or less.",
                     path="solve.step",
                 )
             if facts.velocity_per_force * facts.impedance > 1.0 + 1e-9:
-                # The face would answer the force of a step by more than a wave can: the balance feeds back and diverges.
+                # The face would answer a force by more than a wave can: the balance feeds back and diverges.
                 raise PairingError(
-                    f"the {side} face moves {facts.velocity_per_force * facts.impedance:.3g} times as fast per force as "
-                    f"a wave allows (1/Z), so that wave_identification diverges at this step",
+                    f"the {side} face moves {facts.velocity_per_force * facts.impedance:.3g} times as fast per force "
+                    f"as a wave allows (1/Z), so that wave_identification diverges at this step",
                     remedy="Give a smaller step (courant 0.5 or less under central_difference).",
                     path="solve.step",
                 )
-            parameters += [1.0 / facts.impedance, facts.area / facts.impedance, facts.gravity * dt]  # 1/Z, 1/(rho c), g dt
+            parameters += [
+                1.0 / facts.impedance,
+                facts.area / facts.impedance,
+                facts.gravity * dt,
+            ]  # 1/Z, 1/(rho c), g dt
             readings += [
                 Reading(side, distance, "velocity"),  # type: ignore[arg-type]
                 Reading(side, distance, "stress", left_out=self.residual),  # type: ignore[arg-type]

@@ -30,7 +30,9 @@ class Stepper:
     impulse_response: Array  # (n_ports, n_state) end-of-step state per impulse at the start of the step
     jump: Array  # (n_ports, n_dof) velocities per impulse, at once
     face_rows: Array  # (n_ports, n_dof) displacement rows of the contacts, as given to `prepare`
-    retime: Kernel | None = None  # retime(parameters, dt, jump, force_response, impulse_response), flat; only with any_dt
+    retime: Kernel | None = (
+        None  # retime(parameters, dt, jump, force_response, impulse_response), flat; only with any_dt
+    )
 
 
 class AbstractIntegrator(ABC):

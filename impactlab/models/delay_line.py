@@ -20,13 +20,13 @@ def free(parameters: Array, state: Array) -> None:
     """Step without contact: waves arrive, both ends answer them, the answers are sent.
 
     An end with mass m, spring k and dashpot d under an arriving wave w moves with the mean velocity V of
-    (Z + d + k dt/2 + 2 m/dt) V = 2 Z w - k u + (2 m/dt) v and sends V - w. A wave that takes T/(2 dt) = n + f steps arrives as
-    the mean of two steps, f and 1 - f, so that no impulse is lost.
+    (Z + d + k dt/2 + 2 m/dt) V = 2 Z w - k u + (2 m/dt) v and sends V - w. A wave that takes T/(2 dt) = n + f steps
+    arrives as the mean of two steps, f and 1 - f, so that no impulse is lost.
     """
     whole, share, dt, impedance = int(parameters[0]), parameters[1], parameters[2], parameters[3]
     room = whole + 2
     head = int(state[6])
-    # What the ends sent in the step before stands in state[4] (to the right) and state[5]; now its answer to contact is in it.
+    # What the ends sent in the step before stands in state[4] (to the right) and state[5], contact included.
     to_right, to_left = state[7 : 7 + room], state[7 + room : 7 + 2 * room]
     to_right[head], to_left[head] = state[4], state[5]
     head = (head + 1) % room
@@ -43,7 +43,7 @@ def free(parameters: Array, state: Array) -> None:
 
 
 def measure(parameters: Array, state: Array, out: Array) -> None:
-    """Write energy [J], work of loads [J] (none) and momentum [N s] of the waves inside and of what rides on the ends."""
+    """Write energy [J], work of loads (none) and momentum [N s] of the waves inside and of what rides on the ends."""
     whole, share, dt, impedance = int(parameters[0]), parameters[1], parameters[2], parameters[3]
     room = whole + 2
     head = int(state[6])
@@ -66,8 +66,8 @@ def measure(parameters: Array, state: Array, out: Array) -> None:
 class DelayLine(AbstractDiscreteModel):
     """A uniform rod as two delays: its coordinates are the displacements of its ends; it is a stepper of its own.
 
-    It offers displacement and velocity per force (compliance 1/Z of a free end, exact for every step up to the transit), no velocity per
-    impulse: the mass that an impulse would strike is zero.
+    It offers displacement and velocity per force (1/Z at a free end, exact for every step up to the transit); velocity
+    per impulse it has none: the mass that an impulse would strike is zero.
     """
 
     serves = frozenset({Level.POSITION, Level.VELOCITY})

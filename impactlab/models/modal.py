@@ -11,7 +11,6 @@ from impactlab.bases.analytic import AnalyticBasis
 from impactlab.bases.eigenvectors import MeshBasis
 from impactlab.errors import CaseError, PairingError
 from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Operators
-
 from impactlab.scene import Rod
 from impactlab.types import Array, Quantity, option
 
@@ -33,7 +32,9 @@ class Modal(AbstractRodModel):
     elements: int | None = option(
         None, at_least=1, at_most=2000, description="elements of the mesh behind the modes; without it analytic modes"
     )
-    modes: int | None = option(None, at_least=1, at_most=100_000, description="elastic modes kept; default all of the mesh")
+    modes: int | None = option(
+        None, at_least=1, at_most=100_000, description="elastic modes kept; default all of the mesh"
+    )
     mass: Literal["consistent", "lumped"] = option("consistent", description="mass matrix of the mesh")
 
     @property
@@ -55,7 +56,9 @@ class Modal(AbstractRodModel):
             return ModalBody(rod, gravity, MeshBasis(rod, self.elements, self.modes, self.mass))
         if self.modes is None:
             raise CaseError(
-                "modal needs 'modes' (analytic) or 'elements'", remedy="Give modes: 40, for example.", path="solve.model"
+                "modal needs 'modes' (analytic) or 'elements'",
+                remedy="Give modes: 40, for example.",
+                path="solve.model",
             )
         return ModalBody(rod, gravity, AnalyticBasis(rod, self.modes))
 
@@ -105,5 +108,3 @@ class ModalBody(AbstractDiscreteModel):
 
     def grid(self) -> Array:
         return self._basis.grid()
-
-

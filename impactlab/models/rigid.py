@@ -42,7 +42,7 @@ class RigidBody(AbstractDiscreteModel):
         return 0.0
 
     def momentum_row(self) -> Array:
-        return self._mass[0].copy()
+        return np.array(self._mass[0])
 
     def grid(self) -> Array:
         return np.zeros(1)

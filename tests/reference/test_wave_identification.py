@@ -1,4 +1,4 @@
-"""The paper's method on the paper's case: the figures it must reach, and where it fails as told (PHYSICS of section 4)."""
+"""The paper's method on the paper's case: the figures it must reach, and where it fails as told."""
 
 from __future__ import annotations
 
@@ -142,5 +142,7 @@ def test_the_same_balance_as_equation_15_of_the_paper() -> None:
         assert found == pytest.approx(force, rel=1e-9)
         old_u, old_v = u, v
         # Average acceleration, mode by mode, the force constant over the step.
-        u = (old_u * (1.0 - squared * dt**2 / 4) + dt * old_v + 0.5 * dt**2 * face * force) / (1.0 + squared * dt**2 / 4)
+        u = (old_u * (1.0 - squared * dt**2 / 4) + dt * old_v + 0.5 * dt**2 * face * force) / (
+            1.0 + squared * dt**2 / 4
+        )
         v = 2.0 * (u - old_u) / dt - old_v
