@@ -28,8 +28,9 @@ from impactlab.models.base import AbstractDiscreteModel, Operators
 from impactlab.models.delay_line import DelayLine
 from impactlab.models.rigid import RigidBody
 from impactlab.pointers import FREE, MEASURE, RETIME, LawAddress, kernel_address, records
-from impactlab.scene import Body, Contact, Mass, Rod, Scene, Wall
-from impactlab.types import MEMORY, PARAMETERS, READINGS, Array, Port, Quantity, Reply, SideFacts, Start
+from impactlab.scene import Body, Contact, Mass, Rod, Scene
+from impactlab.sides import side_facts
+from impactlab.types import MEMORY, PARAMETERS, READINGS, Array, Port, Quantity, Reply, Start
 
 RECORDS = 20_000  # steps kept one by one; longer runs are decimated
 SAMPLES = 256  # energies taken over a run
@@ -63,11 +64,6 @@ def build_bodies(scene: Scene) -> dict[str, BuiltBody]:
     return built
 
 
-def element_length(rod: Rod) -> float:
-    """Return h of the rod's own description [m]."""
-    return rod.length if rod.model is None else rod.model.element_length(rod)
-
-
 def prepare_steppers(
     scene: Scene, built: dict[str, BuiltBody], integrator: AbstractIntegrator, dt: float
 ) -> dict[str, Stepper]:
@@ -85,41 +81,23 @@ def prepare_steppers(
     return steppers
 
 
-def side_facts(scene: Scene, steppers: dict[str, Stepper], number: int, side: int) -> SideFacts:
-    """Return what a law may know of one side (0 left, 1 right) of a contact."""
+def face_velocity_per_force(scene: Scene, steppers: dict[str, Stepper], number: int, side: int) -> float:
+    """Return how fast a face (0 left, 1 right of a contact) moves after a step per unit force [m/(N s)]."""
     points = [point for contact in scene.contacts for point in (contact.left, contact.right)]
-    point = points[2 * number + side]
-    body = scene.bodies[point.body]
-    place = sum(other.body == point.body for other in points[: 2 * number + side])
-    stepper = steppers[point.body]
+    body = points[2 * number + side].body
+    place = sum(other.body == body for other in points[: 2 * number + side])
+    stepper = steppers[body]
     n_dof = stepper.jump.shape[1]
-    velocities = stepper.force_response[place, n_dof : 2 * n_dof]
-    if not isinstance(body, Rod):
-        mass = math.inf if isinstance(body, Wall) else body.mass
-        kind = "wall" if isinstance(body, Wall) else "mass"
-        nothing = math.nan
-        return SideFacts(
-            kind, nothing, nothing, nothing, nothing, nothing, mass, scene.gravity, float(velocities.sum())
-        )
-    inner = 0.0 < point.x < body.length
-    segment = body.segments[0] if point.x < 0.5 * body.length else body.segments[-1]
-    return SideFacts(
-        kind="rod",
-        impedance=math.nan if inner else segment.impedance,
-        wave_speed=segment.wave_speed,
-        area=segment.area,
-        element_stiffness=segment.young * segment.area / element_length(body),
-        room=math.nan if inner else segment.length,
-        mass=body.mass,
-        gravity=scene.gravity,
-        velocity_per_force=float(velocities @ stepper.face_rows[place]),
-    )
+    return float(stepper.force_response[place, n_dof : 2 * n_dof] @ stepper.face_rows[place])
 
 
 def start_law(scene: Scene, steppers: dict[str, Stepper], number: int, dt: float) -> Start:
     """Return what the law of a contact asks for; errors name the contact."""
     contact = scene.contacts[number]
-    facts = [side_facts(scene, steppers, number, side) for side in (0, 1)]
+    facts = [
+        side_facts(scene, point, face_velocity_per_force(scene, steppers, number, side))
+        for side, point in enumerate((contact.left, contact.right))
+    ]
     path = f"contacts.{number}.law"
     try:
         start = contact.law.begin(facts[0], facts[1], dt)

@@ -94,11 +94,9 @@ def all_steps(scene: Scene, contact: Contact) -> bool:
 def prepare(scene: Scene) -> Plan:
     """Return what a run will do, or raise the error that stops it before its first step."""
     if is_exact(scene):
-        from impactlab.exact.solve import serves
+        from impactlab.exact.build import check
 
-        reason = serves(scene)
-        if reason is not None:
-            raise CaseError(reason, path="solve.model", remedy="Use finite_element or modal for this scene.")
+        check(scene)
         return Plan(None, 0, {}, {}, None, () if scene.integrator is None else (UNUSED,))
     integrator = scene.integrator or Newmark()
     warnings = []

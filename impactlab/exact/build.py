@@ -12,7 +12,7 @@ from impactlab.errors import CaseError, PairingError
 from impactlab.exact.network import Layout, Link, Log, Network
 from impactlab.exact.prehistory import end_pieces, first_records
 from impactlab.scene import Contact, End, Mass, Point, Rod, Scene, Wall
-from impactlab.types import SideFacts
+from impactlab.sides import side_facts
 
 MERGE = 1.0e-12  # of the shortest round trip: breaks nearer than this are one
 
@@ -44,27 +44,12 @@ class Nodes:
         return len(self.mass) - 1
 
 
-def facts(scene: Scene, point: Point) -> SideFacts:
-    """Return what a law may know of one side; a rod without a model counts as hundred elements."""
-    body = scene.bodies[point.body]
-    nan = math.nan
-    if isinstance(body, Rod):
-        inner = 0.0 < point.x < body.length
-        segment = body.segments[0] if point.x < 0.5 * body.length else body.segments[-1]
-        h = body.length / 100.0 if body.model is None else body.model.element_length(body)
-        stiffness = segment.young * segment.area / h
-        impedance, room = (nan, nan) if inner else (segment.impedance, segment.length)
-        return SideFacts("rod", impedance, segment.wave_speed, segment.area, stiffness, room, body.mass, scene.gravity)
-    kind, mass = ("wall", math.inf) if isinstance(body, Wall) else ("mass", body.mass)
-    return SideFacts(kind, nan, nan, nan, nan, nan, mass, scene.gravity)
-
-
 def bond(scene: Scene, number: int) -> Bond:
     """Return what contact ``number`` is to the exact solver; raises `PairingError` where its law is neither."""
     contact = scene.contacts[number]
     if contact.law.hard:
         return Bond(-1.0, 0.0)
-    constants = contact.law.spring(facts(scene, contact.left), facts(scene, contact.right), math.nan)
+    constants = contact.law.spring(side_facts(scene, contact.left), side_facts(scene, contact.right), math.nan)
     if constants is None or not all(math.isfinite(value) for value in constants):
         raise PairingError(
             f"contact {contact.name}: the exact solution knows hard contacts and constant springs with dashpots only",
