@@ -32,7 +32,6 @@ from problem import (
     computed,
     event,
     exact,
-    exact_field,
     modal,
 )
 
@@ -107,20 +106,20 @@ def flight() -> Figure:
     close.axhline(0.0, color=MUTED, linewidth=0.7)
     close.plot(t, 1e3 * np.array(printed), color=BLUE, linewidth=1.8, linestyle=(0, (4, 1.5)))
     close.plot(t, 1e3 * np.array(gap), color=INK, linewidth=1.4)
-    for place, colour, text, height, side in (
-        (event(exact(), 2), INK, f"{event(exact(), 2):.4f}", -3.3, "right"),
-        (2.1284, BLUE, "2.1284", 2.4, "left"),
+    for place, colour, (dx, dy), side in (
+        (event(exact(), 2), INK, (-0.02, -3.3), "right"),
+        (2.1284, BLUE, (0.02, 2.4), "left"),
     ):
         close.plot([place], [0.0], "o", color=colour, markersize=4.5, zorder=5)
         close.annotate(
-            text, (place, 0.0), (place + (-0.02 if side == "right" else 0.02), height), color=colour, ha=side, va="center",
+            f"{place:.4f}", (place, 0.0), (place + dx, dy), color=colour, ha=side, va="center",
             arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 0.7, "shrinkB": 3.0},
         )  # fmt: skip
     close.set_xlim(2.0, 2.36)
     close.set_ylim(-11.0, 21.0)
     close.set_xlabel("time  t / T")
     close.set_ylabel("distance of mass and free face  /  0.001 v0 T")
-    legend(close, (("exact", INK), ("printed constants (Eqs. 11, 12)", BLUE)), x=0.97)
+    legend(close, (("exact", INK), ("printed constants (Eqs. 11, 12)", BLUE)), x=0.97, y=0.19)
     return figure
 
 
@@ -154,8 +153,12 @@ def contact_stress(modes: int) -> Figure:
 def wave(t: float) -> Figure:
     """Return Figs 8 to 10: stress along the rod, as printed and with the stress of the modes left out."""
     figure, [panels] = grid(1, 2, PANEL, Margins(across=0.3), share=True)
-    x_exact = np.unique(np.concatenate((np.linspace(0.0, 1.0, 4001), np.atleast_1d(front(t)))))
-    true = exact_field(x_exact * SEGMENT.length, t) / STRESS
+    field = exact().field("rod", t, "stress")
+    sides = [round(front(t) * SEGMENT.length, 6) + side for side in (-2e-6, 2e-6)]
+    beside = [float(exact().evaluate(t, f"stress:rod@{x:.6g}")) for x in sides]
+    order = np.argsort(np.append(field.x, sides))
+    x_exact = np.append(field.x, sides)[order] / SEGMENT.length
+    true = np.append(field.values, beside)[order] / STRESS
     named = ((PLAIN, BLUE, "70 of 100 modes, as printed"), (WAVE, RED, "70 of 100 modes, with residual"))
     for axes, (law, colour, name) in zip(panels, named, strict=True):
         field = computed(modal(100, 70, law)).field("rod", t, "stress")
@@ -169,8 +172,7 @@ def wave(t: float) -> Figure:
     panels[1].set_title("exact", loc="right", color=INK)
     panels[0].set_title("exact", loc="right", color=INK)
     panels[0].set_ylabel("stress  σ / ρ c v0")
-    top = 1.75 if t > 0.5 * T else 1.2
-    panels[0].set_ylim(-0.25, top)
+    panels[0].set_ylim(*((-0.06, 1.75) if t > 0.5 * T else (-0.32, 1.2)))
     panels[1].text(
         0.985, 0.94, f"t = {t * 1e6:.4g} µs = {t / T:.4g} T", color=MUTED, ha="right", va="top",
         transform=panels[1].transAxes,
@@ -198,16 +200,15 @@ FIGURES = (
     Drawing(
         2,
         "Mass and free face after the first contact",
-        "Left: the face swings back and catches the mass once more (grey). Right: their distance, had there been no second "
-        "contact, enlarged. It dips below zero by only 1 % of its way, so the constants rounded to four digits move the touch "
-        "from 2.1246 T to 2.1284 T.",
+        "Left: the face swings back and catches the mass once more (grey). Right: their distance, had there been no "
+        "second contact, enlarged. It dips only 0.006 v0 T below zero, so constants rounded to four digits move the "
+        "touch from 2.1246 T to 2.1284 T.",
         flight,
     ),
     Drawing(
         4,
         "Displacements, 10 modes of 10 elements",
-        "The mass is right to the eye and leaves a little too fast; the second contact does not happen, so the face is not "
-        "touched again near 2.13 T.",
+        "The mass is right to the eye and leaves a little too fast; the second contact, near 2.13 T, does not happen.",
         lambda: displacements(10),
     ),
     Drawing(
@@ -219,42 +220,43 @@ FIGURES = (
     Drawing(
         6,
         "Contact stress, 10 modes of 10 elements",
-        "The contact is interrupted before the reflection arrives at T, the peak of 2.135 is not reached, and the end near "
-        "1.53 T is right. The small exact pulse at 2.12 T is the second contact.",
+        "The contact is interrupted before the reflection arrives at T, the peak of 2.135 is not reached, and the end "
+        "near 1.53 T is right. The small exact pulse at 2.12 T is the second contact.",
         lambda: contact_stress(10),
     ),
     Drawing(
         7,
         "Contact stress, 40 modes of 40 elements",
-        "The same with more modes: the ripple has the period of the shortest waves of the mesh and runs ahead of the reflection, "
-        "the peak is nearer, and a second contact appears.",
+        "The same with more modes: a ripple of short waves runs ahead of the reflection, the peak is nearer, and a "
+        "second contact appears, later and weaker than the exact one.",
         lambda: contact_stress(40),
     ),
     Drawing(
         8,
         "Stress along the rod before the reflection, 70 of 100 modes",
-        "Left: read through 70 of 100 free-end modes the messenger misses a part of the stress, and the wave comes out too low. "
-        "Right: with the stress of the modes left out it has the right height.",
+        "Left: through 70 of 100 free-end modes the messenger misses a part of the stress, and the wave comes out too "
+        "low. Right: with the stress of the modes left out it has the right height.",
         lambda: wave(SNAPSHOTS[0]),
     ),
     Drawing(
         9,
         "The same, later",
-        "The front stands where it should, with ripples ahead of it: short waves of a consistent mass run faster than c.",
+        "The front stands where it should, with ripples ahead of it: short waves of a consistent mass run faster than "
+        "c.",
         lambda: wave(SNAPSHOTS[1]),
     ),
     Drawing(
         10,
         "The same, after the reflection at the clamped end",
-        "The caption in the paper repeats the time of Fig. 9, at which the wave has not yet reached the end; this is at 80 µs, "
-        "when the reflected front is back at 0.625 L.",
+        "The caption in the paper repeats the time of Fig. 9, at which the wave has not yet reached the end; this is "
+        "at 80 µs, when the reflected front is back at 0.625 L.",
         lambda: wave(SNAPSHOTS[2]),
     ),
     Drawing(
         11,
         "Stress at the clamped end, 40 modes of 40 elements",
-        "Exactly nothing until the wave arrives at T/2. The modes shake the clamp before that, by up to 0.4 and without mean, and the peaks "
-        "are too low, as those of the contact stress.",
+        "Exactly nothing until the wave arrives at T/2. The modes shake the clamp before that, by up to 0.4 and "
+        "without mean, and the peaks are too low, as those of the contact stress.",
         clamp,
     ),
 )
@@ -264,9 +266,10 @@ PAGE = """\
 
 <!-- Written by `python docs/paper/draw.py`; edit that script, not this page. -->
 
-Figures 2 and 4 to 11 of EscalonaMayoDominguez1999 (Section 3, p. 770, and Section 6, p. 775-778) from runs of this package.
-The exact solution of the continuous rod is dark, what was computed is coloured. T = 2L/c = 116.37 µs, v0 = 1 m/s. The
-scheme is Newmark with ten points in the shortest period. What each claim comes to in numbers: [the ledger](../ledger.md).
+Figures 2 and 4 to 11 of EscalonaMayoDominguez1999 (Section 3, p. 770, and Section 6, p. 775-778) from runs of this
+package. The exact solution of the continuous rod is dark, what was computed is coloured. T = 2L/c = 116.37 µs,
+v0 = 1 m/s. The scheme is Newmark with ten points in the shortest period. What each claim comes to in numbers:
+[the ledger](../ledger.md).
 Figures 1 and 3 of the paper are sketches.
 """
 
