@@ -1,0 +1,155 @@
+"""What must hold of every run, as numbers a test can bound: zero, or rounding, where the law and the scheme are right."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from impactlab.banded import solve
+from impactlab.history import AbstractHistory, EnergyBook
+from impactlab.recorded import RecordedHistory
+from impactlab.scene import Mass, Rod, Scene
+from impactlab.testing.momentum import field_truncation, worst_balance
+from impactlab.testing.trace import Trace
+
+__all__ = [
+    "exchanged_momentum_error",
+    "field_truncation",
+    "free_momentum_error",
+    "gain_above_start",
+    "mirror_difference",
+    "precursor",
+    "reported_impulse_error",
+    "scaling_difference",
+    "strongest_pull",
+    "worst_balance",
+]
+
+
+def strongest_pull(history: AbstractHistory) -> float:
+    """Return the most negative contact force [N] or impulse [N s] of a run; 0.0 where contact never pulls."""
+    lowest = 0.0
+    for channel in history.channels():
+        if channel.startswith("force:") and "|" in channel:
+            times = history.jumps(channel)
+            values = history.evaluate(np.append(0.0, times), channel) if times.size else np.zeros(1)
+            lowest = min(lowest, float(np.nanmin(values, initial=0.0)))
+    lowest = min([lowest, *(event.impulse for event in history.events if event.impulse is not None)])
+    return min([lowest, *(span.impulse for span in history.contacts)])
+
+
+def given_impulses(traced: Trace) -> dict[str, float]:
+    """Return what each contact gave over the run, the sum of F dt and impulses [N s]."""
+    sums = (traced.forces * traced.dt + traced.impulses).sum(axis=0)
+    return {contact.name: float(total) for contact, total in zip(traced.scene.contacts, sums, strict=True)}
+
+
+def reported_impulse_error(traced: Trace) -> float:
+    """Return the largest difference of reported impulses and what was given, over what was given.
+
+    Give a scene whose duration is a whole number of steps: contacts still closed are reported up to the end.
+    """
+    worst = 0.0
+    for name, given in given_impulses(traced).items():
+        reported = sum(span.impulse for span in traced.history.contacts if span.contact == name)
+        worst = max(worst, abs(reported - given) / given if given > 0.0 else abs(reported))
+    return worst
+
+
+def exchanged_momentum_error(traced: Trace) -> float:
+    """Return how far the change of a mass's momentum is from the impulse that its contacts gave, over its momenta."""
+    worst, given = 0.0, given_impulses(traced)
+    for name, body in traced.scene.bodies.items():
+        if not isinstance(body, Mass):
+            continue
+        velocities = traced.velocities(name)[:, 0]
+        taken = body.mass * traced.scene.gravity * traced.dt * len(traced.forces)
+        size = abs(taken) + body.mass * np.max(np.abs(velocities))
+        for contact in traced.scene.contacts:
+            for point, sign in ((contact.left, -1.0), (contact.right, 1.0)):
+                taken += sign * given[contact.name] if point.body == name else 0.0
+        # A leapfrog starts half a step early; what gravity gave it there is not of the contacts.
+        worst = max(worst, abs(body.mass * (velocities[-1] - velocities[0]) - taken) / size)
+    return float(worst)
+
+
+def is_free(scene: Scene) -> bool:
+    """Return whether nothing outside holds the bodies: no wall, no clamp, no spring, no dashpot."""
+    bodies = scene.bodies.values()
+    held = ("clamped", "spring", "dashpot")
+    return all(
+        isinstance(body, Mass) or (isinstance(body, Rod) and not {body.left.kind, body.right.kind} & set(held))
+        for body in bodies
+    )
+
+
+def free_momentum_error(traced: Trace) -> float:
+    """Return how far the total momentum of free bodies is from what gravity gave, over the sum of their sizes."""
+    assert is_free(traced.scene)
+    total, size = np.zeros(len(traced.states)), 0.0
+    for name, built in traced.plan.built.items():
+        row, velocities = built.model.momentum_row(), traced.velocities(name)
+        total += velocities @ row
+        size += float(np.max(np.abs(velocities) @ np.abs(row)))
+        total -= traced.times * float(row @ solve(built.system.mass, built.system.load))
+    return float(np.max(np.abs(total - total[0])) / size)
+
+
+def gain_above_start(book: EnergyBook) -> float:
+    """Return how far the balance of energy rose above its initial value, over the initial energy."""
+    return float(np.max(book.balance)) / book.scale
+
+
+def precursor(history: RecordedHistory, body: str, speed: float, margin: float = 0.0) -> float:
+    """Return the largest velocity ahead of the first wave from a rod's left end, over ``speed`` [m/s], in all snapshots.
+
+    Ahead means further than c t + ``margin`` [m]. The rod must be at rest at first, uniform, and struck at t = 0.
+    """
+    rod = history.assembly.scene.bodies[body]
+    assert isinstance(rod, Rod)
+    assert len(rod.segments) == 1
+    worst = 0.0
+    for time in history.assembly.scene.snapshots:
+        x, values = history.field(body, time, "velocity")
+        ahead = x > rod.segments[0].wave_speed * time + margin
+        worst = max(worst, float(np.max(np.abs(values[ahead]), initial=0.0)) / speed)
+    return worst
+
+
+def mirror_difference(history: RecordedHistory, image: RecordedHistory) -> float:
+    """Return the largest difference of contact forces and gaps of a run and its mirror image, over their sizes."""
+    return records_difference(history, image, force=1.0, length=1.0, time=1.0)
+
+
+def scaling_difference(
+    history: RecordedHistory, scaled: RecordedHistory, mass: float, length: float, time: float
+) -> float:
+    """Return the largest difference of forces, gaps and times of a run and the same in other units, over their sizes."""
+    return records_difference(history, scaled, force=mass * length / time**2, length=length, time=time)
+
+
+def records_difference(
+    one: RecordedHistory, other: RecordedHistory, force: float, length: float, time: float
+) -> float:
+    """Return the largest difference of the records of two runs with the same contacts, over their sizes."""
+    first, second = (history.assembly.memory.record[: history.assembly.clock.n_records] for history in (one, other))
+    if len(first) != len(second):
+        return float("inf")
+    worst = float(np.max(np.abs(first[:, 0] * time - second[:, 0])) / second[-1, 0])
+    for number in range(len(one.assembly.scene.contacts)):
+        for column, factor in ((1 + 6 * number, force), (2 + 6 * number, length)):
+            size = float(np.max(np.abs(second[:, column])))
+            difference = float(np.max(np.abs(first[:, column] * factor - second[:, column])))
+            worst = max(worst, difference / size if size > 0.0 else difference)
+    return worst
+
+
+def same_bits(one: RecordedHistory, other: RecordedHistory) -> bool:
+    """Return whether two runs recorded the very same numbers and events."""
+    a, b = one.assembly, other.assembly
+    return (
+        one.events == other.events
+        and one.contacts == other.contacts
+        and np.array_equal(a.memory.state, b.memory.state)
+        and np.array_equal(a.memory.record[: a.clock.n_records], b.memory.record[: b.clock.n_records])
+        and np.array_equal(a.memory.sample[: a.clock.n_samples], b.memory.sample[: b.clock.n_samples])
+    )

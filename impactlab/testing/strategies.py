@@ -1,0 +1,240 @@
+"""Hypothesis strategies: parts and whole scenes that a run accepts, in any units a user may come with.
+
+Needs hypothesis (the ``test`` extra). A law or integrator of your own joins in by ``scenes(laws=st.just(MyLaw()))``.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+from hypothesis import reject
+from hypothesis import strategies as st
+
+from impactlab.contact.addition_deletion import AdditionDeletion
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.contact.impulse_momentum import ImpulseMomentum
+from impactlab.contact.penalty import Penalty
+from impactlab.contact.wave_identification import WaveIdentification
+from impactlab.errors import CaseError, PairingError
+from impactlab.integrators.base import AbstractIntegrator
+from impactlab.integrators.central_difference import CentralDifference
+from impactlab.integrators.exact_modal import ExactModal
+from impactlab.integrators.newmark import Newmark
+from impactlab.models.base import AbstractRodModel
+from impactlab.models.finite_element import FiniteElement
+from impactlab.models.modal import Modal
+from impactlab.scene import Body, Contact, End, Mass, Point, Rod, Scene, Segment, StepRule, Wall
+from impactlab.simulate import prepare
+from impactlab.types import Relative
+
+
+def log_uniform(low: float, high: float) -> st.SearchStrategy[float]:
+    """Return numbers whose logarithm is spread evenly between two limits."""
+    return st.floats(math.log(low), math.log(high)).map(math.exp)
+
+
+def segments() -> st.SearchStrategy[Segment]:
+    """Return uniform pieces: millimetres to metres, wires to piles, rubber to steel."""
+    return st.builds(
+        Segment,
+        length=log_uniform(1e-2, 10.0),
+        area=log_uniform(1e-6, 1e-1),
+        young=log_uniform(1e8, 4e11),
+        density=log_uniform(500.0, 2e4),
+    )
+
+
+@st.composite
+def ends(draw: st.DrawFn, segment: Segment, kinds: tuple[str, ...]) -> End:
+    """Return an end whose spring, dashpot or mass is between a hundredth and a hundred times that of the segment."""
+    kind = draw(st.sampled_from(kinds))
+    share = draw(log_uniform(1e-2, 1e2))
+    size = {"spring": segment.young * segment.area / segment.length, "dashpot": segment.impedance, "mass": segment.mass}
+    return End(kind, share * size[kind]) if kind in size else End(kind)  # type: ignore[arg-type]
+
+
+def models() -> st.SearchStrategy[AbstractRodModel]:
+    """Return models that step: finite elements, modes of a mesh, analytic modes."""
+    mass = st.sampled_from(["consistent", "lumped"])
+    elements = st.integers(2, 40)
+    return st.one_of(
+        st.builds(FiniteElement, elements, mass),
+        elements.flatmap(lambda n: st.builds(Modal, st.just(n), st.one_of(st.none(), st.integers(1, n - 1)), mass)),
+        st.builds(Modal, st.none(), st.integers(1, 40)),
+    )
+
+
+def integrators() -> st.SearchStrategy[AbstractIntegrator]:
+    """Return every kind of integrator; Newmark mostly with average acceleration."""
+    damped = st.floats(0.5, 0.9).flatmap(
+        lambda gamma: st.builds(Newmark, beta=st.floats(0.5 * gamma, 0.9), gamma=st.just(gamma))
+    )
+    return st.one_of(st.just(Newmark()), st.just(CentralDifference()), st.just(ExactModal()), damped)
+
+
+def laws() -> st.SearchStrategy[AbstractContactLaw]:
+    """Return every kind of law; stiffness and damping relative to the bodies."""
+    relative = st.builds(Relative, log_uniform(1e-2, 10.0))
+    return st.one_of(
+        st.just(AdditionDeletion()),
+        st.builds(WaveIdentification, residual=st.booleans()),
+        st.builds(Penalty, stiffness=relative, damping=st.one_of(st.just(0.0), relative)),
+        st.builds(ImpulseMomentum, restitution=st.floats(0.0, 1.0)),
+    )
+
+
+FAR_ENDS = ("free", "clamped", "spring", "dashpot", "mass")
+
+
+@st.composite
+def rods(
+    draw: st.DrawFn, name: str, model: AbstractRodModel, far: tuple[str, ...] = FAR_ENDS, velocity: float = 0.0
+) -> Rod:
+    """Return a rod of one or two segments, its left end free."""
+    pieces = tuple(draw(st.lists(segments(), min_size=1, max_size=2)))
+    return Rod(name, pieces, End("free"), draw(ends(pieces[-1], far)), velocity=velocity, model=model)
+
+
+def mirrored(scene: Scene) -> Scene:
+    """Return the same scene seen from behind: x from right to left."""
+
+    def turned(body: Body) -> Body:
+        if isinstance(body, Wall):
+            return body
+        if isinstance(body, Mass):
+            return dataclasses.replace(body, velocity=-body.velocity)
+        profile, length = body.displacement, body.length
+        return dataclasses.replace(
+            body,
+            segments=body.segments[::-1],
+            left=body.right,
+            right=body.left,
+            velocity=-body.velocity,
+            displacement=None if profile is None else lambda x: -profile(length - x),
+        )
+
+    def moved(point: Point) -> Point:
+        body = scene.bodies[point.body]
+        if not isinstance(body, Rod):
+            return point
+        side = {0.0: "right", body.length: "left"}.get(point.x)
+        label = f"{point.body}.{side}" if side else f"{point.body}.at({body.length - point.x:g})"
+        return Point(point.body, body.length - point.x, label)
+
+    contacts = tuple(
+        dataclasses.replace(contact, left=moved(contact.right), right=moved(contact.left)) for contact in scene.contacts
+    )
+    bodies = {name: turned(body) for name, body in scene.bodies.items()}
+    return dataclasses.replace(scene, bodies=bodies, contacts=contacts, gravity=-scene.gravity)
+
+
+def in_other_units(scene: Scene, mass: float, length: float, time: float) -> Scene:
+    """Return the same scene with numbers in units so many times smaller; laws must be without dimension.
+
+    With factors that are powers of 4 no digit of any number changes, only its exponent.
+    """
+    stiffness, damping, speed = mass / time**2, mass / time, length / time
+    factors = {"free": 1.0, "clamped": 1.0, "spring": stiffness, "dashpot": damping, "mass": mass}
+
+    def scaled(body: Body) -> Body:
+        if isinstance(body, Wall):
+            return body
+        if isinstance(body, Mass):
+            return dataclasses.replace(body, mass=body.mass * mass, velocity=body.velocity * speed)
+        pieces = tuple(
+            Segment(
+                piece.length * length,
+                piece.area * length**2,
+                piece.young * (stiffness / length),
+                piece.density * (mass / length**3),
+            )
+            for piece in body.segments
+        )
+        left, right = (End(end.kind, end.value * factors[end.kind]) for end in (body.left, body.right))
+        return dataclasses.replace(body, segments=pieces, left=left, right=right, velocity=body.velocity * speed)
+
+    def placed(point: Point) -> Point:
+        return dataclasses.replace(point, x=point.x * length)
+
+    step = scene.step if scene.step.dt is None else StepRule(dt=scene.step.dt * time)
+    return dataclasses.replace(
+        scene,
+        bodies={name: scaled(body) for name, body in scene.bodies.items()},
+        contacts=tuple(
+            dataclasses.replace(c, left=placed(c.left), right=placed(c.right), gap=c.gap * length) for c in scene.contacts
+        ),
+        duration=scene.duration * time,
+        step=step,
+        gravity=scene.gravity * speed / time,
+        round_trip=scene.round_trip * time,
+        snapshots=tuple(snapshot * time for snapshot in scene.snapshots),
+        probes=tuple(dataclasses.replace(probe, x=probe.x * length) for probe in scene.probes),
+    )
+
+
+@st.composite
+def scenes(
+    draw: st.DrawFn,
+    laws: st.SearchStrategy[AbstractContactLaw] | None = None,
+    integrators: st.SearchStrategy[AbstractIntegrator] | None = None,
+    models: st.SearchStrategy[AbstractRodModel] | None = None,
+    far: tuple[str, ...] = FAR_ENDS,
+    kinds: tuple[str, ...] = ("mass_on_rod", "rod_on_wall", "two_rods"),
+    steps: int = 300,
+    gravity: bool = True,
+    turned: bool = True,
+) -> Scene:
+    """Return scenes of one impact that `prepare` accepts: a mass on a rod, a rod on a wall, two rods; some seen from behind.
+
+    The mass of the striker is a thousandth to a thousand times that of the rod. The run is a whole number of steps, at most ``steps``, of about three
+    round trips at most.
+    """
+    law = draw(DEFAULTS.laws() if laws is None else laws)
+    integrator = draw(DEFAULTS.integrators() if integrators is None else integrators)
+    some_model = DEFAULTS.models() if models is None else models
+    model = draw(some_model)
+    kind = draw(st.sampled_from(kinds))
+    speed = draw(log_uniform(1e-2, 10.0))
+    weight = draw(st.sampled_from([0.0, 1e-2, -1e-2])) if gravity else 0.0
+    bodies: dict[str, Body] = {}
+    if kind == "rod_on_wall":
+        rod = draw(rods("rod", model, far=("free",) if "free" in far else far, velocity=-speed))
+        bodies = {"wall": Wall("wall"), "rod": rod}
+        left = Point("wall", 0.0, "wall")
+    elif kind == "mass_on_rod":
+        rod = draw(rods("rod", model, far=far))
+        bodies = {"hammer": Mass("hammer", rod.mass * draw(log_uniform(1e-3, 1e3)), speed), "rod": rod}
+        left = Point("hammer", 0.0, "hammer")
+    else:
+        rod = draw(rods("rod", model, far=far))
+        other = draw(rods("striker", draw(some_model), far=("free",)))
+        striker = dataclasses.replace(other, segments=other.segments[::-1], velocity=speed)
+        bodies = {"striker": striker, "rod": rod}
+        left = Point("striker", striker.length, "striker.right")
+    trip = rod.round_trip
+    gap = draw(st.sampled_from([0.0, 0.1])) * speed * trip
+    rule = StepRule(points_per_period=draw(st.floats(8.0, 40.0)))
+    scene = Scene(
+        name=kind,
+        bodies=bodies,
+        contacts=(Contact(left, Point("rod", 0.0, "rod.left"), gap, law),),
+        duration=3.0 * trip,
+        integrator=integrator,
+        step=rule,
+        gravity=weight * speed / trip,
+        round_trip=trip,
+    )
+    scene = mirrored(scene) if turned and draw(st.booleans()) else scene
+    try:
+        plan = prepare(scene)
+    except (PairingError, CaseError):
+        reject()
+    assert plan.dt is not None
+    return dataclasses.replace(scene, duration=min(plan.steps, steps) * plan.dt)
+
+
+class DEFAULTS:
+    """The strategies of this module, under names that the arguments of `scenes` do not hide."""
+
+    laws, integrators, models = staticmethod(laws), staticmethod(integrators), staticmethod(models)
