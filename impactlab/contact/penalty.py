@@ -100,4 +100,8 @@ class Penalty(AbstractContactLaw):
                 held = min(end, 0.0)
                 reply.stored = 0.5 * stiffness * held * held
                 reply.dissipated = dash * (end - gap) ** 2 / pliancy
+            elif gap < 0.0:
+                # Let go before it is relaxed: its dashpot takes up what it gives as it follows the face.
+                reply.stored = 0.5 * stiffness * min(free_gap, 0.0) ** 2
+                reply.dissipated = max(0.0, port.memory[0] - reply.stored)
         reply.memory[0] = reply.stored

@@ -60,21 +60,26 @@ def free(parameters: Array, state: Array) -> None:
 
 
 def measure(parameters: Array, state: Array, out: Array) -> None:
-    """Write the energy v M v/2 + u K u/2 [J] and the work of the load so far, up to a constant [J]."""
+    """Write the energy [J] that Newmark conserves or damps, and the work of the load so far, up to a constant [J].
+
+    The energy is v M v/2 + u K u/2 + (beta - gamma/2) dt^2 a M a/2; the last term is zero for average acceleration.
+    """
     n, bandwidth = int(parameters[0]), int(parameters[1])
+    dt, beta, gamma = parameters[3], parameters[4], parameters[5]
+    share = (beta - 0.5 * gamma) * dt * dt
     arrays = parameters[6:]
     load, ground = arrays[n : 2 * n], arrays[3 * n : 4 * n]
     masses = arrays[(4 + 2 * bandwidth) * n :]
-    u, v = state[:n], state[n : 2 * n]
+    u, v, a = state[:n], state[n : 2 * n], state[2 * n : 3 * n]
     energy, work = 0.0, 0.0
     for i in range(n):
-        energy += 0.5 * (masses[i] * v[i] * v[i] + ground[i] * u[i] * u[i])
+        energy += 0.5 * (masses[i] * (v[i] * v[i] + share * a[i] * a[i]) + ground[i] * u[i] * u[i])
         work += load[i] * u[i]
     if bandwidth == 1:
         below, coupled = arrays[4 * n : 5 * n], masses[n : 2 * n]
         for i in range(n - 1):
             stretch = u[i + 1] - u[i]
-            energy += coupled[i] * v[i] * v[i + 1] - 0.5 * below[i] * stretch * stretch
+            energy += coupled[i] * (v[i] * v[i + 1] + share * a[i] * a[i + 1]) - 0.5 * below[i] * stretch * stretch
     out[0], out[1] = energy, work
 
 
