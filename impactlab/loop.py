@@ -18,6 +18,8 @@ from impactlab.types import MEMORY
 # Why `advance` came back.
 DONE, LAW_FAILED, NOT_FINITE, RECORDS_FULL, EVENTS_FULL = 0, 1, 2, 3, 4
 CLOSE, OPEN, IMPULSE = 0, 1, 2
+# What may fall through zero inside a step: the gap, the trial force, or the gap's negative (faces that part).
+NOTHING, GAP, TRIAL, PARTING = 0, 1, 2, 3
 SWEEPS = 200  # of the coupled answers of several contacts
 CUTS = 100  # events located inside one nominal step before the rest of it is taken whole
 
@@ -384,14 +386,14 @@ def start(m: Memory) -> None:
 
 
 @PART
-def attempt(m: Memory, time: float, dt: float, watched: int, opening: bool) -> float:
-    """Take the saved step again with some length; return the watched contact's trial force, or its gap at the end."""
+def attempt(m: Memory, time: float, dt: float, watched: int, what: int) -> float:
+    """Take the saved step again with some length; return a contact's gap at its end, its trial force, or -gap."""
     for i in range(m.state.size):
         m.state[i] = m.backup[i]
     retime(m, dt)
     free_step(m)
     answer(m, time, dt)
-    if opening:
+    if what == TRIAL:
         return float(m.replies[watched].trial)
     left, right = 2 * watched, 2 * watched + 1
     gap = m.contacts[watched].initial_gap + m.faces[right].free_u - m.faces[left].free_u
@@ -399,11 +401,11 @@ def attempt(m: Memory, time: float, dt: float, watched: int, opening: bool) -> f
         force, impulse = m.contacts[other].force, m.contacts[other].impulse
         gap += (m.answers[U_FORCE, right, other] - m.answers[U_FORCE, left, other]) * force
         gap += (m.answers[U_IMPULSE, right, other] - m.answers[U_IMPULSE, left, other]) * impulse
-    return float(gap)
+    return float(-gap if what == PARTING else gap)
 
 
 @PART
-def root(m: Memory, time: float, dt: float, watched: int, opening: bool, at_dt: float) -> float:
+def root(m: Memory, time: float, dt: float, watched: int, what: int, at_dt: float) -> float:
     """Return the step length, at most dt, at which the watched value falls through zero (false position, bisection)."""
     low, high, at_low, at_high = 0.0, dt, 0.0, at_dt
     for turn in range(80):
@@ -412,14 +414,30 @@ def root(m: Memory, time: float, dt: float, watched: int, opening: bool, at_dt: 
             margin = 1e-3 * (high - low)
             middle = low + (high - low) * at_low / (at_low - at_high)
             middle = min(max(middle, low + margin), high - margin)
-        value = attempt(m, time, middle, watched, opening)
+        value = attempt(m, time, middle, watched, what)
         if value > 0.0:
             low, at_low = middle, value
         else:
             high, at_high = middle, value
         if high - low <= 1e-13 * dt:
             break
-    return 0.5 * (low + high)
+    # The mean force of a step falls to zero at twice the time at which the force does.
+    return (0.25 if what == TRIAL else 0.5) * (low + high)
+
+
+@PART
+def event_in_step(m: Memory, time: float, h: float, number: int) -> tuple[int, float]:
+    """Return what falls through zero at a contact in a step of length h (or NOTHING), and its value at h."""
+    at_end = attempt(m, time, h, number, GAP)
+    port, reply = m.ports[number], m.replies[number]
+    if port.in_contact > 0.0 and reply.in_contact == 0.0:
+        if reply.trial < 0.0:
+            return TRIAL, float(reply.trial)
+        if at_end > 0.0:
+            return PARTING, -at_end
+    if port.in_contact == 0.0 and port.gap > 0.0 and at_end < 0.0:
+        return GAP, at_end
+    return NOTHING, 0.0
 
 
 @PART
@@ -436,23 +454,16 @@ def located_step(m: Memory, dt: float, step_end: float) -> bool:
         begin_step(m, step_end)
         for i in range(m.state.size):
             m.backup[i] = m.state[i]
-        earliest, which, opens, searched = h, -1, False, False
+        earliest, which, opens = h, -1, False
         for number in range(len(m.contacts)):
-            at_end = attempt(m, time, h, number, False)
-            port, reply = m.ports[number], m.replies[number]
-            if reply.failed != 0.0:
+            what, at_h = event_in_step(m, time, h, number)
+            if m.replies[number].failed != 0.0:
                 return False
-            ends = port.in_contact > 0.0 and reply.in_contact == 0.0 and reply.trial < 0.0
-            begins = port.in_contact == 0.0 and port.gap > 0.0 and at_end < 0.0
-            if cuts < CUTS and (ends or begins):
-                searched = True
-                tau = root(m, time, h, number, ends, reply.trial if ends else at_end)
-                # The mean force of a step falls to zero at twice the time at which the force does.
-                tau = 0.5 * tau if ends else tau
+            if cuts < CUTS and what != NOTHING:
+                tau = root(m, time, h, number, what, at_h)
                 if tau < earliest:
-                    earliest, which, opens = tau, number, ends
-        if searched or len(m.contacts) != 1:
-            attempt(m, time, earliest, 0, False)
+                    earliest, which, opens = tau, number, what != GAP
+        attempt(m, time, earliest, 0, GAP)
         if which < 0:
             correct(m)
             date(m, time, h, True)
@@ -465,6 +476,8 @@ def located_step(m: Memory, dt: float, step_end: float) -> bool:
                 m.state[i] = m.backup[i]
             earliest = 0.0
         else:
+            if opens:
+                m.replies[which].in_contact = 1.0  # until the cut
             correct(m)
             date(m, time, earliest, True)
             settle(m, earliest, time + earliest)

@@ -16,6 +16,7 @@ import numba
 import numpy as np
 from numba import cfunc, from_dtype, types
 from numba.core import cgutils
+from numba.core.caching import FunctionCache
 from numba.extending import intrinsic
 
 from impactlab.types import PORT, REPLY, Port, Reply
@@ -60,16 +61,26 @@ else:
         _plain[address](*arguments)
 
 
+CACHE_FAULTS = (EOFError, pickle.UnpicklingError, ValueError, AttributeError, ImportError, IndexError)
+
+
 def drop_cache(function: Callable[..., Any]) -> None:
-    """Delete what numba cached on disk for a function: a truncated file there would stop every run."""
-    code = function.__code__
-    folders = [Path(code.co_filename).parent / "__pycache__"]
-    if config.CACHE_DIR:
-        folders += [path for path in Path(config.CACHE_DIR).rglob("*") if path.is_dir()]
-    stem = Path(code.co_filename).stem
-    for folder in folders:
-        for kept in folder.glob(f"{stem}.*.nb[ic]"):
-            kept.unlink(missing_ok=True)
+    """Delete what numba cached on disk for the module of a function: a truncated file there would stop every run."""
+    folder = Path(FunctionCache(function).cache_path)
+    for kept in folder.glob(f"{Path(function.__code__.co_filename).stem}.*.nb[ic]"):
+        kept.unlink(missing_ok=True)
+
+
+def entered(entry: Any, *arguments: Any) -> Any:
+    """Call a compiled function; where its cache on disk is damaged, drop it and compile again."""
+    if not COMPILED:
+        return entry(*arguments)
+    if not entry.signatures:
+        try:
+            entry.compile(tuple(numba.typeof(argument) for argument in arguments))
+        except CACHE_FAULTS:
+            drop_cache(entry.py_func)
+    return entry(*arguments)
 
 
 def compiled(function: Callable[..., None], signature: Any) -> Any:
@@ -78,7 +89,7 @@ def compiled(function: Callable[..., None], signature: Any) -> Any:
     if key not in _compiled:
         try:
             _compiled[key] = cfunc(signature, cache=True, fastmath=FAST)(function)
-        except (EOFError, pickle.UnpicklingError, ValueError, AttributeError, ImportError):
+        except CACHE_FAULTS:
             drop_cache(function)
             _compiled[key] = cfunc(signature, cache=True, fastmath=FAST)(function)
         except RuntimeError:  # no place to cache, e.g. a function typed at a prompt

@@ -167,13 +167,14 @@ def run(scene: Scene, progress: Progress | None = None) -> AbstractHistory:
         exact.cost.setup_s = clock.perf_counter() - began - exact.cost.solve_s
         return exact
     from impactlab import loop
+    from impactlab.pointers import entered
 
     assembly = Assembly(scene, plan.built, plan.steppers, plan.integrator, plan.dt, plan.steps)
     history = RecordedHistory(assembly, plan.integrator)
     history.warnings.extend(plan.warnings)
-    loop.start(assembly.memory)
+    entered(loop.start, assembly.memory)
     # Compiled here, so that the first run's solve time is that of the steps.
-    advance_of(scene)(assembly.memory, assembly.dt, 0, assembly.stride, assembly.sample_stride)
+    entered(advance_of(scene), assembly.memory, assembly.dt, 0, assembly.stride, assembly.sample_stride)
     history.cost.setup_s = clock.perf_counter() - began
     began = clock.perf_counter()
     status = walk(assembly, history, progress)

@@ -1,0 +1,244 @@
+"""What a run refuses before its first step, and what its loop does with events and several contacts."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any, Literal
+
+import numpy as np
+import pytest
+
+from impactlab.contact.addition_deletion import AdditionDeletion
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.contact.impulse_momentum import ImpulseMomentum
+from impactlab.contact.penalty import Penalty
+from impactlab.contact.wave_identification import WaveIdentification
+from impactlab.errors import CaseError, ImpactlabError, PairingError, StepError
+from impactlab.exact.solve import solve
+from impactlab.integrators.base import AbstractIntegrator
+from impactlab.integrators.central_difference import CentralDifference
+from impactlab.integrators.exact_modal import ExactModal
+from impactlab.integrators.newmark import Newmark
+from impactlab.models.base import AbstractRodModel
+from impactlab.models.continuous import Continuous
+from impactlab.models.finite_element import FiniteElement
+from impactlab.models.modal import Modal
+from impactlab.scene import Contact, End, Mass, Point, Rod, Scene, Segment, StepRule, Wall
+from impactlab.simulate import prepare, run
+
+SEGMENT = Segment(0.3, 9e-4, 2.1e11, 7900.0)
+TEN = StepRule(points_per_period=10)
+
+
+def paper(
+    model: AbstractRodModel,
+    law: AbstractContactLaw,
+    integrator: AbstractIntegrator,
+    step: StepRule = TEN,
+    events: Literal["dated", "located"] = "dated",
+    **others: Any,
+) -> Scene:
+    rod = Rod("rod", (SEGMENT,), End("free"), End("clamped"), model=model)
+    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0, law)
+    bodies = {"hammer": Mass("hammer", SEGMENT.mass, 1.0), "rod": rod}
+    duration = 3 * rod.round_trip
+    return Scene("x", bodies, (contact,), duration, integrator, step, events, round_trip=rod.round_trip, **others)
+
+
+LUMPED = FiniteElement(20, "lumped")
+
+
+@pytest.mark.parametrize(
+    ("scene", "kind", "path", "says"),
+    [
+        (
+            paper(LUMPED, AdditionDeletion(), CentralDifference(), StepRule(courant=1.2)),
+            CaseError, "solve.step", "beyond the stability limit 2.91159e-06 s of integrator 'central_difference'",
+        ),
+        (paper(Modal(10, 11), WaveIdentification(), Newmark()), CaseError, "solve.model.modes", "has 10 elastic modes"),
+        (paper(Modal(), WaveIdentification(), Newmark()), CaseError, "solve.model", "needs 'modes' (analytic) or"),
+        (paper(LUMPED, AdditionDeletion(), ExactModal()), PairingError, "solve.integrator", "needs a model with modes"),
+        (
+            paper(FiniteElement(20), AdditionDeletion(), CentralDifference()),
+            PairingError, "solve.integrator", "needs a diagonal mass",
+        ),
+        (
+            paper(Modal(10), AdditionDeletion(), Newmark(), events="located"),
+            PairingError, "solve.events", "'newmark' cannot",
+        ),
+        (
+            paper(Modal(10), WaveIdentification(), ExactModal(), events="located"),
+            PairingError, "contacts.0.law", "reads at a distance of one step",
+        ),
+        (paper(Modal(None, 10), Penalty(), Newmark(), StepRule(courant=0.5)), CaseError, "solve.step", "needs a mesh"),
+        (
+            paper(LUMPED, WaveIdentification(), CentralDifference(), StepRule(courant=0.9)),
+            PairingError, "solve.step", "1.8 times as fast per force as a wave allows",
+        ),
+        (
+            paper(Modal(10), WaveIdentification(), Newmark(), StepRule(dt=1e-4)),
+            PairingError, "solve.step", "would stand 0.51558 m from the face",
+        ),
+        (
+            paper(Continuous(), ImpulseMomentum(), Newmark()),
+            PairingError, "contacts.0.law", "the mass that they would strike",
+        ),
+        (paper(LUMPED, AdditionDeletion(), Newmark(), StepRule(dt=1e-15)), CaseError, "solve.step", "too many"),
+    ],
+)  # fmt: skip
+def test_refused_before_the_first_step(scene: Scene, kind: type[ImpactlabError], path: str, says: str) -> None:
+    with pytest.raises(kind) as refused:
+        prepare(scene)
+    assert says in refused.value.text
+    assert refused.value.path == path
+    assert refused.value.remedy
+
+
+def test_the_stability_limit_itself_is_allowed() -> None:
+    prepare(paper(LUMPED, AdditionDeletion(), CentralDifference(), StepRule(courant=1.0)))
+
+
+def test_a_run_that_gains_energy_ends_as_failed_with_what_was_reached() -> None:
+    """A spring far too stiff for an explicit step: the energy grows beyond what the parts declare."""
+    scene = paper(LUMPED, Penalty(stiffness=1e13), CentralDifference(), StepRule(courant=0.9))
+    with pytest.raises(StepError, match=r"energy grew|not a finite number") as failed:
+        run(scene)
+    assert failed.value.history is not None
+    assert failed.value.time > 0.0
+    assert failed.value.remedy
+
+
+@pytest.mark.parametrize("law", [AdditionDeletion(), Penalty(stiffness=2e9), ImpulseMomentum(1.0)])
+def test_located_events_lie_on_the_gap(law: AbstractContactLaw) -> None:
+    """Where a step is cut at a touch, the faces meet to rounding of their travel."""
+    rod = Rod("rod", (SEGMENT,), End("free"), End("free"), model=Modal(None, 10))
+    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 1e-5, law)
+    bodies = {"hammer": Mass("hammer", 1.0, 1.0), "rod": rod}
+    scene = Scene("x", bodies, (contact,), 1e-4, ExactModal(), TEN, "located", round_trip=rod.round_trip)
+    history = run(scene)
+    first = history.events[0]
+    assert first.time == pytest.approx(1e-5, rel=1e-12)  # 1e-5 m at 1 m/s
+    assert abs(float(history.evaluate(first.time, "gap:hammer|rod.left"))) < 1e-16
+
+
+def test_located_penalty_opens_where_the_gap_opens() -> None:
+    """Without damping the force ends where the penetration does; located, to the curvature of the gap within a step."""
+    for points in (10, 20, 40):
+        scene = paper(
+            Modal(None, 10), Penalty(stiffness=2e9), ExactModal(), StepRule(points_per_period=points), "located"
+        )
+        history = run(scene)
+        [opened] = [event.time for event in history.events if event.kind == "open"]
+        assert history.dt is not None
+        # The faces part at less than 2 m/s, so a step is a gap of 2 dt; undated it would be missed by up to that.
+        assert abs(float(history.evaluate(opened, "gap:hammer|rod.left"))) < 1e-4 * 2.0 * history.dt
+
+
+@pytest.mark.parametrize(
+    ("model", "integrator", "law", "step"),
+    [
+        (FiniteElement(200, "lumped"), CentralDifference(), AdditionDeletion(), StepRule(courant=1.0)),
+        (FiniteElement(200), Newmark(), Penalty(), TEN),
+        (Modal(None, 60), ExactModal(), Penalty(stiffness=6e10), TEN),
+    ],
+)
+def test_two_contacts_on_one_body_are_answered_together(
+    model: AbstractRodModel, integrator: AbstractIntegrator, law: AbstractContactLaw, step: StepRule
+) -> None:
+    """A mass between two rods strikes both at once: by symmetry both forces are equal and the mass keeps still."""
+    rods = {
+        "west": Rod("west", (SEGMENT,), End("clamped"), End("free"), velocity=1.0, model=model),
+        "east": Rod("east", (SEGMENT,), End("free"), End("clamped"), velocity=-1.0, model=model),
+    }
+    rods = {name: dataclasses.replace(rod, left=End("free"), right=End("free")) for name, rod in rods.items()}
+    bodies = {"west": rods["west"], "block": Mass("block", 0.5), "east": rods["east"]}
+    contacts = (
+        Contact(Point("west", 0.3, "west.right"), Point("block", 0.0, "block"), 0.0, law),
+        Contact(Point("block", 0.0, "block"), Point("east", 0.0, "east.left"), 0.0, law),
+    )
+    round_trip = SEGMENT.length * 2 / SEGMENT.wave_speed
+    scene = Scene("x", bodies, contacts, 0.8 * round_trip, integrator, step, round_trip=round_trip)
+    history = run(scene)
+    times = np.linspace(0.0, scene.duration, 300)
+    first, second = (history.evaluate(times, f"force:{contact.name}") for contact in contacts)
+    # The coupled answers agree to 1e-15 of the largest in a step; some thousand steps carry the rest on.
+    np.testing.assert_allclose(first, second, rtol=0.0, atol=1e-9 * first.max())
+    assert np.abs(history.evaluate(times, "position:block")).max() < 1e-12
+    # Each half is a rod on a wall: Z v0 once the wave has formed.
+    middle = times > 0.3 * round_trip
+    assert np.median(first[middle]) == pytest.approx(SEGMENT.impedance, rel=0.03)
+
+
+def test_a_mass_that_strikes_a_mass_on_a_rod_moves_both_at_once() -> None:
+    """Coupled through the middle mass: hammer, block and rod against the exact answer of the spring pair."""
+    rod = Rod("rod", (SEGMENT,), End("free"), End("clamped"), model=FiniteElement(200))
+    bodies = {"hammer": Mass("hammer", 1.0, 1.0), "block": Mass("block", 1.0), "rod": rod}
+    contacts = (
+        Contact(Point("hammer", 0.0, "hammer"), Point("block", 0.0, "block"), 0.0, Penalty(stiffness=3e9)),
+        Contact(Point("block", 0.0, "block"), Point("rod", 0.0, "rod.left"), 0.0, Penalty(stiffness=3e9)),
+    )
+    scene = Scene("x", bodies, contacts, rod.round_trip, Newmark(), TEN, round_trip=rod.round_trip)
+    history = run(scene)
+    total = sum(
+        float(history.evaluate(0.4 * rod.round_trip, f"momentum:{name}")) for name in ("hammer", "block", "rod")
+    )
+    assert total == pytest.approx(1.0, rel=1e-6)  # before the wave reaches the clamp; momenta are read between samples
+    assert history.energy.largest_gain < 1e-9
+    spans = {span.contact for span in history.contacts}
+    assert spans == {"hammer|block", "block|rod.left"}
+
+
+def test_walls_at_both_ends_of_a_rod() -> None:
+    """A rod that flies between two walls and meets one after the other: the speed is kept."""
+    rod = Rod("rod", (SEGMENT,), End("free"), End("free"), velocity=1.0, model=FiniteElement(100, "lumped"))
+    law = AdditionDeletion()
+    contacts = (
+        Contact(Point("west", 0.0, "west"), Point("rod", 0.0, "rod.left"), 5e-5, law),
+        Contact(Point("rod", 0.3, "rod.right"), Point("east", 0.0, "east"), 5e-5, law),
+    )
+    bodies = {"west": Wall("west"), "rod": rod, "east": Wall("east")}
+    scene = Scene("x", bodies, contacts, 4.5e-4, CentralDifference(), StepRule(courant=1.0), round_trip=rod.round_trip)
+    history = run(scene)
+    exact = solve(dataclasses.replace(scene, integrator=None))
+    for contact in contacts:
+        ours, true = ([span for span in each.contacts if span.contact == contact.name] for each in (history, exact))
+        # A lumped end node may let go for a step and touch again; the impulse and the instants are those of the whole.
+        assert sum(span.impulse for span in ours) == pytest.approx(true[0].impulse, rel=0.01)
+        assert ours[0].start == pytest.approx(true[0].start, rel=0.01)
+        assert ours[-1].end == pytest.approx(true[0].end, rel=0.01)
+
+
+def test_results_are_cut_at_the_duration() -> None:
+    scene = paper(Modal(None, 10), Penalty(), Newmark())
+    history = run(scene)
+    assert history.duration == scene.duration
+    assert history.dt is not None
+    assert history.cost.steps == int(np.ceil(scene.duration / history.dt - 1e-9))
+    assert all(event.time <= scene.duration for event in history.events)
+
+
+def test_a_long_run_is_decimated_with_its_impulse_kept() -> None:
+    scene = dataclasses.replace(paper(Modal(None, 2), Penalty(), ExactModal()), step=StepRule(dt=1e-8))
+    history = run(scene)
+    assert history.cost.steps > 20_000
+    times = np.linspace(0.0, scene.duration, 200_001)
+    middle = 0.5 * (times[1:] + times[:-1])
+    integral = float(history.evaluate(middle, "force:hammer|rod.left").sum() * (times[1] - times[0]))
+    assert integral == pytest.approx(sum(span.impulse for span in history.contacts), rel=1e-4)
+
+
+def test_a_snapshot_is_a_field_and_any_other_time_says_which_there_are() -> None:
+    scene = paper(Modal(100, 100), WaveIdentification(), Newmark(), snapshots=(2e-5,))
+    history = run(scene)
+    field = history.field("rod", 2e-5, "velocity")
+    # The front stands at c t = 0.103 m; a consistent mass sends short waves up to 1.7 times as fast, small ones.
+    assert np.abs(field.values[field.x > 0.18]).max() < 0.01
+    assert field.values[field.x < 0.08].min() > 0.5
+    with pytest.raises(ImpactlabError, match="no snapshot at t = 3e-05 s; snapshots: 2e-05"):
+        history.field("rod", 3e-5, "velocity")
+
+
+def test_an_unrecorded_channel_is_refused_with_what_there_is() -> None:
+    history = run(paper(Modal(None, 5), Penalty(), Newmark()))
+    with pytest.raises(ImpactlabError, match=r"'stress:rod@0.1' was not recorded.*force:hammer\|rod.left"):
+        history.evaluate(0.0, "stress:rod@0.1")
