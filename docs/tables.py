@@ -1,4 +1,4 @@
-"""Writes the measured tables of how-to-choose.md: ``python docs/tables.py [--check]``.
+"""Writes the measured tables of how-to-choose.md: ``python docs/tables.py [--out DIR] [--check]``.
 
 Each table stands between two comments in the page; the text around it is kept. ``--check`` writes nothing and fails
 where a committed table, its times left out, differs from what the runs give.
@@ -263,19 +263,18 @@ def without_times(page: str) -> str:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description="Write the measured tables of how-to-choose.md.")
+    parser.add_argument("--out", type=Path, default=HERE, help="folder of the page that is written")
     parser.add_argument("--check", action="store_true", help="write nothing; fail where a table has changed")
-    check: bool = parser.parse_args().check
+    options = parser.parse_args()
     old = PAGE.read_text(encoding="utf-8")
     new = filled(old)
-    if check:
+    if options.check:
         same = without_times(old) == without_times(new)
-        print(
-            "tables unchanged" if same else "tables changed: run docs/tables.py",
-            file=sys.stdout if same else sys.stderr,
-        )
+        print("tables unchanged" if same else "tables changed: run docs/tables.py")
         return 0 if same else 1
-    PAGE.write_text(new, encoding="utf-8")
-    print(f"{len(TABLES)} tables: {PAGE}")
+    options.out.mkdir(parents=True, exist_ok=True)
+    (options.out / PAGE.name).write_text(new, encoding="utf-8")
+    print(f"{len(TABLES)} tables: {options.out / PAGE.name}")
     return 0
 
 

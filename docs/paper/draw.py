@@ -1,7 +1,7 @@
-"""Figures 2 and 4 to 11 of the paper, drawn anew from runs: ``python docs/paper/draw.py [--out DIR]``.
+"""Figures 2 and 4 to 11 of the paper, drawn anew from runs, and its ledger: ``python docs/paper/draw.py [--out DIR]``.
 
 Dark lines are the exact solution of the continuous rod, coloured ones are computed. Writes a PNG and an SVG for each
-figure, and README.md with the captions.
+figure and README.md with the captions into the folder figures, and the ledger of claims beside it.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from by_hand import face_flight, paper_flight
+from ledger import write
 from problem import (
     FACE,
     FORCE,
@@ -275,9 +276,12 @@ Figures 1 and 3 of the paper are sketches.
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description="Draw the paper's figures from runs.")
-    parser.add_argument("--out", type=Path, default=Path(__file__).resolve().parent / "figures", help="folder")
-    out: Path = parser.parse_args().out
+    parser = argparse.ArgumentParser(
+        description="Draw the paper's figures from runs and write the ledger of its claims."
+    )
+    parser.add_argument("--out", type=Path, default=Path(__file__).resolve().parent, help="folder")
+    folder: Path = parser.parse_args().out
+    out = folder / "figures"
     out.mkdir(parents=True, exist_ok=True)
     lines = [PAGE]
     for item in FIGURES:
@@ -287,7 +291,7 @@ def main() -> int:
         print(f"{out / name}.png", file=sys.stderr)
     (out / "README.md").write_text("\n".join(lines), encoding="utf-8")
     print(f"{len(FIGURES)} figures: {out}")
-    return 0
+    return write(folder)
 
 
 if __name__ == "__main__":

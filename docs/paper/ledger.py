@@ -106,6 +106,22 @@ def document(found: dict[str, Finding]) -> str:
     return json.dumps({"contact": CONTACT, "rows": rows}, indent=1, ensure_ascii=False) + "\n"
 
 
+def write(out: Path) -> int:
+    """Run all rows and write the ledger; return 1, and write nothing, where a verdict has lost its support."""
+    found = findings()
+    lost = unsupported(found)
+    if lost:
+        print(f"verdicts no longer supported by their numbers: {', '.join(lost)}", file=sys.stderr)
+        for name in lost:
+            print(f"  {name}: {found[name].values}", file=sys.stderr)
+        return 1
+    out.mkdir(parents=True, exist_ok=True)
+    (out / "ledger.md").write_text(page(found), encoding="utf-8")
+    (out / "ledger.json").write_text(document(found), encoding="utf-8")
+    print(f"{len(ROWS)} claims: {out / 'ledger.md'}, {out / 'ledger.json'}")
+    return 0
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description="Run the paper's claims again and write the ledger.")
     parser.add_argument("--out", type=Path, default=HERE, help="folder of ledger.md and ledger.json")
@@ -117,18 +133,7 @@ def main() -> int:
         print(f"{item.where}: {item.claim}\nprinted: {item.printed}\nours: {found.ours}\nverdict: {item.verdict}")
         print("\n".join(f"  {key} = {value:.12g}" for key, value in found.values.items()))
         return 0 if found.stands else 1
-    found_all = findings()
-    lost = unsupported(found_all)
-    if lost:
-        print(f"verdicts no longer supported by their numbers: {', '.join(lost)}", file=sys.stderr)
-        for name in lost:
-            print(f"  {name}: {found_all[name].values}", file=sys.stderr)
-        return 1
-    options.out.mkdir(parents=True, exist_ok=True)
-    (options.out / "ledger.md").write_text(page(found_all), encoding="utf-8")
-    (options.out / "ledger.json").write_text(document(found_all), encoding="utf-8")
-    print(f"{len(ROWS)} claims: {options.out / 'ledger.md'}, {options.out / 'ledger.json'}")
-    return 0
+    return write(options.out)
 
 
 if __name__ == "__main__":
