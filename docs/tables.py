@@ -257,8 +257,8 @@ def filled(page: str) -> str:
 
 
 def without_times(page: str) -> str:
-    """Return the page without the last cell of rows that end in a time."""
-    return re.sub(r"\| [\d.]+ \|$", "|", page, flags=re.MULTILINE)
+    """Return the page without the last cell of rows that end in a time, and without rows that chatter."""
+    return re.sub(r"\| [\d.]+ \|$|^.*\| ~.*$", "|", page, flags=re.MULTILINE)
 
 
 def main() -> int:
