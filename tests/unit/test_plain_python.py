@@ -1,0 +1,65 @@
+"""The same source as plain Python: run in both modes (coverage sees inside with NUMBA_DISABLE_JIT=1)."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+
+import pytest
+
+from impactlab import metrics
+from impactlab.contact.addition_deletion import AdditionDeletion
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.contact.impulse_momentum import ImpulseMomentum
+from impactlab.contact.penalty import Penalty
+from impactlab.contact.wave_identification import WaveIdentification
+from impactlab.exact.solve import solve
+from impactlab.integrators.base import AbstractIntegrator
+from impactlab.integrators.central_difference import CentralDifference
+from impactlab.integrators.exact_modal import ExactModal
+from impactlab.integrators.newmark import Newmark
+from impactlab.models.base import AbstractRodModel
+from impactlab.models.finite_element import FiniteElement
+from impactlab.models.modal import Modal
+from impactlab.pointers import COMPILED
+from impactlab.scene import Contact, End, Mass, Point, Rod, Scene, Segment, StepRule
+from impactlab.simulate import run
+
+pytestmark = pytest.mark.nojit
+
+
+def scene(model: AbstractRodModel, law: AbstractContactLaw, integrator: AbstractIntegrator, step: StepRule) -> Scene:
+    segment = Segment(0.3, 9e-4, 2.1e11, 7900.0)
+    rod = Rod("rod", (segment,), End("free"), End("clamped"), model=model)
+    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0, law)
+    bodies = {"hammer": Mass("hammer", segment.mass, 1.0), "rod": rod}
+    return Scene("x", bodies, (contact,), 1.9 * rod.round_trip, integrator, step, round_trip=rod.round_trip)
+
+
+def test_the_mode_is_the_one_asked_for() -> None:
+    assert COMPILED == (os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0"))
+
+
+@pytest.mark.parametrize(
+    ("model", "law", "integrator", "step", "mass"),
+    [
+        (Modal(10, 10), WaveIdentification(), Newmark(), StepRule(points_per_period=10), 0.025),
+        (FiniteElement(20, "lumped"), AdditionDeletion(), CentralDifference(), StepRule(courant=1.0), 0.002),
+        (FiniteElement(20), Penalty(stiffness=4e10), Newmark(), StepRule(points_per_period=10), 0.03),
+        (Modal(None, 10), ImpulseMomentum(1.0), ExactModal(), StepRule(points_per_period=10), 0.15),
+    ],
+)
+def test_each_law_and_scheme_stays_near_the_exact_answer(
+    model: AbstractRodModel, law: AbstractContactLaw, integrator: AbstractIntegrator, step: StepRule, mass: float
+) -> None:
+    case = scene(model, law, integrator, step)
+    hard = tuple(dataclasses.replace(contact, law=AdditionDeletion()) for contact in case.contacts)
+    measured = metrics.errors(run(case), "exact", solve(dataclasses.replace(case, contacts=hard)), case)
+    assert measured["mass_displacement"] < mass
+
+
+def test_located_events() -> None:
+    case = scene(Modal(None, 5), Penalty(stiffness=4e9), ExactModal(), StepRule(points_per_period=10))
+    history = run(dataclasses.replace(case, events="located"))
+    assert [event.kind for event in history.events] == ["close", "open"]
+    assert history.energy.largest_gain < 1e-12
