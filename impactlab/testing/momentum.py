@@ -159,9 +159,9 @@ def worst_balance(traced: Trace, equation: Equation | None = None) -> float:
 
 
 def field_truncation(model: AbstractDiscreteModel, face: float) -> float:
-    """Return the share of an impulse at ``face`` [m] that a truncated basis does not take up as momentum of the field.
+    """Return the share of an impulse at ``face`` [m] that modal coordinates do not take up as momentum of the field.
 
-    Zero for a free body. For a held one, the field near the clamp also moves at once: this part of a kick
-    that a clamp or left-out modes answer for shrinks as modes are added.
+    For mass-normalised modes. Zero for a free body. A held one with few modes also moves near its clamp: this part of a kick
+    is taken up by the clamp at once, and shrinks as modes are added.
     """
     return 1.0 - float(model.momentum_row() @ model.row(face, "displacement"))

@@ -1,0 +1,143 @@
+"""Errors fall as declared: with the step, with the mesh, with the number of modes."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from impactlab import simulate
+from impactlab.contact.addition_deletion import AdditionDeletion
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.contact.penalty import Penalty
+from impactlab.contact.wave_identification import WaveIdentification
+from impactlab.history import AbstractHistory
+from impactlab.integrators.base import AbstractIntegrator
+from impactlab.integrators.central_difference import CentralDifference
+from impactlab.integrators.exact_modal import ExactModal
+from impactlab.integrators.newmark import Newmark
+from impactlab.models.base import AbstractRodModel
+from impactlab.models.continuous import Continuous
+from impactlab.models.finite_element import FiniteElement
+from impactlab.models.modal import Modal
+from impactlab.scene import Contact, End, Mass, Point, Probe, Rod, Scene, Segment, StepRule
+
+PIECE = Segment(0.3, 9e-4, 2.1e11, 7900.0)
+
+
+def swinging(model: AbstractRodModel, integrator: AbstractIntegrator, dt: float, mode: int = 1) -> AbstractHistory:
+    """A clamped rod let go from one of its modes: u = cos(k x) cos(k c t), k = (mode - 1/2) pi/L."""
+    number = (mode - 0.5) * np.pi / PIECE.length
+    rod = Rod(
+        "rod", (PIECE,), End("free"), End("clamped"), displacement=lambda x: 1e-6 * np.cos(number * x), model=model
+    )
+    probe = Probe("rod", 0.0, "displacement")
+    duration = 0.8 * 2.0 * np.pi / (number * PIECE.wave_speed)
+    return simulate.run(Scene("swing", {"rod": rod}, (), duration, integrator, StepRule(dt=dt), probes=(probe,)))
+
+
+def error_of_swing(model: AbstractRodModel, integrator: AbstractIntegrator, steps: int, mode: int = 1) -> float:
+    number = (mode - 0.5) * np.pi / PIECE.length
+    turn = number * PIECE.wave_speed
+    dt = 0.8 * 2.0 * np.pi / turn / steps
+    history = swinging(model, integrator, dt, mode)
+    times = dt * np.arange(steps + 1)
+    return float(np.max(np.abs(history.evaluate(times, "displacement:rod@0") / 1e-6 - np.cos(turn * times))))
+
+
+@pytest.mark.parametrize("integrator", [Newmark(), Newmark(1.0 / 6.0), CentralDifference(), Newmark(0.3025, 0.6)])
+def test_error_of_a_swinging_rod_falls_with_the_step_as_declared(integrator: AbstractIntegrator) -> None:
+    # One analytic mode: no error of space. Steps of a fiftieth and a hundredth of the time: the next term is below 1 %.
+    coarse, fine = (error_of_swing(Modal(None, 1), integrator, steps) for steps in (100, 200))
+    measured = math.log2(coarse / fine)
+    declared = 1 if isinstance(integrator, Newmark) and integrator.gamma > 0.5 else integrator.order
+    assert measured == pytest.approx(declared, abs=0.06)
+
+
+def test_exact_modal_has_no_error_of_time_in_free_motion() -> None:
+    # Rounding of 37 turns, each by a rounded angle.
+    assert error_of_swing(Modal(None, 3), ExactModal(), 37, mode=3) < 1e-12
+
+
+@pytest.mark.parametrize("mass", ["consistent", "lumped"])
+@pytest.mark.parametrize("mode", [1, 3])
+def test_frequencies_of_a_mesh_converge_with_its_square(mass: str, mode: int) -> None:
+    exact = (mode - 0.5) * np.pi * PIECE.wave_speed / PIECE.length
+    errors = []
+    for n in (20, 40):
+        rod = Rod("rod", (PIECE,), End("free"), End("clamped"))
+        system = Modal(n, None, mass).build(rod, 0.0).operators()  # type: ignore[arg-type]
+        errors.append(math.sqrt(system.stiffness[0, mode - 1]) / exact - 1.0)
+    # A consistent mass is too fast, a lumped one too slow, both by (k h)^2/24.
+    size = ((mode - 0.5) * np.pi / 40) ** 2 / 24.0
+    assert errors[1] == pytest.approx(size if mass == "consistent" else -size, rel=0.02)
+    assert math.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=0.02)
+
+
+@pytest.mark.parametrize("mass", ["consistent", "lumped"])
+def test_error_of_a_swinging_mesh_falls_with_its_square(mass: str) -> None:
+    # Step and mesh halved together.
+    coarse, fine = (
+        error_of_swing(FiniteElement(n, mass), Newmark(), 4 * n) for n in (20, 40)  # type: ignore[arg-type]
+    )
+    assert math.log2(coarse / fine) == pytest.approx(2.0, abs=0.05)
+
+
+def struck(model: AbstractRodModel, law: AbstractContactLaw, integrator: AbstractIntegrator | None, step: StepRule) -> AbstractHistory:
+    rod = Rod("rod", (PIECE,), End("free"), End("clamped"), model=model)
+    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0, law)
+    bodies = {"hammer": Mass("hammer", PIECE.mass, 1.0), "rod": rod}
+    return simulate.run(
+        Scene("struck", bodies, (contact,), 3.0 * rod.round_trip, integrator, step, round_trip=rod.round_trip)
+    )
+
+
+def error_of_impact(model: AbstractRodModel, law: AbstractContactLaw, integrator: AbstractIntegrator, step: StepRule) -> float:
+    """Relative L2 error of the mass's displacement against the exact answer of the same contact."""
+    history = struck(model, law, integrator, step)
+    exact = struck(Continuous(), AdditionDeletion(), None, step)
+    times = (np.arange(6000) + 0.5) * history.duration / 6000
+    one, other = (each.evaluate(times, "position:hammer") for each in (history, exact))
+    return float(np.linalg.norm(one - other) / np.linalg.norm(other))
+
+
+@pytest.mark.parametrize(
+    ("law", "integrator", "models", "step", "fall"),
+    [
+        # Ten times finer, in three stages; measured falls are 14, 11, 39 and 13.
+        (
+            WaveIdentification(),
+            Newmark(),
+            [Modal(n, n) for n in (10, 30, 100)],
+            StepRule(points_per_period=10.0),
+            6.0,
+        ),
+        (
+            WaveIdentification(),
+            ExactModal(),
+            [Modal(None, n) for n in (10, 30, 100)],
+            StepRule(points_per_period=10.0),
+            6.0,
+        ),
+        (
+            AdditionDeletion(),
+            CentralDifference(),
+            [FiniteElement(n, "lumped") for n in (10, 30, 100)],
+            StepRule(courant=1.0),
+            20.0,
+        ),
+        (Penalty(), Newmark(), [FiniteElement(n) for n in (10, 30, 100)], StepRule(points_per_period=10.0), 6.0),
+    ],
+)
+def test_error_of_an_impact_falls_with_mesh_and_step(
+    law: AbstractContactLaw, integrator: AbstractIntegrator, models: list[AbstractRodModel], step: StepRule, fall: float
+) -> None:
+    errors = [error_of_impact(model, law, integrator, step) for model in models]
+    assert errors[0] > errors[1] > errors[2]
+    assert errors[0] / errors[2] > fall, errors
+
+
+def test_relative_penalty_converges_to_hard_contact_with_the_mesh() -> None:
+    # Its stiffness is that of an element: EA/h grows as the mesh is refined.
+    assert error_of_impact(FiniteElement(200), Penalty(), Newmark(), StepRule(points_per_period=10.0)) < 5e-3

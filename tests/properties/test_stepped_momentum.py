@@ -1,0 +1,76 @@
+"""Momentum: what one body gives another takes, and it is what is reported; contact never pulls. For every law and scheme."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+from impactlab.models.base import AbstractRodModel
+from impactlab.models.finite_element import FiniteElement
+from impactlab.models.modal import Modal
+from impactlab.scene import End, Rod, Scene, Segment
+from impactlab.testing.invariants import (
+    exchanged_momentum_error,
+    field_truncation,
+    free_momentum_error,
+    is_free,
+    reported_impulse_error,
+    strongest_pull,
+    worst_balance,
+)
+from impactlab.testing.strategies import scenes
+from impactlab.testing.trace import trace
+
+EPS = float(np.finfo(float).eps)
+
+
+def check_momentum(scene: Scene) -> None:
+    traced = trace(scene)
+    steps = len(traced.forces)
+    assert strongest_pull(traced.history) == 0.0
+    # Ten terms of the size of the largest, each rounded a few times (seen: 1.3 eps).
+    assert worst_balance(traced) < 16.0 * EPS
+    # Sums of so many terms of one sign, added in another order than the loop adds them.
+    assert reported_impulse_error(traced) < (steps + 8.0) * EPS
+    # A velocity is rounded once a step.
+    assert exchanged_momentum_error(traced) < 4.0 * (steps + 8.0) * EPS
+    if is_free(scene):
+        # Elastic modes of a mesh carry momentum by the rounding of its eigenvectors: about n^2 eps for n = 40 elements,
+        # more where the masses of segments differ by orders of magnitude (seen: 1e-12).
+        assert free_momentum_error(traced) < 2e-11
+
+
+@settings(max_examples=60)
+@given(scenes())
+def test_momentum_given_is_momentum_taken_is_the_reported_impulse(scene: Scene) -> None:
+    check_momentum(scene)
+
+
+@pytest.mark.slow
+@settings(max_examples=1500)
+@given(scenes(steps=800))
+def test_momentum_given_is_momentum_taken_in_many_scenes(scene: Scene) -> None:
+    check_momentum(scene)
+
+
+STEEL = Segment(0.3, 9e-4, 2.1e11, 7900.0)
+
+
+@pytest.mark.parametrize(
+    ("model", "bound"),
+    [(Modal(None, 10), 0.032), (Modal(None, 40), 0.008), (Modal(None, 160), 0.002), (Modal(40, 40, "lumped"), 1e-12)],
+)
+def test_field_of_a_held_modal_body_takes_an_impulse_but_for_its_truncation(model: AbstractRodModel, bound: float) -> None:
+    # d analytic modes of a rod held at its far end leave out (2/pi^2) sum over k > d of 2/(k-1/2)^2 (+-): about 1/(pi^2 d) or less.
+    built = model.build(Rod("rod", (STEEL,), End("free"), End("clamped")), 0.0)
+    assert abs(field_truncation(built, 0.0)) < bound
+
+
+@pytest.mark.parametrize("model", [Modal(None, 10), Modal(20, 7), Modal(20, 20, "lumped"), FiniteElement(20, "lumped")])
+def test_field_of_a_free_body_takes_the_whole_impulse(model: AbstractRodModel) -> None:
+    built = model.build(Rod("rod", (STEEL,), End("free"), End("free")), 0.0)
+    system = built.operators()
+    jump = built.row(0.0, "displacement") / system.mass[0]
+    # n^2 eps for the orthogonality of eigenvectors of 20 elements.
+    assert float(built.momentum_row() @ jump) == pytest.approx(1.0, abs=1e-12)

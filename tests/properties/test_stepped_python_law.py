@@ -1,0 +1,148 @@
+"""A law compiled, a law called back and a run wholly in plain Python give the same values; errors of a law reach the caller."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, final
+
+import numpy as np
+import pytest
+
+from impactlab import simulate
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.contact.penalty import Penalty
+from impactlab.contact.wave_identification import WaveIdentification
+from impactlab.errors import StepError
+from impactlab.integrators.base import AbstractIntegrator
+from impactlab.integrators.central_difference import CentralDifference
+from impactlab.integrators.exact_modal import ExactModal
+from impactlab.integrators.newmark import Newmark
+from impactlab.models.base import AbstractRodModel
+from impactlab.models.finite_element import FiniteElement
+from impactlab.models.modal import Modal
+from impactlab.scene import Contact, End, Mass, Point, Rod, Scene, Segment, StepRule
+from impactlab.testing.trace import trace
+from impactlab.types import Level, Relative, SideFacts, Start
+
+
+@final
+@dataclass(frozen=True)
+class PlainPenalty(AbstractContactLaw):
+    """The penalty law, never compiled."""
+
+    needs = Penalty.needs
+    compiled = False
+
+    def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
+        return Penalty(Relative(1.0), Relative(0.1)).begin(left, right, dt)
+
+    respond = staticmethod(Penalty.respond)
+
+
+@final
+@dataclass(frozen=True)
+class PlainWave(AbstractContactLaw):
+    """Wave identification, never compiled."""
+
+    needs = WaveIdentification.needs
+    compiled = False
+    fixed_step = True
+    trial_at_end = True
+    gains_energy = WaveIdentification.gains_energy
+
+    def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
+        return WaveIdentification().begin(left, right, dt)
+
+    respond = staticmethod(WaveIdentification.respond)
+
+
+@final
+@dataclass(frozen=True)
+class Broken(AbstractContactLaw):
+    """Raises at a touch after a while."""
+
+    needs = frozenset({Level.POSITION})
+    compiled = False
+
+    def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
+        return Start(parameters=(40.5 * dt,))
+
+    @staticmethod
+    def respond(port: Any, reply: Any) -> None:
+        if port.time > port.parameters[0]:
+            raise ValueError("the table ends here")
+        reply.force = 1.0
+        reply.in_contact = 1.0
+
+
+SETTINGS: dict[str, tuple[AbstractRodModel, AbstractIntegrator, StepRule]] = {
+    "mesh": (FiniteElement(20), Newmark(), StepRule(points_per_period=10.0)),
+    "leapfrog": (FiniteElement(20, "lumped"), CentralDifference(), StepRule(courant=0.4)),
+    "modes": (Modal(20, 10), ExactModal(), StepRule(points_per_period=10.0)),
+}
+LAWS: dict[str, tuple[AbstractContactLaw, AbstractContactLaw]] = {
+    "penalty": (Penalty(Relative(1.0), Relative(0.1)), PlainPenalty()),
+    "wave": (WaveIdentification(), PlainWave()),
+}
+
+
+def scene(setting: str, law: AbstractContactLaw) -> Scene:
+    model, integrator, step = SETTINGS[setting]
+    piece = Segment(0.3, 9e-4, 2.1e11, 7900.0)
+    rod = Rod("rod", (piece,), End("free"), End("clamped"), model=model)
+    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0, law)
+    bodies = {"hammer": Mass("hammer", piece.mass, 1.0), "rod": rod}
+    return Scene("struck", bodies, (contact,), 1.2 * rod.round_trip, integrator, step, round_trip=rod.round_trip)
+
+
+def values(setting: str, law: AbstractContactLaw) -> np.ndarray[Any, Any]:
+    traced = trace(scene(setting, law))
+    return np.column_stack((traced.forces, traced.velocities("hammer")[1:], traced.displacements("rod")[1:, :3]))
+
+
+def agree(one: np.ndarray[Any, Any], other: np.ndarray[Any, Any]) -> bool:
+    # 1e-12 of the largest value of each quantity: some hundred steps that round otherwise.
+    return bool(np.all(np.abs(one - other) <= 1e-12 * np.abs(one).max(axis=0)))
+
+
+@pytest.mark.parametrize("setting", list(SETTINGS))
+@pytest.mark.parametrize("law", list(LAWS))
+def test_compiled_law_and_callback_law_give_the_same_values(setting: str, law: str) -> None:
+    compiled, plain = LAWS[law]
+    assert agree(values(setting, compiled), values(setting, plain))
+
+
+def all_values() -> dict[str, np.ndarray[Any, Any]]:
+    return {f"{setting} {law}": values(setting, LAWS[law][0]) for setting in SETTINGS for law in LAWS}
+
+
+def test_compiled_run_and_plain_run_give_the_same_values(tmp_path: Path) -> None:
+    kept = tmp_path / "plain.npz"
+    code = (
+        "import importlib.util, sys, numpy\n"
+        f"spec = importlib.util.spec_from_file_location('plain_run', {str(Path(__file__))!r})\n"
+        "module = importlib.util.module_from_spec(spec); sys.modules['plain_run'] = module\n"
+        "spec.loader.exec_module(module)\n"
+        f"numpy.savez({str(kept)!r}, **module.all_values())\n"
+    )
+    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
+    subprocess.run([sys.executable, "-c", code], check=True, env=environment, timeout=300)
+    with np.load(kept) as plain:
+        for name, compiled in all_values().items():
+            assert agree(compiled, plain[name]), name
+
+
+def test_exception_in_a_law_reaches_the_caller_with_what_was_reached() -> None:
+    with pytest.raises(StepError, match="ValueError: the table ends here") as caught:
+        simulate.run(scene("mesh", Broken()))
+    error = caught.value
+    assert isinstance(error.__cause__, ValueError)
+    assert error.step == 41
+    assert error.history is not None
+    assert error.history.dt is not None
+    assert error.time == pytest.approx(41 * error.history.dt)
+    assert error.history.evaluate(20 * error.history.dt, "force:hammer|rod.left") == pytest.approx(1.0)
