@@ -40,7 +40,7 @@ class AdditionDeletion(AbstractContactLaw):
                 reply.force = reply.trial
                 reply.in_contact = 1.0
                 rate_end = port.free_gap_rate + port.rate_per_force * reply.force
-                reply.dissipated = -0.5 * reply.force * port.dt * (port.gap_rate + rate_end)
+                reply.dissipated = max(0.0, -0.5 * reply.force * port.dt * (port.gap_rate + rate_end))
             return
         if port.in_contact == 0.0:
             if port.gap > 0.0 or port.gap_rate >= 0.0:

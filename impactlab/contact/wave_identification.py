@@ -33,7 +33,7 @@ class WaveIdentification(AbstractContactLaw):
     hard = True
     fixed_step = True
     trial_at_end = True
-    gains_energy = 0.10
+    gains_energy = 0.45  # measured on two elements, docs/bounds.md; a step that gains more diverges
 
     residual: bool = option(True, description="add the quasi-static stress of the modes left out to the messenger's")
 
