@@ -268,7 +268,6 @@ def assemble(
         gravity=float(scene.gravity),
         duration=float(scene.duration),
         tolerance=float(tolerance),
-        unknowns=2 * int(np.max(np.diff(node_of))),
     )
     renumbered = {
         name: tuple(

@@ -214,9 +214,7 @@ class ContinuousHistory(AbstractHistory):
     def field(self, body: str, t: float, quantity: str) -> Field:
         rod = self.scene.bodies.get(body)
         if not isinstance(rod, Rod) or quantity not in QUANTITIES:
-            raise CaseError(
-                f"no field '{quantity}' of '{body}'", remedy=f"Fields: {', '.join(QUANTITIES)} of a rod."
-            )
+            raise CaseError(f"no field '{quantity}' of '{body}'", remedy=f"Fields: {', '.join(QUANTITIES)} of a rod.")
         x = np.linspace(0.0, rod.length, FIELD_POINTS)
         values = np.empty_like(x)
         links = self.layout.links[body]

@@ -3,16 +3,27 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
-from numpy import float64, int64
+from numpy import int64
 from numpy.typing import NDArray
 
+from impactlab.exact.kernel import DEPTH, ROOM, WIDTH
+from impactlab.exact.memory import (
+    ContactRecord,
+    EndRecord,
+    EventRecord,
+    JunctionRecord,
+    Memory,
+    NodeRecord,
+    PieceRecord,
+    StateRecord,
+    records,
+)
 from impactlab.types import Array
 
 Integers = NDArray[int64]
-Number = TypeVar("Number", int64, float64)
 
 
 class Network(NamedTuple):
@@ -43,18 +54,15 @@ class Network(NamedTuple):
     gravity: float  # m/s2
     duration: float  # s
     tolerance: float  # s, breaks nearer than this are one
-    unknowns: int  # most unknowns of a coupled junction
 
 
 class Log(NamedTuple):
-    """What the march writes; all arrays are kept when it returns for more room."""
+    """What the march writes: views of its memory, which is kept when it returns for more room."""
 
+    memory: Memory
     clock: Array  # (junctions,) s, time reached
     u: Array  # (nodes,) m
     v: Array  # (nodes,) m/s
-    carried: Array  # (ends,) m, time integral of the emitted wave
-    closed: Integers  # (contacts,) 1 or 0
-    cursor: Integers  # (ends,) record of the peer that is arriving
     records: Integers  # (junctions,) records so far
     start: Array  # (junctions, room) s
     stop: Array  # (junctions, room) s
@@ -66,8 +74,6 @@ class Log(NamedTuple):
     event_kind: Integers  # (room,) 1 close, 0 open
     tally: Integers  # (3,) pool used, events, intervals
     scale: Array  # (2,) largest velocity [m/s], length below 1e-12 of which a gap is none [m]
-    burst: Array  # (junctions,) s, start of the present series of events
-    bursts: Integers  # (junctions,) events in it
 
 
 @dataclass(frozen=True)
@@ -104,16 +110,68 @@ class Layout:
     places: Integers  # contact of the network -> contact of the scene
 
 
-def grown(log: Log, records: bool, pool: bool, events: bool) -> Log:
-    """Return the log with twice the room where asked."""
-
-    def wide(a: NDArray[Number], grow: bool) -> NDArray[Number]:
-        return np.concatenate([a, np.zeros_like(a)], axis=-1) if grow else a
-
-    return Log(
-        log.clock, log.u, log.v, log.carried, log.closed, log.cursor, log.records,
-        wide(log.start, records), wide(log.stop, records), wide(log.size, records), wide(log.offset, records),
-        wide(log.pool, pool),
-        wide(log.event_time, events), wide(log.event_contact, events), wide(log.event_kind, events),
-        log.tally, log.scale, log.burst, log.bursts,
+def log_of(net: Network, u: Array, v: Array, room: int, pool: int, events: int) -> Log:
+    """Return a log without records, and its memory with all that the march needs of the network."""
+    count = len(net.node_of) - 1
+    states, state = records(StateRecord, 1)
+    junctions, junction = records(JunctionRecord, count)
+    nodes, node = records(NodeRecord, len(net.mass))
+    ends, end = records(EndRecord, len(net.transit))
+    contacts, contact = records(ContactRecord, len(net.left))
+    state["gravity"], state["duration"], state["tolerance"] = net.gravity, net.duration, net.tolerance
+    junction["burst"] = -np.inf
+    for kind, of in (("node", net.node_of), ("end", net.end_of), ("contact", net.contact_of)):
+        junction[f"first_{kind}"], junction[f"last_{kind}"] = of[:-1], of[1:]
+    node["mass"], node["spring"], node["dashpot"], node["u"], node["v"] = net.mass, net.spring, net.dashpot, u, v
+    source = net.end_junction[net.end_peer]
+    end["node"], end["source"], end["impedance"], end["transit"] = net.end_node, source, net.impedance, net.transit
+    end["row"] = 2 * (net.node_of[source + 1] - net.node_of[source]) + net.end_peer - net.end_of[source]
+    contact["left"], contact["right"], contact["face"], contact["gap"] = net.left, net.right, net.face, net.gap
+    contact["stiffness"], contact["damping"] = net.stiffness, net.damping
+    contact["impedance"] = net.contact_impedance
+    heights = 2 * np.diff(net.node_of) + 2 * np.diff(net.end_of) + np.diff(net.contact_of)
+    widest = int(np.max(heights))
+    tables = np.zeros((3, widest, ROOM))
+    memory = Memory(
+        0, states, junctions, nodes, ends, contacts, None, None, np.empty(pool),
+        tables[0], tables[1], tables[2], np.zeros((DEPTH + 1, WIDTH)),
     )  # fmt: skip
+    tally = np.ndarray((3,), np.int64, state, StateRecord.pool_used.offset)
+    scale = np.ndarray((2,), np.float64, state, StateRecord.fastest.offset)
+    none, nothing = np.zeros((count, 0)), np.zeros((count, 0), np.int64)
+    never, no_event = np.zeros(0), np.zeros(0, np.int64)
+    return widened(
+        Log(
+            memory, junction["clock"], node["u"], node["v"], junction["records"],
+            none, none, nothing, nothing, memory.pool, never, no_event, no_event, tally, scale,
+        ), room, events,
+    )  # fmt: skip
+
+
+def widened(log: Log, room: int, events: int) -> Log:
+    """Return the log with room for so many records per junction and events."""
+    count, old = log.start.shape
+    memory = log.memory
+    if room > old:
+        pieces, piece = records(PieceRecord, count * room)
+        table = piece.reshape(count, room)
+        for name, column in (("start", log.start), ("stop", log.stop), ("size", log.size), ("offset", log.offset)):
+            table[name][:, :old] = column
+        memory = memory._replace(pieces=pieces)
+        log = log._replace(start=table["start"], stop=table["stop"], size=table["size"], offset=table["offset"])
+    if events > len(log.event_time):
+        dated, event = records(EventRecord, events)
+        for name, column in (("time", log.event_time), ("contact", log.event_contact), ("kind", log.event_kind)):
+            event[name][: len(column)] = column
+        memory = memory._replace(events=dated)
+        log = log._replace(event_time=event["time"], event_contact=event["contact"], event_kind=event["kind"])
+    return log._replace(memory=memory)
+
+
+def grown(log: Log, pieces: bool, pool: bool, events: bool) -> Log:
+    """Return the log with twice the room where asked."""
+    if pool:
+        wider = np.concatenate([log.pool, np.empty_like(log.pool)])
+        log = log._replace(pool=wider, memory=log.memory._replace(pool=wider))
+    room, dated = log.start.shape[1], len(log.event_time)
+    return widened(log, 2 * room if pieces else room, 2 * dated if events else dated)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from impactlab.errors import CaseError
-from impactlab.exact.network import Layout, Link, Log
+from impactlab.exact.network import Layout, Link, Log, log_of
 from impactlab.scene import Profile, Rod, Scene
 from impactlab.types import Array
 
@@ -196,20 +196,11 @@ def moved(wave: Array, a: float, b: float, t0: float, t1: float) -> Array:
 def filled(layout: Layout, records: list[list[tuple[float, float, Array]]], u: Array, v: Array, fastest: float) -> Log:
     """Return a log that holds the given records."""
     net = layout.network
-    total = len(records)
     room = max(ROOM_FIRST, 2 * max(len(row) for row in records))
     used = sum(table.size for row in records for _, _, table in row)
-    log = Log(
-        clock=np.zeros(total), u=u, v=v, carried=np.zeros(len(net.transit)),
-        closed=np.zeros(len(net.left), dtype=np.int64), cursor=np.zeros(len(net.transit), dtype=np.int64),
-        records=np.zeros(total, dtype=np.int64), start=np.zeros((total, room)), stop=np.zeros((total, room)),
-        size=np.zeros((total, room), dtype=np.int64), offset=np.zeros((total, room), dtype=np.int64),
-        pool=np.empty(used + POOL_FIRST), event_time=np.zeros(ROOM_FIRST),
-        event_contact=np.zeros(ROOM_FIRST, dtype=np.int64), event_kind=np.zeros(ROOM_FIRST, dtype=np.int64),
-        tally=np.zeros(3, dtype=np.int64),
-        scale=np.array([fastest, max(fastest * 2.0 * float(np.min(net.transit)), 1e-2 * float(np.max(np.abs(u))))]),
-        burst=np.full(total, -np.inf), bursts=np.zeros(total, dtype=np.int64),
-    )  # fmt: skip
+    log = log_of(net, u, v, room, used + POOL_FIRST, ROOM_FIRST)
+    reach = max(fastest * 2.0 * float(np.min(net.transit)), 1e-2 * float(np.max(np.abs(u))))
+    log.scale[:] = fastest, reach
     at = 0
     for j, row in enumerate(records):
         for r, (t0, t1, table) in enumerate(row):

@@ -41,19 +41,18 @@ def solve(scene: Scene) -> ContinuousHistory:
     StVenant1883; TimoshenkoGoodier1951; EscalonaMayoDominguez1999, Section 2. The paper solves the first two
     intervals by hand; here any number of them, contacts and rods is solved.
     """
-    from impactlab.exact import kernel
-    from impactlab.exact.march import march
+    from impactlab.exact import march
 
     began = clock.perf_counter()
     layout, log = build(scene)
     ready = clock.perf_counter()
     while True:
-        status = march(layout.network, log)
-        if status == kernel.DONE:
+        status = march.march(layout.network, log)
+        if status == march.DONE:
             break
-        if status in (kernel.TOO_MANY, kernel.UNRESOLVED) or len(log.pool) > MOST_FLOATS:
-            stop(scene, layout, log, status == kernel.UNRESOLVED)
-        log = grown(log, status == kernel.MORE_RECORDS, status == kernel.MORE_POOL, status == kernel.MORE_EVENTS)
+        if status in (march.TOO_MANY, march.UNRESOLVED) or len(log.pool) > MOST_FLOATS:
+            stop(scene, layout, log, status == march.UNRESOLVED)
+        log = grown(log, status == march.MORE_RECORDS, status == march.MORE_POOL, status == march.MORE_EVENTS)
     history = ContinuousHistory(scene, layout, log, scene.duration)
     history.cost.setup_s = ready - began
     history.cost.solve_s = clock.perf_counter() - ready

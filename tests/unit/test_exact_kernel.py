@@ -2,11 +2,28 @@
 
 from __future__ import annotations
 
+import os
+import time
+from pathlib import Path
+from types import ModuleType
+
+import numba
 import numpy as np
 import pytest
+from numba.core.caching import FunctionCache
 from numpy.polynomial import chebyshev
 
-from impactlab.exact import kernel
+from impactlab.exact import kernel, march, sources, tied
+from impactlab.pointers import COMPILED
+
+
+def entry(part):
+    """A part of the compiled march, callable from Python."""
+    return numba.njit(error_model="numpy")(part.py_func) if COMPILED else part
+
+
+integrate, relax, restrict, fall = map(entry, (kernel.integrate, kernel.relax, kernel.restrict, kernel.first_fall))
+eliminate, system = map(entry, (tied.eliminate, tied.system))
 
 
 def series(function, n=40):
@@ -17,17 +34,14 @@ def series(function, n=40):
 
 
 def first_fall(f, n, floor=1e-12):
-    room = 64
-    return kernel.first_fall(
-        f, n, floor, np.zeros((room, kernel.ROOM)), np.zeros(room), np.zeros(room), np.zeros(room, dtype=np.int64)
-    )
+    return fall(f, n, floor, np.zeros((kernel.DEPTH, kernel.WIDTH)))
 
 
 @pytest.mark.parametrize(("low", "high"), [(-1.0, 1.0), (-0.3, 0.8), (-1.0, -0.999), (0.5, 0.5 + 1e-9)])
 def test_restriction_is_the_same_function(low, high):
     a, n = series(lambda x: np.exp(2 * x) * np.sin(5 * x))
     out = np.zeros(kernel.ROOM)
-    m = kernel.restrict(a, n, low, high, out)
+    m = restrict(a, n, low, high, out)
     y = np.linspace(-1, 1, 31)
     x = 0.5 * (low + high) + 0.5 * (high - low) * y
     # rounding of the summation: eps n sum |a_k|
@@ -37,7 +51,7 @@ def test_restriction_is_the_same_function(low, high):
 def test_integral_starts_at_its_constant_and_has_the_right_slope():
     a, n = series(np.cos)
     out = np.zeros(kernel.ROOM)
-    kernel.integrate(a, n, 3.0, 0.25, out)
+    integrate(a, n, 3.0, 0.25, out)
     x = np.linspace(-1, 1, 21)
     assert chebyshev.chebval(x, out[: n + 1]) == pytest.approx(0.25 + 3.0 * (np.sin(x) + np.sin(1.0)), abs=1e-14)
 
@@ -47,7 +61,7 @@ def test_relaxation_towards_a_moving_load(rate):
     # y' = -rate y + rate sin(3x) + 3 cos(3x) has the solution sin(3x) + C exp(-rate (x + 1))
     b, _ = series(lambda x: rate * np.sin(3 * x) + 3 * np.cos(3 * x))
     y = np.zeros(kernel.ROOM)
-    kernel.relax(rate, b, np.sin(-3.0) + 2.0, y, np.zeros((2, kernel.ROOM)))
+    relax(rate, b, np.sin(-3.0) + 2.0, y, np.zeros((2, kernel.ROOM)))
     x = np.linspace(-1, 1, 41)
     expected = np.sin(3 * x) + 2.0 * np.exp(-rate * (x + 1))
     assert chebyshev.chebval(x, y[: kernel.ORDER]) == pytest.approx(expected, abs=5e-15 * (1 + rate))
@@ -59,7 +73,7 @@ def test_coupled_system_swings(omega):
     a = np.array([[0.0, omega], [-omega, 0.0]])
     y = np.zeros((2, kernel.ORDER))
     size = 2 * kernel.ORDER
-    kernel.system(a, np.zeros((2, kernel.ORDER)), 2, np.array([1.0, 0.0]), kernel.ORDER, y, np.zeros((size, size + 1)))
+    system(a, np.zeros((2, kernel.ORDER)), 2, np.array([1.0, 0.0]), kernel.ORDER, y, np.zeros((size, size + 1)))
     x = np.linspace(-1, 1, 33)
     assert chebyshev.chebval(x, y[0]) == pytest.approx(np.cos(omega * (x + 1)), abs=2e-13)
 
@@ -103,5 +117,43 @@ def test_elimination_with_full_last_rows():
     matrix[-2:] = rng.normal(size=(2, size))
     right = rng.normal(size=(size, 2))
     w = np.hstack([matrix, right])
-    kernel.eliminate(w, size, size + 2, band + 1, 2)
+    eliminate(w, size, size + 2, band + 1, 2)
     assert matrix @ w[:, size:] == pytest.approx(right, abs=1e-11)
+
+
+@pytest.mark.skipif(not COMPILED, reason="nothing is compiled")
+def test_cache_goes_when_a_module_it_was_made_of_changes(tmp_path):
+    source = tmp_path / "kept.py"
+    source.write_text("import numba\n\n\n@numba.njit(cache=True)\ndef twice(x):\n    return 2 * x\n")
+    module = ModuleType("kept")
+    module.__file__ = str(source)
+    exec(compile(source.read_text(), str(source), "exec"), module.__dict__)
+    part = ModuleType("part")
+    part.__file__ = str(tmp_path / "part.py")
+    (tmp_path / "part.py").write_text("")
+    module.twice(1)
+    folder = Path(FunctionCache(module.twice.py_func).cache_path)
+    assert list(folder.glob("kept.*"))
+    assert not sources.drop_stale(module.twice, part)
+    later = time.time() + 10.0
+    os.utime(tmp_path / "part.py", (later, later))
+    assert sources.drop_stale(module.twice, part)
+    assert not list(folder.glob("kept.*"))
+
+
+def test_the_march_names_every_module_it_is_made_of():
+    for entry_point in (march.advance, tied.coupled):
+        seen, waiting, files = set(), [getattr(entry_point, "py_func", entry_point)], set()
+        while waiting:
+            function = waiting.pop()
+            if function in seen:
+                continue
+            seen.add(function)
+            files.add(function.__module__)
+            for name in function.__code__.co_names:
+                used = function.__globals__.get(name)
+                used = getattr(used, "py_func", used)
+                if hasattr(used, "__code__") and used.__module__.startswith("impactlab"):
+                    waiting.append(used)
+        own = getattr(entry_point, "py_func", entry_point).__module__
+        assert files - {own} <= {kernel.__name__, "impactlab.pointers"}

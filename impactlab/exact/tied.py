@@ -1,0 +1,256 @@
+"""Nodes tied by springs, compiled as a unit of its own: linear differential equations, solved by the tau method."""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+import numba
+import numpy as np
+from numba import types
+
+from impactlab.exact import kernel, memory
+from impactlab.exact.kernel import CHOP, ORDER, RESOLVED, chopped
+from impactlab.exact.memory import Memory
+from impactlab.exact.sources import drop_stale
+from impactlab.pointers import COMPILED, kernel_address
+from impactlab.types import Array
+
+njit: Any = numba.njit
+typeof: Any = numba.typeof
+PART = njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
+
+
+@PART
+def table(rows: int, columns: int) -> Array:
+    """Return zeros."""
+    return np.zeros((rows, columns))
+
+
+@PART
+def eliminate(w: Array, size: int, columns: int, band: int, tail: int) -> None:
+    """Solve w[:, :size] x = w[:, size:columns] in place by elimination with row pivoting.
+
+    Row i holds zeros left of its band; rows from size - tail on are full. Pivots are sought where a column can be
+    filled: ``band`` rows below the diagonal and the full rows. The solution lands in w[:, size:columns].
+    """
+    for c in range(size):
+        last = min(c + band, size - tail)
+        best = c
+        for i in range(c, last):
+            if abs(w[i, c]) > abs(w[best, c]):
+                best = i
+        for i in range(max(c, size - tail), size):
+            if abs(w[i, c]) > abs(w[best, c]):
+                best = i
+        if best != c:
+            for k in range(c, columns):
+                w[c, k], w[best, k] = w[best, k], w[c, k]
+        for i in range(c + 1, size):
+            if (i < last or i >= size - tail) and w[i, c] != 0.0:
+                factor = w[i, c] / w[c, c]
+                for k in range(c, columns):
+                    w[i, k] -= factor * w[c, k]
+    for c in range(size - 1, -1, -1):
+        for k in range(size, columns):
+            total = w[c, k]
+            for i in range(c + 1, size):
+                total -= w[c, i] * w[i, k]
+            w[c, k] = total / w[c, c]
+
+
+@PART
+def system(a: Array, b: Array, n: int, first: Array, order: int, y: Array, w: Array) -> None:
+    """Solve y' = a y + b on [-1, 1], y(-1) = first, for n functions by the tau method with ``order`` coefficients."""
+    size = order * n
+    for i in range(size):
+        for k in range(size + 1):
+            w[i, k] = 0.0
+    for k in range(1, order):
+        half = 0.5 / k
+        twice = 2.0 if k == 1 else 1.0
+        for i in range(n):
+            row = (k - 1) * n + i
+            w[row, k * n + i] += 1.0
+            after = b[i, k + 1] if k + 1 < order else 0.0
+            w[row, size] = half * (twice * b[i, k - 1] - after)
+            for m in range(n):
+                w[row, (k - 1) * n + m] -= half * twice * a[i, m]
+                if k + 1 < order:
+                    w[row, (k + 1) * n + m] += half * a[i, m]
+    for i in range(n):
+        for k in range(order):
+            w[size - n + i, k * n + i] = 1.0 if k % 2 == 0 else -1.0
+        w[size - n + i, size] = first[i]
+    eliminate(w, size, size + 1, 2 * n, n)
+    for k in range(order):
+        for i in range(n):
+            y[i, k] = w[k * n + i, size]
+
+
+@PART
+def number_groups(m: Memory, j: int) -> tuple[int, int]:
+    """Give the groups that can move their places, those with mass first; return how many have mass, and how many."""
+    junction = m.junctions[j]
+    moving = 0
+    heavy = 0
+    for g in range(junction.first_node, junction.last_node):
+        m.nodes[g].place = -1
+    for light in range(2):
+        for g in range(junction.first_node, junction.last_node):
+            node = m.nodes[g]
+            if node.group == g and node.group_mass < np.inf and (node.group_mass == 0.0) == (light == 1):
+                node.place = moving
+                moving += 1
+        if light == 0:
+            heavy = moving
+    return heavy, moving
+
+
+@PART
+def gather(m: Memory, j: int, damp: Array, stiff: Array, b: Array, first: Array) -> None:
+    """Write damping, stiffness and loads of the groups, and in first[0] the velocities of those with mass."""
+    junction = m.junctions[j]
+    base = junction.first_node
+    for i in range(base, junction.last_node):
+        node = m.nodes[i]
+        if node.place >= 0:
+            damp[node.place, node.place] = node.drag
+            for k in range(ORDER):
+                b[node.place, k] = m.load[i - base, k]
+    for i in range(base, junction.last_node):
+        node = m.nodes[i]
+        at = m.nodes[node.group].place
+        if at >= 0:
+            stiff[at, at] += node.spring
+            if node.mass > 0.0:
+                first[0, at] = node.v
+    for c in range(junction.first_contact, junction.last_contact):
+        contact = m.contacts[c]
+        if contact.closed == 1 and contact.stiffness >= 0.0:
+            left, right = m.nodes[contact.left], m.nodes[contact.right]
+            push = contact.stiffness * (contact.gap + right.u - left.u)
+            for side in range(2):
+                here, there = m.nodes[left.group].place, m.nodes[right.group].place
+                if side == 1:
+                    here, there = there, here
+                if here >= 0:
+                    stiff[here, here] += contact.stiffness
+                    damp[here, here] += contact.damping
+                    b[here, 0] += push if side == 0 else -push
+                    if there >= 0:
+                        stiff[here, there] -= contact.stiffness
+                        damp[here, there] -= contact.damping
+
+
+@PART
+def combined(damp: Array, stiff: Array, heavy: int, moving: int, half: float) -> Array:
+    """Return the velocity of each group as a combination of the unknowns and of the loads of groups without mass."""
+    light, n = moving - heavy, moving + heavy
+    combine: Array = table(moving, n + light)
+    for i in range(heavy):
+        combine[i, i] = 1.0
+    small = table(light, light + n + light)
+    for i in range(light):
+        for k in range(light):
+            small[i, k] = damp[heavy + i, heavy + k]
+        for k in range(heavy):
+            small[i, light + k] = -damp[heavy + i, k]
+        for k in range(moving):
+            small[i, light + heavy + k] = -half * stiff[heavy + i, k]
+        small[i, light + n + i] = 1.0
+    eliminate(small, light, light + n + light, light, light)
+    for i in range(light):
+        for k in range(n + light):
+            combine[heavy + i, k] = small[i, light + k]
+    return combine
+
+
+@PART
+def add_row(a: Array, force: Array, at: int, factor: float, row: Array, n: int, heavy: int, b: Array) -> None:
+    """Add a combination of unknowns and loads to row ``at`` of a and force."""
+    for q in range(n):
+        a[at, q] += factor * row[q]
+    for q in range(n, len(row)):
+        for k in range(ORDER):
+            force[at, k] += factor * row[q] * b[heavy + q - n, k]
+
+
+@PART
+def solved(a: Array, force: Array, first: Array, y: Array, speed: float) -> bool:
+    """Solve y' = a y + force with as many coefficients as are needed; return whether ORDER of them are enough."""
+    n = len(a)
+    needed = 1
+    for i in range(n):
+        needed = max(needed, chopped(force[i], ORDER, CHOP * speed))
+    w = table(n * ORDER, n * ORDER + 1)
+    order = min(ORDER, n + 16)
+    while True:
+        if needed + 4 <= order or order == ORDER:
+            system(a, force, n, first[0], order, y, w)
+            size = speed
+            tail = 0.0
+            for i in range(n):
+                for k in range(order):
+                    size = max(size, abs(y[i, k]))
+                for k in range(order - 3, order):
+                    tail = max(tail, abs(y[i, k]))
+            if tail <= 4.0 * RESOLVED * size:
+                return True
+        if order == ORDER:
+            return False
+        order = min(2 * order, ORDER)
+
+
+def coupled(m: Memory, j: int, half: float) -> None:
+    """Velocities of groups tied by springs: m V' + D V + K U = load, U' = V; the state says whether they are resolved.
+
+    Unknowns are the velocities of the groups with mass and U/half of all that can move; velocities of groups without
+    mass follow from them.
+    """
+    state, junction = m.state[0], m.junctions[j]
+    heavy, moving = number_groups(m, j)
+    n = moving + heavy
+    damp, stiff, b = table(moving, moving), table(moving, moving), table(moving, ORDER)
+    a, force, first, y = table(n, n), table(n, ORDER), table(1, n), table(n, ORDER)
+    gather(m, j, damp, stiff, b, first)
+    combine = combined(damp, stiff, heavy, moving, half)
+    for g in range(junction.first_node, junction.last_node):
+        i = m.nodes[g].place
+        if 0 <= i < heavy:
+            scale = half / m.nodes[g].group_mass
+            for k in range(moving):
+                add_row(a, force, i, -scale * damp[i, k], combine[k], n, heavy, b)
+                a[i, heavy + k] -= scale * half * stiff[i, k]
+            for k in range(ORDER):
+                force[i, k] += scale * b[i, k]
+    for i in range(moving):
+        add_row(a, force, heavy + i, 1.0, combine[i], n, heavy, b)
+    state.resolved = 0
+    if not solved(a, force, first, y, state.fastest):
+        return
+    state.resolved = 1
+    for g in range(junction.first_node, junction.last_node):
+        i = m.nodes[g].place
+        if i >= 0:
+            for k in range(ORDER):
+                total = 0.0
+                for q in range(n):
+                    total += combine[i, q] * y[q, k]
+                for q in range(n, n + moving - heavy):
+                    total += combine[i, q] * b[heavy + q - n, k]
+                m.rows[g - junction.first_node, k] = total
+
+
+drop_stale(coupled, kernel, memory)
+
+
+@functools.cache
+def address_of(memory_type: Any) -> int:
+    """Return the address of `coupled` for this type of memory."""
+    return kernel_address(coupled, types.void(memory_type, types.int64, types.float64))
+
+
+def address(m: Memory) -> int:
+    """Return the address of `coupled`, compiled when a scene first needs it."""
+    return address_of(typeof(m) if COMPILED else types.none)
