@@ -50,7 +50,7 @@ def energy_bound(scene: Scene, integrator: AbstractIntegrator) -> float:
     """Return the largest energy gain, over the initial energy, that the parts of a scene declare."""
     bound = 1e-9 + integrator.gains_energy
     for contact in scene.contacts:
-        if contact.law.holds_position and integrator.hard_constraint_gains:
+        if contact.law.holds_position and integrator.hard_constraint_gains and scene.events == "dated":
             return math.inf
         bound += contact.law.gains_energy
     return bound

@@ -135,7 +135,7 @@ def prepare(scene: Scene) -> Plan:
     steppers = prepare_steppers(scene, built, integrator, dt)
     for number, contact in enumerate(scene.contacts):
         start_law(scene, steppers, number, dt)
-        if contact.law.holds_position and integrator.hard_constraint_gains:
+        if contact.law.holds_position and integrator.hard_constraint_gains and scene.events == "dated":
             warnings.append(
                 Warned(
                     "constraint_energy",
