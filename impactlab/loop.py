@@ -444,7 +444,7 @@ def event_in_step(m: Memory, time: float, h: float, number: int) -> tuple[int, f
 
 @PART
 def first_event(m: Memory, time: float, h: float, searched: bool) -> tuple[float, int, bool]:
-    """Return when in a step of length h something first happens, at which contact (or NONE, FAILED), and if it opens."""
+    """Return when in a step of length h something first happens, where (or NONE, FAILED), and whether it opens."""
     earliest, which, opens = h, NONE, False
     for number in range(len(m.contacts)):
         what, at_h = event_in_step(m, time, h, number)
