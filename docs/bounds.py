@@ -70,7 +70,7 @@ def periodic_bar(elements: int, courant: float, mass: str = "consistent") -> Sce
 
 
 class Gain(NamedTuple):
-    """Energy above the initial one, the largest rise above an earlier value, and the largest loss; over the initial one."""
+    """Gain above the initial energy, largest rise above an earlier value, largest loss; over the initial energy."""
 
     above: float
     rise: float

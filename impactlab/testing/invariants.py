@@ -1,4 +1,4 @@
-"""What must hold of every run, as numbers a test can bound: zero, or rounding, where the law and the scheme are right."""
+"""What must hold of every run, as numbers to bound: zero, or rounding, where the law and the scheme are right."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ def gain_above_start(book: EnergyBook) -> float:
 
 
 def precursor(history: RecordedHistory, body: str, speed: float, margin: float = 0.0) -> float:
-    """Return the largest velocity ahead of the first wave from a rod's left end, over ``speed`` [m/s], in all snapshots.
+    """Return the largest velocity ahead of the wave from a rod's left end, over ``speed`` [m/s], in all snapshots.
 
     Ahead means further than c t + ``margin`` [m]. The rod must be at rest at first, uniform, and struck at t = 0.
     """
@@ -123,13 +123,11 @@ def mirror_difference(history: RecordedHistory, image: RecordedHistory) -> float
 def scaling_difference(
     history: RecordedHistory, scaled: RecordedHistory, mass: float, length: float, time: float
 ) -> float:
-    """Return the largest difference of forces, gaps and times of a run and the same in other units, over their sizes."""
+    """Return the largest difference of forces, gaps and times of a run and itself in other units, over their sizes."""
     return records_difference(history, scaled, force=mass * length / time**2, length=length, time=time)
 
 
-def records_difference(
-    one: RecordedHistory, other: RecordedHistory, force: float, length: float, time: float
-) -> float:
+def records_difference(one: RecordedHistory, other: RecordedHistory, force: float, length: float, time: float) -> float:
     """Return the largest difference of the records of two runs with the same contacts, over their sizes."""
     first, second = (history.assembly.memory.record[: history.assembly.clock.n_records] for history in (one, other))
     if len(first) != len(second):

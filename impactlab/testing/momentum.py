@@ -105,7 +105,9 @@ def modal_balance(integrator: AbstractIntegrator, system: Operators, step: StepO
     turn = np.sqrt(stiffness / mass) * step.dt
     # K times the integral of u: of u0, of the velocity after the kick, of the constant force.
     of_velocity = 2.0 * np.sin(0.5 * turn) ** 2
-    of_force = np.where(turn > 1e-2, 1.0 - np.sin(turn) / np.where(turn > 0.0, turn, 1.0), turn**2 / 6.0 - turn**4 / 120.0)
+    of_force = np.where(
+        turn > 1e-2, 1.0 - np.sin(turn) / np.where(turn > 0.0, turn, 1.0), turn**2 / 6.0 - turn**4 / 120.0
+    )
     of_displacement = step.dt * stiffness * np.sinc(turn / np.pi)
     force = system.load + step.push
     return added(
@@ -161,7 +163,7 @@ def worst_balance(traced: Trace, equation: Equation | None = None) -> float:
 def field_truncation(model: AbstractDiscreteModel, face: float) -> float:
     """Return the share of an impulse at ``face`` [m] that modal coordinates do not take up as momentum of the field.
 
-    For mass-normalised modes. Zero for a free body. A held one with few modes also moves near its clamp: this part of a kick
-    is taken up by the clamp at once, and shrinks as modes are added.
+    For mass-normalised modes. Zero for a free body. A held one with few modes also moves near its clamp: this part
+    of a kick is taken up by the clamp at once, and shrinks as modes are added.
     """
     return 1.0 - float(model.momentum_row() @ model.row(face, "displacement"))

@@ -162,7 +162,8 @@ def in_other_units(scene: Scene, mass: float, length: float, time: float) -> Sce
         scene,
         bodies={name: scaled(body) for name, body in scene.bodies.items()},
         contacts=tuple(
-            dataclasses.replace(c, left=placed(c.left), right=placed(c.right), gap=c.gap * length) for c in scene.contacts
+            dataclasses.replace(c, left=placed(c.left), right=placed(c.right), gap=c.gap * length)
+            for c in scene.contacts
         ),
         duration=scene.duration * time,
         step=step,
@@ -185,10 +186,10 @@ def scenes(
     gravity: bool = True,
     turned: bool = True,
 ) -> Scene:
-    """Return scenes of one impact that `prepare` accepts: a mass on a rod, a rod on a wall, two rods; some seen from behind.
+    """Return scenes of one impact that `prepare` accepts, some seen from behind.
 
-    The mass of the striker is a thousandth to a thousand times that of the rod. The run is a whole number of steps, at most ``steps``, of about three
-    round trips at most.
+    A mass on a rod, a rod on a wall, two rods. The mass of the striker is a thousandth to a thousand times that of the
+    rod. The run is a whole number of steps, at most ``steps``, of about three round trips at most.
     """
     law = draw(DEFAULTS.laws() if laws is None else laws)
     integrator = draw(DEFAULTS.integrators() if integrators is None else integrators)

@@ -13,7 +13,7 @@ from impactlab.errors import CaseError, StepError
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.recorded import RecordedHistory
 from impactlab.scene import Scene
-from impactlab.simulate import Plan, prepare
+from impactlab.simulate import Plan, advance_of, prepare
 from impactlab.types import Array
 
 
@@ -32,7 +32,7 @@ class Trace(NamedTuple):
     @property
     def times(self) -> Array:
         """The ends of all steps, t = 0 first, shape (n_steps + 1,) [s]."""
-        return self.dt * np.arange(len(self.states))
+        return np.asarray(self.dt * np.arange(len(self.states)), float)
 
     def displacements(self, body: str) -> Array:
         """The coordinates of a body after each step, shape (n_steps + 1, n_dof)."""
@@ -89,7 +89,7 @@ def trace(scene: Scene) -> Trace:
 
 
 def run_in_cuts(scene: Scene, next_cut: Callable[[int], int]) -> RecordedHistory:
-    """Return the history of a scene whose loop is called from cut to cut; ``next_cut(step)`` gives the next step to stop at.
+    """Return the history of a scene whose loop is called from cut to cut; ``next_cut(step)`` says where it stops next.
 
     The bits of a run must not depend on the cuts.
     """
@@ -108,8 +108,7 @@ def run_in_cuts(scene: Scene, next_cut: Callable[[int], int]) -> RecordedHistory
 
 def walk_to(assembly: Assembly, history: RecordedHistory, step: int, sample_stride: int) -> None:
     """Call the loop until it has reached a step, making room where it asks for it."""
-    located = assembly.scene.events == "located" and bool(assembly.scene.contacts)
-    advance = loop.advance_located if located else loop.advance_dated
+    advance = advance_of(assembly.scene)
     while assembly.clock.step < step:
         status = advance(assembly.memory, assembly.dt, step, assembly.stride, sample_stride)
         history.drain()

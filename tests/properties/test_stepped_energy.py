@@ -88,7 +88,12 @@ def test_wave_identification_gains_within_its_bound(scene: Scene) -> None:
 
 @settings(max_examples=25)
 @given(
-    scenes(laws=st.just(AdditionDeletion()), integrators=st.just(CentralDifference()), gravity=False, far=("free", "clamped"))
+    scenes(
+        laws=st.just(AdditionDeletion()),
+        integrators=st.just(CentralDifference()),
+        gravity=False,
+        far=("free", "clamped"),
+    )
 )
 def test_hard_contact_under_central_difference_gains_nothing(scene: Scene) -> None:
     assert gain_above_start(trace(scene).history.energy) < ROUNDING
@@ -114,7 +119,9 @@ def struck(
 
 @pytest.mark.parametrize("far", ["clamped", "free"])
 @pytest.mark.parametrize("alpha", [1e-3, 1e-2, 0.1, 0.3, 1.0, 3.0, 10.0, 100.0])
-@pytest.mark.parametrize("model", [Modal(None, 10), Modal(None, 40), Modal(100, 10), Modal(100, 40), Modal(40, 20), Modal(40, 40)])
+@pytest.mark.parametrize(
+    "model", [Modal(None, 10), Modal(None, 40), Modal(100, 10), Modal(100, 40), Modal(40, 20), Modal(40, 40)]
+)
 def test_wave_identification_with_ten_modes_gains_less_than_one_percent(
     model: AbstractRodModel, alpha: float, far: str
 ) -> None:
@@ -125,12 +132,23 @@ def test_wave_identification_with_ten_modes_gains_less_than_one_percent(
 def periodic_bar(elements: int, courant: float) -> Scene:
     bar = Segment(1.0, 1.0, 1.0, 1.0)
     rod = Rod(
-        "rod", (bar,), End("free"), End("clamped"), displacement=lambda x: (1.0 - x) / 2.0, model=FiniteElement(elements)
+        "rod",
+        (bar,),
+        End("free"),
+        End("clamped"),
+        displacement=lambda x: (1.0 - x) / 2.0,
+        model=FiniteElement(elements),
     )
     contact = Contact(Point("wall", 0.0, "wall"), Point("rod", 0.0, "rod.left"), 0.0, AdditionDeletion())
     # Its free motion takes four transits for a period; with the wall at rest position it returns after three.
     return Scene(
-        "periodic bar", {"wall": Wall("wall"), "rod": rod}, (contact,), 12.0, Newmark(), StepRule(courant=courant), round_trip=2.0
+        "periodic bar",
+        {"wall": Wall("wall"), "rod": rod},
+        (contact,),
+        12.0,
+        Newmark(),
+        StepRule(courant=courant),
+        round_trip=2.0,
     )
 
 
@@ -167,14 +185,24 @@ def test_strongly_damped_contact_that_lets_go_while_pressed_gains_no_energy() ->
     law = Penalty(Relative(0.4), Relative(3.0))
     contact = Contact(Point("striker", 6.5, "striker.right"), Point("rod", 0.0, "rod.left"), 0.0, law)
     trip = rods["rod"].round_trip
-    scene = Scene("two", dict(rods), (contact,), 3.0 * trip, Newmark(), StepRule(points_per_period=8.9), round_trip=trip)
+    scene = Scene(
+        "two", dict(rods), (contact,), 3.0 * trip, Newmark(), StepRule(points_per_period=8.9), round_trip=trip
+    )
     # Once it gained 7e-4 here. Some hundred steps, each rounded a few times.
     assert trace(scene).history.energy.largest_gain < 1e-13
 
 
 def test_free_rod_far_from_home_keeps_its_energy() -> None:
     # Springs must act on differences: with K u of the whole travel 5e-10 of the energy was lost in rounding.
-    rod = Rod("rod", (STEEL,), End("free"), End("free"), velocity=1.0, displacement=lambda x: 1e-5 * x**2, model=FiniteElement(100))
+    rod = Rod(
+        "rod",
+        (STEEL,),
+        End("free"),
+        End("free"),
+        velocity=1.0,
+        displacement=lambda x: 1e-5 * x**2,
+        model=FiniteElement(100),
+    )
     for integrator in (Newmark(), CentralDifference()):
         body = dataclasses.replace(rod, model=FiniteElement(100, "lumped"))
         scene = Scene("far", {"rod": body}, (), 20.0 * rod.round_trip, integrator, StepRule(courant=0.5))

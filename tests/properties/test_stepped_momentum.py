@@ -1,4 +1,4 @@
-"""Momentum: what one body gives another takes, and it is what is reported; contact never pulls. For every law and scheme."""
+"""Momentum given is momentum taken and momentum reported; contact never pulls. For every law and scheme."""
 
 from __future__ import annotations
 
@@ -61,8 +61,11 @@ STEEL = Segment(0.3, 9e-4, 2.1e11, 7900.0)
     ("model", "bound"),
     [(Modal(None, 10), 0.032), (Modal(None, 40), 0.008), (Modal(None, 160), 0.002), (Modal(40, 40, "lumped"), 1e-12)],
 )
-def test_field_of_a_held_modal_body_takes_an_impulse_but_for_its_truncation(model: AbstractRodModel, bound: float) -> None:
-    # d analytic modes of a rod held at its far end leave out (2/pi^2) sum over k > d of 2/(k-1/2)^2 (+-): about 1/(pi^2 d) or less.
+def test_field_of_a_held_modal_body_takes_an_impulse_but_for_its_truncation(
+    model: AbstractRodModel, bound: float
+) -> None:
+    # The momentum of mode k of a rod held at its far end goes as (-1)^k 2/((k - 1/2) pi): an alternating series, whose
+    # rest after d modes is half its first term left out, 1/(pi d).
     built = model.build(Rod("rod", (STEEL,), End("free"), End("clamped")), 0.0)
     assert abs(field_truncation(built, 0.0)) < bound
 

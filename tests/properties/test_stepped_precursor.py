@@ -1,4 +1,4 @@
-"""Nothing moves before the wave arrives, but for a precursor of discrete models whose bound is written in docs/bounds.md."""
+"""Nothing moves before the wave arrives, but for the precursor of discrete models (bounds in docs/bounds.md)."""
 
 from __future__ import annotations
 
@@ -20,7 +20,9 @@ from impactlab.types import Relative
 POINTS = StepRule(points_per_period=20.0)
 
 
-def ahead(model: AbstractRodModel, integrator: AbstractIntegrator, step: StepRule, margin: float, piece: Segment) -> float:
+def ahead(
+    model: AbstractRodModel, integrator: AbstractIntegrator, step: StepRule, margin: float, piece: Segment
+) -> float:
     rod = Rod("rod", (piece,), End("free"), End("clamped"), model=model)
     transit = 0.5 * rod.round_trip
     scene = Scene(

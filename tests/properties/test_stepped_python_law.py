@@ -1,4 +1,4 @@
-"""A law compiled, a law called back and a run wholly in plain Python give the same values; errors of a law reach the caller."""
+"""Compiled law, called-back law and a run in plain Python give the same values; errors of a law reach the caller."""
 
 from __future__ import annotations
 

@@ -25,7 +25,9 @@ def whole(scene: Scene) -> RecordedHistory:
     return run_in_cuts(scene, lambda step: 10**9)
 
 
-def before_first_opening(one: RecordedHistory, other: RecordedHistory, force: float, length: float, time: float) -> float:
+def before_first_opening(
+    one: RecordedHistory, other: RecordedHistory, force: float, length: float, time: float
+) -> float:
     """Difference of two runs up to the step before the first opening of either.
 
     Where a trial force is zero to rounding, a hard contact may open a step earlier or later: what follows may differ.
@@ -60,10 +62,17 @@ def test_same_bits_where_events_are_located(scene: Scene, stride: int) -> None:
 
 
 @settings(max_examples=25)
-@given(scenes(models=st.builds(FiniteElement, st.integers(2, 40), st.just("lumped")), turned=False))
+@given(
+    scenes(
+        laws=laws().filter(lambda law: not law.holds_position),
+        models=st.builds(FiniteElement, st.integers(2, 40), st.just("lumped")),
+        turned=False,
+    )
+)
 def test_mirrored_scene_mirrored_answer_to_rounding(scene: Scene) -> None:
-    # Masses, springs and forces are the same numbers; a mirrored sweep rounds otherwise: 300 steps of a stable scheme, whose
-    # rounding grows no faster than the square of their number, 9e4 eps = 2e-11, for the largest of 80 coordinates.
+    # Without addition_deletion, which holds a gap at zero and then asks for its sign: rounding decides.
+    # Masses, springs and forces are the same numbers; a mirrored sweep rounds otherwise: 300 steps of a stable scheme,
+    # whose rounding grows no faster than the square of their number, 9e4 eps = 2e-11, in each of 80 coordinates.
     assert before_first_opening(whole(scene), whole(mirrored(scene)), 1.0, 1.0, 1.0) < 2e-9
 
 
