@@ -10,18 +10,19 @@ import ctypes
 import pickle
 from collections.abc import Callable
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numba
 import numpy as np
 from numba import cfunc, from_dtype, types
-from numba.core import cgutils
-from numba.core.caching import FunctionCache
+from numba.core import caching, cgutils
 from numba.extending import intrinsic
 
 from impactlab.types import PORT, REPLY, Port, Reply
 
 config: Any = numba.config
+type_of: Any = numba.typeof
 COMPILED = not config.DISABLE_JIT
 
 VECTOR = types.float64[::1]
@@ -64,11 +65,34 @@ else:
 CACHE_FAULTS = (EOFError, pickle.UnpicklingError, ValueError, AttributeError, ImportError, IndexError)
 
 
+def cache_folder(function: Callable[..., Any]) -> Path:
+    """Return where numba keeps what it compiled of a function."""
+    cache: Any = caching.FunctionCache
+    return Path(cache(function).cache_path)
+
+
 def drop_cache(function: Callable[..., Any]) -> None:
     """Delete what numba cached on disk for the module of a function: a truncated file there would stop every run."""
-    folder = Path(FunctionCache(function).cache_path)
+    folder = cache_folder(function)
     for kept in folder.glob(f"{Path(function.__code__.co_filename).stem}.*.nb[ic]"):
         kept.unlink(missing_ok=True)
+
+
+def drop_stale(entry: Any, *modules: ModuleType) -> bool:
+    """Drop the cache of a compiled function where a module that it takes parts or constants from is newer.
+
+    Numba itself looks at the function's own file only. Returns whether anything was dropped.
+    """
+    if not COMPILED:
+        return False
+    function = getattr(entry, "py_func", entry)
+    newest = max(Path(str(module.__file__)).stat().st_mtime for module in modules)
+    folder = cache_folder(function)
+    kept = folder.glob(f"{Path(function.__code__.co_filename).stem}.*.nb[ic]")
+    if all(path.stat().st_mtime >= newest for path in kept):
+        return False
+    drop_cache(function)
+    return True
 
 
 def entered(entry: Any, *arguments: Any) -> Any:
@@ -77,7 +101,7 @@ def entered(entry: Any, *arguments: Any) -> Any:
         return entry(*arguments)
     if not entry.signatures:
         try:
-            entry.compile(tuple(numba.typeof(argument) for argument in arguments))
+            entry.compile(tuple(type_of(argument) for argument in arguments))
         except CACHE_FAULTS:
             drop_cache(entry.py_func)
     return entry(*arguments)

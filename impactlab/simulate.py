@@ -188,11 +188,15 @@ def run(scene: Scene, progress: Progress | None = None) -> AbstractHistory:
 
 def advance_of(scene: Scene) -> Callable[..., int]:
     """Return the loop that takes the steps of a scene: whole, or cut at events."""
-    from impactlab import loop
+    if scene.events == "located" and scene.contacts:
+        from impactlab.located import advance_located
 
-    located = scene.events == "located" and bool(scene.contacts)
-    advance: Callable[..., int] = loop.advance_located if located else loop.advance_dated
-    return advance
+        located: Callable[..., int] = advance_located
+        return located
+    from impactlab.loop import advance_dated
+
+    dated: Callable[..., int] = advance_dated
+    return dated
 
 
 def walk(assembly: Assembly, history: RecordedHistory, progress: Progress | None) -> int:

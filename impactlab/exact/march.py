@@ -28,9 +28,9 @@ from impactlab.exact.kernel import (
 )
 from impactlab.exact.memory import Memory
 from impactlab.exact.network import Log, Network
-from impactlab.exact.sources import drop_stale
-from impactlab.pointers import call
+from impactlab.pointers import call, drop_stale
 
+INLINE = kernel.njit(inline="always", _nrt=False, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
 DONE, MORE_RECORDS, MORE_POOL, MORE_EVENTS, TOO_MANY, UNRESOLVED = 0, 1, 2, 3, 4, 5
 CLOSE, OPEN = 1, 0
 BURST = 64  # events within 1e3 merge tolerances that count as endless
@@ -296,7 +296,7 @@ def happen(m: Memory, j: int, t: float) -> bool:
     return bool(junction.bursts <= BURST)
 
 
-@PART
+@INLINE
 def interval(m: Memory, j: int) -> int:
     """Advance junction j to its next break or event; return DONE, or why it cannot go on."""
     state, junction = m.state[0], m.junctions[j]

@@ -12,8 +12,7 @@ from numba import types
 from impactlab.exact import kernel, memory
 from impactlab.exact.kernel import CHOP, ORDER, RESOLVED, chopped
 from impactlab.exact.memory import Memory
-from impactlab.exact.sources import drop_stale
-from impactlab.pointers import COMPILED, kernel_address
+from impactlab.pointers import COMPILED, drop_stale, kernel_address
 from impactlab.types import Array
 
 njit: Any = numba.njit

@@ -13,7 +13,8 @@ import pytest
 from numba.core.caching import FunctionCache
 from numpy.polynomial import chebyshev
 
-from impactlab.exact import kernel, march, sources, tied
+from impactlab import pointers
+from impactlab.exact import kernel, march, tied
 from impactlab.pointers import COMPILED
 
 
@@ -134,10 +135,10 @@ def test_cache_goes_when_a_module_it_was_made_of_changes(tmp_path):
     module.twice(1)
     folder = Path(FunctionCache(module.twice.py_func).cache_path)
     assert list(folder.glob("kept.*"))
-    assert not sources.drop_stale(module.twice, part)
+    assert not pointers.drop_stale(module.twice, part)
     later = time.time() + 10.0
     os.utime(tmp_path / "part.py", (later, later))
-    assert sources.drop_stale(module.twice, part)
+    assert pointers.drop_stale(module.twice, part)
     assert not list(folder.glob("kept.*"))
 
 
