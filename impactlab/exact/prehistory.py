@@ -132,19 +132,21 @@ def first_records(scene: Scene, layout: Layout, pieces: dict[int, list[Piece]], 
     net = layout.network
     g = net.gravity
     total = len(net.node_of) - 1
-    speed = np.zeros(len(net.transit))
+    speed = [0.0] * len(net.transit)
+    node_of, end_of, contact_of = net.node_of.tolist(), net.end_of.tolist(), net.contact_of.tolist()
+    transit = net.transit.tolist()
     for name, links in layout.links.items():
         rod = scene.bodies[name]
         for link in links:
             if isinstance(rod, Rod):
-                speed[[link.left_end, link.right_end]] = rod.velocity
-    fastest = max(float(np.max(np.abs(v), initial=0.0)), float(np.max(np.abs(speed))))
+                speed[link.left_end] = speed[link.right_end] = rod.velocity
+    fastest = max(map(abs, [*v.tolist(), *speed]))
     records: list[list[tuple[float, float, Array]]] = []
     for j in range(total):
-        ends = range(net.end_of[j], net.end_of[j + 1])
-        nodes = net.node_of[j + 1] - net.node_of[j]
-        height = 2 * nodes + 2 * len(ends) + net.contact_of[j + 1] - net.contact_of[j]
-        longest = max((float(net.transit[e]) for e in ends), default=net.tolerance)
+        ends = range(end_of[j], end_of[j + 1])
+        nodes = node_of[j + 1] - node_of[j]
+        height = 2 * nodes + 2 * len(ends) + contact_of[j + 1] - contact_of[j]
+        longest = max((transit[e] for e in ends), default=net.tolerance)
         breaks = {-longest, 0.0}
         for e in ends:
             for a, b, wave in pieces.get(e, []):
@@ -155,7 +157,7 @@ def first_records(scene: Scene, layout: Layout, pieces: dict[int, list[Piece]], 
             if not times or t - times[-1] > net.tolerance:
                 times.append(t)
         times[-1] = 0.0
-        carried = np.zeros(len(ends))
+        carried = [0.0] * len(ends)
         row: list[tuple[float, float, Array]] = []
         for t0, t1 in zip(times[-2::-1], times[:0:-1], strict=True):
             waves = []
@@ -166,9 +168,7 @@ def first_records(scene: Scene, layout: Layout, pieces: dict[int, list[Piece]], 
                         wave = moved(given, a, b, t0, t1)
                 wave[0] += 0.25 * g * (t0 + t1)
                 wave[1] += 0.25 * g * (t1 - t0)
-                integral = 0.5 * (t1 - t0) * chebyshev.chebint(wave, lbnd=1.0)
-                integral[0] += carried[i]
-                carried[i] = chebyshev.chebval(-1.0, integral)
+                integral, carried[i] = integrated(wave, 0.5 * (t1 - t0), carried[i])
                 waves.append((wave, integral))
             n = max((len(integral) for _, integral in waves), default=1)
             table = np.zeros((height, n))
@@ -177,8 +177,16 @@ def first_records(scene: Scene, layout: Layout, pieces: dict[int, list[Piece]], 
                 table[2 * nodes + len(ends) + i, : len(integral)] = integral
             row.append((t0, t1, table))
         records.append(row[::-1])
-    fastest = max(fastest, abs(g) * 2.0 * float(np.max(net.transit)))
+    fastest = max(fastest, abs(g) * 2.0 * max(transit))
     return filled(layout, records, u, v, fastest)
+
+
+def integrated(wave: Array, half: float, last: float) -> tuple[Array, float]:
+    """Return the integral of a series that ends at ``last``, and its first value; half is half the length in time."""
+    c = [2.0 * float(wave[0]), *wave[1:].tolist(), 0.0, 0.0]
+    whole = [half * (c[k - 1] - c[k + 1]) / (2.0 * k) for k in range(1, len(wave) + 1)]
+    constant = last - sum(whole)
+    return np.array([constant, *whole]), constant - sum(whole[::2]) + sum(whole[1::2])
 
 
 def moved(wave: Array, a: float, b: float, t0: float, t1: float) -> Array:
@@ -199,7 +207,7 @@ def filled(layout: Layout, records: list[list[tuple[float, float, Array]]], u: A
     room = max(ROOM_FIRST, 2 * max(len(row) for row in records))
     used = sum(table.size for row in records for _, _, table in row)
     log = log_of(net, u, v, room, used + POOL_FIRST, ROOM_FIRST)
-    reach = max(fastest * 2.0 * float(np.min(net.transit)), 1e-2 * float(np.max(np.abs(u))))
+    reach = max(fastest * 2.0 * min(net.transit.tolist()), 1e-2 * max(map(abs, u.tolist())))
     log.scale[:] = fastest, reach
     at = 0
     for j, row in enumerate(records):
