@@ -129,9 +129,8 @@ def log_of(net: Network, u: Array, v: Array, room: int, pool: int, events: int) 
     contact["left"], contact["right"], contact["face"], contact["gap"] = net.left, net.right, net.face, net.gap
     contact["stiffness"], contact["damping"] = net.stiffness, net.damping
     contact["impedance"] = net.contact_impedance
-    heights = 2 * np.diff(net.node_of) + 2 * np.diff(net.end_of) + np.diff(net.contact_of)
-    widest = int(np.max(heights))
-    tables = np.zeros((3, widest, ROOM))
+    before = 2 * net.node_of + 2 * net.end_of + net.contact_of
+    tables = np.zeros((3, int((before[1:] - before[:-1]).max()), ROOM))
     memory = Memory(
         0, states, junctions, nodes, ends, contacts, None, None, np.empty(pool),
         tables[0], tables[1], tables[2], np.zeros((DEPTH + 1, WIDTH)),

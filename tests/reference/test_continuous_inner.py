@@ -1,0 +1,137 @@
+"""Contacts at inner points, a mass between two rods, and runs that have no end."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from impactlab.errors import StepError
+from impactlab.exact import march
+from impactlab.exact import solve as solver
+from impactlab.exact.build import build
+from impactlab.exact.solve import solve
+from impactlab.pointers import COMPILED
+from impactlab.scene import Mass, Point
+from tests.reference.exact_scenes import CLAMPED, Hard, Spring, point, rod, scene, struck
+
+AT = 0.3  # m, where the rod is struck
+
+
+def struck_inside(direction, mass=0.7, z=1.3, law=None):
+    """A mass of velocity 1 that pushes a free rod at an inner point towards +x or -x."""
+    bar, hammer = rod(z=z), Mass("hammer", mass, direction)
+    faces = [point(hammer), Point("rod", AT, f"rod@{AT}")]
+    faces = faces if direction > 0.0 else faces[::-1]
+    return scene([bar, hammer], [(*faces, 0.0, law if law is not None else Hard())], 4.0)
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_a_mass_that_strikes_inside_pushes_both_ways(direction):
+    # both parts of the rod resist with Z until the first end answers after 2 x/c: m v' = -2 Z v
+    mass, z = 0.7, 1.3
+    history = solve(struck_inside(direction, mass, z))
+    force = next(name for name in history.channels() if name.startswith("force:"))
+    t = np.linspace(0.0, 2.0 * AT - 1e-9, 25)
+    v = np.exp(-2.0 * z * t / mass)
+    assert float(history.evaluate(0.0, force)) == pytest.approx(2.0 * z, abs=1e-14)
+    assert history.evaluate(t, force) == pytest.approx(2.0 * z * v, abs=1e-13)
+    assert history.evaluate(t, "velocity:hammer") == pytest.approx(direction * v, abs=1e-13)
+    moved = direction * mass / (2.0 * z) * (1.0 - v)
+    assert history.evaluate(t, "position:hammer") == pytest.approx(moved, abs=1e-13)
+    assert history.evaluate(t, f"displacement:rod@{AT}") == pytest.approx(moved, abs=1e-13)
+    # compression (positive) ahead, tension behind, each half as strong as the contact was when the wave left
+    way = 0.2
+    later = np.linspace(way + 1e-6, 2.0 * AT - way - 1e-6, 9)
+    wave = z * np.exp(-2.0 * z * (later - way) / mass)
+    for side in (1.0, -1.0):
+        seen = history.evaluate(later, f"force:rod@{AT + side * way}")
+        assert seen == pytest.approx(side * direction * wave, abs=1e-12)
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+@pytest.mark.parametrize("law", [Hard(), Spring(4.0, 0.5)])
+def test_struck_inside_keeps_momentum_and_energy(direction, law):
+    history = solve(struck_inside(direction, law=law))
+    t = np.linspace(0.0, 4.0, 41)
+    whole = history.evaluate(t, "momentum:hammer") + history.evaluate(t, "momentum:rod")
+    assert whole == pytest.approx(0.7 * direction, abs=1e-12)
+    assert max(history.energy.largest_gain, history.energy.largest_loss) < 1e-12
+
+
+def mass_between(v_left, v_mass, v_right, law, gap=0.0):
+    a, b = rod("a", velocity=v_left), rod("b", velocity=v_right)
+    ball = Mass("ball", 0.8, v_mass)
+    contacts = [(point(a, "right"), point(ball), gap, law), (point(ball), point(b, "left"), gap, law)]
+    return scene([a, ball, b], contacts, 8.0)
+
+
+@pytest.mark.parametrize("law", [Hard(), Spring(6.0), Spring(6.0, 0.4)])
+@pytest.mark.parametrize("velocities", [(0.0, 1.0, 0.0), (1.0, 0.0, 0.0), (1.0, 0.2, -0.5), (0.6, -1.0, -0.6)])
+@pytest.mark.parametrize("gap", [0.0, 0.1])
+def test_a_mass_between_two_rods_keeps_momentum_and_energy(law, velocities, gap):
+    history = solve(mass_between(*velocities, law, gap))
+    t = np.linspace(0.0, 8.0, 81)
+    whole = sum(history.evaluate(t, f"momentum:{name}") for name in ("a", "ball", "b"))
+    assert whole == pytest.approx(velocities[0] + 0.8 * velocities[1] + velocities[2], abs=1e-12)
+    assert max(history.energy.largest_gain, history.energy.largest_loss) < 1e-12
+    for span in history.contacts:
+        assert span.impulse >= 0.0
+
+
+@pytest.mark.parametrize("law", [Hard(), Spring(6.0, 0.4)])
+def test_a_mass_squeezed_from_both_sides_stays(law):
+    history = solve(mass_between(1.0, 0.0, -1.0, law))
+    t = np.linspace(0.0, 8.0, 161)
+    assert history.evaluate(t, "position:ball") == pytest.approx(0.0, abs=1e-14)
+    left, right = (history.evaluate(t, f"force:{name}") for name in ("a.right|ball", "ball|b.left"))
+    assert left == pytest.approx(right, abs=1e-13)
+    there, here = history.evaluate(t, "displacement:a@0.25"), history.evaluate(t, "displacement:b@0.75")
+    assert there == pytest.approx(-here, abs=1e-13)
+    if law.hard:  # each rod is stopped by a wall that stands still: Z v for two transits
+        times = {(event.contact, event.kind): event.time for event in history.events}
+        assert times["a.right|ball", "open"] == pytest.approx(2.0, abs=1e-13)
+        assert left[1:39] == pytest.approx(1.0, abs=1e-13)
+
+
+@pytest.mark.parametrize("law", [Hard(), Spring(6.0, 0.4)])
+def test_mirrored_mass_between_two_rods(law):
+    one, other = solve(mass_between(1.0, 0.2, -0.5, law)), solve(mass_between(0.5, -0.2, -1.0, law))
+    t = np.linspace(0.0, 8.0, 97)
+    assert one.evaluate(t, "position:ball") == pytest.approx(-other.evaluate(t, "position:ball"), abs=1e-12)
+    there, here = one.evaluate(t, "displacement:a@0.25"), other.evaluate(t, "displacement:b@0.75")
+    assert there == pytest.approx(-here, abs=1e-12)
+
+
+def test_intervals_without_end_stop_the_run_with_what_was_reached(monkeypatch):
+    struck_rod = struck(1.0, 6.0, CLAMPED)
+    whole = solve(struck_rod)
+
+    def nearly_spent(scene):
+        layout, log = build(scene)
+        log.tally[2] = march.INTERVALS - 9
+        return layout, log
+
+    monkeypatch.setattr(solver, "build", nearly_spent)
+    with pytest.raises(StepError, match="without end") as caught:
+        solve(struck_rod)
+    error = caught.value
+    assert 0.0 < error.time < 6.0
+    assert error.step == march.INTERVALS + 1
+    t = np.linspace(0.0, error.time, 50, endpoint=False)
+    for channel in ("position:hammer", "velocity:hammer", "stress:rod@0"):
+        assert error.history.evaluate(t, channel) == pytest.approx(whole.evaluate(t, channel), abs=1e-13)
+
+
+@pytest.mark.skipif(not COMPILED, reason="writes into the memory of the compiled march")
+def test_events_without_end_stop_the_run(monkeypatch):
+    def busy(scene):
+        layout, log = build(scene)
+        log.memory.junctions["burst"] = 0.0
+        log.memory.junctions["bursts"] = march.BURST
+        return layout, log
+
+    monkeypatch.setattr(solver, "build", busy)
+    with pytest.raises(StepError, match="without end") as caught:
+        solve(struck(1.0, 6.0, CLAMPED))
+    assert caught.value.time == 0.0
+    assert caught.value.history is None
