@@ -13,6 +13,8 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
 from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.contact.impulse_momentum import ImpulseMomentum
@@ -27,7 +29,7 @@ from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
 from impactlab.scene import Contact, End, Mass, Point, Rod, Scene, Segment, StepRule, Wall
-from impactlab.testing.invariants import gain_above_start, precursor
+from impactlab.testing.invariants import precursor
 from impactlab.testing.trace import run_in_cuts, trace
 from impactlab.types import Relative
 
@@ -85,7 +87,8 @@ def gain_of(scene: Scene) -> Gain | None:
         return None
     except StepError:
         return Gain(math.inf, math.inf, math.inf)
-    return Gain(gain_above_start(book), book.largest_gain, -float(book.balance.min()) / book.scale)
+    rise = float(np.max(book.balance - np.minimum.accumulate(book.balance))) / book.scale
+    return Gain(book.largest_gain, rise, book.largest_loss)
 
 
 def worst(scenes: Iterable[Scene]) -> Gain | None:

@@ -91,6 +91,29 @@ def face_velocity_per_force(scene: Scene, steppers: dict[str, Stepper], number: 
     return float(stepper.force_response[place, n_dof : 2 * n_dof] @ stepper.face_rows[place])
 
 
+def check_explicit_spring(
+    scene: Scene, steppers: dict[str, Stepper], integrator: AbstractIntegrator, dt: float
+) -> None:
+    """Raise `CaseError` where a contact spring is too stiff for a force that acts at the start of the step.
+
+    Two bodies and the spring between them swing with w^2 = k (yields of both faces); leapfrog is stable up to w dt = 2.
+    """
+    if integrator.load_point > 0.0:
+        return
+    for number, contact in enumerate(scene.contacts):
+        sides = [side_facts(scene, point) for point in (contact.left, contact.right)]
+        spring = contact.law.spring(sides[0], sides[1], dt)
+        pliancy = dt * sum(face_velocity_per_force(scene, steppers, number, side) for side in (0, 1))
+        if spring is not None and spring[0] * pliancy > 4.0:
+            stable = dt * 2.0 / math.sqrt(spring[0] * pliancy)
+            raise CaseError(
+                f"the contact spring of {spring[0]:.6g} N/m is too stiff for an explicit step of {dt:.6g} s between "
+                f"these faces; the limit is {4.0 / pliancy:.6g} N/m",
+                remedy=f"Give a step of {stable:.6g} s or less, or integrator newmark.",
+                path=f"contacts.{number}.law",
+            )
+
+
 def start_law(scene: Scene, steppers: dict[str, Stepper], number: int, dt: float) -> Start:
     """Return what the law of a contact asks for; errors name the contact."""
     contact = scene.contacts[number]
@@ -148,12 +171,12 @@ class Assembly:
         bodies_by_name, bodies = records(BodyRecord, len(names))
         self._shift: dict[str, int] = {}
         momentum = np.zeros_like(state)
-        dampers: list[tuple[int, float]] = []
+        dampers: list[tuple[int, float, int]] = []
         for number, (name, stepper) in enumerate(steppers.items()):
             n_dof, shift = built[name].system.load.size, int(state_start[number])
             self._shift[name] = shift
             momentum[shift + n_dof : shift + 2 * n_dof] = built[name].model.momentum_row()
-            dampers += [(shift + i, value) for i, value in enumerate(built[name].system.damping[0]) if value]
+            dampers += [(shift + i, value, n_dof) for i, value in enumerate(built[name].system.damping[0]) if value]
             fill(
                 bodies_by_name[number],
                 free=kernel_address(stepper.free, FREE),
@@ -170,8 +193,11 @@ class Assembly:
                 impulse_start=response_start[len(names) + number],
             )
         dampers_by_name, damper_records = records(DamperRecord, len(dampers))
-        for number, (index, damping) in enumerate(dampers):
-            fill(dampers_by_name[number], index=index, damping=damping)
+        for number, (index, damping, n) in enumerate(dampers):
+            straddles = float(integrator.velocity_point < 1.0)
+            fill(
+                dampers_by_name[number], index=index, damping=damping, straddles=straddles, before=dt * state[index + n]
+            )
         faces = self._faces(names, steppers)
         ports, contacts, replies, messengers, readings, left_out = self._contacts(steppers)
         self.probe_channels, probes = self._probes()

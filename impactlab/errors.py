@@ -25,9 +25,7 @@ class ImpactlabError(Exception):
         Line in that file, from 1.
     """
 
-    def __init__(
-        self, text: str, *, remedy: str = "", path: str = "", file: str = "", line: int | None = None
-    ) -> None:
+    def __init__(self, text: str, *, remedy: str = "", path: str = "", file: str = "", line: int | None = None) -> None:
         super().__init__(text)
         self.text = text
         self.remedy = remedy

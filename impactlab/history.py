@@ -65,15 +65,13 @@ class EnergyBook(NamedTuple):
 
     @property
     def largest_gain(self) -> float:
-        """Largest rise of the balance above an earlier value, over the scale."""
-        balance = self.balance
-        return float(np.max(balance - np.minimum.accumulate(balance))) / self.scale
+        """How far the balance ever rises above its start, over the scale."""
+        return max(0.0, float(np.max(self.balance))) / self.scale
 
     @property
     def largest_loss(self) -> float:
-        """Largest fall of the balance below an earlier value, over the scale."""
-        balance = self.balance
-        return float(np.max(np.maximum.accumulate(balance) - balance)) / self.scale
+        """How far the balance ever falls below its start, over the scale."""
+        return max(0.0, -float(np.min(self.balance))) / self.scale
 
 
 class Warned(NamedTuple):

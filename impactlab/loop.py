@@ -250,8 +250,11 @@ def settle(m: Memory, dt: float, end: float) -> None:
     """Book the losses of an accepted step, take snapshots, move the clock."""
     clock = m.clock[0]
     for number in range(len(m.dampers)):
-        moved = m.state[m.dampers[number].index] - m.dampers[number].old
-        clock.lost_ends += m.dampers[number].damping * moved * moved / dt
+        damper = m.dampers[number]
+        moved = m.state[damper.index] - damper.old
+        felt = 0.5 * (moved + damper.before) if damper.straddles != 0.0 else moved
+        clock.lost_ends += damper.damping * felt * felt / dt
+        damper.before = moved
     for number in range(clock.n_snapshots, len(m.snapshots)):
         if m.snapshots[number].time > end:
             break

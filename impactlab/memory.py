@@ -73,7 +73,13 @@ class MessengerRecord(ctypes.Structure):
 class DamperRecord(ctypes.Structure):
     """A dashpot end: the entry of the state it moves with."""
 
-    _fields_ = [("index", INTEGER), ("damping", REAL), ("old", REAL)]
+    _fields_ = [
+        ("index", INTEGER),
+        ("damping", REAL),
+        ("old", REAL),  # m, at the start of the step
+        ("straddles", REAL),  # 1 where the dashpot feels the mean velocity of this step and the one before (leapfrog)
+        ("before", REAL),  # m, moved in the step before
+    ]
 
 
 class EventRecord(ctypes.Structure):

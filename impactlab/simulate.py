@@ -10,7 +10,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from impactlab.assembly import Assembly, BuiltBody, build_bodies, prepare_steppers, start_law
+from impactlab.assembly import (
+    Assembly,
+    BuiltBody,
+    build_bodies,
+    check_explicit_spring,
+    prepare_steppers,
+    start_law,
+)
 from impactlab.errors import CaseError, StepError
 from impactlab.grazing import near_grazing
 from impactlab.history import AbstractHistory, Warned
@@ -133,6 +140,7 @@ def prepare(scene: Scene) -> Plan:
             f"{steps} steps are too many", remedy="Give a longer step or a shorter duration.", path="solve.step"
         )
     steppers = prepare_steppers(scene, built, integrator, dt)
+    check_explicit_spring(scene, steppers, integrator, dt)
     for number, contact in enumerate(scene.contacts):
         start_law(scene, steppers, number, dt)
         if contact.law.holds_position and integrator.hard_constraint_gains and scene.events == "dated":

@@ -18,6 +18,7 @@ from impactlab.types import Array
 njit: Any = numba.njit
 typeof: Any = numba.typeof
 PART = njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
+INLINE = njit(inline="always", error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 
 @PART
@@ -142,7 +143,7 @@ def gather(m: Memory, j: int, damp: Array, stiff: Array, b: Array, first: Array)
                         damp[here, there] -= contact.damping
 
 
-@PART
+@INLINE
 def combined(damp: Array, stiff: Array, heavy: int, moving: int, half: float) -> Array:
     """Return the velocity of each group as a combination of the unknowns and of the loads of groups without mass."""
     light, n = moving - heavy, moving + heavy
@@ -175,7 +176,7 @@ def add_row(a: Array, force: Array, at: int, factor: float, row: Array, n: int, 
             force[at, k] += factor * row[q] * b[heavy + q - n, k]
 
 
-@PART
+@INLINE
 def solved(a: Array, force: Array, first: Array, y: Array, speed: float) -> bool:
     """Solve y' = a y + force with as many coefficients as are needed; return whether ORDER of them are enough."""
     n = len(a)

@@ -39,6 +39,7 @@ class AbstractIntegrator(ABC):
     """A time-stepping scheme. To write one, supply the class facts and two methods.
 
     1. ``serves``: which compliances it offers. 2. ``order`` on a smooth problem. 3. ``prepare``. 4. ``limit``.
+    5. ``gains_energy``, which may depend on its options.
     """
 
     serves: ClassVar[frozenset[Level]]
@@ -50,8 +51,12 @@ class AbstractIntegrator(ABC):
     jump_in_force: ClassVar[bool] = False  # F dt already holds a closing jump
     needs_diagonal_mass: ClassVar[bool] = False
     needs_modes: ClassVar[bool] = False  # mass and stiffness must be diagonal
-    gains_energy: ClassVar[float] = 0.0  # declared bound on the energy gain with a contact, relative
     hard_constraint_gains: ClassVar[bool] = False  # a hard position constraint makes it gain energy
+
+    @property
+    @abstractmethod
+    def gains_energy(self) -> float:
+        """Declared bound on the energy that a contact may add under this scheme, over the initial energy."""
 
     @abstractmethod
     def limit(self, system: Operators) -> float:

@@ -75,6 +75,7 @@ class ExactModal(AbstractIntegrator):
     order = 2
     any_dt = True
     hard_constraint_gains = True
+    gains_energy = 0.0
     needs_modes = True
 
     def limit(self, system: Operators) -> float:

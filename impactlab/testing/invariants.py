@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from impactlab.banded import solve
-from impactlab.history import AbstractHistory, EnergyBook
+from impactlab.history import AbstractHistory
 from impactlab.recorded import RecordedHistory
 from impactlab.scene import Mass, Rod, Scene
 from impactlab.testing.momentum import field_truncation, worst_balance
@@ -15,7 +15,6 @@ __all__ = [
     "exchanged_momentum_error",
     "field_truncation",
     "free_momentum_error",
-    "gain_above_start",
     "mirror_difference",
     "precursor",
     "reported_impulse_error",
@@ -92,11 +91,6 @@ def free_momentum_error(traced: Trace) -> float:
         size += float(np.max(np.abs(velocities) @ np.abs(row)))
         total -= traced.times * float(row @ solve(built.system.mass, built.system.load))
     return float(np.max(np.abs(total - total[0])) / size)
-
-
-def gain_above_start(book: EnergyBook) -> float:
-    """Return how far the balance of energy rose above its initial value, over the initial energy."""
-    return float(np.max(book.balance)) / book.scale
 
 
 def precursor(history: RecordedHistory, body: str, speed: float, margin: float = 0.0) -> float:
