@@ -235,7 +235,7 @@ def test_a_snapshot_is_a_field_and_any_other_time_says_which_there_are() -> None
     scene = paper(Modal(100, 100), WaveIdentification(), Newmark(), snapshots=(2e-5,))
     history = run(scene)
     field = history.field("rod", 2e-5, "velocity")
-    # The front stands at c t = 0.103 m; a consistent mass sends short waves up to 1.7 times as fast, small ones.
+    # The front stands at c t = 0.103 m; a consistent mass sends short waves up to 1.41 c, small ones.
     assert np.abs(field.values[field.x > 0.18]).max() < 0.01
     assert field.values[field.x < 0.08].min() > 0.5
     with pytest.raises(ImpactlabError, match="no snapshot at t = 3e-05 s; snapshots: 2e-05"):
