@@ -20,7 +20,7 @@ from impactlab.contact.base import AbstractContactLaw
 from impactlab.contact.impulse_momentum import ImpulseMomentum
 from impactlab.contact.penalty import Penalty
 from impactlab.contact.wave_identification import WaveIdentification
-from impactlab.errors import PairingError, StepError
+from impactlab.errors import CaseError, PairingError, StepError
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.exact_modal import ExactModal
@@ -83,7 +83,7 @@ def gain_of(scene: Scene) -> Gain | None:
     """Return the gains of a scene; None where the pair is refused, infinite where the run fails."""
     try:
         book = trace(scene).history.energy
-    except PairingError:
+    except (CaseError, PairingError):
         return None
     except StepError:
         return Gain(math.inf, math.inf, math.inf)
