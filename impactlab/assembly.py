@@ -264,7 +264,7 @@ class Assembly:
         return (shift + row.size if quantity == "velocity" else shift), row
 
     def _events(self) -> Any:
-        self.events, events = records(EventRecord, EVENTS)
+        self.events, events = records(EventRecord, max(EVENTS, 1024 * len(self.scene.contacts)))
         return events
 
     def _probes(self) -> tuple[list[tuple[str, Quantity]], list[tuple[int, Array]]]:

@@ -57,7 +57,7 @@ def summary_text(summary: Mapping[str, Any]) -> str:
     energy = summary["energy"]
     lines.append(
         f"  energy    {_number(energy['initial'])} J to {_number(energy['final'])} J, "
-        f"largest gain {_number(energy['largest_gain'])}, loss {_number(energy['largest_loss'])}"
+        f"largest gain {_number(100 * energy['largest_gain'])} %, loss {_number(100 * energy['largest_loss'])} %"
     )
     errors = summary["errors"] or {}
     shown = {key: value for key, value in errors.items() if key != "reference" and value is not None}

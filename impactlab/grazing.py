@@ -46,8 +46,8 @@ def near_grazing(history: AbstractHistory, contact_name: str, round_trip: float,
         gap = history.evaluate(t, f"gap:{contact_name}")
         largest = np.maximum.accumulate(gap)
         inner = 1 + np.flatnonzero((gap[1:-1] < gap[:-2]) & (gap[1:-1] <= gap[2:]))
-        # Laws that do not tie positions may open while the faces still overlap: no flight yet.
-        near = inner[(largest[inner] > 0.0) & (gap[inner] < SHALLOW * largest[inner])]
+        # Faces may overlap while no force acts (laws that do not tie positions, soft springs): that is no flight.
+        near = inner[(largest[inner] > 0.0) & (gap[inner] >= 0.0) & (gap[inner] < SHALLOW * largest[inner])]
         if len(near):
             i = int(near[0])
             share = 100.0 * gap[i] / largest[i]

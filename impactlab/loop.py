@@ -18,7 +18,9 @@ from impactlab.types import MEMORY
 # Why `advance` came back.
 DONE, LAW_FAILED, NOT_FINITE, RECORDS_FULL, EVENTS_FULL = 0, 1, 2, 3, 4
 CLOSE, OPEN, IMPULSE = 0, 1, 2
-SWEEPS = 200  # of the coupled answers of several contacts
+SWEEPS = 5000  # of the coupled answers of several contacts
+LATE = 1e-9  # of a step: a snapshot this little after its end belongs to it (a multiple of dt is not exact)
+AGREED = 1e-9  # of the largest impulse: answers that still change by more have not been found
 
 njit: Any = numba.njit
 ENTRY = njit(cache=True, _nrt=False, fastmath=FAST)
@@ -90,7 +92,7 @@ def begin_step(m: Memory, end: float) -> None:
     for number in range(len(m.dampers)):
         m.dampers[number].old = m.state[m.dampers[number].index]
     for number in range(clock.n_snapshots, len(m.snapshots)):
-        if m.snapshots[number].time > end:
+        if m.snapshots[number].time > end + LATE * (end - clock.time):
             break
         m.snapshots[number].before = clock.time
         for i in range(m.state.size):
@@ -110,19 +112,19 @@ def free_step(m: Memory) -> None:
 
 
 def answer(m: Memory, time: float, dt: float) -> bool:
-    """Ask the laws until their coupled answers agree; False where a law failed."""
+    """Ask the laws until their coupled answers agree; False where a law failed or they do not."""
     n_contacts = len(m.contacts)
     for number in range(n_contacts):
         m.contacts[number].force = 0.0
         m.contacts[number].impulse = 0.0
-    answered = True
+    answered, change, largest = True, 0.0, 0.0
     for _ in range(SWEEPS if n_contacts > 1 else 1):
         change, largest = 0.0, 0.0
         for number in range(n_contacts):
             contact, port, reply = m.contacts[number], m.ports[number], m.replies[number]
             left, right = m.faces[2 * number], m.faces[2 * number + 1]
             left_u, right_u, left_v, right_v = left.free_u, right.free_u, left.free_v, right.free_v
-            left_now, right_now = left.v, right.v
+            others_rate = 0.0
             for other in range(n_contacts):
                 force, impulse = m.contacts[other].force, m.contacts[other].impulse
                 if other != number and (force != 0.0 or impulse != 0.0):
@@ -131,17 +133,16 @@ def answer(m: Memory, time: float, dt: float) -> bool:
                     right_u += m.answers[U_FORCE, b, other] * force + m.answers[U_IMPULSE, b, other] * impulse
                     left_v += m.answers[V_FORCE, a, other] * force + m.answers[V_IMPULSE, a, other] * impulse
                     right_v += m.answers[V_FORCE, b, other] * force + m.answers[V_IMPULSE, b, other] * impulse
-                    left_now += m.answers[V_JUMP, a, other] * impulse
-                    right_now += m.answers[V_JUMP, b, other] * impulse
+                    others_rate += (m.answers[V_JUMP, b, other] - m.answers[V_JUMP, a, other]) * impulse
             port.time, port.dt = time, dt
             port.left.displacement, port.right.displacement = left.u, right.u
-            port.left.velocity, port.right.velocity = left_now, right_now
+            port.left.velocity, port.right.velocity = left.v, right.v
             port.left.free_displacement, port.right.free_displacement = left_u, right_u
             port.left.free_velocity, port.right.free_velocity = left_v, right_v
             port.gap = contact.initial_gap + right.u - left.u
             if contact.touching != 0.0 and port.gap > 0.0:
                 port.gap = 0.0
-            port.gap_rate = right_now - left_now
+            port.gap_rate, port.others_rate = right.v - left.v, others_rate
             port.free_gap = contact.initial_gap + right_u - left_u
             port.free_gap_rate = right_v - left_v
             reply.force, reply.impulse, reply.trial = 0.0, 0.0, 0.0
@@ -155,7 +156,7 @@ def answer(m: Memory, time: float, dt: float) -> bool:
             largest = max(largest, abs(reply.force) * dt + abs(reply.impulse))
         if change <= 1e-15 * largest or not answered:
             break
-    return answered
+    return answered and (n_contacts == 1 or change <= AGREED * largest)
 
 
 def correct(m: Memory) -> None:
@@ -256,7 +257,7 @@ def settle(m: Memory, dt: float, end: float) -> None:
         clock.lost_ends += damper.damping * felt * felt / dt
         damper.before = moved
     for number in range(clock.n_snapshots, len(m.snapshots)):
-        if m.snapshots[number].time > end:
+        if m.snapshots[number].time > end + LATE * dt:
             break
         m.snapshots[number].after = end
         for i in range(m.state.size):

@@ -49,13 +49,19 @@ def _face_channels(scene: Scene, name: Callable[[Point], str], kind: type[Mass |
     return tuple(dict.fromkeys(name(point) for point in points if isinstance(scene.bodies[point.body], kind)))
 
 
+ZERO = 1e-12  # of the values: a reference below it is zero
+
+
 def relative_l2(values: Array, reference: Array) -> float | None:
     """Return |values - reference| / |reference| on equal cells, arrays of shape (cells,).
 
     None where the reference is zero throughout, NaN where values are NaN.
     """
     size = float(np.linalg.norm(reference))
-    return None if size == 0.0 else float(np.linalg.norm(values - reference)) / size
+    # A reference that is this much smaller than what is compared with it is zero but for its own rounding.
+    if size <= ZERO * float(np.linalg.norm(values)):
+        return None
+    return float(np.linalg.norm(values - reference)) / size
 
 
 def largest(values: Iterable[float | None]) -> float | None:

@@ -9,7 +9,7 @@ from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import PairingError
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.models.base import Operators
-from impactlab.scene import Scene
+from impactlab.scene import Rod, Scene
 
 
 def kind_of(part: object) -> str:
@@ -66,6 +66,13 @@ def check_events(scene: Scene, integrator: AbstractIntegrator) -> None:
             remedy="Use exact_modal, or events: dated.",
             path="solve.events",
         )
+    for name, body in scene.bodies.items():
+        if isinstance(body, Rod) and body.model is not None and not body.model.steps:
+            raise PairingError(
+                f"events: located cuts steps, and the delay line of the continuous rod '{name}' has one step length",
+                remedy="Use modal for this body, or events: dated.",
+                path="solve.events",
+            )
     for number, contact in enumerate(scene.contacts):
         if contact.law.fixed_step:
             raise PairingError(

@@ -71,11 +71,15 @@ class RecordedHistory(AbstractHistory):
         if channel not in self._channels:
             raise ImpactlabError(
                 f"channel '{channel}' was not recorded; recorded: {', '.join(sorted(self._channels))}",
-                remedy="Add a probe for it.",
+                remedy="A quantity at another place needs a probe in the case.",
                 path="probes",
             )
         times, values, stepped = self._channels[channel]
         t = np.asarray(t, float)
+        slack = 1e-9 * self.duration
+        if t.size and (t.min() < -slack or t.max() > self.duration + slack):
+            outside = float(t.min() if t.min() < -slack else t.max())
+            raise ImpactlabError(f"{outside:.6g} s lies outside the run, 0 to {self.duration:.6g} s")
         if not stepped:
             return np.asarray(np.interp(t, times, values))
         # A value holds on [time before, its own time): at a jump the value after it is given.
@@ -116,7 +120,9 @@ class RecordedHistory(AbstractHistory):
         record = assembly.memory.record[: assembly.clock.n_records]
         times = record[:, 0]
         steps = np.diff(times, prepend=0.0)
-        of_velocity = times - (1.0 - self._integrator.velocity_point) * np.minimum(steps, assembly.dt)
+        early = np.minimum(steps, assembly.dt)
+        early[:1] = assembly.dt  # what stands at t = 0 belongs to the step before
+        of_velocity = times - (1.0 - self._integrator.velocity_point) * early
         of_force = times + (self._integrator.load_point - 0.5) * np.minimum(steps, assembly.dt)
         channels: dict[str, Channel] = {}
         for number, contact in enumerate(assembly.scene.contacts):

@@ -30,7 +30,8 @@ def side_facts(scene: Scene, point: Point, velocity_per_force: float = math.nan)
     body, nan = scene.bodies[point.body], math.nan
     if not isinstance(body, Rod):
         kind, mass = ("wall", math.inf) if isinstance(body, Wall) else ("mass", body.mass)
-        return SideFacts(kind, nan, nan, nan, nan, nan, mass, scene.gravity, velocity_per_force)
+        facts = SideFacts(kind, nan, nan, nan, nan, nan, mass, scene.gravity)
+        return facts._replace(velocity_per_force=velocity_per_force)
     inner = 0.0 < point.x < body.length
     segment = segment_at(body, point.x)
     return SideFacts(
@@ -42,5 +43,6 @@ def side_facts(scene: Scene, point: Point, velocity_per_force: float = math.nan)
         room=nan if inner else segment.length,
         mass=body.mass,
         gravity=scene.gravity,
+        end="inner" if inner else (body.left if point.x == 0.0 else body.right).kind,
         velocity_per_force=velocity_per_force,
     )

@@ -31,6 +31,7 @@ from impactlab.scene import Contact, Rod, Scene, Wall
 if TYPE_CHECKING:
     from impactlab.recorded import RecordedHistory
 
+NOTED_GAIN = 0.02  # of the energy: from here on a gain is told, also where the parts declare more
 MANY_KICKS = 100  # of an impulse law, from which the count says nothing any more
 CHUNK_SECONDS = 0.1  # between two looks at progress and interrupts
 MOST_STEPS = 2_000_000_000
@@ -241,6 +242,15 @@ def warn(assembly: Assembly, history: AbstractHistory) -> None:
         if span.kicks is not None and span.kicks > MANY_KICKS:
             text = f"{span.contact}: {span.kicks} kicks; the count follows the step, so read the total, not the first"
             history.warnings.append(Warned("chatter", text))
+    touched = {event.contact for event in history.events}
+    for contact in assembly.scene.contacts:
+        if contact.name not in touched:
+            smallest = float(history.evaluate(np.linspace(0.0, history.duration, 500), f"gap:{contact.name}").min())
+            text = f"{contact.name}: the faces never met; the smallest gap was {smallest:.6g} m"
+            history.warnings.append(Warned("no_contact", text))
+    gain = history.energy.largest_gain * history.energy.scale / energy_at_stake(history)
+    if gain > NOTED_GAIN:
+        history.warnings.append(Warned("energy_gain", f"energy grew by {100 * gain:.2g} % of the energy in play"))
     if assembly.scene.round_trip > 0.0:
         for contact in assembly.scene.contacts:
             text_or_none = near_grazing(history, contact.name, assembly.scene.round_trip, assembly.dt)
@@ -271,15 +281,22 @@ def raise_failure(status: int, assembly: Assembly, history: AbstractHistory) -> 
         )
     check_momentum(assembly, history)
     bound = energy_bound(assembly.scene, assembly.integrator)
-    gain = history.energy.largest_gain
+    gain = history.energy.largest_gain * history.energy.scale / energy_at_stake(history)
     if gain > bound:
         raise StepError(
-            f"energy grew by {gain:.3g} of the initial energy, and these parts declare at most {bound:.3g}",
+            f"energy grew by {gain:.3g} of the energy in play, and these parts declare at most {bound:.3g}",
             time=time,
             step=step,
             history=history,
             remedy="Give a smaller step, or a softer contact.",
         )
+
+
+def energy_at_stake(history: AbstractHistory) -> float:
+    """Return the largest energy that the run dealt with [J]: of a body, or as work of gravity; else 1 J."""
+    book = history.energy
+    largest = max((float(np.abs(energy).max()) for energy in (*book.bodies.values(), book.work)), default=0.0)
+    return max(largest, float(np.abs(book.total).max())) or 1.0
 
 
 def check_momentum(assembly: Assembly, history: AbstractHistory) -> None:
@@ -303,7 +320,9 @@ def check_momentum(assembly: Assembly, history: AbstractHistory) -> None:
         given += mass * scene.gravity * assembly.clock.time
         momentum = sample[: last + 1, 6 + 3 * number]
         end = float(row @ assembly.state_of(name, assembly.memory.state, velocities=True))
-        scale += float(np.abs(momentum).max())
+        # A body may hold far more momentum in its waves than as a whole: p^2 <= 2 m E.
+        energy = float(np.abs(sample[: last + 1, 4 + 3 * number]).max())
+        scale += float(np.abs(momentum).max()) + math.sqrt(2.0 * mass * energy)
         if abs(end - momentum[0] - given) > 1e-9 * scale:
             raise StepError(
                 f"'{name}' was given {given:.9g} N s and its momentum changed by {end - momentum[0]:.9g} N s",

@@ -55,7 +55,8 @@ class Port(ctypes.Structure):
         ("dt", ctypes.c_double),  # s
         ("load_point", ctypes.c_double),  # where in the step its force acts: 0 start, 1/2 middle
         ("gap", ctypes.c_double),  # m, at the start of the step
-        ("gap_rate", ctypes.c_double),  # m/s, at the start
+        ("gap_rate", ctypes.c_double),  # m/s, at the start, before any impulse of this step
+        ("others_rate", ctypes.c_double),  # m/s, what impulses at other contacts add to it at once
         ("free_gap", ctypes.c_double),  # m, at the end without contact force
         ("free_gap_rate", ctypes.c_double),  # m/s, the same
         ("gap_per_force", ctypes.c_double),  # m/N, gap at the end per force over the step
@@ -115,6 +116,7 @@ class SideFacts(NamedTuple):
     mass: float  # kg, of the whole body; inf for a wall
     gravity: float  # m/s2, along +x
     velocity_per_force: float = math.nan  # m/(N s), of the face in the scheme's own step; NaN where nothing steps
+    end: str = "free"  # what the struck end carries: free | clamped | spring | dashpot | mass; inner at an inner point
 
 
 class Start(NamedTuple):

@@ -43,9 +43,10 @@ class AdditionDeletion(AbstractContactLaw):
                 reply.dissipated = max(0.0, -0.5 * reply.force * port.dt * (port.gap_rate + rate_end))
             return
         if port.in_contact == 0.0:
-            if port.gap > 0.0 or port.gap_rate >= 0.0:
+            rate = port.gap_rate + port.others_rate
+            if port.gap > 0.0 or rate >= 0.0:
                 return
-            reply.impulse = -port.gap_rate / port.rate_per_impulse
+            reply.impulse = -rate / port.rate_per_impulse
             reply.dissipated = -0.5 * reply.impulse * port.gap_rate
             free_gap += port.gap_per_impulse * reply.impulse
         reply.trial = -free_gap / port.gap_per_force

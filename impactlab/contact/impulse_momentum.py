@@ -35,7 +35,10 @@ class ImpulseMomentum(AbstractContactLaw):
 
     @staticmethod
     def respond(port: Any, reply: Any) -> None:
-        restitution = port.parameters[0]
-        if port.gap <= 0.0 and port.gap_rate < 0.0:
-            reply.impulse = -(1.0 + restitution) * port.gap_rate / port.rate_per_impulse
-            reply.dissipated = -0.5 * (1.0 - restitution) * reply.impulse * port.gap_rate
+        # Restitution refers to the approach before any impulse of the step, also where other contacts kick too; faces
+        # that did not approach are kept from being driven into each other.
+        target = max(0.0, -port.parameters[0] * port.gap_rate)
+        needed = (target - port.gap_rate - port.others_rate) / port.rate_per_impulse
+        if port.gap <= 0.0 and needed > 0.0 and port.gap_rate + port.others_rate < 0.0:
+            reply.impulse = needed
+            reply.dissipated = -0.5 * reply.impulse * (port.gap_rate + target)

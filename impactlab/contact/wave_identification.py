@@ -10,6 +10,8 @@ from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import PairingError
 from impactlab.types import Level, Reading, SideFacts, Start, option
 
+MOST_YIELD = 0.8 * (1.0 + 1e-9)  # velocity per force of a face over 1/Z; from 1 on the balance diverges, docs/bounds.md
+
 
 @final
 @dataclass(frozen=True)
@@ -45,6 +47,12 @@ class WaveIdentification(AbstractContactLaw):
                 # No messenger: velocity and compliance are the stepper's own.
                 parameters += [0.0, 0.0, 0.0]
                 continue
+            if facts.end not in ("free", "inner"):
+                raise PairingError(
+                    f"wave_identification balances a bare face, and the struck end of the {side} body carries a "
+                    f"{facts.end}",
+                    remedy="Use addition_deletion or penalty, or the continuous model.",
+                )
             if math.isnan(facts.impedance):
                 raise PairingError(
                     f"wave_identification needs an impedance, and the {side} side has none at this point"
@@ -57,12 +65,13 @@ class WaveIdentification(AbstractContactLaw):
                     remedy=f"Give a step of {facts.room / facts.wave_speed:.6g} s or less.",
                     path="solve.step",
                 )
-            if facts.velocity_per_force * facts.impedance > 1.0 + 1e-9:
+            if facts.velocity_per_force * facts.impedance > MOST_YIELD:
                 # The face would answer a force by more than a wave can: the balance feeds back and diverges.
+                share = facts.velocity_per_force * facts.impedance
                 raise PairingError(
-                    f"the {side} face moves {facts.velocity_per_force * facts.impedance:.3g} times as fast per force "
-                    f"as a wave allows (1/Z), so that wave_identification diverges at this step",
-                    remedy="Give a smaller step (courant 0.5 or less under central_difference).",
+                    f"under a force the face of the rod on the {side} of the contact moves {share:.3g} times as fast "
+                    f"in this step as a wave allows (1/Z), and from 0.8 on wave_identification nears divergence",
+                    remedy=f"Give a smaller step; try {0.8 * dt / share:.3g} s.",
                     path="solve.step",
                 )
             parameters += [

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from impactlab.contact.impulse_momentum import ImpulseMomentum
@@ -12,9 +12,10 @@ from impactlab.contact.penalty import Penalty
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
 from impactlab.models.finite_element import FiniteElement
+from impactlab.models.mesh import elements_per_segment
 from impactlab.models.modal import Modal
 from impactlab.recorded import RecordedHistory
-from impactlab.scene import Scene
+from impactlab.scene import Rod, Scene
 from impactlab.testing.invariants import mirror_difference, records_difference, same_bits, scaling_difference
 from impactlab.testing.strategies import in_other_units, laws, mirrored, scenes
 from impactlab.testing.trace import run_in_cuts
@@ -61,6 +62,13 @@ def test_same_bits_where_events_are_located(scene: Scene, stride: int) -> None:
     assert same_bits(whole(scene), run_in_cuts(scene, lambda step: step + stride))
 
 
+def shared_alike(rod: Rod) -> bool:
+    """Return whether the mirrored rod has the mirrored mesh: an odd element goes to the first of two equal segments."""
+    assert isinstance(rod.model, FiniteElement)
+    there = elements_per_segment(rod.segments, rod.model.elements)
+    return there == elements_per_segment(rod.segments[::-1], rod.model.elements)[::-1]
+
+
 @settings(max_examples=25)
 @given(
     scenes(
@@ -70,6 +78,7 @@ def test_same_bits_where_events_are_located(scene: Scene, stride: int) -> None:
     )
 )
 def test_mirrored_scene_mirrored_answer_to_rounding(scene: Scene) -> None:
+    assume(all(shared_alike(body) for body in scene.bodies.values() if isinstance(body, Rod)))
     # Without addition_deletion, which holds a gap at zero and then asks for its sign: rounding decides.
     # Masses, springs and forces are the same numbers; a mirrored sweep rounds otherwise: 300 steps of a stable scheme,
     # whose rounding grows no faster than the square of their number, 9e4 eps = 2e-11, in each of 80 coordinates.

@@ -166,7 +166,7 @@ def test_new_writes_a_case_that_runs(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert invoke("new", "mine").exit_code == 0
     case = load_case("mine.yaml")
-    assert case.method_names == ("base", "exact", "penalty")
+    assert case.method_names == ("base", "continuous", "penalty")
     for name in case.method_names:
         case.method(name)
     again = invoke("new", "mine")
