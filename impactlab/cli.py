@@ -141,7 +141,8 @@ def check(case: CaseFile, sets: Sets = None, method: Method = None, as_json: Jso
         loaded = _load(case, sets, method)
         names = (method,) if method is not None else loaded.method_names
         plans: dict[str, dict[str, Any]] = {}
-        faults: list[ImpactlabError] = []
+        faults: list[tuple[str, ImpactlabError]] = []
+        variant = loaded
         for name in names:
             try:
                 variant = loaded if method is not None else loaded.method(name)
@@ -149,12 +150,12 @@ def check(case: CaseFile, sets: Sets = None, method: Method = None, as_json: Jso
                 warned = [warning._asdict() for warning in plan.warnings]
                 plans[name] = {"status": "accepted", "dt": plan.dt, "steps": plan.steps, "warnings": warned}
             except ImpactlabError as error:
-                loaded.place(error)
-                faults.append(error)
+                variant.place(error)
+                faults.append((name, error))
                 plans[name] = api.failure(loaded.name, error)
         document = {"schema_version": 1, "case": loaded.name, "resolved": loaded.resolved(), "methods": plans}
-        for fault in faults:
-            console.say(str(fault))
+        for name, fault in faults:
+            console.say(f"method {name}: {fault}")
         console.answer(document) if as_json else print(console.tree_text(_brief(document)))
         if faults:
             raise Left(2)

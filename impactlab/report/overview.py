@@ -151,7 +151,7 @@ def _dots(axis: Axes, values: Sequence[float | None], colours: Sequence[str], lo
         at = max(value, low)
         axis.plot([low / 1.6, at], [row, row], color=colour, linewidth=1.1, alpha=0.5)
         axis.plot([at], [row], "o", color=colour, markersize=5, fillstyle="full" if value >= low else "none")
-        text = f"{float(f'{value:.2g}'):g}" if value >= low else "exact" if value < EXACT else f"< {low:g}"
+        text = f"{float(f'{value:.2g}'):g}" if value >= low else "0" if value < EXACT else f"< {low:g}"
         axis.annotate(
             text,
             (at, row),

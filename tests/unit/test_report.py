@@ -235,7 +235,7 @@ def test_errors_are_written_beside_their_dots() -> None:
     figure = overview.errors(document["rows"], colours)
     mass = figure.axes[0]
     assert mass.get_title("left") == "mass displacement"
-    assert [text.get_text() for text in mass.texts] == ["1", "30", "exact"]
+    assert [text.get_text() for text in mass.texts] == ["1", "30", "0"]
     assert [text.get_text() for text in figure.axes[3].texts][2] == "–"  # an impulse law has no force
 
 
