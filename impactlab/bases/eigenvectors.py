@@ -47,7 +47,8 @@ class MeshBasis:
         kept = rigid + (available if modes is None else modes)
         # One thread: eigenvectors differ in their last bits with the number of threads.
         with threadpool_limits(limits=1):
-            squared, shapes = eigh(full(operators.stiffness), full(operators.mass), subset_by_index=(0, kept - 1))
+            _, shapes = eigh(full(operators.stiffness), full(operators.mass), subset_by_index=(0, kept - 1))
+        squared = self._quotients(rod, shapes)
         squared[:rigid] = 0.0
         if rigid:
             ones = np.ones(shapes.shape[0])
@@ -56,6 +57,20 @@ class MeshBasis:
         self._shapes = shapes * signs
         self._mass = operators.mass
         self.frequencies: Array = np.sqrt(squared)
+
+    def _quotients(self, rod: Rod, shapes: Array) -> Array:
+        """Return the squared frequencies (n_dof,) by Rayleigh's quotient of mass-normalised shapes.
+
+        A sum of squares keeps low frequencies, where the eigenvalues are lost in the rounding of the highest.
+        """
+        mesh = self.mesh
+        nodal = np.zeros((len(mesh.nodes), shapes.shape[1]))
+        nodal[mesh.free_nodes] = shapes
+        squared = (mesh.young * mesh.area / mesh.lengths) @ np.diff(nodal, axis=0) ** 2
+        for node, end in ((0, rod.left), (-1, rod.right)):
+            if end.kind == "spring":
+                squared += end.value * nodal[node] ** 2
+        return np.asarray(squared)
 
     def row(self, x: float, quantity: Quantity) -> Array:
         """Return the quantity at x [m] of each mode, shape (n_dof,)."""

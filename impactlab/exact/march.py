@@ -191,11 +191,15 @@ def fill_rows(m: Memory, j: int, half: float, longest: int, n: int) -> int:
                     force[k] += contact.damping * (m.rows[a, k] - m.rows[b, k])
                 force[0] -= contact.stiffness * contact.gap
             else:
-                # the side without mass: what its rods carry away is what the contact gives
+                # the side without mass: the contact gives what its rods, its spring and its dashpot carry away
+                side = 1.0 if contact.face == contact.right else -1.0
+                face, at = m.nodes[contact.face], contact.face - base
+                for k in range(n + 1):
+                    force[k] = side * (face.spring * m.rows[nodes + at, k] + face.dashpot * m.rows[at, k])
                 for e in range(ends):
                     end = m.ends[first_end + e]
                     if end.node == contact.face:
-                        z = end.impedance if contact.face == contact.right else -end.impedance
+                        z = side * end.impedance
                         for k in range(n):
                             force[k] += z * (m.rows[2 * nodes + e, k] - m.waves[e, k])
     return n + 1
