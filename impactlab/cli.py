@@ -70,6 +70,7 @@ def run(case: CaseFile, sets: Sets = None, method: Method = None, out: Out = Non
         loaded = _load(case, sets, method)
         if out is not None:
             output.check_target(out)
+        console.say_if_compiling()
         with console.progress() as show:
             show(loaded.name, 0.0)
             history = api.run(loaded, lambda fraction: show(loaded.name, fraction))
@@ -103,6 +104,7 @@ def compare(
         names = [name.strip() for name in methods.split(",") if name.strip()] if methods is not None else None
         if out is not None:
             output.check_target(out)
+        console.say_if_compiling()
         with console.progress() as show:
             comparison = api.compare(loaded, names, show)
         for row in comparison.rows:

@@ -117,3 +117,11 @@ def _plain(value: Any) -> str:
 
 def _number(value: Any) -> str:
     return "none" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def say_if_compiling() -> None:
+    """Say on standard error that the first run on a machine takes longer, and why."""
+    from impactlab import loop, pointers
+
+    if pointers.COMPILED and not pointers.is_cached(loop.advance_dated):
+        say("compiling the loops: once on this machine, some twenty seconds ...")

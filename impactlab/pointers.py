@@ -71,6 +71,12 @@ def cache_folder(function: Callable[..., Any]) -> Path:
     return Path(cache(function).cache_path)
 
 
+def is_cached(entry: Any) -> bool:
+    """Return whether a compiled function is on disk, so that the first call need not compile it."""
+    function = getattr(entry, "py_func", entry)
+    return any(cache_folder(function).glob(f"{Path(function.__code__.co_filename).stem}.{function.__name__}-*.nbc"))
+
+
 def drop_cache(function: Callable[..., Any]) -> None:
     """Delete what numba cached on disk for the module of a function: a truncated file there would stop every run."""
     folder = cache_folder(function)
