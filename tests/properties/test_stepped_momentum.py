@@ -48,7 +48,7 @@ def test_momentum_given_is_momentum_taken_is_the_reported_impulse(scene: Scene) 
 
 
 @pytest.mark.slow
-@settings(max_examples=1500)
+@settings(max_examples=500)
 @given(scenes(steps=800))
 def test_momentum_given_is_momentum_taken_in_many_scenes(scene: Scene) -> None:
     check_momentum(scene)
