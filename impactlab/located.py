@@ -143,7 +143,6 @@ def located_step(m: Memory, dt: float, step_end: float) -> bool:
             settle(m, h, step_end)
             return True
         cuts += 1
-        clock.n_cuts += 1
         if earliest <= NEAR * dt and earliest < h:  # now: change the phase and take the step again
             for i in range(m.state.size):
                 m.state[i] = m.backup[i]

@@ -112,7 +112,6 @@ class ClockRecord(ctypes.Structure):
         ("n_samples", INTEGER),
         ("n_events", INTEGER),
         ("n_snapshots", INTEGER),
-        ("n_cuts", INTEGER),  # steps cut at an event
         ("lost_contact", REAL),  # J booked so far
         ("lost_ends", REAL),  # J
         ("timed", REAL),  # s, the step length that the steppers are prepared for

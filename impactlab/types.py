@@ -9,7 +9,6 @@ from __future__ import annotations
 import ctypes
 import dataclasses
 import math
-from collections.abc import Callable
 from enum import Enum
 from typing import Any, Literal, NamedTuple
 
@@ -132,10 +131,6 @@ class Relative:
     """A value relative to a reference of the scene; a case writes ``{relative: 0.8}``."""
 
     relative: float
-
-
-Respond = Callable[[Any, Any], None]
-"""A law's answer: ``respond(port, reply)`` reads a `Port` and writes a `Reply`, nothing else."""
 
 
 def option(

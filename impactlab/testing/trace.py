@@ -25,7 +25,7 @@ class Trace(NamedTuple):
     integrator: AbstractIntegrator
     history: RecordedHistory
     dt: float  # s
-    states: Array  # (n_steps + 1, n_state): the whole state, cut by `displacements` and `body_states`
+    states: Array  # (n_steps + 1, n_state): the whole state after each step
     forces: Array  # (n_steps, n_contacts) N, of each step; with located events of the last piece of each step
     impulses: Array  # (n_steps, n_contacts) N s, of each step
 
@@ -41,15 +41,6 @@ class Trace(NamedTuple):
     def velocities(self, body: str) -> Array:
         """The velocities of a body's coordinates after each step, shape (n_steps + 1, n_dof)."""
         return np.array([self.history.assembly.state_of(body, state, velocities=True) for state in self.states])
-
-    def body_states(self, body: str) -> Array:
-        """All that the body's stepper keeps after each step, shape (n_steps + 1, n_state of the body)."""
-        first = 0
-        for name, stepper in self.plan.steppers.items():
-            if name == body:
-                return self.states[:, first : first + stepper.state.size]
-            first += stepper.state.size
-        raise KeyError(body)
 
 
 def trace(scene: Scene) -> Trace:
