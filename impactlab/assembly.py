@@ -24,11 +24,11 @@ from impactlab.memory import (
     MessengerRecord,
     SnapshotRecord,
 )
-from impactlab.models.base import AbstractDiscreteModel, Operators
+from impactlab.models.base import AbstractDiscreteModel, Face, Operators
 from impactlab.models.delay_line import DelayLine
 from impactlab.models.rigid import RigidBody
 from impactlab.pointers import FREE, MEASURE, RETIME, LawAddress, kernel_address, records
-from impactlab.scene import Body, Contact, Mass, Rod, Scene
+from impactlab.scene import Body, Contact, Mass, Rod, Scene, Wall
 from impactlab.sides import side_facts
 from impactlab.types import MEMORY, PARAMETERS, READINGS, Array, Port, Quantity, Reply, Start
 
@@ -55,13 +55,29 @@ def build_bodies(scene: Scene) -> dict[str, BuiltBody]:
             if body.model is None:
                 raise CaseError(f"'{name}' has no model", path="solve.model", remedy="Give solve.model.")
             steps = body.model.steps
-            model = body.model.build(body, scene.gravity) if steps else DelayLine(body, scene.gravity)
+            model = (
+                body.model.build(body, scene.gravity, faces_of(scene, name))
+                if steps
+                else DelayLine(body, scene.gravity)
+            )
         elif isinstance(body, Mass):
             model = RigidBody(body.mass, body.velocity, scene.gravity)
         else:
             model = RigidBody(None, 0.0, 0.0)
         built[name] = BuiltBody(body, model, model.operators())
     return built
+
+
+def faces_of(scene: Scene, body: str) -> tuple[Face, ...]:
+    """Return where a body is struck and by what, contact by contact."""
+    faces = []
+    for number, contact in enumerate(scene.contacts):
+        for point, other in ((contact.left, contact.right), (contact.right, contact.left)):
+            if point.body == body:
+                partner = scene.bodies[other.body]
+                mass = math.inf if isinstance(partner, Wall) else math.nan
+                faces.append(Face(point.x, number, partner.mass if isinstance(partner, Mass) else mass))
+    return tuple(faces)
 
 
 def prepare_steppers(

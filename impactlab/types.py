@@ -62,7 +62,18 @@ class Port(ctypes.Structure):
         ("rate_per_force", ctypes.c_double),  # m/(N s), gap rate at the end per force over the step
         ("gap_per_impulse", ctypes.c_double),  # m/(N s), gap at the end per impulse at the start
         ("rate_per_impulse", ctypes.c_double),  # 1/kg, jump of the gap rate per impulse, at once
+        ("gap_per_projection", ctypes.c_double),  # 1/kg, gap at the end per projection
+        ("rate_per_projection", ctypes.c_double),  # 1/(kg s), gap rate at the end per projection
+        ("flexibility", ctypes.c_double),  # m/N, of massless faces: what a force presses in at once, beyond the gap
+        ("offset", ctypes.c_double),  # m, what the law replied last time
+        ("pushed", ctypes.c_double),  # value of the row that the law may push along, at the start of the step
+        ("free_pushed", ctypes.c_double),  # the same at the end without contact
+        ("pushed_per_force", ctypes.c_double),  # 1/N, at the end, per force over the step
+        ("pushed_per_push", ctypes.c_double),  # the same per push over the step
+        ("gap_per_push", ctypes.c_double),  # gap at the end per push over the step
+        ("rate_per_push", ctypes.c_double),  # 1/s, gap rate at the end per push over the step
         ("jump_in_force", ctypes.c_double),  # 1 where the scheme's F dt already holds a closing jump, else 0
+        ("projects_first", ctypes.c_double),  # 1 where a projection moves the scheme's predictor, 0 the end of the step
         ("in_contact", ctypes.c_double),  # 1 after a step with contact, else 0
         ("left", Side),
         ("right", Side),
@@ -78,9 +89,13 @@ class Reply(ctypes.Structure):
     _fields_ = [
         ("force", ctypes.c_double),  # N, constant over the step, positive in compression
         ("impulse", ctypes.c_double),  # N s, given at the start of the step
+        ("projection", ctypes.c_double),  # kg m, moves positions by M^-1 times it, and no velocity
+        ("push", ctypes.c_double),  # m where the pushed row is a force: over the step, along that row
         ("trial", ctypes.c_double),  # N, the signed force before clipping; its root dates the opening
+        ("offset", ctypes.c_double),  # m, faces pressed in beyond their coordinates: the true gap is gap + offset
         ("stored", ctypes.c_double),  # J, held by the contact at the end of the step
         ("dissipated", ctypes.c_double),  # J, lost in this step by a formula of its own, never negative
+        ("unresolved", ctypes.c_double),  # J, handed in this step to modes that the model leaves out, never negative
         ("in_contact", ctypes.c_double),  # 1 or 0, at the end of the step
         ("failed", ctypes.c_double),  # 1 stops the run: the law has no answer
         ("memory", ctypes.c_double * MEMORY),
@@ -115,15 +130,21 @@ class SideFacts(NamedTuple):
     mass: float  # kg, of the whole body; inf for a wall
     gravity: float  # m/s2, along +x
     velocity_per_force: float = math.nan  # m/(N s), of the face in the scheme's own step; NaN where nothing steps
+    left_out: float = 0.0  # m/N, static compliance of the face in the modes that the model leaves out
+    flexibility: float = 0.0  # m/N, of a massless face
     end: str = "free"  # what the struck end carries: free | clamped | spring | dashpot | mass; inner at an inner point
 
 
 class Start(NamedTuple):
-    """What a law gives before the run: constants, first memory, and the readings it wants."""
+    """What a law gives before the run: constants, first memory, and the readings it wants.
+
+    ``pushed`` is a sum of weighted readings along whose row the law may push, beside the force along the gap.
+    """
 
     parameters: tuple[float, ...] = ()
     memory: tuple[float, ...] = ()
     readings: tuple[Reading, ...] = ()
+    pushed: tuple[tuple[Reading, float], ...] = ()
 
 
 @dataclasses.dataclass(frozen=True)

@@ -28,8 +28,9 @@ class Stepper:
     state: Array  # (n_state,) at t = 0
     force_response: Array  # (n_ports, n_state) end-of-step state per force constant over the step
     impulse_response: Array  # (n_ports, n_state) end-of-step state per impulse at the start of the step
+    projection_response: Array  # (n_ports, n_state) end-of-step state per projection
     jump: Array  # (n_ports, n_dof) velocities per impulse, at once
-    face_rows: Array  # (n_ports, n_dof) displacement rows of the contacts, as given to `prepare`
+    face_rows: Array  # (n_ports, n_dof) rows of the contacts over the displacements, as given to `prepare`
     retime: Kernel | None = (
         None  # retime(parameters, dt, jump, force_response, impulse_response), flat; only with any_dt
     )
@@ -49,6 +50,7 @@ class AbstractIntegrator(ABC):
     load_point: ClassVar[float] = 0.5  # where in the step a force acts: 0 start, 1/2 middle
     velocity_point: ClassVar[float] = 1.0  # where in the step the velocities at its end belong: 1/2 for leapfrog
     jump_in_force: ClassVar[bool] = False  # F dt already holds a closing jump
+    projects_first: ClassVar[bool] = False  # a projection moves the predictor, not the end of the step
     needs_diagonal_mass: ClassVar[bool] = False
     needs_modes: ClassVar[bool] = False  # mass and stiffness must be diagonal
     hard_constraint_gains: ClassVar[bool] = False  # a hard position constraint makes it gain energy
@@ -64,4 +66,8 @@ class AbstractIntegrator(ABC):
 
     @abstractmethod
     def prepare(self, system: Operators, ports: Array, dt: float) -> Stepper:
-        """Return the stepper of one body; ``ports`` (n_ports, n_dof) are the displacement rows of its contacts."""
+        """Return the stepper of one body; ``ports`` (n_ports, n_dof) are the rows along which contacts push it.
+
+        A projection p at a port moves the displacements by M^-1 row p at the end of the step, with all that the scheme
+        derives from displacements, and leaves the velocities alone.
+        """

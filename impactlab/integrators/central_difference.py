@@ -121,6 +121,7 @@ class CentralDifference(AbstractIntegrator):
             state=np.concatenate((system.displacement, before)),
             force_response=force_response,
             impulse_response=impulse_response,
+            projection_response=np.hstack((jump, np.zeros_like(jump))),
             jump=jump,
             face_rows=ports,
         )

@@ -97,6 +97,7 @@ class ExactModal(AbstractIntegrator):
             state=np.concatenate((system.displacement, system.velocity)),
             force_response=force_response,
             impulse_response=impulse_response,
+            projection_response=np.hstack((jump, np.zeros_like(jump))),
             jump=jump,
             face_rows=ports,
             retime=retime,

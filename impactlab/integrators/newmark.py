@@ -129,7 +129,7 @@ class Newmark(AbstractIntegrator):
             a_new = solve(matrix, -multiply(damping, v) - multiply(stiffness, u)) if n_dof else a
             return np.concatenate((u + self.beta * dt**2 * a_new, v + self.gamma * dt * a_new, a_new))
 
-        force_response, impulse_response = np.zeros((len(ports), 3 * n_dof)), np.zeros((len(ports), 3 * n_dof))
+        force_response, impulse_response, projection_response = np.zeros((3, len(ports), 3 * n_dof))
         jump = np.zeros((len(ports), n_dof))
         for port, row in enumerate(ports):
             jump[port] = solve(mass, row)
@@ -137,6 +137,8 @@ class Newmark(AbstractIntegrator):
             a = solve(mass, -multiply(damping, jump[port]))
             predicted = dt * jump[port] + dt**2 * (0.5 - self.beta) * a, jump[port] + dt * (1.0 - self.gamma) * a
             impulse_response[port] = linear_step(*predicted, a)
+            moved = solve(mass, -multiply(stiffness, jump[port]))
+            projection_response[port] = np.concatenate((jump[port], np.zeros(n_dof), moved))
         internal = system.load - multiply(damping, system.velocity) - multiply(stiffness, system.displacement)
         acceleration = solve(mass, internal)
         pivot, lower = factorised(matrix)
@@ -151,6 +153,7 @@ class Newmark(AbstractIntegrator):
             state=np.concatenate((system.displacement, system.velocity, acceleration)),
             force_response=force_response,
             impulse_response=impulse_response,
+            projection_response=projection_response,
             jump=jump,
             face_rows=ports,
         )

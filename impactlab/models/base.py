@@ -11,6 +11,23 @@ if TYPE_CHECKING:
     from impactlab.scene import Rod
 
 
+class Face(NamedTuple):
+    """Where a contact meets a rod, and what it meets there."""
+
+    x: float  # m from the rod's left end
+    contact: int  # number of the contact in the scene
+    partner_mass: float  # kg; inf for a wall, NaN for another rod
+
+
+class Phases(NamedTuple):
+    """A body that takes other coordinates while one of its contacts is closed: the same number of them."""
+
+    contact: int  # number of the contact in the scene
+    closed: AbstractDiscreteModel  # the body while it is closed
+    closing: Array  # (2, n_dof, n_dof) maps of displacements and of velocities to the closed coordinates
+    opening: Array  # (2, n_dof, n_dof) and back
+
+
 class Operators(NamedTuple):
     """A linear body M a + C v + K u = load; symmetric matrices in lower banded form, row i holds diagonal -i."""
 
@@ -24,6 +41,8 @@ class Operators(NamedTuple):
     rule_frequency: float  # rad/s, the one whose period ``points_per_period`` counts
     diagonal_mass: bool
     modes: bool  # mass and stiffness are diagonal
+    massless: tuple[tuple[float, float], ...] = ()  # places x [m] of faces without mass, and their flexibility [m/N]
+    phases: Phases | None = None
 
 
 class AbstractDiscreteModel(ABC):
@@ -70,5 +89,8 @@ class AbstractRodModel(ABC):
         """Return h [m], the shortest element, or the length per mode where there is no mesh."""
 
     @abstractmethod
-    def build(self, rod: Rod, gravity: float) -> AbstractDiscreteModel:
-        """Return the rod in coordinates; raise `CaseError` where the description cannot serve it."""
+    def build(self, rod: Rod, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractDiscreteModel:
+        """Return the rod in coordinates; raise `CaseError` where the description cannot serve it.
+
+        ``faces`` are the rod's contacts, for descriptions that depend on where it is struck and by what.
+        """

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import final
 
 from impactlab.errors import CaseError
-from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel
+from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Face
 from impactlab.scene import Rod
 
 
@@ -31,7 +31,7 @@ class Continuous(AbstractRodModel):
         """Return L/100 [m]: the scale of relative contact stiffnesses, as there is no mesh."""
         return rod.length / 100.0
 
-    def build(self, rod: Rod, gravity: float) -> AbstractDiscreteModel:
+    def build(self, rod: Rod, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractDiscreteModel:
         raise CaseError(
             f"rod '{rod.name}': the continuous model has no coordinates to step",
             remedy="Use it for all rods of a scene, or give finite_element or modal.",

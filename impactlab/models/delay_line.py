@@ -166,6 +166,7 @@ class DelayLine(AbstractDiscreteModel):
             state=state,
             force_response=force_response,
             impulse_response=np.zeros_like(force_response),
+            projection_response=np.zeros_like(force_response),
             jump=np.zeros((len(ports), 2)),
             face_rows=ports,
         )

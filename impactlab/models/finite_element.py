@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal, final
 
-from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel
+from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Face
 from impactlab.models.mesh import Mesh, elements_per_segment
 from impactlab.scene import Rod
 from impactlab.types import option
@@ -34,5 +34,5 @@ class FiniteElement(AbstractRodModel):
         counts = elements_per_segment(rod.segments, self.elements)
         return min(segment.length / count for segment, count in zip(rod.segments, counts, strict=True))
 
-    def build(self, rod: Rod, gravity: float) -> AbstractDiscreteModel:
+    def build(self, rod: Rod, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractDiscreteModel:
         return Mesh(rod, self.elements, self.mass, gravity)

@@ -10,7 +10,7 @@ import numpy as np
 from impactlab.bases.analytic import AnalyticBasis
 from impactlab.bases.eigenvectors import MeshBasis
 from impactlab.errors import CaseError, PairingError
-from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Operators
+from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Face, Operators
 from impactlab.scene import Rod
 from impactlab.types import Array, Quantity, option
 
@@ -44,7 +44,7 @@ class Modal(AbstractRodModel):
     def element_length(self, rod: Rod) -> float:
         return rod.length / (self.elements or self.modes or 1)
 
-    def build(self, rod: Rod, gravity: float) -> AbstractDiscreteModel:
+    def build(self, rod: Rod, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractDiscreteModel:
         for end in (rod.left, rod.right):
             if end.kind == "dashpot":
                 raise PairingError(
