@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from functools import cache
 from importlib.resources import files
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from impactlab.casefile import Case
 from impactlab.plugins import citations_of
@@ -25,22 +25,30 @@ def cite(case: Case) -> Citations:
     """Return the sources of the parts that a case uses and of the case itself.
 
     The source of a case counts if it is a key of citations.bib, or names the authors and the year of one entry. A part
-    may cite by a key of citations.bib, or bring its own BibTeX entry, a text that begins with ``@``.
+    may cite by a key of our citations.bib or of one in its own package, or bring its BibTeX entry, a text that begins
+    with ``@``.
     """
     scene = case.scene()
     parts: list[object] = [body.model for body in scene.bodies.values() if isinstance(body, Rod)]
     parts += [contact.law for contact in scene.contacts]
     parts.append(scene.integrator)
-    wanted = [key for part in parts if part is not None for key in citations_of(type(part))]
+    wanted: list[str] = []
+    known = dict(entries())
+    for part in parts:
+        if part is not None:
+            wanted += citations_of(type(part))
+            known |= entries_for(type(part))
     own = source_key(case.source)
     keys = [*wanted, own] if own else wanted
     remarks = [f"% Source of the case: {' '.join(case.source.split())}"] if case.source and not own else []
-    return bibtex(keys, remarks)
+    return bibtex(keys, remarks, known)
 
 
-def bibtex(keys: Iterable[str], remarks: Iterable[str] = ()) -> Citations:
+def bibtex(
+    keys: Iterable[str], remarks: Iterable[str] = (), known: Mapping[str, str] | None = None
+) -> Citations:
     """Return the entries of the keys in order of key; a key without an entry is named in a remark."""
-    known = entries()
+    known = entries() if known is None else known
     found: dict[str, str] = {}
     lines = list(remarks)
     for key in sorted(set(keys)):
@@ -67,10 +75,23 @@ def source_key(source: str) -> str | None:
     return None
 
 
-@cache
 def entries() -> dict[str, str]:
     """Return the entries of citations.bib by key."""
-    text = files("impactlab").joinpath("citations.bib").read_text(encoding="utf-8")
+    return _entries_of("impactlab")
+
+
+def entries_for(part: type[Any]) -> dict[str, str]:
+    """Return the entries that a part may cite: ours, and those of a citations.bib in its own top-level package."""
+    return entries() | _entries_of(part.__module__.partition(".")[0])
+
+
+@cache
+def _entries_of(package: str) -> dict[str, str]:
+    """Return the entries of the citations.bib of a package by key; none where there is no such file."""
+    try:
+        text = files(package).joinpath("citations.bib").read_text(encoding="utf-8")
+    except (ImportError, TypeError, OSError):  # a lone module, or a package without sources
+        return {}
     found = re.findall(r"^@\w+\{.*?^\}", text, flags=re.MULTILINE | re.DOTALL)
     return {_key_of(entry): entry for entry in found}
 

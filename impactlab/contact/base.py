@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from impactlab.types import Level, SideFacts, Start
@@ -26,6 +27,7 @@ class AbstractContactLaw(ABC):
 
     needs: ClassVar[frozenset[Level]]
     citations: ClassVar[tuple[str, ...]] = ()
+    examples: ClassVar[tuple[Mapping[str, Any], ...]] = ({},)  # options that its contract suite tries, one by one
     compiled: ClassVar[bool] = True  # False: respond stays plain Python, called back from the loop
     answers_force: ClassVar[bool] = True  # False: impulses only, no force history
     trial_at_end: ClassVar[bool] = False  # True: its trial force belongs to the end of the step, not to where it acts

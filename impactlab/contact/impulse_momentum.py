@@ -27,6 +27,7 @@ class ImpulseMomentum(AbstractContactLaw):
     citations = ("KhuliefShabana1987", "Palas1992")
     hard = True
     answers_force = False
+    examples = ({"restitution": 0.5}, {})
 
     restitution: float = option(1.0, at_least=0.0, at_most=1.0, description="coefficient of restitution")
 

@@ -27,6 +27,7 @@ class Penalty(AbstractContactLaw):
     needs = frozenset({Level.POSITION, Level.VELOCITY})
     citations = ("EscalonaMayoDominguez1999",)
     is_spring = True
+    examples = ({}, {"stiffness": Relative(3.0), "damping": Relative(0.5)})
 
     stiffness: float | Relative = option(
         Relative(1.0), unit="N/m", above=0.0, description="spring; relative to EA/h, the smaller of two rods"

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from impactlab.models.base import Operators
 from impactlab.types import Array, Level
@@ -46,6 +46,7 @@ class AbstractIntegrator(ABC):
     serves: ClassVar[frozenset[Level]]
     order: ClassVar[int]
     citations: ClassVar[tuple[str, ...]] = ()
+    examples: ClassVar[tuple[Mapping[str, Any], ...]] = ({},)  # options that its contract suite tries, one by one
     any_dt: ClassVar[bool] = False  # a step may be cut at an event
     load_point: ClassVar[float] = 0.5  # where in the step a force acts: 0 start, 1/2 middle
     velocity_point: ClassVar[float] = 1.0  # where in the step the velocities at its end belong: 1/2 for leapfrog

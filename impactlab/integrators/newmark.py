@@ -102,6 +102,7 @@ class Newmark(AbstractIntegrator):
     serves = frozenset(Level)
     order = 2
     hard_constraint_gains = True
+    examples = ({}, {"beta": 1.0 / 6.0})
 
     beta: float = option(
         0.25, at_least=0.0, at_most=1.0, description="weight of the new acceleration in the displacement"

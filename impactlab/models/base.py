@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import TYPE_CHECKING, ClassVar, NamedTuple
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from impactlab.types import Array, Quantity
 
@@ -78,6 +79,7 @@ class AbstractRodModel(ABC):
 
     steps: ClassVar[bool] = True  # False: the continuous model, which need not step
     citations: ClassVar[tuple[str, ...]] = ()
+    examples: ClassVar[tuple[Mapping[str, Any], ...]] = ({},)  # options that its contract suite tries, one by one
 
     @property
     @abstractmethod
@@ -94,3 +96,10 @@ class AbstractRodModel(ABC):
 
         ``faces`` are the rod's contacts, for descriptions that depend on where it is struck and by what.
         """
+
+    def exact_frequencies(self, rod: Rod, count: int) -> Array | None:
+        """Return the lowest elastic frequencies of a uniform rod by the model's own theory, (count,) [rad/s].
+
+        None, as here, says that the theory is the classical bar, u'' = u_tt/c^2.
+        """
+        return None

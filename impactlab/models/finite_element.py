@@ -22,6 +22,7 @@ class FiniteElement(AbstractRodModel):
     """
 
     citations = ("Bathe1982",)
+    examples = ({"elements": 50}, {"elements": 50, "mass": "lumped"})
 
     elements: int = option(100, at_least=1, at_most=10_000_000, description="elements over the whole rod")
     mass: Literal["consistent", "lumped"] = option("consistent", description="mass matrix")

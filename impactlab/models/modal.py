@@ -28,6 +28,7 @@ class Modal(AbstractRodModel):
     """
 
     citations = ("EscalonaMayoDominguez1999",)
+    examples = ({"modes": 20}, {"elements": 60, "modes": 20}, {"elements": 60})
 
     elements: int | None = option(
         None, at_least=1, at_most=2000, description="elements of the mesh behind the modes; without it analytic modes"
