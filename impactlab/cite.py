@@ -44,9 +44,7 @@ def cite(case: Case) -> Citations:
     return bibtex(keys, remarks, known)
 
 
-def bibtex(
-    keys: Iterable[str], remarks: Iterable[str] = (), known: Mapping[str, str] | None = None
-) -> Citations:
+def bibtex(keys: Iterable[str], remarks: Iterable[str] = (), known: Mapping[str, str] | None = None) -> Citations:
     """Return the entries of the keys in order of key; a key without an entry is named in a remark."""
     known = entries() if known is None else known
     found: dict[str, str] = {}

@@ -5,8 +5,10 @@ Built-in parts stand in the same entry-point groups as plugins, so the door that
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import inspect
+import sys
 from collections.abc import Iterable
 from difflib import get_close_matches
 from functools import cache
@@ -104,7 +106,10 @@ class Registry:
             )
         entry = entries[0]
         part = _import(entry, group)
-        fault = fault_of(part, group)
+        try:
+            fault = fault_of(part, group)
+        except Exception as error:  # noqa: BLE001 - a stranger's class may answer questions with anything
+            fault = f"it cannot be looked at: {type(error).__name__}: {str(error)[:200]}"
         if fault:
             raise PluginError(
                 f"{name!r} of {entry.distribution} ({entry.value}) cannot serve as {group.noun}: {fault}",
@@ -114,13 +119,19 @@ class Registry:
 
     def listing(self) -> tuple[Listed, ...]:
         """Return every registered part in order of group and name, broken ones with their reason."""
+        from impactlab.casefile.parts import check_fields
+
         lines = []
         for group in GROUPS:
             for entry in sorted(entry for entry in self.entries if entry.group == group.name):
                 try:
                     part = self.load(group, entry.name)
+                    check_fields(part)
                 except PluginError as error:
                     lines.append(Listed(group.name, entry.name, entry.distribution, "", (), error.text))
+                except Exception as error:  # noqa: BLE001 - types that cannot be resolved, and what else strangers write
+                    fault = f"its fields cannot be read: {type(error).__name__}: {str(error)[:200]}"
+                    lines.append(Listed(group.name, entry.name, entry.distribution, "", (), fault))
                 else:
                     described = Listed(
                         group.name, entry.name, entry.distribution, describe(part), citations_of(part), ""
@@ -147,8 +158,9 @@ def registry() -> Registry:
 
 
 def describe(part: type[Any]) -> str:
-    """Return the one-line description of a part: the first line of its docstring."""
-    return (inspect.getdoc(part) or "").strip().partition("\n")[0]
+    """Return the one-line description of a part: the first line of its own docstring, empty where it wrote none."""
+    text = inspect.cleandoc(vars(part).get("__doc__") or "")
+    return "" if text.startswith(f"{part.__name__}(") else text.partition("\n")[0]  # what dataclass makes up
 
 
 def citations_of(part: type[Any]) -> tuple[str, ...]:
@@ -179,8 +191,9 @@ def fault_of(part: Any, group: Group) -> str:
 
 def _import(entry: Entry, group: Group) -> Any:
     try:
-        return _attribute(entry.value)
-    except Exception as error:  # a stranger's module may raise anything
+        with contextlib.redirect_stdout(sys.stderr):  # what it prints may not get into a JSON document
+            return _attribute(entry.value)
+    except (Exception, SystemExit) as error:  # a stranger's module may raise anything, or try to leave
         raise PluginError(
             f"{entry.name!r} of {entry.distribution} ({entry.value}) could not be imported as {group.noun}: "
             f"{type(error).__name__}: {str(error)[:200]}",

@@ -13,6 +13,7 @@ from functools import cache
 from typing import Annotated, Any, Literal, Union
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
+from pydantic_core import PydanticCustomError
 
 from impactlab.casefile.faults import case_error
 from impactlab.casefile.values import Allowed
@@ -57,6 +58,24 @@ def part_model(part: type[Any]) -> type[BaseModel]:
     """Return the pydantic model made from the fields of a part."""
     made: type[BaseModel] = _part_model(part)  # type: ignore[arg-type] # a class is hashable
     return made
+
+
+def check_fields(part: type[Any]) -> None:
+    """Raise `PluginError` where a field of a part has a type, or a default, that no case could give."""
+    hints = typing.get_type_hints(part)
+    for field in dataclasses.fields(part):
+        if not field.init:
+            continue
+        allowed = allowed_of(part, field, hints[field.name])
+        if field.default is dataclasses.MISSING:
+            continue
+        try:
+            allowed.read(field.default)
+        except PydanticCustomError as error:
+            raise PluginError(
+                f"the default of the field {field.name!r} of {part.__module__}.{part.__name__}: {error.message()}",
+                remedy="Mend the plugin.",
+            ) from error
 
 
 @cache
