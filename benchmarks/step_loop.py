@@ -94,7 +94,7 @@ def measure(elements: int, repeats: int) -> dict[str, float]:
     stride = -(-steps // SAMPLES)
     ours, theirs, difference = [], [], 0.0
     for _ in range(repeats + 1):
-        assembly = Assembly(scene, plan.built, plan.steppers, plan.integrator, dt, steps)
+        assembly = Assembly(scene, plan.built, plan.steppers, plan.starts, plan.integrator, dt, steps)
         start(assembly.memory)
         # Both write into fresh pages; touch them first, so that the kernel's page faults are in neither time.
         assembly.memory.record.fill(0.0)

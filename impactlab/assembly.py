@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy import bool_
+from numpy.typing import NDArray
 
-from impactlab.errors import CaseError, PairingError
+from impactlab.errors import PairingError
 from impactlab.integrators.base import AbstractIntegrator, Stepper
 from impactlab.memory import (
     INTEGER,
+    LAYERS,
+    SAMPLED,
     BodyRecord,
     ClockRecord,
     ContactRecord,
@@ -22,144 +25,45 @@ from impactlab.memory import (
     Ints,
     Memory,
     MessengerRecord,
+    PhaseRecord,
+    PushRecord,
     SnapshotRecord,
 )
-from impactlab.models.base import AbstractDiscreteModel, Face, Operators
-from impactlab.models.delay_line import DelayLine
-from impactlab.models.rigid import RigidBody
-from impactlab.pointers import FREE, MEASURE, RETIME, LawAddress, kernel_address, records
-from impactlab.scene import Body, Contact, Mass, Rod, Scene, Wall
-from impactlab.sides import side_facts
-from impactlab.types import MEMORY, PARAMETERS, READINGS, Array, Port, Quantity, Reply, Start
+from impactlab.models.base import AbstractDiscreteModel, Phases
+from impactlab.pointers import DERIVE, FREE, MEASURE, RETIME, LawAddress, kernel_address, records
+from impactlab.preparation import BuiltBody, Push, prepare_stepper, pushes_of, reading_place
+from impactlab.scene import Contact, Mass, Scene
+from impactlab.types import Array, Port, Quantity, Reply, Start
 
 RECORDS = 20_000  # steps kept one by one; longer runs are decimated
 SAMPLES = 256  # energies taken over a run
 EVENTS = 4096  # events between two returns of the loop
 
 
-@dataclass(frozen=True)
-class BuiltBody:
-    """A body of the scene with its coordinates."""
-
-    body: Body
-    model: AbstractDiscreteModel
-    system: Operators
-
-
-def build_bodies(scene: Scene) -> dict[str, BuiltBody]:
-    """Return every body in its coordinates; raises `CaseError` where a model cannot serve one."""
-    built = {}
-    for name, body in scene.bodies.items():
-        model: AbstractDiscreteModel
-        if isinstance(body, Rod):
-            if body.model is None:
-                raise CaseError(f"'{name}' has no model", path="solve.model", remedy="Give solve.model.")
-            steps = body.model.steps
-            model = (
-                body.model.build(body, scene.gravity, faces_of(scene, name))
-                if steps
-                else DelayLine(body, scene.gravity)
-            )
-        elif isinstance(body, Mass):
-            model = RigidBody(body.mass, body.velocity, scene.gravity)
-        else:
-            model = RigidBody(None, 0.0, 0.0)
-        built[name] = BuiltBody(body, model, model.operators())
-    return built
-
-
-def faces_of(scene: Scene, body: str) -> tuple[Face, ...]:
-    """Return where a body is struck and by what, contact by contact."""
-    faces = []
-    for number, contact in enumerate(scene.contacts):
-        for point, other in ((contact.left, contact.right), (contact.right, contact.left)):
-            if point.body == body:
-                partner = scene.bodies[other.body]
-                mass = math.inf if isinstance(partner, Wall) else math.nan
-                faces.append(Face(point.x, number, partner.mass if isinstance(partner, Mass) else mass))
-    return tuple(faces)
-
-
-def prepare_steppers(
-    scene: Scene, built: dict[str, BuiltBody], integrator: AbstractIntegrator, dt: float
-) -> dict[str, Stepper]:
-    """Return the stepper of every body, its faces in the order of the contacts."""
-    points = [point for contact in scene.contacts for point in (contact.left, contact.right)]
-    steppers = {}
-    for name, body in built.items():
-        rows = [body.model.row(point.x, "displacement") for point in points if point.body == name]
-        faces = np.array(rows).reshape(len(rows), body.system.load.size)
-        steppers[name] = (
-            body.model.stepper(faces, dt)
-            if isinstance(body.model, DelayLine)
-            else integrator.prepare(body.system, faces, dt)
-        )
-    return steppers
-
-
-def face_velocity_per_force(scene: Scene, steppers: dict[str, Stepper], number: int, side: int) -> float:
-    """Return how fast a face (0 left, 1 right of a contact) moves after a step per unit force [m/(N s)]."""
-    points = [point for contact in scene.contacts for point in (contact.left, contact.right)]
-    body = points[2 * number + side].body
-    place = sum(other.body == body for other in points[: 2 * number + side])
-    stepper = steppers[body]
-    n_dof = stepper.jump.shape[1]
-    return float(stepper.force_response[place, n_dof : 2 * n_dof] @ stepper.face_rows[place])
-
-
-def check_explicit_spring(
-    scene: Scene, steppers: dict[str, Stepper], integrator: AbstractIntegrator, dt: float
-) -> None:
-    """Raise `CaseError` where a contact spring is too stiff for a force that acts at the start of the step.
-
-    Two bodies and the spring between them swing with w^2 = k (yields of both faces); leapfrog is stable up to w dt = 2.
-    """
-    if integrator.load_point > 0.0:
-        return
-    for number, contact in enumerate(scene.contacts):
-        sides = [side_facts(scene, point) for point in (contact.left, contact.right)]
-        spring = contact.law.spring(sides[0], sides[1], dt)
-        pliancy = dt * sum(face_velocity_per_force(scene, steppers, number, side) for side in (0, 1))
-        if spring is not None and spring[0] * pliancy > 4.0:
-            stable = dt * 2.0 / math.sqrt(spring[0] * pliancy)
-            raise CaseError(
-                f"the contact spring of {spring[0]:.6g} N/m is too stiff for an explicit step of {dt:.6g} s between "
-                f"these faces; the limit is {4.0 / pliancy:.6g} N/m",
-                remedy=f"Give a step of {stable:.6g} s or less, or integrator newmark.",
-                path=f"contacts.{number}.law",
-            )
-
-
-def start_law(scene: Scene, steppers: dict[str, Stepper], number: int, dt: float) -> Start:
-    """Return what the law of a contact asks for; errors name the contact."""
-    contact = scene.contacts[number]
-    facts = [
-        side_facts(scene, point, face_velocity_per_force(scene, steppers, number, side))
-        for side, point in enumerate((contact.left, contact.right))
-    ]
-    path = f"contacts.{number}.law"
-    try:
-        start = contact.law.begin(facts[0], facts[1], dt)
-    except (PairingError, CaseError) as error:
-        if not error.path:
-            error.path = path
-        elif not error.path.startswith("solve"):
-            error.path = f"{path}.{error.path}"
-        raise
-    for what, given, room in (
-        ("parameters", start.parameters, PARAMETERS),
-        ("memory", start.memory, MEMORY),
-        ("readings", start.readings, READINGS),
-    ):
-        if len(given) > room:
-            raise PairingError(f"the law asks for {len(given)} {what}; there is room for {room}", path=path)
-    return start
-
-
 def flat(arrays: list[Array]) -> tuple[Floats, Ints]:
     """Return arrays in a row and where each starts, with the end, shape (n + 1,)."""
     starts = np.concatenate(([0], np.cumsum([array.size for array in arrays]))).astype(np.int64)
     return np.concatenate([array.ravel() for array in arrays] or [np.zeros(0)]), starts
+
+
+def dashpots(damping: Array) -> list[tuple[int, int, float, bool]]:
+    """Return a banded damping matrix as dashpots: coordinate, other one (-1: the ground), damping, inside or not.
+
+    v C v is the sum of c (v_i - v_j)^2 over the pairs, with c = -C_ij, and of the row sums times v_i^2.
+    """
+    n_dof = damping.shape[1]
+    ground, found = damping[0].copy(), []
+    for offset in range(1, damping.shape[0]):
+        for i in np.flatnonzero(damping[offset, : n_dof - offset]):
+            coupling = float(damping[offset, i])
+            found.append((int(i) + offset, int(i), -coupling))
+            ground[i] += coupling
+            ground[i + offset] += coupling
+    ground[np.abs(ground) <= 1e-13 * np.abs(damping[0])] = 0.0
+    found += [(int(i), -1, float(ground[i])) for i in np.flatnonzero(ground)]
+    # Dashpots at the ends of a rod are two at most.
+    inside = len(found) > 2 or any(other >= 0 for _, other, _ in found)
+    return [(*dashpot, inside) for dashpot in found]
 
 
 class Assembly:
@@ -170,6 +74,7 @@ class Assembly:
         scene: Scene,
         built: dict[str, BuiltBody],
         steppers: dict[str, Stepper],
+        starts: tuple[Start, ...],
         integrator: AbstractIntegrator,
         dt: float,
         steps: int,
@@ -178,59 +83,101 @@ class Assembly:
         self.stride, self.sample_stride = math.ceil(steps / RECORDS), math.ceil(steps / SAMPLES)
         self.laws = [LawAddress(contact.law.respond, contact.law.compiled) for contact in scene.contacts]
         names, each = list(built), list(steppers.values())
+        pushed = pushes_of(scene, built, starts)
         parameters, parameter_start = flat([stepper.parameters for stepper in each])
         state, state_start = flat([stepper.state for stepper in each])
         jump, jump_start = flat([stepper.jump for stepper in each])
-        responses, response_start = flat(
-            [stepper.force_response for stepper in each] + [stepper.impulse_response for stepper in each]
-        )
+        responses, response_start = self._responses(each)
         bodies_by_name, bodies = records(BodyRecord, len(names))
-        self._shift: dict[str, int] = {}
-        momentum = np.zeros_like(state)
-        dampers: list[tuple[int, float, int]] = []
+        self._shift = {name: int(start) for name, start in zip(names, state_start[:-1], strict=True)}
+        dampers: list[tuple[int, int, float, bool, int]] = []
         for number, (name, stepper) in enumerate(steppers.items()):
-            n_dof, shift = built[name].system.load.size, int(state_start[number])
-            self._shift[name] = shift
-            momentum[shift + n_dof : shift + 2 * n_dof] = built[name].model.momentum_row()
-            dampers += [(shift + i, value, n_dof) for i, value in enumerate(built[name].system.damping[0]) if value]
+            n_dof, shift = built[name].system.load.size, self._shift[name]
+            dampers += [
+                (shift + i, shift + j if j >= 0 else -1, value, inside, n_dof)
+                for i, j, value, inside in dashpots(built[name].system.damping)
+            ]
             fill(
                 bodies_by_name[number],
                 free=kernel_address(stepper.free, FREE),
                 measure=kernel_address(stepper.measure, MEASURE),
                 retime=kernel_address(stepper.retime, RETIME),
+                derive=kernel_address(stepper.derive, DERIVE),
                 parameter_start=parameter_start[number],
                 parameter_end=parameter_start[number + 1],
                 state_start=shift,
                 state_end=state_start[number + 1],
                 n_dof=n_dof,
-                n_faces=len(stepper.jump),
+                n_ports=len(stepper.jump),
                 jump_start=jump_start[number],
                 force_start=response_start[number],
                 impulse_start=response_start[len(names) + number],
+                projection_start=response_start[2 * len(names) + number],
             )
         dampers_by_name, damper_records = records(DamperRecord, len(dampers))
-        for number, (index, damping, n) in enumerate(dampers):
-            straddles = float(integrator.velocity_point < 1.0)
+        for number, (index, other, damping, inside, n) in enumerate(dampers):
+            rate = state[index + n] - (state[other + n] if other >= 0 else 0.0)
+            straddles = integrator.velocity_point < 1.0
             fill(
-                dampers_by_name[number], index=index, damping=damping, straddles=straddles, before=dt * state[index + n]
+                dampers_by_name[number],
+                index=index,
+                other=other,
+                inside=inside,
+                damping=damping,
+                straddles=straddles,
+                before=dt * rate,
             )
         faces = self._faces(names, steppers)
-        ports, contacts, replies, messengers, readings, left_out = self._contacts(steppers)
-        self.probe_channels, probes = self._probes()
-        points = [point for contact in scene.contacts for point in (contact.left, contact.right)]
-        rows = [self._row(point.body, point.x, "displacement") for point in points]
-        rows += [self._row(point.body, point.x, "velocity") for point in points]
-        rows += readings + probes
+        ports, contacts, replies = self._contacts(starts)
+        n_contacts = len(scene.contacts)
+        models = {name: body.model for name, body in built.items()}
+        self.probe_channels = self._probe_channels()
+        rows, left_out = self._rows(models, starts, pushed)
+        wanted = [
+            (names.index(reading_place(contact, reading)[0].body), number, slot)
+            for number, (contact, start) in enumerate(zip(scene.contacts, starts, strict=True))
+            for slot, reading in enumerate(start.readings)
+        ]
+        messengers_by_name, messengers = records(MessengerRecord, len(wanted))
+        for number, (body, contact, slot) in enumerate(wanted):
+            fill(messengers_by_name[number], body=body, contact=contact, slot=slot)
         row_start, row_index, row_value = sparse(rows)
+        momentum = self._momentum(models, state)
+        phases, maps, other_state = records(PhaseRecord, 0)[1], np.zeros(0), np.zeros(0)
+        phased = {name: body.system.phases for name, body in built.items() if body.system.phases is not None}
+        if phased:
+            closed = {name: phased[name].closed if name in phased else model for name, model in models.items()}
+            others = {
+                name: prepare_stepper(scene, name, closed[name], closed[name].operators(), integrator, dt, pushed)
+                if name in phased
+                else stepper
+                for name, stepper in steppers.items()
+            }
+            check_phases(phased, built, steppers)
+            phases, maps = self._phases(names, phased)
+            # The same entries in both phases, so that only values are exchanged.
+            open_rows, (closed_rows, closed_left_out) = rows, self._rows(closed, starts, pushed)
+            pattern = [(a != 0.0) | (b != 0.0) for (_, a), (_, b) in zip(open_rows, closed_rows, strict=True)]
+            row_start, row_index, row_value = sparse(open_rows, pattern)
+            other_state = np.concatenate(
+                (
+                    flat([stepper.parameters for stepper in others.values()])[0],
+                    self._momentum(closed, state),
+                    flat([stepper.jump for stepper in others.values()])[0],
+                    self._responses(list(others.values()))[0],
+                    sparse(closed_rows, pattern)[2],
+                    closed_left_out.ravel(),
+                )
+            )
         room = (4 if scene.events == "located" else 1) * (steps // self.stride + 8) + 256
         snapshots_by_name, snapshots = records(SnapshotRecord, len(scene.snapshots))
         for number, time in enumerate(sorted(scene.snapshots)):
             snapshots_by_name[number].time = time
-        n_contacts = len(scene.contacts)
         clocks, clock = records(ClockRecord, 1)
         self.clock = clocks[0]
         self.clock.timed, self.clock.steps = dt, steps
         self.snapshots = snapshots_by_name
+        coupled = 2 * n_contacts if n_contacts > 1 else 0
         self.memory = Memory(
             clock=clock,
             bodies=bodies,
@@ -239,6 +186,8 @@ class Assembly:
             ports=ports,
             replies=replies,
             messengers=messengers,
+            pushes=self._pushes(names, steppers, pushed),
+            phases=phases,
             dampers=damper_records,
             events=self._events(),
             snapshots=snapshots,
@@ -248,15 +197,18 @@ class Assembly:
             momentum=momentum,
             jump=jump,
             responses=responses,
-            answers=np.zeros((5, 2 * n_contacts, n_contacts)),
+            answers=np.zeros((LAYERS, 3 * n_contacts, n_contacts)),
             row_start=row_start,
             row_index=row_index,
             row_value=row_value,
             left_out=left_out,
-            record=np.zeros((room, 1 + 6 * n_contacts + len(probes))),
-            sample=np.zeros((steps // self.sample_stride + 8, 4 + 3 * len(names))),
+            record=np.zeros((room, 1 + 6 * n_contacts + len(self.probe_channels))),
+            sample=np.zeros((steps // self.sample_stride + 8, SAMPLED + 3 * len(names))),
             snapshot_state=np.zeros((len(scene.snapshots), 2, state.size)),
             scratch=np.zeros(4),
+            coupled=np.zeros((coupled, coupled + 2)),
+            other_state=other_state,
+            maps=maps,
         )
 
     def state_of(self, body: str, state: Array, velocities: bool = False) -> Array:
@@ -273,25 +225,85 @@ class Assembly:
             sample=np.concatenate([sample, np.zeros_like(sample)]),
         )
 
-    def _row(self, body: str, x: float, quantity: Quantity) -> tuple[int, Array]:
-        """Return a quantity as a shift into the whole state and a row."""
-        row = self.built[body].model.row(x, quantity)
-        shift = self._shift[body]
-        return (shift + row.size if quantity == "velocity" else shift), row
+    def _rows(
+        self, models: dict[str, AbstractDiscreteModel], starts: tuple[Start, ...], pushed: tuple[Push, ...]
+    ) -> tuple[list[tuple[int, Array]], Floats]:
+        """Return all rows, each a shift into the whole state and its values, in the order that `Memory` tells.
+
+        With them the answers of the modes left out at each reading per force of each contact.
+        """
+
+        def row(body: str, x: float, quantity: Quantity) -> tuple[int, Array]:
+            values = models[body].row(x, quantity)
+            return self._shift[body] + (values.size if quantity == "velocity" else 0), values
+
+        contacts = self.scene.contacts
+        points = [point for contact in contacts for point in (contact.left, contact.right)]
+        rows = [row(point.body, point.x, "displacement") for point in points]
+        rows += [row(point.body, point.x, "velocity") for point in points]
+        left_out: list[list[float]] = []
+        for contact, start in zip(contacts, starts, strict=True):
+            for reading in start.readings:
+                point, x = reading_place(contact, reading)
+                rows.append(row(point.body, x, reading.quantity))
+                model = models[point.body]
+                answers = [left_out_per_force(model, other, point.body, x, reading.quantity) for other in contacts]
+                left_out.append(answers if reading.left_out else [0.0] * len(contacts))
+        rows += [row(body, x, quantity) for _, body, x, quantity in self._probes()]
+        rows += [row(push.body, push.x, push.quantity) for push in pushed]
+        return rows, np.array(left_out, float).reshape(len(left_out), len(contacts))
+
+    def _responses(self, steppers: list[Stepper]) -> tuple[Floats, Ints]:
+        return flat(
+            [stepper.force_response for stepper in steppers]
+            + [stepper.impulse_response for stepper in steppers]
+            + [stepper.projection_response for stepper in steppers]
+        )
+
+    def _momentum(self, models: dict[str, AbstractDiscreteModel], state: Array) -> Floats:
+        momentum = np.zeros_like(state)
+        for name, model in models.items():
+            row = model.momentum_row()
+            start = self._shift[name] + row.size
+            momentum[start : start + row.size] = row
+        return momentum
+
+    def _phases(self, names: list[str], phased: dict[str, Phases]) -> tuple[Any, Floats]:
+        by_name, phases = records(PhaseRecord, len(phased))
+        maps, map_start = flat([np.concatenate((each.closing, each.opening)) for each in phased.values()])
+        for number, (name, each) in enumerate(phased.items()):
+            fill(by_name[number], contact=each.contact, body=names.index(name), map_start=map_start[number])
+        return phases, maps
+
+    def _pushes(self, names: list[str], steppers: dict[str, Stepper], pushed: tuple[Push, ...]) -> Any:
+        by_name, pushes = records(PushRecord, len(pushed))
+        of_body = {name: sum(push.body == name for push in pushed) for name in names}
+        seen = {name: len(steppers[name].jump) - of_body[name] for name in names}
+        for number, push in enumerate(pushed):
+            fill(
+                by_name[number],
+                contact=push.contact,
+                body=names.index(push.body),
+                place=seen[push.body],
+                weight=push.weight,
+            )
+            seen[push.body] += 1
+        return pushes
 
     def _events(self) -> Any:
         self.events, events = records(EventRecord, max(EVENTS, 1024 * len(self.scene.contacts)))
         return events
 
-    def _probes(self) -> tuple[list[tuple[str, Quantity]], list[tuple[int, Array]]]:
-        """Return the channels of the probes, those of every mass included, and their rows."""
+    def _probes(self) -> list[tuple[str, str, float, Quantity]]:
+        """Return channel, body, x and quantity of the probes, those of every mass included."""
         asked = [(probe.channel, probe.body, probe.x, probe.quantity) for probe in self.scene.probes]
         for name, body in self.scene.bodies.items():
             if isinstance(body, Mass):
                 asked += [(f"position:{name}", name, 0.0, "displacement"), (f"velocity:{name}", name, 0.0, "velocity")]
-        return [(channel, quantity) for channel, _, _, quantity in asked], [
-            self._row(body, x, quantity) for _, body, x, quantity in asked
-        ]
+        return asked
+
+    def _probe_channels(self) -> list[tuple[str, Quantity]]:
+        return [(channel, quantity) for channel, _, _, quantity in self._probes()]
 
     def _faces(self, names: list[str], steppers: dict[str, Stepper]) -> Any:
         by_name, faces = records(FaceRecord, 2 * len(self.scene.contacts))
@@ -306,26 +318,29 @@ class Assembly:
                 n_dof = steppers[point.body].jump.shape[1]
                 for part, first in enumerate((0, n_dof, 2 * n_dof)):
                     last = response.size if part == 2 else first + n_dof
-                    moved = np.flatnonzero(response[first:last])
+                    moved = np.flatnonzero(
+                        response[first:last] if self.built[point.body].system.phases is None else np.ones(last - first)
+                    )
                     if moved.size:
                         face.low[part], face.high[part] = first + int(moved[0]), first + int(moved[-1]) + 1
         return faces
 
-    def _contacts(self, steppers: dict[str, Stepper]) -> tuple[Any, Any, Any, Any, list[tuple[int, Array]], Floats]:
+    def _contacts(self, starts: tuple[Start, ...]) -> tuple[Any, Any, Any]:
         scene, n_contacts = self.scene, len(self.scene.contacts)
         self._ports, ports = records(Port, n_contacts)
         self.contacts, contacts = records(ContactRecord, n_contacts)
         _, replies = records(Reply, n_contacts)
-        readings: list[tuple[int, Array]] = []
-        wanted: list[tuple[int, int]] = []
-        left_out: list[list[float]] = []
-        for number, contact in enumerate(scene.contacts):
-            given = start_law(scene, steppers, number, self.dt)
+        for number, (contact, given) in enumerate(zip(scene.contacts, starts, strict=True)):
             port = self._ports[number]
             port.parameters[: len(given.parameters)] = given.parameters
             port.memory[: len(given.memory)] = given.memory
             port.load_point = self.integrator.load_point
             port.jump_in_force = float(self.integrator.jump_in_force)
+            port.projects_first = float(self.integrator.projects_first)
+            yields = [self._yield_beyond(point.body, point.x) for point in (contact.left, contact.right)]
+            port.flexibility = sum(
+                dict(self.built[p.body].system.massless).get(p.x, 0.0) for p in (contact.left, contact.right)
+            )
             fill(
                 self.contacts[number],
                 law=self.laws[number].value,
@@ -333,43 +348,54 @@ class Assembly:
                 trial_point=1.0 if contact.law.trial_at_end else self.integrator.load_point,
                 initial_gap=contact.gap,
                 old_gap=contact.gap,
+                left_share=yields[0] / sum(yields) if sum(yields) > 0.0 else 0.0,
             )
-            for slot, reading in enumerate(given.readings):
-                point = contact.left if reading.side == "left" else contact.right
-                x = point.x + (-reading.distance if reading.side == "left" else reading.distance)
-                readings.append(self._row(point.body, x, reading.quantity))
-                wanted.append((number, slot))
-                answers = [self._left_out(other, point.body, x, reading.quantity) for other in scene.contacts]
-                left_out.append(answers if reading.left_out else [0.0] * n_contacts)
-        by_name, messengers = records(MessengerRecord, len(wanted))
-        for number, (owner, slot) in enumerate(wanted):
-            fill(by_name[number], contact=owner, slot=slot)
-        return (
-            ports,
-            contacts,
-            replies,
-            messengers,
-            readings,
-            np.array(left_out, float).reshape(len(wanted), n_contacts),
-        )
+        return ports, contacts, replies
 
-    def _left_out(self, contact: Contact, body: str, x: float, quantity: Quantity) -> float:
-        """Return the answer at x of the modes left out per unit force of a contact, which pushes left then right."""
-        total = 0.0
-        for point, sign in ((contact.left, -1.0), (contact.right, 1.0)):
-            if point.body == body:
-                total += sign * self.built[body].model.left_out(x, quantity, point.x)
-        return total
+    def _yield_beyond(self, body: str, x: float) -> float:
+        """Return how much a face yields statically beyond what its coordinates show [m/N]."""
+        built = self.built[body]
+        return max(0.0, dict(built.system.massless).get(x, 0.0) or built.model.left_out(x, "displacement", x))
 
 
-def sparse(rows: list[tuple[int, Array]]) -> tuple[Ints, Ints, Floats]:
-    """Return rows, each a shift into the state and a dense row, without their zeros: starts, indices, values."""
+def left_out_per_force(
+    model: AbstractDiscreteModel, contact: Contact, body: str, x: float, quantity: Quantity
+) -> float:
+    """Return the answer at x of the modes left out per unit force of a contact, which pushes left then right."""
+    total = 0.0
+    for point, sign in ((contact.left, -1.0), (contact.right, 1.0)):
+        if point.body == body:
+            total += sign * model.left_out(x, quantity, point.x)
+    return total
+
+
+def check_phases(phased: dict[str, Phases], built: dict[str, BuiltBody], steppers: dict[str, Stepper]) -> None:
+    """Raise `PairingError` where a scheme or a body cannot change its coordinates within a run."""
+    for name in phased:
+        stepper, system = steppers[name], built[name].system
+        if np.any(system.damping):
+            raise PairingError(
+                f"'{name}' changes its coordinates with its contact, which serves undamped rods only",
+                remedy="Leave the damping out, or use another basis.",
+                path="solve.model",
+            )
+        if stepper.derive is None and stepper.state.size > 2 * system.load.size:
+            raise PairingError(
+                f"'{name}' changes its coordinates with its contact, and this integrator keeps more than displacements "
+                "and velocities",
+                remedy="Use newmark, midpoint or exact_modal.",
+                path="solve.integrator",
+            )
+
+
+def sparse(rows: list[tuple[int, Array]], pattern: list[NDArray[bool_]] | None = None) -> tuple[Ints, Ints, Floats]:
+    """Return rows, each a shift into the state and a dense row, as starts, indices, values; without zeros."""
     starts, indices, values = [0], [np.zeros(0, np.int64)], [np.zeros(0)]
-    for shift, row in rows:
-        nonzero = np.flatnonzero(row)
-        indices.append(nonzero + shift)
-        values.append(row[nonzero])
-        starts.append(starts[-1] + nonzero.size)
+    for number, (shift, row) in enumerate(rows):
+        kept = np.flatnonzero(row if pattern is None else pattern[number])
+        indices.append(kept + shift)
+        values.append(row[kept])
+        starts.append(starts[-1] + kept.size)
     return np.array(starts, np.int64), np.concatenate(indices), np.concatenate(values)
 
 

@@ -2,28 +2,28 @@
 
 from __future__ import annotations
 
-from impactlab import loop
+from impactlab import answers, compliance, dating, loop, phases
+from impactlab.answers import moved_by
+from impactlab.compliance import compliances
+from impactlab.dating import OPEN, note
+from impactlab.kernels import ENTRY, PART
 from impactlab.loop import (
     DONE,
-    ENTRY,
     EVENTS_FULL,
     LAW_FAILED,
     NOT_FINITE,
-    OPEN,
-    PART,
     RECORDS_FULL,
     answer,
     begin_step,
-    compliances,
     correct,
     date,
     free_step,
     keep,
-    note,
     sample,
     settle,
 )
-from impactlab.memory import U_FORCE, U_IMPULSE, Memory
+from impactlab.memory import Memory
+from impactlab.phases import change_phases
 from impactlab.pointers import call, drop_stale
 
 # What may fall through zero inside a step: the gap, the trial force, or the gap's negative (faces that part).
@@ -43,9 +43,9 @@ def retime(m: Memory, dt: float) -> None:
         body = m.bodies[number]
         size = body.state_end - body.state_start
         parameters = m.parameters[body.parameter_start : body.parameter_end]
-        jump = m.jump[body.jump_start : body.jump_start + body.n_faces * body.n_dof]
-        force = m.responses[body.force_start : body.force_start + body.n_faces * size]
-        impulse = m.responses[body.impulse_start : body.impulse_start + body.n_faces * size]
+        jump = m.jump[body.jump_start : body.jump_start + body.n_ports * body.n_dof]
+        force = m.responses[body.force_start : body.force_start + body.n_ports * size]
+        impulse = m.responses[body.impulse_start : body.impulse_start + body.n_ports * size]
         call(body.retime, parameters, dt, jump, force, impulse)
     compliances(m)
 
@@ -61,11 +61,9 @@ def attempt(m: Memory, time: float, dt: float, watched: int, what: int) -> float
     if what == TRIAL:
         return float(m.replies[watched].trial)
     left, right = 2 * watched, 2 * watched + 1
-    gap = m.contacts[watched].initial_gap + m.faces[right].free_u - m.faces[left].free_u
+    gap = m.contacts[watched].initial_gap + m.faces[right].free_u - m.faces[left].free_u + m.replies[watched].offset
     for other in range(len(m.contacts)):
-        force, impulse = m.contacts[other].force, m.contacts[other].impulse
-        gap += (m.answers[U_FORCE, right, other] - m.answers[U_FORCE, left, other]) * force
-        gap += (m.answers[U_IMPULSE, right, other] - m.answers[U_IMPULSE, left, other]) * impulse
+        gap += moved_by(m, right, 0, m.contacts[other], other) - moved_by(m, left, 0, m.contacts[other], other)
     return float(-gap if what == PARTING else gap)
 
 
@@ -100,7 +98,7 @@ def event_in_step(m: Memory, time: float, h: float, number: int) -> tuple[int, f
             return TRIAL, float(reply.trial)
         if at_end > 0.0:
             return PARTING, -at_end
-    if port.in_contact == 0.0 and port.gap > 0.0 and at_end < 0.0:
+    if port.in_contact == 0.0 and port.gap + port.offset > 0.0 and at_end < 0.0:
         return GAP, at_end
     return NOTHING, 0.0
 
@@ -156,11 +154,13 @@ def located_step(m: Memory, dt: float, step_end: float) -> bool:
         if opens:
             note(m, m.clock[0].time, which, OPEN, 0.0)
             m.ports[which].in_contact = 0.0
+            if len(m.phases) > 0:
+                change_phases(m)
         else:
             # The gap of a touch is zero but for rounding; now it is zero.
             left, right = m.faces[2 * which], m.faces[2 * which + 1]
             m.contacts[which].touching = 1.0
-            m.contacts[which].initial_gap = left.u - right.u
+            m.contacts[which].initial_gap = left.u - right.u - m.ports[which].offset
         if clock.time >= step_end:
             return True
         if earliest > 0.0:
@@ -186,4 +186,4 @@ def advance_located(m: Memory, dt: float, last_step: int, stride: int, sample_st
     return DONE
 
 
-drop_stale(advance_located, loop)
+drop_stale(advance_located, loop, answers, compliance, dating, phases)

@@ -21,9 +21,9 @@ class BodyRecord(ctypes.Structure):
     """One body: its stepper's addresses and where its pieces lie in the flat arrays."""
 
     _fields_ = [
-        *((name, INTEGER) for name in ("free", "measure", "retime")),  # addresses
+        *((name, INTEGER) for name in ("free", "measure", "retime", "derive")),  # addresses
         *((name, INTEGER) for name in ("parameter_start", "parameter_end", "state_start", "state_end", "n_dof")),
-        *((name, INTEGER) for name in ("n_faces", "jump_start", "force_start", "impulse_start")),
+        *((name, INTEGER) for name in ("n_ports", "jump_start", "force_start", "impulse_start", "projection_start")),
     ]
 
 
@@ -53,6 +53,9 @@ class ContactRecord(ctypes.Structure):
         ("initial_gap", REAL),  # m
         ("force", REAL),  # N, of the last step
         ("impulse", REAL),  # N s
+        ("projection", REAL),  # kg m
+        ("push", REAL),
+        ("left_share", REAL),  # of the offset: how much of it is the left face's
         ("old_gap", REAL),  # m, one step before
         ("old_trial", REAL),  # N
         ("touching", REAL),  # 1 where a located touch begins this step
@@ -65,16 +68,30 @@ class ContactRecord(ctypes.Structure):
 
 
 class MessengerRecord(ctypes.Structure):
-    """A reading that a law wants: for which contact, and into which slot of its port."""
+    """A reading that a law wants: of which body, for which contact, and into which slot of its port."""
 
-    _fields_ = [("contact", INTEGER), ("slot", INTEGER)]
+    _fields_ = [("body", INTEGER), ("contact", INTEGER), ("slot", INTEGER)]
+
+
+class PushRecord(ctypes.Structure):
+    """A row along which a contact may push a body, beside the force along its gap."""
+
+    _fields_ = [("contact", INTEGER), ("body", INTEGER), ("place", INTEGER), ("weight", REAL)]
+
+
+class PhaseRecord(ctypes.Structure):
+    """A body that takes other coordinates while a contact is closed; see `Memory.other_state`."""
+
+    _fields_ = [("contact", INTEGER), ("body", INTEGER), ("closed", INTEGER), ("map_start", INTEGER)]
 
 
 class DamperRecord(ctypes.Structure):
-    """A dashpot end: the entry of the state it moves with."""
+    """A dashpot between two coordinates, or to the ground: the entries of the state it moves with."""
 
     _fields_ = [
         ("index", INTEGER),
+        ("other", INTEGER),  # -1 for the ground
+        ("inside", INTEGER),  # 1 where it stands for damping inside the body, not for a dashpot at its end
         ("damping", REAL),
         ("old", REAL),  # m, at the start of the step
         ("straddles", REAL),  # 1 where the dashpot feels the mean velocity of this step and the one before (leapfrog)
@@ -114,6 +131,8 @@ class ClockRecord(ctypes.Structure):
         ("n_snapshots", INTEGER),
         ("lost_contact", REAL),  # J booked so far
         ("lost_ends", REAL),  # J
+        ("lost_inside", REAL),  # J, by damping inside bodies
+        ("lost_unresolved", REAL),  # J, handed to modes that are left out
         ("timed", REAL),  # s, the step length that the steppers are prepared for
         ("recorded", REAL),  # s, time of the last record
         ("energy", REAL),  # scratch of `measure`
@@ -121,7 +140,10 @@ class ClockRecord(ctypes.Structure):
 
 
 class Memory(NamedTuple):
-    """All that the loop touches. Rows of `index` and `value`: face displacements, face velocities, readings, probes."""
+    """All that the loop touches.
+
+    Rows of `index` and `value`: face displacements, face velocities, readings, probes, pushes.
+    """
 
     clock: Any  # (1,) of ClockRecord
     bodies: Any  # (n_bodies,) of BodyRecord
@@ -130,6 +152,8 @@ class Memory(NamedTuple):
     ports: Any  # (n_contacts,) of Port
     replies: Any  # (n_contacts,) of Reply
     messengers: Any  # (n_readings,) of MessengerRecord
+    pushes: Any  # (n_pushes,) of PushRecord
+    phases: Any  # (n_phases,) of PhaseRecord
     dampers: Any  # (n_dampers,) of DamperRecord
     events: Any  # (room,) of EventRecord
     snapshots: Any  # (n_snapshots,) of SnapshotRecord
@@ -138,17 +162,24 @@ class Memory(NamedTuple):
     backup: Floats  # room for a step to be taken again
     momentum: Floats  # row over the state, N s
     jump: Floats  # flat: velocities per impulse of each face
-    responses: Floats  # flat: force responses of each body's faces, then impulse responses
-    answers: Floats  # (5, 2 n_contacts, n_contacts) of a face per force, per impulse: see ANSWERS
+    responses: Floats  # flat: force responses of each body's ports, then impulse and projection responses
+    answers: Floats  # (9, 3 n_contacts, n_contacts) of faces (2 n_contacts) and pushed rows to contacts: see the layers
     row_start: Ints  # (n_rows + 1,)
     row_index: Ints  # into the state
     row_value: Floats
     left_out: Floats  # (n_readings, n_contacts) answer of the modes left out per force of the step before
     record: Floats  # (room, 1 + 6 n_contacts + n_probes) time; force, gap; left u, v, right u, v; probes
-    sample: Floats  # (room, 4 + 3 n_bodies) time, stored, lost in contacts, at ends; energy, work, momentum
+    sample: Floats  # (room, 6 + 3 n_bodies) time, stored, four losses; energy, work, momentum of each body
     snapshot_state: Floats  # (n_snapshots, 2, n_state)
     scratch: Floats  # (4,)
+    coupled: Floats  # (2 n_contacts, 2 n_contacts + 3) linear system of coupled answers; empty for one contact
+    other_state: Floats  # of bodies with phases, what is exchanged as a contact opens or closes: empty without phases,
+    #                      else one array after the other in the shapes of parameters, momentum, jump, responses,
+    #                      row_value, left_out
+    maps: Floats  # flat (2, 2, n_dof, n_dof) per phase record: closing, opening; displacements, velocities
 
 
-# Layers of `answers`.
-U_FORCE, V_FORCE, U_IMPULSE, V_IMPULSE, V_JUMP = range(5)
+# Layers of `answers`: displacement (pushed rows: value) and velocity at the end of the step, velocity at once.
+U_FORCE, V_FORCE, U_IMPULSE, V_IMPULSE, U_PROJECTION, V_PROJECTION, U_PUSH, V_PUSH, V_JUMP = range(9)
+LAYERS = 9
+SAMPLED = 6  # columns of a sample before those of the bodies

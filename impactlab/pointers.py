@@ -28,6 +28,7 @@ COMPILED = not config.DISABLE_JIT
 VECTOR = types.float64[::1]
 FREE = types.void(VECTOR, VECTOR)
 MEASURE = types.void(VECTOR, VECTOR, VECTOR)
+DERIVE = types.void(VECTOR, VECTOR)
 RETIME = types.void(VECTOR, types.float64, VECTOR, VECTOR, VECTOR)
 RESPOND = types.void(from_dtype(PORT), from_dtype(REPLY))
 
@@ -78,9 +79,8 @@ def is_cached(entry: Any) -> bool:
 
 
 def drop_cache(function: Callable[..., Any]) -> None:
-    """Delete what numba cached on disk for the module of a function: a truncated file there would stop every run."""
-    folder = cache_folder(function)
-    for kept in folder.glob(f"{Path(function.__code__.co_filename).stem}.*.nb[ic]"):
+    """Delete what numba cached on disk for a function and its neighbours: a truncated file would stop every run."""
+    for kept in cache_folder(function).glob("*.nb[ic]"):
         kept.unlink(missing_ok=True)
 
 

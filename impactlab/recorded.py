@@ -7,11 +7,12 @@ from typing import NamedTuple, final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from impactlab import loop
+from impactlab import dating
 from impactlab.assembly import Assembly
 from impactlab.errors import ImpactlabError
 from impactlab.history import AbstractHistory, Array, ContactSpan, Cost, EnergyBook, Event, Field
 from impactlab.integrators.base import AbstractIntegrator
+from impactlab.memory import SAMPLED
 from impactlab.scene import Rod
 from impactlab.types import Quantity
 
@@ -139,21 +140,27 @@ class RecordedHistory(AbstractHistory):
         first = 1 + 6 * len(assembly.scene.contacts)
         for number, (name, quantity) in enumerate(assembly.probe_channels):
             on = of_velocity if quantity == "velocity" else times
-            channels[name] = Channel(on, record[:, first + number], False)
+            # A face that a contact presses in beyond its coordinates is known from the contact.
+            channels.setdefault(name, Channel(on, record[:, first + number], False))
         sample = assembly.memory.sample[: assembly.clock.n_samples]
         for number, name in enumerate(assembly.built):
-            channels[f"momentum:{name}"] = Channel(sample[:, 0], sample[:, 6 + 3 * number], False)
-            channels[f"energy:{name}"] = Channel(sample[:, 0], sample[:, 4 + 3 * number], False)
+            channels[f"momentum:{name}"] = Channel(sample[:, 0], sample[:, SAMPLED + 2 + 3 * number], False)
+            channels[f"energy:{name}"] = Channel(sample[:, 0], sample[:, SAMPLED + 3 * number], False)
         self._channels = channels
 
     def _read_energy(self) -> None:
         sample = self.assembly.memory.sample[: self.assembly.clock.n_samples]
-        work = sample[:, 5::3].sum(axis=1)
+        work = sample[:, SAMPLED + 1 :: 3].sum(axis=1)
         self.energy = EnergyBook(
             time=sample[:, 0],
-            bodies={name: sample[:, 4 + 3 * number] for number, name in enumerate(self.assembly.built)},
+            bodies={name: sample[:, SAMPLED + 3 * number] for number, name in enumerate(self.assembly.built)},
             stored=sample[:, 1],
-            booked={"contact": sample[:, 2], "ends": sample[:, 3], "unresolved": np.zeros(len(sample))},
+            booked={
+                "contact": sample[:, 2],
+                "ends": sample[:, 3],
+                "damping": sample[:, 4],
+                "unresolved": sample[:, 5],
+            },
             work=work - work[:1].sum(),
         )
 
@@ -167,10 +174,10 @@ class RecordedHistory(AbstractHistory):
             contact = assembly.scene.contacts[number]
             if time > self.duration:
                 continue
-            if kind == loop.IMPULSE:
+            if kind == dating.IMPULSE:
                 events.append(Event(time, contact.name, "impulse", impulse))
                 kicks.setdefault(number, []).append((time, impulse))
-            elif kind == loop.CLOSE:
+            elif kind == dating.CLOSE:
                 events.append(Event(time, contact.name, "close"))
                 started[number] = time
             else:

@@ -10,23 +10,26 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from impactlab.assembly import (
-    Assembly,
-    BuiltBody,
-    build_bodies,
-    check_explicit_spring,
-    prepare_steppers,
-    start_law,
-)
+from impactlab.assembly import Assembly
 from impactlab.errors import CaseError, StepError
 from impactlab.grazing import near_grazing
 from impactlab.history import AbstractHistory, Warned
 from impactlab.integrators.base import AbstractIntegrator, Stepper
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
+from impactlab.memory import SAMPLED
 from impactlab.models.delay_line import DelayLine, check_law_needs
 from impactlab.pairing import check_events, check_law, check_system, energy_bound, kind_of
+from impactlab.preparation import (
+    BuiltBody,
+    build_bodies,
+    check_explicit_spring,
+    prepare_steppers,
+    pushes_of,
+    start_laws,
+)
 from impactlab.scene import Contact, Rod, Scene, Wall
+from impactlab.types import Start
 
 if TYPE_CHECKING:
     from impactlab.recorded import RecordedHistory
@@ -48,6 +51,7 @@ class Plan:
     steps: int
     built: dict[str, BuiltBody]
     steppers: dict[str, Stepper]
+    starts: tuple[Start, ...]
     integrator: AbstractIntegrator | None
     warnings: tuple[Warned, ...]
 
@@ -105,7 +109,7 @@ def prepare(scene: Scene) -> Plan:
         from impactlab.exact.build import check
 
         check(scene)
-        return Plan(None, 0, {}, {}, None, () if scene.integrator is None else (UNUSED,))
+        return Plan(None, 0, {}, {}, (), None, () if scene.integrator is None else (UNUSED,))
     integrator = scene.integrator or Newmark()
     warnings = []
     if rods_step(scene) is False:
@@ -142,8 +146,11 @@ def prepare(scene: Scene) -> Plan:
         )
     steppers = prepare_steppers(scene, built, integrator, dt)
     check_explicit_spring(scene, steppers, integrator, dt)
-    for number, contact in enumerate(scene.contacts):
-        start_law(scene, steppers, number, dt)
+    starts = start_laws(scene, built, steppers, dt)
+    pushes = pushes_of(scene, built, starts)
+    if pushes:
+        steppers = prepare_steppers(scene, built, integrator, dt, pushes)
+    for contact in scene.contacts:
         if contact.law.holds_position and integrator.hard_constraint_gains and scene.events == "dated":
             warnings.append(
                 Warned(
@@ -151,7 +158,7 @@ def prepare(scene: Scene) -> Plan:
                     f"{contact.name}: a hard position constraint under '{kind_of(integrator)}' is known to gain energy",
                 )
             )
-    return Plan(dt, max(steps, 1), built, steppers, integrator, tuple(warnings))
+    return Plan(dt, max(steps, 1), built, steppers, starts, integrator, tuple(warnings))
 
 
 def run(scene: Scene, progress: Progress | None = None) -> AbstractHistory:
@@ -178,7 +185,7 @@ def run(scene: Scene, progress: Progress | None = None) -> AbstractHistory:
     from impactlab import loop
     from impactlab.pointers import entered
 
-    assembly = Assembly(scene, plan.built, plan.steppers, plan.integrator, plan.dt, plan.steps)
+    assembly = Assembly(scene, plan.built, plan.steppers, plan.starts, plan.integrator, plan.dt, plan.steps)
     history = RecordedHistory(assembly, plan.integrator)
     history.warnings.extend(plan.warnings)
     entered(loop.start, assembly.memory)
@@ -318,10 +325,10 @@ def check_momentum(assembly: Assembly, history: AbstractHistory) -> None:
         row = assembly.built[name].model.momentum_row()
         mass = body.mass + sum(e.value for e in (body.left, body.right)) if isinstance(body, Rod) else body.mass
         given += mass * scene.gravity * assembly.clock.time
-        momentum = sample[: last + 1, 6 + 3 * number]
+        momentum = sample[: last + 1, SAMPLED + 2 + 3 * number]
         end = float(row @ assembly.state_of(name, assembly.memory.state, velocities=True))
         # A body may hold far more momentum in its waves than as a whole: p^2 <= 2 m E.
-        energy = float(np.abs(sample[: last + 1, 4 + 3 * number]).max())
+        energy = float(np.abs(sample[: last + 1, SAMPLED + 3 * number]).max())
         scale += float(np.abs(momentum).max()) + math.sqrt(2.0 * mass * energy)
         if abs(end - momentum[0] - given) > 1e-9 * scale:
             raise StepError(

@@ -38,6 +38,7 @@ class AbstractContactLaw(ABC):
     is_spring: ClassVar[bool] = (
         False  # True: `spring` has constants; the continuous model solves it from event to event
     )
+    serves_massless: ClassVar[bool] = False  # True: it answers a massless face by its flexibility (`Port.flexibility`)
     holds_position: ClassVar[bool] = False  # True: a hard position constraint, which makes some schemes gain energy
     gains_energy: ClassVar[float] = 0.0  # declared bound on the energy gain, relative; inf where there is none
 

@@ -31,6 +31,9 @@ class Stepper:
     projection_response: Array  # (n_ports, n_state) end-of-step state per projection
     jump: Array  # (n_ports, n_dof) velocities per impulse, at once
     face_rows: Array  # (n_ports, n_dof) rows of the contacts over the displacements, as given to `prepare`
+    derive: Kernel | None = (
+        None  # derive(parameters, state): rewrite what the scheme derives from displacements and velocities
+    )
     retime: Kernel | None = (
         None  # retime(parameters, dt, jump, force_response, impulse_response), flat; only with any_dt
     )

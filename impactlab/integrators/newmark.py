@@ -83,6 +83,16 @@ def measure(parameters: Array, state: Array, out: Array) -> None:
     out[0], out[1] = energy, work
 
 
+def derive(parameters: Array, state: Array) -> None:
+    """Rewrite the accelerations of a diagonal system from displacements and velocities that were changed outside."""
+    n, bandwidth = int(parameters[0]), int(parameters[1])
+    arrays = parameters[6:]
+    load, damping, ground = arrays[n : 2 * n], arrays[2 * n : 3 * n], arrays[3 * n : 4 * n]
+    masses = arrays[(4 + 2 * bandwidth) * n :]
+    for i in range(n):
+        state[2 * n + i] = (load[i] - damping[i] * state[n + i] - ground[i] * state[i]) / masses[i]
+
+
 @final
 @dataclass(frozen=True)
 class Newmark(AbstractIntegrator):
@@ -157,4 +167,5 @@ class Newmark(AbstractIntegrator):
             projection_response=projection_response,
             jump=jump,
             face_rows=ports,
+            derive=derive if bandwidth == 0 else None,
         )

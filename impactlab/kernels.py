@@ -1,0 +1,14 @@
+"""How the pieces of the loop are compiled: without a runtime for objects, cached on disk where they are entries."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numba
+
+from impactlab.pointers import FAST
+
+njit: Any = numba.njit
+ENTRY = njit(cache=True, _nrt=False, fastmath=FAST)
+PART = njit(cache=True, _nrt=False, fastmath=FAST, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+INLINE = njit(inline="always", _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)
