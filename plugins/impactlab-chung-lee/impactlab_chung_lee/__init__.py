@@ -1,0 +1,1 @@
+"""Integrator of impactlab: the explicit dissipative scheme of Chung and Lee."""

@@ -1,0 +1,1 @@
+"""Contact law of impactlab: a power law solved without iteration, by energy quadratisation."""
