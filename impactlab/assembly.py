@@ -327,11 +327,11 @@ class Assembly:
 
     def _contacts(self, starts: tuple[Start, ...]) -> tuple[Any, Any, Any]:
         scene, n_contacts = self.scene, len(self.scene.contacts)
-        self._ports, ports = records(Port, n_contacts)
+        self.ports, ports = records(Port, n_contacts)
         self.contacts, contacts = records(ContactRecord, n_contacts)
-        _, replies = records(Reply, n_contacts)
+        self.replies, replies = records(Reply, n_contacts)
         for number, (contact, given) in enumerate(zip(scene.contacts, starts, strict=True)):
-            port = self._ports[number]
+            port = self.ports[number]
             port.parameters[: len(given.parameters)] = given.parameters
             port.memory[: len(given.memory)] = given.memory
             port.load_point = self.integrator.load_point

@@ -249,6 +249,11 @@ def warn(assembly: Assembly, history: AbstractHistory) -> None:
         if span.kicks is not None and span.kicks > MANY_KICKS:
             text = f"{span.contact}: {span.kicks} kicks; the count follows the step, so read the total, not the first"
             history.warnings.append(Warned("chatter", text))
+    for contact, port in zip(assembly.scene.contacts, assembly.ports, strict=True):
+        for noted in contact.law.noted:
+            if count := int(port.memory[noted.slot]):
+                text = f"{contact.name}: {noted.text.format(count=count)}"
+                history.warnings.append(Warned(noted.code, text))
     touched = {event.contact for event in history.events}
     for contact in assembly.scene.contacts:
         if contact.name not in touched:
@@ -272,8 +277,13 @@ def raise_failure(status: int, assembly: Assembly, history: AbstractHistory) -> 
     time, step = assembly.clock.time, assembly.clock.step
     if status == loop.LAW_FAILED:
         raised = next((law.raised for law in assembly.laws if law.raised is not None), None)
+        failed = [
+            f"{contact.name}: {contact.law.why_failed}"
+            for contact, reply in zip(assembly.scene.contacts, assembly.replies, strict=True)
+            if reply.failed
+        ]
         text = (
-            "a contact law gave no answer"
+            "; ".join(failed) or "the coupled answers of several contacts do not agree"
             if raised is None
             else f"a contact law raised {type(raised).__name__}: {raised}"
         )

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from impactlab import metrics
+from impactlab.contact.base import AbstractContactLaw
 from impactlab.history import AbstractHistory, ContactSpan, Event
 from impactlab.pairing import kind_of
 from impactlab.scene import Mass, Rod, Scene
@@ -83,10 +84,15 @@ def method(scene: Scene, history: AbstractHistory) -> dict[str, Any]:
     used = scene.integrator is not None and stepped
     return {
         "models": {name: describe(model) for name, model in models.items()},
-        "laws": [describe(contact.law) for contact in scene.contacts],
+        "laws": [_law(contact.law) for contact in scene.contacts],
         "integrator": describe(scene.integrator) if used else None,
         "dt": history.dt,
     }
+
+
+def _law(law: AbstractContactLaw) -> dict[str, Any]:
+    restitutions = law.restitutions()
+    return describe(law) | ({} if restitutions is None else {"restitution": restitutions._asdict()})
 
 
 def _event(event: Event) -> dict[str, Any]:

@@ -147,6 +147,21 @@ class Start(NamedTuple):
     pushed: tuple[tuple[Reading, float], ...] = ()
 
 
+class Noted(NamedTuple):
+    """Something a law counts in its memory; a run whose count is not zero warns of it."""
+
+    slot: int  # of the memory, which holds the count
+    code: str  # of the warning
+    text: str  # of the warning; ``{count}`` stands for the number
+
+
+class Restitution(NamedTuple):
+    """Coefficients of restitution of a law between rigid bodies: as given, and as its force gives it."""
+
+    nominal: float
+    true: float
+
+
 @dataclasses.dataclass(frozen=True)
 class Relative:
     """A value relative to a reference of the scene; a case writes ``{relative: 0.8}``."""

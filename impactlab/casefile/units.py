@@ -23,6 +23,11 @@ _PATTERN = re.compile(
 _POWER = re.compile(r"([A-Za-zµμ])(?:\^|\*\*)?(-?[1-9])")
 
 
+def takes_texts(unit: str) -> bool:
+    """Return whether a field in this unit can be given as a number and a unit: not where its power is an option."""
+    return unit != "1" and not unit.endswith("^n")
+
+
 def to_si(text: str, unit: str) -> float:
     """Return a text such as ``210 GPa`` as a number in the SI unit asked for.
 
@@ -39,8 +44,9 @@ def to_si(text: str, unit: str) -> float:
         If the text is not a number with a unit of that dimension; the message says what is allowed.
     """
     match = _PATTERN.fullmatch(text.strip()) if len(text) <= LONGEST else None
-    if unit == "1":
-        raise ValueError(f"{shown(text)} is a text; allowed: a plain number (it has no unit)")
+    if not takes_texts(unit):
+        why = "it has no unit" if unit == "1" else f"in {unit}, whose n is another option"
+        raise ValueError(f"{shown(text)} is a text; allowed: a plain number ({why})")
     allowed = f"allowed: a number in {unit}, or a number and a unit such as {_example(unit)}"
     if match is None:
         comma = "; write the decimal point as '.'" if "," in text else ""

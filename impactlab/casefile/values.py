@@ -16,7 +16,7 @@ from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import PydanticCustomError, core_schema
 
 from impactlab.casefile.formula import Formula, Table, parse
-from impactlab.casefile.units import to_si
+from impactlab.casefile.units import takes_texts, to_si
 from impactlab.casefile.words import closest, shown
 from impactlab.scene import End
 from impactlab.types import Relative
@@ -117,7 +117,7 @@ class Allowed:
             choices.append({"type": "integer", **limits})
         if self.number:
             choices.append({"type": "number", **limits})
-            if self.unit != "1":
+            if takes_texts(self.unit):
                 choices.append({"type": "string", "description": f"number and unit, as in '1 {self.unit}'"})
         if self.relative:
             relative = {"relative": {"type": "number", **limits}}

@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from impactlab.types import Level, SideFacts, Start
+from impactlab.types import Level, Noted, Restitution, SideFacts, Start
 
 
 class AbstractContactLaw(ABC):
@@ -40,6 +40,9 @@ class AbstractContactLaw(ABC):
     )
     serves_massless: ClassVar[bool] = False  # True: it answers a massless face by its flexibility (`Port.flexibility`)
     holds_position: ClassVar[bool] = False  # True: a hard position constraint, which makes some schemes gain energy
+    smooth: ClassVar[bool] = False  # True: the force follows from gap and rate alone; adaptive integrators serve
+    noted: ClassVar[tuple[Noted, ...]] = ()  # what it counts in its memory and the run tells as warnings
+    why_failed: ClassVar[str] = "a contact law gave no answer"  # text of the StepError where the reply is failed
     gains_energy: ClassVar[float] = 0.0  # declared bound on the energy gain, relative; inf where there is none
 
     @abstractmethod
@@ -56,4 +59,8 @@ class AbstractContactLaw(ABC):
 
         The continuous model solves hard contacts and constant springs from event to event, any other law by steps.
         """
+        return None
+
+    def restitutions(self) -> Restitution | None:
+        """Return the restitution between rigid bodies where the law has one; a summary tells it."""
         return None

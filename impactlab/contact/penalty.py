@@ -28,6 +28,7 @@ class Penalty(AbstractContactLaw):
     citations = ("EscalonaMayoDominguez1999",)
     is_spring = True
     examples = ({}, {"stiffness": Relative(3.0), "damping": Relative(0.5)})
+    smooth = True
 
     stiffness: float | Relative = option(
         Relative(1.0), unit="N/m", above=0.0, description="spring; relative to EA/h, the smaller of two rods"
@@ -95,6 +96,8 @@ class Penalty(AbstractContactLaw):
             bound_end = (free_gap + (dash - spring) * gap) / square
             reply.trial = -(0.5 * stiffness * (gap + bound_end) + damping * (bound_end - gap) / port.dt)
             force = (end - free_gap) / pliancy
+            if gap < 0.0 and end < 0.0 and dash + spring < 1.0:
+                force = reply.trial  # the same, without the rounding of two gaps over a small pliancy
             if force > 0.0 and min(gap, end) < 0.0:
                 reply.force = force
                 reply.in_contact = 1.0 if end < 0.0 else 0.0

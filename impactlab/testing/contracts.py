@@ -117,6 +117,8 @@ class ContactLawContract:
             kind.trial_at_end,
             kind.fixed_step,
             kind.hard,
+            kind.is_spring,
+            kind.smooth,
             kind.holds_position,
         ):
             assert isinstance(fact, bool)

@@ -51,7 +51,8 @@ EDITS = [
         [
             "contacts.0.law.kind: 'penalti' is not a contact law.",
             "Did you mean 'penalty'?",
-            "Installed: addition_deletion, impulse_momentum, penalty, wave_identification",
+            "Installed: addition_deletion, ",
+            ", penalty, ",
         ],
     ),
     (

@@ -1,0 +1,242 @@
+"""Contact forces that grow as a power of the indentation: Hertz, and the three laws that damp it by hysteresis."""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from dataclasses import dataclass
+from typing import Any, final
+
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.types import Level, Noted, Restitution, SideFacts, Start, option
+
+TOO_STIFF = "the power law's tangent stiffness passed the stability limit of an explicit step: 4 over m/N of the faces"
+SLOW = Noted(
+    slot=2,
+    code="slow_touch",
+    text="{count} touches were slower than slowest_approach, which stands for their approach speed in the damping",
+)
+COARSE = Noted(
+    slot=3,
+    code="coarse_contact",
+    text="{count} steps were long against the contact's own oscillation or decay; give a smaller step, or newmark",
+)
+
+
+def respond(port: Any, reply: Any) -> None:
+    """Answer one step by F = K d^n (1 + a d'), never pulling; a is the hysteresis factor over the approach speed.
+
+    Parameters of the port: K, n, a v0, least v0. Memory: energy stored [J], approach speed v0 [m/s] (0 while open),
+    number of touches slower than the least, number of explicit steps that are long against the contact's own times.
+
+    Where the force acts within the step, K d^n is the change of V = K d^(n+1)/(n+1) over the change of the gap, so that
+    force times path is the energy stored, to rounding, also where the faces meet or part inside the step. The
+    indentation gained in the step, y, then solves y + (gap per force) F(y) = y without contact; F rises and is convex,
+    so Newton's iteration from the right never leaves the root's right side.
+    """
+    stiffness, n = port.parameters[0], port.parameters[1]
+    gap, free_gap, pliancy, dt = port.gap, port.free_gap, port.gap_per_force, port.dt
+    explicit = port.load_point == 0.0
+    reply.memory[0], reply.memory[1] = 0.0, 0.0
+    reply.dissipated = port.memory[0]  # a spring that is let go of gives nothing back
+    if gap >= 0.0 and free_gap >= 0.0 and not explicit:
+        return
+    if explicit and (gap > 0.0 or (gap == 0.0 and port.gap_rate >= 0.0)):
+        return
+    speed = port.memory[1]
+    if speed == 0.0:
+        share = gap / (gap - free_gap) if gap > 0.0 else 0.0
+        speed = -(port.gap_rate + share * (port.free_gap_rate - port.gap_rate))
+        if speed < port.parameters[3]:
+            speed = port.parameters[3]
+            reply.memory[2] += 1.0 if port.parameters[2] > 0.0 else 0.0
+    gain = port.parameters[2] / speed
+    before = max(0.0, -gap)
+    if explicit:
+        # The force acts at the start of the step; the rates of its two half steps straddle it.
+        rate, rate_pliancy = 0.5 * (port.gap_rate + port.free_gap_rate), 0.5 * port.rate_per_force
+        spring, tangent = stiffness * before**n, n * stiffness * before ** (n - 1.0)
+        if tangent * pliancy > 4.0:
+            reply.failed = 1.0
+            return
+        reply.memory[3] += 1.0 if max(tangent * pliancy, spring * gain * rate_pliancy) > 0.25 else 0.0
+        reply.trial = spring * (1.0 - gain * rate) / (1.0 + spring * gain * rate_pliancy)
+        reply.force = max(0.0, reply.trial)
+        after = max(0.0, -(free_gap + pliancy * reply.force))
+        # The energy that leapfrog keeps with n = 1 is k/2 times both indentations.
+        reply.stored = stiffness * (before * after) ** (0.5 * (n + 1.0)) / (n + 1.0)
+        lost = spring * gain * (rate + rate_pliancy * reply.force) ** 2 * dt
+        reply.in_contact = 1.0 if reply.trial > 0.0 or gap == 0.0 else 0.0
+    else:
+        free = gap - free_gap
+        y, after, spring, rise = free, 0.0, 0.0, 0.0
+        energy = before ** (n + 1.0)
+        size = math.inf
+        for _ in range(1000):
+            after = max(0.0, y - gap)
+            if before + after == 0.0:
+                break  # they touch by less than a rounding
+            ratio = y / (before + after)
+            rise = max(0.0, 1.0 + gain * y / dt)
+            if abs(ratio) < 1e-3 and before > 0.0:
+                # The quotient would be a difference of nearly equal numbers: its series about the middle.
+                middle, square = 0.5 * (before + after), ratio * ratio
+                bend, tangent = n * (n - 1.0) / 6.0, stiffness * middle ** (n - 1.0)
+                spring = tangent * middle * (1.0 + bend * square * (1.0 + (n - 2.0) * (n - 3.0) * square / 20.0))
+                tangent *= 0.5 * n + bend * (ratio + (0.5 * n - 1.0) * square)
+            else:
+                spring = stiffness * (after ** (n + 1.0) - energy) / ((n + 1.0) * y)
+                tangent = (stiffness * after**n - spring) / y
+            reply.force = spring * rise
+            tangent = tangent * rise + (spring * gain / dt if rise > 0.0 else 0.0)
+            change = (y - free + pliancy * reply.force) / (1.0 + pliancy * tangent)
+            size, last = abs(change), size
+            if size <= 1e-15 * abs(free) or last <= size <= 1e-11 * abs(free):
+                if pliancy * tangent > 1.0:
+                    reply.force = max(0.0, (free - y) / pliancy)  # rounding of y is not magnified here
+                break
+            y -= change
+        reply.stored = stiffness * after ** (n + 1.0) / (n + 1.0)
+        lost = spring * gain * y * y / dt
+        if after > 0.0:
+            # Faces that part need no trial force: their gap dates it. A negative one dates a force lost before that.
+            reply.trial = reply.force if reply.force > 0.0 else spring * (1.0 + gain * y / dt)
+            reply.in_contact = 1.0 if reply.force > 0.0 else 0.0
+    # Where it lets go before it is relaxed, the damping takes up what the spring gives as it follows the face.
+    reply.dissipated = lost if reply.force > 0.0 else max(0.0, port.memory[0] - reply.stored)
+    reply.memory[0] = reply.stored
+    reply.memory[1] = speed if after > 0.0 or explicit else 0.0
+
+
+def true_restitution(hysteresis: float) -> float:
+    """Return the restitution of F = K d^n (1 + a d') between rigid bodies, from b = a v0; free of K, n and masses.
+
+    The phase curve b - ln(1 + b) = -b E - ln(1 - b E) follows from m v dv = -K d^n (1 + a v) dd.
+    """
+    if hysteresis < 1e-4:  # the series of the same equation, to b^3
+        return 1.0 - hysteresis * 2.0 / 3.0 + hysteresis**2 * 4.0 / 9.0
+    wanted = hysteresis - math.log1p(hysteresis)
+    low, high = 0.0, 1.0
+    while low < (middle := 0.5 * (low + high)) < high:
+        if -middle - math.log1p(-middle) < wanted:
+            low = middle
+        else:
+            high = middle
+    return low / hysteresis
+
+
+@final
+@dataclass(frozen=True)
+class Hertz(AbstractContactLaw):
+    """Hertz contact: F = K d^n with n = 3/2 for rounded bodies, without loss.
+
+    Between schemes whose force acts inside the step the force is the discrete gradient of the stored energy (deviation
+    from the source, which is static: Gonzalez1996), so that a run neither gains nor loses.
+
+    References
+    ----------
+    Hertz1882; Gonzalez1996 (discrete gradient).
+    """
+
+    needs = frozenset({Level.POSITION, Level.VELOCITY})
+    citations = ("Hertz1882", "Gonzalez1996")
+    examples = ({"stiffness": 1e13}, {"stiffness": 1e24, "exponent": 3.0})
+    smooth = True
+    why_failed = TOO_STIFF
+    noted = (COARSE,)
+
+    stiffness: float = option(unit="N/m^n", above=0.0, description="K, force per indentation to the power n")
+    exponent: float = option(1.5, at_least=1.0, at_most=10.0, description="power n of the indentation")
+
+    def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
+        return Start(parameters=(self.stiffness, self.exponent, 0.0, 1.0), memory=(0.0, 0.0, 0.0, 0.0))
+
+    respond = staticmethod(respond)
+
+
+@dataclass(frozen=True)
+class AbstractHystereticLaw(AbstractContactLaw):
+    """A power law damped by hysteresis, F = K d^n (1 + a d'). To write one, supply `hysteresis` and the citations."""
+
+    needs = frozenset({Level.POSITION, Level.VELOCITY})
+    smooth = True
+    why_failed = TOO_STIFF
+    noted = (SLOW, COARSE)
+    examples = ({"stiffness": 1e13, "restitution": 0.5}, {"stiffness": 1e13, "restitution": 0.05})
+
+    stiffness: float = option(unit="N/m^n", above=0.0, description="K, force per indentation to the power n")
+    exponent: float = option(1.5, at_least=1.0, at_most=10.0, description="power n of the indentation")
+    restitution: float = option(
+        1.0, above=0.0, at_most=1.0, description="nominal coefficient of restitution; the true one is in the summary"
+    )
+    slowest_approach: float = option(
+        1e-6, unit="m/s", above=0.0, description="least approach speed by which the damping is divided"
+    )
+
+    @abstractmethod
+    def hysteresis(self) -> float:
+        """Return a v0: the damping factor times the approach speed, from the nominal restitution."""
+
+    def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
+        parameters = (self.stiffness, self.exponent, self.hysteresis(), self.slowest_approach)
+        return Start(parameters=parameters, memory=(0.0, 0.0, 0.0, 0.0))
+
+    def restitutions(self) -> Restitution:
+        return Restitution(self.restitution, true_restitution(self.hysteresis()))
+
+    respond = staticmethod(respond)
+
+
+@final
+@dataclass(frozen=True)
+class HuntCrossley(AbstractHystereticLaw):
+    """Hunt and Crossley: F = K d^n (1 + a d') with a v0 = 3 (1 - e)/2.
+
+    v0 is the approach speed at the touch. The restitution e is nominal: a mass on a wall returns faster.
+
+    References
+    ----------
+    HuntCrossley1975; Gonzalez1996 (K d^n as a discrete gradient, where the scheme's force acts inside the step).
+    """
+
+    citations = ("HuntCrossley1975", "Gonzalez1996")
+
+    def hysteresis(self) -> float:
+        return 1.5 * (1.0 - self.restitution)
+
+
+@final
+@dataclass(frozen=True)
+class LankaraniNikravesh(AbstractHystereticLaw):
+    """Lankarani and Nikravesh: F = K d^n (1 + a d') with a v0 = 3 (1 - e^2)/4.
+
+    v0 is the approach speed at the touch. The restitution e is nominal: a mass on a wall returns faster.
+
+    References
+    ----------
+    LankaraniNikravesh1990; Gonzalez1996 (K d^n as a discrete gradient, where the scheme's force acts inside the step).
+    """
+
+    citations = ("LankaraniNikravesh1990", "Gonzalez1996")
+
+    def hysteresis(self) -> float:
+        return 0.75 * (1.0 - self.restitution**2)
+
+
+@final
+@dataclass(frozen=True)
+class Flores(AbstractHystereticLaw):
+    """Flores and others: F = K d^n (1 + a d') with a v0 = 8 (1 - e)/(5 e), also for soft contacts.
+
+    v0 is the approach speed at the touch. The restitution e is nominal: a mass on a wall returns somewhat slower.
+
+    References
+    ----------
+    FloresMachadoSilvaMartins2011; Gonzalez1996 (K d^n as a discrete gradient, where the scheme's force acts inside
+    the step).
+    """
+
+    citations = ("FloresMachadoSilvaMartins2011", "Gonzalez1996")
+
+    def hysteresis(self) -> float:
+        return 1.6 * (1.0 - self.restitution) / self.restitution

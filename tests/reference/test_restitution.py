@@ -1,0 +1,220 @@
+"""A mass against a wall under each compliant law: what it must return with, and when, in closed form."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.contact.khulief_shabana import KhuliefShabana
+from impactlab.contact.penalty import Penalty
+from impactlab.contact.power_law import Flores, Hertz, HuntCrossley, LankaraniNikravesh
+from impactlab.errors import StepError
+from impactlab.history import AbstractHistory
+from impactlab.integrators.base import AbstractIntegrator
+from impactlab.integrators.central_difference import CentralDifference
+from impactlab.integrators.exact_modal import ExactModal
+from impactlab.integrators.newmark import Newmark
+from impactlab.scene import Contact, Mass, Point, Scene, StepRule, Wall
+from impactlab.simulate import run
+from impactlab.summary import summarise
+
+MASS, SPEED, STIFFNESS = 2.0, 1.5, 1e9
+
+
+def hertz_time(exponent: float = 1.5) -> tuple[float, float]:
+    """Largest indentation [m] and duration [s] of the lossless impact: 2 d/v0 times the integral of (1-x^(n+1))^-1/2.
+
+    With n = 3/2 the factor is 2.9432751843 (4 sqrt(pi) Gamma(2/5)/(5 Gamma(9/10))).
+    """
+    power = exponent + 1.0
+    deepest = (power * MASS * SPEED**2 / (2.0 * STIFFNESS)) ** (1.0 / power)
+    factor = 2.0 * math.sqrt(math.pi) / power * math.gamma(1.0 / power) / math.gamma(1.0 / power + 0.5)
+    return deepest, factor * deepest / SPEED
+
+
+def on_wall(
+    law: AbstractContactLaw, integrator: AbstractIntegrator, dt: float, duration: float, gap: float = 0.0
+) -> Scene:
+    bodies = {"ball": Mass("ball", MASS, SPEED), "wall": Wall("wall")}
+    contact = Contact(Point("ball", 0.0, "ball"), Point("wall", 0.0, "wall"), gap, law)
+    return Scene("on wall", bodies, (contact,), duration, integrator, StepRule(dt=dt))
+
+
+def returned(history: AbstractHistory) -> float:
+    """The speed after over the speed before."""
+    return -float(history.evaluate(np.array([history.duration]), "velocity:ball")[0]) / SPEED
+
+
+def test_the_factor_of_the_duration_is_the_published_one() -> None:
+    deepest, duration = hertz_time()
+    assert duration * SPEED / deepest == pytest.approx(2.9432751843, abs=1e-10)
+
+
+@pytest.mark.parametrize("exponent", [1.0, 1.5, 3.0])
+@pytest.mark.parametrize("integrator", [Newmark(), ExactModal()], ids=["newmark", "exact_modal"])
+def test_hertz_returns_all_and_lasts_as_long_as_it_must(integrator: AbstractIntegrator, exponent: float) -> None:
+    deepest, duration = hertz_time(exponent)
+    history = run(on_wall(Hertz(STIFFNESS, exponent), integrator, duration / 1e4, 1.2 * duration))
+    # 1e4 roundings of the energy in a random walk.
+    assert history.energy.largest_gain < 1e-13
+    assert history.energy.largest_loss < 1e-13
+    assert returned(history) == pytest.approx(1.0, abs=1e-13)
+    (span,) = history.contacts
+    assert span.end is not None
+    # Second order: measured 3e-8 with n = 3/2 and 1e4 steps; (w dt)^2/24 is below 1e-6 with any n here.
+    assert span.end - span.start == pytest.approx(duration, rel=1e-6)
+    assert span.impulse == pytest.approx(2.0 * MASS * SPEED, rel=1e-12)
+    # The peak lies up to half a step beside a step's middle: n/2 (K d^n/(m d)) dt^2 /4 of it.
+    assert span.peak_force == pytest.approx(STIFFNESS * deepest**exponent, rel=1e-6)
+
+
+@pytest.mark.parametrize("steps", [3, 7, 20])
+def test_hertz_keeps_its_energy_at_any_step(steps: int) -> None:
+    _, duration = hertz_time()
+    for gap in np.linspace(0.0, SPEED * duration / steps, 7):
+        history = run(on_wall(Hertz(STIFFNESS), Newmark(), duration / steps, 3.0 * duration, float(gap)))
+        assert max(history.energy.largest_gain, history.energy.largest_loss) < 1e-14
+        assert returned(history) == pytest.approx(1.0, abs=1e-14)
+
+
+def test_error_of_the_hysteretic_laws_falls_with_the_square_of_the_step() -> None:
+    law = HuntCrossley(STIFFNESS, restitution=0.5)
+    _, duration = hertz_time()
+    runs = [run(on_wall(law, Newmark(), duration / steps, 2.0 * duration)) for steps in (250, 500, 1000)]
+    errors = [returned(history) - law.restitutions().true for history in runs]
+    # The next term of the error is smaller by the step over the duration.
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.05)
+    assert errors[1] / errors[2] == pytest.approx(4.0, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("law", "true"),
+    [
+        (HuntCrossley(STIFFNESS, restitution=0.5), 0.662962),
+        (LankaraniNikravesh(STIFFNESS, restitution=0.5), 0.725241),
+        (Flores(STIFFNESS, restitution=0.5), 0.470445),
+        (HuntCrossley(STIFFNESS, restitution=1.0), 1.0),
+        (Flores(STIFFNESS, exponent=2.0, restitution=0.5), 0.470445),
+        (Flores(STIFFNESS, restitution=0.05), None),
+    ],
+)
+@pytest.mark.parametrize("integrator", [Newmark(), CentralDifference()], ids=["newmark", "central_difference"])
+def test_hysteretic_laws_return_what_they_say(
+    law: HuntCrossley, true: float | None, integrator: AbstractIntegrator
+) -> None:
+    if true is not None:
+        assert law.restitutions().true == pytest.approx(true, abs=5e-7)  # six published digits
+    _, duration = hertz_time(law.exponent)
+    scene = on_wall(law, integrator, duration / 1e4, 6.0 * duration, gap=0.3 * SPEED * duration)
+    history = run(scene)
+    assert returned(history) == pytest.approx(law.restitutions().true, abs=1e-6)
+    said = summarise("on_wall", scene, history)["method"]["laws"][0]["restitution"]
+    assert said == {"nominal": law.restitution, "true": law.restitutions().true}
+    if isinstance(integrator, Newmark):
+        assert max(history.energy.largest_gain, history.energy.largest_loss) < 1e-12
+        lost = 0.5 * MASS * SPEED**2 * (1.0 - returned(history) ** 2)
+        assert history.energy.booked["contact"][-1] == pytest.approx(lost, rel=1e-11)
+    else:
+        assert history.energy.largest_gain < 1e-6
+    assert history.warnings == []
+
+
+@pytest.mark.parametrize("nominal", [0.001, 0.05, 0.3, 0.7, 0.95, 0.9999, 1.0])
+@pytest.mark.parametrize("kind", [HuntCrossley, LankaraniNikravesh, Flores])
+def test_true_restitution_solves_its_equation(kind: type[HuntCrossley], nominal: float) -> None:
+    law = kind(STIFFNESS, restitution=nominal)
+    b, true = law.hysteresis(), law.restitutions().true
+    left, right = b - math.log1p(b), -b * true - math.log1p(-b * true)
+    # Both sides end near b^2/2 as differences of b and a logarithm; the right one is steep where b E nears 1.
+    steep = b * true / (1.0 - b * true)
+    assert abs(left - right) <= 1e-15 * (1.0 + b) * (1.0 + steep) + 1e-11 * b * b
+    assert true == pytest.approx(1.0, abs=1e-15) if nominal == 1.0 else true < 1.0
+
+
+@pytest.mark.parametrize(("ratio", "restitution"), [(0.1, 0.744079), (0.3, 0.450975), (0.5, 0.298436)])
+def test_kelvin_voigt_never_pulling(ratio: float, restitution: float) -> None:
+    frequency = math.sqrt(STIFFNESS / MASS)
+    law = Penalty(STIFFNESS, 2.0 * ratio * MASS * frequency)
+    damped = math.sqrt(1.0 - ratio**2)
+    contact = (math.pi - math.atan2(2.0 * ratio * damped, 1.0 - 2.0 * ratio**2)) / (damped * frequency)
+    history = run(on_wall(law, Newmark(), contact / 2e4, 1.5 * contact))
+    assert returned(history) == pytest.approx(math.exp(-ratio * frequency * contact), abs=1e-6)
+    assert returned(history) == pytest.approx(restitution, abs=1.5e-6)  # six published digits
+    (span,) = history.contacts
+    assert span.end == pytest.approx(contact, rel=1e-4)  # the force ends with a slope; it is dated to a part of a step
+    assert max(history.energy.largest_gain, history.energy.largest_loss) < 1e-12
+
+
+def test_tiny_steps_do_not_blow_up_the_rounding_of_a_spring() -> None:
+    frequency = math.sqrt(STIFFNESS / MASS)
+    history = run(on_wall(Penalty(STIFFNESS, 0.2 * MASS * frequency), Newmark(), 4e-5 / frequency, 4.0 / frequency))
+    # 1e5 roundings; the force was once a difference of two gaps over 1e-18 m/N, and the run gained 7e-8.
+    assert max(history.energy.largest_gain, history.energy.largest_loss) < 1e-11
+
+
+@pytest.mark.parametrize("restitution", [1.0, 0.9, 0.5, 0.2, math.exp(-2.0), 0.05])
+def test_khulief_shabana_returns_what_was_asked_for(restitution: float) -> None:
+    law = KhuliefShabana(STIFFNESS, restitution)
+    frequency = math.sqrt(STIFFNESS / MASS)
+    slow = 1.0 + law.spring(*facts(), math.nan)[1] / (MASS * frequency)
+    history = run(on_wall(law, Newmark(), 1e-4 * slow / frequency, 4.0 * slow / frequency))
+    assert returned(history) == pytest.approx(restitution, abs=1e-6)
+    assert max(history.energy.largest_gain, history.energy.largest_loss) < 1e-12
+
+
+def test_khulief_shabana_takes_both_masses() -> None:
+    law = KhuliefShabana(STIFFNESS, 0.5)
+    bodies = {"ball": Mass("ball", MASS, SPEED), "wall": Mass("wall", 3.0)}
+    contact = Contact(Point("ball", 0.0, "ball"), Point("wall", 0.0, "wall"), 0.0, law)
+    time = 4.0 / math.sqrt(STIFFNESS * (1.0 / MASS + 1.0 / 3.0))
+    history = run(Scene("two", bodies, (contact,), time, Newmark(), StepRule(dt=time / 4e4)))
+    apart = [float(history.evaluate(np.array([time]), f"velocity:{name}")[0]) for name in ("ball", "wall")]
+    assert (apart[1] - apart[0]) / SPEED == pytest.approx(0.5, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    "law",
+    [Hertz(STIFFNESS), HuntCrossley(STIFFNESS, restitution=0.5), Flores(STIFFNESS, restitution=0.1), Hertz(1e13, 3.0)],
+    ids=["hertz", "hunt_crossley", "flores", "cubic"],
+)
+@pytest.mark.parametrize("share", [0.05, 0.1, 0.2, 0.25, 0.35, 0.5, 1.0, 3.0, 30.0])
+def test_a_coarse_explicit_run_is_right_or_warned_of_or_fails(law: HuntCrossley, share: float) -> None:
+    power = law.exponent + 1.0
+    deepest = (power * MASS * SPEED**2 / (2.0 * law.stiffness)) ** (1.0 / power)
+    right = 1.0 if (pair := law.restitutions()) is None else pair.true
+    for start in (0.0, 0.21, 0.5, 0.83):
+        dt = share * 2.9 * deepest / SPEED
+        try:
+            history = run(on_wall(law, CentralDifference(), dt, 12.0 * dt + 20.0 * deepest / SPEED, start * SPEED * dt))
+        except StepError:
+            continue
+        if [warned.code for warned in history.warnings] == []:
+            # Without a warning (w dt)^2 stays below 1/4: leapfrog is then a few per cent off at most.
+            assert returned(history) == pytest.approx(right, abs=0.02)
+
+
+def test_an_explicit_step_beyond_stability_says_so() -> None:
+    _, duration = hertz_time()
+    with pytest.raises(StepError, match=r"ball\|wall: the power law's tangent stiffness passed the stability limit"):
+        run(on_wall(Hertz(STIFFNESS), CentralDifference(), duration, 3.0 * duration))
+
+
+def test_a_touch_at_rest_is_warned_of() -> None:
+    bodies = {"ball": Mass("ball", MASS), "wall": Wall("wall")}
+    contact = Contact(
+        Point("ball", 0.0, "ball"), Point("wall", 0.0, "wall"), 0.0, HuntCrossley(STIFFNESS, restitution=0.5)
+    )
+    history = run(Scene("rest", bodies, (contact,), 0.1, Newmark(), StepRule(dt=1e-5), gravity=9.81))
+    (warned,) = history.warnings
+    assert warned.code == "slow_touch"
+    assert warned.text.startswith("ball|wall: 1 touches were slower than slowest_approach")
+
+
+def facts() -> tuple:
+    from impactlab.sides import side_facts
+
+    scene = on_wall(Hertz(STIFFNESS), Newmark(), 1.0, 1.0)
+    return tuple(side_facts(scene, point) for point in (scene.contacts[0].left, scene.contacts[0].right))

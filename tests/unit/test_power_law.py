@@ -1,0 +1,146 @@
+"""One step of a power law by itself: it solves its own equation, keeps its energy, never pulls."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from impactlab.contact.power_law import Flores, Hertz, respond
+from impactlab.types import Port, Reply
+
+K = 1e9
+
+
+def port(gap: float, free_gap: float, dt: float = 1e-5, pliancy: float = 0.0, load_point: float = 0.5) -> Port:
+    made = Port()
+    made.dt, made.load_point, made.gap, made.free_gap = dt, load_point, gap, free_gap
+    made.gap_rate = made.free_gap_rate = (free_gap - gap) / dt
+    made.gap_per_force, made.rate_per_force = pliancy, 2.0 * pliancy / dt
+    return made
+
+
+def told(made: Port, law: Hertz | Flores, speed: float = 0.0, stored: float = 0.0) -> Reply:
+    for slot, value in enumerate(law.begin(None, None, made.dt).parameters):
+        made.parameters[slot] = value
+    made.memory[0], made.memory[1] = stored, speed
+    reply = Reply()
+    reply.memory[:] = made.memory[:]
+    respond(made, reply)
+    return reply
+
+
+def energy(gap: float, law: Hertz | Flores) -> float:
+    return law.stiffness * max(0.0, -gap) ** (law.exponent + 1.0) / (law.exponent + 1.0)
+
+
+LAWS = [Hertz(K), Hertz(1e5, exponent=1.0), Hertz(1e17, exponent=3.0), Flores(K, restitution=0.2)]
+
+
+@pytest.mark.parametrize("law", LAWS, ids=["hertz", "linear", "cubic", "flores"])
+def test_force_times_path_is_what_is_stored_and_lost(law: Hertz | Flores) -> None:
+    random = np.random.default_rng(1)
+    answered = 0
+    for _ in range(2000):
+        size = 10.0 ** random.uniform(-9.0, -3.0)
+        gap, free_gap = size * random.normal(size=2)
+        pliancy = 10.0 ** random.uniform(-16.0, -2.0)
+        stored = energy(gap, law)
+        reply = told(port(gap, free_gap, pliancy=pliancy), law, speed=1.0 if gap < 0.0 else 0.0, stored=stored)
+        end = free_gap + pliancy * reply.force
+        assert reply.force >= 0.0
+        assert reply.stored >= 0.0
+        assert reply.dissipated >= 0.0
+        largest = stored + reply.stored + abs(reply.force * (gap - end)) + reply.dissipated
+        # The gap at the end is known to a rounding of the gaps, and its energy to that times the force there.
+        slip = 1e-15 * size * (law.exponent + 1.0) * (reply.force + law.stiffness * max(0.0, -end) ** law.exponent)
+        balance = reply.force * (gap - end) + stored - reply.stored - reply.dissipated
+        assert reply.stored == pytest.approx(energy(end, law), rel=1e-11, abs=10.0 * slip)
+        if reply.force > 0.0:
+            answered += 1
+            assert abs(balance) <= 1e-11 * largest + 10.0 * slip
+        else:
+            assert balance <= 1e-14 * largest + slip
+    assert answered > 1000
+
+
+def test_without_compliance_the_force_is_that_of_the_motion_given() -> None:
+    reply = told(port(-1e-4, -2e-4), Hertz(K))
+    assert reply.force == pytest.approx((energy(-2e-4, Hertz(K)) - energy(-1e-4, Hertz(K))) / 1e-4, rel=1e-13)
+    still = told(port(-1e-4, -1e-4), Hertz(K))
+    assert still.force == pytest.approx(K * 1e-4**1.5, rel=1e-15)
+
+
+def test_both_ways_to_the_mean_force_meet() -> None:
+    # Just inside and outside the series: a jump would show as more than the slope of the force.
+    forces = [told(port(-1e-4, -1e-4 * (1.0 + 2.0 * ratio)), Hertz(K)).force for ratio in (0.9989e-3, 1.0021e-3)]
+    slope = 0.75 * 2.0 * (1.0021e-3 - 0.9989e-3)
+    assert forces[1] / forces[0] - 1.0 == pytest.approx(slope, rel=2e-3)
+    exact = (energy(-1.001e-4, Hertz(K)) - energy(-1e-4, Hertz(K))) / 1e-7
+    assert told(port(-1e-4, -1.001e-4), Hertz(K)).force == pytest.approx(exact, rel=1e-12)
+
+
+@pytest.mark.parametrize("rate", [-0.7, 0.0, 0.04])
+def test_at_one_instant_it_is_the_law_itself(rate: float) -> None:
+    law = Flores(K, restitution=0.2)
+    made = port(-1e-4, -1e-4, load_point=0.0)
+    made.gap_rate = made.free_gap_rate = rate
+    reply = told(made, law, speed=0.5)
+    assert reply.force == pytest.approx(K * 1e-4**1.5 * (1.0 - law.hysteresis() / 0.5 * rate), rel=1e-14)
+    assert reply.memory[1] == 0.5
+
+
+def test_it_never_pulls_and_takes_up_what_the_spring_gives_back() -> None:
+    law = Flores(K, restitution=0.2)
+    stored = energy(-1e-4, law)
+    made = port(-1e-4, -0.5e-4, pliancy=1e-9)  # 5 m/s apart, where 1 + a d' is negative
+    reply = told(made, law, speed=1.0, stored=stored)
+    assert reply.force == 0.0
+    assert reply.trial < 0.0
+    assert reply.in_contact == 0.0
+    assert reply.dissipated == pytest.approx(stored - energy(-0.5e-4, law), rel=1e-13)
+    assert reply.memory[1] == 1.0  # they still overlap: it is the same touch
+    explicit = port(-1e-4, -0.5e-4, load_point=0.0)
+    assert told(explicit, law, speed=1.0).force == 0.0
+
+
+@pytest.mark.parametrize("load_point", [0.0, 0.5])
+def test_the_approach_speed_is_that_of_the_touch(load_point: float) -> None:
+    law = Flores(K, restitution=0.5)
+    made = port(0.0, -3e-6, load_point=load_point)
+    reply = told(made, law)
+    assert reply.memory[1] == pytest.approx(0.3, rel=1e-12)
+    assert reply.memory[2] == 0.0
+    made.gap_rate = 0.0
+    slow = told(made, law)
+    if load_point > 0.0:
+        assert slow.memory[1] == law.slowest_approach
+        assert slow.memory[2] == 1.0
+    else:
+        assert slow.force == 0.0  # not approaching: no touch yet
+        assert slow.memory[1] == 0.0
+    # Inside the step, the rate where the gap passes through zero.
+    if load_point > 0.0:
+        falling = port(1e-6, -1e-6)
+        falling.gap_rate, falling.free_gap_rate = -0.1, -0.3
+        assert told(falling, law).memory[1] == pytest.approx(0.2, rel=1e-12)
+
+
+def test_parted_faces_forget_the_approach_speed() -> None:
+    law = Flores(K, restitution=0.5)
+    assert told(port(-1e-9, 1e-6, pliancy=1e-12), law, speed=0.5).memory[1] == 0.0
+    assert told(port(1e-6, -1e-6, load_point=0.0), law, speed=0.5).memory[1] == 0.0
+
+
+def test_a_touch_below_rounding_is_none() -> None:
+    reply = told(port(1e-3, -1e-25, pliancy=1e-3), Hertz(K))
+    assert reply.force == 0.0
+    assert reply.in_contact == 0.0
+
+
+def test_a_wall_of_a_spring_holds_like_a_constraint() -> None:
+    # K d^n passes the inertia by many orders: the end gap is nearly zero and the force is that of a constraint.
+    reply = told(port(0.0, -1e-3, pliancy=1e-6), Hertz(1e30))
+    assert reply.force == pytest.approx(1e3, rel=1e-6)
+    assert math.isfinite(reply.stored)
