@@ -36,6 +36,9 @@ class Law:
 
     answers_force: ClassVar[bool] = True
 
+    def restitutions(self) -> None:
+        return None
+
 
 @dataclasses.dataclass(frozen=True)
 class Model:
