@@ -37,6 +37,9 @@ class SoftSpring:
     stiffness: float | Relative = 1.0
     damping: float = 0.0
 
+    def restitutions(self) -> None:
+        return None
+
 
 @dataclasses.dataclass(frozen=True)
 class ModalLike:
