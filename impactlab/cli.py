@@ -177,11 +177,31 @@ def schema(
 
 
 @app.command(name="plugins")
-def plugins_(as_json: Json = False) -> None:
-    """List the installed models, contact laws and integrators, broken ones with the reason."""
+def plugins_(
+    check_name: Annotated[
+        str | None,
+        typer.Option(
+            "--check",
+            metavar="NAME",
+            help="Run the contract suite of this part and measure it; law:NAME where two kinds share a name.",
+            show_default=False,
+        ),
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """List the installed models, contact laws and integrators, broken ones with the reason; or check one of them."""
     with reporting(None, as_json):
         from impactlab import console, plugins
 
+        if check_name is not None:
+            from impactlab.testing.verdict import verdict
+
+            console.say_if_compiling()
+            found = verdict(check_name, plugins.registry())
+            console.answer(found.document()) if as_json else print(console.verdict_text(found.document()))
+            if not found.ok:
+                raise Left(1)
+            return
         listing = plugins.registry().listing()
         if as_json:
             console.answer({"schema_version": 1, "parts": [line._asdict() for line in listing]})

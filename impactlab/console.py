@@ -74,6 +74,32 @@ def summary_text(summary: Mapping[str, Any]) -> str:
     return "\n".join(lines)
 
 
+def verdict_text(document: Mapping[str, Any]) -> str:
+    """Return what a check of a part found, for people."""
+    part = document["part"]
+    lines = [f"{part['name']} [{part['distribution']}]: {part['description']}"]
+    tried: Mapping[str, Any] | None = None
+    for found in document["properties"]:
+        if found["options"] != tried:
+            tried = found["options"]
+            lines.append(f"with {_options(tried)}")
+        lines.append(f"  {'ok    ' if found['ok'] else 'FAILED'}  {found['property']}")
+        if not found["ok"]:
+            lines.append(f"          {found['reason']}")
+    lines.append("measured")
+    for figure in document["measured"]:
+        unit = "" if figure["unit"] == "1" else f" {figure['unit']}"
+        value = "none" if figure["value"] is None else f"{figure['value']:.4g}{unit}"
+        declared = "" if figure["declared"] is None else f" (declared {figure['declared']:.4g})"
+        remark = f"; {figure['remark']}" if figure["remark"] else ""
+        lines.append(f"  {'ok    ' if figure['ok'] else 'FAILED'}  {figure['name']}: {value}{declared}{remark}")
+    failed = sum(not found["ok"] for found in (*document["properties"], *document["measured"]))
+    lines.append(
+        f"{document['status']}: {failed} of {len(document['properties'])} properties failed" if failed else "ok"
+    )
+    return "\n".join(lines)
+
+
 def tree_text(tree: Any, indent: int = 0) -> str:
     """Return nested plain values as indented text, in the manner of a case file."""
     pad = "  " * indent
@@ -105,11 +131,15 @@ def _events(events: Sequence[Mapping[str, Any]]) -> list[str]:
     return [*lines, f"            and {left} more events (see --json)"] if left else lines
 
 
+def _options(options: Mapping[str, Any]) -> str:
+    return ", ".join(f"{key} {_plain(value)}" for key, value in options.items()) or "default options"
+
+
 def _plain(value: Any) -> str:
     if isinstance(value, (list, tuple)):
         return "[" + ", ".join(_plain(item) for item in value) + "]"
     if isinstance(value, Mapping):
-        return "{}"
+        return "{" + ", ".join(f"{key}: {_plain(inner)}" for key, inner in value.items()) + "}"
     if isinstance(value, str):
         return value or '""'
     return json.dumps(value)

@@ -1,0 +1,261 @@
+"""What a check of a part measures: orders, energies, stable steps, times. Figures, where a suite says yes or no."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import time as clock
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.linalg import eigh
+
+from impactlab import simulate
+from impactlab.bases.eigenvectors import full
+from impactlab.contact.addition_deletion import AdditionDeletion
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.errors import CaseError, ImpactlabError, PairingError, StepError
+from impactlab.history import AbstractHistory
+from impactlab.integrators.base import AbstractIntegrator
+from impactlab.integrators.central_difference import CentralDifference
+from impactlab.integrators.exact_modal import ExactModal
+from impactlab.integrators.newmark import Newmark
+from impactlab.models.base import AbstractRodModel
+from impactlab.models.finite_element import FiniteElement
+from impactlab.models.modal import Modal
+from impactlab.pairing import energy_bound, kind_of
+from impactlab.plugins import INTEGRATORS, LAWS, MODELS, Group
+from impactlab.scene import Body, Contact, End, Mass, Point, Rod, Scene, StepRule
+from impactlab.testing.contracts import PIECE, IntegratorContract
+from impactlab.testing.trace import run_in_cuts, trace
+
+ROUNDING = 1e-11  # of the energy, in a thousand steps of some coordinates
+REPEATS = 3  # of a timed run, the least of which counts
+
+
+class Measured(NamedTuple):
+    """One figure of a part; ``value`` is None where there is none, and ``remark`` says why or in what case."""
+
+    name: str
+    value: float | None
+    unit: str = "1"
+    declared: float | None = None
+    ok: bool = True
+    remark: str = ""
+
+
+def measured(name: str, unit: str, take: Callable[[], Measured]) -> Measured:
+    """Return a figure, or that it could not be taken."""
+    try:
+        with np.errstate(all="ignore"):  # what diverges beyond its limit is meant to
+            return take()._replace(name=name, unit=unit)
+    except (PairingError, CaseError) as error:
+        return Measured(name, None, unit, remark=f"not in this case: {error.text}"[:200])
+    except Exception as error:  # noqa: BLE001 - a part that raises
+        return Measured(name, None, unit, ok=False, remark=f"{type(error).__name__}: {str(error)[:200]}")
+
+
+def clamped(model: AbstractRodModel) -> Rod:
+    """Return a steel rod, its left end free and its right end clamped."""
+    return Rod("rod", (PIECE,), End("free"), End("clamped"), model=model)
+
+
+def struck(
+    model: AbstractRodModel,
+    law: AbstractContactLaw,
+    integrator: AbstractIntegrator | None,
+    points: float = 10.0,
+    trips: float = 3.0,
+    weight: float = 1.0,
+) -> Scene:
+    """Return the paper's impact: a mass of ``weight`` rods strikes a clamped rod at 1 m/s."""
+    rod = clamped(model)
+    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0, law)
+    bodies: dict[str, Body] = {"hammer": Mass("hammer", weight * PIECE.mass, 1.0), "rod": rod}
+    return Scene(
+        "struck",
+        bodies,
+        (contact,),
+        trips * rod.round_trip,
+        integrator,
+        StepRule(points_per_period=points),
+        round_trip=rod.round_trip,
+    )
+
+
+def walked(scene: Scene) -> AbstractHistory:
+    """Return the history of a scene, also where its energy grows: here that is what one looks at."""
+    return run_in_cuts(scene, lambda step: step + 100_000)
+
+
+def solve_time(scene: Scene) -> tuple[float, int]:
+    """Return the least time [s] that the steps of a scene took, and how many they are."""
+    times, steps = [], 1
+    for _ in range(REPEATS):
+        history = simulate.run(scene)
+        times.append(history.cost.solve_s)
+        steps = max(1, history.cost.steps)
+    return min(times), steps
+
+
+def of_integrator(part: AbstractIntegrator) -> Iterator[Measured]:
+    """Give the figures of an integrator."""
+    suite = type("Suite", (IntegratorContract,), {"part": part})()
+
+    def order() -> Measured:
+        value = suite.measured_order()[0]
+        return Measured("", value, declared=float(part.order), ok=abs(value - part.order) < 0.1)
+
+    def drift() -> Measured:
+        system, random = suite.system(), np.random.default_rng(6)
+        frequencies, shapes = suite.modes()
+        moving = system._replace(displacement=shapes @ random.normal(size=system.load.size))
+        stepper = part.prepare(moving, np.zeros((0, system.load.size)), 0.5 / frequencies[-1])
+        state, out = stepper.state.copy(), np.zeros(4)
+        stepper.measure(stepper.parameters, state, out)
+        before = float(out[0])
+        for _ in range(1000):
+            stepper.free(stepper.parameters, state)
+        stepper.measure(stepper.parameters, state, out)
+        value = float(out[0]) / before - 1.0
+        return Measured("", value, ok=value < ROUNDING, remark="all modes, dt = 0.5/w_max")
+
+    def stable() -> Measured:
+        limit, highest = part.limit(suite.system()), float(suite.modes()[0][-1])
+        if math.isinf(limit):
+            held = suite.largest_after(100.0 / highest, 500) < 1e3
+            return Measured("", None, ok=held, remark=f"no limit declared; {'' if held else 'not '}stable at 100/w_max")
+        low, high = 0.5, 2.0
+        for _ in range(12):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if suite.largest_after(middle * limit, 500) < 1e3 else (low, middle)
+        # Just beyond the limit a mode needs more than 500 steps to grow a thousandfold.
+        return Measured("", low * limit * highest, declared=limit * highest, ok=0.98 < low < 1.02)
+
+    def cost() -> Measured:
+        model = Modal(None, 200) if part.needs_modes else FiniteElement(400, "lumped")
+        rod = dataclasses.replace(clamped(model), displacement=lambda x: 1e-6 * np.cos(0.5 * np.pi * x / PIECE.length))
+        scene = Scene("free", {"rod": rod}, (), 10.0 * rod.round_trip, part, StepRule(points_per_period=10.0))
+        spent, steps = solve_time(scene)
+        n_dof = model.build(rod, 0.0).operators().load.size
+        return Measured("", 1e9 * spent / steps / n_dof, remark=f"{n_dof} coordinates, {steps} steps")
+
+    yield measured("order on a smooth problem", "1", order)
+    yield measured("energy change in 1000 free steps", "1", drift)
+    yield measured("largest stable w_max dt", "1", stable)
+    yield measured("cost per step and coordinate", "ns", cost)
+
+
+def partners(law: AbstractContactLaw) -> tuple[AbstractIntegrator, AbstractRodModel]:
+    """Return the first integrator and model of ours that take the law on; raises the last refusal where none does."""
+    refusal: ImpactlabError | None = None
+    for integrator in (Newmark(), CentralDifference(), ExactModal()):
+        for model in (Modal(None, 40), FiniteElement(40, "lumped")):
+            try:
+                simulate.prepare(struck(model, law, integrator))
+            except (PairingError, CaseError) as error:
+                refusal = refusal or error
+            else:
+                return integrator, model
+    assert refusal is not None
+    raise refusal
+
+
+def of_law(part: AbstractContactLaw) -> Iterator[Measured]:
+    """Give the figures of a contact law."""
+
+    def energy(gained: bool) -> Measured:
+        integrator, model = partners(part)
+        scene = struck(model, part, integrator)
+        book, bound = trace(scene).history.energy, energy_bound(scene, integrator)
+        remark = f"mass on a clamped rod, alpha 1, {kind_of(model)}, {kind_of(integrator)}"
+        if not gained:
+            return Measured("", book.largest_loss, remark=remark + "; beyond what is booked as lost")
+        return Measured("", book.largest_gain, declared=bound, ok=book.largest_gain <= bound, remark=remark)
+
+    def order() -> Measured:
+        integrator, _ = partners(part)
+        model = FiniteElement(12, "lumped") if integrator.needs_diagonal_mass else Modal(None, 12)
+        fine = walked(struck(model, part, integrator, 640.0, 0.9))
+        times = np.linspace(0.0, 0.99 * fine.duration, 400)
+        exact, errors = fine.evaluate(times, "position:hammer"), []
+        for points in (20.0, 40.0, 80.0):
+            history = walked(struck(model, part, integrator, points, 0.9))
+            errors.append(float(np.max(np.abs(history.evaluate(times, "position:hammer") - exact))))
+        value = math.log2(errors[0] / errors[2]) / 2.0 if errors[2] > 0.0 else math.inf
+        return Measured("", value, remark="place of the mass, 12 modes, 20 to 80 points per period, against 640")
+
+    def cost() -> Measured:
+        integrator, _ = partners(part)
+        model = FiniteElement(10, "lumped") if integrator.needs_diagonal_mass else Modal(None, 10)
+        scene = struck(model, part, integrator, 20.0, 30.0, weight=1e4)  # stays in contact
+        try:
+            with_law, steps = solve_time(scene)
+        except StepError as error:
+            return Measured("", None, remark=f"the timed run ended: {error.text}"[:200])
+        without, _ = solve_time(dataclasses.replace(scene, contacts=()))
+        return Measured("", 1e9 * (with_law - without) / steps, remark=f"{steps} steps, over the same without contact")
+
+    yield measured("largest gain of energy", "1", lambda: energy(True))
+    yield measured("largest loss of energy", "1", lambda: energy(False))
+    yield measured("order on an impact", "1", order)
+    yield measured("cost per step", "ns", cost)
+
+
+def of_model(part: AbstractRodModel) -> Iterator[Measured]:
+    """Give the figures of a rod model."""
+
+    def lowest(model: AbstractRodModel) -> float:
+        rod = clamped(model)
+        system = model.build(rod, 0.0).operators()
+        found = float(np.sqrt(eigh(full(system.stiffness), full(system.mass), eigvals_only=True)[0]))
+        own = model.exact_frequencies(rod, 1)
+        exact = 0.5 * math.pi * PIECE.wave_speed / PIECE.length if own is None else float(own[0])
+        return found / exact - 1.0
+
+    def order() -> Measured:
+        fields = {field.name for field in dataclasses.fields(part)}  # type: ignore[arg-type] # parts are dataclasses
+        if "elements" not in fields or not part.has_mesh:
+            return Measured("", None, remark="no mesh to refine")
+        changes: dict[str, Any] = {"modes": None} if "modes" in fields else {}
+        errors = [lowest(dataclasses.replace(part, elements=n, **changes)) for n in (10, 20, 40)]  # type: ignore[type-var]
+        return Measured("", math.log2(abs(errors[1] / errors[2])), remark="10, 20, 40 elements, clamped rod")
+
+    def setup() -> Measured:
+        times = []
+        for _ in range(REPEATS):
+            began = clock.perf_counter()
+            part.build(clamped(part), 0.0).operators()
+            times.append(clock.perf_counter() - began)
+        return Measured("", 1e3 * min(times))
+
+    def cost() -> Measured:
+        scene = dataclasses.replace(struck(part, AdditionDeletion(), Newmark()), contacts=(), duration=3e-3)
+        spent, steps = solve_time(scene)
+        n_dof = part.build(clamped(part), 0.0).operators().load.size
+        return Measured("", 1e9 * spent / steps / n_dof, remark=f"newmark, {n_dof} coordinates, {steps} steps")
+
+    def exact() -> Measured:
+        times = []
+        for _ in range(1 + REPEATS):  # the first may compile
+            began = clock.perf_counter()
+            simulate.run(struck(part, AdditionDeletion(), None))
+            times.append(clock.perf_counter() - began)
+        return Measured("", 1e3 * min(times), remark="the paper's impact, from event to event")
+
+    if not part.steps:
+        yield measured("time of a run without steps", "ms", exact)
+        return
+    yield measured("error of the lowest frequency", "1", lambda: Measured("", lowest(part)))
+    yield measured("order of the lowest frequency", "1", order)
+    yield measured("time to build", "ms", setup)
+    yield measured("cost per step and coordinate", "ns", cost)
+
+
+MEASURES: dict[Group, Callable[[Any], Iterator[Measured]]] = {
+    LAWS: of_law,
+    INTEGRATORS: of_integrator,
+    MODELS: of_model,
+}
+"""What is measured of each kind of part."""

@@ -1,0 +1,180 @@
+"""The verdict on one part: its contract suite run outside of pytest, and what it costs and how well it does.
+
+`impactlab plugins --check NAME` prints it; a plugin author may call `verdict` from a notebook.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import linecache
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from impactlab.casefile.parts import describe_part, read_part
+from impactlab.errors import PluginError
+from impactlab.pairing import kind_of
+from impactlab.plugins import GROUPS, Group, Registry, describe
+from impactlab.testing.contracts import SUITES
+from impactlab.testing.measures import MEASURES, Measured
+from impactlab.types import Relative
+
+
+class Property(NamedTuple):
+    """One property of a part: what must hold, with which options it was tried, and why it does not hold."""
+
+    text: str
+    options: dict[str, Any]
+    reason: str  # empty where it holds
+
+
+class Verdict(NamedTuple):
+    """All that a check found."""
+
+    group: Group
+    name: str
+    distribution: str
+    description: str
+    properties: tuple[Property, ...]
+    measured: tuple[Measured, ...]
+
+    @property
+    def ok(self) -> bool:
+        """Whether every property holds and everything could be measured."""
+        return not any(found.reason for found in self.properties) and all(found.ok for found in self.measured)
+
+    def document(self) -> dict[str, Any]:
+        """Return plain values, for ``--json``."""
+        return {
+            "schema_version": 1,
+            "part": {
+                "group": self.group.name,
+                "name": self.name,
+                "distribution": self.distribution,
+                "description": self.description,
+            },
+            "status": "ok" if self.ok else "failed",
+            "properties": [
+                {"property": text, "options": options, "ok": not reason, "reason": reason}
+                for text, options, reason in self.properties
+            ],
+            "measured": [found._asdict() for found in self.measured],
+        }
+
+
+def find(name: str, registry: Registry) -> tuple[Group, str]:
+    """Return the group and the name of a part asked for as ``NAME``, or as ``law:NAME`` where two groups have it.
+
+    Raises
+    ------
+    PluginError
+        If no part, or parts of several groups, have this name.
+    """
+    wanted, _, plain = name.rpartition(":")
+    groups = [group for group in GROUPS if wanted in ("", word(group), group.name, group.name.rpartition(".")[2])]
+    found = [group for group in groups if plain in registry.names(group)]
+    if len(found) == 1:
+        return found[0], plain
+    if found:
+        choices = ", ".join(f"{word(group)}:{plain}" for group in found)
+        raise PluginError(f"{plain!r} is the name of several parts", remedy=f"Give one of {choices}.")
+    known = ", ".join(sorted({other for group in groups for other in registry.names(group)}))
+    raise PluginError(f"{name[:80]!r} is not the name of a part.", remedy=f"Installed: {known or 'none of this kind'}.")
+
+
+def word(group: Group) -> str:
+    """Return the last word of what people call a part of the group: model, basis, law, integrator, metric."""
+    return group.noun.rpartition(" ")[2]
+
+
+def verdict(name: str, registry: Registry) -> Verdict:
+    """Return what a check of a part finds; see `find` for the name."""
+    group, name = find(name, registry)
+    kind = registry.load(group, name)
+    home = next(entry.distribution for entry in registry.entries if (entry.group, entry.name) == (group.name, name))
+    if group not in SUITES:
+        raise PluginError(f"there is no contract suite for {group.name}", remedy="Only its listing can be checked.")
+    if not __debug__:
+        raise PluginError("python -O takes the assertions out of the suites", remedy="Run python without -O.")
+    properties: list[Property] = []
+    measured: tuple[Measured, ...] = ()
+    for number, options in enumerate(options_to_try(kind)):
+        shown = {key: {"relative": v.relative} if isinstance(v, Relative) else v for key, v in options.items()}
+        try:
+            part = kind(**options)
+        except Exception as error:  # noqa: BLE001 - a stranger's class
+            properties.append(Property("it can be made with its options", shown, reason_of(error)))
+            continue
+        properties += [found._replace(options=shown) for found in properties_of(part, group, name, registry)]
+        if number == 0:
+            measured = tuple(MEASURES[group](part)) if group in MEASURES else ()
+    return Verdict(group, name, home, describe(kind), tuple(properties), measured)
+
+
+def options_to_try(kind: type[Any]) -> tuple[dict[str, Any], ...]:
+    """Return the options that a part gives in ``examples``, required fields filled in from their limits."""
+    return tuple(required(kind) | dict(options) for options in kind.examples)
+
+
+def required(kind: type[Any]) -> dict[str, Any]:
+    """Return values for the fields that have no default, inside their limits."""
+    return {
+        field.name: inside(field.metadata["limits"], whole=str(field.type) == "int")
+        for field in dataclasses.fields(kind)
+        if field.init and field.default is dataclasses.MISSING
+    }
+
+
+def inside(limits: dict[str, float], whole: bool) -> float:
+    """Return a value within limits."""
+    low, high = limits.get("ge", limits.get("gt")), limits.get("le", limits.get("lt"))
+    if low is not None and high is not None:
+        value = 0.5 * (low + high)
+    elif low is not None:
+        value = low + 1.0
+    else:
+        value = 1.0 if high is None else high - 1.0
+    return int(value) if whole else value
+
+
+def properties_of(part: Any, group: Group, name: str, registry: Registry) -> Iterator[Property]:
+    """Give each property of a part, tried once."""
+    suite = type(f"Suite{type(part).__name__}", (SUITES[group],), {"part": part})()
+    checks: list[tuple[str, Callable[[], None]]] = [
+        ("it goes by the name of its class", lambda: _named(part, name)),
+        ("a case file can give its options", lambda: _given(part, group, name, registry)),
+    ]
+    methods = [method for method in dir(suite) if method.startswith("test_")]
+    line = {method: getattr(type(suite), method).__code__.co_firstlineno for method in methods}
+    for method in sorted(methods, key=lambda each: line[each]):
+        checks.append((method.removeprefix("test_").replace("_", " "), getattr(suite, method)))
+    for text, check in checks:
+        try:
+            with np.errstate(all="ignore"):  # what diverges beyond its limit is meant to
+                check()
+        except Exception as error:  # noqa: BLE001 - a failed property, or a part that raises
+            yield Property(text, {}, reason_of(error))
+        else:
+            yield Property(text, {}, "")
+
+
+def reason_of(error: Exception) -> str:
+    """Return why, in one line: what the error says, else the line of code that found it."""
+    kind = "" if isinstance(error, AssertionError) else f"{type(error).__name__}: "
+    text = " ".join(str(error).split())
+    trace = error.__traceback__
+    while trace is not None and trace.tb_next is not None:
+        trace = trace.tb_next
+    if not text and trace is not None:
+        text = linecache.getline(trace.tb_frame.f_code.co_filename, trace.tb_lineno).strip()
+    return (kind + text)[:300] or type(error).__name__
+
+
+def _named(part: Any, name: str) -> None:
+    assert kind_of(part) == name, f"the class name makes {kind_of(part)!r} in summaries, cases ask for {name!r}"
+
+
+def _given(part: Any, group: Group, name: str, registry: Registry) -> None:
+    again = read_part(describe_part(part, name), "", group, registry)
+    assert again == part, f"a case makes {again!r} of it"

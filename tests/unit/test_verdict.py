@@ -1,0 +1,227 @@
+"""`impactlab plugins --check`: a sound part passes, each kind of fault is found and told in a line."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import sys
+import types
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from impactlab import PluginError, plugins
+from impactlab.cli import app
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.integrators.base import AbstractIntegrator, Stepper
+from impactlab.integrators.exact_modal import ExactModal
+from impactlab.models.base import AbstractRodModel
+from impactlab.models.finite_element import FiniteElement
+from impactlab.plugins import INTEGRATORS, LAWS, MODELS, Entry, Group, Registry, installed_entries, registry
+from impactlab.testing import verdict as checking
+from impactlab.testing.verdict import Verdict, find, verdict
+from impactlab.types import Level, Start, option
+
+
+@dataclasses.dataclass(frozen=True)
+class Spring(AbstractContactLaw):
+    """A spring that acts at once, and may pull, remember or grumble."""
+
+    needs = frozenset({Level.POSITION})
+    citations = ("Goldsmith1960",)
+    compiled = False
+
+    stiffness: float = option(unit="N/m", at_least=1e6, at_most=3e6, description="spring")
+
+    def begin(self, left: Any, right: Any, dt: float) -> Start:
+        return Start(parameters=(self.stiffness,))
+
+    @staticmethod
+    def respond(port: Any, reply: Any) -> None:
+        if port.gap < 0.0:
+            reply.force = reply.trial = -port.parameters[0] * port.gap
+            reply.in_contact = 1.0
+            reply.stored = 0.5 * port.parameters[0] * port.gap**2
+
+
+@dataclasses.dataclass(frozen=True)
+class Glue(Spring):
+    """A spring that pulls."""
+
+    citations = ("Nobody2031",)
+
+    @staticmethod
+    def respond(port: Any, reply: Any) -> None:
+        reply.force = reply.trial = -port.parameters[0] * port.gap
+
+
+@dataclasses.dataclass(frozen=True)
+class Raises(Spring):
+    """A law that does not know what to say."""
+
+    @staticmethod
+    def respond(port: Any, reply: Any) -> None:
+        raise ValueError("no answer to this gap")
+
+
+@dataclasses.dataclass(frozen=True)
+class Overstated(AbstractIntegrator):
+    """A scheme of order two that says it has order three, and a limit that is too long."""
+
+    citations = ("Bathe1982",)
+    serves = frozenset(Level)
+    order = 3
+    needs_modes = True
+    gains_energy = 0.0
+
+    def limit(self, system: Any) -> float:
+        return float("inf")
+
+    def prepare(self, system: Any, ports: Any, dt: float) -> Stepper:
+        stepper = ExactModal().prepare(system, ports, dt)
+        return dataclasses.replace(stepper, retime=None, force_response=1.001 * stepper.force_response)
+
+
+@dataclasses.dataclass(frozen=True)
+class Soft(AbstractRodModel):
+    """A rod that is softer than it should be."""
+
+    citations = ("Bathe1982",)
+    elements: int = option(40, at_least=1, description="elements")
+    has_mesh = True
+
+    def element_length(self, rod: Any) -> float:
+        return float(rod.length / self.elements)
+
+    def build(self, rod: Any, gravity: float, faces: Any = ()) -> Any:
+        softer = tuple(dataclasses.replace(piece, young=0.9 * piece.young) for piece in rod.segments)
+        return FiniteElement(self.elements).build(dataclasses.replace(rod, segments=softer), gravity)
+
+
+PARTS: dict[str, tuple[Group, type[Any]]] = {
+    "spring": (LAWS, Spring),
+    "glue": (LAWS, Glue),
+    "raises": (LAWS, Raises),
+    "overstated": (INTEGRATORS, Overstated),
+    "soft": (MODELS, Soft),
+    "misnamed": (LAWS, Spring),
+}
+
+
+@pytest.fixture
+def found(monkeypatch: pytest.MonkeyPatch) -> Registry:
+    module = types.ModuleType("parts_to_check")
+    entries = []
+    for name, (group, kind) in PARTS.items():
+        setattr(module, kind.__name__, kind)
+        entries.append(Entry(group.name, name, f"parts_to_check:{kind.__name__}", "stand-in"))
+    monkeypatch.setitem(sys.modules, "parts_to_check", module)
+    return Registry([*installed_entries(), *entries])
+
+
+def failed(result: Verdict) -> dict[str, str]:
+    """What failed, and why."""
+    wrong = {one.text: one.reason for one in result.properties if one.reason}
+    return wrong | {one.name: one.remark for one in result.measured if not one.ok}
+
+
+OURS = registry().only("impactlab")
+NAMES = [f"{checking.word(group)}:{name}" for group in checking.SUITES for name in OURS.names(group)]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_built_in_part_passes_with_all_its_figures(name):
+    result = verdict(name, registry())
+    assert failed(result) == {}
+    assert result.distribution == "impactlab"
+    assert len(result.properties) >= 8
+    assert all(one.value is None or np.isfinite(one.value) for one in result.measured)
+
+
+def test_a_law_that_acts_at_once_passes_and_its_required_field_is_filled_in(found):
+    result = verdict("spring", found)
+    # Its own gains are the matter of an explicit spring: the suite finds nothing wrong, the impact shows the gain.
+    assert set(failed(result)) <= {"largest gain of energy", "largest loss of energy"}
+    assert result.properties[0].options == {"stiffness": 2e6}
+
+
+def test_a_law_that_pulls_is_found(found):
+    wrong = failed(verdict("glue", found))
+    assert wrong["it never pulls and never books a negative loss"] == "assert reply.force >= 0.0"
+    assert "far apart it answers nothing" in wrong
+    assert wrong["it says what it is and where it comes from"] == "no entry in citations.bib for Nobody2031"
+
+
+def test_what_a_law_raises_is_told(found):
+    wrong = failed(verdict("raises", found))
+    assert wrong["far apart it answers nothing"] == "ValueError: no answer to this gap"
+
+
+def test_an_integrator_s_false_order_is_found(found):
+    wrong = failed(verdict("overstated", found))
+    assert "measured order" in wrong["its order is the declared one"]
+    assert "force response is that of a load" in wrong
+    assert "order on a smooth problem" in wrong
+
+
+def test_a_model_that_is_too_soft_is_found(found):
+    wrong = failed(verdict("soft", found))
+    assert set(wrong) == {
+        "pushed slowly it carries the force to its clamp",
+        "its lowest frequencies are those of the rod",
+    }
+
+
+def test_a_name_that_is_not_that_of_the_class_is_found(found):
+    wrong = failed(verdict("misnamed", found))
+    assert wrong["it goes by the name of its class"] == (
+        "the class name makes 'spring' in summaries, cases ask for 'misnamed'"
+    )
+
+
+def test_names_of_several_kinds_need_a_prefix(found):
+    both = Registry([*found.entries, Entry(MODELS.name, "spring", "parts_to_check:Soft", "stand-in")])
+    with pytest.raises(PluginError, match=r"Give one of model:spring, law:spring"):
+        find("spring", both)
+    assert find("law:spring", both) == (LAWS, "spring")
+    assert find("contact_laws:spring", both) == (LAWS, "spring")
+    assert find("impactlab.models:spring", both) == (MODELS, "spring")
+    with pytest.raises(PluginError, match=r"'nothing' is not the name of a part"):
+        find("nothing", both)
+    with pytest.raises(PluginError, match="is not the name of a part"):
+        find("integrator:spring", both)
+
+
+def invoke(*arguments: str):
+    return CliRunner().invoke(app, ["plugins", "--check", *arguments])
+
+
+def test_the_command_leaves_with_0_1_or_2(found, monkeypatch):
+    monkeypatch.setattr(plugins, "registry", lambda: found)
+    good = invoke("exact_modal")
+    assert good.exit_code == 0, good.stderr
+    assert "  ok      its order is the declared one" in good.stdout
+    assert good.stdout.endswith("\nok\n")
+    bad = invoke("glue")
+    assert bad.exit_code == 1
+    assert "  FAILED  it never pulls and never books a negative loss\n          assert reply.force >= 0.0" in bad.stdout
+    unknown = invoke("hertzz")
+    assert unknown.exit_code == 2
+    assert "'hertzz' is not the name of a part" in unknown.stderr
+
+
+def test_json_is_one_document(found, monkeypatch):
+    monkeypatch.setattr(plugins, "registry", lambda: found)
+    result = invoke("glue", "--json")
+    document = json.loads(result.stdout)
+    assert document["status"] == "failed"
+    assert document["part"] == {
+        "group": "impactlab.contact_laws",
+        "name": "glue",
+        "distribution": "stand-in",
+        "description": "A spring that pulls.",
+    }
+    assert {one["property"] for one in document["properties"] if not one["ok"]} >= {"far apart it answers nothing"}
+    assert {one["name"] for one in document["measured"]} >= {"cost per step", "largest gain of energy"}
