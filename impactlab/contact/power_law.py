@@ -14,12 +14,12 @@ TOO_STIFF = "the power law's tangent stiffness passed the stability limit of an 
 SLOW = Noted(
     slot=2,
     code="slow_touch",
-    text="{count} touches were slower than slowest_approach, which stands for their approach speed in the damping",
+    text="touches slower than slowest_approach, which stands for their approach speed in the damping: {count}",
 )
 COARSE = Noted(
     slot=3,
     code="coarse_contact",
-    text="{count} steps were long against the contact's own oscillation or decay; give a smaller step, or newmark",
+    text="steps too long for the contact's own oscillation or decay: {count}; give a smaller step, or newmark",
 )
 
 
