@@ -14,6 +14,14 @@ def widened(banded: Array, bandwidth: int) -> Array:
     return np.ascontiguousarray(np.vstack([banded, np.zeros((missing, banded.shape[1]))]))
 
 
+def full(banded: Array) -> Array:
+    """Return the symmetric matrix of a lower banded form, shape (n, n)."""
+    matrix = np.diag(banded[0])
+    for offset in range(1, banded.shape[0]):
+        matrix += np.diag(banded[offset, :-offset], -offset) + np.diag(banded[offset, :-offset], offset)
+    return matrix
+
+
 def grounded(banded: Array) -> Array:
     """Return the springs to the ground of a stiffness seen as a chain of springs: the sums of its rows, shape (n,).
 

@@ -10,7 +10,7 @@ from importlib.resources import files
 from typing import Any, NamedTuple
 
 from impactlab.casefile import Case
-from impactlab.plugins import citations_of
+from impactlab.plugins import citations_of, parts_inside
 from impactlab.scene import Rod
 
 
@@ -34,10 +34,9 @@ def cite(case: Case) -> Citations:
     parts.append(scene.integrator)
     wanted: list[str] = []
     known = dict(entries())
-    for part in parts:
-        if part is not None:
-            wanted += citations_of(type(part))
-            known |= entries_for(type(part))
+    for part in [one for whole in parts if whole is not None for one in (whole, *parts_inside(whole))]:
+        wanted += citations_of(type(part))
+        known |= entries_for(type(part))
     own = source_key(case.source)
     keys = [*wanted, own] if own else wanted
     remarks = [f"% Source of the case: {' '.join(case.source.split())}"] if case.source and not own else []

@@ -28,7 +28,7 @@ class Group(NamedTuple):
 
 
 MODELS = Group("impactlab.models", "a model", "impactlab.models.base:AbstractRodModel")
-BASES = Group("impactlab.bases", "a basis", "")
+BASES = Group("impactlab.bases", "a basis", "impactlab.bases.base:AbstractBasis")
 LAWS = Group("impactlab.contact_laws", "a contact law", "impactlab.contact.base:AbstractContactLaw")
 INTEGRATORS = Group("impactlab.integrators", "an integrator", "impactlab.integrators.base:AbstractIntegrator")
 METRICS = Group("impactlab.metrics", "a metric", "")
@@ -166,6 +166,12 @@ def describe(part: type[Any]) -> str:
 def citations_of(part: type[Any]) -> tuple[str, ...]:
     """Return the citation keys of a part; empty where it names none."""
     return tuple(getattr(part, "citations", ()))
+
+
+def parts_inside(part: Any) -> tuple[Any, ...]:
+    """Return the parts that the fields of a part hold."""
+    inside = (getattr(part, field.name) for field in dataclasses.fields(part) if field.metadata.get("group"))
+    return tuple(value for value in inside if value is not None)
 
 
 def fault_of(part: Any, group: Group) -> str:

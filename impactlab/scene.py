@@ -29,6 +29,7 @@ class Segment:
     area: float  # m2
     young: float  # Pa
     density: float  # kg/m3
+    viscosity: float = 0.0  # Pa s: stress = E strain + viscosity times strain rate (Kelvin and Voigt)
 
     @property
     def wave_speed(self) -> float:
@@ -55,6 +56,14 @@ class End:
 
 
 @dataclass(frozen=True)
+class Rayleigh:
+    """Damping of a whole rod by its own matrices: C = mass M + stiffness K."""
+
+    mass: float = 0.0  # 1/s
+    stiffness: float = 0.0  # s
+
+
+@dataclass(frozen=True)
 class Rod:
     """A straight elastic rod of one or more uniform segments."""
 
@@ -65,6 +74,7 @@ class Rod:
     velocity: float = 0.0  # m/s, uniform at t = 0
     displacement: Profile | None = None  # m, at t = 0
     model: AbstractRodModel | None = None  # None only while a case is being read
+    damping: Rayleigh = Rayleigh()
 
     @property
     def length(self) -> float:
@@ -75,6 +85,11 @@ class Rod:
     def mass(self) -> float:
         """Mass of the segments, without end masses [kg]."""
         return sum(segment.mass for segment in self.segments)
+
+    @property
+    def is_damped(self) -> bool:
+        """Whether the rod itself loses energy; dashpots at its ends do not count."""
+        return self.damping != Rayleigh() or any(segment.viscosity > 0.0 for segment in self.segments)
 
     @property
     def round_trip(self) -> float:

@@ -178,12 +178,15 @@ def option(
     at_least: float | None = None,
     below: float | None = None,
     at_most: float | None = None,
+    group: str = "",
 ) -> Any:
     """Return a dataclass field of a part, with what a case file may give for it.
 
     The case file room reads unit, limits and description from here; a part needs no other schema.
-    Limits on a `Relative` value hold for its number.
+    Limits on a `Relative` value hold for its number. ``group`` is the entry-point group of a field that holds a part:
+    a case gives ``kind: name`` and its parameters there, or the name alone.
     """
     limits = {"gt": above, "ge": at_least, "lt": below, "le": at_most}
-    metadata = {"unit": unit, "description": description, "limits": {k: v for k, v in limits.items() if v is not None}}
+    given = {k: v for k, v in limits.items() if v is not None}
+    metadata = {"unit": unit, "description": description, "limits": given, "group": group}
     return dataclasses.field(default=default, metadata=metadata)

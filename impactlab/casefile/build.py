@@ -9,7 +9,7 @@ from impactlab.casefile.parts import read_part
 from impactlab.casefile.schema import CaseBlock, MassBlock, RodBlock, RoundTrips
 from impactlab.errors import CaseError
 from impactlab.plugins import INTEGRATORS, LAWS, MODELS, Registry
-from impactlab.scene import Body, Contact, Mass, Probe, Rod, Scene, Segment, StepRule, Wall
+from impactlab.scene import Body, Contact, Mass, Probe, Rayleigh, Rod, Scene, Segment, StepRule, Wall
 
 DEFAULT_INTEGRATOR = {"kind": "newmark"}
 
@@ -70,16 +70,20 @@ def _body(case: CaseBlock, name: str, registry: Registry) -> Body:
         velocity=block.velocity,
         displacement=shape_of(block),
         model=model,
+        damping=Rayleigh(block.damping.mass, block.damping.stiffness),
     )
 
 
 def _segments(rod: RodBlock) -> tuple[Segment, ...]:
     if rod.segments is not None:
         pieces = rod.segments
-        return tuple(Segment(p.length, p.area, p.material.young, p.material.density) for p in pieces)
+        return tuple(
+            Segment(p.length, p.area, p.material.young, p.material.density, p.material.viscosity) for p in pieces
+        )
     if rod.length is None or rod.area is None or rod.material is None:
         raise CaseError("a rod without length, area or material")
-    return (Segment(rod.length, rod.area, rod.material.young, rod.material.density),)
+    material = rod.material
+    return (Segment(rod.length, rod.area, material.young, material.density, material.viscosity),)
 
 
 def _contact(case: CaseBlock, number: int, registry: Registry) -> Contact:

@@ -81,7 +81,7 @@ def _holder(data: Any, keys: Keys, path: str) -> Any:
     for place, key in enumerate(keys[:-1]):
         found = _key_in(holder, key, path)
         if isinstance(holder, dict) and not isinstance(holder.get(found), (dict, list)):
-            holder[found] = _default_block(keys[: place + 1])
+            holder[found] = _default_block(keys[: place + 1], holder)
         holder = holder[found]
     return holder
 
@@ -101,8 +101,10 @@ def _block_of(holder: Any, key: Any) -> Any:
     return holder.get(key) if isinstance(holder, dict) else holder[key]
 
 
-def _default_block(keys: Keys) -> dict[str, Any]:
-    """What stands where the case is silent, so that one field of a default can be set alone."""
+def _default_block(keys: Keys, holder: dict[str, Any]) -> dict[str, Any]:
+    """What stands where the case is silent or names a part by its word, so that one field can be set alone."""
+    if "kind" in holder and keys[0] == "solve" and isinstance(holder.get(keys[-1]), str):
+        return {"kind": holder[keys[-1]]}
     if keys == ("solve", "model"):
         return dict(SolveBlock.model_fields["model"].default)
     if keys == ("solve", "integrator"):

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
-from impactlab.casefile.parts import part_model
+from impactlab.casefile.parts import group_of, part_model
 from impactlab.casefile.schema import CaseBlock
 from impactlab.errors import PluginError
+from impactlab.pairing import kind_of
 from impactlab.plugins import INTEGRATORS, LAWS, MODELS, Group, Registry, describe
 
 
@@ -29,12 +31,25 @@ def _put(properties: dict[str, Any], key: str, group: Group, registry: Registry)
     properties[key] = {**_choices(group, registry), **kept}
 
 
+def _put_inside(properties: dict[str, Any], part: type[Any], registry: Registry) -> None:
+    """Describe the fields of a part that hold parts: a name, or a block."""
+    for field in dataclasses.fields(part):
+        group = group_of(field) if field.init else None
+        if group is not None:
+            described = properties[field.name]["description"]
+            choices = [{"enum": list(registry.names(group))}, *_choices(group, registry)["oneOf"]]
+            properties[field.name] = {"oneOf": choices, "description": described}
+            if field.default not in (None, dataclasses.MISSING):
+                properties[field.name]["default"] = {"kind": kind_of(field.default)}
+
+
 def _choices(group: Group, registry: Registry) -> dict[str, Any]:
     choices = []
     for name in registry.names(group):
         try:
             part = registry.load(group, name)
             fields = part_model(part).model_json_schema()
+            _put_inside(fields["properties"], part, registry)
         except PluginError:
             continue
         choices.append(

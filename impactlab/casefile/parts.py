@@ -1,4 +1,4 @@
-"""Reads a part (model, law, integrator) by its own fields: the second pass over a case.
+"""Reads a part (model, law, integrator, basis) by its own fields: the second pass over a case.
 
 A part is a frozen dataclass; `impactlab.types.option` gave each field its unit, limits and description. From these a
 pydantic model is made, so that a plugin writes no schema.
@@ -9,6 +9,8 @@ from __future__ import annotations
 import dataclasses
 import types
 import typing
+from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cache
 from typing import Annotated, Any, Literal, Union
 
@@ -16,10 +18,11 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 from pydantic_core import PydanticCustomError
 
 from impactlab.casefile.faults import case_error
-from impactlab.casefile.values import Allowed
-from impactlab.casefile.words import shown
+from impactlab.casefile.values import Allowed, Reader, refuse
+from impactlab.casefile.words import listed, shown
 from impactlab.errors import CaseError, PluginError
-from impactlab.plugins import Group, Registry
+from impactlab.pairing import kind_of
+from impactlab.plugins import GROUPS, Group, Registry, fault_of
 from impactlab.types import Relative
 
 
@@ -40,6 +43,11 @@ def read_part(block: dict[str, Any], path: str, group: Group, registry: Registry
         error.path = f"{path}.kind"
         raise
     given = {key: value for key, value in block.items() if key != "kind"}
+    for field in dataclasses.fields(part):
+        group_inside = group_of(field)
+        if group_inside is not None and given.get(field.name) is not None:
+            inside = given[field.name]
+            given[field.name] = _read_inside(inside, f"{path}.{field.name}", group_inside, registry)
     try:
         checked = model.model_validate(given)
     except ValidationError as error:
@@ -52,6 +60,49 @@ def read_part(block: dict[str, Any], path: str, group: Group, registry: Registry
         raise
     except ValueError as error:
         raise CaseError(f"{shown(block['kind'])} refuses these values: {str(error)[:200]}", path=path) from error
+
+
+def _read_inside(value: Any, path: str, group: Group, registry: Registry) -> Any:
+    """Return the part that a field of another part holds: ``name``, or ``{kind: name, ...}``."""
+    block = {"kind": value} if isinstance(value, str) else value
+    if not isinstance(block, dict) or not isinstance(block.get("kind"), str):
+        raise CaseError(
+            f"{shown(value)} is given where {group.noun} is needed",
+            remedy=f"Give one of {listed(registry.names(group))}, or {{kind: name, ...}} with its parameters.",
+            path=path,
+        )
+    return read_part(block, path, group, registry)
+
+
+@dataclass(frozen=True)
+class AllowedPart:
+    """What a field may hold that holds a part; `read_part` reads it before its holder."""
+
+    group: Group
+    nothing: bool = False
+
+    def reader(self) -> Reader:
+        """Return the annotation of a field that allows this."""
+        return Reader(self.read, {"type": "object"})
+
+    def read(self, value: Any) -> Any:
+        """Return the part itself."""
+        if (value is None and self.nothing) or not fault_of(type(value), self.group):
+            return value
+        raise refuse(f"{shown(value)} is given where {self.group.noun} is needed")
+
+
+def group_of(field: dataclasses.Field[Any]) -> Group | None:
+    """Return the group of the part that a field holds, None where it holds plain values."""
+    name = field.metadata.get("group", "")
+    if not name:
+        return None
+    for group in GROUPS:
+        if group.name == name:
+            return group
+    raise PluginError(
+        f"the field {field.name!r} holds a part of {name!r}, which is no group", remedy="Mend the plugin."
+    )
 
 
 def part_model(part: type[Any]) -> type[BaseModel]:
@@ -95,9 +146,12 @@ def _part_model(part: type[Any]) -> type[BaseModel]:
     return model
 
 
-def allowed_of(part: type[Any], field: dataclasses.Field[Any], hint: Any) -> Allowed:
+def allowed_of(part: type[Any], field: dataclasses.Field[Any], hint: Any) -> Allowed | AllowedPart:
     """Return what a field may hold, from its type and its option."""
     members = typing.get_args(hint) if _is_union(hint) else (hint,)
+    group = group_of(field)
+    if group is not None:
+        return AllowedPart(group, types.NoneType in members)
     words: tuple[str, ...] = ()
     for member in members:
         if typing.get_origin(member) is Literal:
@@ -120,12 +174,20 @@ def allowed_of(part: type[Any], field: dataclasses.Field[Any], hint: Any) -> All
     )
 
 
-def describe_part(part: Any, kind: str) -> dict[str, Any]:
-    """Return a part as a case would give it, every field with its value in SI."""
-    values: dict[str, Any] = {"kind": kind}
+def describe_part(part: Any, given: Mapping[str, Any] | str) -> dict[str, Any]:
+    """Return a part as a case would give it, every field with its value in SI.
+
+    ``given`` is the block that a case gave, or the kind alone; a part inside that it is silent about has its own name.
+    """
+    block = {"kind": given} if isinstance(given, str) else given
+    values: dict[str, Any] = {"kind": block["kind"]}
     for field in dataclasses.fields(part):
-        if field.init:
-            value = getattr(part, field.name)
+        if not field.init:
+            continue
+        value = getattr(part, field.name)
+        if group_of(field) is not None and value is not None:
+            values[field.name] = describe_part(value, block.get(field.name) or kind_of(value))
+        else:
             values[field.name] = {"relative": value.relative} if isinstance(value, Relative) else value
     return values
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from impactlab.casefile.build import DEFAULT_INTEGRATOR
 from impactlab.casefile.formula import Formula, Table
 from impactlab.casefile.parts import describe_part
 from impactlab.casefile.schema import CaseBlock
@@ -15,10 +16,9 @@ def resolve(case: CaseBlock, scene: Scene) -> dict[str, Any]:
     solve: dict[str, Any] = {"duration": scene.duration}
     models = {name: body.model for name, body in scene.bodies.items() if isinstance(body, Rod)}
     blocks = {name: case.solve.models.get(name, case.solve.model) for name in models}
-    solve["models"] = {name: describe_part(model, blocks[name]["kind"]) for name, model in models.items()}
+    solve["models"] = {name: describe_part(model, blocks[name]) for name, model in models.items()}
     if scene.integrator is not None:
-        kind = case.solve.integrator["kind"] if case.solve.integrator is not None else "newmark"
-        solve["integrator"] = describe_part(scene.integrator, kind)
+        solve["integrator"] = describe_part(scene.integrator, case.solve.integrator or DEFAULT_INTEGRATOR)
     rule = scene.step
     steps = {"points_per_period": rule.points_per_period, "dt": rule.dt, "courant": rule.courant}
     solve["step"] = {key: value for key, value in steps.items() if value is not None}
@@ -33,7 +33,7 @@ def resolve(case: CaseBlock, scene: Scene) -> dict[str, Any]:
                 "between": [contact.left.label, contact.right.label],
                 "gap": contact.gap,
                 **({"overlap": "allowed"} if contact.overlap_allowed else {}),
-                "law": describe_part(contact.law, block.law["kind"]),
+                "law": describe_part(contact.law, block.law),
             }
             for contact, block in zip(scene.contacts, case.contacts, strict=True)
         ],
@@ -52,11 +52,16 @@ def _body(body: Body) -> dict[str, Any]:
     if not isinstance(body, Rod):
         return {"kind": "wall"}
     segments = [
-        {"length": piece.length, "area": piece.area, "material": {"young": piece.young, "density": piece.density}}
+        {
+            "length": piece.length,
+            "area": piece.area,
+            "material": {"young": piece.young, "density": piece.density, "viscosity": piece.viscosity},
+        }
         for piece in body.segments
     ]
     shape: dict[str, Any] = segments[0] if len(segments) == 1 else {"segments": segments}
     values = {"kind": "rod", **shape, "ends": {"left": _end(body.left), "right": _end(body.right)}}
+    values["damping"] = {"mass": body.damping.mass, "stiffness": body.damping.stiffness}
     values["velocity"] = body.velocity
     if isinstance(body.displacement, Formula):
         values["displacement"] = body.displacement.text

@@ -52,6 +52,9 @@ class Material(Block):
 
     young: Modulus = Field(description="Young's modulus E [Pa]")
     density: Density = Field(description="density rho [kg/m3]")
+    viscosity: Annotated[float, quantity("Pa s", ge=0.0)] = Field(
+        default=0.0, description="viscosity [Pa s]: stress = E strain + viscosity times strain rate (Kelvin and Voigt)"
+    )
 
 
 class SegmentBlock(Block):
@@ -69,6 +72,15 @@ class EndsBlock(Block):
     right: Annotated[End, END] = Field(default=End("free"), description="right end, at x = L")
 
 
+class DampingBlock(Block):
+    """Rayleigh damping of a rod: C = mass M + stiffness K."""
+
+    mass: Annotated[float, quantity("1/s", ge=0.0)] = Field(default=0.0, description="share of the mass matrix [1/s]")
+    stiffness: Annotated[float, quantity("s", ge=0.0)] = Field(
+        default=0.0, description="share of the stiffness matrix [s]"
+    )
+
+
 class RodBlock(Block):
     """A straight elastic rod: length, area and material, or segments."""
 
@@ -83,6 +95,7 @@ class RodBlock(Block):
         description="uniform pieces from left to right, in place of the three",
     )
     ends: EndsBlock = Field(default=EndsBlock(), description="what holds the ends; free if not given")
+    damping: DampingBlock = Field(default=DampingBlock(), description="Rayleigh damping of the whole rod")
     velocity: Velocity = Field(default=0.0, description="velocity at t = 0, uniform [m/s]")
     displacement: Annotated[Any, SHAPE] = Field(
         default=None, description="displacement at t = 0 [m]: a formula of x, or {x: [...], u: [...]}"

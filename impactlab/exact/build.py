@@ -11,7 +11,8 @@ import numpy as np
 from impactlab.errors import CaseError, PairingError
 from impactlab.exact.network import Layout, Link, Log, Network
 from impactlab.exact.prehistory import end_pieces, first_records
-from impactlab.scene import Contact, End, Mass, Point, Rod, Scene, Wall
+from impactlab.models.delay_line import dispersed
+from impactlab.scene import Contact, End, Mass, Point, Rayleigh, Rod, Scene, Wall
 from impactlab.sides import side_facts
 
 MERGE = 1.0e-12  # of the shortest round trip: breaks nearer than this are one
@@ -81,6 +82,14 @@ def check(scene: Scene) -> list[Bond]:
         raise CaseError(
             "the scene has no rod, and the exact solution is one of waves in rods", path="bodies", remedy="Add a rod."
         )
+    for name, body in scene.bodies.items():
+        if isinstance(body, Rod) and body.is_damped:
+            where = "damping" if body.damping != Rayleigh() else "material"
+            raise CaseError(
+                dispersed(body),
+                path=f"bodies.{name}.{where}",
+                remedy="Use finite_element or modal, or leave it undamped.",
+            )
     bonds = []
     users: dict[tuple[str, float], int] = {}
     for number, contact in enumerate(scene.contacts):

@@ -83,6 +83,8 @@ class DelayLine(AbstractDiscreteModel):
             raise CaseError(
                 "the stepped delay line serves no gravity", remedy="Use finite_element or modal.", path="solve.model"
             )
+        if rod.is_damped:
+            raise CaseError(dispersed(rod), remedy="Use finite_element or modal.", path="solve.model")
         self._rod = rod
         self._segment = rod.segments[0]
         self.transit = 0.5 * rod.round_trip
@@ -179,6 +181,11 @@ class DelayLine(AbstractDiscreteModel):
         damping = end.value if end.kind == "dashpot" else 0.0
         inertia = 2.0 * end.value / dt if end.kind == "mass" else 0.0
         return 1.0 / (self._segment.impedance + damping + 0.5 * spring * dt + inertia), spring, inertia
+
+
+def dispersed(rod: Rod) -> str:
+    """Return why a damped rod is no delay line."""
+    return f"'{rod.name}' is damped, and waves in a damped rod change their shape: the continuous model serves none"
 
 
 def check_law_needs(needs: frozenset[Level], law: str, path: str) -> None:

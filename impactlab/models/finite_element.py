@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal, final
 
+from impactlab.errors import CaseError
 from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Face
-from impactlab.models.mesh import Mesh, elements_per_segment
+from impactlab.models.elements import elements_per_segment, reference
+from impactlab.models.mesh import Mesh
 from impactlab.scene import Rod
 from impactlab.types import option
 
@@ -14,18 +16,46 @@ from impactlab.types import option
 @final
 @dataclass(frozen=True)
 class FiniteElement(AbstractRodModel):
-    """Two-node bar elements, every nodal displacement a coordinate; consistent or lumped mass.
+    """Bar elements of any order, every nodal displacement a coordinate: 2-node bars, or spectral elements.
+
+    Order 2 and above are spectral elements, their nodes those of Gauss-Lobatto-Legendre quadrature. A consistent mass
+    is integrated exactly, whatever the order (deviation from the sources, which know the lumped one only); a lumped one
+    by the quadrature at the nodes, so that it is diagonal. With ``mass: redistributed`` (order 1, lumped) the nodes of
+    contacts carry no mass: theirs goes to the neighbours, and they follow statically (deviation from the sources, which
+    keep the centre of mass and the moment of inertia too: only the mass is kept). The mesh length that ``courant``
+    counts is the smallest distance between nodes.
 
     References
     ----------
-    Bathe1982, chapters 4 and 9; EscalonaMayoDominguez1999, Eq. 23 (shape functions).
+    Bathe1982, chapters 4 and 9; EscalonaMayoDominguez1999, Eq. 23 (shape functions); Patera1984 and KomatitschTromp1999
+    (spectral elements); KhenousLabordeRenard2008 and HagerHueeberWohlmuth2008 (redistributed mass).
     """
 
-    citations = ("Bathe1982",)
-    examples = ({"elements": 50}, {"elements": 50, "mass": "lumped"})
+    citations = (
+        "Bathe1982",
+        "HagerHueeberWohlmuth2008",
+        "KhenousLabordeRenard2008",
+        "KomatitschTromp1999",
+        "Patera1984",
+    )
+    examples = (
+        {"elements": 50},
+        {"elements": 50, "mass": "lumped"},
+        {"elements": 50, "mass": "redistributed"},
+        {"elements": 12, "mass": "lumped", "order": 4},
+        {"elements": 12, "order": 3},
+    )
 
     elements: int = option(100, at_least=1, at_most=10_000_000, description="elements over the whole rod")
-    mass: Literal["consistent", "lumped"] = option("consistent", description="mass matrix")
+    mass: Literal["consistent", "lumped", "redistributed"] = option(
+        "consistent", description="mass matrix; redistributed: lumped, with none at the contacts"
+    )
+    order: int = option(
+        1, at_least=1, at_most=12, description="degree of the displacement in an element; from 2 on spectral elements"
+    )
+
+    def __post_init__(self) -> None:
+        check_order(self.order, self.mass)
 
     @property
     def has_mesh(self) -> bool:
@@ -33,7 +63,24 @@ class FiniteElement(AbstractRodModel):
 
     def element_length(self, rod: Rod) -> float:
         counts = elements_per_segment(rod.segments, self.elements)
-        return min(segment.length / count for segment, count in zip(rod.segments, counts, strict=True))
+        shortest = min(segment.length / count for segment, count in zip(rod.segments, counts, strict=True))
+        return shortest * node_distance(self.order)
 
     def build(self, rod: Rod, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractDiscreteModel:
-        return Mesh(rod, self.elements, self.mass, gravity)
+        return Mesh(rod, self.elements, self.mass, gravity, self.order, faces)
+
+
+def node_distance(order: int) -> float:
+    """Return the smallest distance between two nodes over the length of their element."""
+    nodes = reference(order).nodes
+    return 0.5 * float(nodes[1] - nodes[0])
+
+
+def check_order(order: int, mass: str) -> None:
+    """Raise `CaseError` where a mass matrix does not exist for that order."""
+    if mass == "redistributed" and order > 1:
+        raise CaseError(
+            f"mass 'redistributed' is one of 2-node bars, and order {order} is given. Allowed: order 1",
+            remedy="Give order: 1, or mass: lumped.",
+            path="mass",
+        )

@@ -1,26 +1,32 @@
-"""The modal model: a rod in the coordinates of its free-end eigenvectors."""
+"""The modal model: a rod in a few uncoupled coordinates."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Literal, final
 
-import numpy as np
-
 from impactlab.bases.analytic import AnalyticBasis
-from impactlab.bases.eigenvectors import MeshBasis
+from impactlab.bases.base import AbstractBasis
+from impactlab.bases.craig_bampton import CraigBampton
+from impactlab.bases.eigenvectors import Eigenvectors
 from impactlab.errors import CaseError, PairingError
-from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Face, Operators
+from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Face
+from impactlab.models.finite_element import check_order, node_distance
+from impactlab.models.mesh import Mesh
+from impactlab.models.modal_body import ModalBody, reduced_body
 from impactlab.scene import Rod
-from impactlab.types import Array, Quantity, option
+from impactlab.types import option
+
+MOST = 2000  # coordinates of the mesh behind the modes, as the matrices are full
 
 
 @final
 @dataclass(frozen=True)
 class Modal(AbstractRodModel):
-    """Eigenvectors of the rod with its contact faces free: of a mesh, or analytic without ``elements``.
+    """A few uncoupled coordinates of the rod, by default its free-end eigenvectors: of a mesh, or analytic without one.
 
-    Rigid-body modes are kept and not counted in ``modes``.
+    ``modes`` counts coordinates beside the rigid motion of a rod that nothing holds, which is kept and not counted,
+    whatever the basis. Damping must leave the modes uncoupled: Rayleigh's, or one viscosity over young for all.
 
     References
     ----------
@@ -28,7 +34,14 @@ class Modal(AbstractRodModel):
     """
 
     citations = ("EscalonaMayoDominguez1999",)
-    examples = ({"modes": 20}, {"elements": 60, "modes": 20}, {"elements": 60})
+    examples = (
+        {"modes": 20},
+        {"elements": 60, "modes": 20},
+        {"elements": 60},
+        {"elements": 60, "modes": 20, "mass": "redistributed"},
+        {"elements": 12, "modes": 20, "order": 4},
+        {"elements": 60, "modes": 20, "basis": CraigBampton()},
+    )
 
     elements: int | None = option(
         None, at_least=1, at_most=2000, description="elements of the mesh behind the modes; without it analytic modes"
@@ -36,14 +49,23 @@ class Modal(AbstractRodModel):
     modes: int | None = option(
         None, at_least=1, at_most=100_000, description="elastic modes kept; default all of the mesh"
     )
-    mass: Literal["consistent", "lumped"] = option("consistent", description="mass matrix of the mesh")
+    mass: Literal["consistent", "lumped", "redistributed"] = option(
+        "consistent", description="mass matrix of the mesh; redistributed: lumped, with none at the contacts"
+    )
+    basis: AbstractBasis = option(
+        Eigenvectors(), group="impactlab.bases", description="shapes of the mesh that the coordinates stand for"
+    )
+    order: int = option(1, at_least=1, at_most=12, description="degree of the displacement in an element of the mesh")
+
+    def __post_init__(self) -> None:
+        check_order(self.order, self.mass)
 
     @property
     def has_mesh(self) -> bool:
         return self.elements is not None
 
     def element_length(self, rod: Rod) -> float:
-        return rod.length / (self.elements or self.modes or 1)
+        return rod.length / (self.elements or self.modes or 1) * node_distance(self.order)
 
     def build(self, rod: Rod, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractDiscreteModel:
         for end in (rod.left, rod.right):
@@ -54,58 +76,37 @@ class Modal(AbstractRodModel):
                     path="solve.model",
                 )
         if self.elements is not None:
-            return ModalBody(rod, gravity, MeshBasis(rod, self.elements, self.modes, self.mass))
+            mesh = Mesh(rod, self.elements, self.mass, 0.0, self.order, faces)
+            span = self.basis.span(mesh, self._count(mesh), faces)
+            return reduced_body(rod, gravity, mesh, span, self.basis.free_end, faces)
+        if not self.basis.free_end:
+            raise CaseError(
+                "only free-end eigenvectors are known without a mesh",
+                remedy="Give elements: 200, for example.",
+                path="solve.model",
+            )
         if self.modes is None:
             raise CaseError(
                 "modal needs 'modes' (analytic) or 'elements'",
                 remedy="Give modes: 40, for example.",
                 path="solve.model",
             )
-        return ModalBody(rod, gravity, AnalyticBasis(rod, self.modes))
+        return ModalBody(rod, gravity, AnalyticBasis(rod, self.modes), True)
 
-
-@final
-class ModalBody(AbstractDiscreteModel):
-    """A rod in mass-normalised modal coordinates: unit mass, squared frequencies as stiffness."""
-
-    def __init__(self, rod: Rod, gravity: float, basis: MeshBasis | AnalyticBasis) -> None:
-        self._rod = rod
-        self._gravity = gravity
-        self._basis = basis
-
-    def operators(self) -> Operators:
-        basis, rod = self._basis, self._rod
-        n_dof = basis.frequencies.size
-        elastic = int(np.count_nonzero(basis.frequencies))
-        uniform = len(rod.segments) == 1
-        highest = float(basis.frequencies.max(initial=0.0))
-        # The paper's rule (Eq. 24) counts the continuous rod's period whatever the mesh.
-        rule = (2 * elastic + 1) * np.pi * rod.segments[0].wave_speed / (2.0 * rod.length) if uniform else highest
-        rigid = basis.project_uniform()
-        return Operators(
-            mass=np.ones((1, n_dof)),
-            damping=np.zeros((1, n_dof)),
-            stiffness=basis.frequencies[None, :] ** 2,
-            load=rigid * self._gravity,
-            displacement=np.zeros(n_dof) if rod.displacement is None else basis.project(rod.displacement),
-            velocity=rigid * rod.velocity,
-            highest_frequency=highest,
-            rule_frequency=float(rule),
-            diagonal_mass=True,
-            modes=True,
-        )
-
-    def row(self, x: float, quantity: Quantity) -> Array:
-        return self._basis.row(x, quantity)
-
-    def left_out(self, x: float, quantity: Quantity, face: float) -> float:
-        """Return static answer minus that of the elastic modes kept (mode acceleration)."""
-        elastic = self._basis.frequencies > 0.0
-        kept = self._basis.row(x, quantity)[elastic] * self._basis.row(face, "displacement")[elastic]
-        return self._basis.static(x, quantity, face) - float(np.sum(kept / self._basis.frequencies[elastic] ** 2))
-
-    def momentum_row(self) -> Array:
-        return self._basis.project_uniform()
-
-    def grid(self) -> Array:
-        return self._basis.grid()
+    def _count(self, mesh: Mesh) -> int:
+        """Return how many coordinates beside the rigid motion are kept; raise where the mesh has not so many."""
+        n_dof = mesh.mass.shape[1]
+        if n_dof > MOST + 1:
+            raise CaseError(
+                f"a mesh of {n_dof} coordinates is too large for its modes. Allowed: elements times order up to {MOST}",
+                remedy="Give fewer elements, or use finite_element.",
+                path="solve.model.elements",
+            )
+        available = n_dof if mesh.is_held else n_dof - 1
+        if self.modes is not None and self.modes > available:
+            raise CaseError(
+                f"{self.modes} modes asked for, but the mesh of {self.elements} elements has {available} elastic modes",
+                remedy=f"Give modes: {available} or fewer, or more elements.",
+                path="solve.model.modes",
+            )
+        return available if self.modes is None else self.modes

@@ -17,20 +17,24 @@ from typing import Any, ClassVar
 import numpy as np
 
 from impactlab import plugins
-from impactlab.banded import multiply, solve
-from impactlab.bases.eigenvectors import full
+from impactlab.banded import full, multiply, solve
+from impactlab.bases.base import AbstractBasis
+from impactlab.bases.reduced import ReducedMesh
 from impactlab.cite import entries_for
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import CaseError
 from impactlab.integrators.base import AbstractIntegrator, Stepper
-from impactlab.models.base import AbstractRodModel, Operators
+from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Face, Operators
 from impactlab.models.finite_element import FiniteElement
+from impactlab.models.mesh import Mesh
 from impactlab.models.modal import Modal
+from impactlab.models.modal_body import ModalBody
 from impactlab.pointers import COMPILED, LawAddress
 from impactlab.scene import End, Rod, Segment
 from impactlab.types import Array, Level, Port, Reply, SideFacts
 
 PIECE = Segment(length=0.3, area=9e-4, young=2.1e11, density=7900.0)
+STRUCK = (Face(0.0, 0, PIECE.mass),)  # by a mass, at the left end
 PORTS = 200  # random ones each test answers
 
 
@@ -342,24 +346,28 @@ class RodModelContract:
         """Return a steel rod, its left end free."""
         return Rod("rod", (PIECE,), End("free"), End(right), velocity=velocity, model=self.part)  # type: ignore[arg-type]
 
+    def built(self, right: str = "free", velocity: float = 0.0, gravity: float = 0.0) -> AbstractDiscreteModel:
+        """Return the rod in coordinates, struck by a mass at its left end."""
+        return self.part.build(self.rod(right, velocity), gravity, STRUCK)
+
     def test_it_says_what_it_is_and_where_it_comes_from(self) -> None:
         described(self.part)
         assert 0.0 < self.part.element_length(self.rod()) <= PIECE.length
 
     def test_a_model_that_does_not_step_says_so(self) -> None:
         if self.part.steps:
-            assert self.part.build(self.rod(), 0.0).operators().load.size > 0
+            assert self.built().operators().load.size > 0
             return
         remedy = ""
         try:
-            self.part.build(self.rod(), 0.0)
+            self.built()
         except CaseError as error:
             remedy = error.remedy
         assert remedy, "a model that does not step refuses to be built, and says what to do"
 
     def test_mass_is_positive_and_stiffness_never_negative(self) -> None:
         for right in ("free", "clamped") if self.part.steps else ():
-            system = self.part.build(self.rod(right), 0.0).operators()
+            system = self.built(right).operators()
             mass, stiffness = full(system.mass), full(system.stiffness)
             assert np.linalg.eigvalsh(mass)[0] > 0.0
             # Zero to rounding for the rigid motion of a free rod.
@@ -368,7 +376,7 @@ class RodModelContract:
     def test_a_free_rod_that_moves_as_a_whole(self) -> None:
         if not self.part.steps:
             return
-        model = self.part.build(self.rod(velocity=1.0), 0.0)
+        model = self.built(velocity=1.0)
         velocity = model.operators().velocity
         # Rounding of sums over a hundred coordinates.
         assert abs(float(model.momentum_row() @ velocity) - PIECE.mass) < 1e-11 * PIECE.mass
@@ -379,7 +387,7 @@ class RodModelContract:
     def test_gravity_pushes_with_the_weight(self) -> None:
         if not self.part.steps:
             return
-        model = self.part.build(self.rod(), 9.81)
+        model = self.built(gravity=9.81)
         system = model.operators()
         pushed = float(model.momentum_row() @ solve(system.mass, system.load))
         assert abs(pushed - 9.81 * PIECE.mass) < 1e-10 * PIECE.mass
@@ -387,7 +395,7 @@ class RodModelContract:
     def test_pushed_slowly_it_carries_the_force_to_its_clamp(self) -> None:
         if not self.part.steps:
             return
-        model = self.part.build(self.rod("clamped"), 0.0)
+        model = self.built("clamped")
         system = model.operators()
         still = solve(system.stiffness, model.row(0.0, "displacement"))
         # Exact in theory; the stiffness of a hundred elements has a condition number of 1e4.
@@ -401,7 +409,7 @@ class RodModelContract:
         from scipy.linalg import eigh
 
         for right, shift in (("free", 0.0), ("clamped", 0.5)) if self.part.steps else ():
-            system = self.part.build(self.rod(right), 0.0).operators()
+            system = self.built(right).operators()
             frequencies = np.sqrt(np.abs(eigh(full(system.stiffness), full(system.mass), eigvals_only=True)))
             elastic = frequencies[frequencies > 1e-4 * frequencies[-1]][:3]
             exact = self.part.exact_frequencies(self.rod(right), elastic.size)
@@ -412,14 +420,105 @@ class RodModelContract:
 
     def test_nothing_is_left_out_of_a_complete_model(self) -> None:
         for right in ("free", "clamped") if self.complete else ():
-            model = self.part.build(self.rod(right), 0.0)
+            model = self.built(right)
             for x in np.linspace(0.03, 0.97, 5) * PIECE.length:
                 assert abs(model.left_out(float(x), "stress", 0.0)) * PIECE.area < 1e-8
+
+
+class BasisContract:
+    """What every basis must keep: on a rod of two segments struck by a mass at its left end, 40 elements, 12 modes."""
+
+    part: ClassVar[AbstractBasis]
+    modes: ClassVar[int] = 12
+
+    def mesh(self, right: str) -> Mesh:
+        """Return the mesh of a rod of two segments."""
+        soft = Segment(length=0.2, area=6e-4, young=7e10, density=2700.0)
+        return Mesh(Rod("rod", (PIECE, soft), End("free"), End(right)), 40, "consistent", 0.0)  # type: ignore[arg-type]
+
+    def reduced(self, right: str, modes: int | None = None) -> ReducedMesh:
+        """Return the mesh in the coordinates of the basis."""
+        mesh = self.mesh(right)
+        span = self.part.span(mesh, modes or self.modes, STRUCK)
+        return ReducedMesh(mesh, span.shapes, span.uncoupled)
+
+    def test_it_says_what_it_is_and_where_it_comes_from(self) -> None:
+        described(self.part)
+
+    def test_it_has_as_many_coordinates_as_modes_and_rigid_motion(self) -> None:
+        for right, rigid in (("free", 1), ("clamped", 0)):
+            span = self.part.span(self.mesh(right), self.modes, STRUCK)
+            assert span.shapes.shape[1] == self.modes + rigid
+            assert span.closed is None or span.closed[1].shape == span.shapes.shape
+
+    def test_its_coordinates_have_unit_mass_and_squared_frequencies(self) -> None:
+        for right in ("free", "clamped"):
+            reduced = self.reduced(right)
+            shapes, mesh = reduced.shapes, reduced.mesh
+            # Rounding of sums over forty coordinates; of the stiffness, relative to its largest entry.
+            assert np.max(np.abs(shapes.T @ full(mesh.mass) @ shapes - np.eye(shapes.shape[1]))) < 1e-11
+            squared = reduced.frequencies**2
+            assert np.max(np.abs(shapes.T @ full(mesh.stiffness) @ shapes - np.diag(squared))) < 1e-11 * squared[-1]
+            assert np.all(np.diff(squared) >= 0.0)
+            assert (squared[0] == 0.0) == (right == "free")
+
+    def test_the_rigid_motion_of_a_free_rod_is_exact(self) -> None:
+        reduced = self.reduced("free")
+        velocity = reduced.project_uniform()  # coordinates of unit velocity: the momentum of each, its mass being 1
+        assert np.max(np.abs(reduced.shapes @ velocity - 1.0)) < 1e-11
+        assert abs(velocity @ velocity / reduced.mesh.momentum_row().sum() - 1.0) < 1e-12
+        assert np.max(np.abs(velocity[1:])) < 1e-11 * velocity[0]
+
+    def test_its_frequencies_are_bounds_from_above_and_fall_with_more_modes(self) -> None:
+        from scipy.linalg import eigh
+
+        for right in ("free", "clamped"):
+            mesh = self.mesh(right)
+            exact = np.sqrt(np.abs(eigh(full(mesh.stiffness), full(mesh.mass), eigvals_only=True)))
+            fewer, more = self.reduced(right).frequencies, self.reduced(right, 2 * self.modes).frequencies
+            # Rayleigh and Ritz: no frequency of a smaller space lies below its own in a larger one. Rounding: the
+            # eigenvalues of the whole mesh are good to the rounding of their largest.
+            slack = 1e-13 * exact[-1] ** 2
+            assert np.all(fewer**2 >= exact[: fewer.size] ** 2 - slack)
+            assert np.all(more**2 >= exact[: more.size] ** 2 - slack)
+            first = slice(int(right == "free"), 4)
+            worst = [np.max(np.abs(found[first] / exact[first] - 1.0)) for found in (fewer, more)]
+            assert worst[1] <= worst[0] + 1e-9
+            assert worst[1] < 1e-3  # twenty-four modes, the first four frequencies
+
+    def test_what_is_kept_and_what_is_left_out_are_the_static_answer(self) -> None:
+        for right in ("free", "clamped"):
+            reduced = self.reduced(right)
+            rod = Rod("rod", (PIECE,), End("free"), End(right))
+            body = ModalBody(rod, 0.0, reduced, paper_rule=False)
+            elastic = reduced.frequencies > 0.0
+            largest = abs(reduced.static(0.0, "displacement", 0.0))
+            for x in np.linspace(0.0, 0.99, 6) * PIECE.length:
+                kept = np.sum(
+                    (reduced.row(float(x), "displacement") * reduced.row(0.0, "displacement"))[elastic]
+                    / reduced.frequencies[elastic] ** 2
+                )
+                left = body.left_out(float(x), "displacement", 0.0)
+                assert abs(kept + left - reduced.static(float(x), "displacement", 0.0)) < 1e-12 * largest
+                if type(self.part).static_exact and right == "clamped":
+                    # The condition of forty elements, 1e3, times the rounding of a small eigenvalue problem.
+                    assert abs(left) < 1e-9 * largest
+
+    def test_all_modes_are_the_whole_mesh(self) -> None:
+        if not type(self.part).complete:
+            return
+        from scipy.linalg import eigh
+
+        mesh = self.mesh("clamped")
+        squared = eigh(full(mesh.stiffness), full(mesh.mass), eigvals_only=True)
+        found = self.reduced("clamped", squared.size).frequencies ** 2
+        assert np.max(np.abs(found - squared)) < 1e-10 * squared[-1]
 
 
 SUITES: dict[plugins.Group, type[Any]] = {
     plugins.LAWS: ContactLawContract,
     plugins.INTEGRATORS: IntegratorContract,
     plugins.MODELS: RodModelContract,
+    plugins.BASES: BasisContract,
 }
 """The suite of each kind of part."""

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.linalg import eigh
 
 from impactlab import simulate
-from impactlab.bases.eigenvectors import full
+from impactlab.banded import full
 from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import CaseError, ImpactlabError, PairingError, StepError

@@ -24,7 +24,7 @@ from impactlab.integrators.newmark import Newmark
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.scene import Body, Contact, End, Mass, Point, Rod, Scene, Segment, StepRule, Wall
+from impactlab.scene import Body, Contact, End, Mass, Point, Rayleigh, Rod, Scene, Segment, StepRule, Wall
 from impactlab.simulate import prepare
 from impactlab.types import Relative
 
@@ -148,11 +148,15 @@ def in_other_units(scene: Scene, mass: float, length: float, time: float) -> Sce
                 piece.area * length**2,
                 piece.young * (stiffness / length),
                 piece.density * (mass / length**3),
+                piece.viscosity * (stiffness / length * time),
             )
             for piece in body.segments
         )
         left, right = (End(end.kind, end.value * factors[end.kind]) for end in (body.left, body.right))
-        return dataclasses.replace(body, segments=pieces, left=left, right=right, velocity=body.velocity * speed)
+        damping = Rayleigh(body.damping.mass / time, body.damping.stiffness * time)
+        return dataclasses.replace(
+            body, segments=pieces, left=left, right=right, velocity=body.velocity * speed, damping=damping
+        )
 
     def placed(point: Point) -> Point:
         return dataclasses.replace(point, x=point.x * length)

@@ -17,6 +17,10 @@ OURS = registry().only("impactlab")
 FACTS: dict[str, dict[str, Any]] = {  # by test class: the name of the part, then the number of its example
     "TestFiniteElement": {"complete": True},
     "TestFiniteElement1": {"complete": True},
+    "TestFiniteElement2": {"complete": True, "frequency_error": 2e-2},  # h/L: the end element gave its mass away
+    "TestFiniteElement3": {"complete": True},
+    "TestFiniteElement4": {"complete": True},
+    "TestModal3": {"frequency_error": 2e-2},
     "TestModal2": {"complete": True},
 }
 

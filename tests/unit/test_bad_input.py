@@ -85,7 +85,7 @@ EDITS = [
         [
             "bodies.rod.lenght: the key 'lenght' is not known here.",
             "Did you mean 'length'?",
-            "Allowed: area, displacement, ends, kind, length, material, segments, velocity.",
+            "Allowed: area, damping, displacement, ends, kind, length, material, segments, velocity.",
         ],
     ),
     (

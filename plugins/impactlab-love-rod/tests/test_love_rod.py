@@ -10,7 +10,7 @@ from impactlab_love_rod.model import LoveRod
 from scipy.linalg import eigh
 
 from impactlab import plugins, simulate
-from impactlab.bases.eigenvectors import full
+from impactlab.banded import full
 from impactlab.errors import PairingError
 from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.newmark import Newmark

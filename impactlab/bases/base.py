@@ -1,0 +1,44 @@
+"""What a basis is: a choice of shapes in which a rod's mesh may move, before they are made uncoupled."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+
+from impactlab.types import Array
+
+if TYPE_CHECKING:
+    from impactlab.models.base import Face
+    from impactlab.models.mesh import Mesh
+
+
+class Span(NamedTuple):
+    """Shapes of a mesh as columns, linearly independent; the rigid motion of a free rod lies in their span."""
+
+    shapes: Array  # (n_mesh_dof, n)
+    uncoupled: bool = False  # they are eigenvectors of the mesh, mass-normalised, rigid motion first
+    residual: bool = False  # the static answer of what is left out acts at the contacts as a spring without mass
+    closed: tuple[int, Array] | None = None  # number of a contact, and the shapes (n_mesh_dof, n) while it is closed
+
+
+class AbstractBasis(ABC):
+    """A basis of the modal model: a frozen dataclass of options. To write one, supply `span`.
+
+    The modal model solves the small eigenvalue problem of the mesh in these shapes, so that every basis gives unit mass
+    and squared frequencies. ``modes`` counts the shapes beside the rigid motion of a rod that nothing holds, whatever
+    they are: n = modes, plus 1 for such a rod.
+    """
+
+    citations: ClassVar[tuple[str, ...]] = ()
+    examples: ClassVar[tuple[Mapping[str, Any], ...]] = ({},)  # options that its contract suite tries, one by one
+    static_exact: ClassVar[bool] = False  # a steady force at a contact of a held rod moves it as the whole mesh
+    complete: ClassVar[bool] = True  # as many modes as the mesh has are the mesh itself
+    free_end: ClassVar[bool] = False  # eigenvectors with free contacts alone: a uniform rod's are known in closed form
+
+    @abstractmethod
+    def span(self, mesh: Mesh, modes: int, faces: tuple[Face, ...]) -> Span:
+        """Return the shapes, n = ``modes`` + 1 for a rod that nothing holds, else ``modes``; ``modes`` fits the mesh.
+
+        ``faces`` are the rod's contacts. Raise `CaseError` where the basis cannot serve them.
+        """

@@ -1,0 +1,56 @@
+"""Constraint modes of the contacts and modes with the contacts fixed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+from scipy.linalg import eigh
+from threadpoolctl import threadpool_limits
+
+from impactlab.banded import full
+from impactlab.bases.base import AbstractBasis, Span
+from impactlab.bases.shapes import constraint_modes, struck, too_few, upright
+from impactlab.models.base import Face
+from impactlab.models.massless import Ints
+from impactlab.models.mesh import Mesh
+from impactlab.types import Array
+
+
+@final
+@dataclass(frozen=True)
+class CraigBampton(AbstractBasis):
+    """Craig and Bampton's: a static shape for each contact face that moves, and modes with the faces fixed.
+
+    One constraint mode per face (per node of the element, for a face inside one) and the fixed-interface modes of
+    lowest frequency. The constraint modes of a free rod hold its rigid motion. ``modes`` counts both kinds, less one
+    for that motion: N coordinates of a held rod struck at one face are 1 constraint mode and N - 1 others.
+    Without a contact nothing is fixed, and these are the eigenvectors.
+
+    References
+    ----------
+    CraigBampton1968.
+    """
+
+    citations = ("CraigBampton1968",)
+    static_exact = True
+
+    def span(self, mesh: Mesh, modes: int, faces: tuple[Face, ...]) -> Span:
+        rigid = 0 if mesh.is_held else 1
+        kept = struck(mesh, faces)
+        if modes + rigid < kept.size:
+            raise too_few("craig_bampton", modes, kept.size - rigid, f"{kept.size} constraint modes")
+        count = modes + rigid - kept.size
+        return Span(np.hstack((constraint_modes(mesh, kept), fixed(mesh, kept, count))))
+
+
+def fixed(mesh: Mesh, kept: Ints, count: int) -> Array:
+    """Return the first eigenvectors (n_mesh_dof, count) of the mesh with some coordinates fixed."""
+    shapes = np.zeros((mesh.mass.shape[1], count))
+    if count:
+        inside = np.setdiff1d(np.arange(len(shapes)), kept)
+        mass, stiffness = (full(matrix)[np.ix_(inside, inside)] for matrix in (mesh.mass, mesh.stiffness))
+        with threadpool_limits(limits=1):
+            shapes[inside] = upright(eigh(stiffness, mass, subset_by_index=(0, count - 1))[1])
+    return shapes

@@ -1,0 +1,30 @@
+"""Eigenvectors with free contacts, and what they leave out as a spring without mass."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+from impactlab.bases.base import AbstractBasis, Span
+from impactlab.bases.shapes import eigenvectors
+from impactlab.models.base import Face
+from impactlab.models.mesh import Mesh
+
+
+@final
+@dataclass(frozen=True)
+class Macneal(AbstractBasis):
+    """MacNeal's: eigenvectors with free contact faces, and the residual flexibility of those left out, without mass.
+
+    Each face lies ahead of its coordinates by flexibility times force. ``modes`` counts elastic eigenvectors.
+    Deviation: the flexibility between two faces of one rod is left out.
+
+    References
+    ----------
+    MacNeal1971 (residual flexibility; the residual mass is not used).
+    """
+
+    citations = ("MacNeal1971",)
+
+    def span(self, mesh: Mesh, modes: int, faces: tuple[Face, ...]) -> Span:
+        return Span(eigenvectors(mesh, modes + (not mesh.is_held)), uncoupled=True, residual=True)

@@ -1,0 +1,89 @@
+"""A mesh in the uncoupled coordinates of a few of its shapes."""
+
+from __future__ import annotations
+
+from typing import final
+
+import numpy as np
+from scipy.linalg import eigh
+from threadpoolctl import threadpool_limits
+
+from impactlab.banded import multiply
+from impactlab.bases.shapes import rigid_motion, upright
+from impactlab.models.mesh import Mesh
+from impactlab.scene import Profile
+from impactlab.types import Array, Quantity
+
+
+def products(matrix: Array, shapes: Array) -> Array:
+    """Return the banded matrix times the shapes, (n_mesh_dof, n)."""
+    product = matrix[0][:, None] * shapes
+    for offset in range(1, matrix.shape[0]):
+        coupling = matrix[offset, :-offset][:, None]
+        product[offset:] += coupling * shapes[:-offset]
+        product[:-offset] += coupling * shapes[offset:]
+    return np.asarray(product)
+
+
+@final
+class ReducedMesh:
+    """A mesh that moves in the span of some shapes only, in coordinates of unit mass that nothing couples.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    shapes : (n_mesh_dof, n)
+    uncoupled : bool
+        They are eigenvectors already, mass-normalised, the rigid motion first.
+
+    Attributes
+    ----------
+    shapes : (n_mesh_dof, n)
+        Of the coordinates, mass-normalised, rigid motion first.
+    frequencies : (n,)
+        rad/s; exactly zero for the rigid motion of a rod that nothing holds.
+    """
+
+    def __init__(self, mesh: Mesh, shapes: Array, uncoupled: bool) -> None:
+        self.mesh = mesh
+        rigid = 0 if mesh.is_held else 1
+        if not uncoupled:
+            shapes = self._uncoupled(shapes, rigid)
+        squared = mesh.quotients(shapes)
+        squared[:rigid] = 0.0
+        self.shapes = shapes
+        self.frequencies: Array = np.sqrt(squared)
+
+    def _uncoupled(self, shapes: Array, rigid: int) -> Array:
+        """Return the eigenvectors of the mesh within the span of shapes."""
+        mesh = self.mesh
+        unit = shapes / np.sqrt(np.einsum("ij,ij->j", shapes, products(mesh.mass, shapes)))
+        with threadpool_limits(limits=1):
+            mass, stiffness = (unit.T @ products(matrix, unit) for matrix in (mesh.mass, mesh.stiffness))
+            _, turned = eigh(0.5 * (stiffness + stiffness.T), 0.5 * (mass + mass.T))
+            shapes = upright(unit @ turned)
+            if rigid:
+                shapes[:, 0] = rigid_motion(mesh)
+                shapes[:, 1:] -= np.outer(shapes[:, 0], shapes[:, 0] @ products(mesh.mass, shapes[:, 1:]))
+        return shapes
+
+    def row(self, x: float, quantity: Quantity) -> Array:
+        """Return the quantity at x [m] of each coordinate, shape (n_dof,)."""
+        return np.asarray(self.mesh.row(x, quantity) @ self.shapes)
+
+    def static(self, x: float, quantity: Quantity, face: float) -> float:
+        """Return the static answer of the whole mesh at x per unit force to the right at ``face``."""
+        return self.mesh.static_answer(x, quantity, face)
+
+    def project(self, profile: Profile) -> Array:
+        """Return the coordinates of a displacement profile, shape (n_dof,)."""
+        nodal = self.mesh.at_nodes(profile(self.mesh.nodes))
+        return np.asarray(self.shapes.T @ multiply(self.mesh.mass, nodal))
+
+    def project_uniform(self) -> Array:
+        """Return the momentum of each coordinate at unit velocity, shape (n_dof,)."""
+        return np.asarray(self.shapes.T @ self.mesh.momentum_row())
+
+    def grid(self) -> Array:
+        """Return the nodes, shape (n,) [m]."""
+        return self.mesh.grid()

@@ -1,0 +1,60 @@
+"""Eigenvectors of the rod with the striker's mass on its face, while they are in contact."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+from scipy.linalg import eigh
+from threadpoolctl import threadpool_limits
+
+from impactlab.banded import full
+from impactlab.bases.base import AbstractBasis, Span
+from impactlab.bases.shapes import eigenvectors, no_contact, upright
+from impactlab.errors import CaseError
+from impactlab.models.base import Face
+from impactlab.models.mesh import Mesh
+
+
+@final
+@dataclass(frozen=True)
+class StrikerAttached(AbstractBasis):
+    """Modes that change with the contact: eigenvectors with the striker's mass on the face while closed, else free-end.
+
+    Equally many in both phases. The striker stays a body of its own that the contact law ties to the face; its mass
+    shapes the basis only. At a change of phase the motion is projected orthogonally, velocities in the mass and
+    displacements in the stiffness, so that what is dropped has positive energy. ``modes`` counts elastic eigenvectors.
+    One contact, with a mass.
+
+    References
+    ----------
+    KhuliefShabana1986 (coordinates that change with the kinematic structure); EscalonaMayoDominguez1999, Section 1.
+    """
+
+    citations = ("KhuliefShabana1986",)
+
+    def span(self, mesh: Mesh, modes: int, faces: tuple[Face, ...]) -> Span:
+        if not faces:
+            raise no_contact("striker_attached")
+        if len(faces) > 1:
+            raise CaseError(
+                f"basis 'striker_attached' serves one contact of a rod, and this rod has {len(faces)}",
+                remedy="Use basis craig_bampton or eigenvectors.",
+                path="solve.model.basis",
+            )
+        face = faces[0]
+        if not math.isfinite(face.partner_mass):
+            partner = "a wall" if math.isinf(face.partner_mass) else "a rod"
+            raise CaseError(
+                f"basis 'striker_attached' puts the mass of the striker on the face, and this one meets {partner}",
+                remedy="Use basis craig_bampton or eigenvectors.",
+                path="solve.model.basis",
+            )
+        count = modes + (not mesh.is_held)
+        row = mesh.row(face.x, "displacement")
+        mass = full(mesh.mass) + face.partner_mass * np.outer(row, row)
+        with threadpool_limits(limits=1):
+            _, attached = eigh(full(mesh.stiffness), mass, subset_by_index=(0, count - 1))
+        return Span(eigenvectors(mesh, count), uncoupled=True, closed=(face.contact, upright(attached)))

@@ -1,0 +1,89 @@
+"""A rod cut into pieces, of which only those that are struck get many modes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from impactlab.bases.base import AbstractBasis, Span
+from impactlab.bases.shapes import constraint_modes, fixed_modes, pieces, struck, too_few
+from impactlab.errors import CaseError
+from impactlab.models.base import Face
+from impactlab.models.massless import Ints
+from impactlab.models.mesh import Mesh
+from impactlab.types import option
+
+
+@final
+@dataclass(frozen=True)
+class Substructured(AbstractBasis):
+    """Wu and Haug's: the rod cut into pieces, the pieces at the contacts finely described, the others coarsely.
+
+    Each border of a piece and each contact face has a constraint mode; each piece has modes with its borders fixed:
+    ``others`` where nothing strikes, and all that ``modes`` leaves over, in equal shares, where a contact is; what
+    those pieces cannot take goes to the others.
+    ``modes`` counts constraint modes and fixed-interface modes, less one for the rigid motion of a free rod.
+    Deviations: axial rods; the pieces are Craig and Bampton's, of equal numbers of elements, and the set of modes stays
+    the same through the run (the source may add and drop pieces' modes as waves pass).
+
+    References
+    ----------
+    WuHaug1990; CraigBampton1968.
+    """
+
+    citations = ("WuHaug1990", "CraigBampton1968")
+    static_exact = True
+    examples = ({}, {"pieces": 3, "others": 0})
+
+    pieces: int = option(4, at_least=2, at_most=1000, description="pieces the rod is cut into, of equal elements")
+    others: int = option(1, at_least=0, at_most=1000, description="fixed-interface modes of a piece without contact")
+
+    def span(self, mesh: Mesh, modes: int, faces: tuple[Face, ...]) -> Span:
+        at_contacts = struck(mesh, faces)
+        kept = np.union1d(self._cuts(mesh), at_contacts)
+        runs = pieces(mesh, kept)
+        near = [touches(run, at_contacts) or not at_contacts.size for run in runs]
+        sizes = [stop - start for start, stop in runs]
+        coarse = [0 if refined else min(self.others, size) for refined, size in zip(near, sizes, strict=True)]
+        rigid = 0 if mesh.is_held else 1
+        left = modes + rigid - kept.size - sum(coarse)
+        if left < 0:
+            what = f"{kept.size} constraint modes and {sum(coarse)} of the pieces without contact"
+            raise too_few("substructured", modes, modes - left, what)
+        fine = shared([size if refined else 0 for refined, size in zip(near, sizes, strict=True)], left)
+        rest = [size - one - other for size, one, other in zip(sizes, coarse, fine, strict=True)]
+        fine = [one + other for one, other in zip(fine, shared(rest, left - sum(fine)), strict=True)]
+        counts = [one + other for one, other in zip(coarse, fine, strict=True)]
+        modal = [fixed_modes(mesh, *run, count) for run, count in zip(runs, counts, strict=True)]
+        return Span(np.hstack((constraint_modes(mesh, kept), *modal)))
+
+    def _cuts(self, mesh: Mesh) -> Ints:
+        """Return the coordinates at the cuts."""
+        elements = len(mesh.lengths)
+        if self.pieces > elements:
+            raise CaseError(
+                f"{self.pieces} pieces of {elements} elements",
+                remedy="Give fewer pieces or more elements.",
+                path="solve.model.basis.pieces",
+            )
+        places = mesh.grid()[:: mesh.order][np.arange(1, self.pieces) * elements // self.pieces]
+        rows = [np.flatnonzero(mesh.row(float(x), "displacement")) for x in places]
+        return np.unique(np.concatenate(rows))
+
+
+def touches(run: tuple[int, int], at_contacts: Ints) -> bool:
+    """Return whether a run of coordinates borders on a contact."""
+    return bool(np.any((at_contacts == run[0] - 1) | (at_contacts == run[1])))
+
+
+def shared(rooms: list[int], total: int) -> list[int]:
+    """Return how many of ``total`` go to each, in equal shares up to its room, the first served first."""
+    shares = [0] * len(rooms)
+    while total and any(share < room for share, room in zip(shares, rooms, strict=True)):
+        for number, room in enumerate(rooms):
+            if total and shares[number] < room:
+                shares[number] += 1
+                total -= 1
+    return shares

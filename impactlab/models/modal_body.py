@@ -1,0 +1,146 @@
+"""A rod in modal coordinates, whatever its basis."""
+
+from __future__ import annotations
+
+from typing import final
+
+import numpy as np
+
+from impactlab.bases.analytic import AnalyticBasis
+from impactlab.bases.base import Span
+from impactlab.bases.reduced import ReducedMesh, products
+from impactlab.errors import PairingError
+from impactlab.models.base import AbstractDiscreteModel, Face, Operators, Phases
+from impactlab.models.mesh import Mesh
+from impactlab.scene import Rod
+from impactlab.types import Array, Quantity
+
+RESOLVED = 1e-9  # of the whole flexibility: a residual below is rounding
+
+
+@final
+class ModalBody(AbstractDiscreteModel):
+    """A rod in mass-normalised modal coordinates: unit mass, squared frequencies as stiffness.
+
+    Parameters
+    ----------
+    rod : Rod
+    gravity : float
+        m/s2, along +x.
+    basis : ReducedMesh or AnalyticBasis
+    paper_rule : bool
+        ``points_per_period`` counts the continuous rod's period (the paper's Eq. 24) if the rod is uniform; else that
+        of the highest frequency kept.
+    massless : tuple of float
+        Places [m] of contacts where the static answer of all that is left out acts as a spring without mass.
+    phases : Phases, optional
+    """
+
+    def __init__(
+        self,
+        rod: Rod,
+        gravity: float,
+        basis: ReducedMesh | AnalyticBasis,
+        paper_rule: bool,
+        massless: tuple[float, ...] = (),
+        phases: Phases | None = None,
+    ) -> None:
+        self._rod, self._gravity, self._basis = rod, gravity, basis
+        self._paper_rule, self._massless, self._phases = paper_rule, massless, phases
+        self._damping = proportional_damping(rod)
+
+    def operators(self) -> Operators:
+        basis, rod = self._basis, self._rod
+        n_dof = basis.frequencies.size
+        elastic = int(np.count_nonzero(basis.frequencies))
+        highest = float(basis.frequencies.max(initial=0.0))
+        rule = highest
+        if self._paper_rule and len(rod.segments) == 1:
+            # The paper's rule (Eq. 24) counts the continuous rod's period whatever the mesh.
+            rule = float((2 * elastic + 1) * np.pi * rod.segments[0].wave_speed / (2.0 * rod.length))
+        if self._phases is not None:
+            closed = self._phases.closed.operators()
+            highest, rule = max(highest, closed.highest_frequency), max(rule, closed.rule_frequency)
+        rigid = basis.project_uniform()
+        squared = basis.frequencies[None, :] ** 2
+        of_mass, of_stiffness = self._damping
+        return Operators(
+            mass=np.ones((1, n_dof)),
+            damping=of_mass + of_stiffness * squared,
+            stiffness=squared,
+            load=rigid * self._gravity,
+            displacement=np.zeros(n_dof) if rod.displacement is None else basis.project(rod.displacement),
+            velocity=rigid * rod.velocity,
+            highest_frequency=highest,
+            rule_frequency=rule,
+            diagonal_mass=True,
+            modes=True,
+            massless=tuple((x, self.left_out(x, "displacement", x)) for x in self._massless if self._gives(x)),
+            phases=self._phases,
+        )
+
+    def row(self, x: float, quantity: Quantity) -> Array:
+        return self._basis.row(x, quantity)
+
+    def left_out(self, x: float, quantity: Quantity, face: float) -> float:
+        """Return static answer minus that of the elastic modes kept (mode acceleration)."""
+        elastic = self._basis.frequencies > 0.0
+        kept = self._basis.row(x, quantity)[elastic] * self._basis.row(face, "displacement")[elastic]
+        return self._basis.static(x, quantity, face) - float(np.sum(kept / self._basis.frequencies[elastic] ** 2))
+
+    def momentum_row(self) -> Array:
+        return self._basis.project_uniform()
+
+    def grid(self) -> Array:
+        return self._basis.grid()
+
+    def _gives(self, x: float) -> bool:
+        """Return whether a face has flexibility beyond its coordinates: not if these are complete."""
+        return self.left_out(x, "displacement", x) > RESOLVED * self._basis.static(x, "displacement", x)
+
+
+def reduced_body(
+    rod: Rod, gravity: float, mesh: Mesh, span: Span, paper_rule: bool, faces: tuple[Face, ...]
+) -> ModalBody:
+    """Return a rod in the coordinates of a basis of its mesh."""
+    basis = ReducedMesh(mesh, span.shapes, span.uncoupled)
+    massless = tuple(dict.fromkeys(face.x for face in faces)) if span.residual else mesh.places
+    phases = None
+    if span.closed is not None:
+        contact, shapes = span.closed
+        attached = ReducedMesh(mesh, shapes, uncoupled=False)
+        closed = ModalBody(rod, gravity, attached, paper_rule, massless)
+        phases = Phases(contact, closed, projections(basis, attached), projections(attached, basis))
+    return ModalBody(rod, gravity, basis, paper_rule, massless, phases)
+
+
+def projections(given: ReducedMesh, wanted: ReducedMesh) -> Array:
+    """Return the maps (2, n_dof, n_dof) of displacements and of velocities from one set of coordinates to another.
+
+    Velocities orthogonally in the mass; displacements orthogonally in the stiffness, the rigid motion of a free rod in
+    the mass: what is dropped has no energy in common with what is kept, and none that is negative.
+    """
+    mesh = given.mesh
+    velocities = wanted.shapes.T @ products(mesh.mass, given.shapes)
+    elastic = wanted.frequencies > 0.0
+    displacements = velocities.copy()
+    forces = wanted.shapes[:, elastic].T @ products(mesh.stiffness, given.shapes)
+    displacements[elastic] = forces / wanted.frequencies[elastic, None] ** 2
+    return np.array([displacements, velocities])
+
+
+def proportional_damping(rod: Rod) -> tuple[float, float]:
+    """Return a [1/s] and b [s] of a rod whose damping is C = a M + b K, or raise `PairingError` where it is not.
+
+    Only then do its undamped modes stay uncoupled.
+    """
+    times = {segment.viscosity / segment.young for segment in rod.segments}
+    spring = any(end.kind == "spring" for end in (rod.left, rod.right))
+    if len(times) > 1 or (spring and times != {0.0}):
+        what = "a spring that is not" if len(times) == 1 else "segments of other viscosity over young"
+        raise PairingError(
+            f"model 'modal' cannot hold the viscosity of '{rod.name}': beside {what}, it couples the modes",
+            remedy="Use finite_element, or damping of the whole rod: damping: {mass: 1/s, stiffness: s}.",
+            path="solve.model",
+        )
+    return rod.damping.mass, rod.damping.stiffness + times.pop()
