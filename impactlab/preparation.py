@@ -101,7 +101,7 @@ def prepare_stepper(
     ports = np.array(rows).reshape(len(rows), system.load.size)
     if isinstance(model, DelayLine):
         return model.stepper(ports, dt)
-    return integrator.prepare(system, ports, dt)
+    return integrator.prepare(system._replace(momentum=model.momentum_row()), ports, dt)
 
 
 def face_velocity_per_force(scene: Scene, steppers: dict[str, Stepper], number: int, side: int) -> float:

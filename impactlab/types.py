@@ -52,7 +52,7 @@ class Port(ctypes.Structure):
     _fields_ = [
         ("time", ctypes.c_double),  # s, start of the step
         ("dt", ctypes.c_double),  # s
-        ("load_point", ctypes.c_double),  # where in the step its force acts: 0 start, 1/2 middle
+        ("load_point", ctypes.c_double),  # where in the step its force acts: 0 start, 1/2 middle, 1 end
         ("gap", ctypes.c_double),  # m, at the start of the step
         ("gap_rate", ctypes.c_double),  # m/s, at the start, before any impulse of this step
         ("others_rate", ctypes.c_double),  # m/s, what impulses at other contacts add to it at once

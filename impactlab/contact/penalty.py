@@ -71,6 +71,17 @@ class Penalty(AbstractContactLaw):
                 reply.in_contact = 1.0
                 reply.stored = 0.5 * stiffness * gap * min(0.0, free_gap + pliancy * reply.force)
                 reply.dissipated = damping * rate * rate * port.dt
+        elif port.load_point == 1.0:
+            # The force is that of the penetration and its rate at the end of the step.
+            pressed = stiffness * free_gap + damping * port.free_gap_rate
+            reply.trial = -pressed / (1.0 + stiffness * pliancy + damping * port.rate_per_force)
+            reply.dissipated = 0.0  # what a spring keeps that lets go between two ends of steps is an error of the scheme
+            if free_gap < 0.0 and reply.trial > 0.0:
+                reply.force = min(reply.trial, -free_gap / pliancy)  # a dashpot stops a touch, no more
+                end, rate = free_gap + pliancy * reply.force, port.free_gap_rate + port.rate_per_force * reply.force
+                reply.in_contact = 1.0
+                reply.stored = 0.5 * stiffness * end * end
+                reply.dissipated = damping * rate * rate * port.dt
         elif gap < 0.0 or free_gap < 0.0:
             # Force times change of the gap is the change of the spring's energy, also where the gap passes through zero
             # within the step: (1 + s a) g^2 + b g + c = 0 for the gap g at the end.

@@ -51,7 +51,8 @@ class AbstractIntegrator(ABC):
     citations: ClassVar[tuple[str, ...]] = ()
     examples: ClassVar[tuple[Mapping[str, Any], ...]] = ({},)  # options that its contract suite tries, one by one
     any_dt: ClassVar[bool] = False  # a step may be cut at an event
-    load_point: ClassVar[float] = 0.5  # where in the step a force acts: 0 start, 1/2 middle
+    load_point: ClassVar[float] = 0.5  # where in the step a force acts: 0 start, 1/2 middle, 1 end
+    force_in_accelerations: ClassVar[bool] = False  # the accelerations carried on hold the contact force
     velocity_point: ClassVar[float] = 1.0  # where in the step the velocities at its end belong: 1/2 for leapfrog
     jump_in_force: ClassVar[bool] = False  # F dt already holds a closing jump
     projects_first: ClassVar[bool] = False  # a projection moves the predictor, not the end of the step

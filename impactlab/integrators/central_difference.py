@@ -9,7 +9,9 @@ from typing import final
 import numpy as np
 
 from impactlab.banded import grounded, multiply, widened
+from impactlab.errors import PairingError
 from impactlab.integrators.base import AbstractIntegrator, Stepper
+from impactlab.integrators.packing import has_coupled_damping
 from impactlab.models.base import Operators
 from impactlab.types import Array, Level
 
@@ -17,7 +19,8 @@ from impactlab.types import Array, Level
 def free(parameters: Array, state: Array) -> None:
     """Step without contact: v += dt M^-1 (load - K u - C (v_old + v_new)/2), then u += dt v.
 
-    A tridiagonal stiffness is walked as a chain of springs, tied to the ground at its ends (and, rarely, inside).
+    A tridiagonal stiffness is walked as a chain of springs, tied to the ground at its ends (and, rarely, inside); a wider
+    one band by band, in springs between the coordinates of each band.
     """
     n, bandwidth, dt = int(parameters[0]), int(parameters[1]), parameters[2]
     damped, loaded, grounded = parameters[3], parameters[4], parameters[5]
@@ -33,6 +36,13 @@ def free(parameters: Array, state: Array) -> None:
         for i in range(1, n - 1):
             v[i] += gain[i] * (chain[i] * (u[i - 1] - u[i]) - chain[i + 1] * (u[i] - u[i + 1]))
         v[n - 1] += gain[n - 1] * (chain[n - 1] * (u[n - 2] - u[n - 1]) - chain[n] * u[n - 1])
+    elif bandwidth > 1:
+        for offset in range(1, bandwidth + 1):
+            band = arrays[(6 + offset) * n + 1 : (7 + offset) * n + 1]
+            for i in range(n - offset):
+                v[i] -= gain[i] * band[i] * (u[i + offset] - u[i])
+            for i in range(offset, n):
+                v[i] -= gain[i] * band[i - offset] * (u[i - offset] - u[i])
     if grounded != 0.0:
         for i in range(n):
             v[i] -= gain[i] * ground[i] * u[i]
@@ -61,6 +71,12 @@ def measure(parameters: Array, state: Array, out: Array) -> None:
         for i in range(last):
             stretch = u[i + 1] - u[i]
             energy += 0.5 * chain[i + 1] * (stretch - dt * (v[i + 1] - v[i])) * stretch
+    elif bandwidth > 1:
+        for offset in range(1, bandwidth + 1):
+            band = arrays[(2 + offset) * n : (3 + offset) * n]
+            for i in range(n - offset):
+                stretch = u[i + offset] - u[i]
+                energy -= 0.5 * band[i] * (stretch - dt * (v[i + offset] - v[i])) * stretch
     out[0], out[1] = energy, work
 
 
@@ -89,6 +105,12 @@ class CentralDifference(AbstractIntegrator):
         return 2.0 / system.highest_frequency if system.highest_frequency > 0.0 else math.inf
 
     def prepare(self, system: Operators, ports: Array, dt: float) -> Stepper:
+        if has_coupled_damping(system):
+            raise PairingError(
+                "integrator 'central_difference' serves dampers on single coordinates only, and this damping couples them",
+                remedy="Use newmark, or a damping proportional to the mass.",
+                path="solve.integrator",
+            )
         n_dof = system.load.size
         bandwidth = system.stiffness.shape[0] - 1
         mass, stiffness, damping = system.mass[0], widened(system.stiffness, bandwidth), system.damping[0]
@@ -113,7 +135,8 @@ class CentralDifference(AbstractIntegrator):
         # Velocities start half a step early, so that the first full step is centred at t = 0.
         before = system.velocity - 0.5 * dt * internal / mass
         header = np.array([n_dof, bandwidth, dt, np.any(damping), np.any(system.load), np.any(ground)], float)
-        arrays = (gain, chain, keep, gain * system.load, ground, mass, system.load)
+        bands = stiffness[1:].ravel() if bandwidth > 1 else np.zeros(0)
+        arrays = (gain, chain, keep, gain * system.load, ground, mass, system.load, bands)
         return Stepper(
             free=free,
             measure=measure,

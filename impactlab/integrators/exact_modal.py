@@ -83,7 +83,11 @@ class ExactModal(AbstractIntegrator):
 
     def prepare(self, system: Operators, ports: Array, dt: float) -> Stepper:
         if np.any(system.damping):
-            raise PairingError("integrator 'exact_modal' serves undamped modes only", remedy="Use newmark.")
+            raise PairingError(
+                "integrator 'exact_modal' serves undamped modes only",
+                remedy="Use newmark, or midpoint where events are located.",
+                path="solve.integrator",
+            )
         n_dof = system.load.size
         mass = system.mass[0]
         frequency = np.sqrt(system.stiffness[0] / mass)

@@ -9,13 +9,18 @@ from typing import final
 import numpy as np
 
 from impactlab.banded import factorised, grounded, multiply, solve, widened
+from impactlab.integrators.alpha import prepare_alpha
 from impactlab.integrators.base import AbstractIntegrator, Stepper
+from impactlab.integrators.packing import has_coupled_damping
 from impactlab.models.base import Operators
 from impactlab.types import Array, Level, option
 
 
 def free(parameters: Array, state: Array) -> None:
-    """Step without contact: predict, solve (M + gamma dt C + beta dt^2 K) a = load - C v - K u, correct."""
+    """Step without contact: predict, solve (M + gamma dt C + beta dt^2 K) a = load - C v - K u, correct.
+
+    For diagonal or tridiagonal matrices with diagonal damping; the others go through `impactlab.integrators.kernels`.
+    """
     n, bandwidth, damped = int(parameters[0]), int(parameters[1]), parameters[2]
     dt, beta, gamma = parameters[3], parameters[4], parameters[5]
     arrays = parameters[6:]
@@ -130,10 +135,12 @@ class Newmark(AbstractIntegrator):
         return 1.0 / (system.highest_frequency * math.sqrt(0.5 * self.gamma - self.beta))
 
     def prepare(self, system: Operators, ports: Array, dt: float) -> Stepper:
+        if max(system.mass.shape[0], system.stiffness.shape[0]) > 2 or has_coupled_damping(system):
+            return prepare_alpha(system, ports, dt, (0.0, 0.0), (self.beta, self.gamma))
         n_dof = system.load.size
         bandwidth = max(system.mass.shape[0], system.stiffness.shape[0]) - 1
         mass, stiffness = widened(system.mass, bandwidth), widened(system.stiffness, bandwidth)
-        damping = widened(system.damping, bandwidth)
+        damping = widened(system.damping[:1], bandwidth)
         matrix = mass + self.gamma * dt * damping + self.beta * dt**2 * stiffness
 
         def linear_step(u: Array, v: Array, a: Array) -> Array:

@@ -44,6 +44,7 @@ class Operators(NamedTuple):
     modes: bool  # mass and stiffness are diagonal
     massless: tuple[tuple[float, float], ...] = ()  # places x [m] of faces without mass, and their flexibility [m/N]
     phases: Phases | None = None
+    momentum: Array | None = None  # (n_dof,) the model's momentum row, set where the stepper is prepared
 
 
 class AbstractDiscreteModel(ABC):

@@ -71,8 +71,8 @@ class ContactLawContract:
         start = type(self.part).begin(self.part, left, right, self.dt)
         port = Port()
         port.time, port.dt = 0.0, self.dt
-        port.load_point = float(random.choice([0.0, 0.5]))
-        port.jump_in_force = 1.0 if port.load_point == 0.0 else 0.0
+        port.load_point = float(random.choice([0.0, 0.5, 1.0]))
+        port.jump_in_force = 1.0 if port.load_point == 0.0 else float(random.integers(0, 2))
         port.in_contact = 0.0 if opened else float(random.integers(0, 2))
         for side, facts in ((port.left, left), (port.right, right)):
             side.displacement, side.velocity = random.normal(0.0, 1e-7), random.normal(0.0, 1.0)
@@ -214,6 +214,8 @@ class IntegratorContract:
         for fact in (
             kind.any_dt,
             kind.jump_in_force,
+            kind.projects_first,
+            kind.force_in_accelerations,
             kind.needs_diagonal_mass,
             kind.needs_modes,
             kind.hard_constraint_gains,
@@ -260,7 +262,9 @@ class IntegratorContract:
         force = 1e3 * float(np.max(np.abs(multiply(system.stiffness, moving.displacement))))
         bare = self.part.prepare(moving, row[None, :], dt)
         loaded = self.part.prepare(moving._replace(load=moving.load + force * row), row[None, :], dt)
-        begun = np.concatenate((bare.state[: 2 * n_dof], loaded.state[2 * n_dof :]))
+        # Accelerations that hold the contact force met none before this step; the others know the load already.
+        kept = bare if self.part.force_in_accelerations else loaded
+        begun = np.concatenate((bare.state[: 2 * n_dof], kept.state[2 * n_dof :]))
         one = stepped(bare, bare.state) + force * bare.force_response[0]
         other = stepped(loaded, begun)
         for part in (slice(0, n_dof), slice(n_dof, 2 * n_dof)):
@@ -281,6 +285,23 @@ class IntegratorContract:
         begun[stepper.jump.shape[1] : 2 * stepper.jump.shape[1]] += stepper.jump[0]
         difference = stepped(stepper, begun) - stepper.impulse_response[0]
         assert np.max(np.abs(difference)) < 1e-13 * np.max(np.abs(stepper.impulse_response[0]))
+
+    def test_projection_moves_displacements_and_what_follows_from_them(self) -> None:
+        system, dt = self.system(), 0.3 / self.modes()[0][-1]
+        row, n_dof = face_row(system), system.load.size
+        stepper = self.part.prepare(system, row[None, :], dt)
+        moved = solve(system.mass, row)
+        answer = stepper.projection_response[0]
+        if self.part.projects_first:
+            # It moves what the step begins from: the end is not where the projection left it.
+            assert np.any(answer[n_dof : 2 * n_dof] != 0.0)
+            return
+        assert np.max(np.abs(answer[:n_dof] - moved)) < 1e-14 * np.max(np.abs(moved))
+        assert not np.any(answer[n_dof : 2 * n_dof])
+        begun = self.part.prepare(system._replace(displacement=system.displacement + moved), row[None, :], dt)
+        rest = (begun.state - stepper.state)[2 * n_dof :]
+        # Products of six coordinates in two orders.
+        assert np.max(np.abs(answer[2 * n_dof :] - rest), initial=0.0) <= 1e-13 * np.max(np.abs(rest), initial=0.0)
 
     def largest_after(self, dt: float, steps: int) -> float:
         """Return how many times its start a free motion in the highest mode has grown."""
@@ -309,7 +330,7 @@ class IntegratorContract:
         stepper = self.part.prepare(
             system._replace(displacement=shape), np.zeros((0, shape.size)), 0.5 / self.modes()[0][-1]
         )
-        state, energies, out = stepper.state.copy(), [], np.zeros(2)
+        state, energies, out = stepper.state.copy(), [], np.zeros(3)
         for _ in range(300):
             state = stepped(stepper, state)
             stepper.measure(stepper.parameters, state, out)

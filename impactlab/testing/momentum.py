@@ -5,6 +5,11 @@ A step from (u0, v0) to (u1, v1) under contact forces F (push b F) and impulses 
 - newmark: M (v1 - v0) = b J + dt b F + dt [(1 - gamma) (M a0 - C M^-1 b J) + gamma M a1], M a = load - C v - K u
 - central_difference: M (v1 - v0) = b J + dt b F + dt [load - K u0 - C (v0 + M^-1 b J + v1)/2]
 - exact_modal: m (v1 - v0) = b J + dt b F + dt load - k times the exact integral of u over the step
+- theta methods: M (v1 - v0) = b J + dt b F + dt (load - C v_theta - K u_theta), values between (u0, v0 + M^-1 b J) and
+  (u1, v1)
+- generalised-alpha methods: M (v1 - v0) = b J + dt b F + dt M ((1 - gamma) a0 + gamma a1), (1 - am) a1 + am a0 =
+  (1 - af) w1 + af w0, M w = load - C v - K u; or b F in w1 instead
+- bathe: M (c1 v0 + c2 v_part + c3 v1) = load + b F - C v1 - K u1, v_part by a trapezoidal step, v0 after the kick
 
 Nothing of the steppers' own code is used: an error there shows as a residual here.
 """
@@ -16,11 +21,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from impactlab.banded import multiply, solve
+from impactlab.banded import multiply, solve, widened
 from impactlab.integrators.base import AbstractIntegrator
+from impactlab.integrators.bathe import Bathe
 from impactlab.integrators.central_difference import CentralDifference
+from impactlab.integrators.contact_stabilised_newmark import ContactStabilisedNewmark
 from impactlab.integrators.exact_modal import ExactModal
+from impactlab.integrators.generalised_alpha import GeneralisedAlpha
+from impactlab.integrators.hht_alpha import HhtAlpha
+from impactlab.integrators.midpoint import Midpoint
+from impactlab.integrators.moreau_jean import MoreauJean
 from impactlab.integrators.newmark import Newmark
+from impactlab.integrators.nonsmooth_generalised_alpha import NonsmoothGeneralisedAlpha
 from impactlab.models.base import AbstractDiscreteModel, Operators
 from impactlab.testing.trace import Trace
 from impactlab.types import Array
@@ -36,6 +48,7 @@ class StepOfBody(NamedTuple):
     new_v: Array  # (n_dof,)
     push: Array  # (n_dof,) generalised force of all contacts, N
     kick: Array  # (n_dof,) generalised impulse of all contacts, N s
+    kept: Array  # what the scheme keeps at the start beside displacements and velocities
 
 
 class Balance(NamedTuple):
@@ -121,10 +134,85 @@ def modal_balance(integrator: AbstractIntegrator, system: Operators, step: StepO
     )
 
 
+def theta_balance(integrator: AbstractIntegrator, system: Operators, step: StepOfBody) -> Balance:
+    """Return the balance of a theta method; a projection appears in the displacements only."""
+    theta = integrator.theta if isinstance(integrator, MoreauJean) else 0.5
+    jump = solve(system.mass, step.kick)
+    old, new = step.dt * (1.0 - theta), step.dt * theta
+    return added(
+        (1.0, system.mass, step.new_v),
+        (-1.0, system.mass, step.old_v),
+        (-1.0, None, step.kick),
+        (-step.dt, None, step.push),
+        (-step.dt, None, system.load),
+        (old, system.stiffness, step.old_u),
+        (new, system.stiffness, step.new_u),
+        (old, system.damping, step.old_v + jump),
+        (new, system.damping, step.new_v),
+    )
+
+
+def alpha_balance(integrator: AbstractIntegrator, system: Operators, step: StepOfBody) -> Balance:
+    """Return the balance of a generalised-alpha method, from its accelerations at the start of the step."""
+    if isinstance(integrator, HhtAlpha):
+        af, am = -integrator.alpha, 0.0
+    else:
+        assert isinstance(integrator, GeneralisedAlpha | NonsmoothGeneralisedAlpha)
+        af, am = integrator.rho_inf / (1.0 + integrator.rho_inf), (2.0 * integrator.rho_inf - 1.0) / (
+            1.0 + integrator.rho_inf
+        )
+    gamma, n_dof = 0.5 + af - am, step.push.size
+    a = step.kept[:n_dof]
+    w = step.kept[n_dof : 2 * n_dof] if af != 0.0 or am != 0.0 else a
+    change = solve(system.mass, -multiply(system.damping, solve(system.mass, step.kick)))
+    new = step.dt * gamma / (1.0 - am)  # of (1 - af) w_new + af w - am a
+    given = new * (1.0 - af) if integrator.force_in_accelerations else step.dt
+    return added(
+        (1.0, system.mass, step.new_v),
+        (-1.0, system.mass, step.old_v),
+        (-1.0, None, step.kick),
+        (-given, None, step.push),
+        (-step.dt * (1.0 - gamma) + new * am, system.mass, a + change),
+        (-new * af, system.mass, w + change),
+        (-new * (1.0 - af), None, system.load),
+        (new * (1.0 - af), system.damping, step.new_v),
+        (new * (1.0 - af), system.stiffness, step.new_u),
+    )
+
+
+def bathe_balance(integrator: AbstractIntegrator, system: Operators, step: StepOfBody) -> Balance:
+    """Return the balance of the composite scheme over its second part, the first solved again."""
+    assert isinstance(integrator, Bathe)
+    part = integrator.first_part
+    width = max(matrix.shape[0] for matrix in (system.mass, system.damping, system.stiffness)) - 1
+    half, begun = 0.5 * part * step.dt, step.old_v + solve(system.mass, step.kick)
+    matrices = [widened(matrix, width) for matrix in (system.mass, system.damping, system.stiffness)]
+    ahead = step.old_u + half * begun
+    force = system.load + step.push - multiply(system.damping, begun) - multiply(system.stiffness, ahead)
+    middle = begun + 2.0 * half * solve(matrices[0] + half * matrices[1] + half**2 * matrices[2], force)
+    weight = (1.0 - part) / (2.0 - part) * step.dt
+    back = (1.0 - part) ** 2 / (part * (2.0 - part))
+    return added(
+        (1.0, system.mass, step.new_v),
+        (-1.0 - back, system.mass, middle),
+        (back, system.mass, begun),
+        (-weight, None, system.load + step.push),
+        (weight, system.damping, step.new_v),
+        (weight, system.stiffness, step.new_u),
+    )
+
+
 EQUATIONS: dict[type[AbstractIntegrator], Equation] = {
-    Newmark: newmark_balance,
+    Bathe: bathe_balance,
     CentralDifference: leapfrog_balance,
+    ContactStabilisedNewmark: theta_balance,
     ExactModal: modal_balance,
+    GeneralisedAlpha: alpha_balance,
+    HhtAlpha: alpha_balance,
+    Midpoint: theta_balance,
+    MoreauJean: theta_balance,
+    Newmark: newmark_balance,
+    NonsmoothGeneralisedAlpha: alpha_balance,
 }
 """The equation of each scheme; add yours to test a plugin with `worst_balance`."""
 
@@ -154,8 +242,9 @@ def worst_balance(traced: Trace, equation: Equation | None = None) -> float:
     for name, built in traced.plan.built.items():
         u, v = traced.displacements(name), traced.velocities(name)
         push, kick = generalised(traced, name, traced.forces), generalised(traced, name, traced.impulses)
+        kept = traced.kept(name)
         for k in range(len(push)):
-            step = StepOfBody(traced.dt, u[k], v[k], u[k + 1], v[k + 1], push[k], kick[k])
+            step = StepOfBody(traced.dt, u[k], v[k], u[k + 1], v[k + 1], push[k], kick[k], kept[k])
             worst = max(worst, chosen(traced.integrator, built.system, step).residual)
     return worst
 

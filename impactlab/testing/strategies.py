@@ -18,9 +18,16 @@ from impactlab.contact.penalty import Penalty
 from impactlab.contact.wave_identification import WaveIdentification
 from impactlab.errors import CaseError, PairingError
 from impactlab.integrators.base import AbstractIntegrator
+from impactlab.integrators.bathe import Bathe
 from impactlab.integrators.central_difference import CentralDifference
+from impactlab.integrators.contact_stabilised_newmark import ContactStabilisedNewmark
 from impactlab.integrators.exact_modal import ExactModal
+from impactlab.integrators.generalised_alpha import GeneralisedAlpha
+from impactlab.integrators.hht_alpha import HhtAlpha
+from impactlab.integrators.midpoint import Midpoint
+from impactlab.integrators.moreau_jean import MoreauJean
 from impactlab.integrators.newmark import Newmark
+from impactlab.integrators.nonsmooth_generalised_alpha import NonsmoothGeneralisedAlpha
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
@@ -70,7 +77,20 @@ def integrators() -> st.SearchStrategy[AbstractIntegrator]:
     damped = st.floats(0.5, 0.9).flatmap(
         lambda gamma: st.builds(Newmark, beta=st.floats(0.5 * gamma, 0.9), gamma=st.just(gamma))
     )
-    return st.one_of(st.just(Newmark()), st.just(CentralDifference()), st.just(ExactModal()), damped)
+    radius = st.floats(0.0, 1.0)
+    return st.one_of(
+        st.just(Newmark()),
+        st.just(CentralDifference()),
+        st.just(ExactModal()),
+        damped,
+        st.just(Midpoint()),
+        st.just(ContactStabilisedNewmark()),
+        st.builds(MoreauJean, theta=st.floats(0.5, 1.0)),
+        st.builds(HhtAlpha, alpha=st.floats(-1.0 / 3.0, 0.0)),
+        st.builds(GeneralisedAlpha, rho_inf=radius),
+        st.builds(NonsmoothGeneralisedAlpha, rho_inf=radius),
+        st.builds(Bathe, first_part=st.floats(0.3, 0.7)),
+    )
 
 
 def laws() -> st.SearchStrategy[AbstractContactLaw]:

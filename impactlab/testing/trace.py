@@ -42,6 +42,17 @@ class Trace(NamedTuple):
         """The velocities of a body's coordinates after each step, shape (n_steps + 1, n_dof)."""
         return np.array([self.history.assembly.state_of(body, state, velocities=True) for state in self.states])
 
+    def kept(self, body: str) -> Array:
+        """What the scheme keeps of a body beside these, after each step, shape (n_steps + 1, ...)."""
+        number = list(self.plan.built).index(body)
+        record = self.history.assembly.memory.bodies[number]
+        return self.states[:, record.state_start + 2 * record.n_dof : record.state_end]
+
+    def momentum(self, body: str) -> Array:
+        """The momentum of a body after each step, with what its scheme has still to give it, shape (n_steps + 1,)."""
+        number = list(self.plan.built).index(body)
+        return self.history.assembly.memory.sample[: len(self.states), 6 + 3 * number]
+
 
 def trace(scene: Scene) -> Trace:
     """Return every step of a scene: the loop that `impactlab.run` walks, called once a step, energies taken at each.

@@ -1,0 +1,44 @@
+"""The alpha method of Hilber, Hughes and Taylor."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import final
+
+from impactlab.integrators.alpha import prepare_alpha
+from impactlab.integrators.base import AbstractIntegrator, Stepper
+from impactlab.models.base import Operators
+from impactlab.types import Array, Level, option
+
+
+@final
+@dataclass(frozen=True)
+class HhtAlpha(AbstractIntegrator):
+    """The HHT alpha method: Newmark that damps the highest modes, beta = (1 - alpha)^2/4, gamma = 1/2 - alpha.
+
+    M a_new + (1 + alpha) (C v + K u)_new - alpha (C v + K u) = load. The contact force is no part of the accelerations
+    (deviation from the source): constant over its step, it gives its exact impulse F dt and displacement F dt^2/2.
+
+    References
+    ----------
+    HilberHughesTaylor1977; ArnoldBruels2007 (the form with two accelerations).
+    """
+
+    citations = ("HilberHughesTaylor1977", "ArnoldBruels2007")
+    serves = frozenset(Level)
+    order = 2
+    hard_constraint_gains = True
+
+    alpha: float = option(-0.1, at_least=-1.0 / 3.0, at_most=0.0, description="0 damps nothing, -1/3 most")
+
+    @property
+    def gains_energy(self) -> float:
+        return 0.0 if self.alpha == 0.0 else 0.02
+
+    def limit(self, system: Operators) -> float:
+        return math.inf
+
+    def prepare(self, system: Operators, ports: Array, dt: float) -> Stepper:
+        newmark = 0.25 * (1.0 - self.alpha) ** 2, 0.5 - self.alpha
+        return prepare_alpha(system, ports, dt, (-self.alpha, 0.0), newmark)

@@ -1,0 +1,309 @@
+"""Compiled steps of the implicit schemes, for mass, damping and stiffness of any bandwidth.
+
+Parameters of all of them: a header of 16 numbers (n, bandwidths of stiffness, damping (-1: none), mass and factors, dt,
+the scheme's own, four weights for `measure`), then load, stiffness, mass and damping, then what the scheme needs: its
+factors L D L^T and room to work in. Stiffness and damping stand as springs to the ground (the sums of their rows) and
+bands below the diagonal, so that forces come from differences of displacements: a body far from where it began feels
+no rounding of its travel. Helpers and kernels stand in one file, for numba's cache looks at one file only.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numba
+
+from impactlab.pointers import FAST
+from impactlab.types import Array
+
+HEADER = 16
+HELPER: Any = numba.njit(cache=True, fastmath=FAST)
+
+
+@HELPER
+def pull(n: int, bandwidth: int, springs: Array, u: Array, force: Array) -> None:
+    """Take the forces of springs (ground, then bands; flat) at displacements u off ``force``."""
+    if bandwidth == 1 and n > 1:
+        ground, band = springs[:n], springs[n : 2 * n]
+        force[0] -= ground[0] * u[0] + band[0] * (u[1] - u[0])
+        for i in range(1, n - 1):
+            force[i] -= ground[i] * u[i] + band[i] * (u[i + 1] - u[i]) + band[i - 1] * (u[i - 1] - u[i])
+        force[n - 1] -= ground[n - 1] * u[n - 1] + band[n - 2] * (u[n - 2] - u[n - 1])
+        return
+    for i in range(n):
+        force[i] -= springs[i] * u[i]
+    for offset in range(1, bandwidth + 1):
+        band = springs[offset * n : (offset + 1) * n]
+        for i in range(n - offset):
+            force[i] -= band[i] * (u[i + offset] - u[i])
+        for i in range(offset, n):
+            force[i] -= band[i - offset] * (u[i - offset] - u[i])
+
+
+@HELPER
+def solve(n: int, bandwidth: int, pivot: Array, lower: Array, x: Array) -> None:
+    """Solve L D L^T x = x in place; ``pivot`` holds 1/D, ``lower`` the bands of L below its unit diagonal, flat."""
+    if bandwidth == 1:
+        for i in range(1, n):
+            x[i] -= lower[i - 1] * x[i - 1]
+        for i in range(n):
+            x[i] *= pivot[i]
+        for i in range(n - 2, -1, -1):
+            x[i] -= lower[i] * x[i + 1]
+        return
+    for i in range(n):
+        rest = x[i]
+        for offset in range(1, min(bandwidth, i) + 1):
+            rest -= lower[(offset - 1) * n + i - offset] * x[i - offset]
+        x[i] = rest
+    for i in range(n):
+        x[i] *= pivot[i]
+    for i in range(n - 1, -1, -1):
+        rest = x[i]
+        for offset in range(1, min(bandwidth, n - 1 - i) + 1):
+            rest -= lower[(offset - 1) * n + i] * x[i + offset]
+        x[i] = rest
+
+
+@HELPER
+def factorise(n: int, bandwidth: int, pivot: Array, lower: Array) -> None:
+    """Replace a diagonal and the bands below it by 1/D and L of their L D L^T."""
+    for i in range(n):
+        for offset in range(min(bandwidth, i), 0, -1):  # column by column of row i
+            j = i - offset
+            entry = lower[(offset - 1) * n + j]
+            for other in range(offset + 1, min(bandwidth, i) + 1):
+                k = i - other
+                # L_ik D_k stands in row i until the row is done.
+                entry -= lower[(other - 1) * n + k] * lower[(other - offset - 1) * n + k]
+            lower[(offset - 1) * n + j] = entry
+        left = pivot[i]
+        for offset in range(1, min(bandwidth, i) + 1):
+            at = (offset - 1) * n + i - offset
+            scaled = lower[at] * pivot[i - offset]
+            left -= lower[at] * scaled
+            lower[at] = scaled
+        pivot[i] = 1.0 / left
+
+
+@HELPER
+def add_matrix(
+    n: int, factor: float, bandwidth: int, matrix: Array, as_springs: bool, diagonal: Array, lower: Array
+) -> None:
+    """Add a factor times a matrix (flat bands, or springs) to a diagonal and the bands below it."""
+    for i in range(n):
+        diagonal[i] += factor * matrix[i]
+    for offset in range(1, bandwidth + 1):
+        band, into = matrix[offset * n : (offset + 1) * n], lower[(offset - 1) * n : offset * n]
+        for i in range(n - offset):
+            into[i] += factor * band[i]
+            if as_springs:
+                diagonal[i] -= factor * band[i]
+                diagonal[i + offset] -= factor * band[i]
+
+
+def measure(parameters: Array, state: Array, out: Array) -> None:
+    """Write energy [J], work of the load so far, up to a constant [J], and momentum still to come [N s].
+
+    The energy is v M v/2 + u K u/2 + weights[0] a M a/2 + weights[1] y K y/2; the momentum row (weights[2] a +
+    weights[3] w): see `impactlab.integrators.alpha`.
+    """
+    n, stiff, damped, heavy = int(parameters[0]), int(parameters[1]), int(parameters[2]), int(parameters[3])
+    weights, arrays = parameters[12:16], parameters[16:]
+    load, springs = arrays[:n], arrays[n : (stiff + 2) * n]
+    masses = arrays[(stiff + 2) * n : (stiff + heavy + 3) * n]
+    u, v = state[:n], state[n : 2 * n]
+    energy, work = 0.0, 0.0
+    for i in range(n):
+        energy += 0.5 * (masses[i] * v[i] * v[i] + springs[i] * u[i] * u[i])
+        work += load[i] * u[i]
+    for offset in range(1, heavy + 1):
+        for i in range(n - offset):
+            energy += masses[offset * n + i] * v[i] * v[i + offset]
+    for offset in range(1, stiff + 1):
+        for i in range(n - offset):
+            stretch = u[i + offset] - u[i]
+            energy -= 0.5 * springs[offset * n + i] * stretch * stretch
+    if weights[0] != 0.0:
+        a = state[2 * n : 3 * n]
+        for i in range(n):
+            energy += 0.5 * weights[0] * masses[i] * a[i] * a[i]
+        for offset in range(1, heavy + 1):
+            for i in range(n - offset):
+                energy += weights[0] * masses[offset * n + i] * a[i] * a[i + offset]
+    if weights[1] != 0.0:
+        y = state[4 * n : 5 * n]
+        for i in range(n):
+            energy += 0.5 * weights[1] * springs[i] * y[i] * y[i]
+        for offset in range(1, stiff + 1):
+            for i in range(n - offset):
+                stretch = y[i + offset] - y[i]
+                energy -= 0.5 * weights[1] * springs[offset * n + i] * stretch * stretch
+    out[0], out[1] = energy, work
+    if weights[2] != 0.0 or weights[3] != 0.0:
+        a, w = state[2 * n : 3 * n], state[3 * n : 4 * n]
+        row = arrays[(stiff + heavy + damped + 4) * n : (stiff + heavy + damped + 5) * n]
+        for i in range(n):
+            out[2] += row[i] * (weights[2] * a[i] + weights[3] * w[i])
+
+
+def alpha_free(parameters: Array, state: Array) -> None:
+    """Step of the generalised-alpha family in the accelerations w of the equation of motion and a of the scheme.
+
+    (1 - am) a_new + am a = (1 - af) w_new + af w, M w = load - C v - K u at the same instant, and Newmark's formulas
+    with a. The state is u, v, a, and unless am = af = 0 also w and y, where (1 - am) y_new + am y = u_new - u.
+    """
+    n, stiff, damped, heavy = int(parameters[0]), int(parameters[1]), int(parameters[2]), int(parameters[3])
+    wide, dt, af, am = int(parameters[4]), parameters[5], parameters[6], parameters[7]
+    beta, gamma = parameters[8], parameters[9]
+    arrays = parameters[16:]
+    load, springs = arrays[:n], arrays[n : (stiff + 2) * n]
+    dampers = arrays[(stiff + heavy + 3) * n : (stiff + heavy + damped + 4) * n]
+    factors = arrays[(stiff + heavy + damped + 5) * n :]
+    pivot, lower = factors[:n], factors[n : (wide + 1) * n]
+    u, v, a = state[:n], state[n : 2 * n], state[2 * n : 3 * n]
+    old_u, old_v, new_u, new_v = dt * dt * (0.5 - beta), dt * (1.0 - gamma), dt * dt * beta, dt * gamma
+    if af == 0.0 and am == 0.0:
+        for i in range(n):
+            u[i] += dt * v[i] + old_u * a[i]
+            v[i] += old_v * a[i]
+            a[i] = load[i]
+        pull(n, stiff, springs, u, a)
+        if damped >= 0:
+            pull(n, damped, dampers, v, a)
+        solve(n, wide, pivot, lower, a)
+        for i in range(n):
+            u[i] += new_u * a[i]
+            v[i] += new_v * a[i]
+        return
+    w, y = state[3 * n : 4 * n], state[4 * n : 5 * n]
+    share, of_w, of_a = (1.0 - af) / (1.0 - am), af / (1.0 - am), am / (1.0 - am)
+    for i in range(n):
+        y[i] = -am * y[i] - u[i]
+        kept = of_w * w[i] - of_a * a[i]
+        u[i] += dt * v[i] + old_u * a[i] + new_u * kept
+        v[i] += old_v * a[i] + new_v * kept
+        a[i] = kept
+        w[i] = load[i]
+    pull(n, stiff, springs, u, w)
+    if damped >= 0:
+        pull(n, damped, dampers, v, w)
+    solve(n, wide, pivot, lower, w)
+    new_u, new_v, of_y = share * new_u, share * new_v, 1.0 / (1.0 - am)
+    for i in range(n):
+        u[i] += new_u * w[i]
+        v[i] += new_v * w[i]
+        a[i] += share * w[i]
+        y[i] = of_y * (y[i] + u[i])
+
+
+def theta_free(parameters: Array, state: Array) -> None:
+    """Step of the theta method: M (v_new - v) = dt (load - C v_theta - K u_theta), u_new = u + dt v_theta.
+
+    v_theta = theta v_new + (1 - theta) v and u_theta likewise.
+    """
+    n, stiff, damped, heavy = int(parameters[0]), int(parameters[1]), int(parameters[2]), int(parameters[3])
+    wide, dt, theta = int(parameters[4]), parameters[5], parameters[6]
+    arrays = parameters[16:]
+    load, springs = arrays[:n], arrays[n : (stiff + 2) * n]
+    dampers = arrays[(stiff + heavy + 3) * n : (stiff + heavy + damped + 4) * n]
+    factors = arrays[(stiff + heavy + damped + 5) * n :]
+    pivot, lower, gained = factors[:n], factors[n : (wide + 1) * n], factors[(wide + 1) * n : (wide + 2) * n]
+    u, v = state[:n], state[n : 2 * n]
+    ahead, rest, whole = theta * dt, (1.0 - theta) * dt, theta * dt * dt
+    for i in range(n):
+        u[i] += ahead * v[i]
+        gained[i] = load[i]
+    pull(n, stiff, springs, u, gained)
+    if damped >= 0:
+        pull(n, damped, dampers, v, gained)
+    solve(n, wide, pivot, lower, gained)
+    for i in range(n):
+        u[i] += rest * v[i] + whole * gained[i]
+        v[i] += dt * gained[i]
+
+
+def theta_retime(parameters: Array, dt: float, jump: Array, force_response: Array, impulse_response: Array) -> None:
+    """Factorise for another step length, and rewrite the responses (flat, port by port)."""
+    n, stiff, damped, heavy = int(parameters[0]), int(parameters[1]), int(parameters[2]), int(parameters[3])
+    wide, theta = int(parameters[4]), parameters[6]
+    parameters[5] = dt
+    arrays = parameters[16:]
+    springs, masses = arrays[n : (stiff + 2) * n], arrays[(stiff + 2) * n : (stiff + heavy + 3) * n]
+    dampers = arrays[(stiff + heavy + 3) * n : (stiff + heavy + damped + 4) * n]
+    factors = arrays[(stiff + heavy + damped + 5) * n :]
+    pivot, lower = factors[:n], factors[n : (wide + 1) * n]
+    for i in range((wide + 1) * n):
+        factors[i] = 0.0
+    add_matrix(n, 1.0, heavy, masses, False, pivot, lower)
+    add_matrix(n, theta * theta * dt * dt, stiff, springs, True, pivot, lower)
+    if damped >= 0:
+        add_matrix(n, theta * dt, damped, dampers, True, pivot, lower)
+    factorise(n, wide, pivot, lower)
+    for port in range(force_response.size // max(2 * n, 1)):
+        at = 2 * port * n
+        push = jump[port * n : (port + 1) * n]
+        u, v = force_response[at : at + n], force_response[at + n : at + 2 * n]
+        for i in range(n):
+            v[i] = masses[i] * push[i]
+        for offset in range(1, heavy + 1):
+            for i in range(n - offset):
+                v[i] += masses[offset * n + i] * push[i + offset]
+                v[i + offset] += masses[offset * n + i] * push[i]
+        solve(n, wide, pivot, lower, v)
+        for i in range(n):
+            u[i] = theta * dt * dt * v[i]
+            v[i] *= dt
+        u, v = impulse_response[at : at + n], impulse_response[at + n : at + 2 * n]
+        for i in range(n):
+            u[i] = theta * dt * push[i]
+            v[i] = 0.0
+        pull(n, stiff, springs, u, v)
+        if damped >= 0:
+            pull(n, damped, dampers, push, v)
+        solve(n, wide, pivot, lower, v)
+        for i in range(n):
+            u[i] = dt * push[i] + theta * dt * dt * v[i]
+            v[i] = push[i] + dt * v[i]
+
+
+def bathe_free(parameters: Array, state: Array) -> None:
+    """Step of the composite scheme: the trapezoidal rule over a first part, then the three-point backward formula."""
+    n, stiff, damped, heavy = int(parameters[0]), int(parameters[1]), int(parameters[2]), int(parameters[3])
+    wide, dt, part = int(parameters[4]), parameters[5], parameters[6]
+    arrays = parameters[16:]
+    load, springs = arrays[:n], arrays[n : (stiff + 2) * n]
+    dampers = arrays[(stiff + heavy + 3) * n : (stiff + heavy + damped + 4) * n]
+    factors = arrays[(stiff + heavy + damped + 5) * n :]
+    size = (wide + 1) * n
+    pivot, lower, next_pivot, next_lower = factors[:n], factors[n:size], factors[size : size + n], factors[size + n :]
+    room = factors[2 * size :]
+    gained, old_u = room[:n], room[n : 2 * n]
+    u, v = state[:n], state[n : 2 * n]
+    first = part * dt
+    half = 0.5 * first
+    for i in range(n):
+        old_u[i] = u[i]
+        u[i] += half * v[i]
+        gained[i] = load[i]
+    pull(n, stiff, springs, u, gained)
+    if damped >= 0:
+        pull(n, damped, dampers, v, gained)
+    solve(n, wide, pivot, lower, gained)
+    # v_dot_new = (v_new - v) lag - (v - v_old) lag carry, in the differences from the state at the first part's end.
+    lag = (1.0 - part) / (2.0 - part) * dt
+    carry = (1.0 - part) ** 2 / (part * (2.0 - part))
+    for i in range(n):
+        moved = first * v[i] + half * first * gained[i]
+        swung = first * gained[i]
+        u[i] = old_u[i] + moved + carry * moved
+        v[i] += swung + carry * swung
+        u[i] += lag * v[i]
+        gained[i] = load[i]
+    pull(n, stiff, springs, u, gained)
+    if damped >= 0:
+        pull(n, damped, dampers, v, gained)
+    solve(n, wide, next_pivot, next_lower, gained)
+    for i in range(n):
+        u[i] += lag * lag * gained[i]
+        v[i] += lag * gained[i]
