@@ -125,6 +125,7 @@ class RecordedHistory(AbstractHistory):
         early[:1] = assembly.dt  # what stands at t = 0 belongs to the step before
         of_velocity = times - (1.0 - self._integrator.velocity_point) * early
         of_force = times + (self._integrator.load_point - 0.5) * np.minimum(steps, assembly.dt)
+        of_force = np.minimum(of_force, times[-1])
         channels: dict[str, Channel] = {}
         for number, contact in enumerate(assembly.scene.contacts):
             column = 1 + 6 * number

@@ -44,9 +44,11 @@ class Trace(NamedTuple):
 
     def kept(self, body: str) -> Array:
         """What the scheme keeps of a body beside these, after each step, shape (n_steps + 1, ...)."""
-        number = list(self.plan.built).index(body)
-        record = self.history.assembly.memory.bodies[number]
-        return self.states[:, record.state_start + 2 * record.n_dof : record.state_end]
+        sizes = {name: stepper.state.size for name, stepper in self.plan.steppers.items()}
+        names = list(sizes)
+        start = sum(sizes[name] for name in names[: names.index(body)])
+        known = 2 * self.plan.built[body].system.load.size
+        return self.states[:, start + known : start + sizes[body]]
 
     def momentum(self, body: str) -> Array:
         """The momentum of a body after each step, with what its scheme has still to give it, shape (n_steps + 1,)."""
