@@ -75,13 +75,15 @@ class Penalty(AbstractContactLaw):
             # The force is that of the penetration and its rate at the end of the step.
             pressed = stiffness * free_gap + damping * port.free_gap_rate
             reply.trial = -pressed / (1.0 + stiffness * pliancy + damping * port.rate_per_force)
-            reply.dissipated = 0.0  # what a spring keeps that lets go between two ends of steps is an error of the scheme
+            reply.dissipated = (
+                0.0  # what a spring keeps that lets go between two ends of steps is an error of the scheme
+            )
             if free_gap < 0.0 and reply.trial > 0.0:
                 reply.force = min(reply.trial, -free_gap / pliancy)  # a dashpot stops a touch, no more
-                end, rate = free_gap + pliancy * reply.force, port.free_gap_rate + port.rate_per_force * reply.force
+                end = min(0.0, free_gap + pliancy * reply.force)
                 reply.in_contact = 1.0
                 reply.stored = 0.5 * stiffness * end * end
-                reply.dissipated = damping * rate * rate * port.dt
+                reply.dissipated = max(0.0, (reply.force + stiffness * end) * (min(gap, 0.0) - end))
         elif gap < 0.0 or free_gap < 0.0:
             # Force times change of the gap is the change of the spring's energy, also where the gap passes through zero
             # within the step: (1 + s a) g^2 + b g + c = 0 for the gap g at the end.

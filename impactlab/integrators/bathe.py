@@ -33,7 +33,7 @@ class Bathe(AbstractIntegrator):
     serves = frozenset(Level)
     order = 2
     hard_constraint_gains = True
-    gains_energy = 0.02
+    gains_energy = 0.0
 
     first_part: float = option(
         2.0 - math.sqrt(2.0), above=0.0, below=1.0, description="share of the step under the trapezoidal rule"

@@ -19,8 +19,8 @@ from impactlab.types import Array, Level
 def free(parameters: Array, state: Array) -> None:
     """Step without contact: v += dt M^-1 (load - K u - C (v_old + v_new)/2), then u += dt v.
 
-    A tridiagonal stiffness is walked as a chain of springs, tied to the ground at its ends (and, rarely, inside); a wider
-    one band by band, in springs between the coordinates of each band.
+    A tridiagonal stiffness is walked as a chain of springs, tied to the ground at its ends (and, rarely, inside); a
+    wider one band by band, as springs too.
     """
     n, bandwidth, dt = int(parameters[0]), int(parameters[1]), parameters[2]
     damped, loaded, grounded = parameters[3], parameters[4], parameters[5]
@@ -107,7 +107,7 @@ class CentralDifference(AbstractIntegrator):
     def prepare(self, system: Operators, ports: Array, dt: float) -> Stepper:
         if has_coupled_damping(system):
             raise PairingError(
-                "integrator 'central_difference' serves dampers on single coordinates only, and this damping couples them",
+                "integrator 'central_difference' serves dampers on single coordinates, and this damping couples them",
                 remedy="Use newmark, or a damping proportional to the mass.",
                 path="solve.integrator",
             )

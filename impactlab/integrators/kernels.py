@@ -102,6 +102,33 @@ def add_matrix(
                 diagonal[i + offset] -= factor * band[i]
 
 
+@HELPER
+def in_springs(n: int, bandwidth: int, springs: Array, u: Array) -> float:
+    """Return u K u/2 of springs at displacements u."""
+    energy = 0.0
+    for i in range(n):
+        energy += 0.5 * springs[i] * u[i] * u[i]
+    for offset in range(1, bandwidth + 1):
+        band = springs[offset * n : (offset + 1) * n]
+        for i in range(n - offset):
+            stretch = u[i + offset] - u[i]
+            energy -= 0.5 * band[i] * stretch * stretch
+    return energy
+
+
+@HELPER
+def in_motion(n: int, bandwidth: int, masses: Array, v: Array) -> float:
+    """Return v M v/2."""
+    energy = 0.0
+    for i in range(n):
+        energy += 0.5 * masses[i] * v[i] * v[i]
+    for offset in range(1, bandwidth + 1):
+        band = masses[offset * n : (offset + 1) * n]
+        for i in range(n - offset):
+            energy += band[i] * v[i] * v[i + offset]
+    return energy
+
+
 def measure(parameters: Array, state: Array, out: Array) -> None:
     """Write energy [J], work of the load so far, up to a constant [J], and momentum still to come [N s].
 
@@ -112,33 +139,14 @@ def measure(parameters: Array, state: Array, out: Array) -> None:
     weights, arrays = parameters[12:16], parameters[16:]
     load, springs = arrays[:n], arrays[n : (stiff + 2) * n]
     masses = arrays[(stiff + 2) * n : (stiff + heavy + 3) * n]
-    u, v = state[:n], state[n : 2 * n]
-    energy, work = 0.0, 0.0
-    for i in range(n):
-        energy += 0.5 * (masses[i] * v[i] * v[i] + springs[i] * u[i] * u[i])
-        work += load[i] * u[i]
-    for offset in range(1, heavy + 1):
-        for i in range(n - offset):
-            energy += masses[offset * n + i] * v[i] * v[i + offset]
-    for offset in range(1, stiff + 1):
-        for i in range(n - offset):
-            stretch = u[i + offset] - u[i]
-            energy -= 0.5 * springs[offset * n + i] * stretch * stretch
+    energy = in_springs(n, stiff, springs, state[:n]) + in_motion(n, heavy, masses, state[n : 2 * n])
     if weights[0] != 0.0:
-        a = state[2 * n : 3 * n]
-        for i in range(n):
-            energy += 0.5 * weights[0] * masses[i] * a[i] * a[i]
-        for offset in range(1, heavy + 1):
-            for i in range(n - offset):
-                energy += weights[0] * masses[offset * n + i] * a[i] * a[i + offset]
+        energy += weights[0] * in_motion(n, heavy, masses, state[2 * n : 3 * n])
     if weights[1] != 0.0:
-        y = state[4 * n : 5 * n]
-        for i in range(n):
-            energy += 0.5 * weights[1] * springs[i] * y[i] * y[i]
-        for offset in range(1, stiff + 1):
-            for i in range(n - offset):
-                stretch = y[i + offset] - y[i]
-                energy -= 0.5 * weights[1] * springs[offset * n + i] * stretch * stretch
+        energy += weights[1] * in_springs(n, stiff, springs, state[4 * n : 5 * n])
+    work = 0.0
+    for i in range(n):
+        work += load[i] * state[i]
     out[0], out[1] = energy, work
     if weights[2] != 0.0 or weights[3] != 0.0:
         a, w = state[2 * n : 3 * n], state[3 * n : 4 * n]

@@ -33,7 +33,9 @@ class MoreauJean(AbstractIntegrator):
     jump_in_force = True
     gains_energy = 0.0
 
-    theta: float = option(0.5, at_least=0.5, at_most=1.0, description="weight of the end of the step; 1/2 damps nothing")
+    theta: float = option(
+        0.5, at_least=0.5, at_most=1.0, description="weight of the end of the step; 1/2 damps nothing"
+    )
 
     def limit(self, system: Operators) -> float:
         return math.inf

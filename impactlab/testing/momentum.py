@@ -158,8 +158,9 @@ def alpha_balance(integrator: AbstractIntegrator, system: Operators, step: StepO
         af, am = -integrator.alpha, 0.0
     else:
         assert isinstance(integrator, GeneralisedAlpha | NonsmoothGeneralisedAlpha)
-        af, am = integrator.rho_inf / (1.0 + integrator.rho_inf), (2.0 * integrator.rho_inf - 1.0) / (
-            1.0 + integrator.rho_inf
+        af, am = (
+            integrator.rho_inf / (1.0 + integrator.rho_inf),
+            (2.0 * integrator.rho_inf - 1.0) / (1.0 + integrator.rho_inf),
         )
     gamma, n_dof = 0.5 + af - am, step.push.size
     a = step.kept[:n_dof]

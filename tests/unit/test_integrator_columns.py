@@ -178,9 +178,7 @@ def stabilised(s: Step) -> tuple[Array, ...]:
     u, v = together(
         (
             {0: s.mass + half**2 * s.stiffness, 1: half**2 * s.damping},
-            s.mass @ prediction
-            + 2.0 * half**2 * (s.load + s.force)
-            - half**2 * (s.stiffness @ s.u + s.damping @ s.v),
+            s.mass @ prediction + 2.0 * half**2 * (s.load + s.force) - half**2 * (s.stiffness @ s.u + s.damping @ s.v),
         ),
         (
             {0: half * s.stiffness, 1: s.mass + half * s.damping},
@@ -265,7 +263,7 @@ def check_steps(integrator: AbstractIntegrator, scheme: Scheme, widths: Widths) 
         parts = [*after, *parts[len(after) :]]
 
 
-@pytest.mark.parametrize(("integrator", "scheme"), SCHEMES, ids=str)
+@pytest.mark.parametrize(("integrator", "scheme"), SCHEMES, ids=[str(scheme[0]) for scheme in SCHEMES])
 @pytest.mark.parametrize("widths", [Widths(0, None, 0), Widths(1, 0, 1), Widths(0, 3, 3), Widths(2, 1, 4)], ids=str)
 def test_steps_are_those_of_the_scheme_in_full_matrices(
     integrator: AbstractIntegrator, scheme: Scheme, widths: Widths
