@@ -9,8 +9,8 @@ from typing import final
 import numpy as np
 
 from impactlab.banded import multiply, solve
+from impactlab.integrators.banded_steps import bathe_free, measure
 from impactlab.integrators.base import AbstractIntegrator, Stepper
-from impactlab.integrators.kernels import bathe_free, measure
 from impactlab.integrators.packing import factors, packed
 from impactlab.models.base import Operators
 from impactlab.types import Array, Level, option
@@ -30,6 +30,7 @@ class Bathe(AbstractIntegrator):
     """
 
     citations = ("BatheBaig2005", "Bathe2007")
+    examples = ({}, {"first_part": 0.5})
     serves = frozenset(Level)
     order = 2
     hard_constraint_gains = True

@@ -28,6 +28,7 @@ class GeneralisedAlpha(AbstractIntegrator):
     """
 
     citations = ("ChungHulbert1993", "ArnoldBruels2007")
+    examples = ({}, {"rho_inf": 0.5}, {"rho_inf": 1.0})
     serves = frozenset(Level)
     order = 2
     load_point = 1.0

@@ -26,6 +26,7 @@ class HhtAlpha(AbstractIntegrator):
     """
 
     citations = ("HilberHughesTaylor1977", "ArnoldBruels2007")
+    examples = ({}, {"alpha": -1.0 / 3.0}, {"alpha": 0.0})
     serves = frozenset(Level)
     order = 2
     hard_constraint_gains = True

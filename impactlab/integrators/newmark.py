@@ -19,7 +19,7 @@ from impactlab.types import Array, Level, option
 def free(parameters: Array, state: Array) -> None:
     """Step without contact: predict, solve (M + gamma dt C + beta dt^2 K) a = load - C v - K u, correct.
 
-    For diagonal or tridiagonal matrices with diagonal damping; the others go through `impactlab.integrators.kernels`.
+    For diagonal or tridiagonal matrices with diagonal damping; the others go through `banded_steps`.
     """
     n, bandwidth, damped = int(parameters[0]), int(parameters[1]), parameters[2]
     dt, beta, gamma = parameters[3], parameters[4], parameters[5]

@@ -27,6 +27,7 @@ class NonsmoothGeneralisedAlpha(AbstractIntegrator):
     """
 
     citations = ("ChenAcaryVirlezBruels2013", "BruelsAcaryCardona2014", "ChungHulbert1993")
+    examples = ({}, {"rho_inf": 0.3}, {"rho_inf": 1.0})
     serves = frozenset(Level)
     order = 2
     jump_in_force = True

@@ -1,4 +1,4 @@
-"""A body's matrices in the flat form that the compiled steps read (`impactlab.integrators.kernels`)."""
+"""A body's matrices in the flat form that the compiled steps read (`impactlab.integrators.banded_steps`)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from impactlab.banded import factorised, grounded, widened
-from impactlab.integrators.kernels import HEADER
+from impactlab.integrators.banded_steps import HEADER
 from impactlab.models.base import Operators
 from impactlab.types import Array
 

@@ -11,6 +11,7 @@ import pytest
 from impactlab.banded import grounded
 from impactlab.bases.eigenvectors import full
 from impactlab.errors import PairingError
+from impactlab.integrators.banded_steps import pull
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.integrators.bathe import Bathe
 from impactlab.integrators.central_difference import CentralDifference
@@ -18,7 +19,6 @@ from impactlab.integrators.contact_stabilised_newmark import ContactStabilisedNe
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.generalised_alpha import GeneralisedAlpha
 from impactlab.integrators.hht_alpha import HhtAlpha
-from impactlab.integrators.kernels import pull
 from impactlab.integrators.midpoint import Midpoint
 from impactlab.integrators.moreau_jean import MoreauJean
 from impactlab.integrators.newmark import Newmark
