@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 from scipy.linalg import eigh
 
-from impactlab.bases.eigenvectors import full
+from impactlab.banded import full
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.integrators.bathe import Bathe
 from impactlab.integrators.central_difference import CentralDifference

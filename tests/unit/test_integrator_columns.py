@@ -8,8 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from impactlab.banded import grounded
-from impactlab.bases.eigenvectors import full
+from impactlab.banded import full, grounded
 from impactlab.errors import PairingError
 from impactlab.integrators.banded_steps import pull
 from impactlab.integrators.base import AbstractIntegrator
