@@ -88,6 +88,7 @@ class Cost:
     setup_s: float = 0.0
     solve_s: float = 0.0
     steps: int = 0
+    rhs_evaluations: int | None = None  # of an adaptive run
 
 
 class Field(NamedTuple):

@@ -7,7 +7,7 @@ import re
 
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import PairingError
-from impactlab.integrators.base import AbstractIntegrator
+from impactlab.integrators.base import AbstractAdaptive, AbstractIntegrator
 from impactlab.models.base import Operators
 from impactlab.scene import Rod, Scene
 
@@ -79,4 +79,39 @@ def check_events(scene: Scene, integrator: AbstractIntegrator) -> None:
                 f"events: located cuts steps, and law '{kind_of(contact.law)}' reads at a distance of one step",
                 remedy="Use addition_deletion, penalty or impulse_momentum, or events: dated.",
                 path=f"contacts.{number}.law",
+            )
+
+
+def check_smooth(scene: Scene, integrator: AbstractAdaptive) -> None:
+    """Raise `PairingError` where an adaptive integrator cannot serve the laws or descriptions of a scene."""
+    name = kind_of(integrator)
+    for number, contact in enumerate(scene.contacts):
+        if not contact.law.smooth:
+            raise PairingError(
+                f"integrator '{name}' needs a force that follows from gap and gap rate alone, and law "
+                f"'{kind_of(contact.law)}' gives none",
+                remedy="Use penalty, or integrator newmark, central_difference or exact_modal.",
+                path=f"contacts.{number}.law",
+            )
+    for body in scene.bodies.values():
+        if isinstance(body, Rod) and body.model is not None and not body.model.steps:
+            raise PairingError(
+                f"integrator '{name}' needs bodies in coordinates, and the continuous rod '{body.name}' has none",
+                remedy="Use modal or finite_element for this body, or integrator newmark or exact_modal.",
+                path=f"solve.models.{body.name}",
+            )
+
+
+def check_ordinary(integrator: AbstractAdaptive, body: str, system: Operators) -> None:
+    """Raise `PairingError` where a body is not one ordinary differential equation all along."""
+    faults = (
+        ("a face without mass", bool(system.massless)),
+        ("other coordinates while a contact is closed", system.phases is not None),
+    )
+    for fault, has_it in faults:
+        if has_it:
+            raise PairingError(
+                f"integrator '{kind_of(integrator)}' cannot serve '{body}', which has {fault}",
+                remedy="Use another description of this body, or another integrator.",
+                path="solve.integrator",
             )

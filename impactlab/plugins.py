@@ -30,7 +30,7 @@ class Group(NamedTuple):
 MODELS = Group("impactlab.models", "a model", "impactlab.models.base:AbstractRodModel")
 BASES = Group("impactlab.bases", "a basis", "impactlab.bases.base:AbstractBasis")
 LAWS = Group("impactlab.contact_laws", "a contact law", "impactlab.contact.base:AbstractContactLaw")
-INTEGRATORS = Group("impactlab.integrators", "an integrator", "impactlab.integrators.base:AbstractIntegrator")
+INTEGRATORS = Group("impactlab.integrators", "an integrator", "impactlab.integrators.base:AbstractScheme")
 METRICS = Group("impactlab.metrics", "a metric", "")
 GROUPS = (MODELS, BASES, LAWS, INTEGRATORS, METRICS)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import NamedTuple, final
 
 import numpy as np
@@ -23,6 +24,26 @@ class Channel(NamedTuple):
     times: Array
     values: Array
     stepped: bool
+
+
+def read_channel(channels: Mapping[str, Channel], duration: float, t: ArrayLike, channel: str) -> Array:
+    """Return a channel at the times t [s] in [0, duration], same shape as t."""
+    if channel not in channels:
+        raise ImpactlabError(
+            f"channel '{channel}' was not recorded; recorded: {', '.join(sorted(channels))}",
+            remedy="A quantity at another place needs a probe in the case.",
+            path="probes",
+        )
+    times, values, stepped = channels[channel]
+    t = np.asarray(t, float)
+    slack = 1e-9 * duration
+    if t.size and (t.min() < -slack or t.max() > duration + slack):
+        outside = float(t.min() if t.min() < -slack else t.max())
+        raise ImpactlabError(f"{outside:.6g} s lies outside the run, 0 to {duration:.6g} s")
+    if not stepped:
+        return np.asarray(np.interp(t, times, values))
+    # A value holds on [time before, its own time): at a jump the value after it is given.
+    return values[np.minimum(np.searchsorted(times, t, side="right"), values.size - 1)]
 
 
 @final
@@ -69,22 +90,7 @@ class RecordedHistory(AbstractHistory):
         return tuple(self._channels)
 
     def evaluate(self, t: ArrayLike, channel: str) -> Array:
-        if channel not in self._channels:
-            raise ImpactlabError(
-                f"channel '{channel}' was not recorded; recorded: {', '.join(sorted(self._channels))}",
-                remedy="A quantity at another place needs a probe in the case.",
-                path="probes",
-            )
-        times, values, stepped = self._channels[channel]
-        t = np.asarray(t, float)
-        slack = 1e-9 * self.duration
-        if t.size and (t.min() < -slack or t.max() > self.duration + slack):
-            outside = float(t.min() if t.min() < -slack else t.max())
-            raise ImpactlabError(f"{outside:.6g} s lies outside the run, 0 to {self.duration:.6g} s")
-        if not stepped:
-            return np.asarray(np.interp(t, times, values))
-        # A value holds on [time before, its own time): at a jump the value after it is given.
-        return values[np.minimum(np.searchsorted(times, t, side="right"), values.size - 1)]
+        return read_channel(self._channels, self.duration, t, channel)
 
     def field(self, body: str, t: float, quantity: str) -> Field:
         assembly, scene = self.assembly, self.assembly.scene

@@ -14,7 +14,7 @@ from numpy import float64
 from numpy.typing import NDArray
 
 from impactlab.contact.base import AbstractContactLaw
-from impactlab.integrators.base import AbstractIntegrator
+from impactlab.integrators.base import AbstractScheme
 from impactlab.models.base import AbstractRodModel
 
 Profile = Callable[[NDArray[float64]], NDArray[float64]]
@@ -172,7 +172,7 @@ class Scene:
     bodies: Mapping[str, Body]
     contacts: tuple[Contact, ...]
     duration: float  # s
-    integrator: AbstractIntegrator | None
+    integrator: AbstractScheme | None
     step: StepRule
     events: Literal["dated", "located"] = "dated"
     gravity: float = 0.0  # m/s2, along +x

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time as clock
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -14,12 +14,20 @@ from impactlab.assembly import Assembly
 from impactlab.errors import CaseError, StepError
 from impactlab.grazing import near_grazing
 from impactlab.history import AbstractHistory, Warned
-from impactlab.integrators.base import AbstractIntegrator, Stepper
+from impactlab.integrators.base import AbstractAdaptive, AbstractIntegrator, Stepper
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
 from impactlab.memory import SAMPLED
 from impactlab.models.delay_line import DelayLine, check_law_needs
-from impactlab.pairing import check_events, check_law, check_system, energy_bound, kind_of
+from impactlab.pairing import (
+    check_events,
+    check_law,
+    check_ordinary,
+    check_smooth,
+    check_system,
+    energy_bound,
+    kind_of,
+)
 from impactlab.preparation import (
     BuiltBody,
     build_bodies,
@@ -29,9 +37,10 @@ from impactlab.preparation import (
     start_laws,
 )
 from impactlab.scene import Contact, Rod, Scene, Wall
-from impactlab.types import Start
+from impactlab.types import Port, Start
 
 if TYPE_CHECKING:
+    from impactlab.adaptive.march import March
     from impactlab.recorded import RecordedHistory
 
 NOTED_GAIN = 0.02  # of the energy: from here on a gain is told, also where the parts declare more
@@ -54,6 +63,7 @@ class Plan:
     starts: tuple[Start, ...]
     integrator: AbstractIntegrator | None
     warnings: tuple[Warned, ...]
+    march: March | None = None  # of an adaptive run
 
 
 def is_exact(scene: Scene) -> bool:
@@ -110,7 +120,9 @@ def prepare(scene: Scene) -> Plan:
 
         check(scene)
         return Plan(None, 0, {}, {}, (), None, () if scene.integrator is None else (UNUSED,))
-    integrator = scene.integrator or Newmark()
+    if isinstance(scene.integrator, AbstractAdaptive) and rods_step(scene) is not False:
+        return prepare_adaptive(scene, scene.integrator)
+    integrator: AbstractIntegrator = scene.integrator if isinstance(scene.integrator, AbstractIntegrator) else Newmark()
     warnings = []
     if rods_step(scene) is False:
         # Only rigid masses are left to an integrator, and their motion under a constant force is known.
@@ -161,6 +173,31 @@ def prepare(scene: Scene) -> Plan:
     return Plan(dt, max(steps, 1), built, steppers, starts, integrator, tuple(warnings))
 
 
+def prepare_adaptive(scene: Scene, integrator: AbstractAdaptive) -> Plan:
+    """Return what an adaptive run will do; a step given as dt or courant is the longest it may take."""
+    from impactlab.adaptive.march import March
+    from impactlab.adaptive.system import System
+
+    check_smooth(scene, integrator)
+    built = build_bodies(scene)
+    for name, body in built.items():
+        check_ordinary(integrator, name, body.system)
+    given = scene.step.dt is not None or scene.step.courant is not None
+    march = March(System(scene, built), integrator, resolve_step(scene, built) if given else None)
+    return Plan(None, 0, built, {}, (), None, (), march)
+
+
+def run_adaptive(march: March, progress: Progress | None, began: float) -> AbstractHistory:
+    """Return the history of an adaptive run; raises `StepError` as `run` does."""
+    scene, set_up = march.system.scene, clock.perf_counter()
+    history = march.run(progress)
+    warn(scene, [contact.port for contact in march.system.contacts], history)
+    history.cost.setup_s, history.cost.solve_s = set_up - began, clock.perf_counter() - set_up
+    bound = march.integrator.gains_energy + sum(contact.law.gains_energy for contact in scene.contacts)
+    check_gain(history, bound, march.time, march.steps, "Give a smaller relative_tolerance.")
+    return history
+
+
 def run(scene: Scene, progress: Progress | None = None) -> AbstractHistory:
     """Return the history of a scene.
 
@@ -175,6 +212,8 @@ def run(scene: Scene, progress: Progress | None = None) -> AbstractHistory:
 
     began = clock.perf_counter()
     plan = prepare(scene)
+    if plan.march is not None:
+        return run_adaptive(plan.march, progress, began)
     if plan.dt is None or plan.integrator is None:
         from impactlab.exact.solve import solve
 
@@ -195,7 +234,7 @@ def run(scene: Scene, progress: Progress | None = None) -> AbstractHistory:
     began = clock.perf_counter()
     status = walk(assembly, history, progress)
     history.finish()
-    warn(assembly, history)
+    warn(scene, assembly.ports, history, assembly.dt)
     history.cost.solve_s = clock.perf_counter() - began
     history.cost.steps = assembly.clock.step
     raise_failure(status, assembly, history)
@@ -243,19 +282,19 @@ def walk(assembly: Assembly, history: RecordedHistory, progress: Progress | None
             chunk = max(1, chunk // 2)
 
 
-def warn(assembly: Assembly, history: AbstractHistory) -> None:
+def warn(scene: Scene, ports: Sequence[Port], history: AbstractHistory, dt: float = 0.0) -> None:
     """Add the warnings that only the finished run can tell."""
     for span in history.contacts:
         if span.kicks is not None and span.kicks > MANY_KICKS:
             text = f"{span.contact}: {span.kicks} kicks; the count follows the step, so read the total, not the first"
             history.warnings.append(Warned("chatter", text))
-    for contact, port in zip(assembly.scene.contacts, assembly.ports, strict=True):
+    for contact, port in zip(scene.contacts, ports, strict=True):
         for noted in contact.law.noted:
             if count := int(port.memory[noted.slot]):
                 text = f"{contact.name}: {noted.text.format(count=count)}"
                 history.warnings.append(Warned(noted.code, text))
     touched = {event.contact for event in history.events}
-    for contact in assembly.scene.contacts:
+    for contact in scene.contacts:
         if contact.name not in touched:
             smallest = float(history.evaluate(np.linspace(0.0, history.duration, 500), f"gap:{contact.name}").min())
             text = f"{contact.name}: the faces never met; the smallest gap was {smallest:.6g} m"
@@ -263,9 +302,9 @@ def warn(assembly: Assembly, history: AbstractHistory) -> None:
     gain = history.energy.largest_gain * history.energy.scale / energy_at_stake(history)
     if gain > NOTED_GAIN:
         history.warnings.append(Warned("energy_gain", f"energy grew by {100 * gain:.2g} % of the energy in play"))
-    if assembly.scene.round_trip > 0.0:
-        for contact in assembly.scene.contacts:
-            text_or_none = near_grazing(history, contact.name, assembly.scene.round_trip, assembly.dt)
+    if scene.round_trip > 0.0:
+        for contact in scene.contacts:
+            text_or_none = near_grazing(history, contact.name, scene.round_trip, dt)
             if contact.law.answers_force and text_or_none is not None:
                 history.warnings.append(Warned("near_grazing", text_or_none))
 
@@ -298,6 +337,11 @@ def raise_failure(status: int, assembly: Assembly, history: AbstractHistory) -> 
         )
     check_momentum(assembly, history)
     bound = energy_bound(assembly.scene, assembly.integrator)
+    check_gain(history, bound, time, step, "Give a smaller step, or a softer contact.")
+
+
+def check_gain(history: AbstractHistory, bound: float, time: float, step: int, remedy: str) -> None:
+    """Raise `StepError` where the energy grew beyond what the parts declare."""
     gain = history.energy.largest_gain * history.energy.scale / energy_at_stake(history)
     if gain > bound:
         raise StepError(
@@ -305,7 +349,7 @@ def raise_failure(status: int, assembly: Assembly, history: AbstractHistory) -> 
             time=time,
             step=step,
             history=history,
-            remedy="Give a smaller step, or a softer contact.",
+            remedy=remedy,
         )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 from impactlab.models.base import Operators
 from impactlab.types import Array, Level
@@ -39,7 +39,19 @@ class Stepper:
     )
 
 
-class AbstractIntegrator(ABC):
+class AbstractScheme(ABC):
+    """What a case may name as its integrator: one that steps (`AbstractIntegrator`) or adapts (`AbstractAdaptive`)."""
+
+    citations: ClassVar[tuple[str, ...]] = ()
+    examples: ClassVar[tuple[Mapping[str, Any], ...]] = ({},)  # options that its contract suite tries, one by one
+
+    @property
+    @abstractmethod
+    def gains_energy(self) -> float:
+        """Declared bound on the energy that a contact may add under this scheme, over the initial energy."""
+
+
+class AbstractIntegrator(AbstractScheme):
     """A time-stepping scheme. To write one, supply the class facts and two methods.
 
     1. ``serves``: which compliances it offers. 2. ``order`` on a smooth problem. 3. ``prepare``. 4. ``limit``.
@@ -48,8 +60,6 @@ class AbstractIntegrator(ABC):
 
     serves: ClassVar[frozenset[Level]]
     order: ClassVar[int]
-    citations: ClassVar[tuple[str, ...]] = ()
-    examples: ClassVar[tuple[Mapping[str, Any], ...]] = ({},)  # options that its contract suite tries, one by one
     any_dt: ClassVar[bool] = False  # a step may be cut at an event
     load_point: ClassVar[float] = 0.5  # where in the step a force acts: 0 start, 1/2 middle, 1 end
     force_in_accelerations: ClassVar[bool] = False  # the accelerations carried on hold the contact force
@@ -59,11 +69,6 @@ class AbstractIntegrator(ABC):
     needs_diagonal_mass: ClassVar[bool] = False
     needs_modes: ClassVar[bool] = False  # mass and stiffness must be diagonal
     hard_constraint_gains: ClassVar[bool] = False  # a hard position constraint makes it gain energy
-
-    @property
-    @abstractmethod
-    def gains_energy(self) -> float:
-        """Declared bound on the energy that a contact may add under this scheme, over the initial energy."""
 
     @abstractmethod
     def limit(self, system: Operators) -> float:
@@ -76,3 +81,29 @@ class AbstractIntegrator(ABC):
         A projection p at a port moves the displacements by M^-1 row p at the end of the step, with all that the scheme
         derives from displacements, and leaves the velocities alone.
         """
+
+
+class Problem(NamedTuple):
+    """A first-order system y' = rates(t, y) from an instant on, as an adaptive scheme gets it."""
+
+    rates: Callable[[float, Array], Array]
+    jacobian: Callable[[float, Array], Array]  # (n, n), dense
+    time: float  # s, where it begins
+    until: float  # s, where it ends
+    state: Array  # (n,) at the beginning
+    scale: Array  # (n,) what is large in this scene, entry by entry: absolute tolerances are shares of it
+    longest: float  # s, no step may be longer
+
+
+class AbstractAdaptive(AbstractScheme):
+    """A scheme that chooses its own steps. To write one, supply two methods and ``most_steps``.
+
+    It sees a first-order system (`Problem`) and serves the laws that declare ``smooth``; `impactlab.adaptive` builds
+    the system, cuts it at the events of contacts, and asks for a new solver after each.
+    """
+
+    most_steps: int  # after which a run ends as failed
+
+    @abstractmethod
+    def solver(self, problem: Problem) -> Any:
+        """Return a `scipy.integrate.OdeSolver`: ``step()``, ``status``, ``t``, ``t_old``, ``y``, ``dense_output()``."""

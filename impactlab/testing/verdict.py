@@ -16,7 +16,7 @@ from impactlab.casefile.parts import describe_part, read_part
 from impactlab.errors import PluginError
 from impactlab.pairing import kind_of
 from impactlab.plugins import GROUPS, Group, Registry, describe
-from impactlab.testing.contracts import SUITES
+from impactlab.testing.contracts import SUITES, suite_of
 from impactlab.testing.measures import MEASURES, Measured
 from impactlab.types import Relative
 
@@ -140,7 +140,7 @@ def inside(limits: dict[str, float], whole: bool) -> float:
 
 def properties_of(part: Any, group: Group, name: str, registry: Registry) -> Iterator[Property]:
     """Give each property of a part, tried once."""
-    suite = type(f"Suite{type(part).__name__}", (SUITES[group],), {"part": part})()
+    suite = type(f"Suite{type(part).__name__}", (suite_of(group, type(part)),), {"part": part})()
     checks: list[tuple[str, Callable[[], None]]] = [
         ("it goes by the name of its class", lambda: _named(part, name)),
         ("a case file can give its options", lambda: _given(part, group, name, registry)),

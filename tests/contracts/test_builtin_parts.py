@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from impactlab.plugins import GROUPS, Group, registry
-from impactlab.testing.contracts import SUITES
+from impactlab.testing.contracts import SUITES, suite_of
 
 OURS = registry().only("impactlab")
 FACTS: dict[str, dict[str, Any]] = {  # by test class: the name of the part, then the number of its example
@@ -36,7 +36,7 @@ def suites(group: Group) -> dict[str, type[Any]]:
         kind = OURS.load(group, name)
         for number, options in enumerate(kind.examples):
             title = f"Test{camel(name)}{number or ''}"
-            made[title] = type(title, (SUITES[group],), {"part": kind(**options), **FACTS.get(title, {})})
+            made[title] = type(title, (suite_of(group, kind),), {"part": kind(**options), **FACTS.get(title, {})})
     return made
 
 
@@ -51,7 +51,9 @@ def test_every_registered_part_has_a_suite(group: Group) -> None:
     tested = {
         type(value.part)
         for value in globals().values()
-        if isinstance(value, type) and group in SUITES and issubclass(value, SUITES[group])
+        if isinstance(value, type)
+        and group in SUITES
+        and any(issubclass(value, suite_of(group, OURS.load(group, name))) for name in names)
     }
     assert {OURS.load(group, name) for name in names} == tested
 

@@ -1,0 +1,1 @@
+"""Scenes integrated with adaptive steps between the events of their contacts."""

@@ -1,0 +1,92 @@
+"""A contact in an adaptive run: its law asked at one instant, and whether it is closed."""
+
+from __future__ import annotations
+
+import ctypes
+from typing import NamedTuple
+
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.types import MEMORY, Port, Reply, Start
+
+
+class LawFailed(Exception):  # noqa: N818 - it never leaves the package
+    """A law gave no answer, or raised."""
+
+
+class Answer(NamedTuple):
+    """What a contact does at one instant."""
+
+    force: float  # N; while closed its signed trial, which goes on smoothly beyond the opening
+    power: float  # W, lost
+    stored: float  # J
+
+
+class Touch:
+    """One contact: open or closed, with its law's memory.
+
+    The law is asked at an instant: gap and rate at the end of the free step are those at its start, compliances are
+    zero and the force acts at the start. While the contact is closed its force is the trial force; the loss is what the
+    force exceeds the force at rest by, times the rate of indentation, (F - F(rate = 0)) d'. Where a contact opens
+    before it is relaxed, F = 0 and the same formula is the fall of the stored energy as the law follows the face.
+    """
+
+    def __init__(self, law: AbstractContactLaw, start: Start, dt: float) -> None:
+        self.port, self.reply = Port(), Reply()
+        self.port.dt = dt
+        self.port.parameters[: len(start.parameters)] = start.parameters
+        self.port.memory[: len(start.memory)] = start.memory
+        self.closed, self.held = False, 0.0
+        self._respond, self._why_failed = type(law).respond, law.why_failed
+        self._remembered = ctypes.addressof(self.port) + Port.memory.offset
+
+    def ask(self, gap: float, rate: float) -> Reply:
+        """Return the law's reply at a gap [m] and its rate [m/s]; the record is written again by the next question."""
+        port, reply = self.port, self.reply
+        port.gap = port.free_gap = gap
+        port.gap_rate = port.free_gap_rate = rate
+        port.in_contact = 1.0 if self.closed else 0.0
+        ctypes.memset(ctypes.addressof(reply), 0, ctypes.sizeof(reply))
+        ctypes.memmove(ctypes.addressof(reply) + Reply.memory.offset, self._remembered, 8 * MEMORY)
+        try:
+            self._respond(port, reply)
+        except Exception as raised:
+            raise LawFailed(f"a contact law raised {type(raised).__name__}: {raised}") from raised
+        if reply.failed:
+            raise LawFailed(self._why_failed)
+        return reply
+
+    def answer(self, gap: float, rate: float) -> Answer:
+        """Return force, lost power and stored energy; nothing where the contact is open (`released` tells the loss)."""
+        if not self.closed:
+            return Answer(0.0, 0.0, 0.0)
+        at_rest = self.ask(gap, 0.0)
+        elastic, stored = at_rest.trial, at_rest.stored
+        force = self.ask(gap, rate).trial
+        return Answer(force, (elastic - force) * rate, stored)
+
+    def stored(self, gap: float) -> float:
+        """Return the energy [J] that the contact stores, closed or not."""
+        return float(self.ask(gap, 0.0).stored) if gap < 0.0 else 0.0
+
+    def released(self, gap: float) -> float:
+        """Return the energy [J] lost since the opening, in following a face that was let go of."""
+        return 0.0 if self.closed else max(0.0, self.held - self.stored(gap))
+
+    def carry(self, gap: float, rate: float) -> None:
+        """Let the law remember an accepted instant."""
+        self.ask(gap, rate)
+        ctypes.memmove(self._remembered, ctypes.addressof(self.reply) + Reply.memory.offset, 8 * MEMORY)
+
+    def close(self, gap: float, rate: float, away: float) -> None:
+        """Begin a contact: faces that met at zero gap were apart, by ``away`` [m], before."""
+        if gap > -away:
+            self.carry(away, rate)
+            gap = 0.0
+        self.carry(gap, rate)
+        self.closed, self.held = True, 0.0
+
+    def open(self, gap: float, rate: float) -> None:
+        """End a contact."""
+        self.held = self.stored(gap)
+        self.carry(gap, rate)
+        self.closed = False
