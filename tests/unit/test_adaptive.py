@@ -15,6 +15,7 @@ from impactlab.casefile import load_case
 from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.contact.penalty import Penalty
+from impactlab.contact.power_law import Flores, Hertz, HuntCrossley, LankaraniNikravesh
 from impactlab.contact.wave_identification import WaveIdentification
 from impactlab.errors import CaseError, PairingError, PluginError, StepError
 from impactlab.exact.solve import solve
@@ -186,6 +187,22 @@ def test_a_power_law_with_hysteresis_has_its_true_restitution() -> None:
     left = -float(history.evaluate(0.04, "velocity:ball"))
     assert left == pytest.approx(0.662962, abs=5e-7)  # the printed digits
     assert history.energy.booked["contact"][-1] == pytest.approx(1.0 - left**2, abs=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("law", "restitution"),
+    [
+        (Hertz(1e6), 1.0),
+        (HuntCrossley(1e6, restitution=0.5), 0.662962),
+        (LankaraniNikravesh(1e6, restitution=0.5), 0.725241),
+        (Flores(1e6, restitution=0.5), 0.470445),
+    ],
+)
+def test_power_laws_divide_by_the_approach_speed_of_the_located_touch(
+    law: AbstractContactLaw, restitution: float
+) -> None:
+    history = run(ball(law, 0.06, gap=0.01, speed=0.7, integrator=Adaptive(relative_tolerance=1e-10)))
+    assert float(history.evaluate(0.06, "velocity:ball")) == pytest.approx(-0.7 * restitution, abs=5e-7)
 
 
 @pytest.mark.parametrize("model", [FiniteElement(20), LUMPED, Modal(None, 20), Modal(40, 20)])
