@@ -88,13 +88,13 @@ def measure(elements: int, repeats: int) -> dict[str, float]:
     plan = prepare(scene_of(elements))
     assert plan.dt is not None
     assert plan.integrator is not None
-    scene, dt, steps = scene_of(elements), plan.dt, plan.steps
+    dt, steps = plan.dt, plan.steps
     system = plan.built["rod"].system
     mass, stiffness = system.mass[0], np.append(-system.stiffness[1, :-1], -system.stiffness[1, 0])
     stride = -(-steps // SAMPLES)
     ours, theirs, difference = [], [], 0.0
     for _ in range(repeats + 1):
-        assembly = Assembly(scene, plan.built, plan.steppers, plan.starts, plan.integrator, dt, steps)
+        assembly = Assembly(plan.scene, plan.built, plan.steppers, plan.starts, plan.integrator, dt, steps)
         start(assembly.memory)
         # Both write into fresh pages; touch them first, so that the kernel's page faults are in neither time.
         assembly.memory.record.fill(0.0)

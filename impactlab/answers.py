@@ -37,7 +37,7 @@ def ask(m: Memory, number: int, time: float, dt: float) -> None:
     contact, port, reply = m.contacts[number], m.ports[number], m.replies[number]
     left, right = m.faces[2 * number], m.faces[2 * number + 1]
     left_u, right_u, left_v, right_v = left.free_u, right.free_u, left.free_v, right.free_v
-    others_rate, others_pushed = 0.0, 0.0
+    others_rate, others_pushed, predicted = 0.0, 0.0, 0.0
     for other in range(n_contacts):
         if other == number:
             continue
@@ -49,6 +49,7 @@ def ask(m: Memory, number: int, time: float, dt: float) -> None:
             left_v += moved_by(m, a, 1, theirs, other)
             right_v += moved_by(m, b, 1, theirs, other)
             others_rate += (m.answers[V_JUMP, b, other] - m.answers[V_JUMP, a, other]) * theirs.impulse
+            predicted += (m.answers[V_JUMP, b, other] - m.answers[V_JUMP, a, other]) * theirs.projection
             others_pushed += moved_by(m, 2 * n_contacts + number, 0, theirs, other)
     own_pushed = port.free_pushed
     port.time, port.dt = time, dt
@@ -57,9 +58,10 @@ def ask(m: Memory, number: int, time: float, dt: float) -> None:
     port.left.free_displacement, port.right.free_displacement = left_u, right_u
     port.left.free_velocity, port.right.free_velocity = left_v, right_v
     port.gap = contact.initial_gap + right.u - left.u
-    if contact.touching != 0.0 and port.gap > 0.0:
-        port.gap = 0.0
+    if contact.touching != 0.0 and port.gap + port.offset > 0.0:
+        port.gap = -port.offset
     port.gap_rate, port.others_rate = right.v - left.v, others_rate
+    port.predicted_gap = port.gap + dt * port.gap_rate + predicted
     port.free_gap = contact.initial_gap + right_u - left_u
     port.free_gap_rate = right_v - left_v
     port.free_pushed = own_pushed + others_pushed
@@ -75,7 +77,7 @@ def ask(m: Memory, number: int, time: float, dt: float) -> None:
 @PART
 def hidden_change(now: float, before: float) -> float:
     """Return how much a projection or push changed, relative to itself."""
-    return abs(now - before) / max(abs(now), abs(before))
+    return 0.0 if now == before else abs(now - before) / max(abs(now), abs(before))
 
 
 @PART

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -115,7 +115,11 @@ def face_velocity_per_force(scene: Scene, steppers: dict[str, Stepper], number: 
 
 
 def check_explicit_spring(
-    scene: Scene, steppers: dict[str, Stepper], integrator: AbstractIntegrator, dt: float
+    scene: Scene,
+    built: dict[str, BuiltBody],
+    steppers: dict[str, Stepper],
+    integrator: AbstractIntegrator,
+    dt: float,
 ) -> None:
     """Raise `CaseError` where a contact spring is too stiff for a force that acts at the start of the step.
 
@@ -124,13 +128,12 @@ def check_explicit_spring(
     if integrator.load_point > 0.0:
         return
     for number, contact in enumerate(scene.contacts):
-        sides = [side_facts(scene, point) for point in (contact.left, contact.right)]
-        spring = contact.law.spring(sides[0], sides[1], dt)
+        stiffness = contact.law.stiffest(*facts_of(scene, built, steppers, number), dt)
         pliancy = dt * sum(face_velocity_per_force(scene, steppers, number, side) for side in (0, 1))
-        if spring is not None and spring[0] * pliancy > 4.0:
-            stable = dt * 2.0 / math.sqrt(spring[0] * pliancy)
+        if stiffness * pliancy > 4.0:
+            stable = dt * 2.0 / math.sqrt(stiffness * pliancy)
             raise CaseError(
-                f"the contact spring of {spring[0]:.6g} N/m is too stiff for an explicit step of {dt:.6g} s between "
+                f"the contact spring of {stiffness:.6g} N/m is too stiff for an explicit step of {dt:.6g} s between "
                 f"these faces; the limit is {4.0 / pliancy:.6g} N/m",
                 remedy=f"Give a step of {stable:.6g} s or less, or integrator newmark.",
                 path=f"contacts.{number}.law",
@@ -153,6 +156,15 @@ def facts_of(
             )
         )
     return facts[0], facts[1]
+
+
+def acting_laws(scene: Scene, built: dict[str, BuiltBody], steppers: dict[str, Stepper]) -> Scene:
+    """Return the scene with the laws that act on its faces, massless or not."""
+    contacts = [
+        replace(contact, law=contact.law.acting(*facts_of(scene, built, steppers, number)))
+        for number, contact in enumerate(scene.contacts)
+    ]
+    return replace(scene, contacts=tuple(contacts))
 
 
 def start_laws(scene: Scene, built: dict[str, BuiltBody], steppers: dict[str, Stepper], dt: float) -> tuple[Start, ...]:

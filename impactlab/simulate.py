@@ -30,6 +30,7 @@ from impactlab.pairing import (
 )
 from impactlab.preparation import (
     BuiltBody,
+    acting_laws,
     build_bodies,
     check_explicit_spring,
     prepare_steppers,
@@ -56,6 +57,7 @@ Progress = Callable[[float], None]
 class Plan:
     """What was decided before the first step."""
 
+    scene: Scene  # with the laws that act
     dt: float | None  # s; None for a run without steps
     steps: int
     built: dict[str, BuiltBody]
@@ -119,7 +121,7 @@ def prepare(scene: Scene) -> Plan:
         from impactlab.exact.build import check
 
         check(scene)
-        return Plan(None, 0, {}, {}, (), None, () if scene.integrator is None else (UNUSED,))
+        return Plan(scene, None, 0, {}, {}, (), None, () if scene.integrator is None else (UNUSED,))
     if isinstance(scene.integrator, AbstractAdaptive) and rods_step(scene) is not False:
         return prepare_adaptive(scene, scene.integrator)
     integrator: AbstractIntegrator = scene.integrator if isinstance(scene.integrator, AbstractIntegrator) else Newmark()
@@ -157,7 +159,8 @@ def prepare(scene: Scene) -> Plan:
             f"{steps} steps are too many", remedy="Give a longer step or a shorter duration.", path="solve.step"
         )
     steppers = prepare_steppers(scene, built, integrator, dt)
-    check_explicit_spring(scene, steppers, integrator, dt)
+    scene = acting_laws(scene, built, steppers)
+    check_explicit_spring(scene, built, steppers, integrator, dt)
     starts = start_laws(scene, built, steppers, dt)
     pushes = pushes_of(scene, built, starts)
     if pushes:
@@ -170,7 +173,7 @@ def prepare(scene: Scene) -> Plan:
                     f"{contact.name}: a hard position constraint under '{kind_of(integrator)}' is known to gain energy",
                 )
             )
-    return Plan(dt, max(steps, 1), built, steppers, starts, integrator, tuple(warnings))
+    return Plan(scene, dt, max(steps, 1), built, steppers, starts, integrator, tuple(warnings))
 
 
 def prepare_adaptive(scene: Scene, integrator: AbstractAdaptive) -> Plan:
@@ -184,7 +187,7 @@ def prepare_adaptive(scene: Scene, integrator: AbstractAdaptive) -> Plan:
         check_ordinary(integrator, name, body.system)
     given = scene.step.dt is not None or scene.step.courant is not None
     march = March(System(scene, built), integrator, resolve_step(scene, built) if given else None)
-    return Plan(None, 0, built, {}, (), None, (), march)
+    return Plan(scene, None, 0, built, {}, (), None, (), march)
 
 
 def run_adaptive(march: March, progress: Progress | None, began: float) -> AbstractHistory:
@@ -224,7 +227,7 @@ def run(scene: Scene, progress: Progress | None = None) -> AbstractHistory:
     from impactlab import loop
     from impactlab.pointers import entered
 
-    assembly = Assembly(scene, plan.built, plan.steppers, plan.starts, plan.integrator, plan.dt, plan.steps)
+    assembly = Assembly(plan.scene, plan.built, plan.steppers, plan.starts, plan.integrator, plan.dt, plan.steps)
     history = RecordedHistory(assembly, plan.integrator)
     history.warnings.extend(plan.warnings)
     entered(loop.start, assembly.memory)
@@ -354,10 +357,13 @@ def check_gain(history: AbstractHistory, bound: float, time: float, step: int, r
 
 
 def energy_at_stake(history: AbstractHistory) -> float:
-    """Return the largest energy that the run dealt with [J]: of a body, or as work of gravity; else 1 J."""
+    """Return the energy that the run dealt with [J]: what it began with, or the work of gravity; else the largest seen.
+
+    What a diverging run adds is not at stake: a gain is measured against what was there without it.
+    """
     book = history.energy
-    largest = max((float(np.abs(energy).max()) for energy in (*book.bodies.values(), book.work)), default=0.0)
-    return max(largest, float(np.abs(book.total).max())) or 1.0
+    given = max(float(np.abs(book.total[0])), float(np.abs(book.work).max()))
+    return given or float(np.abs(book.total).max()) or 1.0
 
 
 def check_momentum(assembly: Assembly, history: AbstractHistory) -> None:

@@ -56,6 +56,7 @@ class Port(ctypes.Structure):
         ("gap", ctypes.c_double),  # m, at the start of the step
         ("gap_rate", ctypes.c_double),  # m/s, at the start, before any impulse of this step
         ("others_rate", ctypes.c_double),  # m/s, what impulses at other contacts add to it at once
+        ("predicted_gap", ctypes.c_double),  # m, gap + dt gap_rate, others' projections of the predictor included
         ("free_gap", ctypes.c_double),  # m, at the end without contact force
         ("free_gap_rate", ctypes.c_double),  # m/s, the same
         ("gap_per_force", ctypes.c_double),  # m/N, gap at the end per force over the step

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, final
 
 from impactlab.contact.base import AbstractContactLaw
+from impactlab.contact.penalty import Penalty
 from impactlab.types import Level, SideFacts, Start
 
 
@@ -15,7 +17,9 @@ class AdditionDeletion(AbstractContactLaw):
     """Constraint addition-deletion: no gap at the end of the step, the multiplier is the force, until it would pull.
 
     Touch is found at the start of a step; the constraint then needs a velocity jump, given by an impulse (unless the
-    scheme's own force holds it, as central difference), whose lost energy is booked.
+    scheme's own force holds it, as central difference), whose lost energy is booked. A scheme that projects its
+    predictor is given the least projection that leaves it no overlap. On a massless face the constraint is a spring of
+    the face's flexibility.
 
     References
     ----------
@@ -28,6 +32,12 @@ class AdditionDeletion(AbstractContactLaw):
     hard = True
     holds_position = True
 
+    serves_massless = True
+
+    def acting(self, left: SideFacts, right: SideFacts) -> AbstractContactLaw:
+        flexibility = left.flexibility + right.flexibility
+        return Penalty(stiffness=math.inf) if flexibility > 0.0 else self
+
     def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
         return Start()
 
@@ -35,6 +45,9 @@ class AdditionDeletion(AbstractContactLaw):
     def respond(port: Any, reply: Any) -> None:
         free_gap = port.free_gap
         if port.jump_in_force > 0.0:
+            if port.projects_first > 0.0 and port.predicted_gap < 0.0:
+                reply.projection = -port.predicted_gap / port.rate_per_impulse
+                free_gap += port.gap_per_projection * reply.projection
             reply.trial = -free_gap / port.gap_per_force
             if reply.trial > 0.0:
                 reply.force = reply.trial

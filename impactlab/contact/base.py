@@ -54,6 +54,15 @@ class AbstractContactLaw(ABC):
     def respond(port: Any, reply: Any) -> None:
         """Write the reply of one step: force [N] or impulse [N s], signed trial force, phase, energies, memory."""
 
+    def acting(self, left: SideFacts, right: SideFacts) -> AbstractContactLaw:
+        """Return the law that acts on these sides: this one, but for faces on which it comes down to another."""
+        return self
+
+    def stiffest(self, left: SideFacts, right: SideFacts, dt: float) -> float:
+        """Return the stiffness [N/m] that an explicit step must resolve; 0 where there is none or none is known."""
+        spring = self.spring(left, right, dt)
+        return 0.0 if spring is None else spring[0]
+
     def spring(self, left: SideFacts, right: SideFacts, dt: float) -> tuple[float, float] | None:
         """Return stiffness [N/m] and damping [N s/m] where the law is a constant spring and dashpot, else None.
 

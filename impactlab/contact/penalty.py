@@ -17,7 +17,8 @@ class Penalty(AbstractContactLaw):
     """Contact element (penalty): a Kelvin-Voigt spring and dashpot that never pull.
 
     F = k d + c d' with the penetration d where the scheme's force acts, solved with the compliance of the bodies, so
-    that any stiffness is stable under an implicit scheme. Stored and lost energy are those of the same step.
+    that any stiffness is stable under an implicit scheme. Stored and lost energy are those of the same step. On a
+    massless face the spring stands in series with the face's flexibility.
 
     References
     ----------
@@ -27,6 +28,7 @@ class Penalty(AbstractContactLaw):
     needs = frozenset({Level.POSITION, Level.VELOCITY})
     citations = ("EscalonaMayoDominguez1999",)
     is_spring = True
+    serves_massless = True
     examples = ({}, {"stiffness": Relative(3.0), "damping": Relative(0.5)})
     smooth = True
 
@@ -51,10 +53,20 @@ class Penalty(AbstractContactLaw):
                     )
                 given = given.relative * min(references)
             values.append(given)
-        return values[0], values[1]
+        stiffness, damping = values
+        flexibility = left.flexibility + right.flexibility
+        if flexibility > 0.0 and damping > 0.0:
+            raise PairingError(
+                "the dashpot of penalty needs faces with mass",
+                remedy="Give damping: 0, or mass: lumped.",
+                path="damping",
+            )
+        return 1.0 / (1.0 / stiffness + flexibility), damping
 
     def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
-        return Start(parameters=self.spring(left, right, dt), memory=(0.0,))
+        stiffness, damping = self.spring(left, right, dt)
+        flexible = (left.flexibility + right.flexibility) * stiffness
+        return Start(parameters=(stiffness, damping, flexible), memory=(0.0,))
 
     @staticmethod
     def respond(port: Any, reply: Any) -> None:
@@ -71,6 +83,7 @@ class Penalty(AbstractContactLaw):
                 reply.in_contact = 1.0
                 reply.stored = 0.5 * stiffness * gap * min(0.0, free_gap + pliancy * reply.force)
                 reply.dissipated = damping * rate * rate * port.dt
+                reply.offset = -port.parameters[2] * min(0.0, free_gap + pliancy * reply.force)
         elif port.load_point == 1.0:
             # The force is that of the penetration and its rate at the end of the step.
             pressed = stiffness * free_gap + damping * port.free_gap_rate
@@ -83,6 +96,7 @@ class Penalty(AbstractContactLaw):
                 end = min(0.0, free_gap + pliancy * reply.force)
                 reply.in_contact = 1.0
                 reply.stored = 0.5 * stiffness * end * end
+                reply.offset = -port.parameters[2] * end
                 reply.dissipated = max(0.0, (reply.force + stiffness * end) * (min(gap, 0.0) - end))
         elif gap < 0.0 or free_gap < 0.0:
             # Force times change of the gap is the change of the spring's energy, also where the gap passes through zero
@@ -117,6 +131,7 @@ class Penalty(AbstractContactLaw):
                 held = min(end, 0.0)
                 reply.stored = 0.5 * stiffness * held * held
                 reply.dissipated = dash * (end - gap) ** 2 / pliancy
+                reply.offset = -port.parameters[2] * held
             elif gap < 0.0:
                 # Let go before it is relaxed: its dashpot takes up what it gives as it follows the face.
                 reply.stored = 0.5 * stiffness * min(free_gap, 0.0) ** 2

@@ -69,7 +69,7 @@ def trace(scene: Scene) -> Trace:
     plan = prepare(scene)
     if plan.dt is None or plan.integrator is None:
         raise CaseError("the continuous model has no steps to trace", path="solve.model")
-    assembly = Assembly(scene, plan.built, plan.steppers, plan.starts, plan.integrator, plan.dt, plan.steps)
+    assembly = Assembly(plan.scene, plan.built, plan.steppers, plan.starts, plan.integrator, plan.dt, plan.steps)
     history = RecordedHistory(assembly, plan.integrator)
     loop.start(assembly.memory)
     states, forces, impulses = [assembly.memory.state.copy()], [], []
@@ -100,7 +100,7 @@ def run_in_cuts(scene: Scene, next_cut: Callable[[int], int]) -> RecordedHistory
     plan = prepare(scene)
     if plan.dt is None or plan.integrator is None:
         raise CaseError("the continuous model has no steps to cut", path="solve.model")
-    assembly = Assembly(scene, plan.built, plan.steppers, plan.starts, plan.integrator, plan.dt, plan.steps)
+    assembly = Assembly(plan.scene, plan.built, plan.steppers, plan.starts, plan.integrator, plan.dt, plan.steps)
     history = RecordedHistory(assembly, plan.integrator)
     loop.start(assembly.memory)
     while assembly.clock.step < plan.steps:

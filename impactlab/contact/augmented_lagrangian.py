@@ -1,0 +1,75 @@
+"""The constraint found by augmentations of a penalty."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar, final
+
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.errors import PairingError
+from impactlab.types import Level, Relative, SideFacts, Start, option
+
+
+@final
+@dataclass(frozen=True)
+class AugmentedLagrangian(AbstractContactLaw):
+    """Augmented Lagrangian: a penalty whose force starts from the last multiplier and is augmented a few times a step.
+
+    One augmentation: F = max(0, multiplier - stiffness * gap at the end), then the multiplier is F. What is left of the
+    overlap falls by 1/(1 + stiffness * compliance) each time; with many of them this is addition-deletion. Touch and
+    the impulse of closing are those of the constraint.
+
+    References
+    ----------
+    AlartCurnier1991; SimoLaursen1992 (Uzawa's algorithm, nested in the step).
+    """
+
+    needs = frozenset({Level.POSITION, Level.IMPULSE})
+    citations = ("AlartCurnier1991", "SimoLaursen1992")
+    hard = True
+    holds_position = True
+    trial_at_end = True
+    examples: ClassVar[tuple[dict[str, Any], ...]] = ({"stiffness": 1e9},)
+
+    stiffness: float | Relative = option(
+        Relative(1.0), unit="N/m", above=0.0, description="penalty; relative to EA/h, the smaller of two rods"
+    )
+    augmentations: int = option(10, at_least=1, at_most=1000, description="augmentations in each step")
+
+    def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
+        stiffness = self.stiffness
+        if isinstance(stiffness, Relative):
+            references = [facts.element_stiffness for facts in (left, right) if facts.kind == "rod"]
+            if not references:
+                raise PairingError(
+                    "stiffness is relative to a rod, and this contact has none",
+                    remedy="Give it in SI.",
+                    path="stiffness",
+                )
+            stiffness = stiffness.relative * min(references)
+        return Start(parameters=(stiffness, float(self.augmentations)), memory=(0.0,))
+
+    @staticmethod
+    def respond(port: Any, reply: Any) -> None:
+        stiffness, count = port.parameters[0], int(port.parameters[1])
+        free_gap, multiplier = port.free_gap, port.memory[0]
+        if port.in_contact == 0.0:
+            multiplier = 0.0
+            if port.jump_in_force == 0.0:
+                rate = port.gap_rate + port.others_rate
+                if port.gap > 0.0 or rate >= 0.0:
+                    reply.memory[0] = 0.0
+                    return
+                reply.impulse = -rate / port.rate_per_impulse
+                reply.dissipated = -0.5 * reply.impulse * port.gap_rate
+                free_gap += port.gap_per_impulse * reply.impulse
+        for _ in range(count):
+            reply.trial = (multiplier - stiffness * free_gap) / (1.0 + stiffness * port.gap_per_force)
+            multiplier = max(0.0, reply.trial)
+        reply.memory[0] = multiplier
+        if multiplier > 0.0 or reply.impulse > 0.0:
+            reply.force = multiplier
+            reply.in_contact = 1.0
+            if port.jump_in_force > 0.0:
+                rate = port.free_gap_rate + port.rate_per_force * reply.force
+                reply.dissipated = max(0.0, -0.5 * reply.force * port.dt * (port.gap_rate + rate))

@@ -1,0 +1,40 @@
+"""The persistency condition, which does no work."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, final
+
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.types import Level, SideFacts, Start
+
+
+@final
+@dataclass(frozen=True)
+class EnergyConserving(AbstractContactLaw):
+    """Energy-conserving contact: while faces touch, the gap does not change over a step, so the force does no work.
+
+    The condition is on the mean gap rate of the step (persistency), not on the gap: faces that overlapped by part of a
+    step's travel when they touched keep that overlap until they are let go. With a midpoint scheme energy is kept to
+    rounding through touch and release.
+
+    References
+    ----------
+    LaursenChawla1997, section 3 (normal contact, without their penalty regularisation); HauretLeTallec2006.
+    """
+
+    needs = frozenset({Level.POSITION})
+    citations = ("LaursenChawla1997", "HauretLeTallec2006")
+    hard = True
+
+    def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
+        return Start()
+
+    @staticmethod
+    def respond(port: Any, reply: Any) -> None:
+        if port.gap > 0.0:
+            return
+        reply.trial = (port.gap - port.free_gap) / port.gap_per_force
+        if reply.trial > 0.0:
+            reply.force = reply.trial
+            reply.in_contact = 1.0

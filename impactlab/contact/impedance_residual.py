@@ -1,0 +1,77 @@
+"""The modes that a basis leaves out, as a spring and a dashpot of the rod's impedance."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, final
+
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.errors import PairingError
+from impactlab.types import Level, SideFacts, Start
+
+
+@final
+@dataclass(frozen=True)
+class ImpedanceResidual(AbstractContactLaw):
+    """Impedance residual: the faces touch through what the modes left out yield, a spring beside a dashpot of Z.
+
+    F = k x + Z x', with k the inverse of the static compliance left out and x what it is pressed in: the overlap of the
+    modal faces while closed. While open x relaxes by k x + Z x' = 0 and the true faces stand at the modal ones plus x.
+    The contact opens where F would pull. What the dashpot takes, Z x'^2 dt, has gone into modes that are left out and
+    is booked as unresolved. At touch F = Z (approach speed), as the waves say.
+
+    References
+    ----------
+    MacNeal1971 (residual flexibility); the dashpot is our own: the modes left out carry waves away at the impedance Z.
+    """
+
+    needs = frozenset({Level.POSITION})
+    citations = ("MacNeal1971",)
+    hard = True
+    gains_energy = 0.01  # measured: touches found a step late (docs/bounds.md)
+
+    def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
+        yields, dashes = 0.0, 0.0
+        for facts in (left, right):
+            if facts.kind != "rod":
+                continue
+            if math.isnan(facts.impedance):
+                raise PairingError("impedance_residual needs the impedance of a rod's end, and there is none here")
+            # A body that leaves nothing out yields nothing more; rounding of its static answer is not a compliance.
+            if facts.left_out * facts.element_stiffness > 1e-6:
+                yields += facts.left_out
+                dashes += 1.0 / facts.impedance
+        if yields == 0.0:
+            raise PairingError(
+                "impedance_residual stands for modes that are left out, and no body of this contact leaves any out",
+                remedy="Use modal with fewer modes than its mesh has, or addition_deletion.",
+            )
+        return Start(parameters=(1.0 / yields, 1.0 / dashes), memory=(0.0,))
+
+    @staticmethod
+    def respond(port: Any, reply: Any) -> None:
+        stiffness, impedance, pressed = port.parameters[0], port.parameters[1], port.memory[0]
+        dt = port.dt
+        if port.in_contact == 0.0 and port.gap + pressed <= 0.0:
+            pressed = -port.gap  # a touch found late: what the faces overlap is what is pressed in
+        if port.in_contact > 0.0 or port.gap + pressed <= 0.0:
+            if port.load_point == 0.0:
+                rate, pliancy = 0.5 * (port.gap_rate + port.free_gap_rate), 0.5 * port.rate_per_force
+                reply.trial = (stiffness * pressed - impedance * rate) / (1.0 + impedance * pliancy)
+            else:
+                pliancy = port.gap_per_force
+                pull = 0.5 * stiffness * (pressed - port.free_gap) - impedance * (port.free_gap + pressed) / dt
+                reply.trial = pull / (1.0 + 0.5 * stiffness * pliancy + impedance * pliancy / dt)
+        if reply.trial > 0.0:
+            reply.force = reply.trial
+            reply.in_contact = 1.0
+            now = -(port.free_gap + port.gap_per_force * reply.force)
+            reply.unresolved = impedance * (now - pressed) ** 2 / dt
+        else:
+            pressed = port.memory[0]
+            now = pressed * math.exp(-stiffness * dt / impedance)
+            reply.unresolved = 0.5 * stiffness * (pressed + now) * (pressed - now)
+        reply.stored = 0.5 * stiffness * now * now
+        reply.memory[0] = now
+        reply.offset = now

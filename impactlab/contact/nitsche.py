@@ -1,0 +1,76 @@
+"""Nitsche's method: the stress at the face takes part in the contact condition."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar, Literal, final
+
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.errors import PairingError
+from impactlab.types import Level, Reading, SideFacts, Start, option
+
+
+@final
+@dataclass(frozen=True)
+class Nitsche(AbstractContactLaw):
+    """Nitsche's method: F = max(0, S - gap/g) with S the force that the rod's own stress tells at the face.
+
+    Consistent without a multiplier: in the exact solution S is the contact force. Beside F along the gap, theta g (S -
+    F) acts along the row of S, so that the method is the symmetric one (theta = 1), the simple one (0) or the skew one
+    (-1). g = ``gamma`` h/EA. S is that of the rod, of two rods the mean. Both are taken where the scheme's force acts.
+    Stored is theta g (F^2 - S^2)/2, which may be negative.
+
+    References
+    ----------
+    ChoulyHildRenard2015, equations of part 1 (semi-discrete problem, energy of the theta family) and part 2 (midpoint);
+    ChoulyRenard2018 (explicit).
+    """
+
+    needs = frozenset({Level.POSITION})
+    citations = ("ChoulyHildRenard2015", "ChoulyRenard2018")
+    hard = True
+    trial_at_end = False
+    # Measured (docs/bounds.md): touches and releases within a step, and theta below 1.
+    gains_energy = 0.1
+    examples: ClassVar[tuple[dict[str, Any], ...]] = ({}, {"theta": "0"}, {"theta": "-1", "gamma": 0.1})
+
+    theta: Literal["1", "0", "-1"] = option("1", description="1 symmetric, 0 without, -1 skew")
+    gamma: float = option(0.5, above=0.0, below=1.0, description="g over h/EA, the compliance of one element")
+
+    def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
+        rods = [(side, facts) for side, facts in (("left", left), ("right", right)) if facts.kind == "rod"]
+        if not rods:
+            raise PairingError("nitsche needs a rod on one side", remedy="Use penalty or addition_deletion.")
+        compliance = self.gamma / min(facts.element_stiffness for _, facts in rods)
+        pushed = tuple((Reading(side, 0.0, "force"), 1.0 / len(rods)) for side, _ in rods)  # type: ignore[arg-type]
+        return Start(parameters=(compliance, float(self.theta)), pushed=pushed)
+
+    def stiffest(self, left: SideFacts, right: SideFacts, dt: float) -> float:
+        return 1.0 / self.begin(left, right, dt).parameters[0]
+
+    @staticmethod
+    def respond(port: Any, reply: Any) -> None:
+        compliance, theta = port.parameters[0], port.parameters[1]
+        # Where the force acts: stress and gap = known + per force * F + per push * Q.
+        share = port.load_point
+        stress = (1.0 - share) * port.pushed + share * port.free_pushed
+        gap = (1.0 - share) * port.gap + share * port.free_gap
+        stress_per_force, stress_per_push = share * port.pushed_per_force, share * port.pushed_per_push
+        gap_per_force, gap_per_push = share * port.gap_per_force, share * port.gap_per_push
+        # F = S - gap/g and Q = theta g (S - F), two linear equations.
+        a = 1.0 - stress_per_force + gap_per_force / compliance
+        b = -stress_per_push + gap_per_push / compliance
+        c = theta * compliance * (1.0 - stress_per_force)
+        d = 1.0 - theta * compliance * stress_per_push
+        known, push = stress - gap / compliance, theta * compliance * stress
+        reply.trial = (known * d - b * push) / (a * d - b * c)
+        if reply.trial > 0.0:
+            reply.force = reply.trial
+            reply.push = (a * push - c * known) / (a * d - b * c)
+            reply.in_contact = 1.0
+        else:
+            reply.push = push / d
+        end = port.free_pushed + port.pushed_per_force * reply.force + port.pushed_per_push * reply.push
+        gap_end = port.free_gap + port.gap_per_force * reply.force + port.gap_per_push * reply.push
+        held = max(0.0, end - gap_end / compliance)
+        reply.stored = 0.5 * theta * compliance * (held * held - end * end)
