@@ -345,6 +345,7 @@ class Assembly:
                 self.contacts[number],
                 law=self.laws[number].value,
                 dates=int(contact.law.answers_force),
+                smooth=int(contact.law.smooth),
                 trial_point=1.0 if contact.law.trial_at_end else self.integrator.load_point,
                 initial_gap=contact.gap,
                 old_gap=contact.gap,

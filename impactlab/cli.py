@@ -70,10 +70,14 @@ def run(case: CaseFile, sets: Sets = None, method: Method = None, out: Out = Non
         loaded = _load(case, sets, method)
         if out is not None:
             output.check_target(out)
-        console.say_if_compiling()
         with console.progress() as show:
-            show(loaded.name, 0.0)
-            history = api.run(loaded, lambda fraction: show(loaded.name, fraction))
+
+            def tell(fraction: float) -> None:
+                if fraction == 0.0:  # nothing stands against the run any more
+                    console.say_if_compiling()
+                show(loaded.name, fraction)
+
+            history = api.run(loaded, tell)
         summary, reference = api.summarised(loaded, history)
         if out is not None:
             from impactlab.report.run_report import write_run

@@ -50,7 +50,7 @@ def open_time(contact: Any, port: Any, reply: Any, time: float, dt: float) -> fl
 close_time, open_time = map(PART, (close_time, open_time))
 
 
-def date(m: Memory, time: float, dt: float, located: bool) -> None:
+def date(m: Memory, time: float, dt: float) -> None:
     """Date the events of an accepted step, and carry each contact's phase and memory on.
 
     Roots are linear between the instants of a value; where events are located, steps begin at them.
@@ -61,11 +61,11 @@ def date(m: Memory, time: float, dt: float, located: bool) -> None:
         if contact.dates != 0:
             if is_closed and not was_closed:
                 contact.span_impulse, contact.span_peak = 0.0, 0.0
-                note(m, time if located else close_time(contact, port, reply, time, dt), number, CLOSE, 0.0)
+                note(m, close_time(contact, port, reply, time, dt), number, CLOSE, 0.0)
             contact.span_impulse += contact.force * dt + contact.impulse
             contact.span_peak = max(contact.span_peak, contact.force)
             if was_closed and not is_closed:
-                note(m, time if located else open_time(contact, port, reply, time, dt), number, OPEN, 0.0)
+                note(m, open_time(contact, port, reply, time, dt), number, OPEN, 0.0)
         if contact.impulse != 0.0:
             note(m, time, number, IMPULSE, contact.impulse)
         contact.old_gap, contact.old_trial, contact.touching = port.gap + port.offset, reply.trial, 0.0

@@ -137,7 +137,7 @@ def located_step(m: Memory, dt: float, step_end: float) -> bool:
         attempt(m, time, earliest, 0, GAP)
         if which == NONE:
             correct(m)
-            date(m, time, h, True)
+            date(m, time, h)
             settle(m, h, step_end)
             return True
         cuts += 1
@@ -149,7 +149,7 @@ def located_step(m: Memory, dt: float, step_end: float) -> bool:
             if opens:
                 m.replies[which].in_contact = 1.0  # until the cut
             correct(m)
-            date(m, time, earliest, True)
+            date(m, time, earliest)
             settle(m, earliest, step_end if earliest == h else time + earliest)
         if opens:
             note(m, m.clock[0].time, which, OPEN, 0.0)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from impactlab import answers, compliance, dating, phases
 from impactlab.answers import answer as answer_them
-from impactlab.answers import moved_by
+from impactlab.answers import ask, moved_by
 from impactlab.compliance import compliances, pushed_values, row_times_state
 from impactlab.dating import date as date_them
 from impactlab.kernels import ENTRY, INLINE, PART
@@ -198,7 +198,7 @@ def advance_dated(m: Memory, dt: float, last_step: int, stride: int, sample_stri
         if not here_answer(m, time, dt):
             return LAW_FAILED
         here_correct(m)
-        here_date(m, time, dt, False)
+        here_date(m, time, dt)
         here_settle(m, dt, end)
         clock.step += 1
         if clock.step % stride == 0 or clock.step == clock.steps:
@@ -215,11 +215,20 @@ date, settle, sample, keep = map(PART, (date_them, settle, sample, keep))
 @ENTRY
 def start(m: Memory) -> None:
     """Fill the compliances and write the state at t = 0."""
-    compliances(m)
     n_faces = len(m.faces)
     for number in range(n_faces):
-        m.faces[number].u = row_times_state(m, number)
-        m.faces[number].v = row_times_state(m, n_faces + number)
+        face = m.faces[number]
+        face.u = row_times_state(m, number)
+        face.v = row_times_state(m, n_faces + number)
+        face.free_u, face.free_v = face.u, face.v
+    for number in range(len(m.contacts)):
+        contact, port = m.contacts[number], m.ports[number]
+        if contact.smooth != 0 and contact.initial_gap < 0.0:
+            # Faces that overlap from the start hold energy: the law is asked while all compliances are still zero.
+            load_point, port.load_point = port.load_point, 0.0
+            ask(m, number, 0.0, 1.0)
+            port.load_point = load_point
+    compliances(m)
     keep(m)
     sample(m)
 

@@ -49,6 +49,7 @@ class ContactRecord(ctypes.Structure):
     _fields_ = [
         ("law", INTEGER),  # address
         ("dates", INTEGER),  # 1 where closings and openings are dated: the law answers by force
+        ("smooth", INTEGER),  # 1 where the force follows from gap and rate alone
         ("trial_point", REAL),  # where in the step the trial force belongs
         ("initial_gap", REAL),  # m
         ("force", REAL),  # N, of the last step

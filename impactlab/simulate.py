@@ -224,6 +224,8 @@ def run(scene: Scene, progress: Progress | None = None) -> AbstractHistory:
         exact.warnings.extend(plan.warnings)
         exact.cost.setup_s = clock.perf_counter() - began - exact.cost.solve_s
         return exact
+    if progress is not None:
+        progress(0.0)
     from impactlab import loop
     from impactlab.pointers import entered
 
