@@ -1,17 +1,19 @@
 """Hypothesis strategies: parts and whole scenes that a run accepts, in any units a user may come with.
 
-Needs hypothesis (the ``test`` extra). A law or integrator of your own joins in by ``scenes(laws=st.just(MyLaw()))``.
+Needs hypothesis (the ``test`` extra). Parts that impactlab registers join in by themselves, with their ``examples``; a
+law or integrator of your own by ``scenes(laws=st.just(MyLaw()))``.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import math
+from functools import cache
+from typing import Any
 
 from hypothesis import reject
 from hypothesis import strategies as st
 
-from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.contact.impulse_momentum import ImpulseMomentum
 from impactlab.contact.penalty import Penalty
@@ -19,18 +21,15 @@ from impactlab.contact.wave_identification import WaveIdentification
 from impactlab.errors import CaseError, PairingError
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.integrators.bathe import Bathe
-from impactlab.integrators.central_difference import CentralDifference
-from impactlab.integrators.contact_stabilised_newmark import ContactStabilisedNewmark
-from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.generalised_alpha import GeneralisedAlpha
 from impactlab.integrators.hht_alpha import HhtAlpha
-from impactlab.integrators.midpoint import Midpoint
 from impactlab.integrators.moreau_jean import MoreauJean
 from impactlab.integrators.newmark import Newmark
 from impactlab.integrators.nonsmooth_generalised_alpha import NonsmoothGeneralisedAlpha
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
+from impactlab.plugins import INTEGRATORS, LAWS, MODELS, Group, registry
 from impactlab.scene import Body, Contact, End, Mass, Point, Rayleigh, Rod, Scene, Segment, StepRule, Wall
 from impactlab.simulate import prepare
 from impactlab.types import Relative
@@ -61,46 +60,71 @@ def ends(draw: st.DrawFn, segment: Segment, kinds: tuple[str, ...]) -> End:
     return End(kind, share * size[kind]) if kind in size else End(kind)  # type: ignore[arg-type]
 
 
+def is_dimensionless(part: object) -> bool:
+    """Return whether no option of a part is a number with a unit, so that it means the same in any scene."""
+    fields = [field for field in dataclasses.fields(part) if field.init]  # type: ignore[arg-type]
+    return all(
+        field.metadata["unit"] == "1"
+        or getattr(part, field.name) in (0.0, None)
+        or isinstance(getattr(part, field.name), Relative)
+        for field in fields
+    )
+
+
+@cache
+def others(group: Group, *tuned: type[Any]) -> tuple[Any, ...]:
+    """Return the examples of our registered parts but the tuned ones, those left out that hold a number with a unit."""
+    ours = registry().only("impactlab")
+    kinds = [kind for kind in (ours.load(group, name) for name in ours.names(group)) if kind not in tuned]
+    made = [kind(**options) for kind in kinds for options in kind.examples]
+    return tuple(part for part in made if is_dimensionless(part))
+
+
+def with_others(group: Group, **tuned: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
+    """Return the tuned strategies, by the name of their part, and beside them what else is registered."""
+    ours = registry().only("impactlab")
+    rest = others(group, *(ours.load(group, name) for name in tuned))  # type: ignore[arg-type] # classes are hashable
+    return st.one_of(*tuned.values(), *([st.sampled_from(rest)] if rest else []))
+
+
 def models() -> st.SearchStrategy[AbstractRodModel]:
-    """Return models that step: finite elements, modes of a mesh, analytic modes."""
+    """Return models that step: finite elements, modes of a mesh, analytic modes, and what else is registered."""
     mass = st.sampled_from(["consistent", "lumped"])
     elements = st.integers(2, 40)
-    return st.one_of(
-        st.builds(FiniteElement, elements, mass),
+    modal = st.one_of(
         elements.flatmap(lambda n: st.builds(Modal, st.just(n), st.one_of(st.none(), st.integers(1, n - 1)), mass)),
         st.builds(Modal, st.none(), st.integers(1, 40)),
+    )
+    return with_others(
+        MODELS, continuous=st.nothing(), finite_element=st.builds(FiniteElement, elements, mass), modal=modal
     )
 
 
 def integrators() -> st.SearchStrategy[AbstractIntegrator]:
-    """Return every kind of integrator; Newmark mostly with average acceleration."""
+    """Return every kind of integrator that is registered; Newmark mostly with average acceleration."""
     damped = st.floats(0.5, 0.9).flatmap(
         lambda gamma: st.builds(Newmark, beta=st.floats(0.5 * gamma, 0.9), gamma=st.just(gamma))
     )
     radius = st.floats(0.0, 1.0)
-    return st.one_of(
-        st.just(Newmark()),
-        st.just(CentralDifference()),
-        st.just(ExactModal()),
-        damped,
-        st.just(Midpoint()),
-        st.just(ContactStabilisedNewmark()),
-        st.builds(MoreauJean, theta=st.floats(0.5, 1.0)),
-        st.builds(HhtAlpha, alpha=st.floats(-1.0 / 3.0, 0.0)),
-        st.builds(GeneralisedAlpha, rho_inf=radius),
-        st.builds(NonsmoothGeneralisedAlpha, rho_inf=radius),
-        st.builds(Bathe, first_part=st.floats(0.3, 0.7)),
+    return with_others(
+        INTEGRATORS,
+        newmark=st.one_of(st.just(Newmark()), damped),
+        moreau_jean=st.builds(MoreauJean, theta=st.floats(0.5, 1.0)),
+        hht_alpha=st.builds(HhtAlpha, alpha=st.floats(-1.0 / 3.0, 0.0)),
+        generalised_alpha=st.builds(GeneralisedAlpha, rho_inf=radius),
+        nonsmooth_generalised_alpha=st.builds(NonsmoothGeneralisedAlpha, rho_inf=radius),
+        bathe=st.builds(Bathe, first_part=st.floats(0.3, 0.7)),
     )
 
 
 def laws() -> st.SearchStrategy[AbstractContactLaw]:
-    """Return every kind of law; stiffness and damping relative to the bodies."""
+    """Return every kind of law that is registered and needs no number with a unit."""
     relative = st.builds(Relative, log_uniform(1e-2, 10.0))
-    return st.one_of(
-        st.just(AdditionDeletion()),
-        st.builds(WaveIdentification, residual=st.booleans()),
-        st.builds(Penalty, stiffness=relative, damping=st.one_of(st.just(0.0), relative)),
-        st.builds(ImpulseMomentum, restitution=st.floats(0.0, 1.0)),
+    return with_others(
+        LAWS,
+        wave_identification=st.builds(WaveIdentification, residual=st.booleans()),
+        penalty=st.builds(Penalty, stiffness=relative, damping=st.one_of(st.just(0.0), relative)),
+        impulse_momentum=st.builds(ImpulseMomentum, restitution=st.floats(0.0, 1.0)),
     )
 
 

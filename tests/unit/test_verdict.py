@@ -137,7 +137,12 @@ def test_every_built_in_part_passes_with_all_its_figures(name):
     assert failed(result) == {}
     assert result.distribution == "impactlab"
     assert len(result.properties) >= 8
+    assert result.measured
     assert all(one.value is None or np.isfinite(one.value) for one in result.measured)
+
+
+def test_every_kind_of_part_that_has_a_suite_is_measured():
+    assert set(checking.MEASURES) == set(checking.SUITES)
 
 
 def test_a_law_that_acts_at_once_passes_and_its_required_field_is_filled_in(found):

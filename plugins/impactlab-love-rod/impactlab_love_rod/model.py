@@ -8,6 +8,7 @@ from typing import final
 
 import numpy as np
 
+from impactlab.banded import widened
 from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Face, Operators
 from impactlab.models.mesh import Mesh, elements_per_segment
 from impactlab.scene import End, Rod, Segment
@@ -76,6 +77,7 @@ class LoveBody(AbstractDiscreteModel):
         lateral = np.repeat([model.lateral_length(segment) for segment in rod.segments], counts)
         self._lateral: Array = self._mesh.density * self._mesh.area * lateral**2 / self._mesh.lengths  # kg, an element
         self._ends = (rod.left, rod.right)
+        self._drag = rod.damping.mass  # 1/s, Rayleigh's share of the mass, lateral inertia included
 
     def operators(self) -> Operators:
         plain = self._mesh.operators()
@@ -87,7 +89,10 @@ class LoveBody(AbstractDiscreteModel):
         extra = extra[:, kept].copy()
         extra[1, -1] = 0.0
         highest = self._highest_frequency()
-        return plain._replace(mass=plain.mass + extra, highest_frequency=highest, rule_frequency=highest)
+        damping = widened(plain.damping, 1) + self._drag * extra if self._drag else plain.damping
+        return plain._replace(
+            mass=plain.mass + extra, damping=damping, highest_frequency=highest, rule_frequency=highest
+        )
 
     def row(self, x: float, quantity: Quantity) -> Array:
         return self._mesh.row(x, quantity)

@@ -16,7 +16,7 @@ from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.newmark import Newmark
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
-from impactlab.scene import End, Probe, Rod, Scene, Segment, StepRule
+from impactlab.scene import End, Probe, Rayleigh, Rod, Scene, Segment, StepRule
 from impactlab.testing.contracts import RodModelContract
 
 PIECE = Segment(0.3, 9e-4, 2.1e11, 7900.0)
@@ -110,3 +110,8 @@ def test_a_scheme_for_diagonal_masses_is_refused() -> None:
     scene = Scene("refused", {"rod": rod(LoveRod(20))}, (), 1e-4, CentralDifference(), StepRule(courant=0.5))
     with pytest.raises(PairingError, match="needs a diagonal mass"):
         simulate.run(scene)
+
+
+def test_rayleigh_s_mass_damping_is_that_of_the_whole_mass() -> None:
+    system = LoveRod(10).build(rod(LoveRod(10), damping=Rayleigh(mass=3.0)), 0.0).operators()
+    assert np.allclose(full(system.damping), 3.0 * full(system.mass), rtol=1e-14, atol=0.0)
