@@ -18,7 +18,7 @@ from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import CaseError, ImpactlabError, PairingError, StepError
 from impactlab.history import AbstractHistory
-from impactlab.integrators.base import AbstractIntegrator
+from impactlab.integrators.base import AbstractAdaptive, AbstractIntegrator, AbstractScheme
 from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
@@ -28,7 +28,7 @@ from impactlab.models.modal import Modal
 from impactlab.pairing import energy_bound, kind_of
 from impactlab.plugins import BASES, INTEGRATORS, LAWS, MODELS, Group
 from impactlab.scene import Body, Contact, End, Mass, Point, Rod, Scene, StepRule
-from impactlab.testing.contracts import PIECE, IntegratorContract
+from impactlab.testing.contracts import PIECE, AdaptiveContract, IntegratorContract
 from impactlab.testing.trace import run_in_cuts, trace
 
 ROUNDING = 1e-11  # of the energy, in a thousand steps of some coordinates
@@ -107,8 +107,38 @@ def step_time(scene: Scene) -> tuple[float, int]:
     return max(0.0, long - short) / max(1, many - few), many
 
 
-def of_integrator(part: AbstractIntegrator) -> Iterator[Measured]:
+def of_adaptive(part: AbstractAdaptive) -> Iterator[Measured]:
+    """Give the figures of an integrator that chooses its own steps."""
+    suite = type("Suite", (AdaptiveContract,), {"part": part})()
+
+    def walked() -> tuple[float, int, float]:
+        """Return the error at the end, the count of steps, and what one cost [s]."""
+        problem, end, _ = suite.problem()
+        began, solver, steps = clock.perf_counter(), part.solver(problem), 0
+        while solver.status == "running" and steps < part.most_steps:
+            solver.step()
+            steps += 1
+        spent = clock.perf_counter() - began
+        return float(np.max(np.abs(solver.y - end) / problem.scale)), steps, spent / steps
+
+    def error() -> Measured:
+        found, steps, _ = walked()
+        return Measured("", found, remark=f"half a period of a free rod in {steps} steps")
+
+    yield measured("error of a free motion", "1", error)
+    yield measured("cost per step", "us", lambda: Measured("", 1e6 * min(walked()[2] for _ in range(REPEATS))))
+
+
+def of_integrator(part: AbstractScheme) -> Iterator[Measured]:
     """Give the figures of an integrator."""
+    if isinstance(part, AbstractAdaptive):
+        yield from of_adaptive(part)
+    elif isinstance(part, AbstractIntegrator):
+        yield from of_stepping(part)
+
+
+def of_stepping(part: AbstractIntegrator) -> Iterator[Measured]:
+    """Give the figures of an integrator that takes steps of one length."""
     suite = type("Suite", (IntegratorContract,), {"part": part})()
 
     def order() -> Measured:

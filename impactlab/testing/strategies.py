@@ -101,13 +101,14 @@ def models() -> st.SearchStrategy[AbstractRodModel]:
 
 
 def integrators() -> st.SearchStrategy[AbstractIntegrator]:
-    """Return every kind of integrator that is registered; Newmark mostly with average acceleration."""
+    """Return every kind of integrator that is registered and steps; Newmark mostly with average acceleration."""
     damped = st.floats(0.5, 0.9).flatmap(
         lambda gamma: st.builds(Newmark, beta=st.floats(0.5 * gamma, 0.9), gamma=st.just(gamma))
     )
     radius = st.floats(0.0, 1.0)
     return with_others(
         INTEGRATORS,
+        adaptive=st.nothing(),
         newmark=st.one_of(st.just(Newmark()), damped),
         moreau_jean=st.builds(MoreauJean, theta=st.floats(0.5, 1.0)),
         hht_alpha=st.builds(HhtAlpha, alpha=st.floats(-1.0 / 3.0, 0.0)),
