@@ -38,6 +38,14 @@ class TestSomeDamping(IntegratorContract):
     part = ChungLee(1.01)
 
 
+class TestSpectralElements(IntegratorContract):
+    part = ChungLee()
+
+    def system(self) -> Operators:
+        rod = Rod("rod", (PIECE,), End("free"), End("clamped"))
+        return FiniteElement(2, "lumped", 4).build(rod, 0.0).operators()
+
+
 def test_it_is_registered() -> None:
     assert plugins.registry().load(plugins.INTEGRATORS, "chung_lee") is ChungLee
 
@@ -96,15 +104,16 @@ def test_damping_is_of_third_order_at_low_frequencies_and_strong_at_high_ones() 
     assert abs(u[-1]) < 60.0**2 * 2.0**-60 * 10.0  # n^2 2^-n
 
 
-def test_with_beta_one_it_is_central_difference() -> None:
+@pytest.mark.parametrize("order", [1, 4])
+def test_with_beta_one_it_is_central_difference(order: int) -> None:
     def displaced(integrator: AbstractIntegrator) -> AbstractHistory:
         number = 0.5 * np.pi / PIECE.length
         rod = Rod(
-            "rod", (PIECE,), End("free"), End("clamped"), model=FiniteElement(20, "lumped"),
+            "rod", (PIECE,), End("free"), End("clamped"), model=FiniteElement(20 // order, "lumped", order),
             displacement=lambda x: 1e-6 * np.cos(number * x),
         )  # fmt: skip
         probe = Probe("rod", 0.0, "displacement")
-        return simulate.run(Scene("swing", {"rod": rod}, (), 3e-4, integrator, StepRule(courant=0.9), probes=(probe,)))
+        return simulate.run(Scene("swing", {"rod": rod}, (), 3e-4, integrator, StepRule(courant=0.8), probes=(probe,)))
 
     one, other = displaced(ChungLee(1.0)), displaced(CentralDifference())
     times = np.linspace(0.0, 3e-4, 200)
