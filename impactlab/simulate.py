@@ -118,7 +118,7 @@ def all_steps(scene: Scene, contact: Contact) -> bool:
 def prepare(scene: Scene) -> Plan:
     """Return what a run will do, or raise the error that stops it before its first step."""
     if is_exact(scene):
-        from impactlab.exact.build import check
+        from impactlab.exact.bonds import check
 
         check(scene)
         return Plan(scene, None, 0, {}, {}, (), None, () if scene.integrator is None else (UNUSED,))

@@ -4,25 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 
-from impactlab.errors import CaseError, PairingError
+from impactlab.exact.bonds import Bond, check
 from impactlab.exact.network import Layout, Link, Log, Network
 from impactlab.exact.prehistory import end_pieces, first_records
-from impactlab.models.delay_line import dispersed
-from impactlab.scene import Contact, End, Mass, Point, Rayleigh, Rod, Scene, Wall
-from impactlab.sides import side_facts
+from impactlab.scene import End, Mass, Point, Rod, Scene, Wall
 
 MERGE = 1.0e-12  # of the shortest round trip: breaks nearer than this are one
-
-
-class Bond(NamedTuple):
-    """What a contact is to the exact solver: hard (stiffness -1) or a constant spring and dashpot."""
-
-    stiffness: float  # N/m
-    damping: float  # N s/m
 
 
 @dataclass
@@ -43,92 +33,6 @@ class Nodes:
         self.u.append(u)
         self.v.append(v if 0.0 < mass < math.inf else 0.0)
         return len(self.mass) - 1
-
-
-def bond(scene: Scene, number: int) -> Bond:
-    """Return what contact ``number`` is to the exact solver; raises `PairingError` where its law is neither."""
-    contact = scene.contacts[number]
-    if contact.law.hard:
-        return Bond(-1.0, 0.0)
-    constants = contact.law.spring(side_facts(scene, contact.left), side_facts(scene, contact.right), math.nan)
-    if constants is None or not all(math.isfinite(value) for value in constants):
-        raise PairingError(
-            f"contact {contact.name}: the exact solution knows hard contacts and constant springs with dashpots only",
-            remedy="Use wave_identification, addition_deletion or penalty, or a model that steps.",
-            path=f"contacts.{number}.law",
-        )
-    return Bond(*constants)
-
-
-def end_of(scene: Scene, point: Point) -> End | None:
-    """Return what holds the rod at a point (free at an inner point), None for a mass or a wall."""
-    body = scene.bodies[point.body]
-    if not isinstance(body, Rod):
-        return None
-    if point.x <= 0.0:
-        return body.left
-    return body.right if point.x >= body.length else End("free")
-
-
-def massless(scene: Scene, point: Point) -> bool:
-    """Return whether the face of a contact is the bare end of a rod."""
-    end = end_of(scene, point)
-    return end is not None and end.kind != "clamped" and not (end.kind == "mass" and end.value > 0.0)
-
-
-def check(scene: Scene) -> list[Bond]:
-    """Return the bonds of all contacts; raises `CaseError` or `PairingError`, with path and remedy."""
-    if not any(isinstance(body, Rod) for body in scene.bodies.values()):
-        raise CaseError(
-            "the scene has no rod, and the exact solution is one of waves in rods", path="bodies", remedy="Add a rod."
-        )
-    for name, body in scene.bodies.items():
-        if isinstance(body, Rod) and body.is_damped:
-            where = "damping" if body.damping != Rayleigh() else "material"
-            raise CaseError(
-                dispersed(body),
-                path=f"bodies.{name}.{where}",
-                remedy="Use finite_element or modal, or leave it undamped.",
-            )
-    bonds = []
-    users: dict[tuple[str, float], int] = {}
-    for number, contact in enumerate(scene.contacts):
-        kind = bond(scene, number)
-        path = f"contacts.{number}"
-        sides = (contact.left, contact.right)
-        if not any(isinstance(scene.bodies[point.body], Rod) for point in sides):
-            raise CaseError(
-                f"contact {contact.name} has no rod on either side",
-                path=path,
-                remedy="Put a rod between the two, or use a model that steps.",
-            )
-        if contact.left.body == contact.right.body:
-            raise CaseError(f"contact {contact.name} ties a rod to itself", path=path, remedy="Name two bodies.")
-        if kind.stiffness < 0.0:
-            if not any(massless(scene, point) for point in sides):
-                raise CaseError(
-                    f"contact {contact.name}: both faces have mass, and a hard contact between them is an impact law's",
-                    path=path,
-                    remedy="Use penalty, or let one face be the bare end of a rod.",
-                )
-            if contact.gap < 0.0:
-                raise CaseError(
-                    f"contact {contact.name}: gap {contact.gap:g} m is a penetration, which a hard contact cannot hold",
-                    path=f"{path}.gap",
-                    remedy="Use penalty with overlap: allowed, or a gap of 0 or more.",
-                )
-        for point in sides:
-            if massless(scene, point):
-                key = (point.body, point.x)
-                if key in users:
-                    raise CaseError(
-                        f"contacts {users[key]} and {number} both act on {point.label}, a face without mass",
-                        path=path,
-                        remedy="Give the face one contact.",
-                    )
-                users[key] = number
-        bonds.append(kind)
-    return bonds
 
 
 def cuts(rod: Rod, scene: Scene) -> list[float]:
@@ -241,17 +145,16 @@ def assemble(
     end_order = np.argsort(end_junction, kind="stable")
     end_new = np.argsort(end_order)
     contact_junction = np.array([junction[a] for a, _ in pairs], dtype=np.int64)
-    contact_order = np.argsort(contact_junction, kind="stable")
+    contact_order = np.lexsort((np.array([kind.turn for kind in bonds]), contact_junction))
     peers = np.arange(len(end_nodes)) ^ 1
     steps = np.arange(total + 1)
     z = np.array(impedance)
     ordered_pairs = [pairs[c] for c in contact_order]
     faces, scales = [], []
     for c, (a, b) in zip(contact_order, ordered_pairs, strict=True):
-        contact: Contact = scene.contacts[c]
-        face = a if massless(scene, contact.left) else b
-        faces.append(int(node_new[face]) if bonds[c].stiffness < 0.0 else -1)
-        scales.append(max(sum(z[e] for e, n in enumerate(end_nodes) if n == side) for side in (a, b)))
+        faces.append(-1 if bonds[c].face is None else int(node_new[(a, b)[bonds[c].face or 0]]))
+        scale = max(sum(z[e] for e, n in enumerate(end_nodes) if n == side) for side in (a, b))
+        scales.append(scale if scale > 0.0 else bonds[c].rigid_scale(nodes.mass[a], nodes.mass[b]))
     tolerance = MERGE * 2.0 * min(transit)
     node_junction = np.array(junction, dtype=np.int64)[node_order]
     node_of = np.searchsorted(node_junction, steps)
@@ -295,12 +198,4 @@ def assemble(
     pieces = end_pieces(scene, layout)
     u = np.array(nodes.u)[node_order]
     v = np.array(nodes.v)[node_order]
-    for c in range(len(bonds)):
-        if net.stiffness[c] < 0.0 and net.gap[c] + u[net.right[c]] - u[net.left[c]] < 0.0:
-            name = scene.contacts[contact_order[c]].name
-            raise CaseError(
-                f"contact {name}: the initial displacement makes the faces overlap",
-                path=f"contacts.{contact_order[c]}.gap",
-                remedy="Give a larger gap.",
-            )
     return layout, first_records(scene, layout, pieces, u, v)

@@ -29,10 +29,12 @@ from impactlab.exact.kernel import (
 from impactlab.exact.memory import Memory
 from impactlab.exact.network import Log, Network
 from impactlab.pointers import call, drop_stale
+from impactlab.types import Array
 
 INLINE = kernel.njit(inline="always", _nrt=False, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
 DONE, MORE_RECORDS, MORE_POOL, MORE_EVENTS, TOO_MANY, UNRESOLVED = 0, 1, 2, 3, 4, 5
 CLOSE, OPEN = 1, 0
+ROUNDED = 1.0e-14  # of displacements and velocities: how far rounding may have moved them
 BURST = 64  # events within 1e3 merge tolerances that count as endless
 INTERVALS = 3_000_000
 
@@ -162,6 +164,32 @@ def solve_nodes(m: Memory, j: int, half: float, longest: int) -> int:
 
 
 @PART
+def balance(m: Memory, j: int, c: int, n: int, force: Array) -> None:
+    """Write the force of a hard contact: what the rods, spring, dashpot and other contacts of its bare face take."""
+    junction = m.junctions[j]
+    base, first_end = junction.first_node, junction.first_end
+    nodes, ends = junction.last_node - base, junction.last_end - first_end
+    contact = m.contacts[c]
+    side = 1.0 if contact.face == contact.right else -1.0
+    face, at = m.nodes[contact.face], contact.face - base
+    for k in range(n + 1):
+        force[k] = side * (face.spring * m.rows[nodes + at, k] + face.dashpot * m.rows[at, k])
+    for e in range(ends):
+        end = m.ends[first_end + e]
+        if end.node == contact.face:
+            z = side * end.impedance
+            for k in range(n):
+                force[k] += z * (m.rows[2 * nodes + e, k] - m.waves[e, k])
+    for other in range(junction.first_contact, c):  # the forces of the others of this face were found before
+        there = m.contacts[other]
+        if there.left == contact.face or there.right == contact.face:
+            push = side if there.left == contact.face else -side
+            row = m.rows[2 * (nodes + ends) + other - junction.first_contact]
+            for k in range(n + 1):
+                force[k] += push * row[k]
+
+
+@PART
 def fill_rows(m: Memory, j: int, half: float, longest: int, n: int) -> int:
     """Write all rows of a record after the velocities of its nodes; return the number of coefficients."""
     junction = m.junctions[j]
@@ -191,18 +219,34 @@ def fill_rows(m: Memory, j: int, half: float, longest: int, n: int) -> int:
                     force[k] += contact.damping * (m.rows[a, k] - m.rows[b, k])
                 force[0] -= contact.stiffness * contact.gap
             else:
-                # the side without mass: the contact gives what its rods, its spring and its dashpot carry away
-                side = 1.0 if contact.face == contact.right else -1.0
-                face, at = m.nodes[contact.face], contact.face - base
-                for k in range(n + 1):
-                    force[k] = side * (face.spring * m.rows[nodes + at, k] + face.dashpot * m.rows[at, k])
-                for e in range(ends):
-                    end = m.ends[first_end + e]
-                    if end.node == contact.face:
-                        z = side * end.impedance
-                        for k in range(n):
-                            force[k] += z * (m.rows[2 * nodes + e, k] - m.waves[e, k])
+                balance(m, j, c, n, force)
     return n + 1
+
+
+@PART
+def rounded_force(m: Memory, j: int, c: int, n: int) -> float:
+    """Return the force below which contact c has none [N]; a stiff spring makes one of rounded displacements."""
+    state, junction, contact = m.state[0], m.junctions[j], m.contacts[c]
+    none = ZERO * state.fastest * contact.impedance
+    if contact.stiffness >= 0.0:
+        base, nodes = junction.first_node, junction.last_node - junction.first_node
+        reach = abs(contact.gap)
+        for k in range(n):
+            reach += abs(m.rows[nodes + contact.left - base, k]) + abs(m.rows[nodes + contact.right - base, k])
+        none += ROUNDED * (contact.stiffness * reach + contact.damping * state.fastest)
+    return float(none)
+
+
+@PART
+def yielding(m: Memory, c: int) -> float:
+    """Return how much larger the force of contact c would be on faces that did not give way to it, less 1."""
+    contact = m.contacts[c]
+    more = 0.0
+    for side in (contact.left, contact.right):
+        group = m.nodes[m.nodes[side].group]
+        if group.group_mass == 0.0:
+            more += contact.damping / group.drag
+    return float(more)
 
 
 @PART
@@ -218,7 +262,7 @@ def next_event(m: Memory, j: int, n: int) -> float:
     for c in range(junction.first_contact, junction.last_contact):
         contact = m.contacts[c]
         a, b = contact.left - base, contact.right - base
-        no_force = ZERO * state.fastest * contact.impedance
+        no_force = rounded_force(m, j, c, n)
         force = m.rows[first_force + c - junction.first_contact]
         if contact.closed == 1 and contact.stiffness < 0.0 and m.nodes[contact.left].bare == 1:
             total = 0.0
@@ -243,7 +287,7 @@ def next_event(m: Memory, j: int, n: int) -> float:
                     trial[k] = sign * (m.rows[nodes + b, k] - m.rows[nodes + a, k])
                 trial[0] += sign * contact.gap
             if way == 1:
-                floor = no_force
+                floor = no_force * (1.0 + yielding(m, c))
                 for k in range(n):
                     pull = contact.damping * (m.rows[b, k] - m.rows[a, k])
                     trial[k] = pull - contact.stiffness * trial[k]

@@ -29,6 +29,7 @@ Integers = NDArray[int64]
 class Network(NamedTuple):
     """What the march needs of a scene. Nodes, ends and contacts are ordered by junction.
 
+    Contacts of a junction stand in the order in which their forces are found: springs first, then the hard ones.
     A rod piece has two ends; an end receives what its peer emitted one transit earlier, plus half of gravity's gain on
     the way. Waves are velocities along +x: at an end, velocity of the node = arriving + emitted wave.
     """

@@ -12,6 +12,7 @@ from impactlab.types import Array
 
 POINTS = 48  # Chebyshev points on a piece of a profile
 TAIL = 1.0e-13  # of the largest displacement: a profile piece is resolved
+ROUNDING = 5.0e-16  # of the largest displacement: coefficients below are those of the rounding of a formula
 MOST_PIECES = 200
 ROOM_FIRST = 64  # records per junction, events: doubled when full
 POOL_FIRST = 60_000
@@ -23,7 +24,8 @@ def resolved(shape: Profile, a: float, b: float, scale: float) -> Array | None:
     x = np.clip(0.5 * (a + b) + 0.5 * (b - a) * y, a, b)
     values = np.asarray(shape(x), dtype=float)
     k = np.arange(POINTS)
-    coefficients = 2.0 / POINTS * np.cos(np.outer(k, np.pi * (k + 0.5) / POINTS)) @ values
+    turns = np.outer(k, 2 * k + 1) % (4 * POINTS)  # whole turns left out: the cosine of a large angle is less exact
+    coefficients = 2.0 / POINTS * np.cos(0.5 * np.pi / POINTS * turns) @ values
     coefficients[0] *= 0.5
     if np.max(np.abs(coefficients[-6:])) > TAIL * scale:
         return None
@@ -33,7 +35,7 @@ def resolved(shape: Profile, a: float, b: float, scale: float) -> Array | None:
     if misses[0] > 1e3 * TAIL * scale or misses[1] > 10.0 * TAIL * scale:
         return None
     n = POINTS
-    while n > 1 and abs(coefficients[n - 1]) <= 1e-16 * scale:
+    while n > 1 and abs(coefficients[n - 1]) <= ROUNDING * scale:
         n -= 1
     return np.asarray(coefficients[:n])
 

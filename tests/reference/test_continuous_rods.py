@@ -220,8 +220,9 @@ def test_refusals_name_path_and_remedy():
     bar = rod(left=End("mass", 1.0))
     for bodies, pair, gap, law, error, path, word in (
         ([a, b], (point(a), point(b)), 0.0, Hard(), CaseError, "bodies", "no rod"),
-        ([a, wall, rod()], (point(a), point(wall)), 0.0, Hard(), CaseError, "contacts.0", "either side"),
+        ([a, wall, rod()], (point(a), point(wall)), 0.0, Hard(), CaseError, "contacts.0", "both faces have mass"),
         ([a, bar], (point(a), point(bar, "left")), 0.0, Hard(), CaseError, "contacts.0", "both faces have mass"),
+        ([wall, rod()], (point(wall), point(wall)), 0.0, Spring(1.0), CaseError, "contacts.0", "neither side can move"),
         ([a, rod()], (point(a), point(rod(), "left")), -0.1, Hard(), CaseError, "contacts.0.gap", "penetration"),
         ([a, rod()], (point(a), point(rod(), "left")), 0.0, Spring(math.nan), PairingError, "contacts.0.law", "hard"),
     ):
