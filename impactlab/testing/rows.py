@@ -70,14 +70,14 @@ def _ended(draw: st.DrawFn, body: Body, side: str) -> Body:
     if not isinstance(body, Rod):
         return body
     kind = draw(st.sampled_from(["free", "clamped", "dashpot"]))
-    end = (
-        End("dashpot", draw(log_uniform(0.1, 10.0)))
-        if kind == "dashpot"
-        else End("clamped" if kind != "free" else kind)
-    )
+    end = {"free": End("free"), "clamped": End("clamped"), "dashpot": End("dashpot", draw(log_uniform(0.1, 10.0)))}[
+        kind
+    ]
     # a clamped end does not move with its rod
     velocity = 0.0 if kind == "clamped" else body.velocity
-    return dataclasses.replace(body, velocity=velocity, **{side: end})
+    if side == "left":
+        return dataclasses.replace(body, velocity=velocity, left=end)
+    return dataclasses.replace(body, velocity=velocity, right=end)
 
 
 def _bare(body: Body, side: str) -> bool:

@@ -56,5 +56,5 @@ def test_mirrored_row_mirrored_motion(scene: Scene, share: float) -> None:
             t = np.linspace(0.0, 6.0, 25) + 0.0123
             seen = one.evaluate(t, f"displacement:{name}@{x!r}")
             there = other.evaluate(t, f"displacement:{name}@{body.length - x!r}")
-            # forces that graze zero may end a contact in one and not in the other; the motion differs by the root of that
+            # a force that grazes zero may end a contact in one and not in the other; little follows from that
             assert seen == pytest.approx(-there, abs=1e-8)
