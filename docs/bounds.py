@@ -22,9 +22,16 @@ from impactlab.contact.penalty import Penalty
 from impactlab.contact.wave_identification import WaveIdentification
 from impactlab.errors import CaseError, PairingError, StepError
 from impactlab.integrators.base import AbstractIntegrator
+from impactlab.integrators.bathe import Bathe
 from impactlab.integrators.central_difference import CentralDifference
+from impactlab.integrators.contact_stabilised_newmark import ContactStabilisedNewmark
 from impactlab.integrators.exact_modal import ExactModal
+from impactlab.integrators.generalised_alpha import GeneralisedAlpha
+from impactlab.integrators.hht_alpha import HhtAlpha
+from impactlab.integrators.midpoint import Midpoint
+from impactlab.integrators.moreau_jean import MoreauJean
 from impactlab.integrators.newmark import Newmark
+from impactlab.integrators.nonsmooth_generalised_alpha import NonsmoothGeneralisedAlpha
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
@@ -189,6 +196,39 @@ def damped_newmark() -> Iterable[tuple[str, Gain | None]]:
             yield f"{beta:g} | {gamma:g} | {name} | {points:g}", Gain(*(max(c) for c in zip(*kept, strict=True)))
 
 
+SCHEMES: tuple[tuple[str, AbstractIntegrator], ...] = (
+    ("midpoint", Midpoint()),
+    ("moreau_jean, 0.5", MoreauJean()),
+    ("moreau_jean, 0.7", MoreauJean(0.7)),
+    ("moreau_jean, 1", MoreauJean(1.0)),
+    ("contact_stabilised_newmark", ContactStabilisedNewmark()),
+    ("bathe", Bathe()),
+    ("hht_alpha, -0.1", HhtAlpha(-0.1)),
+    ("hht_alpha, -1/3", HhtAlpha(-1.0 / 3.0)),
+    ("nonsmooth_generalised_alpha, 0", NonsmoothGeneralisedAlpha(0.0)),
+    ("nonsmooth_generalised_alpha, 0.8", NonsmoothGeneralisedAlpha(0.8)),
+    ("nonsmooth_generalised_alpha, 1", NonsmoothGeneralisedAlpha(1.0)),
+    ("generalised_alpha, 0", GeneralisedAlpha(0.0)),
+    ("generalised_alpha, 0.8", GeneralisedAlpha(0.8)),
+    ("generalised_alpha, 1", GeneralisedAlpha(1.0)),
+)
+
+
+def implicit(first: int, last: int) -> Iterable[tuple[str, Gain | None]]:
+    """Rows of the other implicit schemes."""
+    laws: tuple[tuple[str, AbstractContactLaw], ...] = (
+        ("penalty, 1 EA/h", Penalty(Relative(1.0))),
+        ("penalty, 1 EA/h, damping 0.3 Z", Penalty(Relative(1.0), Relative(0.3))),
+        ("impulse_momentum, 0.5", ImpulseMomentum(0.5)),
+        ("addition_deletion", AdditionDeletion()),
+    )
+    for (name, scheme), (law_name, law), points in itertools.product(SCHEMES[first:last], laws, (8.0, 20.0)):
+        rule = StepRule(points_per_period=points)
+        gains = [over_alpha(FiniteElement(n), law, scheme, rule, ("clamped", "free")) for n in (3, 20)]
+        kept = [gain for gain in gains if gain is not None]
+        yield f"{name} | {law_name} | {points:g}", Gain(*(max(c) for c in zip(*kept, strict=True)))
+
+
 def constraint() -> Iterable[tuple[str, Gain | None]]:
     """Rows of the hard position constraint under Newmark and exact_modal."""
     for elements, courant in itertools.product((25, 50, 100, 200), (0.25, 0.5, 1.0)):
@@ -262,6 +302,7 @@ JOBS: dict[str, list[tuple[Callable[..., Iterable[object]], tuple[object, ...]]]
     "other": [(other_waves, ())],
     "leapfrog": [(leapfrog, ())],
     "damped": [(damped_newmark, ())],
+    "implicit": [(implicit, (first, first + 2)) for first in range(0, len(SCHEMES), 2)],
     "constraint": [(constraint, ())],
     "precursor": [(precursors, ())],
 }
@@ -270,6 +311,7 @@ TABLES = {
     "other": ("Wave identification elsewhere", f"mass or basis | n | integrator | step | {GAINS}"),
     "leapfrog": ("Central difference", f"law | courant | {GAINS}"),
     "damped": ("Newmark with other beta and gamma", f"beta | gamma | law | points | {GAINS}"),
+    "implicit": ("Other implicit schemes", f"scheme | law | points | {GAINS}"),
     "constraint": ("A hard position constraint", f"case | {GAINS}"),
     "precursor": (
         "What moves before the wave arrives",

@@ -63,7 +63,7 @@ def check_events(scene: Scene, integrator: AbstractIntegrator) -> None:
     if not integrator.any_dt:
         raise PairingError(
             f"events: located needs an integrator that can cut a step; '{kind_of(integrator)}' cannot",
-            remedy="Use midpoint, moreau_jean or exact_modal, or events: dated.",
+            remedy="Use midpoint or exact_modal, or events: dated.",
             path="solve.events",
         )
     for name, body in scene.bodies.items():

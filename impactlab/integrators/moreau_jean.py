@@ -19,7 +19,8 @@ class MoreauJean(AbstractIntegrator):
 
     M (v_new - v) = dt (load - C v_theta - K u_theta) + F dt, u_new = u + dt (theta v_new + (1 - theta) v): an impulse
     moves its face within the step by theta of what its velocity does over dt. Second order with theta = 1/2, else
-    first. Which law of contact gives the impulse, of velocities or positions, is the case's choice.
+    first. Which law of contact gives the impulse, of velocities or positions, is the case's choice. It captures events
+    within its steps and locates none.
 
     References
     ----------
@@ -29,7 +30,6 @@ class MoreauJean(AbstractIntegrator):
     citations = ("Moreau1988", "Jean1999", "AcaryBrogliato2008")
     serves = frozenset(Level)
     order = 2
-    any_dt = True
     jump_in_force = True
     gains_energy = 0.0
 
@@ -41,4 +41,4 @@ class MoreauJean(AbstractIntegrator):
         return math.inf
 
     def prepare(self, system: Operators, ports: Array, dt: float) -> Stepper:
-        return prepare_theta(system, ports, dt, self.theta)
+        return prepare_theta(system, ports, dt, self.theta, any_dt=False)

@@ -109,6 +109,28 @@ EDITS = [
         18,
         ["solve.integrator.betta: the key 'betta' is not known here. Did you mean 'beta'?", "Allowed: beta, gamma."],
     ),
+    *(
+        (
+            f"{kind} {name} {value}",
+            "{kind: newmark}",
+            f"{{kind: {kind}, {name}: {value}}}",
+            18,
+            [f"solve.integrator.{name}: {value} is out of range. Allowed: a number {allowed}"],
+        )
+        for kind, name, value, allowed in (
+            ("hht_alpha", "alpha", 0.01, "at least -0.333333 and at most 0"),
+            ("hht_alpha", "alpha", -0.34, "at least -0.333333 and at most 0"),
+            ("generalised_alpha", "rho_inf", 1.01, "at least 0 and at most 1"),
+            ("generalised_alpha", "rho_inf", -0.01, "at least 0 and at most 1"),
+            ("nonsmooth_generalised_alpha", "rho_inf", 1.01, "at least 0 and at most 1"),
+            ("nonsmooth_generalised_alpha", "rho_inf", -0.01, "at least 0 and at most 1"),
+            ("moreau_jean", "theta", 0.49, "at least 0.5 and at most 1"),
+            ("moreau_jean", "theta", 1.01, "at least 0.5 and at most 1"),
+            ("bathe", "first_part", 0, "above 0 and below 1"),
+            ("bathe", "first_part", 1, "above 0 and below 1"),
+            ("newmark", "gamma", 0.49, "at least 0.5 and at most 1"),
+        )
+    ),
     (
         "negative length",
         "length: 0.3",
