@@ -11,6 +11,7 @@ from impactlab import loop
 from impactlab.assembly import Assembly
 from impactlab.errors import CaseError, StepError
 from impactlab.integrators.base import AbstractIntegrator
+from impactlab.memory import SAMPLED
 from impactlab.recorded import RecordedHistory
 from impactlab.scene import Scene
 from impactlab.simulate import Plan, advance_of, prepare
@@ -53,7 +54,7 @@ class Trace(NamedTuple):
     def momentum(self, body: str) -> Array:
         """The momentum of a body after each step, with what its scheme has still to give it, shape (n_steps + 1,)."""
         number = list(self.plan.built).index(body)
-        return self.history.assembly.memory.sample[: len(self.states), 6 + 3 * number]
+        return self.history.assembly.memory.sample[: len(self.states), SAMPLED + 2 + 3 * number]
 
 
 def trace(scene: Scene) -> Trace:
