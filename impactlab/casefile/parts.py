@@ -184,12 +184,15 @@ def describe_part(part: Any, given: Mapping[str, Any] | str) -> dict[str, Any]:
     for field in dataclasses.fields(part):
         if not field.init:
             continue
-        value = getattr(part, field.name)
-        if group_of(field) is not None and value is not None:
-            values[field.name] = describe_part(value, block.get(field.name) or kind_of(value))
-        else:
-            values[field.name] = {"relative": value.relative} if isinstance(value, Relative) else value
+        values[field.name] = plain_value(getattr(part, field.name), block.get(field.name))
     return values
+
+
+def plain_value(value: Any, given: Mapping[str, Any] | str | None = None) -> Any:
+    """Return the value of a field as a case would give it; ``given`` is what the case gave for a part."""
+    if isinstance(value, Relative):
+        return {"relative": value.relative}
+    return describe_part(value, given or kind_of(value)) if dataclasses.is_dataclass(value) else value
 
 
 def _is_union(hint: Any) -> bool:

@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
 
+from impactlab.errors import CaseError
+from impactlab.models.base import Face
 from impactlab.types import Array
+
+if TYPE_CHECKING:
+    from impactlab.models.mesh import Mesh
 
 Ints = NDArray[np.int64]
 
@@ -68,3 +75,47 @@ class MasslessNodes:
         result = result[:, self.kept]
         result[1, -1] = 0.0
         return result
+
+
+def struck_nodes(mesh: Mesh, faces: tuple[Face, ...]) -> Ints:
+    """Return the numbers of the contacts' nodes among those not clamped, or raise where they cannot lose their mass."""
+    struck, name = [], mesh.rod.name
+    for face in faces:
+        row = mesh.nodal_row(face.x, "displacement")
+        if np.count_nonzero(row) != 1:
+            raise CaseError(
+                f"mass 'redistributed' needs a node at every contact, and x = {face.x:.6g} m of '{name}' "
+                "lies inside an element",
+                remedy="Give a number of elements that puts a node there, or mass: lumped.",
+                path="solve.model.mass",
+            )
+        struck.append(int(np.argmax(row)))
+        carried = {0.0: mesh.rod.left.kind, mesh.rod.length: mesh.rod.right.kind}.get(face.x, "free")
+        if carried in ("mass", "dashpot"):
+            raise CaseError(
+                f"mass 'redistributed' takes the inertia from a struck face, and that of '{name}' "
+                f"at x = {face.x:.6g} m carries a {carried}",
+                remedy="Give mass: lumped or consistent.",
+                path="solve.model.mass",
+            )
+    at = np.unique(np.array(struck, np.int64))
+    if np.any(np.diff(at) == 1) or at.size >= mesh.free_nodes.stop - mesh.free_nodes.start:
+        raise CaseError(
+            f"mass 'redistributed' needs a node with mass between two contacts of '{name}'",
+            remedy="Give more elements.",
+            path="solve.model.elements",
+        )
+    return at
+
+
+def redistribute(mass: Array, at: Ints) -> None:
+    """Take the mass of nodes and give it to their neighbours, in place; ``mass`` (2, n) is diagonal.
+
+    KhenousLabordeRenard2008; HagerHueeberWohlmuth2008. Deviation: the sources also keep the centre of mass and the
+    moment of inertia; here only the sum is kept.
+    """
+    last = mass.shape[1] - 1
+    for node in at:
+        neighbours = [other for other in (node - 1, node + 1) if 0 <= other <= last]
+        mass[0, neighbours] += mass[0, node] / len(neighbours)
+        mass[0, node] = 0.0

@@ -12,13 +12,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from impactlab.casefile.parts import describe_part, read_part
+from impactlab.casefile.parts import describe_part, plain_value, read_part
 from impactlab.errors import PluginError
 from impactlab.pairing import kind_of
 from impactlab.plugins import GROUPS, Group, Registry, describe
 from impactlab.testing.contracts import SUITES, suite_of
 from impactlab.testing.measures import MEASURES, Measured
-from impactlab.types import Relative
 
 
 class Property(NamedTuple):
@@ -100,7 +99,7 @@ def verdict(name: str, registry: Registry) -> Verdict:
     properties: list[Property] = []
     measured: tuple[Measured, ...] = ()
     for number, options in enumerate(options_to_try(kind)):
-        shown = {key: {"relative": v.relative} if isinstance(v, Relative) else v for key, v in options.items()}
+        shown = {key: plain_value(value) for key, value in options.items()}
         try:
             part = kind(**options)
         except Exception as error:  # noqa: BLE001 - a stranger's class
