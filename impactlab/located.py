@@ -160,6 +160,8 @@ def located_step(m: Memory, dt: float, step_end: float) -> bool:
             left, right = m.faces[2 * which], m.faces[2 * which + 1]
             m.contacts[which].touching = 1.0
             m.contacts[which].initial_gap = left.u - right.u - m.ports[which].offset
+            if len(m.phases) > 0:
+                change_phases(m)
         if clock.time >= step_end:
             return True
         if earliest > 0.0:

@@ -14,6 +14,7 @@ from impactlab.compliance import compliances, pushed_values, row_times_state
 from impactlab.dating import date as date_them
 from impactlab.kernels import ENTRY, INLINE, PART
 from impactlab.memory import SAMPLED, Memory
+from impactlab.phases import change_phases
 from impactlab.pointers import call, drop_stale
 
 # Why `advance` came back.
@@ -229,6 +230,8 @@ def start(m: Memory) -> None:
             ask(m, number, 0.0, 1.0)
             port.load_point = load_point
     compliances(m)
+    if len(m.phases) > 0:
+        change_phases(m)
     keep(m)
     sample(m)
 

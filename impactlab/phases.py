@@ -75,17 +75,25 @@ def change_coordinates(m: Memory, number: int) -> None:
 
 @PART
 def change_phases(m: Memory) -> None:
-    """Give every body the coordinates of the phase that its contact is in now."""
-    changed = False
+    """Give every body the coordinates of the phase that its contact is in now.
+
+    Faces that have met and approach are closed already, so that the law closes them in the coordinates of that phase.
+    The map may move a face; the gap is then counted from where it stands.
+    """
+    n_faces, changed = len(m.faces), False
     for number in range(len(m.phases)):
         phase = m.phases[number]
-        if (m.ports[phase.contact].in_contact > 0.0) != (phase.closed != 0):
+        contact, port = m.contacts[phase.contact], m.ports[phase.contact]
+        left, right = m.faces[2 * phase.contact], m.faces[2 * phase.contact + 1]
+        gap = contact.initial_gap + right.u - left.u
+        closed = port.in_contact > 0.0 or (gap + port.offset <= 0.0 and right.v < left.v)
+        if closed != (phase.closed != 0):
             change_coordinates(m, number)
             changed = True
+            for face in range(n_faces):
+                m.faces[face].u = row_times_state(m, face)
+                m.faces[face].v = row_times_state(m, n_faces + face)
+            contact.initial_gap = gap - (right.u - left.u)
     if changed:
         m.clock[0].timed = -1.0  # the other coordinates were prepared for the nominal step
         compliances(m)
-        n_faces = len(m.faces)
-        for number in range(n_faces):
-            m.faces[number].u = row_times_state(m, number)
-            m.faces[number].v = row_times_state(m, n_faces + number)

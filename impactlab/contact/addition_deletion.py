@@ -49,7 +49,15 @@ class AdditionDeletion(AbstractContactLaw):
                 reply.projection = -port.predicted_gap / port.rate_per_impulse
                 free_gap += port.gap_per_projection * reply.projection
             reply.trial = -free_gap / port.gap_per_force
-            if reply.trial > 0.0:
+            if port.projects_first > 0.0:
+                # A projection p moves the faces without a velocity. With w their mean free acceleration it takes p w,
+                # and the force does F (change of the gap): together 2 p (gap at the end)/dt^2 - F (change of the gap).
+                reply.force = max(0.0, reply.trial)
+                reply.in_contact = 1.0 if reply.force > 0.0 else 0.0
+                end = max(0.0, free_gap) if reply.force == 0.0 else 0.0
+                lost = 2.0 * reply.projection * end / port.dt**2 + reply.force * (port.gap - end)
+                reply.dissipated = max(0.0, lost)
+            elif reply.trial > 0.0:
                 reply.force = reply.trial
                 reply.in_contact = 1.0
                 rate_end = port.free_gap_rate + port.rate_per_force * reply.force

@@ -31,7 +31,7 @@ class Nitsche(AbstractContactLaw):
     hard = True
     trial_at_end = False
     # Measured (docs/bounds.md): touches and releases within a step, and theta below 1.
-    gains_energy = 0.1
+    gains_energy = 0.3
     examples: ClassVar[tuple[dict[str, Any], ...]] = ({}, {"theta": "0"}, {"theta": "-1", "gamma": 0.1})
 
     theta: Literal["1", "0", "-1"] = option("1", description="1 symmetric, 0 without, -1 skew")

@@ -33,7 +33,7 @@ class PaoliSchatzman(AbstractContactLaw):
     restitution: float = option(0.0, at_least=0.0, at_most=1.0, description="coefficient of restitution of the faces")
 
     def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
-        return Start(parameters=(self.restitution,), memory=(0.0, 0.0))
+        return Start(parameters=(self.restitution,), memory=(0.0, 0.0, 0.0))
 
     @staticmethod
     def respond(port: Any, reply: Any) -> None:
@@ -41,8 +41,14 @@ class PaoliSchatzman(AbstractContactLaw):
         before = port.memory[0] if port.memory[1] > 0.0 else port.gap - port.dt * port.gap_rate
         reply.memory[0], reply.memory[1] = port.gap, 1.0
         reply.trial = -(port.free_gap + port.parameters[0] * before) / port.gap_per_force
+        # An impact takes two steps, of which the first may take what the second gives back: what the force has taken is
+        # held until the contact lets go.
         if reply.trial > 0.0:
             reply.force = reply.trial
             reply.in_contact = 1.0
             rate = port.free_gap_rate + port.rate_per_force * reply.force
-            reply.dissipated = max(0.0, -0.5 * reply.force * port.dt * (port.gap_rate + rate))
+            reply.memory[2] = port.memory[2] - 0.5 * reply.force * port.dt * (port.gap_rate + rate)
+            reply.stored = max(0.0, reply.memory[2])
+        else:
+            reply.dissipated = max(0.0, port.memory[2])
+            reply.memory[2] = 0.0
