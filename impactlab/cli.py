@@ -304,10 +304,7 @@ def _load(file: Path, sets: list[str] | None, method: str | None) -> Case:
     loaded = load_case(file)
     if method is not None:
         loaded = loaded.method(method)
-    for setting in sets or ():
-        path, value = read_setting(setting)
-        loaded = loaded.with_(path, value)
-    return loaded
+    return loaded.with_settings([read_setting(setting) for setting in sets]) if sets else loaded
 
 
 def _brief(document: dict[str, Any]) -> dict[str, Any]:

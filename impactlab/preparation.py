@@ -27,6 +27,9 @@ class BuiltBody:
     system: Operators
 
 
+TOLD = 0.1  # share of a static contact force that a basis may miss at the face where a law works with it
+
+
 class Push(NamedTuple):
     """A row of one body along which a contact may push it."""
 
@@ -220,6 +223,14 @@ def pushes_of(scene: Scene, built: dict[str, BuiltBody], starts: tuple[Start, ..
                 raise PairingError(
                     f"the law works with the {reading.quantity} at the face, and in every coordinate of "
                     f"'{point.body}' it is zero there",
+                    remedy="Use finite_element, or modal with basis craig_bampton.",
+                    path=f"contacts.{number}.law",
+                )
+            left_out = abs(model.left_out(x, reading.quantity, point.x))
+            if reading.quantity == "force" and left_out > TOLD:
+                raise PairingError(
+                    f"the law works with the force at the face, and the modes kept of '{point.body}' tell only "
+                    f"{100.0 * (1.0 - left_out):.3g} % of it",
                     remedy="Use finite_element, or modal with basis craig_bampton.",
                     path=f"contacts.{number}.law",
                 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -66,7 +67,13 @@ class Case:
         """
         if fields and value is not None:
             raise CaseError("with_() takes a value or fields, not both", remedy="Give one of the two.", path=path)
-        document = self._located(edited, self.document, path, fields or value, replace=False)
+        return self.with_settings([(path, fields or value)])
+
+    def with_settings(self, settings: Iterable[tuple[str, Any]]) -> Case:
+        """Return a variant with several values changed, (path, value) each, in order; checked once all are in place."""
+        document = self.document
+        for path, value in settings:
+            document = self._located(edited, document, path, value, replace=False)
         variant = _make(self.name, self.file, document, self.registry)
         return replace(variant, method_name=self.method_name, written=self.written)
 

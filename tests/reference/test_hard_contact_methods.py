@@ -281,3 +281,11 @@ def test_the_kicks_of_impulse_momentum_add_up_to_the_impact():
 def test_a_basis_that_leaves_nothing_out_has_no_residual():
     with pytest.raises(PairingError, match="left out"):
         run(paper(ImpedanceResidual(), Modal(20, None, basis=Eigenvectors()), ExactModal()))
+
+
+def test_nitsche_refuses_modes_that_do_not_tell_the_force_at_the_face():
+    with pytest.raises(PairingError, match="tell only"):
+        run(paper(Nitsche(), Modal(100, 40), Newmark()))
+    # Craig-Bampton modes hold the static answer to a force at the face.
+    scene = paper(Nitsche(), Modal(100, 40, basis=CraigBampton()), Newmark())
+    assert errors(scene, run(scene))["face_displacement"] < 0.01

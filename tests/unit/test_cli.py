@@ -250,3 +250,11 @@ def test_output_folder_needs_a_place(tmp_path):
         output.check_target(tmp_path / "file")
     with pytest.raises(CaseError, match="there is no folder"):
         output.check_target(tmp_path / "no" / "such")
+
+
+def test_several_settings_are_checked_once_all_are_in_place():
+    """A law that needs a constant is named by one setting and given it by the next."""
+    settings = ["--set", "contacts.0.law.kind=hertz", "--set", "contacts.0.law.stiffness=2.0e13"]
+    result = invoke("check", AXIAL, *settings, "--json")
+    assert result.exit_code == 0, result.output
+    assert json.loads(result.stdout)["resolved"]["contacts"][0]["law"]["stiffness"] == 2.0e13
