@@ -10,7 +10,6 @@ from impactlab.report.style import (
     GRID,
     INK,
     MUTED,
-    NAMES,
     Margins,
     Trace,
     clock,
@@ -18,6 +17,7 @@ from impactlab.report.style import (
     exact_of,
     grid,
     log_axis,
+    room_for,
     time_axis,
 )
 from impactlab.scene import Scene
@@ -45,7 +45,7 @@ def contacts(traces: Sequence[Trace], scene: Scene) -> Figure:
     names = [contact.name for contact in scene.contacts]
     reference = exact_of(traces)
     rows = ([Trace("exact", reference, INK)] if reference else []) + list(traces)
-    margins = Margins(left=NAMES, right=0.95, top=0.32 if len(names) > 1 else 0.1)
+    margins = Margins(left=room_for(trace.name for trace in rows), right=0.95, top=0.32 if len(names) > 1 else 0.1)
     figure, axes = grid(len(names), 1, 0.27 * len(rows), margins)
     for (axis,), name in zip(axes, names, strict=True):
         for row, trace in enumerate(rows):
@@ -115,7 +115,7 @@ def errors(rows: Sequence[Mapping[str, Any]], colours: Mapping[str, str]) -> Fig
     low = 10.0 ** math.floor(math.log10(min(known, default=1e-2)))
     high = 10.0 ** (math.ceil(math.log10(max(known, default=1.0))) + 0.75)
     rows_of_panels = max(1, -(-len(values) // 3))
-    margins = Margins(left=NAMES, across=0.2, down=0.45)
+    margins = Margins(left=room_for(row["name"] for row in judged), across=0.2, down=0.45)
     figure, panels = grid(rows_of_panels, 3, 0.25 * len(judged), margins, share=True)
     flat = [axis for row in panels for axis in row]
     for axis, (name, column) in zip(flat, values.items(), strict=False):

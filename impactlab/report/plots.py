@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+CROWDED = 33  # letters of a name and its note that fit above a panel of three
 HEADROOM = 1.3  # of the axis of forces over the exact peak; what is higher is cut, and how high it is, written
 KICK_WINDOW = 0.05  # T over which the kicks of an impulse law are averaged to a force
 STILL = 0.01  # share of the widest gap below which the exact gap is no scale: faces that stay together
@@ -76,7 +77,10 @@ def force(traces: Sequence[Trace], scene: Scene, contact: str, notes: Mapping[st
             note = _kicks(axis, trace, scene, contact, unit)
         axis.plot(t_exact / time.size, values_exact / unit.size, color=INK, linewidth=0.9)
         axis.set_title(trace.name, color=trace.colour)
-        axis.set_title(note, loc="right", fontsize=7.5, fontweight="normal", color=MUTED)
+        if columns < 3 or len(trace.name) + len(note) < CROWDED:
+            axis.set_title(note, loc="right", fontsize=7.5, fontweight="normal", color=MUTED)
+        else:
+            axis.text(0.985, 0.8, note, fontsize=7.5, color=MUTED, transform=axis.transAxes, ha="right", va="top")
         axis.set_ylim(-0.04 * top, top)
     for axis in panels[len(traces) :]:
         axis.set_visible(False)

@@ -135,6 +135,12 @@ class Margins(NamedTuple):
 
 MARGINS = Margins()
 NAMES = 1.45  # inches, beside axes for names of methods
+LETTER = 0.078  # inches, of a name's letter
+
+
+def room_for(names: Iterable[str]) -> float:
+    """Return how many inches the longest of some names needs beside axes, at least `NAMES`."""
+    return max(NAMES, LETTER * max(map(len, names), default=0))
 
 
 def grid(
