@@ -29,6 +29,8 @@ class AugmentedLagrangian(AbstractContactLaw):
     hard = True
     holds_position = True
     trial_at_end = True
+    # Measured on the periodic and the bouncing bar (docs/methods.md): one augmentation 0.55, ten 4e-4.
+    gains_energy = 0.6
     examples: ClassVar[tuple[dict[str, Any], ...]] = ({"stiffness": 1e9},)
 
     stiffness: float | Relative = option(
@@ -47,7 +49,7 @@ class AugmentedLagrangian(AbstractContactLaw):
                     path="stiffness",
                 )
             stiffness = stiffness.relative * min(references)
-        return Start(parameters=(stiffness, float(self.augmentations)), memory=(0.0,))
+        return Start(parameters=(stiffness, float(self.augmentations)), memory=(0.0, 0.0))
 
     @staticmethod
     def respond(port: Any, reply: Any) -> None:
@@ -71,5 +73,11 @@ class AugmentedLagrangian(AbstractContactLaw):
             reply.force = multiplier
             reply.in_contact = 1.0
             if port.jump_in_force > 0.0:
+                # The overlap that augmentations leave is pressed out in later steps: what the force has taken is held
+                # until the contact lets go, and what it gives back then comes from there.
                 rate = port.free_gap_rate + port.rate_per_force * reply.force
-                reply.dissipated = max(0.0, -0.5 * reply.force * port.dt * (port.gap_rate + rate))
+                reply.memory[1] = port.memory[1] - 0.5 * reply.force * port.dt * (port.gap_rate + rate)
+                reply.stored = max(0.0, reply.memory[1])
+        else:
+            reply.dissipated = max(0.0, port.memory[1])
+            reply.memory[1] = 0.0
