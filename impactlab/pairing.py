@@ -10,6 +10,7 @@ from impactlab.errors import PairingError
 from impactlab.integrators.base import AbstractAdaptive, AbstractIntegrator
 from impactlab.models.base import Operators
 from impactlab.scene import Rod, Scene
+from impactlab.types import Level
 
 
 def kind_of(part: object) -> str:
@@ -25,6 +26,17 @@ def check_law(law: AbstractContactLaw, integrator: AbstractIntegrator, path: str
         raise PairingError(
             f"law '{kind_of(law)}' needs {levels}, which integrator '{kind_of(integrator)}' does not offer",
             remedy="Use newmark, central_difference or exact_modal.",
+            path=path,
+        )
+
+
+def check_delay_line(law: AbstractContactLaw, path: str) -> None:
+    """Raise `PairingError` where a law that is asked step by step needs what the end of a continuous rod has not."""
+    if Level.IMPULSE in law.needs:
+        raise PairingError(
+            f"law '{kind_of(law)}' gives impulses, and the mass that they would strike at the end of a continuous rod "
+            "is zero",
+            remedy="Use finite_element or modal, or law wave_identification, addition_deletion or penalty.",
             path=path,
         )
 

@@ -18,8 +18,9 @@ from impactlab.integrators.base import AbstractAdaptive, AbstractIntegrator, Ste
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
 from impactlab.memory import SAMPLED
-from impactlab.models.delay_line import DelayLine, check_law_needs
+from impactlab.models.delay_line import DelayLine
 from impactlab.pairing import (
+    check_delay_line,
     check_events,
     check_law,
     check_ordinary,
@@ -134,7 +135,7 @@ def prepare(scene: Scene) -> Plan:
     for number, contact in enumerate(scene.contacts):
         check_law(contact.law, integrator, f"contacts.{number}.law")
         if not all_steps(scene, contact):
-            check_law_needs(contact.law.needs, kind_of(contact.law), f"contacts.{number}.law")
+            check_delay_line(contact.law, f"contacts.{number}.law")
     check_events(scene, integrator)
     built = build_bodies(scene)
     limits = {}

@@ -17,7 +17,7 @@ class AdditionDeletion(AbstractContactLaw):
     """Constraint addition-deletion: no gap at the end of the step, the multiplier is the force, until it would pull.
 
     Touch is found at the start of a step; the constraint then needs a velocity jump, given by an impulse (unless the
-    scheme's own force holds it, as central difference), whose lost energy is booked. A scheme that projects its
+    scheme's own force holds it), whose lost energy is booked. A scheme that projects its
     predictor is given the least projection that leaves it no overlap. On a massless face the constraint is a spring of
     the face's flexibility.
 
@@ -62,6 +62,12 @@ class AdditionDeletion(AbstractContactLaw):
                 reply.in_contact = 1.0
                 rate_end = port.free_gap_rate + port.rate_per_force * reply.force
                 reply.dissipated = max(0.0, -0.5 * reply.force * port.dt * (port.gap_rate + rate_end))
+            if port.projects_first > 0.0:
+                # With p the projection: the energy changes by F [gap] - p [gap rate]/dt, and a projected predictor has
+                # no gap, so that [gap rate] = 2 gap/dt at the end.
+                end = free_gap + port.gap_per_force * reply.force
+                lost = reply.force * (port.gap - end) + 2.0 * reply.projection * end / (port.dt * port.dt)
+                reply.dissipated = max(0.0, lost)
             return
         if port.in_contact == 0.0:
             rate = port.gap_rate + port.others_rate

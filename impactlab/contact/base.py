@@ -40,7 +40,7 @@ class AbstractContactLaw(ABC):
     )
     serves_massless: ClassVar[bool] = False  # True: it answers a massless face by its flexibility (`Port.flexibility`)
     holds_position: ClassVar[bool] = False  # True: a hard position constraint, which makes some schemes gain energy
-    smooth: ClassVar[bool] = False  # True: the force follows from gap and rate alone; adaptive integrators serve
+    smooth: ClassVar[bool] = False  # True: the force follows from gap and rate alone; steps may have any length
     noted: ClassVar[tuple[Noted, ...]] = ()  # what it counts in its memory and the run tells as warnings
     why_failed: ClassVar[str] = "a contact law gave no answer"  # text of the StepError where the reply is failed
     gains_energy: ClassVar[float] = 0.0  # declared bound on the energy gain, relative; inf where there is none

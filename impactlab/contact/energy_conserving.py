@@ -15,8 +15,8 @@ class EnergyConserving(AbstractContactLaw):
     """Energy-conserving contact: while faces touch, the gap does not change over a step, so the force does no work.
 
     The condition is on the mean gap rate of the step (persistency), not on the gap: faces that overlapped by part of a
-    step's travel when they touched keep that overlap until they are let go. With a midpoint scheme energy is kept to
-    rounding through touch and release.
+    step's travel when they touched keep that overlap until they are let go. Where the scheme's force acts in the middle
+    of the step, energy is kept to rounding through touch and release.
 
     References
     ----------

@@ -22,7 +22,7 @@ class Nitsche(AbstractContactLaw):
 
     References
     ----------
-    ChoulyHildRenard2015, equations of part 1 (semi-discrete problem, energy of the theta family) and part 2 (midpoint);
+    ChoulyHildRenard2015, equations of part 1 (semi-discrete problem, energy of the theta family) and part 2 (in time);
     ChoulyRenard2018 (explicit).
     """
 

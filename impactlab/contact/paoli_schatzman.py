@@ -19,7 +19,7 @@ class PaoliSchatzman(AbstractContactLaw):
 
     References
     ----------
-    PaoliSchatzman2002 (written for the central difference scheme; under other schemes the same condition is kept, the
+    PaoliSchatzman2002 (written for second differences in time; under other schemes the same condition is kept, the
     force acting as the scheme lets it).
     """
 

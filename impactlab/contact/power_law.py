@@ -19,7 +19,7 @@ SLOW = Noted(
 COARSE = Noted(
     slot=3,
     code="coarse_contact",
-    text="steps too long for the contact's own oscillation or decay: {count}; give a smaller step, or newmark",
+    text="steps too long for the contact's own oscillation or decay: {count}; give a smaller step, or go implicit",
 )
 
 

@@ -7,7 +7,7 @@ from typing import final
 
 import numpy as np
 
-from impactlab.errors import CaseError, PairingError
+from impactlab.errors import CaseError
 from impactlab.integrators.base import Stepper
 from impactlab.models.base import AbstractDiscreteModel, Operators
 from impactlab.scene import End, Rod
@@ -186,13 +186,3 @@ class DelayLine(AbstractDiscreteModel):
 def dispersed(rod: Rod) -> str:
     """Return why a damped rod is no delay line."""
     return f"'{rod.name}' is damped, and waves in a damped rod change their shape: the continuous model serves none"
-
-
-def check_law_needs(needs: frozenset[Level], law: str, path: str) -> None:
-    """Raise `PairingError` where a law needs what a delay line cannot offer."""
-    if Level.IMPULSE in needs:
-        raise PairingError(
-            f"law '{law}' gives impulses, and the mass that they would strike at the end of a continuous rod is zero",
-            remedy="Use finite_element or modal, or law wave_identification, addition_deletion or penalty.",
-            path=path,
-        )
