@@ -99,10 +99,10 @@ def schemes() -> dict[str, Scheme]:
     """Return every registered integrator; one that can cut a step also with located events."""
     made = {}
     for name in registry().only("impactlab").names(INTEGRATORS):
-        for title, part in variants(INTEGRATORS, name).items():
-            made[title] = Scheme(part, "dated")
-            if isinstance(part, AbstractIntegrator) and part.any_dt:
-                made[f"{title}, located"] = Scheme(part, "located")
+        part = next(iter(variants(INTEGRATORS, name).values()))
+        made[name] = Scheme(part, "dated")
+        if isinstance(part, AbstractIntegrator) and part.any_dt:
+            made[f"{name}, located"] = Scheme(part, "located")
     return made
 
 

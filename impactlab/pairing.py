@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 import re
 
+from impactlab.bases.base import AbstractBasis
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import PairingError
 from impactlab.integrators.base import AbstractAdaptive, AbstractIntegrator
 from impactlab.models.base import Operators
-from impactlab.scene import Rod, Scene
+from impactlab.plugins import parts_inside
+from impactlab.scene import Body, Rod, Scene
 from impactlab.types import Level
 
 
@@ -60,12 +62,18 @@ def check_system(integrator: AbstractIntegrator, body: str, system: Operators) -
 
 def energy_bound(scene: Scene, integrator: AbstractIntegrator) -> float:
     """Return the largest energy gain, over the initial energy, that the parts of a scene declare."""
-    bound = 1e-9 + integrator.gains_energy
+    bound = 1e-9 + integrator.gains_energy + sum(gains_of(body) for body in scene.bodies.values())
     for contact in scene.contacts:
         if contact.law.holds_position and integrator.hard_constraint_gains and scene.events == "dated":
             return math.inf
         bound += contact.law.gains_energy
     return bound
+
+
+def gains_of(body: Body) -> float:
+    """Return the energy gain that a body's description declares: that of the parts inside it."""
+    model = body.model if isinstance(body, Rod) else None
+    return sum(part.gains_energy for part in parts_inside(model) if isinstance(part, AbstractBasis)) if model else 0.0
 
 
 def check_events(scene: Scene, integrator: AbstractIntegrator) -> None:
@@ -88,7 +96,7 @@ def check_events(scene: Scene, integrator: AbstractIntegrator) -> None:
     for number, contact in enumerate(scene.contacts):
         if contact.law.fixed_step:
             raise PairingError(
-                f"events: located cuts steps, and law '{kind_of(contact.law)}' reads at a distance of one step",
+                f"events: located cuts steps, and law '{kind_of(contact.law)}' counts on steps of one length",
                 remedy="Use addition_deletion, penalty or impulse_momentum, or events: dated.",
                 path=f"contacts.{number}.law",
             )

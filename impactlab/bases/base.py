@@ -34,6 +34,7 @@ class AbstractBasis(ABC):
     examples: ClassVar[tuple[Mapping[str, Any], ...]] = ({},)  # options that its contract suite tries, one by one
     static_exact: ClassVar[bool] = False  # a steady force at a contact of a held rod moves it as the whole mesh
     complete: ClassVar[bool] = True  # as many modes as the mesh has are the mesh itself
+    gains_energy: ClassVar[float] = 0.0  # declared bound on the gain that a change of coordinates may add, relative
     free_end: ClassVar[bool] = False  # eigenvectors with free contacts alone: a uniform rod's are known in closed form
 
     @abstractmethod

@@ -31,7 +31,7 @@ class AbstractContactLaw(ABC):
     compiled: ClassVar[bool] = True  # False: respond stays plain Python, called back from the loop
     answers_force: ClassVar[bool] = True  # False: impulses only, no force history
     trial_at_end: ClassVar[bool] = False  # True: its trial force belongs to the end of the step, not to where it acts
-    fixed_step: ClassVar[bool] = False  # True: its readings belong to one dt, so a step cannot be cut at an event
+    fixed_step: ClassVar[bool] = False  # True: it counts on steps of one length, so none can be cut at an event
     hard: ClassVar[bool] = (
         False  # True: it approximates the hard unilateral contact, whose exact answer is its reference
     )

@@ -17,8 +17,9 @@ class Nitsche(AbstractContactLaw):
 
     Consistent without a multiplier: in the exact solution S is the contact force. Beside F along the gap, theta g (S -
     F) acts along the row of S, so that the method is the symmetric one (theta = 1), the simple one (0) or the skew one
-    (-1). g = ``gamma`` h/EA. S is that of the rod, of two rods the mean. Both are taken where the scheme's force acts.
-    Stored is theta g (F^2 - S^2)/2, which may be negative.
+    (-1). g = ``gamma`` h/EA, h the least distance of nodes. S is that of the rod, of two rods the mean. Both are taken
+    where the scheme's force acts. Stored is theta g (F^2 - S^2)/2, which may be negative; with the rod's own it is
+    positive while g < l/(EA p^2), in elements of length l and order p: gamma < 1 for 2-node bars, 0.27 for any order.
 
     References
     ----------
@@ -35,7 +36,12 @@ class Nitsche(AbstractContactLaw):
     examples: ClassVar[tuple[dict[str, Any], ...]] = ({}, {"theta": "0"}, {"theta": "-1", "gamma": 0.1})
 
     theta: Literal["1", "0", "-1"] = option("1", description="1 symmetric, 0 without, -1 skew")
-    gamma: float = option(0.5, above=0.0, below=1.0, description="g over h/EA, the compliance of one element")
+    gamma: float = option(
+        0.25,
+        above=0.0,
+        below=1.0,
+        description="g over h/EA, h between nodes; bounded for 2-node bars, 0.27 for any order",
+    )
 
     def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
         rods = [(side, facts) for side, facts in (("left", left), ("right", right)) if facts.kind == "rod"]

@@ -28,6 +28,7 @@ class PaoliSchatzman(AbstractContactLaw):
     hard = True
     holds_position = True
     trial_at_end = True
+    fixed_step = True
     examples: ClassVar[tuple[dict[str, Any], ...]] = ({}, {"restitution": 1.0})
 
     restitution: float = option(0.0, at_least=0.0, at_most=1.0, description="coefficient of restitution of the faces")

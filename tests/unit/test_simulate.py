@@ -68,7 +68,7 @@ LUMPED = FiniteElement(20, "lumped")
         ),
         (
             paper(Modal(10), WaveIdentification(), ExactModal(), events="located"),
-            PairingError, "contacts.0.law", "reads at a distance of one step",
+            PairingError, "contacts.0.law", "counts on steps of one length",
         ),
         (paper(Modal(None, 10), Penalty(), Newmark(), StepRule(courant=0.5)), CaseError, "solve.step", "needs a mesh"),
         (
