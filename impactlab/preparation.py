@@ -201,7 +201,11 @@ def start_law(contact: Contact, facts: tuple[SideFacts, SideFacts], path: str, d
         ("readings", start.readings, READINGS),
     ):
         if len(asked) > room:
-            raise PairingError(f"the law asks for {len(asked)} {what}; there is room for {room}", path=path)
+            raise PairingError(
+                f"the law asks for {len(asked)} {what}; there is room for {room}",
+                remedy="This is a fault of the law, not of the case: it must keep to the room.",
+                path=path,
+            )
     return start
 
 

@@ -62,12 +62,6 @@ class AdditionDeletion(AbstractContactLaw):
                 reply.in_contact = 1.0
                 rate_end = port.free_gap_rate + port.rate_per_force * reply.force
                 reply.dissipated = max(0.0, -0.5 * reply.force * port.dt * (port.gap_rate + rate_end))
-            if port.projects_first > 0.0:
-                # With p the projection: the energy changes by F [gap] - p [gap rate]/dt, and a projected predictor has
-                # no gap, so that [gap rate] = 2 gap/dt at the end.
-                end = free_gap + port.gap_per_force * reply.force
-                lost = reply.force * (port.gap - end) + 2.0 * reply.projection * end / (port.dt * port.dt)
-                reply.dissipated = max(0.0, lost)
             return
         if port.in_contact == 0.0:
             rate = port.gap_rate + port.others_rate

@@ -37,7 +37,10 @@ class ImpedanceResidual(AbstractContactLaw):
             if facts.kind != "rod":
                 continue
             if math.isnan(facts.impedance):
-                raise PairingError("impedance_residual needs the impedance of a rod's end, and there is none here")
+                raise PairingError(
+                    "impedance_residual needs the impedance of a rod's end, and there is none here",
+                    remedy="Put the contact at a free end, or use addition_deletion.",
+                )
             # A body that leaves nothing out yields nothing more; rounding of its static answer is not a compliance.
             if facts.left_out * facts.element_stiffness > 1e-6:
                 yields += facts.left_out

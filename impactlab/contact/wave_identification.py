@@ -55,7 +55,8 @@ class WaveIdentification(AbstractContactLaw):
                 )
             if math.isnan(facts.impedance):
                 raise PairingError(
-                    f"wave_identification needs an impedance, and the {side} side has none at this point"
+                    f"wave_identification needs an impedance, and the {side} side has none at this point",
+                    remedy="Put the contact at a free end, or use addition_deletion.",
                 )
             distance = facts.wave_speed * dt
             if distance > facts.room:

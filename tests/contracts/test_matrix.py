@@ -1,0 +1,142 @@
+"""Every law under every scheme on every model ends with finite numbers, or is refused with reason, place and remedy.
+
+The cells are those of docs/matrix.py, which takes them from the registry: a new part joins by itself.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib.util
+import math
+import sys
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from impactlab import simulate
+from impactlab.errors import PairingError
+from impactlab.scene import StepRule
+
+SCRIPT = Path(__file__).resolve().parents[2] / "docs" / "matrix.py"
+TRIPS = 1.2  # of the wave: the touch, the loading twice over
+LAW, SCHEME, MODEL = "penalty", "newmark", "modal 100/40"
+
+
+def loaded() -> Any:
+    spec = importlib.util.spec_from_file_location("docs_matrix", SCRIPT)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules["docs_matrix"] = module  # dataclasses and named tuples look their module up
+    spec.loader.exec_module(module)
+    return module
+
+
+matrix = loaded()
+SAMPLE = [
+    *((MODEL, LAW, scheme) for scheme in matrix.schemes()),
+    *((MODEL, law, SCHEME) for law in matrix.laws()),
+    *((model, "addition_deletion", "midpoint, located") for model in matrix.models()),
+]
+
+
+def check(found: Any) -> None:
+    """Assert that a cell completed, was refused with all that a user needs, or failed for a reason that is told."""
+    if found.status == "completed":
+        assert all(math.isfinite(value) for value in (found.mass, found.face, found.gain))
+    elif found.status == "refused":
+        assert found.text
+        assert found.remedy
+        assert found.path.startswith(("contacts.0.law", "solve."))
+    else:
+        assert found.status == "failed", found.text
+        assert found.text.startswith("energy grew by"), found.text
+        assert found.remedy
+
+
+@pytest.mark.parametrize(("model", "law", "scheme"), SAMPLE, ids=" / ".join)
+def test_a_cell_completes_or_is_refused_with_reason_and_remedy(model: str, law: str, scheme: str) -> None:
+    found = matrix.outcome(model, law, scheme, TRIPS)
+    check(found)
+    assert found.status != "failed", found.text
+
+
+@pytest.mark.slow
+def test_no_cell_crashes_hangs_or_returns_a_number_that_is_not_finite() -> None:
+    cells = matrix.cells()
+    found = matrix.run_all(cells, TRIPS, workers=2, limit=300.0)
+    assert set(found) == set(cells)
+    for cell, each in found.items():
+        try:
+            check(each)
+        except AssertionError as error:
+            raise AssertionError(f"{cell}: {each}") from error
+    counts = Counter(each.status for each in found.values())
+    assert counts["completed"] > len(cells) // 2
+    # Those are explicit, and the remedy they tell, a smaller step, is true.
+    for cell in (cell for cell, each in found.items() if each.status == "failed"):
+        scene = matrix.scene_of(*cell, TRIPS)
+        assert scene.step.courant == 0.5, cell
+        simulate.run(dataclasses.replace(scene, step=StepRule(courant=0.3)))
+
+
+def test_a_cell_that_hangs_is_killed_and_the_next_one_runs() -> None:
+    cells = [(MODEL, LAW, SCHEME), (MODEL, "addition_deletion", SCHEME)]
+    found = matrix.run_all(cells, TRIPS, workers=1, limit=1e-3)
+    assert [found[cell].status for cell in cells] == ["broken", "broken"]
+    assert all("hung" in each.text for each in found.values())
+
+
+# What a refusal tells to use instead, tried: cell, what its remedy names, the cell that follows it.
+REMEDIES = [
+    (("finite_element 100", LAW, "exact_modal"), "Use model modal", (MODEL, LAW, "exact_modal")),
+    (("finite_element 100", LAW, "exact_modal"), "newmark", ("finite_element 100", LAW, "newmark")),
+    (
+        ("finite_element 100", LAW, "central_difference"),
+        "mass: lumped",
+        ("finite_element 100, lumped", LAW, "central_difference"),
+    ),
+    ((MODEL, "wave_identification", "midpoint, located"), "penalty", (MODEL, "penalty", "midpoint, located")),
+    (
+        (MODEL, "paoli_schatzman", "exact_modal, located"),
+        "addition_deletion",
+        (MODEL, "addition_deletion", "exact_modal, located"),
+    ),
+    ((MODEL, "paoli_schatzman", "exact_modal, located"), "events: dated", (MODEL, "paoli_schatzman", "exact_modal")),
+    ((MODEL, "addition_deletion", "adaptive"), "penalty", (MODEL, "penalty", "adaptive")),
+    ((MODEL, "addition_deletion", "adaptive"), "exact_modal", (MODEL, "addition_deletion", "exact_modal")),
+    (("continuous", "impulse_momentum", SCHEME), "wave_identification", ("continuous", "wave_identification", SCHEME)),
+    (
+        ("finite_element 100", "impedance_residual", SCHEME),
+        "Use modal with fewer modes",
+        (MODEL, "impedance_residual", SCHEME),
+    ),
+    ((MODEL, "nitsche", SCHEME), "craig_bampton", ("modal 100/40, craig_bampton", "nitsche", SCHEME)),
+    (
+        ("finite_element 100, redistributed", "hertz", SCHEME),
+        "Use addition_deletion",
+        ("finite_element 100, redistributed", "addition_deletion", SCHEME),
+    ),
+    (
+        ("modal 100/40, striker_attached", LAW, "hht_alpha"),
+        "midpoint",
+        ("modal 100/40, striker_attached", LAW, "midpoint"),
+    ),
+]
+
+
+@pytest.mark.parametrize(("refused", "named", "instead"), REMEDIES, ids=lambda value: str(value))
+def test_what_a_refusal_tells_to_use_works(
+    refused: tuple[str, str, str], named: str, instead: tuple[str, str, str]
+) -> None:
+    found = matrix.outcome(*refused, TRIPS)
+    assert found.status == "refused"
+    assert named in found.remedy
+    assert matrix.outcome(*instead, TRIPS).status == "completed"
+
+
+def test_a_refusal_comes_before_the_first_step() -> None:
+    with pytest.raises(PairingError):
+        simulate.prepare(matrix.scene_of("finite_element 100", LAW, "exact_modal"))
