@@ -15,7 +15,7 @@ SIZES = (20, 80, 320)
 IMPULSE = 0.5  # N s, of each of the four exact contacts
 PRESSURE = 0.5  # N, while they last
 CONTACTS = 4
-REPEATS = 9  # the least time of so many runs is shown
+REPEATS = 5  # the least time of so many runs is shown
 STEPS = (1.0, 0.5)  # c dt/h, of the trap
 
 
