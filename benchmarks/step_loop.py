@@ -10,6 +10,7 @@ the energies and momenta as often; per-element coefficients in both. Times are m
 from __future__ import annotations
 
 import argparse
+import math
 import time
 from typing import Any
 
@@ -18,11 +19,14 @@ import numpy as np
 
 from impactlab.assembly import SAMPLES, Assembly
 from impactlab.contact.addition_deletion import AdditionDeletion
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.integrators.base import AbstractScheme
 from impactlab.integrators.central_difference import CentralDifference
 from impactlab.loop import advance_dated, start
+from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
 from impactlab.scene import Contact, End, Mass, Point, Rod, Scene, Segment, StepRule
-from impactlab.simulate import prepare
+from impactlab.simulate import Plan, prepare
 
 
 @numba.njit(fastmath={"reassoc", "contract"})  # type: ignore[untyped-decorator]
@@ -74,42 +78,61 @@ def by_hand(
             sample += 1
 
 
-def scene_of(elements: int) -> Scene:
-    """Return the paper's case on a lumped mesh at dt = h/c."""
+def scene_of(
+    elements: int,
+    law: AbstractContactLaw = AdditionDeletion(),  # noqa: B008 - frozen
+    integrator: AbstractScheme = CentralDifference(),  # noqa: B008
+    model: AbstractRodModel | None = None,
+    courant: float = 1.0,
+    round_trips: float = 3.0,
+) -> Scene:
+    """Return the paper's case, on a lumped mesh unless a model is given."""
     segment = Segment(0.3, 9e-4, 2.1e11, 7900.0)
-    rod = Rod("rod", (segment,), End("free"), End("clamped"), model=FiniteElement(elements, "lumped"))
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0, AdditionDeletion())
+    model = FiniteElement(elements, "lumped") if model is None else model
+    rod = Rod("rod", (segment,), End("free"), End("clamped"), model=model)
+    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0, law)
     bodies = {"hammer": Mass("hammer", 2.133, 1.0), "rod": rod}
-    return Scene("step_loop", bodies, (contact,), 3 * rod.round_trip, CentralDifference(), StepRule(courant=1.0))
+    return Scene("step_loop", bodies, (contact,), round_trips * rod.round_trip, integrator, StepRule(courant=courant))
+
+
+def time_loop(plan: Plan) -> tuple[float, Assembly]:
+    """Return what all steps of a plan take [s], and the memory they were written into."""
+    assert plan.dt is not None
+    assert plan.integrator is not None
+    assembly = Assembly(plan.scene, plan.built, plan.steppers, plan.starts, plan.integrator, plan.dt, plan.steps)
+    start(assembly.memory)
+    # The kernel's page faults on fresh pages are no part of the time: touch them first, here and below.
+    assembly.memory.record.fill(0.0)
+    began = time.perf_counter()
+    advance_dated(assembly.memory, plan.dt, plan.steps, assembly.stride, assembly.sample_stride)
+    spent = time.perf_counter() - began
+    return spent if assembly.clock.step == plan.steps else math.nan, assembly
+
+
+def time_by_hand(plan: Plan) -> tuple[float, Any]:
+    """Return what the same steps take in the hand-written loop [s], and what it recorded."""
+    system, steps = plan.built["rod"].system, plan.steps
+    mass, stiffness = system.mass[0], np.append(-system.stiffness[1, :-1], -system.stiffness[1, 0])
+    u, v, out, energies = np.zeros(mass.size), np.zeros(mass.size), np.zeros((steps, 9)), np.zeros((SAMPLES + 1, 4))
+    out.fill(0.0)
+    began = time.perf_counter()
+    by_hand(stiffness, mass, 2.133, u, v, out, energies, plan.dt, steps, -(-steps // SAMPLES))
+    return time.perf_counter() - began, out
 
 
 def measure(elements: int, repeats: int) -> dict[str, float]:
     """Return steps, the least times [s] of both loops, their ratio, and how far their forces differ."""
     plan = prepare(scene_of(elements))
-    assert plan.dt is not None
-    assert plan.integrator is not None
-    dt, steps = plan.dt, plan.steps
-    system = plan.built["rod"].system
-    mass, stiffness = system.mass[0], np.append(-system.stiffness[1, :-1], -system.stiffness[1, 0])
-    stride = -(-steps // SAMPLES)
     ours, theirs, difference = [], [], 0.0
     for _ in range(repeats + 1):
-        assembly = Assembly(plan.scene, plan.built, plan.steppers, plan.starts, plan.integrator, dt, steps)
-        start(assembly.memory)
-        # Both write into fresh pages; touch them first, so that the kernel's page faults are in neither time.
-        assembly.memory.record.fill(0.0)
-        began = time.perf_counter()
-        advance_dated(assembly.memory, dt, steps, assembly.stride, assembly.sample_stride)
-        ours.append(time.perf_counter() - began)
-        u, v, out, energies = np.zeros(mass.size), np.zeros(mass.size), np.zeros((steps, 9)), np.zeros((SAMPLES + 1, 4))
-        out.fill(0.0)
-        began = time.perf_counter()
-        by_hand(stiffness, mass, 2.133, u, v, out, energies, dt, steps, stride)
-        theirs.append(time.perf_counter() - began)
-        kept = assembly.memory.record[1 : steps + 1, 1]
+        spent, assembly = time_loop(plan)
+        ours.append(spent)
+        spent, out = time_by_hand(plan)
+        theirs.append(spent)
+        kept = assembly.memory.record[1 : plan.steps + 1, 1]
         difference = float(np.abs(kept - out[:, 1]).max() / np.abs(out[:, 1]).max())
     return {
-        "steps": steps,
+        "steps": plan.steps,
         "loop_s": min(ours[1:]),
         "by_hand_s": min(theirs[1:]),
         "ratio": min(ours[1:]) / min(theirs[1:]),

@@ -37,6 +37,7 @@ from impactlab.types import Array, Port, Quantity, Reply, Start
 
 RECORDS = 20_000  # steps kept one by one; longer runs are decimated
 SAMPLES = 256  # energies taken over a run
+NOTHING = 1e-20  # of a response's largest entry: what lies beyond the last entry above moves by less than any rounding
 EVENTS = 4096  # events between two returns of the loop
 
 
@@ -287,6 +288,8 @@ class Assembly:
                 place=seen[push.body],
                 weight=push.weight,
             )
+            stepper = steppers[push.body]
+            self._ranges(by_name[number], push.body, stepper, stepper.force_response[seen[push.body]], 0)
             seen[push.body] += 1
         return pushes
 
@@ -314,16 +317,23 @@ class Assembly:
                 seen[point.body] += 1
                 face = by_name[2 * number + side]
                 fill(face, body=names.index(point.body), place=place, sign=(-1.0, 1.0)[side])
-                response = steppers[point.body].force_response[place]
-                n_dof = steppers[point.body].jump.shape[1]
-                for part, first in enumerate((0, n_dof, 2 * n_dof)):
-                    last = response.size if part == 2 else first + n_dof
-                    moved = np.flatnonzero(
-                        response[first:last] if self.built[point.body].system.phases is None else np.ones(last - first)
-                    )
-                    if moved.size:
-                        face.low[part], face.high[part] = first + int(moved[0]), first + int(moved[-1]) + 1
+                stepper = steppers[point.body]
+                responses = (stepper.force_response, stepper.impulse_response, stepper.projection_response)
+                for kind, response in enumerate(responses):
+                    self._ranges(face, point.body, stepper, response[place], 3 * kind)
         return faces
+
+    def _ranges(self, record: Any, body: str, stepper: Stepper, response: Array, at: int) -> None:
+        """Write what of a body's displacements, velocities and the rest a response moves at all."""
+        n_dof = stepper.jump.shape[1]
+        for part, first in enumerate((0, n_dof, 2 * n_dof)):
+            answer = np.abs(response[first : response.size if part == 2 else first + n_dof])
+            if self.built[body].system.phases is None:
+                moved = np.flatnonzero(answer > NOTHING * answer.max(initial=0.0))
+            else:
+                moved = np.arange(answer.size)
+            if moved.size:
+                record.low[at + part], record.high[at + part] = first + int(moved[0]), first + int(moved[-1]) + 1
 
     def _contacts(self, starts: tuple[Start, ...]) -> tuple[Any, Any, Any]:
         scene, n_contacts = self.scene, len(self.scene.contacts)

@@ -22,9 +22,16 @@ from impactlab.memory import (
 
 @INLINE
 def row_times_state(m: Memory, row: int) -> float:
-    """Return a sparse row times the state."""
+    """Return a sparse row times the state; where its entries lie side by side, as in modes, without looking them up."""
+    begin, end = m.row_start[row], m.row_start[row + 1]
     total = 0.0
-    for entry in range(m.row_start[row], m.row_start[row + 1]):
+    if end - begin > 1 and m.row_index[end - 1] - m.row_index[begin] == end - begin - 1:
+        first = m.row_index[begin]
+        values, state = m.row_value[begin:end], m.state[first : first + end - begin]
+        for i in range(values.size):
+            total += values[i] * state[i]
+        return total
+    for entry in range(begin, end):
         total += m.row_value[entry] * m.state[m.row_index[entry]]
     return total
 

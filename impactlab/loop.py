@@ -61,32 +61,39 @@ def free_step(m: Memory) -> None:
         pushed_values(m, True)
 
 
+@INLINE
+def add_responses(m: Memory, state_start: int, start: int, factor: float, low: int, high: int) -> None:
+    """Add a factor times a range of a response to a body's state."""
+    for i in range(low, high):
+        m.state[state_start + i] += factor * m.responses[start + i]
+
+
 def correct(m: Memory) -> None:
     """Add what the forces, impulses, projections and pushes of the step do to its end."""
     for number in range(len(m.faces)):
         contact, face = m.contacts[number // 2], m.faces[number]
         body = m.bodies[face.body]
         size = body.state_end - body.state_start
+        place = face.place * size
         if contact.force != 0.0:
-            push, start = face.sign * contact.force, body.force_start + face.place * size
             for part in range(3):
-                for i in range(face.low[part], face.high[part]):
-                    m.state[body.state_start + i] += push * m.responses[start + i]
+                low, high = face.low[part], face.high[part]
+                add_responses(m, body.state_start, body.force_start + place, face.sign * contact.force, low, high)
         if contact.impulse != 0.0:
-            kick, start = face.sign * contact.impulse, body.impulse_start + face.place * size
-            for i in range(size):
-                m.state[body.state_start + i] += kick * m.responses[start + i]
+            for part in range(3, 6):
+                low, high = face.low[part], face.high[part]
+                add_responses(m, body.state_start, body.impulse_start + place, face.sign * contact.impulse, low, high)
         if contact.projection != 0.0:
-            shift, start = face.sign * contact.projection, body.projection_start + face.place * size
-            for i in range(size):
-                m.state[body.state_start + i] += shift * m.responses[start + i]
+            shift, start = face.sign * contact.projection, body.projection_start + place
+            for part in range(6, 9):
+                add_responses(m, body.state_start, start, shift, face.low[part], face.high[part])
     for number in range(len(m.pushes)):
         record = m.pushes[number]
         body = m.bodies[record.body]
-        size = body.state_end - body.state_start
-        push, start = record.weight * m.contacts[record.contact].push, body.force_start + record.place * size
-        for i in range(size):
-            m.state[body.state_start + i] += push * m.responses[start + i]
+        start = body.force_start + record.place * (body.state_end - body.state_start)
+        push = record.weight * m.contacts[record.contact].push
+        for part in range(3):
+            add_responses(m, body.state_start, start, push, record.low[part], record.high[part])
     n_contacts = len(m.contacts)
     for number in range(len(m.faces)):
         u, v = m.faces[number].free_u, m.faces[number].free_v

@@ -33,8 +33,8 @@ class FaceRecord(ctypes.Structure):
     _fields_ = [
         ("body", INTEGER),
         ("place", INTEGER),  # which of its body's faces
-        ("low", INTEGER * 3),  # what a force moves at all of the body's displacements, velocities and the rest:
-        ("high", INTEGER * 3),  # ranges of its state
+        ("low", INTEGER * 9),  # what a force, an impulse, a projection moves at all of the body's displacements,
+        ("high", INTEGER * 9),  # velocities and the rest (the last index): ranges of its state
         ("sign", REAL),  # direction of the push: -1 left, +1 right
         ("u", REAL),  # m, at the start of the step
         ("v", REAL),  # m/s
@@ -77,7 +77,12 @@ class MessengerRecord(ctypes.Structure):
 class PushRecord(ctypes.Structure):
     """A row along which a contact may push a body, beside the force along its gap."""
 
-    _fields_ = [("contact", INTEGER), ("body", INTEGER), ("place", INTEGER), ("weight", REAL)]
+    _fields_ = [
+        *((name, INTEGER) for name in ("contact", "body", "place")),
+        ("low", INTEGER * 3),  # as of a face: what the push moves at all
+        ("high", INTEGER * 3),
+        ("weight", REAL),
+    ]
 
 
 class PhaseRecord(ctypes.Structure):

@@ -9,6 +9,7 @@ from __future__ import annotations
 import ctypes
 import pickle
 from collections.abc import Callable
+from operator import attrgetter
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -158,13 +159,47 @@ class LawAddress:
                 reply.failed = 1.0
 
         if COMPILED:
-            self._keep = ctypes.CFUNCTYPE(None, ctypes.POINTER(Port), ctypes.POINTER(Reply))(
-                lambda port, reply: guarded(port[0], reply[0])
-            )
+            known: dict[int, Any] = {}  # by address: the loop gives the same records in every step
+
+            def called(port: int, reply: int) -> None:
+                if port not in known:
+                    known[port] = at_hand(PortAtHand, port)
+                if reply not in known:
+                    known[reply] = at_hand(ReplyAtHand, reply)
+                guarded(known[port], known[reply])
+
+            self._keep = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(called)
             self.value = int(ctypes.cast(self._keep, ctypes.c_void_p).value or 0)
         else:
             _plain.append(guarded)
             self.value = len(_plain) - 1
+
+
+def held(kind: type[ctypes.Structure], name: str) -> Any:
+    """Return a property that stands for a field which is itself a record or an array, made once."""
+    return property(attrgetter(f"_{name}"), getattr(kind, name).__set__)
+
+
+class PortAtHand(Port):
+    """A port whose sides and arrays are made once: making them at every look is what plain Python spends most on."""
+
+    left, right = held(Port, "left"), held(Port, "right")
+    readings, memory, parameters = held(Port, "readings"), held(Port, "memory"), held(Port, "parameters")
+
+
+class ReplyAtHand(Reply):
+    """A reply whose memory is made once."""
+
+    memory = held(Reply, "memory")
+
+
+def at_hand(kind: type[ctypes.Structure], address: int) -> Any:
+    """Return the record at an address of the running loop."""
+    record = kind.from_address(address)
+    for name, made in vars(kind).items():
+        if isinstance(made, property):
+            setattr(record, f"_{name}", getattr(kind.__base__, name).__get__(record))
+    return record
 
 
 def records(kind: type[ctypes.Structure], count: int) -> tuple[Any, Any]:

@@ -1,0 +1,122 @@
+"""What each registered contact law costs per step, compiled and as plain Python, beside a hand-written loop.
+
+The paper's case with 400 elements at half the stable step, so that stiff contacts are resolved. The hand-written loop
+is that of `step_loop.py` (central difference, addition-deletion), whatever the row. "plain Python" is the same law with
+``compiled = False``, called back at every step: what it costs more. Times are minima of interleaved runs.
+
+    python benchmarks/laws.py [--repeats 20] [--elements 400] [--json]
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+import math
+from typing import Any
+
+from step_loop import scene_of, time_by_hand, time_loop
+
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.errors import CaseError, PairingError
+from impactlab.integrators.base import AbstractIntegrator
+from impactlab.integrators.central_difference import CentralDifference
+from impactlab.integrators.exact_modal import ExactModal
+from impactlab.integrators.newmark import Newmark
+from impactlab.models.base import AbstractRodModel
+from impactlab.models.modal import Modal
+from impactlab.pairing import kind_of
+from impactlab.plugins import LAWS, registry
+from impactlab.simulate import Plan, prepare
+from impactlab.testing.verdict import options_to_try
+
+ROUND_TRIPS = 1.5  # 2400 steps of 400 elements
+MOST = 5.0  # us per step that a law in plain Python may cost more
+
+
+def settings(elements: int) -> tuple[tuple[AbstractIntegrator, AbstractRodModel | None], ...]:
+    """Return integrators with the model they run on; None is the lumped mesh."""
+    modal = Modal(elements=elements, modes=elements // 4)
+    return (CentralDifference(), None), (Newmark(), None), (ExactModal(), modal)
+
+
+def plan_of(law: AbstractContactLaw, integrator: AbstractIntegrator, model: Any, elements: int) -> Plan | None:
+    """Return the run, or None where the parts cannot serve each other."""
+    try:
+        return prepare(scene_of(elements, law, integrator, model, 0.5, ROUND_TRIPS))
+    except (CaseError, PairingError):
+        return None
+
+
+def plain(law: AbstractContactLaw) -> AbstractContactLaw:
+    """Return the same law, not compiled."""
+    kind = type(law)
+    twin = type(f"Plain{kind.__name__}", (kind,), {"compiled": False, "__doc__": kind.__doc__})
+    return twin(**{field.name: getattr(law, field.name) for field in dataclasses.fields(law) if field.init})
+
+
+def rows_of(elements: int) -> list[dict[str, Any]]:
+    """Return one row per law, options and setting that serve each other, with its two plans."""
+    rows = []
+    for name in registry().names(LAWS):
+        kind = registry().load(LAWS, name)
+        for options in options_to_try(kind):
+            law = kind(**options)
+            found = [(each, plan_of(law, *each, elements)) for each in settings(elements)]
+            if any(plan for _, plan in found[:2]):
+                found.pop()  # modes only for laws that need them
+            for (integrator, model), plan in found:
+                if plan is not None:
+                    twin = plan_of(plain(law), integrator, model, elements)
+                    shown = " ".join(f"{key}={getattr(value, 'relative', value)}" for key, value in options.items())
+                    rows.append({"law": name, "options": shown, "plans": (plan, twin)})
+    return rows
+
+
+def measure(elements: int, repeats: int) -> list[dict[str, Any]]:
+    """Return one row per law, options and integrator: us per step of the loop, by hand, and of plain Python more."""
+    rows, by_hand = rows_of(elements), prepare(scene_of(elements, round_trips=ROUND_TRIPS, courant=0.5))
+    times = [[math.inf, math.inf] for _ in rows]
+    hand = math.inf
+    for _ in range(repeats + 1):
+        for row, least in zip(rows, times, strict=True):
+            for number, plan in enumerate(row["plans"]):
+                least[number] = min(least[number], 1e6 * time_loop(plan)[0] / plan.steps)
+            hand = min(hand, 1e6 * time_by_hand(by_hand)[0] / by_hand.steps)
+    return [
+        {
+            "law": row["law"],
+            "options": row["options"],
+            "integrator": kind_of(row["plans"][0].integrator),
+            "us": compiled,
+            "by_hand_us": hand,
+            "ratio": compiled / hand,
+            "plain_python_more_us": called - compiled,
+        }
+        for row, (compiled, called) in zip(rows, times, strict=True)
+    ]
+
+
+def table(rows: list[dict[str, Any]]) -> str:
+    """Return the rows as a Markdown table."""
+    lines = ["| law | integrator | us per step | ratio | plain Python, us more |", "|---|---|---:|---:|---:|"]
+    for row in rows:
+        law = f"`{row['law']}` {row['options']}".strip()
+        costs = f"{row['us']:.2f} | {row['ratio']:.2f} | {row['plain_python_more_us']:.2f}"
+        lines.append(f"| {law} | {row['integrator']} | {costs} |")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Print one row per law and integrator."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
+    parser.add_argument("--elements", type=int, default=400)
+    parser.add_argument("--repeats", type=int, default=20)
+    parser.add_argument("--json", action="store_true")
+    arguments = parser.parse_args()
+    rows = measure(arguments.elements, arguments.repeats)
+    print(json.dumps(rows, indent=1) if arguments.json else table(rows))
+
+
+if __name__ == "__main__":
+    main()
