@@ -10,11 +10,14 @@ is that of `step_loop.py` (central difference, addition-deletion), whatever the 
 from __future__ import annotations
 
 import argparse
+import ctypes
 import dataclasses
 import json
 import math
+import time
 from typing import Any
 
+import numba
 from step_loop import scene_of, time_by_hand, time_loop
 
 from impactlab.contact.base import AbstractContactLaw
@@ -27,11 +30,34 @@ from impactlab.models.base import AbstractRodModel
 from impactlab.models.modal import Modal
 from impactlab.pairing import kind_of
 from impactlab.plugins import LAWS, registry
+from impactlab.pointers import LawAddress, call
 from impactlab.simulate import Plan, prepare
 from impactlab.testing.verdict import options_to_try
+from impactlab.types import Port, Reply
 
 ROUND_TRIPS = 1.5  # 2400 steps of 400 elements
-MOST = 5.0  # us per step that a law in plain Python may cost more
+CALLS = 2000  # of an empty law
+
+
+@numba.njit  # type: ignore[untyped-decorator]
+def call_often(address: int, port: int, reply: int, times: int) -> None:
+    """Call a law at an address."""
+    for _ in range(times):
+        call(address, port, reply)
+
+
+def nothing(*_: Any) -> None:
+    """Answer nothing."""
+
+
+def empty_call(repeats: int) -> float:
+    """Return what calling a law in plain Python back costs when it does nothing [us]."""
+    law, port, reply, least = LawAddress(nothing, as_compiled=False), Port(), Reply(), math.inf
+    for _ in range(repeats + 1):
+        began = time.perf_counter()
+        call_often(law.value, ctypes.addressof(port), ctypes.addressof(reply), CALLS)
+        least = min(least, 1e6 * (time.perf_counter() - began) / CALLS)
+    return least
 
 
 def settings(elements: int) -> tuple[tuple[AbstractIntegrator, AbstractRodModel | None], ...]:
