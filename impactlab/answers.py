@@ -161,7 +161,10 @@ def answer(m: Memory, time: float, dt: float) -> bool:
             answered = answered and reply.failed == 0.0
             change = max(change, abs(reply.force - contact.force) * dt, abs(reply.impulse - contact.impulse))
             if reply.push != contact.push or reply.projection != contact.projection:
-                change = max(change, hidden_change(reply.push, contact.push) * abs(reply.force) * dt)
+                # A push counts by what it does to the force that the law pushes by, also where faces are apart.
+                pushed = abs(m.ports[number].pushed_per_push)
+                change = max(change, abs(reply.push - contact.push) * pushed * dt)
+                largest = max(largest, abs(reply.push) * pushed * dt)
                 change = max(change, hidden_change(reply.projection, contact.projection) * abs(reply.force) * dt)
             contact.force, contact.impulse = reply.force, reply.impulse
             contact.projection, contact.push = reply.projection, reply.push

@@ -22,10 +22,12 @@ from impactlab.models.delay_line import DelayLine
 from impactlab.pairing import (
     check_delay_line,
     check_events,
+    check_heavy_faces,
     check_law,
     check_ordinary,
     check_smooth,
     check_system,
+    constraint_gains,
     energy_bound,
     kind_of,
 )
@@ -166,15 +168,21 @@ def prepare(scene: Scene) -> Plan:
     pushes = pushes_of(scene, built, starts)
     if pushes:
         steppers = prepare_steppers(scene, built, integrator, dt, pushes)
-    for contact in scene.contacts:
-        if contact.law.holds_position and integrator.hard_constraint_gains and scene.events == "dated":
-            warnings.append(
-                Warned(
-                    "constraint_energy",
-                    f"{contact.name}: a hard position constraint under '{kind_of(integrator)}' is known to gain energy",
-                )
-            )
+    warnings += constraint_warnings(scene, integrator)
     return Plan(scene, dt, max(steps, 1), built, steppers, starts, integrator, tuple(warnings))
+
+
+def constraint_warnings(scene: Scene, integrator: AbstractIntegrator) -> list[Warned]:
+    """Return what position constraints are known to do under a scheme; raise where one cannot work."""
+    warnings = []
+    for contact in scene.contacts:
+        if constraint_gains(scene, contact, integrator):
+            text = f"{contact.name}: a hard position constraint under '{kind_of(integrator)}' is known to gain energy"
+            warnings.append(Warned("constraint_energy", text))
+    for name in check_heavy_faces(scene, integrator):
+        text = f"{name}: both faces have mass; how they part depends on where in the step they meet"
+        warnings.append(Warned("heavy_faces", text + "; velocity_complementarity has a restitution"))
+    return warnings
 
 
 def prepare_adaptive(scene: Scene, integrator: AbstractAdaptive) -> Plan:

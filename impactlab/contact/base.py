@@ -58,6 +58,10 @@ class AbstractContactLaw(ABC):
         """Return the law that acts on these sides: this one, but for faces on which it comes down to another."""
         return self
 
+    def needs_second_differences(self) -> bool:
+        """Return whether its condition on two steps holds only where displacements follow from second differences."""
+        return False
+
     def stiffest(self, left: SideFacts, right: SideFacts, dt: float) -> float:
         """Return the stiffness [N/m] that an explicit step must resolve; 0 where there is none or none is known."""
         spring = self.spring(left, right, dt)

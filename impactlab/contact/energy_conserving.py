@@ -16,7 +16,8 @@ class EnergyConserving(AbstractContactLaw):
 
     The condition is on the mean gap rate of the step (persistency), not on the gap: faces that overlapped by part of a
     step's travel when they touched keep that overlap until they are let go. Where the scheme's force acts in the middle
-    of the step, energy is kept to rounding through touch and release.
+    of the step, energy is kept to rounding through touch and release. Where it acts at its start, the faces take one velocity as if
+    the impact were plastic, and what that takes is booked.
 
     References
     ----------
@@ -38,3 +39,6 @@ class EnergyConserving(AbstractContactLaw):
         if reply.trial > 0.0:
             reply.force = reply.trial
             reply.in_contact = 1.0
+            if port.load_point == 0.0:
+                rate_end = port.free_gap_rate + port.rate_per_force * reply.force
+                reply.dissipated = max(0.0, -0.5 * reply.force * port.dt * (port.gap_rate + rate_end))

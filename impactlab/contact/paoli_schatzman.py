@@ -19,8 +19,8 @@ class PaoliSchatzman(AbstractContactLaw):
 
     References
     ----------
-    PaoliSchatzman2002 (written for second differences in time; under other schemes the same condition is kept, the
-    force acting as the scheme lets it).
+    PaoliSchatzman2002 (written for second differences in time; with other steps only e = 0 is offered, which keeps the
+    gap: how two faces that both have mass then part depends on where in the step they meet).
     """
 
     needs = frozenset({Level.POSITION})
@@ -35,6 +35,9 @@ class PaoliSchatzman(AbstractContactLaw):
 
     def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
         return Start(parameters=(self.restitution,), memory=(0.0, 0.0, 0.0))
+
+    def needs_second_differences(self) -> bool:
+        return self.restitution > 0.0
 
     @staticmethod
     def respond(port: Any, reply: Any) -> None:

@@ -23,7 +23,7 @@ COARSE = Noted(
 )
 
 
-def respond(port: Any, reply: Any) -> None:
+def respond(port: Any, reply: Any) -> None:  # noqa: C901 - compiled as one function
     """Answer one step by F = K d^n (1 + a d'), never pulling; a is the hysteresis factor over the approach speed.
 
     Parameters of the port: K, n, a v0, least v0. Memory: energy stored [J], approach speed v0 [m/s] (0 while open),
@@ -67,6 +67,26 @@ def respond(port: Any, reply: Any) -> None:
         reply.stored = stiffness * (before * after) ** (0.5 * (n + 1.0)) / (n + 1.0)
         lost = spring * gain * (rate + rate_pliancy * reply.force) ** 2 * dt
         reply.in_contact = 1.0 if reply.trial > 0.0 or gap == 0.0 else 0.0
+    elif port.load_point == 1.0:
+        # The force is that of the indentation and its rate at the end of the step: F rises to what it presses in.
+        low, high = 0.0, max(0.0, -free_gap / pliancy)
+        for _ in range(200):
+            force = 0.5 * (low + high)
+            after = max(0.0, -free_gap - pliancy * force)
+            rise = 1.0 - gain * (port.free_gap_rate + port.rate_per_force * force)
+            if stiffness * after**n * rise > force:
+                low = force
+            else:
+                high = force
+            if high - low <= 1e-15 * high:
+                break
+        reply.force = high
+        after = max(0.0, -free_gap - pliancy * high)
+        spring = stiffness * after**n
+        reply.trial = reply.force if reply.force > 0.0 else spring * (1.0 - gain * port.free_gap_rate)
+        reply.stored = spring * after / (n + 1.0)
+        lost = max(0.0, (reply.force - spring) * (after - before))
+        reply.in_contact = 1.0 if reply.force > 0.0 else 0.0
     else:
         free = gap - free_gap
         y, after, spring, rise = free, 0.0, 0.0, 0.0
@@ -103,7 +123,9 @@ def respond(port: Any, reply: Any) -> None:
             reply.trial = reply.force if reply.force > 0.0 else spring * (1.0 + gain * y / dt)
             reply.in_contact = 1.0 if reply.force > 0.0 else 0.0
     # Where it lets go before it is relaxed, the damping takes up what the spring gives as it follows the face.
-    reply.dissipated = lost if reply.force > 0.0 else max(0.0, port.memory[0] - reply.stored)
+    # What a spring keeps that lets go between two ends of steps is an error of a scheme whose force acts at the end.
+    let_go = reply.force == 0.0 and port.load_point < 1.0
+    reply.dissipated = max(0.0, port.memory[0] - reply.stored) if let_go else lost
     reply.memory[0] = reply.stored
     reply.memory[1] = speed if after > 0.0 or explicit else 0.0
 
