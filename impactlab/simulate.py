@@ -355,7 +355,15 @@ def raise_failure(status: int, assembly: Assembly, history: AbstractHistory) -> 
 
 
 def check_gain(history: AbstractHistory, bound: float, time: float, step: int, remedy: str) -> None:
-    """Raise `StepError` where the energy grew beyond what the parts declare."""
+    """Raise `StepError` where the energy grew beyond what the parts declare, or its balance is not a number."""
+    if not np.all(np.isfinite(history.energy.balance)):
+        raise StepError(
+            "the balance of energy is not a finite number: a law stored or lost what is none",
+            time=time,
+            step=step,
+            history=history,
+            remedy="This is a fault of a part, not of the case; please report it.",
+        )
     gain = history.energy.largest_gain * history.energy.scale / energy_at_stake(history)
     if gain > bound:
         raise StepError(

@@ -39,7 +39,11 @@ class ImpulseMomentum(AbstractContactLaw):
         # Restitution refers to the approach before any impulse of the step, also where other contacts kick too; faces
         # that did not approach are kept from being driven into each other.
         target = max(0.0, -port.parameters[0] * port.gap_rate)
-        needed = (target - port.gap_rate - port.others_rate) / port.rate_per_impulse
-        if port.gap <= 0.0 and needed > 0.0 and port.gap_rate + port.others_rate < 0.0:
+        rate = port.gap_rate + port.others_rate
+        if port.load_point == 0.0:
+            # Leapfrog: the rates of two half steps straddle the kick, and the restitution stands between these.
+            rate = port.free_gap_rate
+        needed = (target - rate) / port.rate_per_impulse
+        if port.gap <= 0.0 and needed > 0.0 and rate < 0.0:
             reply.impulse = needed
             reply.dissipated = -0.5 * reply.impulse * (port.gap_rate + target)
