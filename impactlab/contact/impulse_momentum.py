@@ -41,7 +41,7 @@ class ImpulseMomentum(AbstractContactLaw):
         target = max(0.0, -port.parameters[0] * port.gap_rate)
         rate = port.gap_rate + port.others_rate
         if port.load_point == 0.0:
-            # Leapfrog: the rates of two half steps straddle the kick, and the restitution stands between these.
+            # The rates of two half steps straddle the kick, and the restitution stands between these.
             rate = port.free_gap_rate
         needed = (target - rate) / port.rate_per_impulse
         if port.gap <= 0.0 and needed > 0.0 and rate < 0.0:
