@@ -94,7 +94,8 @@ def rows_of(elements: int) -> list[dict[str, Any]]:
             for (integrator, model), plan in found:
                 if plan is not None:
                     twin = plan_of(plain(law), integrator, model, elements)
-                    shown = " ".join(f"{key}={getattr(value, 'relative', value)}" for key, value in options.items())
+                    values = {key: getattr(value, "relative", value) for key, value in options.items()}
+                    shown = " ".join(f"{k}={v:g}" if isinstance(v, float) else f"{k}={v}" for k, v in values.items())
                     rows.append({"law": name, "options": shown, "plans": (plan, twin)})
     return rows
 
