@@ -44,6 +44,6 @@ class ImpulseMomentum(AbstractContactLaw):
             # The rates of two half steps straddle the kick, and the restitution stands between these.
             rate = port.free_gap_rate
         needed = (target - rate) / port.rate_per_impulse
-        if port.gap <= 0.0 and needed > 0.0 and rate < 0.0:
+        if port.gap <= 0.0 and needed > 0.0 and rate < 0.0 and port.gap_rate + port.others_rate < 0.0:
             reply.impulse = needed
             reply.dissipated = -0.5 * reply.impulse * (port.gap_rate + target)
