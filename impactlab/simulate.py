@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from impactlab.adaptive.march import March
     from impactlab.recorded import RecordedHistory
 
+NOTED_LOSS = 0.1  # of the energy, that nothing booked: schemes that damp lose some, but this much is not the mesh's
 NOTED_GAIN = 0.02  # of the energy: from here on a gain is told, also where the parts declare more
 MANY_KICKS = 100  # of an impulse law, from which the count says nothing any more
 CHUNK_SECONDS = 0.1  # between two looks at progress and interrupts
@@ -316,6 +317,10 @@ def warn(scene: Scene, ports: Sequence[Port], history: AbstractHistory, dt: floa
     gain = history.energy.largest_gain * history.energy.scale / energy_at_stake(history)
     if gain > NOTED_GAIN:
         history.warnings.append(Warned("energy_gain", f"energy grew by {100 * gain:.2g} % of the energy in play"))
+    loss = history.energy.largest_loss * history.energy.scale / energy_at_stake(history)
+    if loss > NOTED_LOSS:
+        text = f"{100 * loss:.2g} % of the energy in play was lost without a formula: to the scheme, or to the law"
+        history.warnings.append(Warned("energy_loss", text))
     if scene.round_trip > 0.0:
         for contact in scene.contacts:
             text_or_none = near_grazing(history, contact.name, scene.round_trip, dt)
