@@ -15,13 +15,16 @@ from typing import NamedTuple
 
 import numpy as np
 
+from impactlab import simulate
 from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.contact.impulse_momentum import ImpulseMomentum
 from impactlab.contact.penalty import Penalty
+from impactlab.contact.power_law import Hertz
 from impactlab.contact.wave_identification import WaveIdentification
 from impactlab.errors import CaseError, PairingError, StepError
-from impactlab.integrators.base import AbstractIntegrator
+from impactlab.integrators.adaptive import Adaptive
+from impactlab.integrators.base import AbstractIntegrator, AbstractScheme
 from impactlab.integrators.bathe import Bathe
 from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.contact_stabilised_newmark import ContactStabilisedNewmark
@@ -47,7 +50,7 @@ ALPHAS = tuple(10.0 ** (-3.0 + 5.0 * i / 20.0) for i in range(21))
 def struck(
     model: AbstractRodModel,
     law: AbstractContactLaw,
-    integrator: AbstractIntegrator,
+    integrator: AbstractScheme,
     step: StepRule,
     alpha: float = 1.0,
     far: str = "clamped",
@@ -229,6 +232,19 @@ def implicit(first: int, last: int) -> Iterable[tuple[str, Gain | None]]:
         yield f"{name} | {law_name} | {points:g}", Gain(*(max(c) for c in zip(*kept, strict=True)))
 
 
+def adaptive(method: str) -> Iterable[tuple[str, Gain | None]]:
+    """Rows of an adaptive solver: gains in units of its tolerance, the largest over laws, mass ratios and ends."""
+    laws = (Penalty(Relative(1.0)), Penalty(Relative(1.0), Relative(0.3)), Hertz(1e13))
+    model, rule = FiniteElement(5, "lumped"), StepRule(points_per_period=10.0)
+    for tolerance in (1e-4, 1e-6, 1e-8):
+        integrator, gains = Adaptive(method, tolerance), []  # type: ignore[arg-type]
+        for law, alpha, far in itertools.product(laws, (1e-3, 1.0, 1e2), ("free", "clamped")):
+            book = simulate.run(struck(model, law, integrator, rule, alpha, far)).energy
+            rise = float(np.max(book.balance - np.minimum.accumulate(book.balance))) / book.scale
+            gains.append(Gain(book.largest_gain, rise, book.largest_loss))
+        yield f"{method} | {tolerance:g}", Gain(*(max(column) / tolerance for column in zip(*gains, strict=True)))
+
+
 def constraint() -> Iterable[tuple[str, Gain | None]]:
     """Rows of the hard position constraint under Newmark and exact_modal."""
     for elements, courant in itertools.product((25, 50, 100, 200), (0.25, 0.5, 1.0)):
@@ -293,6 +309,8 @@ def rows_of(job: tuple[Callable[..., Iterable[object]], tuple[object, ...]]) -> 
     """Return the rows of one table part, ready to print."""
     function, arguments = job
     rows = function(*arguments)
+    if function is adaptive:
+        return [f"| {name} | {' | '.join(f'{value:.3g}' for value in gain)} |" for name, gain in rows]  # type: ignore[misc]
     return [f"| {row} |" if isinstance(row, str) else f"| {row[0]} | {cells(row[1])} |" for row in rows]  # type: ignore[index]
 
 
@@ -303,6 +321,7 @@ JOBS: dict[str, list[tuple[Callable[..., Iterable[object]], tuple[object, ...]]]
     "leapfrog": [(leapfrog, ())],
     "damped": [(damped_newmark, ())],
     "implicit": [(implicit, (first, first + 2)) for first in range(0, len(SCHEMES), 2)],
+    "adaptive": [(adaptive, (method,)) for method in ("RK45", "DOP853", "LSODA", "BDF", "Radau")],
     "constraint": [(constraint, ())],
     "precursor": [(precursors, ())],
 }
@@ -312,6 +331,7 @@ TABLES = {
     "leapfrog": ("Central difference", f"law | courant | {GAINS}"),
     "damped": ("Newmark with other beta and gamma", f"beta | gamma | law | points | {GAINS}"),
     "implicit": ("Other implicit schemes", f"scheme | law | points | {GAINS}"),
+    "adaptive": ("Adaptive solvers, in units of their tolerance", f"method | tolerance | {GAINS}"),
     "constraint": ("A hard position constraint", f"case | {GAINS}"),
     "precursor": (
         "What moves before the wave arrives",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from impactlab.kernels import INLINE, PART
@@ -11,7 +12,8 @@ from impactlab.types import MEMORY
 
 SWEEPS = 5000  # of the coupled answers of several contacts
 SWEEPS_BEFORE_NEWTON = 20  # answers that still change then are coupled so closely that sweeping is slow
-NEWTON_TURNS = 10
+NEWTON_TURNS = 100  # each before one more sweep
+SINGULAR = 1e-12  # of a pivot: answers of which only some sum is determined, as of a row between two walls
 AGREED = 1e-9  # of the largest impulse: answers that still change by more have not been found
 
 
@@ -91,18 +93,21 @@ def replied(m: Memory, time: float, dt: float, column: int) -> None:
 
 
 @PART
-def eliminate(system: Any, size: int) -> bool:
-    """Solve a small linear system in place by Gauss with row pivots, its right side in column ``size``."""
+def eliminate(system: Any, size: int) -> None:
+    """Solve a small linear system in place by Gauss with row pivots, its right side in column ``size``.
+
+    Unknowns that it leaves undetermined stay zero.
+    """
     known = size
     for pivot in range(size):
         best = pivot
         for i in range(pivot + 1, size):
             if abs(system[i, pivot]) > abs(system[best, pivot]):
                 best = i
-        if system[best, pivot] == 0.0:
-            return False
         for j in range(pivot, known + 1):
             system[pivot, j], system[best, j] = system[best, j], system[pivot, j]
+        if abs(system[pivot, pivot]) <= SINGULAR:
+            continue
         for i in range(pivot + 1, size):
             factor = system[i, pivot] / system[pivot, pivot]
             for j in range(pivot, known + 1):
@@ -110,36 +115,43 @@ def eliminate(system: Any, size: int) -> bool:
     for i in range(size - 1, -1, -1):
         for j in range(i + 1, size):
             system[i, known] -= system[i, j] * system[j, known]
-        system[i, known] /= system[i, i]
-    return True
+        system[i, known] = system[i, known] / system[i, i] if abs(system[i, i]) > SINGULAR else 0.0
 
 
 @PART
 def newton(m: Memory, time: float, dt: float, largest: float) -> None:
     """Move forces and impulses to where the laws' answers, taken as linear, agree; differences give their slopes.
 
-    Answers are linear between changes of phase, so that one turn in the right phases is exact.
+    Answers are linear between changes of phase, so that one turn in the right phases is exact. An answer that is not
+    zero goes on as it is, also beyond where it would end: of differences to both sides the larger one is not cut short.
+    An answer that is zero stays so. Sets of contacts that act are then found as by an active set method.
     """
     size = 2 * len(m.contacts)
-    known, base = size, size + 1
+    known, base, ahead = size, size + 1, size + 2
     replied(m, time, dt, known)
     for i in range(size):
         m.coupled[i, base] = m.coupled[i, known]
     step = 1e-3 * largest
+    if not 0.0 < step < math.inf:
+        return
     for unknown in range(size):
         contact = m.contacts[unknown // 2]
         force, impulse = contact.force, contact.impulse
-        # Towards less force, where faces that still touch go on touching.
-        if unknown % 2 == 0:
-            contact.force -= step / dt
-        else:
-            contact.impulse -= step
+        of_force, of_impulse = (step / dt, 0.0) if unknown % 2 == 0 else (0.0, step)
+        contact.force, contact.impulse = force - of_force, impulse - of_impulse
         replied(m, time, dt, unknown)
+        contact.force, contact.impulse = force + of_force, impulse + of_impulse
+        replied(m, time, dt, ahead)
         contact.force, contact.impulse = force, impulse
         for i in range(size):
-            m.coupled[i, unknown] = (m.coupled[i, unknown] - m.coupled[i, base]) / step
-    if not eliminate(m.coupled, size):
-        return
+            own = 1.0 if i == unknown else 0.0  # the answer less itself
+            behind = (m.coupled[i, base] - m.coupled[i, unknown]) / step + own
+            beyond = (m.coupled[i, ahead] - m.coupled[i, base]) / step + own
+            slope = beyond if abs(beyond) > abs(behind) else behind
+            given = m.contacts[i // 2].force if i % 2 == 0 else m.contacts[i // 2].impulse
+            answered = m.coupled[i, base] + (given * dt if i % 2 == 0 else given)
+            m.coupled[i, unknown] = own - (slope if answered != 0.0 else 0.0)
+    eliminate(m.coupled, size)
     for number in range(len(m.contacts)):
         contact = m.contacts[number]
         contact.force += m.coupled[2 * number, known] / dt
@@ -172,6 +184,6 @@ def answer(m: Memory, time: float, dt: float) -> bool:
         sweep += 1
         if n_contacts == 1 or change <= 1e-15 * largest or not answered or sweep == SWEEPS:
             break
-        if sweep % SWEEPS_BEFORE_NEWTON == 0 and sweep <= NEWTON_TURNS * SWEEPS_BEFORE_NEWTON:
+        if SWEEPS_BEFORE_NEWTON <= sweep < SWEEPS_BEFORE_NEWTON + NEWTON_TURNS:
             newton(m, time, dt, largest)
     return answered and (n_contacts == 1 or change <= AGREED * largest)

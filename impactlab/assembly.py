@@ -207,7 +207,7 @@ class Assembly:
             sample=np.zeros((steps // self.sample_stride + 8, SAMPLED + 3 * len(names))),
             snapshot_state=np.zeros((len(scene.snapshots), 2, state.size)),
             scratch=np.zeros(4),
-            coupled=np.zeros((coupled, coupled + 2)),
+            coupled=np.zeros((coupled, coupled + 3)),
             other_state=other_state,
             maps=maps,
         )

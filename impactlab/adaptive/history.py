@@ -57,7 +57,8 @@ class AdaptiveHistory(AbstractHistory):
             booked={
                 # Nothing is ever won back; an interpolant may dip by its tolerance.
                 "contact": np.maximum.accumulate([lost for _, _, lost, _ in samples]),
-                "ends": np.maximum.accumulate([lost for _, _, _, lost in samples]),
+                "ends": np.maximum.accumulate([lost[0] for _, _, _, lost in samples]),
+                "damping": np.maximum.accumulate([lost[1] for _, _, _, lost in samples]),
                 "unresolved": np.zeros(len(samples)),
             },
             work=work - work[0],

@@ -44,7 +44,7 @@ class Record:
         self._next = 0
         self._pieces: list[Array] = []
         self._marks: list[float] = []
-        self._energies: list[tuple[float, Energies, float, float]] = []
+        self._energies: list[tuple[float, Energies, float, Array]] = []
         self._wanted = sorted(scene.snapshots)
         self.snapshots: list[tuple[float, Array]] = []
 
@@ -78,7 +78,7 @@ class Record:
     def _sample(self, time: float, state: Array) -> None:
         energies = self.system.energies(state)
         lost = float(state[self.system.losses].sum()) + energies.released
-        self._energies.append((time, energies, lost, float(state[-1])))
+        self._energies.append((time, energies, lost, state[-2:].copy()))
 
     @property
     def begun(self) -> bool:
@@ -98,7 +98,7 @@ class Record:
         return np.asarray(table[first])
 
     @property
-    def energies(self) -> tuple[Array, list[tuple[float, Energies, float, float]]]:
-        """Instants, and (time, energies, lost in contacts, lost at ends) at each; times rise."""
+    def energies(self) -> tuple[Array, list[tuple[float, Energies, float, Array]]]:
+        """Instants, and (time, energies, lost in contacts, lost at ends and inside bodies) at each; times rise."""
         times, first = np.unique([time for time, *_ in self._energies], return_index=True)
         return times, [self._energies[i] for i in first]

@@ -11,6 +11,7 @@ from scipy.linalg import cho_solve_banded, cholesky_banded
 from scipy.sparse import csr_array, diags_array
 
 from impactlab.adaptive.law import Touch
+from impactlab.assembly import dashpots
 from impactlab.banded import grounded, multiply, widened
 from impactlab.preparation import BuiltBody, start_law
 from impactlab.scene import Contact, Point, Rod, Scene, Wall
@@ -59,7 +60,7 @@ def inverse_of(mass: Array) -> Callable[[Array], Array]:
 
 
 class System:
-    """The state holds displacements, velocities, then impulses and losses of the contacts, and the loss at ends.
+    """The state holds displacements, velocities, impulses and losses of the contacts, losses at ends and inside rods.
 
     The integrals are entries of the state, so that they are as exact as the motion.
     """
@@ -77,6 +78,9 @@ class System:
         self.load = np.concatenate([system.load for system in systems])
         self._stiffness, self._damping = sparse(self.stiffness), sparse(self.damping)
         self._damped = bool(np.any(self.damping))
+        # Coordinates of bodies that are damped inside; the dashpots of the others stand at ends.
+        inside = [any(within for *_, within in dashpots(system.damping)) for system in systems]
+        self._inside = np.repeat(inside, sizes)
         self.inverse = inverse_of(self.mass)
         self.gaps = np.array([contact.gap for contact in scene.contacts])
         rows = [self.row(c.right, "displacement") - self.row(c.left, "displacement") for c in scene.contacts]
@@ -88,7 +92,7 @@ class System:
         self.impulses = slice(2 * n, 2 * n + len(rows))
         self.losses = slice(2 * n + len(rows), 2 * n + 2 * len(rows))
         self.evaluations = 0
-        self.start = np.zeros(2 * n + 2 * len(rows) + 1)
+        self.start = np.zeros(2 * n + 2 * len(rows) + 2)
         self.start[:n] = np.concatenate([system.displacement for system in systems])
         self.start[n : 2 * n] = np.concatenate([system.velocity for system in systems])
         self._scales()
@@ -159,7 +163,7 @@ class System:
         if self._damped:
             drag = self._damping @ velocity
             push -= drag
-            out[-1] = velocity @ drag
+            out[-2:] = self.lost_by(velocity, drag)
         gaps, gap_rates = self.gaps_of(state)
         for number, contact in enumerate(self.contacts):
             contact.port.time = time
@@ -169,6 +173,11 @@ class System:
                 push += force * self.rows[number]
         out[:n], out[n : 2 * n] = velocity, self.inverse(push)
         return out
+
+    def lost_by(self, velocity: Array, drag: Array) -> tuple[float, float]:
+        """Return the power [W] lost in dashpots at ends and by damping inside bodies."""
+        power = velocity * drag
+        return float(power[~self._inside].sum()), float(power[self._inside].sum())
 
     @cached_property
     def _linear(self) -> Array:
@@ -188,7 +197,8 @@ class System:
     def jacobian(self, time: float, state: Array) -> Array:
         """Return how the rates answer the state, dense; the laws' part by central differences of two scalars."""
         n, matrix = self.n_dof, self._linear.copy()
-        matrix[-1, n : 2 * n] = 2.0 * (self._damping @ state[n : 2 * n])
+        drag = 2.0 * (self._damping @ state[n : 2 * n])
+        matrix[-2, n : 2 * n], matrix[-1, n : 2 * n] = drag * ~self._inside, drag * self._inside
         gaps, gap_rates = self.gaps_of(state)
         for number, contact in enumerate(self.contacts):
             gap, rate = float(gaps[number]), float(gap_rates[number])

@@ -256,7 +256,7 @@ class _Composer:
             raise CaseError(f"the tag {shown(str(event.tag))}", remedy=f"Remove it. {_REMEDY}", line=line)
         self.lines.setdefault(path, line)
         if kind == "ScalarEvent":
-            return _scalar(event.value, plain=bool(event.implicit[0]), line=line)
+            return _scalar(event.value, path, plain=bool(event.implicit[0]), line=line)
         if depth > DEEPEST:
             raise _too_deep(line)
         return self.sequence(path, depth) if kind == "SequenceStartEvent" else self.mapping(path, depth)
@@ -283,7 +283,7 @@ class _Composer:
                 raise CaseError(
                     f"the key {shown(key)} stands twice (first in line {first})",
                     remedy="Keep one of the two.",
-                    path=".".join((*path, key))[:200],
+                    path=_dotted((*path, key)),
                     line=line,
                 )
             self.lines[(*path, key)] = line
@@ -314,7 +314,12 @@ def _check_keys(data: Any) -> None:
             _check_keys(value)
 
 
-def _scalar(text: str, *, plain: bool, line: int) -> Any:
+def _dotted(path: Keys) -> str:
+    """Return a path as a message shows it."""
+    return ".".join(path)[:200]
+
+
+def _scalar(text: str, path: Keys, *, plain: bool, line: int) -> Any:
     if not plain:
         return text
     if text in _WORDS:
@@ -322,10 +327,12 @@ def _scalar(text: str, *, plain: bool, line: int) -> Any:
     if _INTEGER.fullmatch(text):
         return int(text)
     if _NOT_FINITE.fullmatch(text):
-        raise CaseError(f"{text} is not a finite number", remedy="Give a number.", line=line)
+        raise CaseError(f"{text} is not a finite number", remedy="Give a number.", path=_dotted(path), line=line)
     if len(text) <= 400 and _FLOAT.fullmatch(text):
         number = float(text)
         if number in (float("inf"), float("-inf")):
-            raise CaseError(f"{shown(text)} is beyond any number", remedy="Give a finite number.", line=line)
+            raise CaseError(
+                f"{shown(text)} is beyond any number", remedy="Give a finite number.", path=_dotted(path), line=line
+            )
         return number
     return text

@@ -154,7 +154,9 @@ class Allowed:
         for key, limit in self.limits:
             if not _LIMIT_TESTS[key](number, limit):
                 unit = "" if self.unit == "1" else f" {self.unit}"
-                raise refuse(f"{number:g}{unit} is out of range. Allowed: {self.words_of_allowed()}")
+                # Six digits would show a number just beyond its limit as the limit itself.
+                given = f"{number:g}" if not _LIMIT_TESTS[key](float(f"{number:g}"), limit) else repr(number)
+                raise refuse(f"{given}{unit} is out of range. Allowed: {self.words_of_allowed()}")
         return number
 
 

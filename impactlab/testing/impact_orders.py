@@ -8,6 +8,7 @@ import math
 import numpy as np
 
 from impactlab import simulate
+from impactlab.contact.base import AbstractContactLaw
 from impactlab.contact.penalty import Penalty
 from impactlab.integrators.base import AbstractIntegrator, AbstractScheme
 from impactlab.integrators.midpoint import Midpoint
@@ -20,10 +21,11 @@ from impactlab.types import Array
 PIECE = Segment(0.3, 9e-4, 2.1e11, 7900.0)
 ELEMENTS, POINTS = 8, 150
 SPRING = 0.5 * PIECE.young * PIECE.area * ELEMENTS / PIECE.length
+LINEAR = Penalty(SPRING)
 STEPS = (16, 64)  # between two points; the second four times finer
 
 
-def positions(integrator: AbstractScheme, steps: int) -> Array:
+def positions(integrator: AbstractScheme, steps: int, law: AbstractContactLaw = LINEAR) -> Array:
     """Return positions of the mass at fixed instants, all of them ends of steps, through contact and flight, (151,).
 
     Schemes that need modes get all those of the mesh, which is the same problem; adaptive ones choose their steps.
@@ -31,7 +33,7 @@ def positions(integrator: AbstractScheme, steps: int) -> Array:
     needs_modes = isinstance(integrator, AbstractIntegrator) and integrator.needs_modes
     model: AbstractRodModel = Modal(ELEMENTS, None, "lumped") if needs_modes else FiniteElement(ELEMENTS, "lumped")
     rod = Rod("rod", (PIECE,), End("free"), End("clamped"), model=model)
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0, Penalty(SPRING))
+    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0, law)
     duration = 2.5 * rod.round_trip
     bodies: dict[str, Body] = {"hammer": Mass("hammer", PIECE.mass, 1.0), "rod": rod}
     fixed = isinstance(integrator, AbstractIntegrator)
@@ -43,18 +45,18 @@ def positions(integrator: AbstractScheme, steps: int) -> Array:
 
 
 @functools.cache
-def reference() -> tuple[float, ...]:
+def reference(law: AbstractContactLaw = LINEAR) -> tuple[float, ...]:
     """Return the same of the semi-discrete problem: fine midpoint steps, the h^2 of their error taken off."""
-    coarse, fine = (positions(Midpoint(), steps) for steps in (256, 512))
+    coarse, fine = (positions(Midpoint(), steps, law) for steps in (256, 512))
     return tuple(fine + (fine - coarse) / 3.0)
 
 
-def error(integrator: AbstractScheme, steps: int) -> float:
+def error(integrator: AbstractScheme, steps: int, law: AbstractContactLaw = LINEAR) -> float:
     """Return the error of the positions in the Euclidean norm [m]."""
-    return float(np.linalg.norm(positions(integrator, steps) - np.array(reference())))
+    return float(np.linalg.norm(positions(integrator, steps, law) - np.array(reference(law))))
 
 
-def impact_order(integrator: AbstractScheme) -> float:
+def impact_order(integrator: AbstractScheme, law: AbstractContactLaw = LINEAR) -> float:
     """Return the order at which the error falls from 16 to 64 steps between two points."""
-    coarse, fine = (error(integrator, steps) for steps in STEPS)
+    coarse, fine = (error(integrator, steps, law) for steps in STEPS)
     return math.log(coarse / fine) / math.log(STEPS[1] / STEPS[0])

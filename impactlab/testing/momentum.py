@@ -34,6 +34,7 @@ from impactlab.integrators.moreau_jean import MoreauJean
 from impactlab.integrators.newmark import Newmark
 from impactlab.integrators.nonsmooth_generalised_alpha import NonsmoothGeneralisedAlpha
 from impactlab.models.base import AbstractDiscreteModel, Operators
+from impactlab.preparation import pushes_of
 from impactlab.testing.trace import Trace
 from impactlab.types import Array
 
@@ -46,7 +47,7 @@ class StepOfBody(NamedTuple):
     old_v: Array  # (n_dof,)
     new_u: Array  # (n_dof,)
     new_v: Array  # (n_dof,)
-    push: Array  # (n_dof,) generalised force of all contacts, N
+    push: Array  # (n_dof,) generalised force of all contacts, along their gaps and other rows, N
     kick: Array  # (n_dof,) generalised impulse of all contacts, N s
     kept: Array  # what the scheme keeps at the start beside displacements and velocities
 
@@ -233,6 +234,17 @@ def generalised(traced: Trace, body: str, per_contact: Array) -> Array:
     return total
 
 
+def pushed(traced: Trace, body: str) -> Array:
+    """Return what laws that push along other rows give to a body's coordinates, shape (n_steps, n_dof) [N]."""
+    built = traced.plan.built
+    total = np.zeros((len(traced.pushes), built[body].system.load.size))
+    for push in pushes_of(traced.plan.scene, built, traced.plan.starts):
+        if push.body == body:
+            row = push.weight * built[body].model.row(push.x, push.quantity)
+            total += np.outer(traced.pushes[:, push.contact], row)
+    return total
+
+
 def worst_balance(traced: Trace, equation: Equation | None = None) -> float:
     """Return the largest relative residual of momentum over all steps, bodies and coordinates.
 
@@ -242,10 +254,18 @@ def worst_balance(traced: Trace, equation: Equation | None = None) -> float:
     worst = 0.0
     for name, built in traced.plan.built.items():
         u, v = traced.displacements(name), traced.velocities(name)
-        push, kick = generalised(traced, name, traced.forces), generalised(traced, name, traced.impulses)
+        push = generalised(traced, name, traced.forces) + pushed(traced, name)
+        kick = generalised(traced, name, traced.impulses)
+        # A projection moves the end of the step, after the scheme's own equation; where it moves the predictor instead,
+        # the equation holds for what comes of it.
+        moved = np.zeros_like(push)
+        if not traced.integrator.projects_first:
+            projected = generalised(traced, name, traced.projections)
+            for at in np.flatnonzero(np.any(projected != 0.0, axis=1)):
+                moved[at] = solve(built.system.mass, projected[at])
         kept = traced.kept(name)
         for k in range(len(push)):
-            step = StepOfBody(traced.dt, u[k], v[k], u[k + 1], v[k + 1], push[k], kick[k], kept[k])
+            step = StepOfBody(traced.dt, u[k], v[k], u[k + 1] - moved[k], v[k + 1], push[k], kick[k], kept[k])
             worst = max(worst, chosen(traced.integrator, built.system, step).residual)
     return worst
 

@@ -14,6 +14,9 @@ from typing import Any
 from hypothesis import reject
 from hypothesis import strategies as st
 
+from impactlab.bases.craig_bampton import CraigBampton
+from impactlab.bases.ritz import Ritz
+from impactlab.bases.substructured import Substructured
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.contact.impulse_momentum import ImpulseMomentum
 from impactlab.contact.penalty import Penalty
@@ -94,10 +97,17 @@ def models() -> st.SearchStrategy[AbstractRodModel]:
     modal = st.one_of(
         elements.flatmap(lambda n: st.builds(Modal, st.just(n), st.one_of(st.none(), st.integers(1, n - 1)), mass)),
         st.builds(Modal, st.none(), st.integers(1, 40)),
+        st.builds(
+            Modal,
+            st.integers(10, 40),
+            st.integers(4, 9),
+            basis=st.sampled_from([CraigBampton(), Ritz(), Substructured(pieces=2, others=1)]),
+        ),
     )
-    return with_others(
-        MODELS, continuous=st.nothing(), finite_element=st.builds(FiniteElement, elements, mass), modal=modal
+    finite_element = st.one_of(
+        st.builds(FiniteElement, elements, mass), st.builds(FiniteElement, st.integers(1, 8), mass, st.integers(2, 6))
     )
+    return with_others(MODELS, continuous=st.nothing(), finite_element=finite_element, modal=modal)
 
 
 def integrators() -> st.SearchStrategy[AbstractIntegrator]:

@@ -29,6 +29,8 @@ class Trace(NamedTuple):
     states: Array  # (n_steps + 1, n_state): the whole state after each step
     forces: Array  # (n_steps, n_contacts) N, of each step; with located events of the last piece of each step
     impulses: Array  # (n_steps, n_contacts) N s, of each step
+    projections: Array  # (n_steps, n_contacts) kg m, of each step
+    pushes: Array  # (n_steps, n_contacts) of each step, along the rows that the laws push
 
     @property
     def times(self) -> Array:
@@ -74,11 +76,14 @@ def trace(scene: Scene) -> Trace:
     history = RecordedHistory(assembly, plan.integrator)
     loop.start(assembly.memory)
     states, forces, impulses = [assembly.memory.state.copy()], [], []
+    projections, pushes = [], []
     while assembly.clock.step < plan.steps:
         walk_to(assembly, history, assembly.clock.step + 1, sample_stride=1)
         states.append(assembly.memory.state.copy())
         forces.append([contact.force for contact in assembly.contacts])
         impulses.append([contact.impulse for contact in assembly.contacts])
+        projections.append([contact.projection for contact in assembly.contacts])
+        pushes.append([contact.push for contact in assembly.contacts])
     history.finish()
     shape = (plan.steps, len(scene.contacts))
     return Trace(
@@ -90,6 +95,8 @@ def trace(scene: Scene) -> Trace:
         np.array(states),
         np.array(forces).reshape(shape),
         np.array(impulses).reshape(shape),
+        np.array(projections).reshape(shape),
+        np.array(pushes).reshape(shape),
     )
 
 

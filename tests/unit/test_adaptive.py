@@ -17,7 +17,7 @@ from impactlab.contact.base import AbstractContactLaw
 from impactlab.contact.penalty import Penalty
 from impactlab.contact.power_law import Flores, Hertz, HuntCrossley, LankaraniNikravesh
 from impactlab.contact.wave_identification import WaveIdentification
-from impactlab.errors import CaseError, PairingError, PluginError, StepError
+from impactlab.errors import PairingError, StepError
 from impactlab.exact.solve import solve
 from impactlab.integrators.adaptive import Adaptive
 from impactlab.integrators.exact_modal import ExactModal
@@ -27,7 +27,7 @@ from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
 from impactlab.pairing import check_ordinary
-from impactlab.scene import Body, Contact, End, Mass, Point, Probe, Rod, Scene, Segment, StepRule, Wall
+from impactlab.scene import Body, Contact, End, Mass, Point, Probe, Rayleigh, Rod, Scene, Segment, StepRule, Wall
 from impactlab.simulate import prepare, run
 from impactlab.summary import summarise
 from impactlab.types import Level, Relative, SideFacts, Start, option
@@ -135,6 +135,7 @@ def test_half_a_period_to_nine_digits() -> None:
     assert abs((history.contacts[0].end or 0.0) * FREQUENCY / math.pi - 1.0) < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_the_error_falls_with_the_tolerance(method: Any) -> None:
     """Control of the error per step makes it proportional to the tolerance, but for a power of it near one."""
@@ -205,7 +206,9 @@ def test_power_laws_divide_by_the_approach_speed_of_the_located_touch(
     assert float(history.evaluate(0.06, "velocity:ball")) == pytest.approx(-0.7 * restitution, abs=5e-7)
 
 
-@pytest.mark.parametrize("model", [FiniteElement(20), LUMPED, Modal(None, 20), Modal(40, 20)])
+@pytest.mark.parametrize(
+    "model", [pytest.param(FiniteElement(20), marks=pytest.mark.slow), LUMPED, Modal(None, 20), Modal(40, 20)]
+)
 def test_fine_stepped_runs_tend_to_it(model: AbstractRodModel) -> None:
     """The same coordinates and law by a second-order scheme: its error falls to a quarter with the step, towards it."""
     adaptive = run(struck(model, Penalty(stiffness=2e9), integrator=Adaptive(relative_tolerance=1e-10)))
@@ -227,6 +230,7 @@ def test_fine_stepped_runs_tend_to_it(model: AbstractRodModel) -> None:
     assert errors[1] < 0.3 * errors[0]
 
 
+@pytest.mark.slow
 def test_meshes_tend_to_the_exact_rod_with_a_spring_and_dashpot() -> None:
     law = Penalty(stiffness=2e9, damping=Relative(0.3))
     exact = solve(struck(Continuous(), law))
@@ -244,7 +248,9 @@ def test_meshes_tend_to_the_exact_rod_with_a_spring_and_dashpot() -> None:
     assert errors[1]["events_missed"] == errors[1]["events_extra"] == 0
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(
+    "method", [pytest.param(name, marks=pytest.mark.slow) if name == "Radau" else name for name in METHODS]
+)
 @pytest.mark.parametrize("far", ["free", "dashpot"])
 def test_energy_and_momentum_are_balanced(method: Any, far: str) -> None:
     """Checked inside the run too: momentum of what nothing holds to rounding, energy against what is declared."""
@@ -260,6 +266,25 @@ def test_energy_and_momentum_are_balanced(method: Any, far: str) -> None:
     changed = float(np.diff(history.evaluate(np.array([0.0, history.duration]), "momentum:hammer"))[0])
     weight = SEGMENT.mass * 9.81 * history.duration
     assert changed == pytest.approx(weight - total, rel=1e-10)
+
+
+def test_the_damping_of_a_rod_is_booked_apart_from_the_dashpots_at_its_ends() -> None:
+    law, integrator = Penalty(stiffness=2e9), Adaptive(relative_tolerance=1e-9)
+    damped = struck(FiniteElement(8), law, integrator=integrator)
+    body = damped.bodies["rod"]
+    assert isinstance(body, Rod)
+    damped = dataclasses.replace(
+        damped, bodies={**damped.bodies, "rod": dataclasses.replace(body, damping=Rayleigh(0.0, 2e-7))}
+    )
+    held = struck(FiniteElement(8), law, "dashpot", integrator=integrator)
+    for scene, one, other in ((damped, "damping", "ends"), (held, "ends", "damping")):
+        history = run(scene)
+        assert history.energy.booked[one][-1] > 1e-3
+        assert history.energy.booked[other][-1] == 0.0
+        assert max(history.energy.largest_gain, history.energy.largest_loss) < integrator.gains_energy
+        # The same rod in steps, each of whose losses is of second order.
+        stepped = run(dataclasses.replace(scene, integrator=Newmark(), step=StepRule(points_per_period=40)))
+        assert history.energy.booked[one][-1] == pytest.approx(stepped.energy.booked[one][-1], rel=5e-3)
 
 
 def test_forces_sum_to_the_impulse() -> None:
@@ -358,11 +383,15 @@ def test_channels_fields_and_snapshots_are_those_of_a_stepped_run() -> None:
     history = run(struck(LUMPED, Penalty(stiffness=2e9), **more))
     assert set(history.channels()) == set(stepped.channels())
     assert history.dt is None
-    for name in history.channels():
-        t = np.linspace(0.0, history.duration, 500)
-        size = float(np.max(np.abs(stepped.evaluate(t, name))))
+    t = np.linspace(0.0, history.duration, 500)
+    sizes = {name: float(np.max(np.abs(stepped.evaluate(t, name)))) for name in history.channels()}
+    for name, size in sizes.items():
+        # A clamped end does not move: what is left there is rounding of the same quantity elsewhere.
+        quantity = name.partition(":")[0]
+        rounding = 1e-12 * max(each for other, each in sizes.items() if other.partition(":")[0] == quantity)
         # Newmark at eighty points per period, and cells of the two forces: some per mille of the largest.
-        assert float(np.max(np.abs(history.evaluate(t, name) - stepped.evaluate(t, name)))) <= 0.03 * size, name
+        worst = float(np.max(np.abs(history.evaluate(t, name) - stepped.evaluate(t, name))))
+        assert worst < 0.03 * size + rounding, name
     for quantity in ("displacement", "velocity", "stress"):
         one, other = (run_.field("rod", 1e-4, quantity) for run_ in (history, stepped))
         assert np.array_equal(one.x, other.x)
@@ -393,6 +422,7 @@ def test_same_case_same_bits_and_progress_to_the_end() -> None:
     assert told == sorted(told)
 
 
+@pytest.mark.slow
 def test_memory_does_not_follow_the_steps() -> None:
     law = Penalty(stiffness=2e9)
     loose, tight = (
@@ -403,6 +433,7 @@ def test_memory_does_not_follow_the_steps() -> None:
     assert max(sizes) <= 20_000 + 2 + len(tight.events)
 
 
+@pytest.mark.slow
 def test_a_given_step_is_the_longest() -> None:
     free = run(struck(LUMPED, Penalty(stiffness=2e9), integrator=Adaptive(relative_tolerance=1e-3)))
     for rule in (StepRule(dt=1e-6), StepRule(courant=0.2)):
@@ -509,27 +540,3 @@ def test_a_case_file_names_it(tmp_path: Any) -> None:
     (tmp_path / "ball.yaml").write_text(CASE)
     history = run(load_case(tmp_path / "ball.yaml").scene())
     assert (history.contacts[0].end or 0.0) * FREQUENCY == pytest.approx(math.pi, rel=1e-7)
-
-
-@pytest.mark.parametrize(
-    ("field", "value", "says"),
-    [
-        ("method", "rk45", "RK45"),
-        ("method", "Euler", "RK45"),
-        ("relative_tolerance", "0", "1e-13"),
-        ("relative_tolerance", "1", "0.01"),
-        ("absolute_tolerance", "-1", "0"),
-        ("absolute_tolerance", "1", "0.01"),
-        ("most_steps", "0", "1"),
-        ("most_steps", "1.5", "whole"),
-        ("rtol", "1e-3", "relative_tolerance"),
-    ],
-)
-def test_bad_input_is_refused_by_name(field: str, value: str, says: str, tmp_path: Any) -> None:
-    text = CASE.replace("method: Radau, relative_tolerance: 1.0e-9", f"{field}: {value}")
-    (tmp_path / "ball.yaml").write_text(text)
-    with pytest.raises((CaseError, PluginError)) as refused:
-        load_case(tmp_path / "ball.yaml").scene()
-    assert refused.value.path.startswith("solve.integrator")
-    assert says in str(refused.value)
-    assert refused.value.line == 10

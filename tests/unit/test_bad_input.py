@@ -56,20 +56,6 @@ EDITS = [
         ],
     ),
     (
-        "unknown integrator",
-        "kind: newmark",
-        "kind: newmarc",
-        18,
-        ["solve.integrator.kind: 'newmarc' is not an integrator.", "Did you mean 'newmark'?"],
-    ),
-    (
-        "unknown model",
-        "kind: modal",
-        "kind: modl",
-        17,
-        ["solve.model.kind: 'modl' is not a model. Did you mean 'modal'?"],
-    ),
-    (
         "unknown body",
         "kind: rod",
         "kind: rodd",
@@ -101,13 +87,6 @@ EDITS = [
         "  stepp:",
         19,
         ["solve.stepp: the key 'stepp' is not known", "Did you mean 'step'?"],
-    ),
-    (
-        "misspelt parameter",
-        "{kind: newmark}",
-        "{kind: newmark, betta: 0.25}",
-        18,
-        ["solve.integrator.betta: the key 'betta' is not known here. Did you mean 'beta'?", "Allowed: beta, gamma."],
     ),
     *(
         (

@@ -13,7 +13,7 @@ from impactlab.bases.eigenvectors import Eigenvectors
 from impactlab.bases.substructured import Substructured
 from impactlab.casefile import load_case
 from impactlab.casefile.jsonschema import case_schema
-from impactlab.errors import CaseError, PluginError
+from impactlab.errors import CaseError
 from impactlab.models.delay_line import DelayLine
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
@@ -99,35 +99,21 @@ def test_the_schema_knows_the_bases_and_their_fields():
     assert any("pieces" in choice.get("properties", {}) for choice in basis["oneOf"])
 
 
-FAULTS = [
-    ("craig_bamton", PluginError, "basis.kind: 'craig_bamton' is not a basis. Did you mean 'craig_bampton'?"),
-    ("3", CaseError, "solve.model.basis: 3 is given where a basis is needed"),
-    ("[ritz]", CaseError, "is given where a basis is needed"),
-    ("{pieces: 3}", CaseError, "is given where a basis is needed"),
-    ("{kind: ritz, pieces: 3}", CaseError, "solve.model.basis.pieces: the key 'pieces' is not known here"),
-    ("{kind: substructured, pieces: 1}", CaseError, "basis.pieces: 1 is out of range. Allowed: a whole number"),
-    ("{kind: substructured, others: -1}", CaseError, "basis.others: -1 is out of range"),
-    ("null", CaseError, "basis: nothing is given where a basis is needed"),
-]
-
-
-@pytest.mark.parametrize(("given", "kind", "text"), FAULTS, ids=[fault[0] for fault in FAULTS])
-def test_a_wrong_basis_is_refused_with_its_line(tmp_path, given, kind, text):
+@pytest.mark.parametrize(
+    ("given", "shown"), [("{pieces: 3}", "{pieces: ...}"), ("null", "nothing")], ids=["no kind", "nothing"]
+)
+def test_a_block_without_a_kind_is_no_basis(tmp_path, given, shown):
     path = written(tmp_path, f"{{kind: modal, elements: 20, modes: 10, basis: {given}}}")
-    with pytest.raises(kind) as refusal:
+    with pytest.raises(CaseError) as refusal:
         load_case(path)
-    assert text in str(refusal.value)
+    assert f"basis: {shown} is given where a basis is needed" in str(refusal.value)
     assert "test.yaml:15" in str(refusal.value)
 
 
 @pytest.mark.parametrize(
     ("model", "text"),
     [
-        ("{kind: finite_element, order: 0}", "order: 0 is out of range"),
-        ("{kind: finite_element, order: 13}", "order: 13 is out of range"),
-        ("{kind: finite_element, order: 2.5}", "order: 2.5 is not allowed here. Allowed: a whole number"),
         ("{kind: finite_element, order: 2, mass: redistributed}", "solve.model.mass: mass 'redistributed' is one of"),
-        ("{kind: finite_element, mass: lumpt}", "Did you mean 'lumped'? Allowed: consistent, lumped, redistributed"),
         ("{kind: modal, elements: 9, mass: redistributed, order: 3}", "Allowed: order 1"),
     ],
 )

@@ -91,6 +91,38 @@ def test_at_one_instant_it_is_the_law_itself(rate: float) -> None:
     assert reply.memory[1] == 0.5
 
 
+@pytest.mark.parametrize("law", LAWS, ids=["hertz", "linear", "cubic", "flores"])
+def test_at_the_end_of_the_step_it_is_the_law_of_the_gap_and_rate_there(law: Hertz | Flores) -> None:
+    random = np.random.default_rng(2)
+    answered = 0
+    for _ in range(2000):
+        size = 10.0 ** random.uniform(-9.0, -3.0)
+        gap, free_gap = size * random.normal(size=2)
+        pliancy = 10.0 ** random.uniform(-16.0, -2.0)
+        made = port(gap, free_gap, pliancy=pliancy, load_point=1.0)
+        made.free_gap_rate = size / made.dt * random.normal()
+        reply = told(made, law, speed=size / made.dt)
+        end, rate = free_gap + pliancy * reply.force, made.free_gap_rate + made.rate_per_force * reply.force
+        assert reply.force >= 0.0
+        if reply.force == 0.0:
+            damped = law.hysteresis() if isinstance(law, Flores) else 0.0
+            assert free_gap >= 0.0 or 1.0 - damped * rate * made.dt / size <= 0.0
+            assert reply.dissipated == 0.0
+            continue
+        answered += 1
+        damped = law.hysteresis() * made.dt / size if isinstance(law, Flores) else 0.0
+        expected = law.stiffness * (-end) ** law.exponent * (1.0 - damped * rate)
+        # Gap and rate at the end are known to a rounding of what they are differences of.
+        slip = 1e-15 * law.exponent * (size + pliancy * reply.force)
+        rate_slip = 1e-15 * damped * (size / made.dt + made.rate_per_force * reply.force)
+        tangent = law.exponent * expected / max(-end, slip)
+        error = tangent * slip + law.stiffness * (-end) ** law.exponent * rate_slip
+        assert reply.force == pytest.approx(expected, rel=1e-11, abs=10.0 * error)
+        stored = energy(end, law)
+        assert reply.stored == pytest.approx(stored, rel=1e-11, abs=20.0 * slip * stored / max(-end, slip))
+    assert answered > 500
+
+
 def test_it_never_pulls_and_takes_up_what_the_spring_gives_back() -> None:
     law = Flores(K, restitution=0.2)
     stored = energy(-1e-4, law)
