@@ -23,7 +23,7 @@ COARSE = Noted(
 )
 
 
-def respond(port: Any, reply: Any) -> None:  # noqa: C901 - compiled as one function
+def respond(port: Any, reply: Any) -> None:
     """Answer one step by F = K d^n (1 + a d'), never pulling; a is the hysteresis factor over the approach speed.
 
     Parameters of the port: K, n, a v0, least v0. Memory: energy stored [J], approach speed v0 [m/s] (0 while open),
@@ -32,14 +32,17 @@ def respond(port: Any, reply: Any) -> None:  # noqa: C901 - compiled as one func
     Where the force acts within the step, K d^n is the change of V = K d^(n+1)/(n+1) over the change of the gap, so that
     force times path is the energy stored, to rounding, also where the faces meet or part inside the step. The
     indentation gained in the step, y, then solves y + (gap per force) F(y) = y without contact; F rises and is convex,
-    so Newton's iteration from the right never leaves the root's right side.
+    so Newton's iteration from the right never leaves the root's right side. Where the force acts at the end of the step
+    it is that of the indentation and its rate there, and the equation has the same shape.
     """
     stiffness, n = port.parameters[0], port.parameters[1]
     gap, free_gap, pliancy, dt = port.gap, port.free_gap, port.gap_per_force, port.dt
-    explicit = port.load_point == 0.0
+    explicit, at_end = port.load_point == 0.0, port.load_point == 1.0
     reply.memory[0], reply.memory[1] = 0.0, 0.0
-    reply.dissipated = port.memory[0]  # a spring that is let go of gives nothing back
-    if gap >= 0.0 and free_gap >= 0.0 and not explicit:
+    # A spring that is let go of gives nothing back; between two ends of steps that is an error of the scheme.
+    held = 0.0 if at_end else port.memory[0]
+    reply.dissipated = held
+    if free_gap >= 0.0 and (gap >= 0.0 or at_end) and not explicit:
         return
     if explicit and (gap > 0.0 or (gap == 0.0 and port.gap_rate >= 0.0)):
         return
@@ -67,38 +70,23 @@ def respond(port: Any, reply: Any) -> None:  # noqa: C901 - compiled as one func
         reply.stored = stiffness * (before * after) ** (0.5 * (n + 1.0)) / (n + 1.0)
         lost = spring * gain * (rate + rate_pliancy * reply.force) ** 2 * dt
         reply.in_contact = 1.0 if reply.trial > 0.0 or gap == 0.0 else 0.0
-    elif port.load_point == 1.0:
-        # The force is that of the indentation and its rate at the end of the step: F rises to what it presses in.
-        low, high = 0.0, max(0.0, -free_gap / pliancy)
-        for _ in range(200):
-            force = 0.5 * (low + high)
-            after = max(0.0, -free_gap - pliancy * force)
-            rise = 1.0 - gain * (port.free_gap_rate + port.rate_per_force * force)
-            if stiffness * after**n * rise > force:
-                low = force
-            else:
-                high = force
-            if high - low <= 1e-15 * high:
-                break
-        reply.force = high
-        after = max(0.0, -free_gap - pliancy * high)
-        spring = stiffness * after**n
-        reply.trial = reply.force if reply.force > 0.0 else spring * (1.0 - gain * port.free_gap_rate)
-        reply.stored = spring * after / (n + 1.0)
-        lost = max(0.0, (reply.force - spring) * (after - before))
-        reply.in_contact = 1.0 if reply.force > 0.0 else 0.0
     else:
         free = gap - free_gap
         y, after, spring, rise = free, 0.0, 0.0, 0.0
         energy = before ** (n + 1.0)
         size = math.inf
+        # The rate of indentation, in the mean or at the end, is linear in the indentation gained.
+        slope = port.rate_per_force / max(pliancy, 1e-300) if at_end else 1.0 / dt
+        rate = -port.free_gap_rate - slope * free if at_end else 0.0
         for _ in range(1000):
             after = max(0.0, y - gap)
             if before + after == 0.0:
                 break  # they touch by less than a rounding
             ratio = y / (before + after)
-            rise = max(0.0, 1.0 + gain * y / dt)
-            if abs(ratio) < 1e-3 and before > 0.0:
+            rise = max(0.0, 1.0 + gain * (rate + slope * y))
+            if at_end:
+                spring, tangent = stiffness * after**n, n * stiffness * after ** (n - 1.0)
+            elif abs(ratio) < 1e-3 and before > 0.0:
                 # The quotient would be a difference of nearly equal numbers: its series about the middle.
                 middle, square = 0.5 * (before + after), ratio * ratio
                 bend, tangent = n * (n - 1.0) / 6.0, stiffness * middle ** (n - 1.0)
@@ -108,7 +96,7 @@ def respond(port: Any, reply: Any) -> None:  # noqa: C901 - compiled as one func
                 spring = stiffness * (after ** (n + 1.0) - energy) / ((n + 1.0) * y)
                 tangent = (stiffness * after**n - spring) / y
             reply.force = spring * rise
-            tangent = tangent * rise + (spring * gain / dt if rise > 0.0 else 0.0)
+            tangent = tangent * rise + (spring * gain * slope if rise > 0.0 else 0.0)
             change = (y - free + pliancy * reply.force) / (1.0 + pliancy * tangent)
             size, last = abs(change), size
             if size <= 1e-15 * abs(free) or last <= size <= 1e-11 * abs(free):
@@ -117,15 +105,13 @@ def respond(port: Any, reply: Any) -> None:  # noqa: C901 - compiled as one func
                 break
             y -= change
         reply.stored = stiffness * after ** (n + 1.0) / (n + 1.0)
-        lost = spring * gain * y * y / dt
+        lost = max(0.0, spring * gain * (rate + slope * y) * (after - before if at_end else y))
         if after > 0.0:
             # Faces that part need no trial force: their gap dates it. A negative one dates a force lost before that.
-            reply.trial = reply.force if reply.force > 0.0 else spring * (1.0 + gain * y / dt)
+            reply.trial = reply.force if reply.force > 0.0 else spring * (1.0 + gain * (rate + slope * y))
             reply.in_contact = 1.0 if reply.force > 0.0 else 0.0
     # Where it lets go before it is relaxed, the damping takes up what the spring gives as it follows the face.
-    # What a spring keeps that lets go between two ends of steps is an error of a scheme whose force acts at the end.
-    let_go = reply.force == 0.0 and port.load_point < 1.0
-    reply.dissipated = max(0.0, port.memory[0] - reply.stored) if let_go else lost
+    reply.dissipated = lost if reply.force > 0.0 else max(0.0, held - reply.stored)
     reply.memory[0] = reply.stored
     reply.memory[1] = speed if after > 0.0 or explicit else 0.0
 
