@@ -31,7 +31,6 @@ from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.contact_stabilised_newmark import ContactStabilisedNewmark
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.moreau_jean import MoreauJean
-from impactlab.integrators.moreau_jean import MoreauJean
 from impactlab.integrators.newmark import Newmark
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
