@@ -18,16 +18,16 @@ from typing import Any
 import numba
 import numpy as np
 
-from impactlab.assembly import SAMPLES, Assembly
 from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.integrators.base import AbstractScheme
 from impactlab.integrators.central_difference import CentralDifference
-from impactlab.loop import advance_dated, start
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
 from impactlab.scene import Contact, End, Mass, Point, Rod, Scene, Segment, StepRule
 from impactlab.simulate import Plan, prepare
+from impactlab.stepping.assembly import SAMPLES, Assembly
+from impactlab.stepping.loop import advance_dated, start
 
 
 @numba.njit(fastmath={"reassoc", "contract"})  # type: ignore[untyped-decorator]

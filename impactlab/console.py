@@ -151,7 +151,8 @@ def _number(value: Any) -> str:
 
 def say_if_compiling() -> None:
     """Say on standard error that the first run on a machine takes longer, and why."""
-    from impactlab import loop, pointers
+    from impactlab import pointers
+    from impactlab.stepping import loop
 
     if pointers.COMPILED and not pointers.is_cached(loop.advance_dated):
         say("compiling the loops: once on this machine, some twenty seconds ...")

@@ -10,14 +10,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from impactlab.assembly import Assembly
 from impactlab.errors import CaseError, StepError
 from impactlab.grazing import near_grazing
 from impactlab.history import AbstractHistory, Warned
 from impactlab.integrators.base import AbstractAdaptive, AbstractIntegrator, Stepper
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
-from impactlab.memory import SAMPLED
 from impactlab.models.delay_line import DelayLine
 from impactlab.pairing import (
     check_delay_line,
@@ -31,7 +29,10 @@ from impactlab.pairing import (
     energy_bound,
     kind_of,
 )
-from impactlab.preparation import (
+from impactlab.scene import Contact, Rod, Scene, Wall
+from impactlab.stepping.assembly import Assembly
+from impactlab.stepping.memory import SAMPLED
+from impactlab.stepping.preparation import (
     BuiltBody,
     acting_laws,
     build_bodies,
@@ -40,12 +41,11 @@ from impactlab.preparation import (
     pushes_of,
     start_laws,
 )
-from impactlab.scene import Contact, Rod, Scene, Wall
 from impactlab.types import Port, Start
 
 if TYPE_CHECKING:
     from impactlab.adaptive.march import March
-    from impactlab.recorded import RecordedHistory
+    from impactlab.stepping.recorded import RecordedHistory
 
 NOTED_LOSS = 0.1  # of the energy, that nothing booked: schemes that damp lose some, but this much is not the mesh's
 NOTED_GAIN = 0.02  # of the energy: from here on a gain is told, also where the parts declare more
@@ -221,7 +221,7 @@ def run(scene: Scene, progress: Progress | None = None) -> AbstractHistory:
     StepError
         When a law fails, a number is not finite, or energy grows beyond the declared bound; carries what was reached.
     """
-    from impactlab.recorded import RecordedHistory
+    from impactlab.stepping.recorded import RecordedHistory
 
     began = clock.perf_counter()
     plan = prepare(scene)
@@ -236,8 +236,8 @@ def run(scene: Scene, progress: Progress | None = None) -> AbstractHistory:
         return exact
     if progress is not None:
         progress(0.0)
-    from impactlab import loop
     from impactlab.pointers import entered
+    from impactlab.stepping import loop
 
     assembly = Assembly(plan.scene, plan.built, plan.steppers, plan.starts, plan.integrator, plan.dt, plan.steps)
     history = RecordedHistory(assembly, plan.integrator)
@@ -259,11 +259,11 @@ def run(scene: Scene, progress: Progress | None = None) -> AbstractHistory:
 def advance_of(scene: Scene) -> Callable[..., int]:
     """Return the loop that takes the steps of a scene: whole, or cut at events."""
     if scene.events == "located" and scene.contacts:
-        from impactlab.located import advance_located
+        from impactlab.stepping.located import advance_located
 
         located: Callable[..., int] = advance_located
         return located
-    from impactlab.loop import advance_dated
+    from impactlab.stepping.loop import advance_dated
 
     dated: Callable[..., int] = advance_dated
     return dated
@@ -271,7 +271,7 @@ def advance_of(scene: Scene) -> Callable[..., int]:
 
 def walk(assembly: Assembly, history: RecordedHistory, progress: Progress | None) -> int:
     """Run the loop in chunks of about a tenth of a second; return why it ended. No bit depends on the chunks."""
-    from impactlab import loop
+    from impactlab.stepping import loop
 
     chunk = 256
     advance = advance_of(assembly.scene)
@@ -330,7 +330,7 @@ def warn(scene: Scene, ports: Sequence[Port], history: AbstractHistory, dt: floa
 
 def raise_failure(status: int, assembly: Assembly, history: AbstractHistory) -> None:
     """Raise `StepError` where the run ended early or its energy grew beyond what the pairing declares."""
-    from impactlab import loop
+    from impactlab.stepping import loop
 
     time, step = assembly.clock.time, assembly.clock.step
     if status == loop.LAW_FAILED:

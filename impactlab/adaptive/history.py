@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from impactlab.adaptive.record import Record
 from impactlab.errors import ImpactlabError
 from impactlab.history import AbstractHistory, Array, ContactSpan, Cost, EnergyBook, Event, Field
-from impactlab.recorded import Channel, read_channel
+from impactlab.stepping.recorded import Channel, read_channel
 from impactlab.types import Quantity
 
 

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from impactlab.adaptive.system import Energies, System
-from impactlab.assembly import RECORDS, SAMPLES
 from impactlab.scene import Mass, Rod
+from impactlab.stepping.assembly import RECORDS, SAMPLES
 from impactlab.types import Array
 
 CHUNK = 256  # instants read off an interpolant at once

@@ -11,11 +11,11 @@ from scipy.linalg import cho_solve_banded, cholesky_banded
 from scipy.sparse import csr_array, diags_array
 
 from impactlab.adaptive.law import Touch
-from impactlab.assembly import dashpots
 from impactlab.banded import grounded, multiply, widened
-from impactlab.preparation import BuiltBody, start_law
 from impactlab.scene import Contact, Point, Rod, Scene, Wall
 from impactlab.sides import side_facts
+from impactlab.stepping.assembly import dashpots
+from impactlab.stepping.preparation import BuiltBody, start_law
 from impactlab.types import Array, Quantity, Start
 
 STRIDE = np.finfo(float).eps ** (1.0 / 3.0)  # of the scales, of a central difference

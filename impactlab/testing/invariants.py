@@ -6,8 +6,8 @@ import numpy as np
 
 from impactlab.banded import solve
 from impactlab.history import AbstractHistory
-from impactlab.recorded import RecordedHistory
 from impactlab.scene import Mass, Rod, Scene
+from impactlab.stepping.recorded import RecordedHistory
 from impactlab.testing.momentum import field_truncation, worst_balance
 from impactlab.testing.trace import Trace
 

@@ -34,7 +34,7 @@ from impactlab.integrators.moreau_jean import MoreauJean
 from impactlab.integrators.newmark import Newmark
 from impactlab.integrators.nonsmooth_generalised_alpha import NonsmoothGeneralisedAlpha
 from impactlab.models.base import AbstractDiscreteModel, Operators
-from impactlab.preparation import pushes_of
+from impactlab.stepping.preparation import pushes_of
 from impactlab.testing.trace import Trace
 from impactlab.types import Array
 

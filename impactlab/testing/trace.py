@@ -7,14 +7,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from impactlab import loop
-from impactlab.assembly import Assembly
 from impactlab.errors import CaseError, StepError
 from impactlab.integrators.base import AbstractIntegrator
-from impactlab.memory import SAMPLED
-from impactlab.recorded import RecordedHistory
 from impactlab.scene import Scene
 from impactlab.simulate import Plan, advance_of, prepare
+from impactlab.stepping import loop
+from impactlab.stepping.assembly import Assembly
+from impactlab.stepping.memory import SAMPLED
+from impactlab.stepping.recorded import RecordedHistory
 from impactlab.types import Array
 
 

@@ -14,8 +14,8 @@ from impactlab.integrators.newmark import Newmark
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.mesh import elements_per_segment
 from impactlab.models.modal import Modal
-from impactlab.recorded import RecordedHistory
 from impactlab.scene import Rod, Scene
+from impactlab.stepping.recorded import RecordedHistory
 from impactlab.testing.invariants import mirror_difference, records_difference, same_bits, scaling_difference
 from impactlab.testing.strategies import in_other_units, laws, mirrored, scenes
 from impactlab.testing.trace import run_in_cuts

@@ -8,13 +8,13 @@ from typing import NamedTuple, final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from impactlab import dating
-from impactlab.assembly import Assembly
 from impactlab.errors import ImpactlabError
 from impactlab.history import AbstractHistory, Array, ContactSpan, Cost, EnergyBook, Event, Field
 from impactlab.integrators.base import AbstractIntegrator
-from impactlab.memory import SAMPLED
 from impactlab.scene import Rod
+from impactlab.stepping import dating
+from impactlab.stepping.assembly import Assembly
+from impactlab.stepping.memory import SAMPLED
 from impactlab.types import Quantity
 
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from impactlab import answers, compliance, dating, loop, phases
-from impactlab.answers import moved_by
-from impactlab.compliance import compliances
-from impactlab.dating import OPEN, note
 from impactlab.kernels import ENTRY, PART
-from impactlab.loop import (
+from impactlab.pointers import call, drop_stale
+from impactlab.stepping import answers, compliance, dating, loop, phases
+from impactlab.stepping.answers import moved_by
+from impactlab.stepping.compliance import compliances
+from impactlab.stepping.dating import OPEN, note
+from impactlab.stepping.loop import (
     DONE,
     EVENTS_FULL,
     LAW_FAILED,
@@ -22,9 +23,8 @@ from impactlab.loop import (
     sample,
     settle,
 )
-from impactlab.memory import Memory
-from impactlab.phases import change_phases
-from impactlab.pointers import call, drop_stale
+from impactlab.stepping.memory import Memory
+from impactlab.stepping.phases import change_phases
 
 # What may fall through zero inside a step: the gap, the trial force, or the gap's negative (faces that part).
 NOTHING, GAP, TRIAL, PARTING = 0, 1, 2, 3

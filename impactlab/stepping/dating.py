@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from impactlab.kernels import PART
-from impactlab.memory import Memory
-from impactlab.phases import change_phases
+from impactlab.stepping.memory import Memory
+from impactlab.stepping.phases import change_phases
 from impactlab.types import MEMORY
 
 CLOSE, OPEN, IMPULSE = 0, 1, 2  # kinds of events

@@ -6,8 +6,8 @@ import math
 from typing import Any
 
 from impactlab.kernels import INLINE, PART
-from impactlab.memory import U_FORCE, U_IMPULSE, U_PROJECTION, U_PUSH, V_JUMP, Memory
 from impactlab.pointers import call
+from impactlab.stepping.memory import U_FORCE, U_IMPULSE, U_PROJECTION, U_PUSH, V_JUMP, Memory
 from impactlab.types import MEMORY
 
 SWEEPS = 5000  # of the coupled answers of several contacts

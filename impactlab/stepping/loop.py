@@ -1,21 +1,21 @@
 """The one loop: free step, contact answer, correction, events, bookkeeping; compiled, and the same as plain Python.
 
 It knows bodies only as linear steppers behind addresses and laws only as `respond` behind addresses. All its memory
-is made before the run (`impactlab.memory`, `impactlab.assembly`); a step allocates nothing, so it is compiled without
-a runtime for objects, and its helpers are copied into it.
+is made before the run (`memory`, `assembly`); a step allocates nothing, so it is compiled without a runtime for
+objects, and its helpers are copied into it.
 """
 
 from __future__ import annotations
 
-from impactlab import answers, compliance, dating, phases
-from impactlab.answers import answer as answer_them
-from impactlab.answers import ask, moved_by
-from impactlab.compliance import compliances, pushed_values, row_times_state
-from impactlab.dating import date as date_them
 from impactlab.kernels import ENTRY, INLINE, PART
-from impactlab.memory import SAMPLED, Memory
-from impactlab.phases import change_phases
 from impactlab.pointers import call, drop_stale
+from impactlab.stepping import answers, compliance, dating, phases
+from impactlab.stepping.answers import answer as answer_them
+from impactlab.stepping.answers import ask, moved_by
+from impactlab.stepping.compliance import compliances, pushed_values, row_times_state
+from impactlab.stepping.dating import date as date_them
+from impactlab.stepping.memory import SAMPLED, Memory
+from impactlab.stepping.phases import change_phases
 
 # Why `advance` came back.
 DONE, LAW_FAILED, NOT_FINITE, RECORDS_FULL, EVENTS_FULL = 0, 1, 2, 3, 4

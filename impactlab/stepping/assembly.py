@@ -11,7 +11,10 @@ from numpy.typing import NDArray
 
 from impactlab.errors import PairingError
 from impactlab.integrators.base import AbstractIntegrator, Stepper
-from impactlab.memory import (
+from impactlab.models.base import AbstractDiscreteModel, Phases
+from impactlab.pointers import DERIVE, FREE, MEASURE, RETIME, LawAddress, kernel_address, records
+from impactlab.scene import Contact, Mass, Scene
+from impactlab.stepping.memory import (
     INTEGER,
     LAYERS,
     SAMPLED,
@@ -29,10 +32,7 @@ from impactlab.memory import (
     PushRecord,
     SnapshotRecord,
 )
-from impactlab.models.base import AbstractDiscreteModel, Phases
-from impactlab.pointers import DERIVE, FREE, MEASURE, RETIME, LawAddress, kernel_address, records
-from impactlab.preparation import BuiltBody, Push, prepare_stepper, pushes_of, reading_place
-from impactlab.scene import Contact, Mass, Scene
+from impactlab.stepping.preparation import BuiltBody, Push, prepare_stepper, pushes_of, reading_place
 from impactlab.types import Array, Port, Quantity, Reply, Start
 
 RECORDS = 20_000  # steps kept one by one; longer runs are decimated

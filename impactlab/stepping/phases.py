@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from impactlab.compliance import compliances, row_times_state
 from impactlab.kernels import PART
-from impactlab.memory import Memory
 from impactlab.pointers import call
+from impactlab.stepping.compliance import compliances, row_times_state
+from impactlab.stepping.memory import Memory
 
 
 @PART

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from impactlab.kernels import INLINE, PART
-from impactlab.memory import (
+from impactlab.stepping.memory import (
     LAYERS,
     U_FORCE,
     U_IMPULSE,
