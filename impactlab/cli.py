@@ -216,7 +216,7 @@ def plugins_(
                 group = line.group
                 print(group)
             print(
-                f"  {line.name:22} {'broken: ' + line.fault if line.fault else line.description}  [{line.distribution}]"
+                f"  {line.name:28} {'broken: ' + line.fault if line.fault else line.description}  [{line.distribution}]"
             )
 
 

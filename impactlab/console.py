@@ -65,6 +65,8 @@ def summary_text(summary: Mapping[str, Any]) -> str:
         lines.append(
             f"  errors    against {errors['reference']}: " + ", ".join(f"{k} {_number(v)}" for k, v in shown.items())
         )
+    elif summary["errors"] is None:
+        lines.append("  errors    none: there is no exact answer to this case with these laws, ends and damping")
     cost = summary["cost"]
     lines.append(
         f"  cost      {cost['steps']} steps, {_number(cost['setup_s'])} s to set up, "

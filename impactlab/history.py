@@ -59,9 +59,8 @@ class EnergyBook(NamedTuple):
 
     @property
     def scale(self) -> float:
-        """Initial energy, or 1 J where that is zero: what gains and losses are measured against."""
-        initial = float(self.total[0])
-        return initial if initial > 0.0 else 1.0
+        """Initial energy or largest work of gravity, the larger; 1 J if both are zero. What gains are measured against."""
+        return max(float(self.total[0]), float(np.max(np.abs(self.work), initial=0.0))) or 1.0
 
     @property
     def largest_gain(self) -> float:

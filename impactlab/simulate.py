@@ -356,7 +356,9 @@ def raise_failure(status: int, assembly: Assembly, history: AbstractHistory) -> 
         )
     check_momentum(assembly, history)
     bound = energy_bound(assembly.scene, assembly.integrator)
-    check_gain(history, bound, time, step, "Give a smaller step, or a softer contact.")
+    cut = assembly.scene.events == "dated" and assembly.integrator.any_dt
+    remedy = f"Give a smaller step, or a softer contact{', or events: located' if cut else ''}."
+    check_gain(history, bound, time, step, remedy)
 
 
 def check_gain(history: AbstractHistory, bound: float, time: float, step: int, remedy: str) -> None:

@@ -13,12 +13,13 @@ from pydantic_core import ErrorDetails
 from impactlab.casefile.words import closest, listed, shown
 from impactlab.errors import CaseError
 
+_BLOCK = "a block of keys"
 _NEEDED = {
     "tuple_type": "a list",
     "list_type": "a list",
-    "dict_type": "a block of keys",
-    "model_type": "a block of keys",
-    "model_attributes_type": "a block of keys",
+    "dict_type": _BLOCK,
+    "model_type": _BLOCK,
+    "model_attributes_type": _BLOCK,
     "string_type": "a text",
 }
 _REMEDY = "Mend the value; `impactlab schema` lists every key with its unit."
@@ -95,7 +96,11 @@ def _words(
             allowed_length = ", ".join(f"{word} {context[key]}" for key, word in limits.items() if key in context)
             return f"{given} has the wrong length. Allowed: {allowed_length}", _REMEDY
         case _ if kind in _NEEDED:
-            return f"{given} stands where {_NEEDED[kind]} is needed", _REMEDY
+            names = _allowed_at(keys, data, allowed) if _NEEDED[kind] == _BLOCK and allowed else []
+            return (
+                f"{given} stands where {_NEEDED[kind]} is needed",
+                f"Write {{key: value}}; its keys: {listed(sorted(set(names)))}." if names else _REMEDY,
+            )
         case _:
             return f"{given}: {fault['msg'][:1].lower()}{fault['msg'][1:]}", _REMEDY
 

@@ -121,8 +121,9 @@ def plates(comparison: Mapping[str, Any], shown: Sequence[Trace], scene: Scene) 
             Plate(
                 f"force{tail}",
                 f"Contact force{of}",
-                f"One panel per method on common axes.{dark} Above a panel stands its error away from the exact jumps.",
-                plots.force(shown, scene, contact.name, force_notes(summaries)),
+                f"One panel per method on common axes.{dark} Above a panel stands its error away from the exact jumps"
+                f"{', the largest over all contacts' if tail else ''}.",
+                plots.force(shown, scene, contact.name, force_notes(summaries, several=bool(tail))),
             )
         )
         figures.append(
@@ -156,10 +157,10 @@ def plates(comparison: Mapping[str, Any], shown: Sequence[Trace], scene: Scene) 
     return figures
 
 
-def force_notes(summaries: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
+def force_notes(summaries: Mapping[str, Mapping[str, Any]], several: bool = False) -> dict[str, str]:
     """Return what is written above the panel of each method: its error of the force away from jumps."""
-    notes = {}
+    words, notes = "off jumps, worst contact" if several else "off jumps", {}
     for name, summary in summaries.items():
         error = (summary.get("errors") or {}).get("force_away_from_jumps")
-        notes[name] = "" if error is None else "exact" if error < 1e-9 else f"{cell(100 * error)} % off jumps"
+        notes[name] = "" if error is None else "exact" if error < 1e-9 else f"{cell(100 * error)} % {words}"
     return notes

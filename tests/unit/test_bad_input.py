@@ -273,7 +273,13 @@ EDITS = [
     ("two faces too few", "[hammer, rod.left]", "[hammer]", 12, ["contacts.0.between.1: this key is missing"]),
     ("three faces", "[hammer, rod.left]", "[hammer, rod.left, rod.right]", 12, ["a contact is between two faces"]),
     ("word for a list", "[hammer, rod.left]", "hammer", 12, ["'hammer' stands where a list is needed"]),
-    ("word for a block", "{left: free, right: clamped}", "free", 10, ["'free' stands where a block of keys is needed"]),
+    (
+        "word for a block",
+        "{left: free, right: clamped}",
+        "free",
+        10,
+        ["'free' stands where a block of keys is needed", "its keys: left, right"],
+    ),
     (
         "terminal codes",
         "title: a test",

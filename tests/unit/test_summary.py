@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
+from impactlab.console import summary_text
 from impactlab.history import ContactSpan, Cost, EnergyBook, Event, Warned
 from impactlab.pairing import kind_of
 from impactlab.scene import Body, Contact, End, Mass, Point, Probe, Rod, Scene, Segment, StepRule, Wall
@@ -135,6 +136,19 @@ def test_the_summary_holds_every_key_of_the_contract() -> None:
     assert summary["errors"]["force"] is None
     assert summary["cost"] == {"setup_s": 0.5, "solve_s": 0.25, "steps": 600} | {"rhs_evaluations": None}
     assert summary["warnings"] == [{"code": "near_grazing", "text": "a touch was nearly missed"}]
+
+
+def test_gains_are_shares_of_the_energy_in_play() -> None:
+    # At rest at the start: weight puts in 500 J, of which 5 J get lost without a formula, 1 %.
+    grid, work = np.linspace(0.0, 1.0, 3), np.array([0.0, 500.0, 300.0])
+    book = EnergyBook(grid, {"bar": work - np.array([0.0, 0.0, 5.0])}, np.zeros(3), {}, work)
+    assert (book.largest_gain, book.largest_loss) == (0.0, pytest.approx(0.01))
+    assert EnergyBook(grid, {"bar": np.zeros(3)}, np.zeros(3), {}, np.zeros(3)).scale == 1.0
+
+
+def test_a_run_without_an_exact_answer_says_so() -> None:
+    text = summary_text(summarise("toy", scene(ModalLike()), history()))
+    assert "errors    none" in text
 
 
 def test_the_summary_is_strict_json() -> None:
