@@ -59,7 +59,7 @@ class EnergyBook(NamedTuple):
 
     @property
     def scale(self) -> float:
-        """Initial energy or largest work of gravity, the larger; 1 J if both are zero. What gains are measured against."""
+        """Initial energy or largest work of gravity, the larger; 1 J if both are zero: gains are shares of it."""
         return max(float(self.total[0]), float(np.max(np.abs(self.work), initial=0.0))) or 1.0
 
     @property

@@ -242,7 +242,7 @@ def test_errors_are_written_beside_their_dots() -> None:
     assert [text.get_text() for text in figure.axes[3].texts][2] == "–"  # an impulse law has no force
 
 
-def test_the_balance_is_drawn_in_per_cent_of_the_initial_energy() -> None:
+def test_the_balance_is_drawn_in_per_cent_of_the_energy_in_play() -> None:
     run = history()
     run.energy = run.energy._replace(stored=np.linspace(0.0, 0.002, 50))
     figure = balance.energy_balance([Trace("gains", run, PALETTE[0])], scene())
