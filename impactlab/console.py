@@ -157,4 +157,4 @@ def say_if_compiling() -> None:
     from impactlab.stepping import loop
 
     if pointers.COMPILED and not pointers.is_cached(loop.advance_dated):
-        say("compiling the loops: once on this machine, some twenty seconds ...")
+        say("compiling the loops: once on this machine, up to a minute ...")

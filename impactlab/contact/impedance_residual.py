@@ -49,7 +49,7 @@ class ImpedanceResidual(AbstractContactLaw):
         if yields == 0.0:
             raise PairingError(
                 "impedance_residual stands for modes that are left out, and no body of this contact leaves any out",
-                remedy="Use modal with fewer modes than its mesh has, or addition_deletion.",
+                remedy="Use modal with basis eigenvectors and fewer modes than its mesh has, or addition_deletion.",
             )
         return Start(parameters=(1.0 / yields, 1.0 / dashes), memory=(0.0,))
 
