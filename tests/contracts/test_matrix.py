@@ -110,7 +110,7 @@ REMEDIES = [
     (("continuous", "impulse_momentum", SCHEME), "wave_identification", ("continuous", "wave_identification", SCHEME)),
     (
         ("finite_element 100", "impedance_residual", SCHEME),
-        "Use modal with fewer modes",
+        "Use modal with basis eigenvectors and fewer modes",
         (MODEL, "impedance_residual", SCHEME),
     ),
     ((MODEL, "nitsche", SCHEME), "craig_bampton", ("modal 100/40, craig_bampton", "nitsche", SCHEME)),
