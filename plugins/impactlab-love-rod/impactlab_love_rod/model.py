@@ -10,7 +10,8 @@ import numpy as np
 
 from impactlab.banded import widened
 from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Face, Operators
-from impactlab.models.mesh import Mesh, elements_per_segment
+from impactlab.models.elements import elements_per_segment
+from impactlab.models.mesh import Mesh
 from impactlab.scene import End, Rod, Segment
 from impactlab.types import Array, Quantity, option
 
