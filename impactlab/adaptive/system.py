@@ -14,7 +14,7 @@ from impactlab.adaptive.law import Touch
 from impactlab.banded import grounded, multiply, widened
 from impactlab.scene import Contact, Point, Rod, Scene, Wall
 from impactlab.sides import side_facts
-from impactlab.stepping.assembly import dashpots
+from impactlab.stepping.packing import dashpots
 from impactlab.stepping.preparation import BuiltBody, start_law
 from impactlab.types import Array, Quantity, Start
 

@@ -6,8 +6,6 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy import bool_
-from numpy.typing import NDArray
 
 from impactlab.errors import PairingError
 from impactlab.integrators.base import AbstractIntegrator, Stepper
@@ -15,7 +13,6 @@ from impactlab.models.base import AbstractDiscreteModel, Phases
 from impactlab.pointers import DERIVE, FREE, MEASURE, RETIME, LawAddress, kernel_address, records
 from impactlab.scene import Contact, Mass, Scene
 from impactlab.stepping.memory import (
-    INTEGER,
     LAYERS,
     SAMPLED,
     BodyRecord,
@@ -32,6 +29,7 @@ from impactlab.stepping.memory import (
     PushRecord,
     SnapshotRecord,
 )
+from impactlab.stepping.packing import dashpots, fill, flat, sparse
 from impactlab.stepping.preparation import BuiltBody, Push, prepare_stepper, pushes_of, reading_place
 from impactlab.types import Array, Port, Quantity, Reply, Start
 
@@ -39,32 +37,6 @@ RECORDS = 20_000  # steps kept one by one; longer runs are decimated
 SAMPLES = 256  # energies taken over a run
 NOTHING = 1e-20  # of a response's largest entry: what lies beyond the last entry above moves by less than any rounding
 EVENTS = 4096  # events between two returns of the loop
-
-
-def flat(arrays: list[Array]) -> tuple[Floats, Ints]:
-    """Return arrays in a row and where each starts, with the end, shape (n + 1,)."""
-    starts = np.concatenate(([0], np.cumsum([array.size for array in arrays]))).astype(np.int64)
-    return np.concatenate([array.ravel() for array in arrays] or [np.zeros(0)]), starts
-
-
-def dashpots(damping: Array) -> list[tuple[int, int, float, bool]]:
-    """Return a banded damping matrix as dashpots: coordinate, other one (-1: the ground), damping, inside or not.
-
-    v C v is the sum of c (v_i - v_j)^2 over the pairs, with c = -C_ij, and of the row sums times v_i^2.
-    """
-    n_dof = damping.shape[1]
-    ground, found = damping[0].copy(), []
-    for offset in range(1, damping.shape[0]):
-        for i in np.flatnonzero(damping[offset, : n_dof - offset]):
-            coupling = float(damping[offset, i])
-            found.append((int(i) + offset, int(i), -coupling))
-            ground[i] += coupling
-            ground[i + offset] += coupling
-    ground[np.abs(ground) <= 1e-13 * np.abs(damping[0])] = 0.0
-    found += [(int(i), -1, float(ground[i])) for i in np.flatnonzero(ground)]
-    # Dashpots at the ends of a rod are two at most.
-    inside = len(found) > 2 or any(other >= 0 for _, other, _ in found)
-    return [(*dashpot, inside) for dashpot in found]
 
 
 class Assembly:
@@ -397,21 +369,3 @@ def check_phases(phased: dict[str, Phases], built: dict[str, BuiltBody], stepper
                 remedy="Use newmark, midpoint or exact_modal.",
                 path="solve.integrator",
             )
-
-
-def sparse(rows: list[tuple[int, Array]], pattern: list[NDArray[bool_]] | None = None) -> tuple[Ints, Ints, Floats]:
-    """Return rows, each a shift into the state and a dense row, as starts, indices, values; without zeros."""
-    starts, indices, values = [0], [np.zeros(0, np.int64)], [np.zeros(0)]
-    for number, (shift, row) in enumerate(rows):
-        kept = np.flatnonzero(row if pattern is None else pattern[number])
-        indices.append(kept + shift)
-        values.append(row[kept])
-        starts.append(starts[-1] + kept.size)
-    return np.array(starts, np.int64), np.concatenate(indices), np.concatenate(values)
-
-
-def fill(record: Any, **values: Any) -> None:
-    """Set the named fields of a record."""
-    kinds = dict(record._fields_)
-    for name, value in values.items():
-        setattr(record, name, int(value) if kinds[name] is INTEGER else float(value))

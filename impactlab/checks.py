@@ -1,0 +1,156 @@
+"""What a finished run is checked for: its energy, its momentum, and the warnings that only it can tell."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from impactlab.errors import StepError
+from impactlab.grazing import near_grazing
+from impactlab.history import AbstractHistory, Warned
+from impactlab.models.delay_line import DelayLine
+from impactlab.pairing import (
+    energy_bound,
+)
+from impactlab.scene import Rod, Scene, Wall
+from impactlab.stepping.assembly import Assembly
+from impactlab.stepping.memory import SAMPLED
+from impactlab.types import Port
+
+if TYPE_CHECKING:
+    pass
+
+NOTED_LOSS = 0.1  # of the energy, that nothing booked: schemes that damp lose some, but this much is not the mesh's
+NOTED_GAIN = 0.02  # of the energy: from here on a gain is told, also where the parts declare more
+MANY_KICKS = 100  # of an impulse law, from which the count says nothing any more
+
+
+def warn(scene: Scene, ports: Sequence[Port], history: AbstractHistory, dt: float = 0.0) -> None:
+    """Add the warnings that only the finished run can tell."""
+    for span in history.contacts:
+        if span.kicks is not None and span.kicks > MANY_KICKS:
+            text = f"{span.contact}: {span.kicks} kicks; the count follows the step, so read the total, not the first"
+            history.warnings.append(Warned("chatter", text))
+    for contact, port in zip(scene.contacts, ports, strict=True):
+        for noted in contact.law.noted:
+            if count := int(port.memory[noted.slot]):
+                text = f"{contact.name}: {noted.text.format(count=count)}"
+                history.warnings.append(Warned(noted.code, text))
+    touched = {event.contact for event in history.events}
+    for contact in scene.contacts:
+        if contact.name not in touched:
+            smallest = float(history.evaluate(np.linspace(0.0, history.duration, 500), f"gap:{contact.name}").min())
+            text = f"{contact.name}: the faces never met; the smallest gap was {smallest:.6g} m"
+            history.warnings.append(Warned("no_contact", text))
+    gain = history.energy.largest_gain * history.energy.scale / energy_at_stake(history)
+    if gain > NOTED_GAIN:
+        history.warnings.append(Warned("energy_gain", f"energy grew by {100 * gain:.2g} % of the energy in play"))
+    loss = history.energy.largest_loss * history.energy.scale / energy_at_stake(history)
+    if loss > NOTED_LOSS:
+        text = f"{100 * loss:.2g} % of the energy in play was lost without a formula: to the scheme, or to the law"
+        history.warnings.append(Warned("energy_loss", text))
+    if scene.round_trip > 0.0:
+        for contact in scene.contacts:
+            text_or_none = near_grazing(history, contact.name, scene.round_trip, dt)
+            if contact.law.answers_force and text_or_none is not None:
+                history.warnings.append(Warned("near_grazing", text_or_none))
+
+
+def raise_failure(status: int, assembly: Assembly, history: AbstractHistory) -> None:
+    """Raise `StepError` where the run ended early or its energy grew beyond what the pairing declares."""
+    from impactlab.stepping import loop
+
+    time, step = assembly.clock.time, assembly.clock.step
+    if status == loop.LAW_FAILED:
+        raised = next((law.raised for law in assembly.laws if law.raised is not None), None)
+        failed = [
+            f"{contact.name}: {contact.law.why_failed}"
+            for contact, reply in zip(assembly.scene.contacts, assembly.replies, strict=True)
+            if reply.failed
+        ]
+        text = (
+            "; ".join(failed) or "the coupled answers of several contacts do not agree"
+            if raised is None
+            else f"a contact law raised {type(raised).__name__}: {raised}"
+        )
+        raise StepError(text, time=time, step=step, history=history) from raised
+    if status == loop.NOT_FINITE:
+        raise StepError(
+            "the energy is not a finite number: the run diverged",
+            time=time,
+            step=step,
+            history=history,
+            remedy="Give a smaller step, or a softer contact.",
+        )
+    check_momentum(assembly, history)
+    bound = energy_bound(assembly.scene, assembly.integrator)
+    cut = assembly.scene.events == "dated" and assembly.integrator.any_dt
+    remedy = f"Give a smaller step, or a softer contact{', or events: located' if cut else ''}."
+    check_gain(history, bound, time, step, remedy)
+
+
+def check_gain(history: AbstractHistory, bound: float, time: float, step: int, remedy: str) -> None:
+    """Raise `StepError` where the energy grew beyond what the parts declare, or its balance is not a number."""
+    if not np.all(np.isfinite(history.energy.balance)):
+        raise StepError(
+            "the balance of energy is not a finite number: a law stored or lost what is none",
+            time=time,
+            step=step,
+            history=history,
+            remedy="This is a fault of a part, not of the case; please report it.",
+        )
+    gain = history.energy.largest_gain * history.energy.scale / energy_at_stake(history)
+    if gain > bound:
+        raise StepError(
+            f"energy grew by {gain:.3g} of the energy in play, and these parts declare at most {bound:.3g}",
+            time=time,
+            step=step,
+            history=history,
+            remedy=remedy,
+        )
+
+
+def energy_at_stake(history: AbstractHistory) -> float:
+    """Return the energy that the run dealt with [J]: what it began with, or the work of gravity; else the largest seen.
+
+    What a diverging run adds is not at stake: a gain is measured against what was there without it.
+    """
+    book = history.energy
+    given = max(float(np.abs(book.total[0])), float(np.abs(book.work).max()))
+    return given or float(np.abs(book.total).max()) or 1.0
+
+
+def check_momentum(assembly: Assembly, history: AbstractHistory) -> None:
+    """Raise `StepError` where a body that nothing holds did not gain the impulses of its contacts and of gravity."""
+    scene, sample = assembly.scene, assembly.memory.sample
+    last = assembly.clock.n_samples - 1
+    for number, (name, body) in enumerate(scene.bodies.items()):
+        if isinstance(body, Wall):
+            continue
+        held = isinstance(assembly.built[name].model, DelayLine)
+        if isinstance(body, Rod):
+            held = held or any(end.kind not in ("free", "mass") for end in (body.left, body.right))
+        if held or last < 1 or assembly.clock.step < assembly.steps:
+            continue
+        given, scale = 0.0, 0.0
+        for contact, kept in zip(scene.contacts, assembly.contacts, strict=True):
+            sign = float(contact.right.body == name) - float(contact.left.body == name)
+            given, scale = given + sign * kept.total, scale + abs(kept.total)
+        mass = body.mass + sum(e.value for e in (body.left, body.right)) if isinstance(body, Rod) else body.mass
+        given += mass * scene.gravity * assembly.clock.time
+        momentum = sample[: last + 1, SAMPLED + 2 + 3 * number]
+        end = float(momentum[-1])
+        # A body may hold far more momentum in its waves than as a whole: p^2 <= 2 m E.
+        energy = float(np.abs(sample[: last + 1, SAMPLED + 3 * number]).max())
+        scale += float(np.abs(momentum).max()) + math.sqrt(2.0 * mass * energy)
+        if abs(end - momentum[0] - given) > 1e-9 * scale:
+            raise StepError(
+                f"'{name}' was given {given:.9g} N s and its momentum changed by {end - momentum[0]:.9g} N s",
+                time=assembly.clock.time,
+                step=assembly.clock.step,
+                history=history,
+                remedy="This is a fault of a part, not of the case; please report it.",
+            )

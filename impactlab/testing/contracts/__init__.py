@@ -1,0 +1,50 @@
+"""One suite per kind of part, to inherit in a plugin's tests.
+
+    class TestMyLaw(ContactLawContract):
+        part = MyLaw(stiffness=1e9)
+
+pytest collects the inherited tests under your class. Nothing here needs pytest itself: `impactlab plugins --check`
+runs the same suites (`impactlab.testing.verdict`), with the options that a part gives in ``examples``.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from impactlab import plugins
+from impactlab.integrators.base import AbstractAdaptive
+from impactlab.testing.contracts.adaptive import AdaptiveContract
+from impactlab.testing.contracts.bases import BasisContract
+from impactlab.testing.contracts.common import PIECE, PORTS, STRUCK, described
+from impactlab.testing.contracts.integrators import IntegratorContract, face_row, stepped
+from impactlab.testing.contracts.laws import ContactLawContract
+from impactlab.testing.contracts.models import RodModelContract
+
+__all__ = [
+    "PIECE",
+    "STRUCK",
+    "PORTS",
+    "described",
+    "ContactLawContract",
+    "face_row",
+    "stepped",
+    "IntegratorContract",
+    "AdaptiveContract",
+    "RodModelContract",
+    "BasisContract",
+    "SUITES",
+    "suite_of",
+]
+
+SUITES: dict[plugins.Group, type[Any]] = {
+    plugins.LAWS: ContactLawContract,
+    plugins.INTEGRATORS: IntegratorContract,
+    plugins.MODELS: RodModelContract,
+    plugins.BASES: BasisContract,
+}
+"""The suite of each kind of part."""
+
+
+def suite_of(group: plugins.Group, kind: type[Any]) -> type[Any]:
+    """Return the suite of a part: that of its group; an integrator that adapts its steps has its own."""
+    return AdaptiveContract if issubclass(kind, AbstractAdaptive) else SUITES[group]

@@ -1,0 +1,28 @@
+"""What every suite needs."""
+
+from __future__ import annotations
+
+import dataclasses
+
+from impactlab import plugins
+from impactlab.cite import entries_for
+from impactlab.models.base import Face
+from impactlab.scene import Segment
+
+PIECE = Segment(length=0.3, area=9e-4, young=2.1e11, density=7900.0)
+STRUCK = (Face(0.0, 0, PIECE.mass),)  # by a mass, at the left end
+PORTS = 200  # random ones each test answers
+
+
+def described(part: object) -> None:
+    """Check what a listing, a summary and `impactlab cite` need of a part."""
+    kind = type(part)
+    assert plugins.describe(kind), f"{kind.__name__} has no docstring"
+    assert len(plugins.describe(kind)) < 200
+    citations = plugins.citations_of(kind)
+    assert citations, f"{kind.__name__} cites no source"
+    assert all(isinstance(key, str) and key for key in citations)
+    unknown = [key for key in citations if not key.startswith("@") and key not in entries_for(kind)]
+    assert not unknown, f"no entry in citations.bib for {', '.join(unknown)}"
+    assert dataclasses.is_dataclass(part)
+    assert all(field.metadata.get("description") for field in dataclasses.fields(part) if field.init)

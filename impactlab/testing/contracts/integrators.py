@@ -1,0 +1,200 @@
+"""What every integrator must keep."""
+
+from __future__ import annotations
+
+import math
+from typing import ClassVar
+
+import numpy as np
+
+from impactlab.banded import full, multiply, solve
+from impactlab.integrators.base import AbstractIntegrator, Stepper
+from impactlab.models.base import AbstractRodModel, Operators
+from impactlab.models.finite_element import FiniteElement
+from impactlab.models.modal import Modal
+from impactlab.scene import End, Rod
+from impactlab.testing.contracts.common import PIECE, described
+from impactlab.types import Array, Level
+
+
+def face_row(system: Operators) -> Array:
+    """Return a row over a system's coordinates to push along."""
+    return np.cos(np.arange(system.load.size))
+
+
+def stepped(stepper: Stepper, state: Array) -> Array:
+    """Return the state after one step without contact."""
+    after = state.copy()
+    stepper.free(stepper.parameters, after)
+    return after
+
+
+class IntegratorContract:
+    """What every integrator must keep. Override ``system`` where it steps other bodies."""
+
+    part: ClassVar[AbstractIntegrator]
+
+    def system(self) -> Operators:
+        """Return a clamped rod in coordinates that the integrator accepts."""
+        model: AbstractRodModel = Modal(None, 6) if self.part.needs_modes else FiniteElement(6, "lumped")
+        return model.build(Rod("rod", (PIECE,), End("free"), End("clamped")), 0.0).operators()
+
+    def modes(self) -> tuple[Array, Array]:
+        """Return frequencies [rad/s] and mass-normalised shapes (n_dof, n_dof) of the system."""
+        from scipy.linalg import eigh
+
+        squared, shapes = eigh(full(self.system().stiffness), full(self.system().mass))
+        return np.sqrt(squared), shapes
+
+    def test_it_says_what_it_is_and_where_it_comes_from(self) -> None:
+        described(self.part)
+
+    def test_its_facts_have_the_right_types(self) -> None:
+        kind = type(self.part)
+        assert isinstance(kind.serves, frozenset)
+        assert all(isinstance(level, Level) for level in kind.serves)
+        assert kind.order >= 1
+        assert all(0.0 <= point <= 1.0 for point in (kind.load_point, kind.velocity_point))
+        for fact in (
+            kind.any_dt,
+            kind.jump_in_force,
+            kind.projects_first,
+            kind.force_in_accelerations,
+            kind.needs_diagonal_mass,
+            kind.needs_modes,
+            kind.hard_constraint_gains,
+        ):
+            assert isinstance(fact, bool)
+
+    def error(self, steps: int) -> float:
+        """Return the relative error after a quarter of the longest period under a smooth force (1 - cos)/2."""
+        frequencies, shapes = self.modes()
+        system = self.system()
+        end = 0.5 * np.pi / frequencies[0]
+        speed, row = 2.0 * np.pi / end, shapes[:, 0] @ full(system.mass)
+        stepper = self.part.prepare(system, row[None, :], end / steps)
+        state = stepper.state.copy()
+        for k in range(steps):
+            force = 0.5 * (1.0 - math.cos(speed * (k + self.part.load_point) * end / steps))
+            state = stepped(stepper, state) + force * stepper.force_response[0]
+        push, w = shapes.T @ row, frequencies
+        turn, driven = np.cos(w * end), math.cos(speed * end)
+        exact = shapes @ (0.5 * push * ((1.0 - turn) / w**2 - (driven - turn) / (w**2 - speed**2)))
+        return float(np.linalg.norm(state[: exact.size] - exact) / np.linalg.norm(exact))
+
+    def measured_order(self) -> tuple[float, list[float]]:
+        """Return the order at which errors fall, and the errors: steps are halved until it says the same twice."""
+        first = max(40, math.ceil(2.0 * 0.5 * np.pi / self.modes()[0][0] / min(self.part.limit(self.system()), 1.0)))
+        errors, orders = [self.error(first)], [math.inf]
+        for halvings in range(1, 7):
+            errors.append(self.error(first * 2**halvings))
+            orders.append(math.log2(errors[-2] / errors[-1]))
+            if abs(orders[-1] - orders[-2]) < 0.05:
+                break
+        return orders[-1], errors
+
+    def test_its_order_is_the_declared_one(self) -> None:
+        measured, errors = self.measured_order()
+        # An order that moves by less than 0.05 from one halving to the next is as near to its limit, or nearer.
+        assert abs(measured - self.part.order) < 0.1, f"measured order {measured:.3f}, errors {errors}"
+
+    def test_force_response_is_that_of_a_load(self) -> None:
+        system, dt = self.system(), 0.3 / self.modes()[0][-1]
+        row, random = face_row(system), np.random.default_rng(5)
+        n_dof = row.size
+        moving = system._replace(displacement=random.normal(size=n_dof), velocity=random.normal(size=n_dof) * 1e5)
+        force = 1e3 * float(np.max(np.abs(multiply(system.stiffness, moving.displacement))))
+        bare = self.part.prepare(moving, row[None, :], dt)
+        loaded = self.part.prepare(moving._replace(load=moving.load + force * row), row[None, :], dt)
+        # Accelerations that hold the contact force met none before this step; the others know the load already.
+        kept = bare if self.part.force_in_accelerations else loaded
+        begun = np.concatenate((bare.state[: 2 * n_dof], kept.state[2 * n_dof :]))
+        one = stepped(bare, bare.state) + force * bare.force_response[0]
+        other = stepped(loaded, begun)
+        for part in (slice(0, n_dof), slice(n_dof, 2 * n_dof)):
+            # One step of six coordinates in two orders: some ten roundings of the largest.
+            assert np.max(np.abs(one[part] - other[part])) < 1e-13 * np.max(np.abs(other[part]))
+
+    def test_jump_is_the_inverse_mass_times_the_row(self) -> None:
+        system = self.system()
+        stepper = self.part.prepare(system, face_row(system)[None, :], 0.1 / self.modes()[0][-1])
+        expected = solve(system.mass, face_row(system))
+        assert np.max(np.abs(stepper.jump[0] - expected)) < 1e-14 * np.max(np.abs(expected))
+
+    def test_impulse_response_is_a_step_from_the_jump(self) -> None:
+        system, dt = self.system(), 0.3 / self.modes()[0][-1]
+        still = system._replace(load=np.zeros_like(system.load))
+        stepper = self.part.prepare(still, face_row(system)[None, :], dt)
+        begun = stepper.state.copy()
+        begun[stepper.jump.shape[1] : 2 * stepper.jump.shape[1]] += stepper.jump[0]
+        difference = stepped(stepper, begun) - stepper.impulse_response[0]
+        assert np.max(np.abs(difference)) < 1e-13 * np.max(np.abs(stepper.impulse_response[0]))
+
+    def test_projection_moves_displacements_and_what_follows_from_them(self) -> None:
+        system, dt = self.system(), 0.3 / self.modes()[0][-1]
+        row, n_dof = face_row(system), system.load.size
+        stepper = self.part.prepare(system, row[None, :], dt)
+        moved = solve(system.mass, row)
+        answer = stepper.projection_response[0]
+        if self.part.projects_first:
+            # It moves what the step begins from: the end is not where the projection left it.
+            assert np.any(answer[n_dof : 2 * n_dof] != 0.0)
+            return
+        assert np.max(np.abs(answer[:n_dof] - moved)) < 1e-14 * np.max(np.abs(moved))
+        assert not np.any(answer[n_dof : 2 * n_dof])
+        begun = self.part.prepare(system._replace(displacement=system.displacement + moved), row[None, :], dt)
+        rest = (begun.state - stepper.state)[2 * n_dof :]
+        # Products of six coordinates in two orders.
+        assert np.max(np.abs(answer[2 * n_dof :] - rest), initial=0.0) <= 1e-13 * np.max(np.abs(rest), initial=0.0)
+
+    def largest_after(self, dt: float, steps: int) -> float:
+        """Return how many times its start a free motion in the highest mode has grown."""
+        frequencies, shapes = self.modes()
+        system = self.system()._replace(displacement=shapes[:, -1], velocity=0.1 * frequencies[-1] * shapes[:, -1])
+        stepper = self.part.prepare(system, np.zeros((0, system.load.size)), dt)
+        state, largest, n_dof = stepper.state.copy(), 0.0, system.load.size
+        for _ in range(steps):
+            state = stepped(stepper, state)
+            largest = max(largest, float(np.max(np.abs(state[:n_dof]))))
+        return largest / float(np.max(np.abs(shapes[:, -1])))
+
+    def test_it_is_stable_up_to_its_limit_and_not_beyond(self) -> None:
+        limit = self.part.limit(self.system())
+        if math.isinf(limit):
+            assert self.largest_after(100.0 / self.modes()[0][-1], 500) < 1e3
+            return
+        # Two per cent below the limit of 2/w a leapfrog swings to 1/sin of a fifth: five times its start at most.
+        assert self.largest_after(0.98 * limit, 500) < 20.0
+        # Two per cent above, a step grows by e^0.4: 500 of them by more than 1e80.
+        assert not self.largest_after(1.02 * limit, 500) < 1e6
+
+    def test_energy_of_a_free_motion_never_rises(self) -> None:
+        system, random = self.system(), np.random.default_rng(6)
+        shape = self.modes()[1] @ random.normal(size=system.load.size)
+        stepper = self.part.prepare(
+            system._replace(displacement=shape), np.zeros((0, shape.size)), 0.5 / self.modes()[0][-1]
+        )
+        state, energies, out = stepper.state.copy(), [], np.zeros(3)
+        for _ in range(300):
+            state = stepped(stepper, state)
+            stepper.measure(stepper.parameters, state, out)
+            energies.append(out[0])
+        # 300 steps of six coordinates: rounding.
+        rise = np.max(np.array(energies) - np.minimum.accumulate(energies))
+        assert rise < 1e-12 * energies[0]
+
+    def test_a_retimed_stepper_is_one_prepared_for_that_step(self) -> None:
+        system, dt = self.system(), 0.3 / self.modes()[0][-1]
+        row = face_row(system)[None, :]
+        retimed, fresh = self.part.prepare(system, row, dt), self.part.prepare(system, row, 0.37 * dt)
+        assert (retimed.retime is not None) == self.part.any_dt
+        if retimed.retime is None:
+            return
+        jump, force, impulse = retimed.jump.ravel(), retimed.force_response.ravel(), retimed.impulse_response.ravel()
+        retimed.retime(retimed.parameters, 0.37 * dt, jump, force, impulse)
+        for one, other in (
+            (force, fresh.force_response),
+            (impulse, fresh.impulse_response),
+            (retimed.parameters, fresh.parameters),
+        ):
+            assert np.array_equal(one, other.ravel())

@@ -1,0 +1,145 @@
+"""What every contact law must keep."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+from typing import ClassVar
+
+import numpy as np
+
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.pointers import COMPILED, LawAddress
+from impactlab.testing.contracts.common import PIECE, PORTS, described
+from impactlab.types import Level, Port, Reply, SideFacts
+
+
+class ContactLawContract:
+    """What every contact law must keep. Override ``sides`` where the law serves other bodies."""
+
+    part: ClassVar[AbstractContactLaw]
+    dt: ClassVar[float] = 1e-7
+
+    def sides(self) -> tuple[SideFacts, SideFacts]:
+        """Return a mass on the left of a steel rod."""
+        nothing, mass = math.nan, PIECE.mass
+        hammer = SideFacts("mass", nothing, nothing, nothing, nothing, nothing, mass, 0.0, self.dt / mass)
+        stiffness, z, c = PIECE.young * PIECE.area / (0.01 * PIECE.length), PIECE.impedance, PIECE.wave_speed
+        rod = SideFacts("rod", z, c, PIECE.area, stiffness, PIECE.length, mass, 0.0, 0.4 / z)
+        return hammer, rod._replace(left_out=0.5 / stiffness)
+
+    def port(self, random: np.random.Generator, opened: bool = False) -> Port:
+        """Return a port of a scheme whose force acts at the start or in the middle of the step, with random motions."""
+        left, right = self.sides()
+        start = type(self.part).begin(self.part, left, right, self.dt)
+        port = Port()
+        port.time, port.dt = 0.0, self.dt
+        port.load_point = float(random.choice([0.0, 0.5, 1.0]))
+        port.jump_in_force = 1.0 if port.load_point == 0.0 else float(random.integers(0, 2))
+        port.in_contact = 0.0 if opened else float(random.integers(0, 2))
+        for side, facts in ((port.left, left), (port.right, right)):
+            side.displacement, side.velocity = random.normal(0.0, 1e-7), random.normal(0.0, 1.0)
+            side.velocity_per_force = facts.velocity_per_force
+            side.displacement_per_force = 0.5 * self.dt * facts.velocity_per_force
+            side.velocity_per_impulse = facts.velocity_per_force / self.dt
+            side.free_velocity = side.velocity + random.normal(0.0, 0.1)
+            side.free_displacement = side.displacement + 0.5 * self.dt * (side.velocity + side.free_velocity)
+        away = 1e-3 if opened else 0.0
+        port.gap = away + port.right.displacement - port.left.displacement
+        port.free_gap = away + port.right.free_displacement - port.left.free_displacement
+        port.gap_rate = port.right.velocity - port.left.velocity
+        port.free_gap_rate = port.right.free_velocity - port.left.free_velocity
+        port.gap_per_force = port.left.displacement_per_force + port.right.displacement_per_force
+        port.rate_per_force = port.left.velocity_per_force + port.right.velocity_per_force
+        port.rate_per_impulse = port.left.velocity_per_impulse + port.right.velocity_per_impulse
+        port.gap_per_impulse = self.dt * port.rate_per_impulse
+        port.gap_per_projection = port.rate_per_impulse
+        port.predicted_gap = port.gap + port.dt * port.gap_rate
+        # The compliance over gap and pushed row is symmetric and positive, as that of a body is.
+        port.pushed_per_push = 0.5 * right.element_stiffness
+        port.pushed_per_force = port.gap_per_push = 0.3 * math.sqrt(port.gap_per_force * port.pushed_per_push)
+        if not opened:
+            port.pushed, port.free_pushed = random.normal(0.0, 4e4, 2)
+        port.parameters[: len(start.parameters)] = start.parameters
+        port.memory[: len(start.memory)] = start.memory
+        for number, reading in enumerate(start.readings):
+            scale = {"velocity": 1.0, "stress": 4e7, "force": 4e4, "strain": 2e-4, "displacement": 1e-7}
+            port.readings[number] = random.normal(0.0, scale[reading.quantity])
+        return port
+
+    def reply_to(self, port: Port, address: int | None = None) -> Reply:
+        """Return the law's reply, asked as plain Python or through a C address, as the loop asks."""
+        reply = Reply()
+        reply.memory[:] = port.memory[:]
+        if address is None:
+            type(self.part).respond(port, reply)
+        else:
+            kind = ctypes.CFUNCTYPE(None, ctypes.POINTER(Port), ctypes.POINTER(Reply))
+            kind(address)(ctypes.byref(port), ctypes.byref(reply))
+        return reply
+
+    def test_it_says_what_it_is_and_where_it_comes_from(self) -> None:
+        described(self.part)
+
+    def test_its_facts_have_the_right_types(self) -> None:
+        kind = type(self.part)
+        assert isinstance(kind.needs, frozenset)
+        assert all(isinstance(level, Level) for level in kind.needs)
+        for fact in (
+            kind.compiled,
+            kind.answers_force,
+            kind.trial_at_end,
+            kind.fixed_step,
+            kind.hard,
+            kind.is_spring,
+            kind.smooth,
+            kind.holds_position,
+        ):
+            assert isinstance(fact, bool)
+        assert kind.gains_energy >= 0.0
+
+    def test_same_port_same_reply_and_the_port_is_left_alone(self) -> None:
+        random = np.random.default_rng(1)
+        for _ in range(PORTS):
+            port = self.port(random)
+            before = bytes(port)
+            one, other = self.reply_to(port), self.reply_to(port)
+            assert bytes(port) == before, "respond writes into its port"
+            assert bytes(one) == bytes(other), "respond remembers something outside its memory"
+
+    def test_it_never_pulls_and_never_books_a_negative_loss(self) -> None:
+        random = np.random.default_rng(2)
+        for _ in range(PORTS):
+            reply = self.reply_to(self.port(random))
+            assert reply.failed == 0.0
+            assert reply.force >= 0.0
+            assert reply.impulse >= 0.0
+            # A law that pushes along a reading holds part of that body's own strain energy, of either sign.
+            assert reply.stored >= 0.0 or reply.push != 0.0
+            assert reply.unresolved >= 0.0
+            assert reply.dissipated >= 0.0
+            assert reply.in_contact in (0.0, 1.0)
+            assert math.isfinite(reply.force + reply.impulse + reply.trial)
+
+    def test_far_apart_it_answers_nothing(self) -> None:
+        random = np.random.default_rng(3)
+        for _ in range(PORTS):
+            reply = self.reply_to(self.port(random, opened=True))
+            assert reply.force == reply.impulse == reply.stored == reply.dissipated == reply.in_contact == 0.0
+
+    def test_plain_compiled_and_called_back_it_answers_the_same(self) -> None:
+        if not COMPILED:
+            return  # there is only plain Python to compare with
+        kind, random = type(self.part), np.random.default_rng(4)
+        addresses = [LawAddress(kind.respond, as_compiled) for as_compiled in {False, kind.compiled}]
+        for _ in range(PORTS):
+            port = self.port(random)
+            plain = self.reply_to(port)
+            for address in addresses:
+                reply = self.reply_to(port, address.value)
+                assert address.raised is None
+                for name in ("force", "impulse", "trial", "stored", "dissipated", "unresolved", "in_contact"):
+                    one, other = float(getattr(plain, name)), float(getattr(reply, name))
+                    # A compiler may contract a product and a sum: a few roundings of the terms, which may cancel.
+                    size = {"stored": 1e-3, "dissipated": 1e-3, "unresolved": 1e-3}.get(name, 1e4)
+                    assert abs(one - other) <= 1e-12 * max(abs(one), size), name

@@ -1,0 +1,103 @@
+"""What every rod model must keep."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from impactlab.banded import full, solve
+from impactlab.errors import CaseError
+from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel
+from impactlab.scene import End, Rod
+from impactlab.testing.contracts.common import PIECE, STRUCK, described
+
+
+class RodModelContract:
+    """What every description of a rod must keep. ``complete``: it keeps all modes, so nothing is left out."""
+
+    part: ClassVar[AbstractRodModel]
+    complete: ClassVar[bool] = False
+    frequency_error: ClassVar[float] = 2e-3  # of the first three modes: (k h)^2/24
+
+    def rod(self, right: str = "free", velocity: float = 0.0) -> Rod:
+        """Return a steel rod, its left end free."""
+        return Rod("rod", (PIECE,), End("free"), End(right), velocity=velocity, model=self.part)  # type: ignore[arg-type]
+
+    def built(self, right: str = "free", velocity: float = 0.0, gravity: float = 0.0) -> AbstractDiscreteModel:
+        """Return the rod in coordinates, struck by a mass at its left end."""
+        return self.part.build(self.rod(right, velocity), gravity, STRUCK)
+
+    def test_it_says_what_it_is_and_where_it_comes_from(self) -> None:
+        described(self.part)
+        assert 0.0 < self.part.element_length(self.rod()) <= PIECE.length
+
+    def test_a_model_that_does_not_step_says_so(self) -> None:
+        if self.part.steps:
+            assert self.built().operators().load.size > 0
+            return
+        remedy = ""
+        try:
+            self.built()
+        except CaseError as error:
+            remedy = error.remedy
+        assert remedy, "a model that does not step refuses to be built, and says what to do"
+
+    def test_mass_is_positive_and_stiffness_never_negative(self) -> None:
+        for right in ("free", "clamped") if self.part.steps else ():
+            system = self.built(right).operators()
+            mass, stiffness = full(system.mass), full(system.stiffness)
+            assert np.linalg.eigvalsh(mass)[0] > 0.0
+            # Zero to rounding for the rigid motion of a free rod.
+            assert np.linalg.eigvalsh(stiffness)[0] > -1e-12 * np.max(np.abs(stiffness))
+
+    def test_a_free_rod_that_moves_as_a_whole(self) -> None:
+        if not self.part.steps:
+            return
+        model = self.built(velocity=1.0)
+        velocity = model.operators().velocity
+        # Rounding of sums over a hundred coordinates.
+        assert abs(float(model.momentum_row() @ velocity) - PIECE.mass) < 1e-11 * PIECE.mass
+        for x in np.linspace(0.0, PIECE.length, 7):
+            assert abs(float(model.row(float(x), "velocity") @ velocity) - 1.0) < 1e-11
+            assert abs(float(model.row(float(x), "strain") @ velocity)) * PIECE.length < 1e-9
+
+    def test_gravity_pushes_with_the_weight(self) -> None:
+        if not self.part.steps:
+            return
+        model = self.built(gravity=9.81)
+        system = model.operators()
+        pushed = float(model.momentum_row() @ solve(system.mass, system.load))
+        assert abs(pushed - 9.81 * PIECE.mass) < 1e-10 * PIECE.mass
+
+    def test_pushed_slowly_it_carries_the_force_to_its_clamp(self) -> None:
+        if not self.part.steps:
+            return
+        model = self.built("clamped")
+        system = model.operators()
+        still = solve(system.stiffness, model.row(0.0, "displacement"))
+        # Exact in theory; the stiffness of a hundred elements has a condition number of 1e4.
+        for x in np.linspace(0.05, 0.95, 7) * PIECE.length:
+            stress = float(model.row(float(x), "stress") @ still) + model.left_out(float(x), "stress", 0.0)
+            assert abs(stress * PIECE.area - 1.0) < 1e-8
+            down = float(model.row(float(x), "displacement") @ still) + model.left_out(float(x), "displacement", 0.0)
+            assert abs(down * PIECE.young * PIECE.area / (PIECE.length - x) - 1.0) < 1e-8
+
+    def test_its_lowest_frequencies_are_those_of_the_rod(self) -> None:
+        from scipy.linalg import eigh
+
+        for right, shift in (("free", 0.0), ("clamped", 0.5)) if self.part.steps else ():
+            system = self.built(right).operators()
+            frequencies = np.sqrt(np.abs(eigh(full(system.stiffness), full(system.mass), eigvals_only=True)))
+            elastic = frequencies[frequencies > 1e-4 * frequencies[-1]][:3]
+            exact = self.part.exact_frequencies(self.rod(right), elastic.size)
+            if exact is None:  # the classical bar
+                exact = (np.arange(1, elastic.size + 1) - shift) * np.pi * PIECE.wave_speed / PIECE.length
+            assert np.max(np.abs(elastic / exact - 1.0)) < self.frequency_error
+            assert frequencies[-1] <= system.highest_frequency * (1.0 + 1e-9)
+
+    def test_nothing_is_left_out_of_a_complete_model(self) -> None:
+        for right in ("free", "clamped") if self.complete else ():
+            model = self.built(right)
+            for x in np.linspace(0.03, 0.97, 5) * PIECE.length:
+                assert abs(model.left_out(float(x), "stress", 0.0)) * PIECE.area < 1e-8
