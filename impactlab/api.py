@@ -155,7 +155,7 @@ def compare(
     rows = []
     for number, name in enumerate(names):
         rows.append(_row(case, name, references, _share(progress, name, number, len(names))))
-    return Comparison(case.name, tuple(rows))
+    return Comparison(case.label, tuple(rows))
 
 
 def summarised(case: Case, history: AbstractHistory) -> tuple[dict[str, Any], Reference | None]:
@@ -164,7 +164,7 @@ def summarised(case: Case, history: AbstractHistory) -> tuple[dict[str, Any], Re
 
     scene = case.scene()
     reference = reference_of(physics_of(case))
-    return summarise(case.name, scene, history, reference), reference
+    return summarise(case.label, scene, history, reference), reference
 
 
 def failure(case_name: str, error: BaseException) -> dict[str, Any]:
@@ -216,9 +216,9 @@ def _row(case: Case, name: str, references: dict[Any, Reference | None], progres
         if key not in references:
             references[key] = reference_of(physics)
         reference = references[key]
-        return Row(name, summarise(case.name, scene, history, reference), history, reference, None)
+        return Row(name, summarise(case.label, scene, history, reference), history, reference, None)
     except Exception as error:  # noqa: BLE001 - a plugin may raise anything; its row says what
-        return Row(name, failure(case.name, error), None, None, error)
+        return Row(name, failure(case.label, error), None, None, error)
 
 
 def _key(scene: Scene) -> Any:

@@ -40,6 +40,11 @@ Method = Annotated[
     str | None, typer.Option("--method", metavar="NAME", help="One of the methods of the case.", show_default=False)
 ]
 
+Variant = Annotated[
+    str | None,
+    typer.Option("--variant", metavar="NAME", help="One of the variants of the case.", show_default=False),
+]
+
 
 def main() -> None:
     """Run the command line and leave with its exit code."""
@@ -62,12 +67,19 @@ class Left(SystemExit):
 
 
 @app.command()
-def run(case: CaseFile, sets: Sets = None, method: Method = None, out: Out = None, as_json: Json = False) -> None:
+def run(
+    case: CaseFile,
+    sets: Sets = None,
+    method: Method = None,
+    variant: Variant = None,
+    out: Out = None,
+    as_json: Json = False,
+) -> None:
     """Run one case: its summary on the screen, history and figures in DIR."""
     with reporting(case, as_json):
         from impactlab import api, console, output
 
-        loaded = _load(case, sets, method)
+        loaded = _load(case, sets, method, variant)
         if out is not None:
             output.check_target(out)
         with console.progress() as show:
@@ -75,7 +87,7 @@ def run(case: CaseFile, sets: Sets = None, method: Method = None, out: Out = Non
             def tell(fraction: float) -> None:
                 if fraction == 0.0:  # nothing stands against the run any more
                     console.say_if_compiling()
-                show(loaded.name, fraction)
+                show(loaded.label, fraction)
 
             history = api.run(loaded, tell)
         summary, reference = api.summarised(loaded, history)
@@ -97,6 +109,7 @@ def compare(
         typer.Option("--methods", metavar="A,B,...", help="Methods to run; default base and all.", show_default=False),
     ] = None,
     sets: Sets = None,
+    variant: Variant = None,
     out: Out = None,
     as_json: Json = False,
 ) -> None:
@@ -104,7 +117,7 @@ def compare(
     with reporting(case, as_json):
         from impactlab import api, console, output
 
-        loaded = _load(case, sets, None)
+        loaded = _load(case, sets, None, variant)
         names = [name.strip() for name in methods.split(",") if name.strip()] if methods is not None else None
         if out is not None:
             output.check_target(out)
@@ -138,28 +151,30 @@ def compare(
 
 
 @app.command()
-def check(case: CaseFile, sets: Sets = None, method: Method = None, as_json: Json = False) -> None:
+def check(
+    case: CaseFile, sets: Sets = None, method: Method = None, variant: Variant = None, as_json: Json = False
+) -> None:
     """Check a case and all its methods; print every value in SI, defaults filled in."""
     with reporting(case, as_json):
         from impactlab import api, console, simulate
         from impactlab.errors import ImpactlabError
 
-        loaded = _load(case, sets, method)
+        loaded = _load(case, sets, method, variant)
         names = (method,) if method is not None else loaded.method_names
         plans: dict[str, dict[str, Any]] = {}
         faults: list[tuple[str, ImpactlabError]] = []
-        variant = loaded
+        chosen = loaded
         for name in names:
             try:
-                variant = loaded if method is not None else loaded.method(name)
-                plan = simulate.prepare(variant.scene())
+                chosen = loaded if method is not None else loaded.method(name)
+                plan = simulate.prepare(chosen.scene())
                 warned = [warning._asdict() for warning in plan.warnings]
                 plans[name] = {"status": "accepted", "dt": plan.dt, "steps": plan.steps, "warnings": warned}
             except ImpactlabError as error:
-                variant.place(error)
+                chosen.place(error)
                 faults.append((name, error))
-                plans[name] = api.failure(loaded.name, error)
-        document = {"schema_version": 1, "case": loaded.name, "resolved": loaded.resolved(), "methods": plans}
+                plans[name] = api.failure(loaded.label, error)
+        document = {"schema_version": 1, "case": loaded.label, "resolved": loaded.resolved(), "methods": plans}
         for name, fault in faults:
             console.say(f"method {name}: {fault}")
         console.answer(document) if as_json else print(console.tree_text(_brief(document)))
@@ -297,11 +312,13 @@ def _code_of_rows(comparison: Any) -> int:
     return _code(errors[0]) if errors and len(errors) == len(comparison.rows) else 0
 
 
-def _load(file: Path, sets: list[str] | None, method: str | None) -> Case:
+def _load(file: Path, sets: list[str] | None, method: str | None, variant: str | None = None) -> Case:
     from impactlab.casefile import load_case
     from impactlab.casefile.edit import read_setting
 
     loaded = load_case(file)
+    if variant is not None:
+        loaded = loaded.variant(variant)
     if method is not None:
         loaded = loaded.method(method)
     return loaded.with_settings([read_setting(setting) for setting in sets]) if sets else loaded

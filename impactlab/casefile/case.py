@@ -13,7 +13,7 @@ from impactlab import plugins
 from impactlab.casefile.build import build_scene
 from impactlab.casefile.check import check
 from impactlab.casefile.document import Document, read_document
-from impactlab.casefile.edit import edited, with_method
+from impactlab.casefile.edit import edited, with_method, with_variant
 from impactlab.casefile.faults import case_error
 from impactlab.casefile.resolve import resolve
 from impactlab.casefile.schema import CaseBlock
@@ -32,7 +32,13 @@ class Case:
     checked: CaseBlock = field(repr=False, compare=False)
     built: Scene = field(repr=False, compare=False)
     method_name: str = "base"
+    variant_name: str = "base"
     written: Scene | None = field(default=None, repr=False, compare=False)  # of a method: the case as written
+
+    @property
+    def label(self) -> str:
+        """Its name, and that of the variant where one was chosen: ``mass_ratios`` or ``mass_ratios/alpha_3``."""
+        return self.name if self.variant_name == "base" else f"{self.name}/{self.variant_name}"
 
     @property
     def title(self) -> str:
@@ -48,6 +54,11 @@ class Case:
     def method_names(self) -> tuple[str, ...]:
         """The methods of the case, ``base`` (the case as written) first."""
         return ("base", *self.checked.methods)
+
+    @property
+    def variant_names(self) -> tuple[str, ...]:
+        """The scenes of the case, ``base`` (the one written) first."""
+        return ("base", *self.checked.variants)
 
     def scene(self) -> Scene:
         """Return the scene that the case describes, in SI."""
@@ -75,7 +86,7 @@ class Case:
         for path, value in settings:
             document = self._located(edited, document, path, value, replace=False)
         variant = _make(self.name, self.file, document, self.registry)
-        return replace(variant, method_name=self.method_name, written=self.written)
+        return replace(variant, method_name=self.method_name, variant_name=self.variant_name, written=self.written)
 
     def method(self, name: str) -> Case:
         """Return the variant that the case calls by that name; ``base`` is the case as written."""
@@ -83,7 +94,20 @@ class Case:
             return self
         document = self._located(with_method, self.document, name, self.checked.methods)
         variant = _make(self.name, self.file, document, self.registry)
-        return replace(variant, method_name=name, written=self.written or self.built)
+        named = replace(variant, method_name=name, variant_name=self.variant_name)
+        return replace(named, written=self.written or self.built)
+
+    def variant(self, name: str) -> Case:
+        """Return another scene of the case, with the same methods; ``base`` is the scene as written.
+
+        A variant changes what is to be solved, a method how: so the variant is chosen first.
+        """
+        if name == "base":
+            return self
+        if self.method_name != "base":
+            raise CaseError("a variant of a method", remedy="Choose the variant first: case.variant(...).method(...).")
+        document = self._located(with_variant, self.document, name, self.checked.variants)
+        return replace(_make(self.name, self.file, document, self.registry), variant_name=name)
 
     def resolved(self) -> dict[str, Any]:
         """Return the case with every default filled in and every value in SI, and what follows from it."""

@@ -1,4 +1,4 @@
-"""Changes values of a case by dotted path: ``--set``, ``with_`` and the ``methods`` of a case."""
+"""Changes values of a case by dotted path: ``--set``, ``with_``, the ``methods`` and the ``variants`` of a case."""
 
 from __future__ import annotations
 
@@ -141,6 +141,17 @@ def check_method_name(name: str, known: Iterable[str], file: str = "") -> None:
         )
 
 
+def check_variant_name(name: str, known: Iterable[str], file: str = "") -> None:
+    """Raise `CaseError` unless the name is one of those known (``base`` among them)."""
+    known = list(known)
+    if name not in known:
+        raise CaseError(
+            f"the case has no variant {shown(name)}.{closest(name, known)}",
+            remedy=f"Variants of this case: {', '.join(known)}.",
+            file=file,
+        )
+
+
 def with_method(document: Document, name: str, methods: Mapping[str, Mapping[str, Any]]) -> Document:
     """Return the document with the values of one of its methods in place.
 
@@ -150,10 +161,20 @@ def with_method(document: Document, name: str, methods: Mapping[str, Mapping[str
         If the case has no such method, or the method changes what it may not.
     """
     check_method_name(name, ["base", *methods])
-    for path, value in methods[name].items():
-        if path.partition(".")[0] in ("methods", "schema_version"):
-            raise CaseError(f"a method cannot change {shown(path)}", remedy="Remove it.", path=f"methods.{name}")
-        document = edited(document, path, value, replace=True, origin=("methods", name, path))
+    return _with_values(document, "methods", name, methods[name])
+
+
+def with_variant(document: Document, name: str, variants: Mapping[str, Mapping[str, Any]]) -> Document:
+    """Return the document with the values of one of its variants in place; raises as `with_method`."""
+    check_variant_name(name, ["base", *variants])
+    return _with_values(document, "variants", name, variants[name])
+
+
+def _with_values(document: Document, block: str, name: str, values: Mapping[str, Any]) -> Document:
+    for path, value in values.items():
+        if path.partition(".")[0] in ("methods", "variants", "schema_version"):
+            raise CaseError(f"a {block[:-1]} cannot change {shown(path)}", remedy="Remove it.", path=f"{block}.{name}")
+        document = edited(document, path, value, replace=True, origin=(block, name, path))
     return document
 
 

@@ -42,6 +42,7 @@ def resolve(case: CaseBlock, scene: Scene) -> dict[str, Any]:
         "probes": [{"body": probe.body, "at": probe.x, "quantity": probe.quantity} for probe in scene.probes],
         "snapshots": list(scene.snapshots),
         "methods": list(case.methods),
+        "variants": list(case.variants),
         "derived": _derived(scene),
     }
 

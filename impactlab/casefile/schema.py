@@ -203,5 +203,8 @@ class CaseBlock(Block):
     probes: tuple[ProbeBlock, ...] = Field(default=(), max_length=1000, description="what to record")
     snapshots: tuple[Instant, ...] = Field(default=(), max_length=10000, description="times of fields [s]")
     methods: dict[Name, dict[str, Any]] = Field(
-        default={}, max_length=1000, description="named variants: {dotted.path: value} each"
+        default={}, max_length=1000, description="named ways to solve it: {dotted.path: value} each"
+    )
+    variants: dict[Name, dict[str, Any]] = Field(
+        default={}, max_length=1000, description="named scenes beside the one written: {dotted.path: value} each"
     )

@@ -9,7 +9,7 @@ from typing import Any
 
 from impactlab.history import AbstractHistory
 from impactlab.report import balance, facts, fields, overview, plots
-from impactlab.report.page import Page, Plate, write_page
+from impactlab.report.page import Page, Plate, file_of, write_page
 from impactlab.report.run_report import wave_plates
 from impactlab.report.sketch import sketch
 from impactlab.report.style import Trace, exact_of, traces
@@ -54,6 +54,7 @@ def write_comparison(
     if references is None:
         references = dict.fromkeys(histories, reference[1]) if reference else {}
     case = str(comparison["case"])
+    names = ",".join(row["name"] for row in comparison["rows"])
     page = Page(
         kicker=f"impactlab · {len(comparison['rows'])} methods compared",
         title=title or case,
@@ -73,8 +74,8 @@ def write_comparison(
             for warned in row["summary"].get("warnings", ())
         ],
         commands=[
-            f"impactlab compare {case}.yaml --methods {','.join(row['name'] for row in comparison['rows'])} --out DIR",
-            f"impactlab cite {case}.yaml",
+            f"impactlab compare {file_of(case)} --methods {names} --out DIR",
+            f"impactlab cite {file_of(case, variant=False)}",
         ],
         files=[
             ("table.csv", "the table, all digits"),

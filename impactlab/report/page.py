@@ -42,6 +42,12 @@ class Page(NamedTuple):
     files: Sequence[tuple[str, str]]  # name, what it holds
 
 
+def file_of(case: str, *, variant: bool = True) -> str:
+    """Return the words that name a case on the command line: ``a.yaml``, or ``a.yaml --variant b`` of ``a/b``."""
+    stem, _, name = case.partition("/")
+    return f"{stem}.yaml --variant {name}" if name and variant else f"{stem}.yaml"
+
+
 def write_page(out_dir: Path, page: Page) -> None:
     """Write the figures (``figures/*.svg``, ``*.png``) and ``index.html`` into an existing folder."""
     from jinja2 import Environment, StrictUndefined

@@ -11,7 +11,7 @@ import numpy as np
 
 from impactlab.history import AbstractHistory
 from impactlab.report import balance, facts, fields, plots
-from impactlab.report.page import Page, Plate, write_page
+from impactlab.report.page import Page, Plate, file_of, write_page
 from impactlab.report.sketch import sketch
 from impactlab.report.style import PALETTE, Trace
 from impactlab.report.table import page_headings, page_rows
@@ -64,7 +64,10 @@ def write_run(
         table_caption=facts.table_caption(reference is not None),
         figures=plates(trace, scene),
         warnings=[(name, warned["code"], warned["text"]) for warned in summary["warnings"]],
-        commands=[f"impactlab run {summary['case']}.yaml --out DIR", f"impactlab cite {summary['case']}.yaml"],
+        commands=[
+            f"impactlab run {file_of(summary['case'])} --out DIR",
+            f"impactlab cite {file_of(summary['case'], variant=False)}",
+        ],
         files=[
             ("summary.json", "the numbers"),
             ("history.npz", "every channel, for numpy.load"),

@@ -213,6 +213,36 @@ def test_method_cannot_change_the_methods(tmp_path):
         case.method("odd")
 
 
+VARIANTS = """\
+variants:
+  heavy: {bodies.hammer.mass: 20.0}
+  short: {bodies.rod.length: 10 cm}
+"""
+
+
+def test_variants_are_other_scenes_with_the_same_methods(tmp_path):
+    case = load_case(written(tmp_path, CASE + VARIANTS))
+    assert case.variant_names == ("base", "heavy", "short")
+    assert case.variant("base") is case
+    heavy = case.variant("heavy")
+    assert heavy.scene().bodies["hammer"].mass == 20.0
+    assert (heavy.name, heavy.label, case.label) == ("test", "test/heavy", "test")
+    method = heavy.method("hard")
+    assert method.scene().bodies["hammer"].mass == 20.0
+    assert (method.label, method.method_name, method.written) == ("test/heavy", "hard", heavy.scene())
+    assert heavy.with_("solve.step.dt", 1e-8).label == "test/heavy"
+
+
+def test_variants_are_refused_where_they_make_no_sense(tmp_path):
+    case = load_case(written(tmp_path, CASE + VARIANTS + "  odd: {methods.hard: {}}\n"))
+    with pytest.raises(CaseError, match=r"no variant 'heav'\. Did you mean 'heavy'\?"):
+        case.variant("heav")
+    with pytest.raises(CaseError, match=r"a variant cannot change 'methods\.hard'"):
+        case.variant("odd")
+    with pytest.raises(CaseError, match="Choose the variant first"):
+        case.method("hard").variant("heavy")
+
+
 def test_locate_gives_the_line_of_a_path_or_of_the_key_above(case):
     assert case.locate("contacts.0.law.stiffness") == 13
     assert case.locate("bodies.rod.material.young") == 9
@@ -231,7 +261,7 @@ def test_resolved_values_are_a_case_again(case, tmp_path):
     assert resolved["bodies"]["rod"]["material"]["young"] == 2.1e11
     assert resolved["contacts"][0]["law"] == {"kind": "penalty", "stiffness": 1e9, "damping": 0.0}
     assert resolved["derived"]["rods"]["rod"]["impedance"][0] == pytest.approx(36657.741, rel=1e-7)
-    again = {key: value for key, value in resolved.items() if key not in ("methods", "derived")}
+    again = {key: value for key, value in resolved.items() if key not in ("methods", "variants", "derived")}
     copy = load_case(written(tmp_path, json.dumps(again), "copy.json"))
     assert copy.scene().bodies == case.scene().bodies
     assert copy.scene().duration == case.scene().duration
@@ -290,6 +320,7 @@ def test_shipped_cases_load_with_all_their_methods():
         case = load_case(path)
         assert case.title
         assert case.source
-        for name in case.method_names:
-            scene = case.method(name).scene()
-            assert any(isinstance(body, Rod) for body in scene.bodies.values())
+        for variant in case.variant_names:
+            for name in case.method_names:
+                scene = case.variant(variant).method(name).scene()
+                assert any(isinstance(body, Rod) for body in scene.bodies.values())

@@ -76,6 +76,20 @@ def test_run_takes_settings_and_methods():
     assert summary["final"]["time"] == pytest.approx(116.37378e-6, rel=1e-6)
 
 
+def test_run_and_compare_take_a_variant(tmp_path):
+    path = tmp_path / "pair.yaml"
+    path.write_text(Path(AXIAL).read_text() + "\nvariants: {light: {bodies.hammer.mass: 1.0}}\n")
+    summary = json.loads(invoke("run", str(path), "--variant", "light", "--method", "modal_10", "--json").stdout)
+    assert summary["case"] == "pair/light"
+    # The mass alone has energy at the start: 0.5 m v0^2.
+    assert summary["energy"]["initial"] == pytest.approx(0.5, rel=1e-12)
+    out = tmp_path / "out"
+    result = invoke("compare", str(path), "--variant", "light", "--methods", "continuous", "--out", str(out), "--json")
+    assert json.loads(result.stdout)["case"] == "pair/light"
+    assert "impactlab compare pair.yaml --variant light --methods continuous" in (out / "index.html").read_text()
+    assert "Variants of this case: base, light." in invoke("check", str(path), "--variant", "dark").stderr
+
+
 def test_run_prints_a_summary_for_people():
     result = invoke("run", AXIAL)
     assert result.exit_code == 0
