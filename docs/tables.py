@@ -121,7 +121,7 @@ def axial() -> str:
         if "analytic" in name:  # a merged block keeps its elements
             scene = with_model(scene, Modal(None, 40))
         history = simulate.run(scene)
-        errors = metrics.errors(history, *reference, scene)
+        errors = metrics.errors(history, reference.name, reference.history, scene)
         shown = [percent(errors[key]) for key in ("mass_displacement", "face_displacement", "force_away_from_jumps")]
         steps = str(history.cost.steps) if history.dt is not None else "none"
         gain = percent(history.energy.largest_gain)
@@ -141,7 +141,7 @@ def others() -> str:
         assert reference is not None
         for method, name in NAMES.items():
             scene = case.method(method).scene()
-            errors = metrics.errors(simulate.run(scene), *reference, scene)
+            errors = metrics.errors(simulate.run(scene), reference.name, reference.history, scene)
             shown = [percent(errors[key]) for key in ("mass_displacement", "face_displacement", "force", "impulse")]
             lines.append(f"| {file} | {name} | " + " | ".join(shown) + " |")
     return "\n".join(lines)
@@ -160,7 +160,7 @@ def steps() -> str:
         except ImpactlabError:
             lines.append(f"| {points} | refused | refused | - |")
             continue
-        errors = metrics.errors(history, *reference, scene)
+        errors = metrics.errors(history, reference.name, reference.history, scene)
         shown = percent(errors["mass_displacement"]), percent(errors["face_displacement"])
         lines.append(f"| {points} | {shown[0]} | {shown[1]} | {history.cost.steps} |")
     return "\n".join(lines)
@@ -176,7 +176,7 @@ def stiffness() -> str:
         case = base.with_("contacts.0.law", {"kind": "penalty", "stiffness": {"relative": relative}})
         scene = case.with_("solve.step", {"courant": courant}).scene()
         history = simulate.run(scene)
-        errors = metrics.errors(history, *reference, scene)
+        errors = metrics.errors(history, reference.name, reference.history, scene)
         shown = percent(errors["mass_displacement"]), percent(errors["face_displacement"])
         lines.append(f"| {relative:g} | {courant} | {shown[0]} | {shown[1]} | {second_contact(history, scene)} |")
     return "\n".join(lines)
@@ -220,7 +220,7 @@ def bases() -> str:
             case = case.with_(f"solve.{key}", value)
         scene = case.scene()
         history = simulate.run(scene)
-        errors = metrics.errors(history, *reference, scene)
+        errors = metrics.errors(history, reference.name, reference.history, scene)
         shown = [percent(errors[key]) for key in ("force", "face_displacement", "mass_displacement")]
         lost = percent(float(history.energy.booked["unresolved"][-1]) / history.energy.scale)
         lines.append(

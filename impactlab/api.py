@@ -10,13 +10,11 @@ from typing import Any, NamedTuple
 from impactlab.casefile import Case
 from impactlab.errors import ImpactlabError, StepError
 from impactlab.history import AbstractHistory
+from impactlab.reference import CHEAP, THOROUGH, Reference
+from impactlab.reference import content as reference_content
 from impactlab.scene import Body, Rod, Scene
 
 Progress = Callable[[float], None]
-Reference = tuple[str, AbstractHistory]
-
-# Names of the exact answer in summaries: hard contact, or the spring and dashpot that the case itself describes.
-HARD, SPRING = "st_venant", "kelvin_voigt"
 
 
 class Row(NamedTuple):
@@ -25,7 +23,7 @@ class Row(NamedTuple):
     name: str
     summary: dict[str, Any]  # of the run, or its status and error
     history: AbstractHistory | None  # None where the run did not end
-    reference: Reference | None  # the exact answer its errors were measured against
+    reference: Reference | None  # the answer its errors were measured against
     error: Exception | None
 
 
@@ -43,12 +41,12 @@ class Comparison:
 
     @property
     def reference(self) -> Reference | None:
-        """The exact answer of the first method that has one, or None."""
+        """The answer that the first method with one was measured against, or None."""
         return next((row.reference for row in self.rows if row.reference is not None), None)
 
     @property
     def references(self) -> dict[str, AbstractHistory]:
-        """The exact answers that the methods were measured against, by name of the method."""
+        """The answers that the methods were measured against, by name of the method."""
         return {row.name: row.reference[1] for row in self.rows if row.reference is not None}
 
     @property
@@ -114,23 +112,21 @@ def _described_as(body: Body, written: Body | None) -> Body:
     return body
 
 
-def reference_of(scene: Scene) -> Reference | None:
-    """Return the exact answer to a scene, or None where there is none."""
-    from impactlab.exact import solve as exact
+def reference_of(scene: Scene, budget: float = THOROUGH) -> Reference | None:
+    """Return the answer that a method on a scene is measured against, or None where there is none.
 
-    if exact.serves(scene) is not None:
-        return None
-    name = HARD if all(contact.law.hard for contact in scene.contacts) else SPRING
-    try:
-        return name, exact.solve(scene)
-    except StepError:  # the run that asked for a reference is none the worse
-        return None
+    The exact one where the exact solver serves the scene, else a converged one; ``budget`` are the seconds of predicted
+    solving that this may take (`impactlab.reference`).
+    """
+    from impactlab import reference
+
+    return reference.find(scene, budget)
 
 
 def compare(
     case: Case, methods: Sequence[str] | None = None, progress: Callable[[str, float], None] | None = None
 ) -> Comparison:
-    """Return several methods run on one case, with their errors against the exact answer where there is one.
+    """Return several methods run on one case, with their errors against the exact or converged answer.
 
     Parameters
     ----------
@@ -158,12 +154,16 @@ def compare(
     return Comparison(case.label, tuple(rows))
 
 
-def summarised(case: Case, history: AbstractHistory) -> tuple[dict[str, Any], Reference | None]:
-    """Return the summary of a run of a case and the reference its errors were measured against."""
+def summarised(case: Case, history: AbstractHistory, budget: float = CHEAP) -> tuple[dict[str, Any], Reference | None]:
+    """Return the summary of a run of a case and the reference its errors were measured against.
+
+    ``budget`` are the seconds of predicted solving that a reference may take where no exact answer serves: by default
+    so few that a run is not kept waiting.
+    """
     from impactlab.summary import summarise
 
     scene = case.scene()
-    reference = reference_of(physics_of(case))
+    reference = reference_of(physics_of(case), budget)
     return summarise(case.label, scene, history, reference), reference
 
 
@@ -212,20 +212,10 @@ def _row(case: Case, name: str, references: dict[Any, Reference | None], progres
         scene = variant.scene()
         history = run(variant, progress)
         physics = physics_of(variant)
-        key = _key(physics)
+        key = reference_content(physics)
         if key not in references:
             references[key] = reference_of(physics)
         reference = references[key]
         return Row(name, summarise(case.label, scene, history, reference), history, reference, None)
     except Exception as error:  # noqa: BLE001 - a plugin may raise anything; its row says what
         return Row(name, failure(case.label, error), None, None, error)
-
-
-def _key(scene: Scene) -> Any:
-    """Return what the exact answer depends on, so that methods on one scene share it."""
-    bodies = [
-        dataclasses.replace(body, model=None) if isinstance(body, Rod) else body for body in scene.bodies.values()
-    ]
-    contacts = [(contact.left, contact.right, contact.gap, contact.overlap_allowed) for contact in scene.contacts]
-    laws = tuple(None if contact.law.hard else contact.law for contact in scene.contacts)
-    return (tuple(bodies), tuple(contacts), laws, scene.duration, scene.gravity)

@@ -73,11 +73,16 @@ def run(
     method: Method = None,
     variant: Variant = None,
     out: Out = None,
+    reference: Annotated[
+        bool,
+        typer.Option("--reference", help="Where no exact answer serves, take the time for a converged one."),
+    ] = False,
     as_json: Json = False,
 ) -> None:
     """Run one case: its summary on the screen, history and figures in DIR."""
     with reporting(case, as_json):
         from impactlab import api, console, output
+        from impactlab.reference import CHEAP, THOROUGH
 
         loaded = _load(case, sets, method, variant)
         if out is not None:
@@ -90,13 +95,13 @@ def run(
                 show(loaded.label, fraction)
 
             history = api.run(loaded, tell)
-        summary, reference = api.summarised(loaded, history)
+        summary, judge = api.summarised(loaded, history, THOROUGH if reference else CHEAP)
         if out is not None:
             from impactlab.report.run_report import write_run
 
             console.say(f"drawing figures for {out} ...")
             with output.output_folder(out) as draft:
-                write_run(draft, summary, history, loaded.scene(), reference, loaded.title, loaded.source)
+                write_run(draft, summary, history, loaded.scene(), judge, loaded.title, loaded.source)
             console.say(f"written: {out}")
         console.answer(summary) if as_json else print(console.summary_text(summary))
 

@@ -60,13 +60,16 @@ def summary_text(summary: Mapping[str, Any]) -> str:
         f"largest gain {_number(100 * energy['largest_gain'])} %, loss {_number(100 * energy['largest_loss'])} %"
     )
     errors = summary["errors"] or {}
-    shown = {key: value for key, value in errors.items() if key != "reference" and value is not None}
+    told = ("reference", "reference_uncertainty")
+    shown = {key: value for key, value in errors.items() if key not in told and value is not None}
     if shown:
-        lines.append(
-            f"  errors    against {errors['reference']}: " + ", ".join(f"{k} {_number(v)}" for k, v in shown.items())
-        )
+        known = errors.get("reference_uncertainty")
+        against = errors["reference"] + (f" (known to {known:.1g})" if known else "")
+        lines.append(f"  errors    against {against}: " + ", ".join(f"{k} {_number(v)}" for k, v in shown.items()))
     elif summary["errors"] is None:
-        lines.append("  errors    none: there is no exact answer to this case with these laws, ends and damping")
+        lines.append(
+            "  errors    none: no exact answer to this case, and no converged one in a short time; try --reference"
+        )
     cost = summary["cost"]
     lines.append(
         f"  cost      {cost['steps']} steps, {_number(cost['setup_s'])} s to set up, "

@@ -16,11 +16,19 @@ from impactlab import metrics
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.history import AbstractHistory, ContactSpan, Event
 from impactlab.pairing import kind_of
+from impactlab.reference import Reference
 from impactlab.scene import Mass, Rod, Scene
 from impactlab.types import Relative
 
 SCHEMA_VERSION = 1
 PROBE_POINTS = 6001  # instants at which the extremes of a probe are sought, besides both sides of its jumps
+VAGUE = 0.02  # uncertainty of a metric of the reference, in its own unit, beyond which no error is told
+KNOWN_BY = {
+    "force": ("force",),
+    "force_away_from_jumps": ("force_away_from_jumps", "force_graph"),
+    "event_times": ("event_times", "events_missed", "events_extra"),
+}
+"""Which errors hang on which uncertainty of the reference."""
 BOOKED = ("contact", "unresolved")  # always named in the energy block, also where nothing was booked
 
 
@@ -40,7 +48,10 @@ def _option(value: Any) -> Any:
 
 
 def summarise(
-    case_name: str, scene: Scene, history: AbstractHistory, reference: tuple[str, AbstractHistory] | None = None
+    case_name: str,
+    scene: Scene,
+    history: AbstractHistory,
+    reference: Reference | tuple[str, AbstractHistory] | None = None,
 ) -> dict[str, Any]:
     """Return the summary of a run, ready for JSON.
 
@@ -52,8 +63,8 @@ def summarise(
         What was run.
     history : AbstractHistory
         What came of it.
-    reference : (str, AbstractHistory), optional
-        Name and history of the answer it is judged by; without one ``errors`` is null.
+    reference : Reference, or (str, AbstractHistory), optional
+        The answer it is judged by, with its uncertainty, or its name and history; without one ``errors`` is null.
     """
     summary = {
         "schema_version": SCHEMA_VERSION,
@@ -66,11 +77,24 @@ def summarise(
         "final": final(scene, history),
         "energy": energy(history),
         "probes": {probe.channel: extremes(history, probe.channel) for probe in scene.probes},
-        "errors": None if reference is None else metrics.errors(history, *reference, scene),
+        "errors": None if reference is None else errors(history, Reference(*reference), scene),
         "cost": dataclasses.asdict(history.cost),
         "warnings": [{"code": warned.code, "text": warned.text} for warned in history.warnings],
     }
     return {key: plain(value) for key, value in summary.items()}
+
+
+def errors(history: AbstractHistory, reference: Reference, scene: Scene) -> dict[str, Any]:
+    """Return the errors against a reference, and the uncertainty of that reference.
+
+    A metric that the reference itself knows no better than `VAGUE` is None: the force of a converged answer may ring
+    where its displacements have long converged.
+    """
+    found = metrics.errors(history, reference.name, reference.history, scene)
+    for name, of_metrics in KNOWN_BY.items():
+        if reference.uncertainties.get(name, 0.0) > VAGUE:
+            found |= dict.fromkeys(of_metrics)
+    return found | {"reference_uncertainty": reference.uncertainty}
 
 
 def method(scene: Scene, history: AbstractHistory) -> dict[str, Any]:

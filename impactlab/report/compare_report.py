@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from impactlab.history import AbstractHistory
+from impactlab.reference import Reference
 from impactlab.report import balance, facts, fields, overview, plots
 from impactlab.report.page import Page, Plate, file_of, write_page
 from impactlab.report.run_report import wave_plates
@@ -23,7 +24,7 @@ def write_comparison(
     comparison: Mapping[str, Any],
     histories: Mapping[str, AbstractHistory],
     scene: Scene,
-    reference: tuple[str, AbstractHistory] | None,
+    reference: Reference | None,
     title: str = "",
     source: str = "",
     references: Mapping[str, AbstractHistory] | None = None,
@@ -40,7 +41,7 @@ def write_comparison(
         Histories of the methods that ended, by name.
     scene : Scene
         Bodies, contacts, duration and snapshots, the same for all methods.
-    reference : (str, AbstractHistory) or None
+    reference : Reference or None
         The answer the errors were measured against.
     title, source : str
         What the case says of itself.

@@ -38,7 +38,8 @@ def snapshots(traces: Sequence[Trace], scene: Scene, body: str, quantity: str = 
     def field_of(history: AbstractHistory, t: float) -> Field:
         return history.field(body, t, quantity)
 
-    reference = exact_of(traces) or traces[0].history
+    exact_one = exact_of(traces)
+    reference = exact_one if exact_one is not None and exact_one.dt is None else traces[0].history
     frame = [field_of(reference, t).values for t in scene.snapshots]
     low, high = min(float(v.min()) for v in frame), max(float(v.max()) for v in frame)
     unit, span = scaled(UNITS[quantity], max(abs(low), abs(high))), (high - low) or 1.0
@@ -47,7 +48,7 @@ def snapshots(traces: Sequence[Trace], scene: Scene, body: str, quantity: str = 
             field = field_of(trace.history, t)
             axis.axhline(0.0, color=GRID, linewidth=0.9, zorder=0.5)
             axis.plot(field.x / length, field.values / unit.size, color=trace.colour, linewidth=1.8)
-            if trace.reference is not None:
+            if trace.reference is not None and trace.reference.dt is None:  # a converged one has no fields
                 exact = field_of(trace.reference, t)
                 axis.plot(exact.x / length, exact.values / unit.size, color=INK, linewidth=0.9)
             axis.set_xlim(0.0, 1.0)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from impactlab.history import AbstractHistory
+from impactlab.reference import Reference
 from impactlab.report import balance, facts, fields, plots
 from impactlab.report.page import Page, Plate, file_of, write_page
 from impactlab.report.sketch import sketch
@@ -27,7 +28,7 @@ def write_run(
     summary: Mapping[str, Any],
     history: AbstractHistory,
     scene: Scene,
-    reference: tuple[str, AbstractHistory] | None,
+    reference: Reference | None,
     title: str = "",
     source: str = "",
 ) -> None:
@@ -39,7 +40,7 @@ def write_run(
         An existing folder; the caller makes it appear under its name only when all is written.
     summary : mapping
         Summary of the run (`impactlab.summary.summarise`).
-    reference : (str, AbstractHistory) or None
+    reference : Reference or None
         The answer the errors were measured against.
     title, source : str
         What the case says of itself.
@@ -133,7 +134,8 @@ def findings(summary: Mapping[str, Any]) -> list[str]:
 
 def plates(trace: Trace, scene: Scene) -> list[Plate]:
     """Return the figures of one run with their captions."""
-    dark = " The thin line is the exact answer." if trace.reference is not None else ""
+    answer = "exact" if trace.reference is None or trace.reference.dt is None else "converged"
+    dark = f" The thin line is the {answer} answer." if trace.reference is not None else ""
     shown = wave_plates(trace.reference, scene)
     for number, contact in enumerate(scene.contacts):
         tail = f"_{number + 1}" if len(scene.contacts) > 1 else ""
@@ -155,7 +157,9 @@ def plates(trace: Trace, scene: Scene) -> list[Plate]:
     if scene.contacts:
         words = "Displacement since the start of what meets in contact."
         judged = (
-            " Below, how far the run has strayed from the exact answer so far." if trace.reference is not None else ""
+            f" Below, how far the run has strayed from the {answer} answer so far."
+            if trace.reference is not None
+            else ""
         )
         shown.append(Plate("displacement", "Displacement", words + dark + judged, plots.displacement([trace], scene)))
     shown.append(
@@ -167,12 +171,13 @@ def plates(trace: Trace, scene: Scene) -> list[Plate]:
             balance.energy_shares(trace, scene),
         )
     )
+    known = dark if answer == "exact" else ""
     for body in fields.rods(scene) if scene.snapshots else ():
         shown.append(
             Plate(
                 f"stress_{body}",
                 f"Stress in {body}",
-                f"Along the rod at the snapshots.{dark}",
+                f"Along the rod at the snapshots.{known}",
                 fields.snapshots([trace], scene, body),
             )
         )

@@ -192,7 +192,9 @@ class RecordedHistory(AbstractHistory):
                 spans.append(ContactSpan(contact.name, started.pop(number, 0.0), time, span_impulse, peak))
         for number, time in started.items():
             kept = assembly.contacts[number]
-            after = max(0.0, assembly.clock.time - self.duration) * kept.force
+            # What was given so far belongs to the instant of the scheme's velocities: leapfrog's, half a step early.
+            given_until = assembly.clock.time - (1.0 - self._integrator.velocity_point) * assembly.dt
+            after = (given_until - self.duration) * kept.force
             name = assembly.scene.contacts[number].name
             spans.append(ContactSpan(name, time, None, kept.span_impulse - after, kept.span_peak))
         for number, given in kicks.items():

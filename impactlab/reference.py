@@ -1,0 +1,311 @@
+"""What a run is judged by: the exact answer where there is one, else a converged one with its uncertainty."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections import OrderedDict
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, NamedTuple
+
+from impactlab.errors import ImpactlabError, StepError
+from impactlab.history import AbstractHistory
+from impactlab.scene import Body, Contact, Mass, Point, Probe, Rod, Scene, StepRule
+from impactlab.types import Relative
+
+# Names in summaries: the exact hard contact, the exact spring and dashpot of the case itself, the converged answer.
+HARD, SPRING, CONVERGED = "st_venant", "kelvin_voigt", "converged"
+
+CHEAP = 0.25  # s of predicted solving that a plain run spends on its reference
+THOROUGH = 8.0  # s, where a reference is asked for: compare, bench
+WANTED = 1e-6  # uncertainty at which refining ends,
+EASY = 0.02  # s, unless the next level costs less than this
+WORST = 1e-2  # uncertainty beyond which there is no reference
+READ = 1e-7  # of a value: what two histories may share that are read on lines between at most 20000 records
+COARSEST = 50  # elements, or steps in the shortest transit
+JUDGED = ("mass_displacement", "face_displacement", "impulse")
+"""The metrics by which a reference converges; their largest uncertainty is that of the reference."""
+TOLD = ("force", "force_away_from_jumps", "event_times")  # metrics whose uncertainty is kept beside
+MOST_KEPT = 12  # converged references in memory
+
+
+class Reference(NamedTuple):
+    """An answer to judge by.
+
+    ``uncertainties`` are those of the metrics of the summary, each in the unit of its metric; none for an exact answer.
+    """
+
+    name: str  # st_venant | kelvin_voigt | converged
+    history: AbstractHistory
+    uncertainty: float = 0.0  # the largest relative one of displacements and impulse
+    uncertainties: Mapping[str, float] = {}
+    found: str = "event to event"  # how, in words
+
+
+class Way(NamedTuple):
+    """A description that can be refined: its words, the scene at a fineness, and the seconds that this will take."""
+
+    words: str
+    scene: Callable[[int], Scene]
+    seconds: Callable[[int], float]
+
+
+def find(scene: Scene, budget: float = THOROUGH) -> Reference | None:
+    """Return the exact answer to a scene, else a converged one, else None.
+
+    Parameters
+    ----------
+    scene : Scene
+        The physics: bodies, contacts and their laws. Models, integrator and step are those of no answer; a law that is
+        hard stands for the hard contact.
+    budget : float
+        Seconds of predicted solving that a converged answer may take. They are counted by a model of cost and never
+        measured, so that the same scene always gets the same answer.
+    """
+    from impactlab.exact import solve as exact
+
+    if exact.serves(scene) is None:
+        name = HARD if all(contact.law.hard for contact in scene.contacts) else SPRING
+        try:
+            return Reference(name, exact.solve(scene))
+        except StepError:  # the run that asked for a reference is none the worse
+            pass
+    return converged(scene, budget)
+
+
+def content(scene: Scene) -> Any:
+    """Return what a reference depends on, so that methods on one scene share it."""
+    described = any(_is_relative(contact) for contact in scene.contacts)
+    bodies = [
+        dataclasses.replace(body, model=None) if isinstance(body, Rod) and not described else body
+        for body in scene.bodies.values()
+    ]
+    contacts = [(contact.left, contact.right, contact.gap, contact.overlap_allowed) for contact in scene.contacts]
+    laws = tuple(None if contact.law.hard else contact.law for contact in scene.contacts)
+    return (tuple(bodies), tuple(contacts), laws, scene.duration, scene.gravity, scene.probes, scene.snapshots)
+
+
+_kept: OrderedDict[Any, Reference | None] = OrderedDict()
+
+
+def converged(scene: Scene, budget: float = THOROUGH) -> Reference | None:
+    """Return the scene solved finer and finer until two answers agree, or None where none converges.
+
+    The description is the best that serves: the stepped delay line for laws that are neither hard nor springs, a mesh
+    whose waves go one element in a step for hard contact, an implicit mesh for the rest. From level to level it
+    doubles; `uncertainty` says what is known of the last one.
+    """
+    key = (content(scene), budget)
+    try:
+        if key in _kept:
+            _kept.move_to_end(key)
+            return _kept[key]
+    except TypeError:  # a part of a plugin that has no hash
+        return _refined(scene, budget)
+    _kept[key] = _refined(scene, budget)
+    while len(_kept) > MOST_KEPT:
+        _kept.popitem(last=False)
+    return _kept[key]
+
+
+def uncertainty(coarse: float, fine: float) -> float:
+    """Return the uncertainty of the finest of three levels from the two differences between neighbours.
+
+    Differences that shrink by r leave a remainder of fine/(r - 1); where they shrink faster than by half, the last
+    difference itself, as one fast step may be luck. Where they do not shrink nothing is known. Below `READ` none goes.
+    """
+    if fine <= READ:
+        return max(READ, min(coarse, 2.0 * READ))
+    return math.inf if coarse <= fine else max(fine, fine / (coarse / fine - 1.0))
+
+
+def _refined(scene: Scene, budget: float) -> Reference | None:
+    best: Reference | None = None
+    left = budget
+    for way in _ways(scene):
+        if best is not None and best.uncertainty <= 10.0 * WANTED:
+            break
+        for found, spent in _levels(way, left):
+            left -= spent
+            if found is not None and found.uncertainty <= WORST:
+                best = found if best is None or found.uncertainty < best.uncertainty else best
+    return best
+
+
+def _levels(way: Way, budget: float) -> Iterator[tuple[Reference | None, float]]:
+    """Give the answer after each level with the seconds that the level was to take, until wanted or spent."""
+    from impactlab import simulate
+
+    before: AbstractHistory | None = None
+    first: dict[str, float] = {}
+    fineness, spent = COARSEST, 0.0
+    while spent + way.seconds(fineness) <= budget:
+        spent += way.seconds(fineness)
+        try:
+            fine = way.scene(fineness)
+            history = simulate.run(fine)
+        except (ImpactlabError, ArithmeticError):
+            return
+        found = None
+        if before is not None:
+            second = _differences(before, history, fine)
+            if first:
+                worst = uncertainty(_worst(first), _worst(second))
+                told = {name: max(first.get(name, math.inf), value) for name, value in second.items()}
+                told |= {name: min(worst, told[name]) for name in JUDGED if name in told}
+                found = Reference(CONVERGED, history, worst, told, f"{way.words} {fineness}")
+            first = second
+        yield found, way.seconds(fineness)
+        before, fineness = history, 2 * fineness
+        if found is not None and found.uncertainty <= (WANTED if way.seconds(fineness) > EASY else READ):
+            return
+
+
+def _differences(coarse: AbstractHistory, fine: AbstractHistory, scene: Scene) -> dict[str, float]:
+    from impactlab import metrics
+
+    found = {name: metrics.METRICS[name](coarse, fine, scene) for name in (*JUDGED, *TOLD)}
+    if len(coarse.events) != len(fine.events):
+        found["event_times"] = math.inf
+    return {name: float(value) for name, value in found.items() if value is not None}
+
+
+def _worst(differences: Mapping[str, float]) -> float:
+    return max((differences[name] for name in JUDGED if name in differences), default=math.inf)
+
+
+def _ways(scene: Scene) -> Iterator[Way]:
+    """Give the descriptions that may serve a scene, the best first; none where the physics has no single answer."""
+    from impactlab.exact.bonds import first_gap, massless
+
+    for number, contact in enumerate(scene.contacts):
+        if not contact.law.answers_force and not contact.law.hard:
+            return
+        if contact.law.hard:
+            gap, slack = first_gap(scene, number)
+            # How two masses part is a matter of a restitution, and an overlap one of a stiffness: a hard contact has
+            # neither.
+            if gap < -slack or not (massless(scene, contact.left) or massless(scene, contact.right)):
+                return
+    rods = [body for body in scene.bodies.values() if isinstance(body, Rod)]
+    if not rods:
+        yield _rigid(scene)
+        return
+    hard = any(contact.law.hard for contact in scene.contacts)
+    damped = any(rod.is_damped for rod in rods)
+    on_ends = all(_on_ends(scene, contact) for contact in scene.contacts)
+    if not (hard or damped or scene.gravity) and on_ends and all(len(rod.segments) == 1 for rod in rods):
+        yield _delay_line(scene, rods)
+    if hard and not any(_couples(rod) for rod in rods):
+        yield _explicit(scene, rods)
+    yield _implicit(scene, rods)
+
+
+def _on_ends(scene: Scene, contact: Contact) -> bool:
+    return all(_on_end(scene.bodies[point.body], point) for point in (contact.left, contact.right))
+
+
+def _on_end(body: Body, point: Point | Probe) -> bool:
+    return not isinstance(body, Rod) or point.x in (0.0, body.length)
+
+
+def _couples(rod: Rod) -> bool:
+    """Return whether the rod has dampers between its nodes, which an explicit scheme does not serve."""
+    return rod.damping.stiffness > 0.0 or any(segment.viscosity > 0.0 for segment in rod.segments)
+
+
+def _is_relative(contact: Contact) -> bool:
+    fields = dataclasses.fields(contact.law)  # type: ignore[arg-type] # laws are dataclasses
+    return any(isinstance(getattr(contact.law, field.name), Relative) for field in fields)
+
+
+def law_in_si(scene: Scene, contact: Contact) -> Any:
+    """Return the law of a contact free of the description of its bodies: a relative stiffness in N/m."""
+    if not _is_relative(contact):
+        return contact.law
+    from impactlab.contact.penalty import Penalty
+    from impactlab.sides import side_facts
+
+    constants = contact.law.spring(side_facts(scene, contact.left), side_facts(scene, contact.right), math.nan)
+    return contact.law if constants is None else Penalty(*constants)
+
+
+def _with(scene: Scene, model: Any, integrator: Any, step: StepRule, law: Any) -> Scene:
+    """Return the scene under another description; ``law`` stands for every hard contact."""
+    bodies = {
+        name: dataclasses.replace(body, model=model) if isinstance(body, Rod) else body
+        for name, body in scene.bodies.items()
+    }
+    contacts = tuple(
+        dataclasses.replace(contact, law=law if contact.law.hard else law_in_si(scene, contact))
+        for contact in scene.contacts
+    )
+    return dataclasses.replace(
+        scene, bodies=bodies, contacts=contacts, integrator=integrator, step=step, events="dated"
+    )
+
+
+def _transits(rods: list[Rod]) -> list[float]:
+    return [0.5 * rod.round_trip for rod in rods]
+
+
+def _delay_line(scene: Scene, rods: list[Rod]) -> Way:
+    from impactlab.models.continuous import Continuous
+
+    shortest = min(_transits(rods))
+    probes = tuple(
+        probe
+        for probe in scene.probes
+        if isinstance(scene.bodies[probe.body], Mass)
+        or (probe.quantity in ("displacement", "velocity") and _on_end(scene.bodies[probe.body], probe))
+    )
+    bare = dataclasses.replace(scene, probes=probes, snapshots=())
+    return Way(
+        "stepped delay line, steps in the shortest transit:",
+        lambda n: _with(bare, Continuous(), None, StepRule(dt=shortest / n), None),
+        lambda n: 3e-7 * (1 + len(rods)) * n * scene.duration / shortest,
+    )
+
+
+def _explicit(scene: Scene, rods: list[Rod]) -> Way:
+    from impactlab.contact.addition_deletion import AdditionDeletion
+    from impactlab.integrators.central_difference import CentralDifference
+    from impactlab.models.finite_element import FiniteElement
+
+    # On a rod of one wave speed, and wherever pieces share their elements by travel time without a remainder, waves go
+    # one element in a step: no dispersion.
+    return Way(
+        "lumped mesh at courant 1, elements:",
+        lambda n: _with(
+            scene, FiniteElement(n, "lumped"), CentralDifference(), StepRule(courant=1.0), AdditionDeletion()
+        ),
+        lambda n: 6e-9 * len(rods) * n * _mesh_steps(scene, rods, n),
+    )
+
+
+def _implicit(scene: Scene, rods: list[Rod]) -> Way:
+    from impactlab.contact.addition_deletion import AdditionDeletion
+    from impactlab.integrators.midpoint import Midpoint
+    from impactlab.models.finite_element import FiniteElement
+
+    return Way(
+        "consistent mesh at courant 1/2, elements:",
+        lambda n: _with(scene, FiniteElement(n), Midpoint(), StepRule(courant=0.5), AdditionDeletion()),
+        lambda n: 8e-9 * len(rods) * n * 2.0 * _mesh_steps(scene, rods, n),
+    )
+
+
+def _mesh_steps(scene: Scene, rods: list[Rod], elements: int) -> float:
+    return elements * scene.duration / min(_transits(rods))
+
+
+def _rigid(scene: Scene) -> Way:
+    from impactlab.integrators.exact_modal import ExactModal
+
+    return Way(
+        "rigid bodies, steps:",
+        lambda n: dataclasses.replace(
+            scene, integrator=ExactModal(), step=StepRule(dt=scene.duration / (20 * n)), events="dated"
+        ),
+        lambda n: 3e-7 * 20 * n,
+    )

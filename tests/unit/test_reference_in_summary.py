@@ -1,0 +1,98 @@
+"""How a reference and its uncertainty reach the summary of a run and of a comparison."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import impactlab as il
+from impactlab import api, reference, summary
+from impactlab.cli import app
+
+CASES = Path(__file__).parents[2] / "cases"
+HERTZ = ("contacts.0.law", {"kind": "hertz", "stiffness": 1e11})
+DAMPED = ("bodies.rod.damping", {"mass": 3000.0})
+
+
+def paper(*settings):
+    return il.load_case(CASES / "axial_impact.yaml").with_settings([("snapshots", []), *settings])
+
+
+def test_errors_against_an_exact_answer_have_no_uncertainty():
+    case = paper()
+    found, judge = api.summarised(case, il.run(case))
+    assert judge.name == found["errors"]["reference"] == "st_venant"
+    assert found["errors"]["reference_uncertainty"] == 0.0
+
+
+@pytest.mark.parametrize("setting", [HERTZ, DAMPED], ids=["hertz", "damped"])
+def test_a_run_without_an_exact_answer_has_errors_with_their_uncertainty(setting):
+    case = paper(setting)
+    errors = api.summarised(case, il.run(case))[0]["errors"]
+    assert errors["reference"] == "converged"
+    assert 0.0 < errors["reference_uncertainty"] < 1e-5
+    assert 10.0 * errors["reference_uncertainty"] < errors["mass_displacement"] < 0.02
+    json.dumps(errors, allow_nan=False)
+
+
+def test_methods_of_a_comparison_share_a_converged_reference(tmp_path):
+    case = paper(HERTZ, ("methods", {"fine": {"solve.step": {"points_per_period": 40}}}))
+    comparison = il.compare(case, ["base", "fine"])
+    first, second = comparison.rows
+    assert first.reference.history is second.reference.history
+    assert str(comparison).startswith("axial_impact: 2 methods against converged")
+
+
+def test_what_a_reference_does_not_know_itself_is_not_told():
+    case = paper()
+    history = il.run(case)
+    exact = reference.find(case.scene())
+    vague = exact._replace(uncertainty=1e-4, uncertainties={"force": 0.5, "event_times": float("inf")})
+    errors = summary.errors(history, vague, case.scene())
+    assert [errors[key] for key in ("force", "event_times", "events_missed", "events_extra")] == [None] * 4
+    assert errors["force_away_from_jumps"] is not None
+    assert errors["reference_uncertainty"] == 1e-4
+
+
+def test_a_summary_still_takes_a_name_and_a_history():
+    case = paper()
+    history = il.run(case)
+    exact = reference.find(case.scene())
+    whole = summary.summarise("x", case.scene(), history, exact)["errors"]
+    assert summary.summarise("x", case.scene(), history, ("st_venant", exact.history))["errors"] == whole
+
+
+def test_the_command_line_shows_what_it_was_measured_against(tmp_path, monkeypatch):
+    text = (CASES / "axial_impact.yaml").read_text(encoding="utf-8")
+    case = tmp_path / "damped.yaml"
+    case.write_text(text, encoding="utf-8")
+    settings = ["--set", "bodies.rod.damping.stiffness=1e-5", "--set", "snapshots=[]"]
+    plain = CliRunner().invoke(app, ["run", str(case), *settings])
+    assert plain.exit_code == 0
+    assert "against converged (known to " in plain.output
+    monkeypatch.setattr(reference, "CHEAP", 0.0)
+    without = CliRunner().invoke(app, ["run", str(case), *settings])
+    assert "try --reference" in without.output
+    asked = CliRunner().invoke(app, ["run", str(case), *settings, "--reference"])
+    assert asked.exit_code == 0
+    assert "against converged (known to " in asked.output
+
+
+def test_the_content_of_a_scene_names_its_physics_only():
+    scene = paper(HERTZ).scene()
+    other = paper(HERTZ, ("solve.model", {"kind": "modal", "modes": 5}), ("solve.step", {"dt": 1e-7})).scene()
+    assert reference.content(scene) == reference.content(other)
+    assert reference.content(scene) != reference.content(dataclasses.replace(scene, duration=1e-5))
+
+
+@pytest.mark.slow
+def test_a_report_is_drawn_against_a_converged_answer(tmp_path):
+    """With snapshots, too: a converged answer has no fields at any place, so these stand without it."""
+    case = ["--set", "contacts.0.law={kind: hertz, stiffness: 1.0e+11}"]
+    left = CliRunner().invoke(app, ["run", str(CASES / "axial_impact.yaml"), *case, "--out", str(tmp_path / "out")])
+    assert left.exit_code == 0
+    assert "the converged answer" in (tmp_path / "out" / "index.html").read_text(encoding="utf-8")
