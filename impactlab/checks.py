@@ -114,7 +114,7 @@ def check_gain(history: AbstractHistory, bound: float, time: float, step: int, r
 
 
 def energy_at_stake(history: AbstractHistory) -> float:
-    """Return the energy that the run dealt with [J]: what it began with, or the work of gravity; else the largest seen.
+    """Return the energy that the run dealt with [J]: what it began with, or the work of loads; else the largest seen.
 
     What a diverging run adds is not at stake: a gain is measured against what was there without it.
     """
@@ -124,7 +124,7 @@ def energy_at_stake(history: AbstractHistory) -> float:
 
 
 def check_momentum(assembly: Assembly, history: AbstractHistory) -> None:
-    """Raise `StepError` where a body that nothing holds did not gain the impulses of its contacts and of gravity."""
+    """Raise `StepError` where a body that nothing holds did not gain the impulses of its contacts and loads."""
     scene, sample = assembly.scene, assembly.memory.sample
     last = assembly.clock.n_samples - 1
     for number, (name, body) in enumerate(scene.bodies.items()):
@@ -140,7 +140,8 @@ def check_momentum(assembly: Assembly, history: AbstractHistory) -> None:
             sign = float(contact.right.body == name) - float(contact.left.body == name)
             given, scale = given + sign * kept.total, scale + abs(kept.total)
         mass = body.mass + sum(e.value for e in (body.left, body.right)) if isinstance(body, Rod) else body.mass
-        given += mass * scene.gravity * assembly.clock.time
+        loads = mass * scene.gravity + (body.end_force if isinstance(body, Rod) else 0.0)
+        given, scale = given + loads * assembly.clock.time, scale + abs(loads) * assembly.clock.time
         momentum = sample[: last + 1, SAMPLED + 2 + 3 * number]
         end = float(momentum[-1])
         # A body may hold far more momentum in its waves than as a whole: p^2 <= 2 m E.

@@ -44,7 +44,7 @@ class EnergyBook(NamedTuple):
     bodies: dict[str, Array]  # name -> (n,) kinetic + strain energy of each body
     stored: Array  # (n,) held by contacts
     booked: dict[str, Array]  # name -> (n,) losses booked so far: contact, ends, unresolved; never negative
-    work: Array  # (n,) work of gravity so far
+    work: Array  # (n,) work of gravity and end forces so far
 
     @property
     def total(self) -> Array:
@@ -59,7 +59,7 @@ class EnergyBook(NamedTuple):
 
     @property
     def scale(self) -> float:
-        """Initial energy or largest work of gravity, the larger; 1 J if both are zero: gains are shares of it."""
+        """Initial energy or largest work of loads, the larger; 1 J if both are zero: gains are shares of it."""
         return max(float(self.total[0]), float(np.max(np.abs(self.work), initial=0.0))) or 1.0
 
     @property

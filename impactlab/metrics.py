@@ -35,8 +35,9 @@ def mass_channels(scene: Scene) -> tuple[str, ...]:
 
 
 def face_channels(scene: Scene) -> tuple[str, ...]:
-    """Return the displacement channels of the rod faces in contacts: ``displacement:rod@0``."""
-    return _face_channels(scene, lambda point: f"displacement:{point.body}@{point.x:.6g}", Rod)
+    """Return the displacement channels of the rod faces in contacts and of loaded ends: ``displacement:rod@0``."""
+    faces = _face_channels(scene, lambda point: f"displacement:{point.body}@{point.x:.6g}", Rod)
+    return tuple(dict.fromkeys((*faces, *(probe.channel for probe in scene.loaded_ends))))
 
 
 def force_channels(scene: Scene) -> tuple[str, ...]:
@@ -83,7 +84,7 @@ def mass_displacement(history: AbstractHistory, reference: AbstractHistory, scen
 
 
 def face_displacement(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
-    """Return the relative L2 error of the displacement of the rod faces in contacts, the largest."""
+    """Return the relative L2 error of the displacement of the rod faces in contacts and of loaded ends."""
     return _largest_l2(history, reference, scene, face_channels(scene))
 
 

@@ -49,10 +49,19 @@ class Segment:
 
 @dataclass(frozen=True)
 class End:
-    """What holds an end of a rod: nothing, a clamp, a grounded spring or dashpot, or a mass riding on it."""
+    """What holds an end of a rod: nothing, a clamp, a grounded spring or dashpot, or a mass riding on it.
+
+    A force may act on an end that is not clamped.
+    """
 
     kind: Literal["free", "clamped", "spring", "dashpot", "mass"]
     value: float = 0.0  # N/m, N s/m or kg
+    force: float = 0.0  # N, along +x, constant from t = 0 on
+
+    @property
+    def carries(self) -> str:
+        """What contact laws are told of this end: its kind, or `force` where a force acts on it."""
+        return "force" if self.force != 0.0 else self.kind
 
 
 @dataclass(frozen=True)
@@ -85,6 +94,11 @@ class Rod:
     def mass(self) -> float:
         """Mass of the segments, without end masses [kg]."""
         return sum(segment.mass for segment in self.segments)
+
+    @property
+    def end_force(self) -> float:
+        """Sum of the forces on both ends [N], along +x."""
+        return self.left.force + self.right.force
 
     @property
     def is_damped(self) -> bool:
@@ -179,3 +193,10 @@ class Scene:
     probes: tuple[Probe, ...] = ()
     snapshots: tuple[float, ...] = ()  # s
     round_trip: float = float("nan")  # s, of the body named in round_trips_of; NaN without a rod
+
+    @property
+    def loaded_ends(self) -> tuple[Probe, ...]:
+        """Displacements of the ends of rods on which forces act: recorded like those of faces in contact."""
+        rods = [body for body in self.bodies.values() if isinstance(body, Rod)]
+        ends = [(rod, end, x) for rod in rods for end, x in ((rod.left, 0.0), (rod.right, rod.length))]
+        return tuple(Probe(rod.name, x, "displacement") for rod, end, x in ends if end.force != 0.0)

@@ -43,6 +43,6 @@ def side_facts(scene: Scene, point: Point, velocity_per_force: float = math.nan)
         room=nan if inner else segment.length,
         mass=body.mass,
         gravity=scene.gravity,
-        end="inner" if inner else (body.left if point.x == 0.0 else body.right).kind,
+        end="inner" if inner else (body.left if point.x == 0.0 else body.right).carries,
         velocity_per_force=velocity_per_force,
     )

@@ -145,12 +145,13 @@ def _at_end(history: AbstractHistory, channel: str) -> float:
 
 
 def energy(history: AbstractHistory) -> dict[str, Any]:
-    """Return the energy of bodies and contacts at both ends [J], the balance, and the losses booked [J]."""
+    """Return the energy of bodies and contacts at both ends, the work of loads, the balance, the losses booked [J]."""
     book = history.energy
     booked = {name: float(losses[-1]) for name, losses in book.booked.items()}
     return {
         "initial": float(book.total[0]),
         "final": float(book.total[-1]),
+        "work": float(book.work[-1]),
         "largest_gain": book.largest_gain,
         "largest_loss": book.largest_loss,
         "booked": dict.fromkeys(BOOKED, 0.0) | booked,

@@ -133,7 +133,9 @@ class SideFacts(NamedTuple):
     velocity_per_force: float = math.nan  # m/(N s), of the face in the scheme's own step; NaN where nothing steps
     left_out: float = 0.0  # m/N, static compliance of the face in the modes that the model leaves out
     flexibility: float = 0.0  # m/N, of a massless face
-    end: str = "free"  # what the struck end carries: free | clamped | spring | dashpot | mass; inner at an inner point
+    end: str = (
+        "free"  # what the struck end carries: free | clamped | spring | dashpot | mass | force; inner at an inner point
+    )
 
 
 class Start(NamedTuple):

@@ -159,7 +159,7 @@ class March:
         raise StepError(text, time=self.time, step=self.steps, history=history, remedy=remedy) from cause
 
     def _check_momentum(self) -> None:
-        """Raise `StepError` where a body that nothing holds did not gain the impulses of contacts and gravity."""
+        """Raise `StepError` where a body that nothing holds did not gain the impulses of contacts and loads."""
         system = self.system
         impulses: Array = self.state[system.impulses]
         _, samples = self.record.energies
@@ -169,7 +169,8 @@ class March:
                 continue
             signs = [float(c.right.body == name) - float(c.left.body == name) for c in system.scene.contacts]
             mass = system.mass_of(name)
-            given = float(np.dot(signs, impulses)) + mass * system.scene.gravity * self.time
+            loads = mass * system.scene.gravity + (body.end_force if isinstance(body, Rod) else 0.0)
+            given = float(np.dot(signs, impulses)) + loads * self.time
             momenta = [energies.momentum[number] for _, energies, _, _ in samples]
             energy = max(abs(float(energies.bodies[number])) for _, energies, _, _ in samples)
             scale = (

@@ -21,7 +21,8 @@ class Record:
     def __init__(self, system: System) -> None:
         self.system, scene = system, system.scene
         self.names, displacements, velocities = [], [], []
-        asked = [(probe.channel, probe.body, probe.x, probe.quantity) for probe in scene.probes]
+        watched = (*scene.probes, *scene.loaded_ends)
+        asked = [(probe.channel, probe.body, probe.x, probe.quantity) for probe in watched]
         for contact in scene.contacts:
             for point in (contact.left, contact.right):
                 if isinstance(scene.bodies[point.body], Rod):

@@ -28,7 +28,7 @@ class Energies(NamedTuple):
     bodies: Array  # (n_bodies,) J
     stored: float  # J
     released: float  # J, lost since openings by laws that follow a face
-    work: float  # J, of gravity
+    work: float  # J, of gravity and end forces
     momentum: Array  # (n_bodies,) N s
 
 
@@ -116,14 +116,18 @@ class System:
     def _scales(self) -> None:
         """Set what is large in this scene: speed, time, force, and the scale of every entry of the state.
 
-        The speed is the largest of: a body's own, that of its strain energy at the start, gravity over the run. A
-        coordinate's share of it is the root mean square over the coordinates of a body that moves with it. Travels are
-        those within the shortest period of the bodies, or the run.
+        The speed is the largest of: a body's own, that of its strain energy at the start, gravity over the run, that of
+        the wave that an end force sends. A coordinate's share of it is the root mean square over the coordinates of a
+        body that moves with it. Travels are those within the shortest period of the bodies, or the run.
         """
         scene, n = self.scene, self.n_dof
         masses = {name: self.mass_of(name) for name, body in scene.bodies.items() if not isinstance(body, Wall)}
         at_start = self.energies(self.start)
         speeds = [abs(scene.gravity) * scene.duration]
+        for body in scene.bodies.values():
+            if isinstance(body, Rod):
+                speeds.append(abs(body.left.force) / body.segments[0].impedance)
+                speeds.append(abs(body.right.force) / body.segments[-1].impedance)
         for name, energy in zip(self.built, at_start.bodies, strict=True):
             if name in masses:
                 speeds.append(float(np.sqrt(2.0 * max(0.0, energy) / masses[name])))

@@ -72,7 +72,9 @@ def _body(body: Body) -> dict[str, Any]:
 
 
 def _end(end: End) -> Any:
-    return end.kind if end.kind in ("free", "clamped") else {end.kind: end.value}
+    held = {} if end.kind in ("free", "clamped") else {end.kind: end.value}
+    pushed = {"force": end.force} if end.force != 0.0 else {}
+    return {**held, **pushed} or end.kind
 
 
 def _derived(scene: Scene) -> dict[str, Any]:

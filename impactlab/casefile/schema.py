@@ -66,10 +66,14 @@ class SegmentBlock(Block):
 
 
 class EndsBlock(Block):
-    """What holds the two ends of a rod."""
+    """What holds the two ends of a rod, and forces that act on them from t = 0 on."""
 
-    left: Annotated[End, END] = Field(default=End("free"), description="left end, at x = 0")
-    right: Annotated[End, END] = Field(default=End("free"), description="right end, at x = L")
+    left: Annotated[End, END] = Field(
+        default=End("free"), description="left end, at x = 0; a force [N] is positive along +x"
+    )
+    right: Annotated[End, END] = Field(
+        default=End("free"), description="right end, at x = L; a force [N] is positive along +x"
+    )
 
 
 class DampingBlock(Block):

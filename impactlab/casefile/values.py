@@ -181,10 +181,11 @@ def words(*allowed: str) -> Reader:
 
 
 _END_VALUES = {"spring": "N/m", "dashpot": "N s/m", "mass": "kg"}
+_END_FORCE = Allowed(unit="N", number=True)
+_ENDS = "free, clamped, {spring: N/m}, {dashpot: N s/m}, {mass: kg}, {force: N}, or one of the three with a force"
 
 
 def _read_end(value: Any) -> End:
-    allowed = "free, clamped, {spring: N/m}, {dashpot: N s/m}, {mass: kg}"
     if isinstance(value, End):
         return value
     if isinstance(value, str):
@@ -193,15 +194,22 @@ def _read_end(value: Any) -> End:
         if value == "clamped":
             return End("clamped")
         hint = closest(value, ("free", "clamped"))
-        raise refuse(f"{shown(value)} is not an end of a rod.{hint} Allowed: {allowed}")
-    if isinstance(value, Mapping) and len(value) == 1:
-        kind, number = next(iter(value.items()))
-        for name, unit in _END_VALUES.items():
-            if kind == name:
-                given = Allowed(unit=unit, limits=(("gt", 0.0),), number=True).read(number)
-                return End(name, given)  # type: ignore[arg-type]
-        raise refuse(f"{shown(kind)} cannot hold an end.{closest(str(kind), _END_VALUES)} Allowed: {allowed}")
-    raise refuse(f"{shown(value)} is not an end of a rod. Allowed: {allowed}")
+        raise refuse(f"{shown(value)} is not an end of a rod.{hint} Allowed: {_ENDS}")
+    if not isinstance(value, Mapping) or not value:
+        raise refuse(f"{shown(value)} is not an end of a rod. Allowed: {_ENDS}")
+    force = _END_FORCE.read(value["force"]) if "force" in value else 0.0
+    held = [kind for kind in value if kind != "force"]
+    for kind in held:
+        if kind not in _END_VALUES:
+            words = closest(str(kind), (*_END_VALUES, "force"))
+            raise refuse(f"{shown(kind)} cannot hold an end.{words} Allowed: {_ENDS}")
+    if len(held) > 1:
+        raise refuse(f"{' and '.join(held)} hold one end together. Allowed: {_ENDS}")
+    if not held:
+        return End("free", force=force)
+    [name] = held
+    number = Allowed(unit=_END_VALUES[name], limits=(("gt", 0.0),), number=True).read(value[name])
+    return End(name, number, force)
 
 
 def _end_schema() -> dict[str, Any]:
@@ -209,8 +217,15 @@ def _end_schema() -> dict[str, Any]:
     for name, unit in _END_VALUES.items():
         value = Allowed(unit=unit, limits=(("gt", 0.0),), number=True).json_schema()
         choices.append(
-            {"type": "object", "properties": {name: value}, "required": [name], "additionalProperties": False}
+            {
+                "type": "object",
+                "properties": {name: value, "force": _END_FORCE.json_schema()},
+                "required": [name],
+                "additionalProperties": False,
+            }
         )
+    force = {"force": _END_FORCE.json_schema()}
+    choices.append({"type": "object", "properties": force, "required": ["force"], "additionalProperties": False})
     return {"anyOf": choices}
 
 

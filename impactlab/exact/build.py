@@ -22,14 +22,18 @@ class Nodes:
     mass: list[float] = field(default_factory=list)
     spring: list[float] = field(default_factory=list)
     dashpot: list[float] = field(default_factory=list)
+    push: list[float] = field(default_factory=list)
     u: list[float] = field(default_factory=list)
     v: list[float] = field(default_factory=list)
 
-    def add(self, mass: float, v: float, u: float = 0.0, spring: float = 0.0, dashpot: float = 0.0) -> int:
+    def add(
+        self, mass: float, v: float, u: float = 0.0, spring: float = 0.0, dashpot: float = 0.0, push: float = 0.0
+    ) -> int:
         """Add a node and return its number; what never moves has no velocity."""
         self.mass.append(mass)
         self.spring.append(spring)
         self.dashpot.append(dashpot)
+        self.push.append(push)
         self.u.append(u)
         self.v.append(v if 0.0 < mass < math.inf else 0.0)
         return len(self.mass) - 1
@@ -56,10 +60,10 @@ def end_node(nodes: Nodes, end: End, velocity: float, displacement: float) -> in
     if end.kind == "clamped":
         return nodes.add(math.inf, 0.0, displacement)
     if end.kind == "mass":
-        return nodes.add(end.value, velocity, displacement)
+        return nodes.add(end.value, velocity, displacement, push=end.force)
     spring = end.value if end.kind == "spring" else 0.0
     dashpot = end.value if end.kind == "dashpot" else 0.0
-    return nodes.add(0.0, 0.0, displacement, spring, dashpot)
+    return nodes.add(0.0, 0.0, displacement, spring, dashpot, end.force)
 
 
 def junctions(count: int, pairs: list[tuple[int, int]]) -> list[int]:
@@ -165,6 +169,7 @@ def assemble(
         mass=np.array(nodes.mass)[node_order],
         spring=np.array(nodes.spring)[node_order],
         dashpot=np.array(nodes.dashpot)[node_order],
+        push=np.array(nodes.push)[node_order],
         end_node=node_new[np.array(end_nodes, dtype=np.int64)[end_order]].astype(np.int64),
         end_peer=end_new[peers[end_order]].astype(np.int64),
         end_junction=end_junction[end_order],

@@ -144,6 +144,9 @@ def energy_book(scene: Scene, layout: Layout, signals: Signals, duration: float)
                 work += gravity_work(layout, signals, name, t)
         else:
             bodies[name] = np.zeros_like(t)
+    for pushed in np.flatnonzero(net.push):
+        displacement = signals.displacement(int(pushed))
+        work += net.push[pushed] * (displacement(t) - displacement(t[:1]))
     ends = np.zeros_like(t)
     for held in np.flatnonzero(net.dashpot > 0.0):
         velocity = signals.velocity(int(held))

@@ -122,7 +122,7 @@ class ContinuousHistory(AbstractHistory):
         return ContactSpan(name, start, end, force.impulse(chosen), max(0.0, force.peak(chosen)))
 
     def channels(self) -> tuple[str, ...]:
-        names = [probe.channel for probe in self.scene.probes]
+        names = [probe.channel for probe in (*self.scene.probes, *self.scene.loaded_ends)]
         for name, body in self.scene.bodies.items():
             if isinstance(body, Mass):
                 names += [f"position:{name}", f"velocity:{name}"]

@@ -108,7 +108,7 @@ def group_nodes(m: Memory, j: int, longest: int) -> bool:
         group = m.nodes[node.group]
         group.group_mass += node.mass
         group.drag += node.dashpot
-        m.load[node.group - base, 0] -= node.spring * node.u
+        m.load[node.group - base, 0] += node.push - node.spring * node.u
         if node.mass < np.inf:
             m.load[node.group - base, 0] += node.mass * state.gravity
             tied = tied or node.spring > 0.0
@@ -165,7 +165,7 @@ def solve_nodes(m: Memory, j: int, half: float, longest: int) -> int:
 
 @PART
 def balance(m: Memory, j: int, c: int, n: int, force: Array) -> None:
-    """Write the force of a hard contact: what the rods, spring, dashpot and other contacts of its bare face take."""
+    """Write the force of a hard contact: what all else on its bare face takes, rods, what holds it, other contacts."""
     junction = m.junctions[j]
     base, first_end = junction.first_node, junction.first_end
     nodes, ends = junction.last_node - base, junction.last_end - first_end
@@ -174,6 +174,7 @@ def balance(m: Memory, j: int, c: int, n: int, force: Array) -> None:
     face, at = m.nodes[contact.face], contact.face - base
     for k in range(n + 1):
         force[k] = side * (face.spring * m.rows[nodes + at, k] + face.dashpot * m.rows[at, k])
+    force[0] -= side * face.push
     for e in range(ends):
         end = m.ends[first_end + e]
         if end.node == contact.face:

@@ -53,6 +53,7 @@ class NodeRecord(ctypes.Structure):
         ("mass", REAL),  # kg; inf where it never moves
         ("spring", REAL),  # N/m, to the ground
         ("dashpot", REAL),  # N s/m, to the ground
+        ("push", REAL),  # N, end force along +x
         ("u", REAL),  # m
         ("v", REAL),  # m/s
         ("group", INTEGER),  # node whose group it is in

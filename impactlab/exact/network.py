@@ -40,6 +40,7 @@ class Network(NamedTuple):
     mass: Array  # (nodes,) kg; inf where it never moves
     spring: Array  # (nodes,) N/m, to the ground
     dashpot: Array  # (nodes,) N s/m, to the ground
+    push: Array  # (nodes,) N, end forces along +x
     end_node: Integers  # (ends,)
     end_peer: Integers  # (ends,)
     end_junction: Integers  # (ends,)
@@ -123,7 +124,8 @@ def log_of(net: Network, u: Array, v: Array, room: int, pool: int, events: int) 
     junction["burst"] = -np.inf
     for kind, of in (("node", net.node_of), ("end", net.end_of), ("contact", net.contact_of)):
         junction[f"first_{kind}"], junction[f"last_{kind}"] = of[:-1], of[1:]
-    node["mass"], node["spring"], node["dashpot"], node["u"], node["v"] = net.mass, net.spring, net.dashpot, u, v
+    node["mass"], node["spring"], node["dashpot"], node["push"] = net.mass, net.spring, net.dashpot, net.push
+    node["u"], node["v"] = u, v
     source = net.end_junction[net.end_peer]
     end["node"], end["source"], end["impedance"], end["transit"] = net.end_node, source, net.impedance, net.transit
     end["row"] = 2 * (net.node_of[source + 1] - net.node_of[source]) + net.end_peer - net.end_of[source]

@@ -179,7 +179,7 @@ def first_records(scene: Scene, layout: Layout, pieces: dict[int, list[Piece]], 
                 table[2 * nodes + len(ends) + i, : len(integral)] = integral
             row.append((t0, t1, table))
         records.append(row[::-1])
-    fastest = max(fastest, abs(g) * 2.0 * max(transit))
+    fastest = max(fastest, abs(g) * 2.0 * max(transit), float(np.max(np.abs(net.push[net.end_node]) / net.impedance)))
     return filled(layout, records, u, v, fastest)
 
 

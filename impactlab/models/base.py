@@ -35,7 +35,7 @@ class Operators(NamedTuple):
     mass: Array  # (bandwidth + 1, n_dof)
     damping: Array  # (bandwidth + 1, n_dof)
     stiffness: Array  # (bandwidth + 1, n_dof)
-    load: Array  # (n_dof,) N, constant: gravity
+    load: Array  # (n_dof,) N, constant: gravity and end forces
     displacement: Array  # (n_dof,) at t = 0
     velocity: Array  # (n_dof,) at t = 0
     highest_frequency: float  # rad/s, or a close bound above it; 0 for a body that never vibrates
@@ -73,6 +73,12 @@ class AbstractDiscreteModel(ABC):
     @abstractmethod
     def grid(self) -> Array:
         """Return the places [m] at which fields are given, shape (n,)."""
+
+
+def end_load(model: AbstractDiscreteModel, rod: Rod) -> Array:
+    """Return the forces on the ends of a rod as loads on the coordinates of its model, shape (n_dof,) [N]."""
+    left, right = model.row(0.0, "displacement"), model.row(rod.length, "displacement")
+    return rod.left.force * left + rod.right.force * right
 
 
 class AbstractRodModel(ABC):

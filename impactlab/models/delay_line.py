@@ -19,8 +19,8 @@ MODES = 100  # what `points_per_period` counts on a rod without mesh or modes
 def free(parameters: Array, state: Array) -> None:
     """Step without contact: waves arrive, both ends answer them, the answers are sent.
 
-    An end with mass m, spring k and dashpot d under an arriving wave w moves with the mean velocity V of
-    (Z + d + k dt/2 + 2 m/dt) V = 2 Z w - k u + (2 m/dt) v and sends V - w. A wave that takes T/(2 dt) = n + f steps
+    An end with mass m, spring k, dashpot d and force F under an arriving wave w moves with the mean velocity V of
+    (Z + d + k dt/2 + 2 m/dt) V = 2 Z w - k u + (2 m/dt) v + F and sends V - w. A wave that takes T/(2 dt) = n + f steps
     arrives as the mean of two steps, f and 1 - f, so that no impulse is lost.
     """
     whole, share, dt, impedance = int(parameters[0]), parameters[1], parameters[2], parameters[3]
@@ -36,14 +36,15 @@ def free(parameters: Array, state: Array) -> None:
         sent = to_left if end == 0 else to_right
         arrived = (1.0 - share) * sent[near] + share * sent[far]
         pliancy, spring, inertia = parameters[4 + 3 * end], parameters[5 + 3 * end], parameters[6 + 3 * end]
-        mean = pliancy * (2.0 * impedance * arrived - spring * state[end] + inertia * state[2 + end])
+        push = 2.0 * impedance * arrived + parameters[10 + end]
+        mean = pliancy * (push - spring * state[end] + inertia * state[2 + end])
         state[end] += dt * mean
         state[2 + end] = 2.0 * mean - state[2 + end] if inertia > 0.0 else mean
         state[4 + end] = mean - arrived
 
 
 def measure(parameters: Array, state: Array, out: Array) -> None:
-    """Write energy [J], work of loads (none) and momentum [N s] of the waves inside and of what rides on the ends."""
+    """Write energy [J], work of the end forces and momentum [N s] of the waves inside and of what rides on the ends."""
     whole, share, dt, impedance = int(parameters[0]), parameters[1], parameters[2], parameters[3]
     room = whole + 2
     head = int(state[6])
@@ -55,7 +56,8 @@ def measure(parameters: Array, state: Array, out: Array) -> None:
         right, left = state[7 + index], state[7 + room + index]
         energy += weight * (right * right + left * left)
         momentum += weight * (right + left)
-    out[0], out[1], out[2] = impedance * dt * energy, 0.0, impedance * dt * momentum
+    work = parameters[10] * state[0] + parameters[11] * state[1]
+    out[0], out[1], out[2] = impedance * dt * energy, work, impedance * dt * momentum
     for end in range(2):
         spring, mass = parameters[5 + 3 * end], 0.5 * dt * parameters[6 + 3 * end]
         out[0] += 0.5 * (spring * state[end] * state[end] + mass * state[2 + end] * state[2 + end])
@@ -97,7 +99,7 @@ class DelayLine(AbstractDiscreteModel):
             mass=np.zeros((1, 2)),
             damping=np.array([damping]),
             stiffness=np.zeros((1, 2)),
-            load=np.zeros(2),
+            load=np.array([self._rod.left.force, self._rod.right.force]),
             displacement=np.zeros(2) if profile is None else profile(ends),
             velocity=np.full(2, self._rod.velocity),
             highest_frequency=0.0,
@@ -136,7 +138,7 @@ class DelayLine(AbstractDiscreteModel):
         whole = max(1, math.floor(self.transit / dt * (1.0 + 1e-12)))
         share = max(0.0, self.transit / dt - whole)
         ends = [self._end(end, dt) for end in (rod.left, rod.right)]
-        parameters = np.array([float(whole), share, dt, impedance, *ends[0], *ends[1]])
+        parameters = np.array([float(whole), share, dt, impedance, *ends[0], *ends[1], rod.left.force, rod.right.force])
         # A wave that arrives j steps from now is on its way: its mean over the piece of rod it fills now.
         edges = np.arange(whole + 3) * dt * speed
         slopes = {}

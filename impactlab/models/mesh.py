@@ -8,7 +8,7 @@ import numpy as np
 
 from impactlab.banded import multiply, solve
 from impactlab.errors import CaseError
-from impactlab.models.base import AbstractDiscreteModel, Face, Operators
+from impactlab.models.base import AbstractDiscreteModel, Face, Operators, end_load
 from impactlab.models.elements import assembled, elements_per_segment, polynomials, reference
 from impactlab.models.frequency_bound import highest_frequency
 from impactlab.models.massless import Ints, MasslessNodes, redistribute, struck_nodes
@@ -101,7 +101,7 @@ class Mesh(AbstractDiscreteModel):
             mass=self.mass,
             damping=self.damping,
             stiffness=self.stiffness,
-            load=self.momentum_row() * self._gravity,
+            load=self.momentum_row() * self._gravity + end_load(self, self.rod),
             displacement=self.at_nodes(np.zeros(len(self.nodes)) if profile is None else profile(self.nodes)),
             velocity=np.full(self.mass.shape[1], self.rod.velocity),
             highest_frequency=highest,

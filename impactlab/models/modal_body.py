@@ -10,7 +10,7 @@ from impactlab.bases.analytic import AnalyticBasis
 from impactlab.bases.base import Span
 from impactlab.bases.reduced import ReducedMesh, products
 from impactlab.errors import PairingError
-from impactlab.models.base import AbstractDiscreteModel, Face, Operators, Phases
+from impactlab.models.base import AbstractDiscreteModel, Face, Operators, Phases, end_load
 from impactlab.models.mesh import Mesh
 from impactlab.scene import Rod
 from impactlab.types import Array, Quantity
@@ -68,7 +68,7 @@ class ModalBody(AbstractDiscreteModel):
             mass=np.ones((1, n_dof)),
             damping=of_mass + of_stiffness * squared,
             stiffness=squared,
-            load=rigid * self._gravity,
+            load=rigid * self._gravity + end_load(self, rod),
             displacement=np.zeros(n_dof) if rod.displacement is None else basis.project(rod.displacement),
             velocity=rigid * rod.velocity,
             highest_frequency=highest,

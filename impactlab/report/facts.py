@@ -49,7 +49,8 @@ def _body(body: Body) -> str:
 
 def _end(end: End) -> str:
     units = {"spring": "N/m", "dashpot": "N·s/m", "mass": "kg"}
-    return f"{end.kind} {si(end.value, units[end.kind])}" if end.kind in units else end.kind
+    held = f"{end.kind} {si(end.value, units[end.kind])}" if end.kind in units else end.kind
+    return f"{held} under {si(end.force, 'N')}" if end.force else held
 
 
 def method_facts(summary: Mapping[str, Any]) -> list[tuple[str, str]]:

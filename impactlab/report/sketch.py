@@ -84,6 +84,9 @@ def _rod(rod: Rod, x: float, width: float, tallest: float) -> str:
             parts.append(f'<rect x="{left:.1f}" y="{MIDDLE - 20}" width="16" height="40" rx="2" class="mass"/>')
         elif end.kind in ("spring", "dashpot"):
             parts.append(_held(end.kind, place, side))
+        if end.force:
+            high = 24.0 if end.kind in ("spring", "dashpot") else 0.0  # beside what stands there
+            parts.append(_push(end.force, place, side, MIDDLE - high))
     return "".join(parts)
 
 
@@ -118,6 +121,18 @@ def _hatch(x: float, side: int, half: float) -> str:
         lines.append(f'<path d="M{x:.1f} {y + 8:.1f}l{side * 9:.1f} -8" class="thin"/>')
         y += 8.0
     return "".join(lines)
+
+
+def _push(force: float, x: float, side: int, y: float) -> str:
+    """Return the arrow of a force on an end, outside the rod, with its size above."""
+    along = 1 if force > 0 else -1
+    near, far = x + 4.0 * side, x + 38.0 * side
+    tail, tip = (far, near) if along == -side else (near, far)
+    text = f'<text x="{(near + far) / 2:.1f}" y="{y - 8}" text-anchor="middle">{abs(force):g} N</text>'
+    return (
+        f'<path d="M{tail:.1f} {y}H{tip:.1f}" class="move"/>'
+        f'<path d="M{tip:.1f} {y}l{-8 * along} -4v8z" class="head"/>{text}'
+    )
 
 
 def _arrow(x: float, y: float, velocity: float) -> str:

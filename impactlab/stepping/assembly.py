@@ -270,8 +270,9 @@ class Assembly:
         return events
 
     def _probes(self) -> list[tuple[str, str, float, Quantity]]:
-        """Return channel, body, x and quantity of the probes, those of every mass included."""
-        asked = [(probe.channel, probe.body, probe.x, probe.quantity) for probe in self.scene.probes]
+        """Return channel, body, x and quantity of the probes, those of masses and loaded ends included."""
+        watched = (*self.scene.probes, *self.scene.loaded_ends)
+        asked = [(probe.channel, probe.body, probe.x, probe.quantity) for probe in watched]
         for name, body in self.scene.bodies.items():
             if isinstance(body, Mass):
                 asked += [(f"position:{name}", name, 0.0, "displacement"), (f"velocity:{name}", name, 0.0, "velocity")]

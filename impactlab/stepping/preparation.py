@@ -222,6 +222,12 @@ def pushes_of(scene: Scene, built: dict[str, BuiltBody], starts: tuple[Start, ..
         for reading, weight in start.pushed:
             point, x = reading_place(contact, reading)
             body, model = scene.bodies[point.body], built[point.body].model
+            if reading.quantity == "force" and side_facts(scene, point).end == "force":
+                raise PairingError(
+                    f"the law takes the force at the face for that of the contact, and at {point.label} another acts",
+                    remedy="Use addition_deletion or penalty.",
+                    path=f"contacts.{number}.law",
+                )
             middle = model.row(0.5 * body.length if isinstance(body, Rod) else 0.0, reading.quantity)
             if np.abs(model.row(x, reading.quantity)).max(initial=0.0) <= 1e-9 * np.abs(middle).max(initial=0.0):
                 raise PairingError(

@@ -163,8 +163,8 @@ def mirrored(scene: Scene) -> Scene:
         return dataclasses.replace(
             body,
             segments=body.segments[::-1],
-            left=body.right,
-            right=body.left,
+            left=dataclasses.replace(body.right, force=-body.right.force),
+            right=dataclasses.replace(body.left, force=-body.left.force),
             velocity=-body.velocity,
             displacement=None if profile is None else lambda x: -profile(length - x),
         )
@@ -207,7 +207,10 @@ def in_other_units(scene: Scene, mass: float, length: float, time: float) -> Sce
             )
             for piece in body.segments
         )
-        left, right = (End(end.kind, end.value * factors[end.kind]) for end in (body.left, body.right))
+        left, right = (
+            End(end.kind, end.value * factors[end.kind], end.force * (mass * length / time**2))
+            for end in (body.left, body.right)
+        )
         damping = Rayleigh(body.damping.mass / time, body.damping.stiffness * time)
         return dataclasses.replace(
             body, segments=pieces, left=left, right=right, velocity=body.velocity * speed, damping=damping

@@ -217,6 +217,23 @@ EDITS = [
         ["the end 'rod.left' is clamped and never moves"],
     ),
     (
+        "load on a clamp",
+        "right: clamped}",
+        "right: {clamped: 1, force: 3}}",
+        10,
+        ["'clamped' cannot hold an end.", "Allowed: free, clamped, {spring: N/m}", "or one of the three with a force"],
+    ),
+    ("load without a number", "right: clamped}", "right: {force: much}}", 10, ["'much' is not a number with a unit"]),
+    ("infinite load", "right: clamped}", "right: {force: .inf}}", 10, ["is not a finite number"]),
+    ("load in kg", "right: clamped}", "right: {force: 3 kg}}", 10, ["'3 kg'", "N"]),
+    (
+        "two hold one end",
+        "right: clamped}",
+        "right: {mass: 1, spring: 2}}",
+        10,
+        ["mass and spring hold one end together.", "{mass: kg}"],
+    ),
+    (
         "negative gap",
         "gap: 0.0",
         "gap: -1e-3",

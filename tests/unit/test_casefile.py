@@ -183,6 +183,18 @@ def test_with_replaces_alternatives(case):
     assert case.with_("bodies.rod.ends.right", {"mass": 2.0}).scene().bodies["rod"].right == End("mass", 2.0)
 
 
+def test_an_end_may_carry_a_force(case):
+    for written, end in (
+        ({"force": "-1.5 kN"}, End("free", force=-1500.0)),
+        ({"mass": 2.0, "force": 3.0}, End("mass", 2.0, 3.0)),
+        ({"force": 0.0}, End("free")),
+    ):
+        changed = case.with_("bodies.rod.ends.right", written)
+        assert changed.scene().bodies["rod"].right == end
+        resolved = changed.resolved()["bodies"]["rod"]["ends"]["right"]
+        assert case.with_("bodies.rod.ends.right", resolved).scene().bodies["rod"].right == end
+
+
 def test_with_fills_in_defaults_where_the_case_is_silent(case):
     assert case.with_("solve.model.modes", 20).scene().bodies["rod"].model.elements == 100
     assert case.with_("solve.integrator.beta", 0.3).scene().integrator.beta == 0.3

@@ -347,6 +347,15 @@ def test_the_scene_is_told_and_drawn() -> None:
     assert sketch(scene(contacts=(inner,))) == ""  # no line of bodies end to end
 
 
+def test_forces_on_ends_are_drawn() -> None:
+    """An arrow outside the rod, towards it or away from it as the force points."""
+    for right, left in ((2.5e3, 0.0), (-2.5e3, 0.0), (0.0, 2.5e3)):
+        rod = Rod("rod", (Segment(1.0, 1.0, 1.0, 1.0),), End("free", force=left), End("mass", 3.0, right))
+        drawn = sketch(scene(bodies={"rod": rod}, contacts=()))
+        assert drawn.count('class="head"') == 1
+        assert "2500 N" in drawn
+
+
 def test_every_way_to_hold_an_end_is_drawn() -> None:
     law: Any = Law()
     for end, mark in (

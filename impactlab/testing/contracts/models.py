@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import ClassVar
 
 import numpy as np
@@ -69,6 +70,14 @@ class RodModelContract:
         system = model.operators()
         pushed = float(model.momentum_row() @ solve(system.mass, system.load))
         assert abs(pushed - 9.81 * PIECE.mass) < 1e-10 * PIECE.mass
+
+    def test_a_force_on_its_end_is_a_load_there(self) -> None:
+        if not self.part.steps:
+            return
+        bare, rod = self.built("clamped"), self.rod("clamped")
+        model = self.part.build(dataclasses.replace(rod, left=End("free", force=2.5)), 0.0, STRUCK)
+        wanted = 2.5 * bare.row(0.0, "displacement")
+        assert np.max(np.abs(model.operators().load - wanted)) <= 1e-12 * np.max(np.abs(wanted))
 
     def test_pushed_slowly_it_carries_the_force_to_its_clamp(self) -> None:
         if not self.part.steps:
