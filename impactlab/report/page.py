@@ -50,16 +50,29 @@ def file_of(case: str, *, variant: bool = True) -> str:
 
 def write_page(out_dir: Path, page: Page) -> None:
     """Write the figures (``figures/*.svg``, ``*.png``) and ``index.html`` into an existing folder."""
-    from jinja2 import Environment, StrictUndefined
-
     folder = out_dir / "figures"
     folder.mkdir()
     plates = [
         {"plate": plate, "svg": inline(save(plate.figure, folder, plate.name), f"{plate.title}. {plate.caption}")}
         for plate in page.figures
     ]
-    source = resources.files("impactlab.report").joinpath("page.html.j2").read_text(encoding="utf-8")
-    template = Environment(
-        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    ).from_string(source)
-    (out_dir / "index.html").write_text(template.render(page=page, plates=plates), encoding="utf-8")
+    text = rendered("impactlab.report", "page.html.j2", page=page, plates=plates)
+    (out_dir / "index.html").write_text(text, encoding="utf-8")
+
+
+def rendered(package: str, template: str, **values: Any) -> str:
+    """Return a page from a template of a package; what it includes stands in that package or in this one."""
+    from jinja2 import Environment, FunctionLoader, StrictUndefined
+
+    def text(name: str) -> str:
+        places = (resources.files(each).joinpath(name) for each in (package, "impactlab.report"))
+        return next(place for place in places if place.is_file()).read_text(encoding="utf-8")
+
+    made = Environment(
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        loader=FunctionLoader(text),
+    )
+    return made.get_template(template).render(**values)

@@ -1,0 +1,121 @@
+"""The automatic choice judged: did it keep its promise, how dear was it, how long did it choose."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from impactlab.bench.report.ranking import best
+from impactlab.bench.report.read import Row
+from impactlab.bench.report.sheets import DASH, Heading, Sheet, milliseconds, short
+from impactlab.bench.report.views import BOTH, CLOCKS, SURE, SceneRows, error
+
+KEPT, MISSED, DECLINED, LOST, UNJUDGED = "kept", "missed", "declined", "failed", "not judged"
+DEAR = 2.0  # times the best that a chosen run may take
+LONG = 10.0  # times its own run that a choice may take
+
+
+class Choice(NamedTuple):
+    """One automatic run."""
+
+    scene: str
+    row: Row
+    measured: float | None  # larger error of displacement and impulse
+    verdict: str
+    rival: Row | None  # the fastest row of any method that meets the tolerance
+    over_best: float | None  # time to solve over the rival's
+    choosing: float | None  # time to choose over time to solve
+
+
+def choices(scenes: Sequence[SceneRows]) -> list[Choice]:
+    """Return all rows of the method ``automatic``, judged by the measured error."""
+    return [_choice(row, scene) for scene in scenes for row in scene.automatic]
+
+
+def _choice(row: Row, scene: SceneRows) -> Choice:
+    asked, measured = row.tolerance_asked, error(row, BOTH, scene)
+    rival = best(scene, BOTH, asked, CLOCKS["solve"]) if asked is not None else None
+    over = row.solve_s / rival.solve_s if row.solve_s and rival is not None and rival.solve_s else None
+    choosing = row.choosing_s / row.solve_s if row.choosing_s is not None and row.solve_s else None
+    return Choice(scene.name, row, measured, _verdict(row, scene, measured), rival, over, choosing)
+
+
+def _verdict(row: Row, scene: SceneRows, measured: float | None) -> str:
+    if row.status == "refused":
+        return DECLINED
+    if not row.completed:
+        return LOST
+    if measured is None or row.tolerance_asked is None or scene.uncertainty > SURE * row.tolerance_asked:
+        return UNJUDGED
+    return KEPT if measured <= row.tolerance_asked else MISSED
+
+
+def automatic_sheet(scenes: Sequence[SceneRows]) -> Sheet:
+    """Return the table of the automatic choice; misses and failures are marked and come first."""
+    order = {MISSED: 0, LOST: 1, DECLINED: 2, UNJUDGED: 3, KEPT: 4}
+    found = sorted(choices(scenes), key=lambda choice: order[choice.verdict])
+    rows = tuple(
+        (
+            each.scene,
+            short(each.row.tolerance_asked),
+            each.verdict,
+            short(each.measured),
+            short(each.row.expected_error),
+            _chosen(each.row) if each.row.completed else each.row.reason or DASH,
+            milliseconds(each.row.solve_s),
+            short(each.over_best),
+            each.rival.method if each.rival is not None else DASH,
+            short(each.choosing),
+        )
+        for each in found
+    )
+    heads = (
+        Heading("scene", numeric=False),
+        Heading("asked"),
+        Heading("promise", numeric=False),
+        Heading("measured"),
+        Heading("expected"),
+        Heading("chosen", numeric=False),
+        Heading("time", "ms"),
+        Heading("× best"),
+        Heading("best", numeric=False),
+        Heading("choosing", "× time"),
+    )
+    note = (
+        "Asked: tolerance on displacement and impulse; measured and expected: the larger error of both. × best: time "
+        "to solve over that of the fastest method of the grid that meets the tolerance, named beside it. Choosing: "
+        "time spent on choosing over the time to solve. Declined: the choice said that it cannot promise the tolerance."
+    )
+    wrong = frozenset(i for i, each in enumerate(found) if each.verdict in (MISSED, LOST))
+    return Sheet("automatic", "The automatic choice", note, heads, rows, wrong=wrong)
+
+
+def _chosen(row: Row) -> str:
+    """Return in few words what was chosen."""
+    sizes = "/".join(str(size) for size in (row.elements, row.modes) if size is not None)
+    words = (row.model, sizes, row.basis, row.law, row.integrator, row.events if row.integrator else "")
+    return " ".join(word for word in words if word) or DASH
+
+
+def verdict_words(scenes: Sequence[SceneRows]) -> list[str]:
+    """Return what the automatic choice comes to, in sentences; none where it was not run."""
+    found = choices(scenes)
+    if not found:
+        return []
+    judged = [each for each in found if each.verdict in (KEPT, MISSED)]
+    missed = [each for each in found if each.verdict == MISSED]
+    words = [f"The automatic choice kept its tolerance in {len(judged) - len(missed)} of {len(judged)} judged runs."]
+    if missed:
+        named = ", ".join(f"{each.scene} at {short(each.row.tolerance_asked)}" for each in missed)
+        words.append(f"It missed in {named}.")
+    ratios = [each.over_best for each in judged if each.over_best is not None]
+    if ratios:
+        dear = sum(ratio > DEAR for ratio in ratios)
+        words.append(
+            f"Its runs took {short(min(ratios))} to {short(max(ratios))} times the fastest method of the grid that "
+            f"meets the tolerance, {dear or 'none'} more than {DEAR:g} times."
+        )
+    spent = [each.choosing for each in judged if each.choosing is not None]
+    if spent:
+        words.append(f"Choosing took up to {short(max(spent))} times the run itself ({LONG:g} are allowed).")
+    return words

@@ -1,0 +1,154 @@
+"""A table as it is shown: headings, cells of text, marks; and the same in Markdown and LaTeX."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from impactlab.summary import cell
+
+DASH = "–"
+SPECIAL = "†"  # behind the name of a method on a special grid
+
+
+class Heading(NamedTuple):
+    """The head of a column."""
+
+    name: str
+    unit: str = ""
+    numeric: bool = True
+    group: str = ""  # what it shares with its neighbours
+
+
+class Sheet(NamedTuple):
+    """A table to be shown."""
+
+    name: str  # of its files
+    title: str
+    note: str  # what its columns mean
+    headings: tuple[Heading, ...]
+    rows: tuple[tuple[str, ...], ...]
+    marked: frozenset[tuple[int, int]] = frozenset()  # (row, column) of what is best
+    wrong: frozenset[int] = frozenset()  # rows that miss what they promised
+
+    @property
+    def grouped(self) -> list[tuple[str, int]]:
+        """Return the groups of columns from left to right, with how many columns each spans."""
+        groups: list[tuple[str, int]] = []
+        for heading in self.headings:
+            if groups and heading.group and groups[-1][0] == heading.group:
+                groups[-1] = (heading.group, groups[-1][1] + 1)
+            else:
+                groups.append((heading.group, 1))
+        return groups
+
+    @property
+    def has_groups(self) -> bool:
+        """Return whether any column shares a heading."""
+        return any(heading.group for heading in self.headings)
+
+
+def milliseconds(seconds: float | None) -> str:
+    """Return a time in ms, three digits."""
+    return cell(None if seconds is None else 1e3 * seconds)
+
+
+def short(value: float | None) -> str:
+    """Return an error or a ratio with two digits: ``0.012``, ``1.2e-4``, ``35``."""
+    if value is None:
+        return DASH
+    if value == 0.0:
+        return "0"
+    if 1e-3 <= abs(value) < 1e4:
+        text = f"{float(f'{value:.2g}'):g}"
+        return text if "e" not in text else f"{value:.0f}"
+    return re.sub(r"(\.0)?e([-+])0?", lambda m: "e-" if m[2] == "-" else "e", f"{value:.1e}")
+
+
+def percent(share: float | None) -> str:
+    """Return a share in per cent; rounding is nothing."""
+    return DASH if share is None else "0" if share < 1e-9 else short(100.0 * share)
+
+
+def markdown(sheet: Sheet) -> str:
+    """Return a sheet in Markdown; what is best stands in bold."""
+    heads = [" ".join(filter(None, (h.group, h.name, f"[{h.unit}]" if h.unit else ""))) for h in sheet.headings]
+    lines = [heads, ["---:" if h.numeric else "---" for h in sheet.headings]]
+    for i, row in enumerate(sheet.rows):
+        lines.append([f"**{text}**" if (i, j) in sheet.marked else text for j, text in enumerate(row)])
+    body = "".join(f"| {' | '.join(map(_piped, line))} |\n" for line in lines)
+    return f"{body}\n{sheet.note}\n"
+
+
+def _piped(text: str) -> str:
+    return " ".join(text.split()).replace("|", "\\|")
+
+
+LATEX = {
+    "\\": r"\textbackslash{}",
+    "&": r"\&",
+    "%": r"\%",
+    "$": r"\$",
+    "#": r"\#",
+    "_": r"\_",
+    "{": r"\{",
+    "}": r"\}",
+    "~": r"\textasciitilde{}",
+    "^": r"\textasciicircum{}",
+    "<": r"\textless{}",
+    ">": r"\textgreater{}",
+    "|": r"\textbar{}",
+    '"': r"\textquotedbl{}",
+    DASH: "--",
+    "—": "---",
+    SPECIAL: r"\textdagger{}",
+    "×": r"$\times$",
+    "·": r"$\cdot$",
+    "≤": r"$\leq$",
+    "µ": r"$\mu$",
+    "…": r"\dots{}",
+    "’": "'",
+    "\N{NO-BREAK SPACE}": "~",
+    "\N{MINUS SIGN}": "$-$",
+}
+RAISED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
+POWER = re.compile("[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+")
+FLOAT = re.compile(r"(-?\d+(?:\.\d+)?)e(-?\d+)")
+
+
+def escaped(text: str) -> str:
+    """Return text as LaTeX takes it in any document: its own signs escaped, others in ASCII or as a question mark."""
+    if found := FLOAT.fullmatch(text):
+        return rf"${found[1]}\cdot 10^{{{found[2]}}}$"
+    if found := POWER.search(text):
+        power = f"$^{{{found.group().translate(RAISED)}}}$"
+        return escaped(text[: found.start()]) + power + escaped(text[found.end() :])
+    return "".join(LATEX.get(sign, sign if sign.isascii() or sign.isalpha() else "?") for sign in text)
+
+
+def latex(sheet: Sheet) -> str:
+    """Return a sheet as a LaTeX table in the manner of booktabs; what is best stands in bold."""
+    columns = "".join("r" if h.numeric else "l" for h in sheet.headings)
+    lines = [
+        "% needs \\usepackage{booktabs}",
+        r"\begin{table}",
+        r"\centering\footnotesize",
+        rf"\caption{{{escaped(sheet.title)}. {escaped(sheet.note)}}}",
+        rf"\label{{tab:{re.sub(r'[^A-Za-z0-9]+', '-', sheet.name).strip('-')}}}",
+        rf"\begin{{tabular}}{{{columns}}}",
+        r"\toprule",
+    ]
+    if sheet.has_groups:
+        lines.append(_line([rf"\multicolumn{{{n}}}{{c}}{{{escaped(group)}}}" for group, n in sheet.grouped]))
+    lines.append(_line([escaped(h.name + (f" [{h.unit}]" if h.unit else "")) for h in sheet.headings]))
+    lines.append(r"\midrule")
+    for i, row in enumerate(sheet.rows):
+        cells = [escaped(" ".join(text.split())) for text in row]
+        lines.append(_line([rf"\textbf{{{text}}}" if (i, j) in sheet.marked else text for j, text in enumerate(cells)]))
+    return "\n".join([*lines, r"\bottomrule", r"\end{tabular}", r"\end{table}", ""])
+
+
+def _line(cells: Sequence[str]) -> str:
+    # A row that begins with [ would be taken for an option of \\ before it.
+    return " & ".join(f"{{}}{text}" if text.startswith("[") else text for text in cells) + r" \\"

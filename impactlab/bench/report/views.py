@@ -1,0 +1,142 @@
+"""The rows of a table gathered: scene by scene, family by family; and what an error of a row is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+from impactlab.bench.report.read import Row, setting
+
+AUTOMATIC = "automatic"  # the method that chooses
+HARD = "hard"  # the suite of cases made to break methods: it has a report of its own
+EXACT = 1e-12  # an error below it is rounding
+SURE = 1.0 / 3.0  # a reference less sure than this share of a tolerance cannot judge it
+
+
+class Norm(NamedTuple):
+    """A way to measure an error, as it is named."""
+
+    name: str
+    title: str
+    axis: str  # label of an axis
+    relative: bool = True  # whether the uncertainty of a reference, which is relative, is its floor
+
+
+NORMS = (
+    Norm("displacement", "displacement", "error of displacement (relative L2)"),
+    Norm("impulse", "impulse", "error of impulse (relative)"),
+    Norm("force_away_from_jumps", "force away from jumps", "error of force, away from jumps (relative L2)", False),
+    Norm("force_graph", "force graph", "distance of the force graphs (T, peak)", False),
+    Norm("event_times", "event times", "error of event times [T]", False),
+)
+BOTH = Norm("both", "displacement and impulse", "larger error of displacement and impulse (relative)")
+GOALS = (BOTH, NORMS[0], NORMS[1])  # what tolerances are asked of
+TOLERANCES = (1e-2, 1e-3, 1e-4)
+CLOCKS: dict[str, Callable[[Row], float | None]] = {"solve": lambda row: row.solve_s, "total": lambda row: row.total_s}
+
+
+class Family(NamedTuple):
+    """One method on one scene through its levels, in the order of the ladder."""
+
+    method: str
+    rows: tuple[Row, ...]
+
+    @property
+    def completed(self) -> tuple[Row, ...]:
+        """Return the rows that came to their end."""
+        return tuple(row for row in self.rows if row.completed)
+
+
+class SceneRows(NamedTuple):
+    """All rows of one scene."""
+
+    name: str
+    families: tuple[Family, ...]
+    automatic: tuple[Row, ...]  # the rows of the automatic choice
+
+    @property
+    def rows(self) -> tuple[Row, ...]:
+        """Return the rows of all families, without the automatic choice."""
+        return tuple(row for family in self.families for row in family.rows)
+
+    @property
+    def case(self) -> str:
+        """Return the name of its case."""
+        return self.name.partition("/")[0]
+
+    def measures(self, name: str) -> bool:
+        """Return whether any method has an error in this norm."""
+        return any(getattr(row, name) is not None for row in self.rows)
+
+    @property
+    def reference(self) -> str:
+        """Return the name of what errors are measured against; empty where there is nothing."""
+        return next((row.reference for row in self.rows if row.reference not in ("", "none")), "")
+
+    @property
+    def uncertainty(self) -> float:
+        """Return how far the reference itself may be off (relative); 0 if the table does not say."""
+        return max((row.reference_uncertainty or 0.0 for row in self.rows), default=0.0)
+
+
+def gathered(rows: Sequence[Row]) -> tuple[SceneRows, ...]:
+    """Return the scenes in the order of the table, each with its families; levels in ascending order."""
+    scenes: dict[str, dict[str, list[Row]]] = {}
+    for row in rows:
+        scenes.setdefault(row.scene, {}).setdefault(row.method, []).append(row)
+    return tuple(
+        SceneRows(
+            name,
+            tuple(Family(m, tuple(sorted(own, key=_rung))) for m, own in methods.items() if m != AUTOMATIC),
+            tuple(methods.get(AUTOMATIC, ())),
+        )
+        for name, methods in scenes.items()
+    )
+
+
+def _rung(row: Row) -> float:
+    """Return the place of a level on its ladder; levels with names keep the order of the table."""
+    try:
+        return float(row.level)
+    except ValueError:
+        return 0.0
+
+
+def methods_of(scenes: Sequence[SceneRows]) -> tuple[str, ...]:
+    """Return the names of all families, in the order of the table."""
+    return tuple(dict.fromkeys(family.method for scene in scenes for family in scene.families))
+
+
+def error(row: Row, norm: Norm, scene: SceneRows) -> float | None:
+    """Return the error of a row as it is judged; None where there is none.
+
+    Nothing is better than its reference: an error below the uncertainty of the reference counts as that uncertainty,
+    and one below rounding as rounding. Both at once is the larger of the two; in a scene without impulse, or without
+    displacement, the one that exists.
+    """
+    if not row.completed:
+        return None
+    if norm is BOTH:
+        parts = [error(row, each, scene) for each in NORMS[:2] if scene.measures(each.name)]
+        return None if not parts or None in parts else max(part for part in parts if part is not None)
+    value = getattr(row, norm.name)
+    if value is None:
+        return None
+    return max(float(value), EXACT, scene.uncertainty if norm.relative else 0.0)
+
+
+def meets(row: Row, norm: Norm, scene: SceneRows, tolerance: float) -> bool:
+    """Return whether the error of a row stays within a tolerance."""
+    value = error(row, norm, scene)
+    return value is not None and value <= tolerance
+
+
+def courant(row: Row) -> float | None:
+    """Return c dt/h as the settings of a row ask for it; None where they ask otherwise."""
+    value = setting(row, "solve.step.courant")
+    return float(value) if isinstance(value, int | float) else None
+
+
+def on_special_grid(row: Row) -> bool:
+    """Return whether a row has dt = h/c: on a uniform rod waves then go from node to node without any error."""
+    return courant(row) == 1.0

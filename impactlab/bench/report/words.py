@@ -1,0 +1,113 @@
+"""What the table says, in sentences: who wins where, and how sure that is."""
+
+from __future__ import annotations
+
+import collections
+import statistics
+from collections.abc import Sequence
+
+from impactlab.bench.report.automatic import verdict_words
+from impactlab.bench.report.looks import power
+from impactlab.bench.report.ranking import MET, best, judged, median, ranking
+from impactlab.bench.report.read import COMPLETED, Row
+from impactlab.bench.report.sheets import milliseconds, short
+from impactlab.bench.report.summary_sheets import percent_of, spreads
+from impactlab.bench.report.views import BOTH, CLOCKS, TOLERANCES, SceneRows, on_special_grid
+
+NAMED = 3  # methods that a sentence names
+
+
+def findings(scenes: Sequence[SceneRows]) -> list[str]:
+    """Return which method wins where, one sentence each, most telling first."""
+    told = [_exact(scenes), *(_at(scenes, tolerance) for tolerance in TOLERANCES)]
+    return [sentence for sentence in [*told, _steady(scenes), *verdict_words(scenes)] if sentence]
+
+
+def _exact(scenes: Sequence[SceneRows]) -> str:
+    """Return what the answers without steps come to: where they exist and how fast they are."""
+    served = [scene for scene in scenes if any(row.stepless for row in scene.rows)]
+    if not served:
+        return ""
+    wins, times = 0, []
+    for scene in served:
+        own = [row for row in scene.rows if row.stepless and row.solve_s]
+        times += [float(row.solve_s or 0.0) for row in own]
+        leads = [best(scene, BOTH, tolerance, CLOCKS["solve"]) for tolerance in TOLERANCES]
+        wins += all(lead is not None and lead.stepless for lead in leads)
+    middle = f", median {milliseconds(statistics.median(times))} ms" if times else ""
+    return (
+        f"An answer without steps exists in {len(served)} of {_scenes(len(scenes))}{middle}; it is the fastest at "
+        f"every tolerance in {wins} of them. What follows compares the methods with steps."
+    )
+
+
+def _at(scenes: Sequence[SceneRows], tolerance: float) -> str:
+    """Return who is fastest most often at one tolerance, special grids left out."""
+    kept = judged(scenes, BOTH, tolerance).scenes
+    if not kept:
+        return f"No scene can be judged at {power(tolerance)}."
+    wins: collections.Counter[str] = collections.Counter()
+    for scene in kept:
+        lead = best(scene, BOTH, tolerance, CLOCKS["solve"], ordinary=True)
+        wins.update([lead.method] if lead is not None else [])
+    nobody = len(kept) - sum(wins.values())
+    if not wins:
+        told = f"At {power(tolerance)} no method with steps off special grids meets both norms"
+        return f"{told} in any of {_scenes(len(kept))}."
+    named = ", ".join(f"{method} in {count}" for method, count in wins.most_common(NAMED))
+    missing = f"; none meets it in {nobody}" if nobody else ""
+    return f"At {power(tolerance)} in displacement and impulse, of {_scenes(len(kept))}, fastest is {named}{missing}."
+
+
+def _steady(scenes: Sequence[SceneRows]) -> str:
+    """Return which method with steps, off special grids, meets the middle tolerance most often, and at what price."""
+    tolerance = TOLERANCES[1]
+    apart = {row.method for scene in scenes for row in scene.rows if row.stepless or on_special_grid(row)}
+    table = [each for each in ranking(scenes, BOTH, tolerance) if each.method not in apart and each.count(MET)]
+    if not table:
+        return ""
+    first = table[0]
+    price = median(first.ratios_stepped)
+    dear = f", at {short(price)} times the time of the fastest there (median)" if price is not None else ""
+    return f"Most often within {power(tolerance)}: {first.method}, in {first.count(MET)} of {len(first.results)}{dear}."
+
+
+def certainty_words(rows: Sequence[Row], scenes: Sequence[SceneRows]) -> list[str]:
+    """Return how sure the numbers are: references, times, and what was not measured."""
+    exact = [scene for scene in scenes if scene.reference in ("st_venant", "kelvin_voigt")]
+    converged = [scene for scene in scenes if scene.reference and scene not in exact]
+    none = [scene.name for scene in scenes if not scene.reference]
+    words = [f"Errors are measured against the exact answer in {_scenes(len(exact))}"]
+    if converged:
+        worst = max(scene.uncertainty for scene in converged)
+        words[0] += f", against a converged one in {len(converged)} (itself sure to {short(worst)} or better)"
+    words[0] += "."
+    if none:
+        words.append(f"No reference, so not ranked: {', '.join(none)}.")
+    spread = spreads(rows)
+    if spread:
+        repeats = sorted({row.repeats for row in rows if row.repeats})
+        count = f"{repeats[0]}" if len(repeats) == 1 else f"{repeats[0]} to {repeats[-1]}"
+        half, most = percent_of(statistics.median(spread)), percent_of(max(spread))
+        words.append(
+            f"Times are the least of {count} repeats; in half of the runs their median lies within {half} % above it, "
+            f"in the worst {most} %. A ratio nearer to one than that is a tie."
+        )
+    counts = collections.Counter(row.status for row in rows)
+    lost = ", ".join(f"{count} {status}" for status, count in counts.items() if status != COMPLETED)
+    words.append(
+        f"{len(rows)} runs: {counts[COMPLETED]} completed{', ' + lost if lost else ''}. All of them are listed."
+    )
+    places = sorted({row.machine for row in rows if row.machine})
+    if places:
+        words.append(f"Measured on {'; '.join(places)}.")
+    if len(places) > 1:
+        words.append("Times of several machines stand in this table: do not compare them.")
+    codes = sorted({row.code for row in rows if row.code})
+    if len(codes) > 1:
+        words.append(f"Rows of {len(codes)} versions of impactlab stand in this table: {', '.join(codes)}.")
+    return words
+
+
+def _scenes(count: int) -> str:
+    return f"{count} scene{'' if count == 1 else 's'}"

@@ -1,0 +1,453 @@
+"""The report of a bench: what it tells is what the table holds, and nothing of the table is lost."""
+
+from __future__ import annotations
+
+import csv
+import gzip
+import itertools
+import json
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from impactlab.bench.report.automatic import automatic_sheet, choices
+from impactlab.bench.report.fronts import front_of, stepped
+from impactlab.bench.report.looks import leaders, looks, power, within
+from impactlab.bench.report.precision import precision
+from impactlab.bench.report.ranking import judged, profile, ranking
+from impactlab.bench.report.read import FIELDS, Row, read_table, setting
+from impactlab.bench.report.scene_sheets import families_sheet, front_sheet, unfinished
+from impactlab.bench.report.sheets import Heading, Sheet, escaped, latex, markdown, short
+from impactlab.bench.report.special import pairs, special_grids
+from impactlab.bench.report.summary_sheets import excluded, ranking_sheet, winners
+from impactlab.bench.report.views import BOTH, NORMS, SceneRows, error, gathered
+from impactlab.bench.report.words import certainty_words, findings
+from impactlab.bench.report.write import write_bench
+from impactlab.errors import CaseError
+
+ENDED = {
+    "status": "completed",
+    "suite": "standard",
+    "variant": "base",
+    "reference": "st_venant",
+    "reference_uncertainty": 1e-13,
+    "setup_s": 1e-3,
+    "setup_spread_s": 1e-5,
+    "solve_spread_s": 1e-5,
+    "repeats": 5,
+    "steps": 100,
+    "unknowns": 10,
+    "round_trips": 3.0,
+    "energy_gain": 1e-4,
+    "energy_loss": 1e-3,
+    "force_oscillation": 0.1,
+    "force_away_from_jumps": 0.05,
+    "machine": "a machine",
+    "code": "1.0+abc",
+}
+
+
+def made(case: str, method: str, level: int, solve_ms: float, both: float, **cells: Any) -> dict[str, Any]:
+    """A row that ended: displacement and impulse with the same error."""
+    told = {"case": case, "method": method, "level": level, "solve_s": 1e-3 * solve_ms}
+    return ENDED | told | {"displacement": both, "impulse": both, "integrator": "newmark"} | cells
+
+
+def lost(case: str, method: str, level: int, status: str, reason: str) -> dict[str, Any]:
+    """A row without a result."""
+    return {"case": case, "variant": "base", "method": method, "level": level, "status": status, "reason": reason}
+
+
+# Three scenes: on a and b numbers are chosen by hand, c has no reference.
+HAND = [
+    made("a", "exact", 0, 0.5, 0.0, steps=None, integrator="", unknowns=None),
+    made("a", "slow", 0, 4.0, 5e-3),
+    made("a", "slow", 1, 8.0, 5e-4),
+    made("a", "quick", 0, 1.0, 9e-3),
+    made("a", "quick", 1, 2.0, 2e-3),
+    lost("a", "shy", 0, "refused", "no mode 100 % & more"),
+    made("b", "slow", 0, 3.0, 8e-3),
+    made("b", "slow", 1, 6.0, 9e-4),
+    made("b", "quick", 0, 1.0, 3e-2),
+    lost("b", "quick", 1, "failed", "lost | at_sea"),
+    lost("b", "shy", 0, "hung", "killed after 60 s"),
+    made("c", "slow", 0, 1.0, 0.0, reference="none", displacement=None, impulse=None),
+]
+
+
+def written(folder: Path, rows: list[dict[str, Any]], name: str = "table.csv") -> Path:
+    """Write rows as a table with all its columns."""
+    file = folder / name
+    with file.open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.DictWriter(stream, [*FIELDS, "exit_velocity"], lineterminator="\n")
+        writer.writeheader()
+        writer.writerows({key: "" if value is None else value for key, value in row.items()} for row in rows)
+    return file
+
+
+def scenes_of(folder: Path, rows: list[dict[str, Any]]) -> tuple[SceneRows, ...]:
+    return gathered(read_table(written(folder, rows)))
+
+
+class Text(HTMLParser):
+    """Collects what a page says, its tags and its addresses."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.words: list[str] = []
+        self.open: list[str] = []
+        self.addresses: list[str] = []
+        self.ids: list[str] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.addresses += [value or "" for name, value in attrs if name in ("href", "src")]
+        self.ids += [value or "" for name, value in attrs if name == "id"]
+
+    def handle_data(self, data: str) -> None:
+        self.words.append(data)
+
+    @property
+    def text(self) -> str:
+        return " ".join(" ".join(self.words).split())
+
+
+# Reading
+
+
+def test_a_table_is_read_plain_and_compressed_with_types_and_empty_cells(tmp_path: Path) -> None:
+    rows = read_table(written(tmp_path, [HAND[0] | {"exit_velocity": "0.7"}, HAND[5]]))
+    assert (rows[0].solve_s, rows[0].steps, rows[0].level, rows[0].displacement) == (5e-4, None, "0", 0.0)
+    assert rows[0].more == {"exit_velocity": "0.7"}
+    assert rows[1].solve_s is None
+    packed = tmp_path / "table.csv.gz"
+    packed.write_bytes(gzip.compress((tmp_path / "table.csv").read_bytes()))
+    assert read_table(packed) == rows
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("a,b\n1,2\n", "has no column case, method, status"),
+        ("", "is not the table of a bench"),
+        ("case,method,status,displacement,impulse,solve_s,setup_s,steps,unknowns\n", "holds no row"),
+        (
+            "case,method,status,displacement,impulse,solve_s,setup_s,steps,unknowns\na,b,completed,x,,,,,\n",
+            "'x' is not a",
+        ),
+        (
+            "case,method,status,displacement,impulse,solve_s,setup_s,steps,unknowns\na,b,lost,,,,,,\n",
+            "'lost' is not one",
+        ),
+        ("case,method,status,displacement,impulse,solve_s,setup_s,steps,unknowns\na,b\n", "line 2 has not one cell"),
+    ],
+)
+def test_a_file_that_is_no_table_is_refused_with_words(tmp_path: Path, text: str, told: str) -> None:
+    file = tmp_path / "other.csv"
+    file.write_text(text)
+    with pytest.raises(CaseError, match=re.escape(told)):
+        read_table(file)
+
+
+def test_a_file_that_cannot_be_read_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(CaseError, match="cannot read"):
+        read_table(tmp_path / "none.csv")
+    (tmp_path / "image.csv").write_bytes(b"\xff\xfe\x00\xd8")
+    with pytest.raises(CaseError, match="not text in UTF-8"):
+        read_table(tmp_path / "image.csv")
+    (tmp_path / "cut.csv.gz").write_bytes(gzip.compress(b"case" * 100)[:20])
+    with pytest.raises(CaseError, match="cannot read"):
+        read_table(tmp_path / "cut.csv.gz")
+
+
+def test_a_setting_is_found_however_the_row_nests_it() -> None:
+    for settings in (
+        {"solve.step": {"courant": 0.9}},
+        {"solve.step.courant": 0.9},
+        {"solve": {"step": {"courant": 0.9}}},
+    ):
+        assert setting(Row("a", "m", "completed", settings=json.dumps(settings)), "solve.step.courant") == 0.9
+    assert setting(Row("a", "m", "completed", settings="{}"), "solve.step.courant") is None
+    assert setting(Row("a", "m", "completed", settings="no json"), "solve.step.courant") is None
+
+
+# Ranking
+
+
+def test_the_ranking_of_a_small_table_is_what_a_hand_finds(tmp_path: Path) -> None:
+    scenes = scenes_of(tmp_path, HAND)
+    loose = {each.method: each for each in ranking(scenes, BOTH, 1e-2)}
+    # Scene a: exact 0.5 ms is best; quick 1 ms, slow 4 ms. Scene b: slow 3 ms is the only one; quick is 3 % off.
+    assert loose["exact"].ratios == (1.0,)
+    assert loose["quick"].ratios == (2.0,)
+    assert loose["slow"].ratios == (8.0, 1.0)
+    assert loose["slow"].ratios_stepped == (4.0, 1.0)  # in a the best with steps is quick
+    assert [result.outcome for result in loose["shy"].results] == ["refused", "failed"]
+    assert [result.outcome for result in loose["quick"].results] == ["met", "missed"]
+    assert [result.outcome for result in loose["exact"].results] == ["met", "absent"]
+    assert ranking(scenes, BOTH, 1e-2)[0].method == "slow"  # in both scenes
+    sharp = {each.method: each for each in ranking(scenes, BOTH, 1e-3)}
+    assert sharp["slow"].ratios == (16.0, 1.0)
+    assert sharp["quick"].ratios == ()
+    # With set-up, 1 ms each: 9 ms over 1.5 ms.
+    assert ranking(scenes, BOTH, 1e-3, "total")[0].ratios == pytest.approx((6.0, 1.0))
+
+
+def test_the_sheet_of_a_ranking_shows_the_same_numbers(tmp_path: Path) -> None:
+    sheet = ranking_sheet(scenes_of(tmp_path, HAND), BOTH)
+    rows = {row[0]: row[1:] for row in sheet.rows}
+    assert rows["slow"][:8] == ("2", "4.5", "8", "2.5", "2", "8.5", "16", "1")
+    assert rows["quick"][:4] == ("1", "2", "2", "1")
+    assert rows["quick"][-2:] == ("0", "1")
+    assert rows["shy"][-2:] == ("1", "1")  # refused on a, hung on b
+    assert rows["shy"][:4] == ("0", "–", "–", "–")
+
+
+def test_scenes_without_a_sure_reference_are_left_out_and_named(tmp_path: Path) -> None:
+    rows = [*HAND, made("d", "slow", 0, 1.0, 1e-3, reference="converged", reference_uncertainty=2e-4)]
+    scenes = scenes_of(tmp_path, rows)
+    assert [scene.name for scene in judged(scenes, BOTH, 1e-3).scenes] == ["a", "b", "d"]
+    assert [scene.name for scene in judged(scenes, BOTH, 1e-4).scenes] == ["a", "b"]
+    told = excluded(scenes, BOTH)
+    assert ("all tolerances", "c", "no reference: no method is known to be right") in told
+    assert (power(1e-4), "d", "the reference is only sure to 0.0002") in told
+    words = " ".join(certainty_words(read_table(written(tmp_path, rows)), scenes))
+    assert "not ranked: c." in words
+    assert "1 refused" in words
+
+
+def test_no_error_counts_as_smaller_than_its_reference_is_sure(tmp_path: Path) -> None:
+    rows = [made("a", "m", 0, 1.0, 1e-9, reference_uncertainty=1e-6, force_away_from_jumps=1e-9)]
+    [scene] = scenes_of(tmp_path, rows)
+    assert error(scene.rows[0], BOTH, scene) == 1e-6
+    assert error(scene.rows[0], NORMS[2], scene) == 1e-9  # the uncertainty is that of displacement and impulse
+
+
+def test_a_scene_without_impulse_is_judged_by_displacement(tmp_path: Path) -> None:
+    [scene] = scenes_of(tmp_path, [made("a", "m", 0, 1.0, 1e-4, impulse=None)])
+    assert error(scene.rows[0], BOTH, scene) == 1e-4
+    # Where others have one, a method without any has not shown that it meets both.
+    [scene] = scenes_of(tmp_path, [made("a", "m", 0, 1.0, 1e-4, impulse=None), made("a", "n", 0, 1.0, 1e-4)])
+    assert error(scene.rows[0], BOTH, scene) is None
+
+
+def test_a_profile_never_reaches_one_for_a_method_that_fails_somewhere(tmp_path: Path) -> None:
+    loose = {each.method: each for each in ranking(scenes_of(tmp_path, HAND), BOTH, 1e-2)}
+    assert profile(loose["slow"]) == [(1.0, 0.5), (8.0, 1.0)]
+    assert profile(loose["quick"]) == [(2.0, 0.5)]
+    assert profile(loose["shy"]) == []
+
+
+def test_winners_name_who_is_off_the_special_grid(tmp_path: Path) -> None:
+    grid = {"settings": json.dumps({"solve.step": {"courant": 1.0}})}
+    rows = [*HAND[:5], made("a", "tuned", 0, 0.8, 1e-5, **grid)]
+    [row] = winners(scenes_of(tmp_path, rows)).rows
+    assert row[1] == "0.500"
+    assert row[2].replace("\N{NO-BREAK SPACE}", " ") == "tuned† 0.800; quick 1.00"
+    assert row[4].replace("\N{NO-BREAK SPACE}", " ") == "tuned† 0.800; no other"
+
+
+def test_findings_leave_special_grids_out(tmp_path: Path) -> None:
+    grid = {"settings": json.dumps({"solve.step.courant": 1.0})}
+    words = " ".join(findings(scenes_of(tmp_path, [*HAND, made("a", "tuned", 0, 0.1, 1e-5, **grid)])))
+    assert "tuned" not in words
+    assert "Most often within 10⁻³: slow, in 2 of 2" in words
+
+
+# Fronts
+
+
+def test_the_front_leaves_out_what_goes_without_steps(tmp_path: Path) -> None:
+    scene = scenes_of(tmp_path, HAND)[0]
+    found = [(p.row.method, p.row.level) for p in front_of(stepped(scene), NORMS[0], scene)]
+    assert found == [("quick", "0"), ("quick", "1"), ("slow", "1")]
+    assert leaders(scene, NORMS[0]) == ["quick", "slow"]
+    lines = front_sheet(scene).rows
+    assert [line[0] for line in lines] == ["exact", "quick", "quick", "slow"]
+    assert {line[-1] for line in lines[1:]} == {"time, with and without set-up"}
+
+
+def test_methods_that_differ_by_rounding_do_not_beat_each_other(tmp_path: Path) -> None:
+    rows = [made("a", "one", 0, 1.0, 1e-3), made("a", "same", 0, 1.1, 1e-3 * (1.0 - 1e-9))]
+    [scene] = scenes_of(tmp_path, rows)
+    assert [p.row.method for p in front_of(scene.rows, NORMS[0], scene)] == ["one"]
+
+
+# Special grids
+
+
+def test_special_grids_stand_beside_their_siblings_and_rods_that_are_not_uniform(tmp_path: Path) -> None:
+    def row(case: str, courant: float, both: float) -> dict[str, Any]:
+        name = "explicit" if courant == 1.0 else "explicit_0.9"
+        settings = json.dumps({"solve.step": {"courant": courant}})
+        return made(case, name, 0, 1.0, both, settings=settings, elements=100, model="finite_element", law="penalty")
+
+    rows = [
+        row("a", 1.0, 1e-6),
+        row("a", 0.9, 1e-3),
+        row("two_material_rod", 1.0, 0.011),
+        row("two_material_rod", 0.9, 0.02),
+    ]
+    scenes = scenes_of(tmp_path, rows)
+    [(method, [pair])] = pairs(scenes[0])
+    assert method == "explicit"
+    assert pair.ordinary is not None
+    assert pair.ordinary.method == "explicit_0.9"
+    sheet = special_grids(scenes)
+    assert sheet.rows == (("explicit", "a", "100", "1e-6", "1.00", "0.001", "1.00", "1000", "0.011", "0.02"),)
+    assert sheet.headings[-1].group == "two_material_rod"
+
+
+# The automatic choice
+
+
+def test_misses_of_the_automatic_choice_come_first_and_are_marked(tmp_path: Path) -> None:
+    def asked(level: int, tolerance: float, **cells: Any) -> dict[str, Any]:
+        told = {"tolerance_asked": tolerance, "expected_error": tolerance / 2.0, "choosing_s": 4e-3}
+        return made("a", "automatic", level, 2.0, 4e-3) | told | cells
+
+    rows = [*HAND[:5], asked(0, 1e-2), asked(1, 1e-3)]
+    rows.append(lost("a", "automatic", 2, "refused", "cannot be met") | {"tolerance_asked": 1e-4})
+    scenes = scenes_of(tmp_path, rows)
+    kept, missed, declined = choices(scenes)
+    assert (kept.verdict, missed.verdict, declined.verdict) == ("kept", "missed", "declined")
+    assert kept.over_best == pytest.approx(4.0)  # 2 ms over the exact answer's 0.5 ms
+    assert kept.choosing == pytest.approx(2.0)
+    sheet = automatic_sheet(scenes)
+    assert [row[2] for row in sheet.rows] == ["missed", "declined", "kept"]
+    assert sheet.wrong == {0}
+    assert sheet.rows[1][5] == "cannot be met"
+    assert "automatic" not in [each.method for each in ranking(scenes, BOTH, 1e-2)]
+    assert "It missed in a at 0.001." in findings(scenes)
+
+
+# Tables
+
+
+def test_latex_escapes_what_latex_would_read(tmp_path: Path) -> None:
+    assert (
+        escaped("a_b & 5 % of {x} ^~ \\")
+        == r"a\_b \& 5 \% of \{x\} \textasciicircum{}\textasciitilde{} \textbackslash{}"
+    )
+    assert escaped("1.2e-4") == r"$1.2\cdot 10^{-4}$"
+    assert escaped("10⁻³ †") == r"10$^{-3}$ \textdagger{}"
+    sheet = Sheet("x_y", "50 % & more", "n_o", (Heading("a_b", numeric=False), Heading("t", "ms")), (("[x]", "1"),))
+    text = latex(sheet)
+    assert r"\toprule" in text
+    assert r"{}[x] & 1 \\" in text  # else \\ would take [x] for its option
+    assert r"\label{tab:x-y}" in text
+
+
+def test_every_table_is_valid_in_both_languages(tmp_path: Path) -> None:
+    scenes = scenes_of(tmp_path, HAND)
+    sheets = [winners(scenes), ranking_sheet(scenes, BOTH), special_grids(scenes), automatic_sheet(scenes)]
+    for sheet in [*sheets, families_sheet(scenes[0]), front_sheet(scenes[0])]:
+        lines = markdown(sheet).split("\n\n")[0].splitlines()
+        assert len({len(re.findall(r"(?<!\\)\|", line)) for line in lines}) == 1
+        text = latex(sheet)
+        assert text.isascii()
+        assert re.sub(r"\\[{}]", "", text).count("{") == re.sub(r"\\[{}]", "", text).count("}")
+        body = text.split(r"\midrule")[1].split(r"\bottomrule")[0].strip().splitlines()
+        for line in body:
+            assert len(re.findall(r"(?<!\\)&", line)) == len(sheet.headings) - 1
+            assert not re.search(r"(?<!\\)[%#_]", line)
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(None, "–"), (0.0, "0"), (1.0e-12, "1e-12"), (1.24e-4, "1.2e-4"), (0.0123, "0.012"), (352.0, "350")],
+)
+def test_numbers_are_short(value: float | None, text: str) -> None:
+    assert short(value) == text
+
+
+def test_names_beside_lines_stay_apart_and_in_reach() -> None:
+    placed = within([1.0] * 9, 0.1)
+    assert placed == sorted(placed)
+    assert max(placed) <= 1.02 + 1e-12
+    assert min(b - a for a, b in itertools.pairwise(placed)) >= 0.1 - 1e-12
+
+
+# The page
+
+
+@pytest.fixture(scope="module")
+def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The report of the small table, made once: pages are only looked at."""
+    folder = tmp_path_factory.mktemp("report")
+    write_bench(folder, written(folder, HAND))
+    return folder
+
+
+def test_every_row_without_a_result_is_on_the_page(report: Path, tmp_path: Path) -> None:
+    page = Text((report / "index.html").read_text(encoding="utf-8"))
+    for row in HAND:
+        if row["status"] != "completed":
+            assert f"{row['case']} {row['method']} {row['level']} {row['status']} {row['reason']}" in page.text
+            own = Text((report / "cases" / f"{row['case']}.html").read_text(encoding="utf-8"))
+            assert row["reason"] in own.text
+    assert [len(unfinished(scene)) for scene in scenes_of(tmp_path, HAND)] == [1, 2, 0]
+
+
+def test_a_report_is_whole_and_needs_no_network(report: Path) -> None:
+    pages = [report / "index.html", *(report / "cases").iterdir()]
+    assert {page.name for page in pages} == {"index.html", "a.html", "b.html", "c.html"}
+    for page in pages:
+        found = Text(page.read_text(encoding="utf-8"))
+        assert len(found.ids) == len(set(found.ids))
+        for address in found.addresses:
+            file, _, anchor = address.partition("#")
+            target = page.parent / file if file else page
+            assert target.exists(), address
+            assert not anchor or f'id="{anchor}"' in target.read_text(encoding="utf-8")
+    names = {path.stem for path in (report / "figures").iterdir()}
+    assert {"map_0.001", "profiles_solve", "precision_a_displacement", "energy_a", "oscillation_a"} <= names
+    assert {"winners.md", "winners.tex", "a.md", "a.tex", "ranking_both_solve.tex"} <= {
+        path.name for path in (report / "tables").iterdir()
+    }
+    assert not list(report.glob(".report*"))
+
+
+def test_a_report_replaces_the_last_one_and_nothing_else(tmp_path: Path) -> None:
+    table = written(tmp_path, [row for row in HAND if row["case"] == "b"][2:])
+    (tmp_path / "figures").mkdir()
+    (tmp_path / "figures" / "old.svg").write_text("old")
+    (tmp_path / "notes.txt").write_text("mine")
+    write_bench(tmp_path, table)
+    first = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+    assert not (tmp_path / "figures" / "old.svg").exists()
+    assert (tmp_path / "notes.txt").read_text() == "mine"
+    write_bench(tmp_path, table)
+    assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == first
+    with pytest.raises(CaseError):
+        write_bench(tmp_path, tmp_path / "notes.txt")
+    assert (tmp_path / "index.html").read_bytes() == first[tmp_path / "index.html"]
+
+
+@pytest.mark.parametrize(
+    "rows",
+    [
+        [lost("a", "m", 0, "refused", "no"), lost("a", "n", 0, "crashed", "gone")],
+        [made("a", "m", 0, 1.0, 1e-3) | dict.fromkeys(("steps", "unknowns", "solve_s", "energy_gain", "round_trips"))],
+        [made("a", "m", 0, 1.0, 1e-3) | dict.fromkeys(("displacement", "impulse", "force_oscillation", "setup_s"))],
+        [made("a", "m", 0, 1.0, 50.0)],
+        [made("a", "exact", 0, 1.0, 0.0, steps=0, integrator="")],
+        [made("a", "automatic", 0, 1.0, 1e-3, tolerance_asked=None)],
+    ],
+    ids=["nothing ended", "no costs", "no errors", "all far off", "only exact", "only automatic"],
+)
+def test_tables_with_holes_are_reported_all_the_same(tmp_path: Path, rows: list[dict[str, Any]]) -> None:
+    write_bench(tmp_path, written(tmp_path, rows))
+    assert "Speed against error" in (tmp_path / "index.html").read_text(encoding="utf-8")
+
+
+def test_a_figure_names_its_leaders_and_only_them(tmp_path: Path) -> None:
+    rows = [*HAND, *(made("a", f"crowd_{i}", 0, 20.0 + i, 0.5) for i in range(25))]
+    scenes = scenes_of(tmp_path, rows)
+    figure = precision(scenes[0], NORMS[0], looks(scenes))
+    words = {text.get_text() for axis in figure.axes for text in axis.texts}
+    assert {"quick", "slow", "exact"} <= words
+    assert not any(word.startswith("crowd") for word in words)
