@@ -81,8 +81,9 @@ class Folders(NamedTuple):
 
 PRECISION = (
     "Each line is a method through its levels, coarse to fine; further left and lower is better. Methods that lead in "
-    "time, steps or unknowns are named, the others grey; dashed lines stand on the special grid dt = h/c. Rings are "
-    "the front of the methods with steps; an arrow at the floor is an answer without steps, its error below the axis."
+    "time, steps or unknowns are named, the others grey; dashed lines stand on the special grid dt = h/c, crosses are "
+    "methods that the case brings along. Rings are the front of the methods with steps; an arrow at the floor is an "
+    "answer without steps, its error below the axis."
 )
 ENERGY = (
     "The largest rise and fall of the energy balance of each run, over the energy in play. A line that does not fall "
@@ -102,7 +103,7 @@ def write_case(folders: Folders, case: str, scenes: Sequence[SceneRows], look: M
 
 def _section(folders: Folders, scene: SceneRows, look: Mapping[str, Look]) -> dict[str, Any]:
     name, lost = slug(scene.name), unfinished(scene)
-    measured = [norm for norm in NORMS if points(scene.rows, norm, scene)]
+    measured = [norm for norm in NORMS if points(scene.all_rows, norm, scene)]
     figures = []
     if any(row.steps and row.energy_gain is not None for row in scene.rows):
         figures.append(

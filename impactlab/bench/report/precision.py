@@ -114,11 +114,10 @@ def _frame(axis: Axes, scene: SceneRows, norm: Norm, cost: Cost, floor: float, t
     axis.set_ylim(floor / 1.5, top)
     decades(axis.yaxis)
     axis.set_xlabel(cost.label)
-    rows = (*scene.rows, *scene.automatic)
-    costs = [point.cost for point in points(rows, norm, scene, cost.of) if point.error <= top] or [1.0]
+    costs = [point.cost for point in points(scene.all_rows, norm, scene, cost.of) if point.error <= top]
     if cost is TIME:
         costs += [point.cost for point in front_of(stepped(scene), norm, scene, TOTAL.of) if point.error <= top]
-    low, high = min(costs), max(costs)
+    low, high = min(costs, default=1.0), max(costs, default=1.0)
     axis.set_xlim(low / (high / low * 2.0) ** 0.04, high * (high / low * 2.0) ** 0.04)
     axis.xaxis.set_major_locator(LogLocator(10.0, subs=(1.0, 2.0, 5.0) if high / low < 300.0 else (1.0,), numticks=12))
     axis.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
@@ -140,8 +139,11 @@ def _families(
     named: Sequence[str],
     floor: float,
 ) -> None:
-    """Draw a line per family through its levels; dashed on the special grid dt = h/c."""
+    """Draw a line per family through its levels, dashed on the special grid dt = h/c; the case's own are crosses."""
     top = limits(scene, norm)[1]
+    for own in scene.own:
+        for point in _line(own, norm, scene, cost, floor, top):
+            axis.plot([point.cost], [point.error], "x", color=GREY, markersize=3.5, markeredgewidth=0.8, zorder=2.0)
     for family in scene.families:
         line = _line(family, norm, scene, cost, floor, top)
         if not line or is_stepless(family):

@@ -167,16 +167,22 @@ def _value(text: str, kind: Any, column: str, name: str, line: int) -> Any:
     return int(value) if kind == int | None else value
 
 
+def settings_of(row: Row) -> dict[str, Any]:
+    """Return the settings of a row, path to value; empty if it has none."""
+    try:
+        settings = json.loads(row.settings or "{}")
+    except ValueError:
+        return {}
+    return settings if isinstance(settings, dict) else {}
+
+
 def setting(row: Row, path: str) -> Any:
     """Return one setting of a row by its dotted path, ``solve.step.courant``; None if it is not set there."""
-    try:
-        settings: Any = json.loads(row.settings or "{}")
-    except ValueError:
-        return None
-    for start, value in settings.items() if isinstance(settings, dict) else ():
+    for start, block in settings_of(row).items():
         if start == path:
-            return value
+            return block
         if path.startswith(f"{start}."):
+            value = block
             for part in path[len(start) + 1 :].split("."):
                 value = value.get(part) if isinstance(value, dict) else None
             if value is not None:

@@ -83,7 +83,7 @@ def _front_line(row: Row, which: str) -> tuple[str, ...]:
 def families_sheet(scene: SceneRows) -> Sheet:
     """Return the methods of a scene: time to each tolerance, least errors, energy, and what did not end."""
     lines = []
-    for family in scene.families:
+    for family in (*scene.families, *scene.own):
         times = [fastest(family.rows, BOTH, scene, tolerance, CLOCKS["solve"]) for tolerance in TOLERANCES]
         cells = [named(family.rows[-1]), *(milliseconds(row.solve_s if row else None) for row in times)]
         cells += [short(_least(family, name)) for name in ("displacement", "impulse")]
@@ -110,7 +110,7 @@ def families_sheet(scene: SceneRows) -> Sheet:
         "Time to solve of the fastest level that keeps displacement and impulse within the tolerance; least errors "
         "over all levels, of the force away from its jumps, of its graph in T and peaks; energy gained and lost in % "
         "of the energy in play, and how far the force goes up and down too often in peaks, at the finest level that "
-        "ended. † stands on the special grid dt = h/c."
+        "ended. † stands on the special grid dt = h/c; own. begins the methods that the case brings along."
     )
     return Sheet(slug(scene.name), f"Methods on {scene.name}", note, heads, tuple(lines), _quickest(lines))
 
@@ -160,7 +160,7 @@ class Unfinished(NamedTuple):
 def unfinished(scene: SceneRows) -> list[Unfinished]:
     """Return every run that did not come to its end; levels of one method with the same reason stand together."""
     groups: dict[tuple[str, str, str, str, str], list[str]] = {}
-    for row in (*scene.rows, *scene.automatic):
+    for row in scene.all_rows:
         if not row.completed:
             reached = "" if row.reached_time is None else f"{row.reached_time:.3g} s"
             key = (row.method, row.status, row.reason or "no reason given", row.remedy, reached)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from impactlab.bench.report.read import Row
+from impactlab.bench.report.read import Row, settings_of
 from impactlab.bench.report.sheets import DASH, Heading, Sheet, milliseconds, short
 from impactlab.bench.report.views import BOTH, Family, SceneRows, courant, error
 
@@ -36,17 +36,18 @@ def pairs(scene: SceneRows) -> list[tuple[str, list[Pair]]]:
 def _sibling(row: Row, families: Sequence[Family]) -> Row | None:
     """Return the row that differs from a row by its step alone."""
     likely = [other for family in families for other in family.rows if courant(other) == ORDINARY and _same(row, other)]
-    # Of two families that are alike in all that the table holds, the one whose name begins alike is meant.
+    # Of two families that are alike in all that the table holds, the one with the like name is meant.
     return max(likely, key=lambda other: _common(row.method, other.method), default=None)
 
 
 def _same(one: Row, other: Row) -> bool:
-    def of(row: Row) -> tuple[object, ...]:
-        return row.level, row.elements, row.model, row.basis, row.law, row.integrator, row.events
+    return _but_step(one) == _but_step(other)
 
-    if one.elements is not None and other.elements is not None:
-        return of(one)[1:] == of(other)[1:]
-    return of(one) == of(other)
+
+def _but_step(row: Row) -> tuple[object, ...]:
+    """Return what makes a row, its step left out."""
+    settings = {path: value for path, value in settings_of(row).items() if not path.startswith("solve.step")}
+    return row.elements, row.model, row.basis, row.law, row.integrator, row.events, settings
 
 
 def _common(one: str, other: str) -> int:

@@ -121,16 +121,16 @@ def certainty(scenes: Sequence[SceneRows]) -> Sheet:
     """Return for each scene what errors are measured against, how sure it is, and what became of its runs."""
     rows = []
     for scene in scenes:
-        counts = [sum(row.status == status for row in scene.rows) for status in (COMPLETED, "refused")]
-        spread = spreads(scene.rows)
+        counts = [sum(row.status == status for row in scene.all_rows) for status in (COMPLETED, "refused")]
+        spread = spreads(scene.all_rows)
         rows.append(
             (
                 scene.name,
                 scene.reference or "none",
                 short(scene.uncertainty) if scene.reference and scene.uncertainty else DASH,
-                str(len(scene.rows)),
+                str(len(scene.all_rows)),
                 *map(str, counts),
-                str(len(scene.rows) - sum(counts)),
+                str(len(scene.all_rows) - sum(counts)),
                 percent_of(statistics.median(spread)) if spread else DASH,
                 percent_of(max(spread)) if spread else DASH,
             )

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 from impactlab.bench.report.read import Row, setting
 
 AUTOMATIC = "automatic"  # the method that chooses
+OWN = "own."  # begins the names of methods that a case brings along: another thing in every case, so never ranked
 HARD = "hard"  # the suite of cases made to break methods: it has a report of its own
 EXACT = 1e-12  # an error below it is rounding
 SURE = 1.0 / 3.0  # a reference less sure than this share of a tolerance cannot judge it
@@ -51,13 +52,19 @@ class SceneRows(NamedTuple):
     """All rows of one scene."""
 
     name: str
-    families: tuple[Family, ...]
+    families: tuple[Family, ...]  # of the grid
+    own: tuple[Family, ...]  # that the case brings along
     automatic: tuple[Row, ...]  # the rows of the automatic choice
 
     @property
     def rows(self) -> tuple[Row, ...]:
-        """Return the rows of all families, without the automatic choice."""
+        """Return the rows of the grid."""
         return tuple(row for family in self.families for row in family.rows)
+
+    @property
+    def all_rows(self) -> tuple[Row, ...]:
+        """Return the rows of the grid, of the case's own methods and of the automatic choice."""
+        return (*self.rows, *(row for family in self.own for row in family.rows), *self.automatic)
 
     @property
     def case(self) -> str:
@@ -66,17 +73,17 @@ class SceneRows(NamedTuple):
 
     def measures(self, name: str) -> bool:
         """Return whether any method has an error in this norm."""
-        return any(getattr(row, name) is not None for row in self.rows)
+        return any(getattr(row, name) is not None for row in self.all_rows)
 
     @property
     def reference(self) -> str:
         """Return the name of what errors are measured against; empty where there is nothing."""
-        return next((row.reference for row in self.rows if row.reference not in ("", "none")), "")
+        return next((row.reference for row in self.all_rows if row.reference not in ("", "none")), "")
 
     @property
     def uncertainty(self) -> float:
         """Return how far the reference itself may be off (relative); 0 if the table does not say."""
-        return max((row.reference_uncertainty or 0.0 for row in self.rows), default=0.0)
+        return max((row.reference_uncertainty or 0.0 for row in self.all_rows), default=0.0)
 
 
 def gathered(rows: Sequence[Row]) -> tuple[SceneRows, ...]:
@@ -84,13 +91,16 @@ def gathered(rows: Sequence[Row]) -> tuple[SceneRows, ...]:
     scenes: dict[str, dict[str, list[Row]]] = {}
     for row in rows:
         scenes.setdefault(row.scene, {}).setdefault(row.method, []).append(row)
-    return tuple(
-        SceneRows(
-            name,
-            tuple(Family(m, tuple(sorted(own, key=_rung))) for m, own in methods.items() if m != AUTOMATIC),
-            tuple(methods.get(AUTOMATIC, ())),
-        )
-        for name, methods in scenes.items()
+    return tuple(_scene(name, methods) for name, methods in scenes.items())
+
+
+def _scene(name: str, methods: Mapping[str, Sequence[Row]]) -> SceneRows:
+    families = [Family(m, tuple(sorted(own, key=_rung))) for m, own in methods.items() if m != AUTOMATIC]
+    return SceneRows(
+        name,
+        tuple(family for family in families if not family.method.startswith(OWN)),
+        tuple(family for family in families if family.method.startswith(OWN)),
+        tuple(methods.get(AUTOMATIC, ())),
     )
 
 
@@ -103,7 +113,7 @@ def _rung(row: Row) -> float:
 
 
 def methods_of(scenes: Sequence[SceneRows]) -> tuple[str, ...]:
-    """Return the names of all families, in the order of the table."""
+    """Return the names of all families of the grid, in the order of the table."""
     return tuple(dict.fromkeys(family.method for scene in scenes for family in scene.families))
 
 
