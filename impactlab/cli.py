@@ -156,6 +156,58 @@ def compare(
 
 
 @app.command()
+def bench(
+    cases: Annotated[
+        list[Path] | None,
+        typer.Argument(metavar="[CASES]...", help="Case files; the suite if none is given.", show_default=False),
+    ] = None,
+    suite: Annotated[
+        str, typer.Option("--suite", metavar="NAME", help="standard: cases/*.yaml here; hard: cases/hard/*.yaml.")
+    ] = "standard",
+    grid: Annotated[
+        Path | None, typer.Option("--grid", metavar="FILE", help="A grid of one's own.", show_default=False)
+    ] = None,
+    methods: Annotated[
+        str | None,
+        typer.Option(
+            "--methods",
+            metavar="A,B,...",
+            help="Methods of the grid, own for those of the cases; all if not given.",
+            show_default=False,
+        ),
+    ] = None,
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder of the rows and the table.")] = Path(
+        "out/bench"
+    ),
+    jobs: Annotated[int, typer.Option("--jobs", metavar="N", min=0, help="Processes; 0 for one per core.")] = 1,
+    repeats: Annotated[int, typer.Option("--repeats", metavar="N", min=1, help="Of a timed run, at most.")] = 9,
+    no_timing: Annotated[bool, typer.Option("--no-timing", help="Leave out the times.")] = False,
+    time_limit: Annotated[
+        float, typer.Option("--time-limit", metavar="S", min=0.001, help="Seconds after which a run has hung.")
+    ] = 60.0,
+    as_json: Json = False,
+) -> None:
+    """Speed against error: a grid of methods over cases, one table row per run. What is done is not done again."""
+    with reporting(None, as_json):
+        from impactlab import console
+        from impactlab.bench import grid as grids
+        from impactlab.bench.cells import case_files
+        from impactlab.bench.run import Options
+        from impactlab.bench.run import bench as run_bench
+
+        files = case_files(cases or [], suite)
+        names = [name.strip() for name in methods.split(",") if name.strip()] if methods is not None else None
+        families = grids.chosen(grids.read_grid(grid or grids.of_suite(suite)), names)
+        options = Options(jobs, repeats, not no_timing, time_limit)
+        console.say_if_compiling()
+        with console.progress() as show:
+            found = run_bench(files, suite, families, out, options, names, show, console.say)
+        counts = ", ".join(f"{count} {status}" for status, count in sorted(found.counts.items()))
+        console.say(f"written: {out / 'table.csv'}")
+        console.answer(found.document) if as_json else print(f"{len(found.cells)} rows: {counts}")
+
+
+@app.command()
 def check(
     case: CaseFile, sets: Sets = None, method: Method = None, variant: Variant = None, as_json: Json = False
 ) -> None:

@@ -63,6 +63,11 @@ class EnergyBook(NamedTuple):
         return max(float(self.total[0]), float(np.max(np.abs(self.work), initial=0.0))) or 1.0
 
     @property
+    def final_error(self) -> float:
+        """How far the balance is from zero at the end, over the scale."""
+        return abs(float(self.balance[-1])) / self.scale
+
+    @property
     def largest_gain(self) -> float:
         """How far the balance ever rises above its start, over the scale."""
         return max(0.0, float(np.max(self.balance))) / self.scale
@@ -84,10 +89,13 @@ class Warned(NamedTuple):
 class Cost:
     """What a run cost."""
 
-    setup_s: float = 0.0
-    solve_s: float = 0.0
+    setup_s: float = 0.0  # s, before the first step
+    solve_s: float = 0.0  # s, the steps, and their records made ready to be read
     steps: int = 0
     rhs_evaluations: int | None = None  # of an adaptive run
+    checks_s: float = 0.0  # s, after the run: what it warns of
+    unknowns: int | None = None  # displacements that are stepped, over all bodies; None where nothing is
+    factorisations: int | None = None  # of an adaptive run that is implicit: LU decompositions
 
 
 class Field(NamedTuple):

@@ -6,12 +6,15 @@ the method has no answer (an impulse law has no force). It sees two `AbstractHis
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Iterable, Mapping
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
-from impactlab.history import AbstractHistory, Event
+from impactlab.errors import PluginError
+from impactlab.history import AbstractHistory, Event, Warned
+from impactlab.plugins import METRICS, Registry, registry
 from impactlab.scene import Contact, Mass, Point, Rod, Scene
 from impactlab.types import Array
 
@@ -253,18 +256,36 @@ def events_extra(history: AbstractHistory, reference: AbstractHistory, scene: Sc
     return None if matches is None else len(matches.extra)
 
 
-METRICS: Mapping[str, Metric] = {
-    "mass_displacement": mass_displacement,
-    "face_displacement": face_displacement,
-    "force": force,
-    "force_away_from_jumps": force_away_from_jumps,
-    "force_graph": force_graph,
-    "impulse": impulse,
-    "event_times": event_times,
-    "events_missed": events_missed,
-    "events_extra": events_extra,
-}
-"""The metrics of the summary, in its order."""
+ORDER = (
+    "mass_displacement",
+    "face_displacement",
+    "force",
+    "force_away_from_jumps",
+    "force_graph",
+    "impulse",
+    "event_times",
+    "events_missed",
+    "events_extra",
+    "exit_velocity",
+    "opening_time",
+    "force_oscillation",
+    "momentum_error",
+)
+"""The order in which a summary names the metrics; those of plugins follow by name."""
+
+
+def installed(parts: Registry | None = None) -> dict[str, Metric]:
+    """Return the metrics of the entry-point group ``impactlab.metrics`` by name, in the order of a summary.
+
+    One that cannot be used is left out; `impactlab plugins` says why.
+    """
+    known = registry() if parts is None else parts
+    names = known.names(METRICS)
+    found: dict[str, Metric] = {}
+    for name in (*(name for name in ORDER if name in names), *(name for name in names if name not in ORDER)):
+        with contextlib.suppress(PluginError):
+            found[name] = cast(Metric, known.load(METRICS, name))
+    return found
 
 
 def errors(
@@ -272,7 +293,7 @@ def errors(
     reference_name: str,
     reference: AbstractHistory,
     scene: Scene,
-    metrics: Mapping[str, Metric] = METRICS,
+    metrics: Mapping[str, Metric] | None = None,
 ) -> dict[str, str | float | None]:
     """Return the ``errors`` block of the summary: the name of the reference and every metric against it.
 
@@ -285,6 +306,24 @@ def errors(
     scene : Scene
         The scene of ``history``; gives contacts, duration and T.
     metrics : mapping, optional
-        Name to metric, e.g. `METRICS` and those of plugins.
+        Name to metric; those installed if not given. A plugin's metric that raises, or answers no number, leaves a
+        warning ``metric_failed`` on ``history`` and None here.
     """
-    return {"reference": reference_name} | {name: metric(history, reference, scene) for name, metric in metrics.items()}
+    found: dict[str, str | float | None] = {"reference": reference_name}
+    for name, metric in (installed() if metrics is None else metrics).items():
+        found[name] = _measured(name, metric, history, reference, scene)
+    return found
+
+
+def _measured(
+    name: str, metric: Metric, history: AbstractHistory, reference: AbstractHistory, scene: Scene
+) -> float | None:
+    if metric.__module__.partition(".")[0] == "impactlab":
+        return metric(history, reference, scene)
+    try:
+        value = metric(history, reference, scene)
+        return value if value is None or isinstance(value, int) else float(value)
+    except Exception as error:  # noqa: BLE001 - a stranger's metric may raise anything; the run is none the worse
+        text = f"metric {name}: {type(error).__name__}: {str(error)[:200]}"
+        history.warnings.append(Warned("metric_failed", text))
+        return None

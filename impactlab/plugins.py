@@ -9,7 +9,7 @@ import contextlib
 import dataclasses
 import inspect
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from difflib import get_close_matches
 from functools import cache
 from importlib import import_module
@@ -88,7 +88,7 @@ class Registry:
         return Registry(entry for entry in self.entries if entry.distribution == distribution)
 
     def load(self, group: Group, name: str) -> type[Any]:
-        """Return the part of that name: a frozen dataclass whose fields are its parameters.
+        """Return the part of that name: a frozen dataclass whose fields are its parameters; of a metric, the function.
 
         Raises
         ------
@@ -126,7 +126,8 @@ class Registry:
             for entry in sorted(entry for entry in self.entries if entry.group == group.name):
                 try:
                     part = self.load(group, entry.name)
-                    check_fields(part)
+                    if group is not METRICS:  # a function, which no case gives options
+                        check_fields(part)
                 except PluginError as error:
                     lines.append(Listed(group.name, entry.name, entry.distribution, "", (), error.text))
                 except Exception as error:  # noqa: BLE001 - types that cannot be resolved, and what else strangers write
@@ -157,9 +158,10 @@ def registry() -> Registry:
     return Registry(installed_entries())
 
 
-def describe(part: type[Any]) -> str:
+def describe(part: type[Any] | Callable[..., Any]) -> str:
     """Return the one-line description of a part: the first line of its own docstring, empty where it wrote none."""
-    text = inspect.cleandoc(vars(part).get("__doc__") or "")
+    written = vars(part).get("__doc__") if inspect.isclass(part) else part.__doc__
+    text = inspect.cleandoc(written or "")
     return "" if text.startswith(f"{part.__name__}(") else text.partition("\n")[0]  # what dataclass makes up
 
 
@@ -176,6 +178,8 @@ def parts_inside(part: Any) -> tuple[Any, ...]:
 
 def fault_of(part: Any, group: Group) -> str:
     """Return why an object cannot serve as a part of the group, or an empty text."""
+    if group is METRICS:
+        return _fault_of_metric(part)
     if not inspect.isclass(part):
         return f"it is not a class but {type(part).__name__!r}"
     if group.base:
@@ -193,6 +197,17 @@ def fault_of(part: Any, group: Group) -> str:
         if field.name == "kind":
             return "its field 'kind' has a name that cases use for the part itself"
     return "" if describe(part) else "its class has no docstring; the first line is what a listing shows"
+
+
+def _fault_of_metric(metric: Any) -> str:
+    """Return why an object cannot serve as ``metric(history, reference, scene)``, or an empty text."""
+    if not inspect.isfunction(metric):
+        return f"it is not a function but {type(metric).__name__!r}"
+    try:
+        inspect.signature(metric).bind(None, None, None)
+    except TypeError as error:
+        return f"it cannot be called as metric(history, reference, scene): {error}"
+    return "" if describe(metric) else "it has no docstring; the first line is what a listing shows"
 
 
 def _import(entry: Entry, group: Group) -> Any:

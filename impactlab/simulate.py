@@ -197,8 +197,11 @@ def run_adaptive(march: March, progress: Progress | None, began: float) -> Abstr
     """Return the history of an adaptive run; raises `StepError` as `run` does."""
     scene, set_up = march.system.scene, clock.perf_counter()
     history = march.run(progress)
+    solved = clock.perf_counter()
     warn(scene, [contact.port for contact in march.system.contacts], history)
-    history.cost.setup_s, history.cost.solve_s = set_up - began, clock.perf_counter() - set_up
+    cost = history.cost
+    cost.setup_s, cost.solve_s, cost.checks_s = set_up - began, solved - set_up, clock.perf_counter() - solved
+    cost.unknowns = march.system.n_dof
     bound = march.integrator.gains_energy + sum(contact.law.gains_energy for contact in scene.contacts)
     check_gain(history, bound, march.time, march.steps, "Give a smaller relative_tolerance.")
     return history
@@ -242,9 +245,11 @@ def run(scene: Scene, progress: Progress | None = None) -> AbstractHistory:
     began = clock.perf_counter()
     status = walk(assembly, history, progress)
     history.finish()
+    solved = clock.perf_counter()
     warn(scene, assembly.ports, history, assembly.dt)
-    history.cost.solve_s = clock.perf_counter() - began
+    history.cost.solve_s, history.cost.checks_s = solved - began, clock.perf_counter() - solved
     history.cost.steps = assembly.clock.step
+    history.cost.unknowns = sum(body.system.load.size for body in plan.built.values())
     raise_failure(status, assembly, history)
     return history
 

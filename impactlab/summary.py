@@ -154,6 +154,7 @@ def energy(history: AbstractHistory) -> dict[str, Any]:
         "work": float(book.work[-1]),
         "largest_gain": book.largest_gain,
         "largest_loss": book.largest_loss,
+        "final_error": book.final_error,
         "booked": dict.fromkeys(BOOKED, 0.0) | booked,
     }
 

@@ -48,7 +48,7 @@ class March:
         scene = system.scene
         transits = [0.5 * body.round_trip for body in scene.bodies.values() if isinstance(body, Rod)]
         self.longest = min([scene.duration, *transits]) if longest is None else longest
-        self.time, self.steps = 0.0, 0
+        self.time, self.steps, self.factorisations = 0.0, 0, 0
         self.state = system.start.copy()
         self.record = Record(system)
         self.history = AdaptiveHistory(self.record, scene.duration)
@@ -67,7 +67,10 @@ class March:
                     self._fail(f"{self.steps} steps did not reach the end of the run", MORE)
                 if solver is None:
                     solver = self._solver()
-                solver = self._step(solver)
+                before = solver.nlu
+                going_on = self._step(solver)
+                self.factorisations += solver.nlu - before
+                solver = going_on
                 if progress is not None and clock.perf_counter() - told > TOLD:
                     told = clock.perf_counter()
                     progress(self.time / duration)
@@ -150,6 +153,7 @@ class March:
         self.history.finish(self._events, self._spans)
         self.history.cost.steps = self.steps
         self.history.cost.rhs_evaluations = self.system.evaluations
+        self.history.cost.factorisations = self.factorisations
 
     def _fail(self, text: str, remedy: str = "", cause: BaseException | None = None) -> NoReturn:
         history = None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ from impactlab import plugins
 from impactlab.casefile.build import build_scene
 from impactlab.casefile.check import check
 from impactlab.casefile.document import Document, read_document
-from impactlab.casefile.edit import edited, with_method, with_variant
+from impactlab.casefile.edit import edited, with_method, with_values, with_variant
 from impactlab.casefile.faults import case_error
 from impactlab.casefile.resolve import resolve
 from impactlab.casefile.schema import CaseBlock
@@ -92,7 +92,21 @@ class Case:
         """Return the variant that the case calls by that name; ``base`` is the case as written."""
         if name == "base":
             return self
-        document = self._located(with_method, self.document, name, self.checked.methods)
+        return self._solved_by(name, self._located(with_method, self.document, name, self.checked.methods))
+
+    def solved_by(self, name: str, values: Mapping[str, Any]) -> Case:
+        """Return the variant that a method of the case would make of it, had the case such a method.
+
+        Parameters
+        ----------
+        name : str
+            How the method is called.
+        values : mapping
+            Dotted path to value, as under ``methods`` of a case: each takes the place of what stands there.
+        """
+        return self._solved_by(name, self._located(with_values, self.document, "methods", name, values))
+
+    def _solved_by(self, name: str, document: Document) -> Case:
         variant = _make(self.name, self.file, document, self.registry)
         named = replace(variant, method_name=name, variant_name=self.variant_name)
         return replace(named, written=self.written or self.built)
@@ -148,8 +162,12 @@ def load_case(path: str | Path, *, registry: plugins.Registry | None = None) -> 
         If a part it names is not installed or cannot be used.
     """
     file = Path(path)
-    document = read_document(file)
-    return _make(file.stem, str(path), document, registry or plugins.registry())
+    return case_of(file.stem, str(path), read_document(file), registry=registry)
+
+
+def case_of(name: str, file: str, document: Document, *, registry: plugins.Registry | None = None) -> Case:
+    """Return the case in a document that was read before; raises as `load_case`."""
+    return _make(name, file, document, registry or plugins.registry())
 
 
 def locate(document: Document, path: str) -> int | None:

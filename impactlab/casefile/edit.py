@@ -161,16 +161,17 @@ def with_method(document: Document, name: str, methods: Mapping[str, Mapping[str
         If the case has no such method, or the method changes what it may not.
     """
     check_method_name(name, ["base", *methods])
-    return _with_values(document, "methods", name, methods[name])
+    return with_values(document, "methods", name, methods[name])
 
 
 def with_variant(document: Document, name: str, variants: Mapping[str, Mapping[str, Any]]) -> Document:
     """Return the document with the values of one of its variants in place; raises as `with_method`."""
     check_variant_name(name, ["base", *variants])
-    return _with_values(document, "variants", name, variants[name])
+    return with_values(document, "variants", name, variants[name])
 
 
-def _with_values(document: Document, block: str, name: str, values: Mapping[str, Any]) -> Document:
+def with_values(document: Document, block: str, name: str, values: Mapping[str, Any]) -> Document:
+    """Return the document with values in place as a method or variant of that name would put them."""
     for path, value in values.items():
         if path.partition(".")[0] in ("methods", "variants", "schema_version"):
             raise CaseError(f"a {block[:-1]} cannot change {shown(path)}", remedy="Remove it.", path=f"{block}.{name}")

@@ -1,0 +1,114 @@
+"""Metrics of what an impact leaves behind: velocities, the opening, the chatter of the force, the momentum."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from impactlab.history import AbstractHistory
+from impactlab.metrics import force_channels, largest, midpoints
+from impactlab.scene import Mass, Rod, Scene
+from impactlab.types import Array
+
+
+class Free(NamedTuple):
+    """A body that nothing holds, with the mass that its momentum moves."""
+
+    name: str
+    mass: float  # kg, with the masses that ride on its ends
+
+
+def free_bodies(scene: Scene) -> Iterator[Free]:
+    """Give the masses, and the rods whose ends are free or carry masses."""
+    for name, body in scene.bodies.items():
+        if isinstance(body, Mass):
+            yield Free(name, body.mass)
+        elif isinstance(body, Rod) and all(end.kind in ("free", "mass") for end in (body.left, body.right)):
+            yield Free(name, body.mass + sum(end.value for end in (body.left, body.right)))
+
+
+def exit_velocity(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
+    """Return the error of the velocity with which a body leaves, over the largest speed of all; the largest.
+
+    A body's velocity is its momentum at the end of the run over its mass; bodies that something holds are left out.
+    The largest speed is that of the reference, over those bodies and the run. None where there is no such body.
+    """
+    bodies = list(free_bodies(scene))
+    t = midpoints(scene.duration)
+    end = np.array([scene.duration])
+    speeds = [float(np.max(np.abs(_velocity(reference, body, t)))) for body in bodies]
+    scale = max(speeds, default=0.0)
+    if scale == 0.0:
+        return None
+    return largest(
+        abs(float((_velocity(history, body, end) - _velocity(reference, body, end))[0])) / scale for body in bodies
+    )
+
+
+def _velocity(history: AbstractHistory, body: Free, t: Array) -> Array:
+    return np.asarray(history.evaluate(t, f"momentum:{body.name}") / body.mass)
+
+
+def opening_time(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
+    """Return how far the first opening of a contact is from that of the reference, in T; the largest over contacts.
+
+    None where no contact opens in both, or where there is no T. A law of impulses does not open.
+    """
+    if not np.isfinite(scene.round_trip):
+        return None
+    errors = []
+    for contact in scene.contacts:
+        times = [[e.time for e in h.events if (e.contact, e.kind) == (contact.name, "open")] for h in (history, reference)]
+        if all(times):
+            errors.append(abs(times[0][0] - times[1][0]) / scene.round_trip)
+    return max(errors, default=None)
+
+
+def force_oscillation(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
+    """Return how much more the force goes up and down than that of the reference, in peaks; the largest over contacts.
+
+    It is the total variation of the force on the 6000 cells, sum |F_i+1 - F_i| from F = 0 before the run, less that of
+    the reference, over the peak of the reference; 0 where the force varies less. A force that drops to zero and comes
+    back once too often counts 2; ripples of 1 % up and down over a hundred steps count 2, too. Where steps are shorter
+    than cells, what happens within a cell is not seen. None where the reference has no force.
+    """
+    t = midpoints(scene.duration)
+    errors: list[float | None] = []
+    for name in force_channels(scene):
+        exact = reference.evaluate(t, name)
+        peak = float(np.max(np.abs(exact)))
+        if peak > 0.0:
+            more = _variation(history.evaluate(t, name)) - _variation(exact)
+            errors.append(more if math.isnan(more) else max(0.0, more) / peak)
+    return largest(errors)
+
+
+def _variation(values: Array) -> float:
+    return float(np.sum(np.abs(np.diff(values, prepend=0.0))))
+
+
+def momentum_error(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
+    """Return how far the momentum of a body is from the impulses that it was given; the largest over free bodies.
+
+    |p(end) - p(0) - impulses of contacts - m g t| over the momentum in play: the largest |p|, plus the impulses, plus
+    sqrt(2 m E), which bounds what the waves of a body hold. It is a balance of the run itself: the reference is not
+    looked at. None where something holds every body.
+    """
+    errors = []
+    t = np.minimum(history.energy.time, history.duration)  # the last step may end after the run
+    for body in free_bodies(scene):
+        momentum = history.evaluate(t, f"momentum:{body.name}")
+        given = scale = 0.0
+        for contact in scene.contacts:
+            sign = float(contact.right.body == body.name) - float(contact.left.body == body.name)
+            impulse = sum(span.impulse for span in history.contacts if span.contact == contact.name)
+            given, scale = given + sign * impulse, scale + abs(sign * impulse)
+        given += body.mass * scene.gravity * history.duration
+        energy = float(np.max(np.abs(history.energy.bodies[body.name])))
+        scale += float(np.max(np.abs(momentum))) + math.sqrt(2.0 * body.mass * energy)
+        at_end = float(history.evaluate(np.array([history.duration]), f"momentum:{body.name}")[0])
+        errors.append(abs(at_end - float(momentum[0]) - given) / scale if scale > 0.0 else 0.0)
+    return largest(errors)

@@ -1,0 +1,129 @@
+"""The cells of a bench: which method is run on which scene, with which settings, and the key of its row."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from impactlab.bench.grid import Family, own_families
+from impactlab.bench.keys import refused_key, row_key
+from impactlab.casefile import Case, load_case
+from impactlab.casefile.document import Document
+from impactlab.errors import CaseError, ImpactlabError
+
+
+class Cell(NamedTuple):
+    """One row of the table, before it is run."""
+
+    suite: str
+    case: str
+    variant: str
+    method: str
+    level: int  # from 1, coarse to fine
+    settings: dict[str, Any]  # dotted path -> value: under ``methods`` of the case they make the same run
+    key: str
+
+
+class Job(NamedTuple):
+    """What a worker needs to run a cell: the case as it was read when the key was taken."""
+
+    key: str
+    name: str  # of the case
+    file: str
+    document: Document
+    variant: str
+    method: str
+    settings: dict[str, Any]
+
+    @property
+    def scene(self) -> str:
+        """Cells of one scene share their reference."""
+        return f"{self.file}/{self.variant}"
+
+
+def case_files(cases: Sequence[Path], suite: str) -> list[Path]:
+    """Return the files of the cases given, or those of a suite in the current folder.
+
+    Raises
+    ------
+    CaseError
+        If there is none, or two of one name.
+    """
+    folder = Path("cases") if suite == "standard" else Path("cases") / suite
+    files = list(cases) or sorted(folder.glob("*.yaml"))
+    if not files:
+        raise CaseError(
+            f"there are no cases in '{folder}'", remedy="Give case files, or go to the folder that holds 'cases'."
+        )
+    names = [file.stem for file in files]
+    for name in names:
+        if names.count(name) > 1:
+            raise CaseError(f"two cases are called '{name}'", remedy="Rename one, or run two benches.")
+    return files
+
+
+def cells(
+    files: Sequence[Path],
+    suite: str,
+    families: Sequence[Family],
+    methods: Sequence[str] | None = None,
+    tell: Callable[[str], None] = lambda _: None,
+) -> tuple[list[Cell], dict[str, Job]]:
+    """Return the cells of some case files, and for each key the job that makes its row.
+
+    Parameters
+    ----------
+    files : sequence of Path
+        Case files.
+    suite : str
+        Name of the suite, a column of the table.
+    families : sequence of Family
+        The grid.
+    methods : sequence of str, optional
+        Which methods of the cases join the grid: ``own``, ``own.NAME``; all if not given.
+    tell : callable
+        Called with the label of each scene.
+
+    Raises
+    ------
+    CaseError, PluginError
+        If a case cannot be read; a method that the case refuses is a cell all the same.
+    """
+    found: list[Cell] = []
+    jobs: dict[str, Job] = {}
+    for file in files:
+        written = load_case(file)
+        for variant in written.variant_names:
+            case = written.variant(variant)
+            tell(case.label)
+            for family in (*families, *_own(case, methods)):
+                seen: set[str] = set()
+                for level, settings, key in _levels(case, family):
+                    if key in seen:
+                        continue  # a level that changes nothing here
+                    seen.add(key)
+                    found.append(Cell(suite, written.name, variant, family.name, level, settings, key))
+                    job = Job(key, written.name, str(file), written.document, variant, family.name, settings)
+                    jobs.setdefault(key, job)
+    return found, jobs
+
+
+def _own(case: Case, methods: Sequence[str] | None) -> list[Family]:
+    return [f for f in own_families(case) if methods is None or "own" in methods or f.name in methods]
+
+
+def _levels(case: Case, family: Family) -> Iterator[tuple[int, dict[str, Any], str]]:
+    if not family.serves(case.scene()):
+        return
+    for number, level in enumerate(family.levels, start=1):
+        settings = family.values(case.scene(), level)
+        yield number, settings, key_of(case, family.name, settings)
+
+
+def key_of(case: Case, method: str, settings: dict[str, Any]) -> str:
+    """Return the key of a method on a case; also where the case refuses the method."""
+    try:
+        return row_key(case.solved_by(method, settings))
+    except ImpactlabError:
+        return refused_key(case, settings)

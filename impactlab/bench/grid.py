@@ -1,0 +1,205 @@
+"""The grid: families of methods, each with a ladder of levels from coarse to fine. A grid is data, a YAML file."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from impactlab.casefile import Case
+from impactlab.casefile.document import Document, Keys, read_document
+from impactlab.casefile.words import closest, listed, shown
+from impactlab.errors import CaseError
+from impactlab.scene import Scene
+
+BUILT_IN = Path(__file__).with_name("grid.yaml")
+
+PARTS = ("law", "model", "integrator", "step")  # blocks that a family may give
+SCENES = ("any", "without_steps", "with_steps")
+KEYS = ("for", *PARTS, "events", "settings", "scenes", "sibling_of", "levels")
+
+
+@dataclass(frozen=True)
+class Family:
+    """A method with a ladder of settings.
+
+    Its law takes the place of the laws that only stand for hard contact (``law.hard``). A contact whose law is physics,
+    a spring in N/m or a Hertzian face, keeps it: errors are measured against the physics of the case as written.
+    """
+
+    name: str
+    purpose: str
+    law: Mapping[str, Any] | None = None
+    model: Mapping[str, Any] | None = None
+    integrator: Mapping[str, Any] | None = None
+    step: Mapping[str, Any] | None = None
+    events: str | None = None
+    settings: Mapping[str, Any] = field(default_factory=dict)  # dotted path in the case -> value
+    scenes: str = "any"  # without_steps: those the continuous model solves from event to event; with_steps: the others
+    sibling_of: str | None = None  # the family that differs by its special step c dt = h alone
+    levels: tuple[Mapping[str, Any], ...] = ({},)  # path -> value each, coarse to fine
+    own: bool = False  # a method of the case itself: its settings are all it says
+
+    def serves(self, scene: Scene) -> bool:
+        """Return whether the family says anything about a scene."""
+        without = all(contact.law.hard or contact.law.is_spring for contact in scene.contacts)
+        return self.scenes == "any" or without == (self.scenes == "without_steps")
+
+    def values(self, scene: Scene, level: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the method that a level makes for a scene: dotted path to value, as under ``methods`` of a case."""
+        if self.own:
+            return dict(self.settings)
+        blocks = {part: copy.deepcopy(getattr(self, part)) for part in PARTS}
+        settings = dict(self.settings)
+        for path, value in level.items():
+            part, _, rest = path.partition(".")
+            if part in PARTS and rest:
+                blocks[part] = _put(dict(blocks[part] or {}), rest, value)
+            else:
+                settings[path] = value
+        made: dict[str, Any] = {}
+        if blocks["law"] is not None:
+            hard = [number for number, contact in enumerate(scene.contacts) if contact.law.hard]
+            made |= {f"contacts.{number}.law": blocks["law"] for number in hard}
+        if blocks["model"] is not None:
+            made |= {"solve.models": {}, "solve.model": blocks["model"]}
+            made["solve.integrator"] = None
+        if blocks["integrator"] is not None:
+            made["solve.integrator"] = blocks["integrator"]
+        if blocks["step"] is not None:
+            made["solve.step"] = blocks["step"]
+        made["solve.events"] = self.events or "dated"
+        return made | settings
+
+
+def _put(block: dict[str, Any], path: str, value: Any) -> dict[str, Any]:
+    key, _, rest = path.partition(".")
+    inner = block.get(key)
+    return block | {key: _put(dict(inner) if isinstance(inner, dict) else {}, rest, value) if rest else value}
+
+
+def own_families(case: Case) -> tuple[Family, ...]:
+    """Return the methods that a case names, ``own.NAME`` of one level each; ``own.base`` is the case as written."""
+    methods = {"base": {}, **case.checked.methods}
+    return tuple(Family(f"own.{name}", f"its method {name}", settings=methods[name], own=True) for name in methods)
+
+
+def of_suite(suite: str) -> Path:
+    """Return the grid file of a suite: one of its own, such as hard.yaml, or the common one."""
+    path = Path(__file__).with_name(f"{suite}.yaml")
+    return path if suite.isidentifier() and path.is_file() else BUILT_IN
+
+
+def read_grid(path: Path) -> tuple[Family, ...]:
+    """Return the families of a grid file, in its order.
+
+    Raises
+    ------
+    CaseError
+        If the file, a key or a level is wrong; it carries file and line.
+    """
+    document = read_document(path)
+    try:
+        return _families(document.data)
+    except CaseError as error:
+        error.located(str(path), _line(document, error.path))
+        raise
+
+
+def chosen(families: Sequence[Family], methods: Sequence[str] | None) -> tuple[Family, ...]:
+    """Return the families of the given names; all where none is given. ``own`` and ``own.NAME`` are left to cases."""
+    if methods is None:
+        return tuple(families)
+    known = {family.name: family for family in families}
+    for name in methods:
+        if name not in known and name.partition(".")[0] != "own":
+            names = [*known, "own"]
+            raise CaseError(
+                f"the grid has no method {shown(name)}.{closest(name, names)}",
+                remedy=f"Allowed: {listed(names)}; own.NAME is method NAME of the cases.",
+            )
+    return tuple(known[name] for name in known if name in methods)
+
+
+def _line(document: Document, path: str) -> int | None:
+    keys: Keys = tuple(path.split("."))
+    while keys and keys not in document.lines:
+        keys = keys[:-1]
+    return document.lines.get(keys)
+
+
+def _families(data: Mapping[str, Any]) -> tuple[Family, ...]:
+    _check_keys(data, ("schema_version", "families"), "")
+    if data.get("schema_version") != 1:
+        raise CaseError("a grid says schema_version: 1", remedy="Write it at the top.", path="schema_version")
+    families = data.get("families")
+    if not isinstance(families, dict) or not families:
+        raise CaseError("a grid holds families: {NAME: {...}}", remedy="Give at least one family.", path="families")
+    made = tuple(_family(str(name), block) for name, block in families.items())
+    for family in made:
+        if family.sibling_of is not None and family.sibling_of not in families:
+            raise CaseError(
+                f"{shown(family.sibling_of)} is no family of this grid.{closest(family.sibling_of, families)}",
+                remedy="Name the family that has the special step.",
+                path=f"families.{family.name}.sibling_of",
+            )
+    return made
+
+
+def _family(name: str, block: Any) -> Family:
+    path = f"families.{name}"
+    if not isinstance(block, dict):
+        raise CaseError(f"{shown(block)} stands where a block of keys is needed", remedy="Write {...}.", path=path)
+    _check_keys(block, KEYS, path)
+    if name.partition(".")[0] == "own" or "," in name:
+        raise CaseError(f"{shown(name)} is kept for the methods of cases", remedy="Give it a name.", path=path)
+    for part in (*PARTS, "settings"):
+        if block.get(part) is not None and not isinstance(block[part], dict):
+            raise CaseError(
+                f"{shown(block[part])} stands where a block is needed", remedy="Write {...}.", path=f"{path}.{part}"
+            )
+    scenes = block.get("scenes", "any")
+    if scenes not in SCENES:
+        raise CaseError(
+            f"{shown(scenes)} is no choice of scenes", remedy=f"Allowed: {listed(SCENES)}.", path=f"{path}.scenes"
+        )
+    return Family(
+        name,
+        str(block.get("for", "")),
+        *(block.get(part) for part in PARTS),
+        events=block.get("events"),
+        settings=block.get("settings") or {},
+        scenes=scenes,
+        sibling_of=block.get("sibling_of"),
+        levels=_levels(block.get("levels") or {}, f"{path}.levels"),
+    )
+
+
+def _levels(block: Any, path: str) -> tuple[Mapping[str, Any], ...]:
+    """Return the levels of lists of values: the first of each list, the second of each, and so on."""
+    if not isinstance(block, dict):
+        raise CaseError(f"{shown(block)} is no ladder", remedy="Write {path: [values]}.", path=path)
+    for key, values in block.items():
+        if not isinstance(values, list) or not values:
+            raise CaseError(f"{shown(values)} is no list of values", remedy="Write [a, b].", path=f"{path}.{key}")
+    counts = {key: len(values) for key, values in block.items()}
+    if len(set(counts.values())) > 1:
+        told = ", ".join(f"{key} {count}" for key, count in counts.items())
+        raise CaseError(
+            f"lists of different lengths: {told}", remedy="Give as many values of each; they go together.", path=path
+        )
+    if not block:
+        return ({},)
+    return tuple(dict(zip(block, values, strict=True)) for values in zip(*block.values(), strict=True))
+
+
+def _check_keys(block: Mapping[str, Any], allowed: Sequence[str], path: str) -> None:
+    for key in block:
+        if key not in allowed:
+            raise CaseError(
+                f"the key {shown(key)} is not known here.{closest(key, allowed)}",
+                remedy=f"Allowed: {listed(allowed)}.",
+                path=f"{path}.{key}".strip("."),
+            )

@@ -1,0 +1,182 @@
+"""The key of a row: a hash of all that its errors depend on, and of nothing else.
+
+That is the scene as it is run, the physics it is measured against, impactlab's sources, the plugins used, and the
+numeric environment. Names, titles and comments of the case file are not in it.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+import platform
+import sys
+from collections.abc import Iterable, Mapping
+from enum import Enum
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+import impactlab
+from impactlab import api, plugins
+from impactlab.casefile import Case
+from impactlab.errors import CaseError, PluginError
+from impactlab.plugins import METRICS
+from impactlab.scene import Rod, Scene
+
+# Rooms and files of the package that no number of a row comes from.
+APART = ("report/", "testing/", "bench/report/", "cli.py", "console.py", "output.py", "cite.py", "citations.bib")
+# Keys of the solve block that the scene holds; whatever else stands there joins the key by itself.
+IN_SCENE = ("duration", "round_trips_of", "model", "models", "integrator", "step", "events")
+
+
+def content(value: Any) -> Any:
+    """Return a frozen record as plain JSON values: dataclasses by class and fields, numbers as they are.
+
+    Raises
+    ------
+    CaseError
+        If it holds something whose content is not known, such as a function.
+    """
+    match value:
+        case None | bool() | int() | str():
+            return value
+        case float() | np.floating():
+            return repr(float(value))  # NaN and infinity have no JSON; repr tells every bit
+        case Enum():
+            return value.name
+        case np.ndarray():
+            return [content(item) for item in value.tolist()]
+        case np.integer():
+            return int(value)
+        case Mapping():
+            return [[str(key), content(inner)] for key, inner in value.items()]
+        case tuple() | list():
+            return [content(item) for item in value]
+        case frozenset() | set():
+            return sorted(json.dumps(content(item)) for item in value)
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        named = {field.name: content(getattr(value, field.name)) for field in dataclasses.fields(value)}
+        return {"class": f"{type(value).__module__}.{type(value).__qualname__}", **named}
+    raise CaseError(
+        f"a value of type {type(value).__name__!r} cannot be a part of a key",
+        remedy="Describe it by a formula or a table, or by a frozen dataclass.",
+    )
+
+
+def digest(value: Any) -> str:
+    """Return the sha256 of plain JSON values, in hex."""
+    text = json.dumps(value, sort_keys=True, separators=(",", ":"), ensure_ascii=False)
+    return hashlib.sha256(text.encode("utf-8")).hexdigest()
+
+
+def row_key(case: Case) -> str:
+    """Return the key of the row of a case whose method is in place."""
+    physics = api.physics_of(case)
+    solve = {name: value for name, value in case.checked.solve.model_dump().items() if name not in IN_SCENE}
+    return digest(
+        {
+            "scene": nameless(case.scene()),
+            "physics": nameless(physics),
+            "solve": content(solve),
+            "code": code_hash(),
+            "plugins": {name: tree_hash(name) for name in sorted(strangers(case.scene(), physics))},
+            "environment": numeric_environment(),
+        }
+    )
+
+
+def refused_key(case: Case, values: Mapping[str, Any]) -> str:
+    """Return the key of a row whose method the case refuses before there is a scene."""
+    return digest(
+        {
+            "refused": nameless(case.scene()),
+            "values": content(values),
+            "code": code_hash(),
+            "environment": numeric_environment(),
+        }
+    )
+
+
+def reference_key(physics: Scene) -> str:
+    """Return the key of the exact answer to a scene: that of `api.reference_key`, as a hash."""
+    return digest(content(api.reference_key(physics)))
+
+
+def nameless(scene: Scene) -> Any:
+    """Return the content of a scene without its name, which is that of its file."""
+    return content(dataclasses.replace(scene, name=""))
+
+
+def numeric_environment() -> dict[str, str]:
+    """Return what errors may depend on beside the sources: versions, kind of processor, compiled or not."""
+    from impactlab.pointers import COMPILED
+
+    return {
+        "machine": platform.machine(),
+        "python": platform.python_version(),
+        **{name: version(name) for name in ("numpy", "scipy", "numba", "llvmlite")},
+        "compiled": str(COMPILED),
+    }
+
+
+def strangers(*scenes: Scene) -> set[str]:
+    """Return the top modules of the parts of scenes, and of the metrics installed, that are not impactlab's own."""
+    parts: list[Any] = []
+    for scene in scenes:
+        parts += [contact.law for contact in scene.contacts] + [scene.integrator]
+        parts += [body.model for body in scene.bodies.values() if isinstance(body, Rod)]
+    parts += [inner for part in parts if part is not None for inner in plugins.parts_inside(part)]
+    modules = {type(part).__module__.partition(".")[0] for part in parts if part is not None}
+    known = plugins.registry()
+    modules |= {entry.value.partition(":")[0].partition(".")[0] for entry in known.entries if entry.group == METRICS.name}
+    return modules - {"impactlab", "builtins"}
+
+
+@cache
+def tree_hash(module: str) -> str:
+    """Return the hash of the sources of a top module."""
+    try:
+        found = __import__(module)
+    except Exception as error:
+        if module in {entry.value.partition(":")[0].partition(".")[0] for entry in plugins.registry().entries}:
+            return "broken"  # a metric that cannot be imported measures nothing
+        raise PluginError(f"{module!r} cannot be imported: {error}") from error
+    return sources_hash(_files(found), _root(found))
+
+
+@cache
+def code_hash() -> str:
+    """Return the hash of those sources of impactlab that the numbers of a row come from."""
+    root = Path(impactlab.__file__).parent
+    files = (path for path in _files(impactlab) if not path.relative_to(root).as_posix().startswith(APART))
+    return sources_hash(files, root)
+
+
+def code_version() -> str:
+    """Return impactlab's version and the first letters of the hash of its sources."""
+    return f"{version('impactlab')}+{code_hash()[:12]}"
+
+
+def sources_hash(files: Iterable[Path], root: Path) -> str:
+    """Return the hash of files, by path below ``root`` and bytes."""
+    found = hashlib.sha256()
+    for path in sorted(files):
+        found.update(path.relative_to(root).as_posix().encode() + b"\0")
+        found.update(hashlib.sha256(path.read_bytes()).digest())
+    return found.hexdigest()
+
+
+def _root(module: ModuleType) -> Path:
+    return Path(str(module.__file__)).parent
+
+
+def _files(module: ModuleType) -> list[Path]:
+    file = Path(str(sys.modules[module.__name__].__file__))
+    if file.name != "__init__.py":
+        return [file]
+    return [path for path in file.parent.rglob("*.py") if "__pycache__" not in path.parts]

@@ -1,0 +1,60 @@
+"""The answers that rows are measured against: one for each scene, shared by the workers of one bench."""
+
+from __future__ import annotations
+
+import os
+import pickle
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from impactlab import api
+from impactlab.bench.keys import reference_key
+from impactlab.scene import Scene
+
+KEPT = 4  # references that a worker keeps in memory: cells come scene by scene
+
+
+class References:
+    """The references of one bench.
+
+    They are kept in a folder that lives as long as the bench and that nobody else writes to: what is read there was
+    written by a worker of the same bench, never by a file that came from elsewhere.
+    """
+
+    def __init__(self, folder: Path | None = None) -> None:
+        self.folder = folder
+        self._known: dict[str, api.Reference | None] = {}
+
+    def of(self, physics: Scene) -> api.Reference | None:
+        """Return the reference of a scene, or None where there is none."""
+        key = reference_key(physics)
+        if key not in self._known:
+            while len(self._known) >= KEPT:
+                self._known.pop(next(iter(self._known)))
+            self._known[key] = self._shared(key, lambda: api.reference_of(physics))
+        return self._known[key]
+
+    def _shared(self, key: str, make: Callable[[], api.Reference | None]) -> api.Reference | None:
+        if self.folder is None:
+            return make()
+        path = self.folder / f"{key}.reference"
+        if path.is_file():
+            read: api.Reference | None = pickle.loads(path.read_bytes())  # noqa: S301 - of this bench's own workers
+            return read
+        made = make()
+        try:
+            packed = pickle.dumps(made)
+        except (pickle.PicklingError, TypeError, AttributeError):
+            return made  # then each worker makes its own
+        draft = path.with_suffix(f".{os.getpid()}")
+        draft.write_bytes(packed)
+        draft.replace(path)
+        return made
+
+
+def told(reference: api.Reference | None) -> dict[str, Any]:
+    """Return what a row says of its reference: its name, its uncertainty (0 for an exact one), how it was found."""
+    if reference is None:
+        return {"name": "none", "uncertainty": None, "found": "no exact answer to this scene"}
+    return {"name": reference[0], "uncertainty": 0.0, "found": "solved from event to event, exact to rounding"}

@@ -1,0 +1,95 @@
+"""One row: a case run once, its summary, and what became of it. Whatever a part raises is a row, too."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from impactlab import aftermath, api
+from impactlab.bench.environment import environment
+from impactlab.bench.references import References, told
+from impactlab.casefile import Case
+from impactlab.scene import Rod, Scene
+
+VERSION = 1  # of the record; part of it, so that an old one is made anew
+
+
+def row_of(case: Case, method: str, settings: Mapping[str, Any], references: References) -> dict[str, Any]:
+    """Return the record of a method on a case, ready for JSON.
+
+    Parameters
+    ----------
+    case : Case
+        The case, its variant chosen.
+    method, settings : str, mapping
+        How the method is called, and its values by dotted path.
+    references : References
+        Gives the answer to measure against.
+
+    Returns
+    -------
+    dict
+        ``version``; ``summary``, as `run --json` prints it, of a run that was refused or failed its error; ``asked``,
+        the parts that were to be used; ``reference`` (name, uncertainty, how found); ``momentum_error``;
+        ``environment``.
+    """
+    asked: dict[str, Any] | None = None
+    try:
+        solved = case.solved_by(method, settings)
+        asked = parts(solved.scene())
+        return record(solved, references) | {"asked": asked}
+    except Exception as error:  # noqa: BLE001 - a part may raise anything; its row says what
+        summary = api.failure(case.label, error)
+        summary["error"] |= {"file": None, "line": None}  # the row is that of a content, whatever file holds it
+        summary.get("reached", {}).pop("events", None)
+        return lost(summary, asked)
+
+
+def record(case: Case, references: References) -> dict[str, Any]:
+    """Return the record of a case whose method is in place, but for ``asked``; raises what the run raises."""
+    from impactlab.summary import plain, summarise
+
+    history = api.run(case)
+    reference = references.of(api.physics_of(case))
+    scene = case.scene()
+    return {
+        "version": VERSION,
+        "summary": summarise(case.label, scene, history, reference),
+        "reference": told(reference),
+        # Of the run itself, whether or not there is a reference.
+        "momentum_error": plain(aftermath.momentum_error(history, history, scene)),
+        "environment": environment(),
+    }
+
+
+def parts(scene: Scene) -> dict[str, Any]:
+    """Return the models, laws, integrator and treatment of events that a scene asks for, as a summary has them."""
+    from impactlab.summary import describe, plain
+
+    rods = {name: body for name, body in scene.bodies.items() if isinstance(body, Rod)}
+    made = {
+        "models": {name: describe(rod.model) for name, rod in rods.items() if rod.model is not None},
+        "laws": [describe(contact.law) for contact in scene.contacts],
+        "integrator": None if scene.integrator is None else describe(scene.integrator),
+        "events": scene.events,
+    }
+    return {name: plain(value) for name, value in made.items()}
+
+
+def lost(summary: Mapping[str, Any], asked: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    """Return the record of a run without an end."""
+    return {
+        "version": VERSION,
+        "summary": dict(summary),
+        "asked": asked,
+        "reference": None,
+        "momentum_error": None,
+        "environment": environment(),
+    }
+
+
+def ended(case: str, status: str, text: str, limit: float) -> dict[str, Any]:
+    """Return the record of a run whose process was killed (``hung``) or died (``crashed``)."""
+    remedy = "Give a longer --time-limit." if status == "hung" else "Run the case alone to see more."
+    error = {"kind": status, "file": None, "line": None, "path": None, "text": text, "remedy": remedy}
+    return lost({"schema_version": 1, "case": case, "status": status, "error": error}) | {"limit": limit}

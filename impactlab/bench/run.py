@@ -1,0 +1,201 @@
+"""A bench from end to end: which rows are missing, run them, time them, write the table."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from impactlab.bench import table
+from impactlab.bench.cells import Cell, Job, cells
+from impactlab.bench.environment import described, environment
+from impactlab.bench.grid import Family
+from impactlab.bench.rows import VERSION, ended
+from impactlab.bench.store import Store, opened
+from impactlab.bench.workers import Answer, run_jobs
+
+Show = Callable[[str, float], None]
+
+
+@dataclass(frozen=True)
+class Options:
+    """How a bench is run."""
+
+    workers: int = 1  # processes; 0 for one per core
+    repeats: int = 9  # of a timed run, at most
+    timing: bool = True
+    limit: float = 60.0  # s of a row
+
+    @property
+    def processes(self) -> int:
+        """How many processes run rows; times are always taken by one alone."""
+        return self.workers or os.cpu_count() or 1
+
+
+class Bench(NamedTuple):
+    """What a bench found."""
+
+    suite: str
+    cells: list[Cell]
+    records: dict[str, dict[str, Any]]
+    times: dict[str, dict[str, Any]]
+    new: int  # rows that this bench ran; the others were known
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """What ``bench --json`` prints."""
+        return table.document(self.suite, self.cells, self.records, self.times)
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """How many rows ended how."""
+        found: dict[str, int] = {}
+        for cell in self.cells:
+            status = self.records[cell.key]["summary"]["status"]
+            found[status] = found.get(status, 0) + 1
+        return found
+
+
+def bench(
+    files: Sequence[Path],
+    suite: str,
+    families: Sequence[Family],
+    out: Path,
+    options: Options = Options(),
+    methods: Sequence[str] | None = None,
+    show: Show = lambda _label, _fraction: None,
+    say: Callable[[str], None] = lambda _: None,
+) -> Bench:
+    """Run what is missing of a grid of methods over cases, and write the table.
+
+    Parameters
+    ----------
+    files : sequence of Path
+        Case files.
+    suite : str
+        Name of the suite.
+    families : sequence of Family
+        The grid; see `grid.read_grid`.
+    out : Path
+        Folder of the rows and the table. Rows that are there already, by key, are not run again.
+    options : Options
+        Processes, repeats, limits.
+    methods : sequence of str, optional
+        Methods of the cases that join the grid; all if not given.
+    show, say : callable
+        Progress as (label, fraction); a line for people.
+
+    Raises
+    ------
+    CaseError
+        If a case cannot be read, or the folder is in use or somebody else's.
+    """
+    with opened(out) as store:
+        found, jobs = cells(files, suite, families, methods)
+        store.write("cells.json", json.dumps([cell._asdict() for cell in found], indent=1, ensure_ascii=False) + "\n")
+        kept = {key: _kept(store, key, options) for key in jobs}
+        records = {key: record for key, record in kept.items() if record is not None}
+        missing = [job for key, job in jobs.items() if key not in records]
+        say(f"{len(found)} rows of {len({(c.case, c.variant) for c in found})} scenes: {len(missing)} runs to do")
+        _run(store, missing, records, options, show)
+        times = _times(store, jobs, records, options, show, say)
+        _write(store, found, records, times)
+    return Bench(suite, found, records, times, len(missing))
+
+
+def _kept(store: Store, key: str, options: Options) -> dict[str, Any] | None:
+    """Return the row of a key if there is one; one that hung is run again where it gets more time."""
+    record = store.get("rows", key)
+    if record is None or record.get("version") != VERSION:
+        return None
+    return None if record.get("limit", options.limit) < options.limit and _hung(record) else record
+
+
+def _hung(record: Mapping[str, Any]) -> bool:
+    return bool(record["summary"]["status"] == "hung")
+
+
+def _run(
+    store: Store, missing: Sequence[Job], records: dict[str, dict[str, Any]], options: Options, show: Show
+) -> None:
+    done = 0
+
+    def took(answer: Answer) -> None:
+        nonlocal done
+        done += 1
+        job = answer.job
+        if answer.status == "answered":
+            record: dict[str, Any] = answer.value
+        else:
+            status = "crashed" if answer.status == "raised" else answer.status
+            record = ended(job.name, status, str(answer.value), options.limit)
+        store.put("rows", job.key, record)
+        records[job.key] = record
+        show(f"{job.name} {job.method}", done / len(missing))
+
+    run_jobs(
+        missing,
+        lambda job: ("row", job),
+        took,
+        workers=options.processes,
+        limit=options.limit,
+        session=store.session,
+    )
+
+
+def _times(
+    store: Store,
+    jobs: Mapping[str, Job],
+    records: Mapping[str, Mapping[str, Any]],
+    options: Options,
+    show: Show,
+    say: Callable[[str], None],
+) -> dict[str, dict[str, Any]]:
+    """Return the times of all completed rows by key; taken one after another by one process, and nothing beside it."""
+    known = {key: store.get("times", key) for key, record in records.items() if _completed(record)}
+    machine = environment()["machine"]
+    times = {key: found for key, found in known.items() if found is not None and found.get("machine") == machine}
+    missing = [jobs[key] for key in known if key not in times]
+    if not options.timing or not missing:
+        return times
+    say(f"{len(missing)} rows to time, one after another")
+    done = 0
+
+    def took(answer: Answer) -> None:
+        nonlocal done
+        done += 1
+        job = answer.job
+        show(f"timing {job.name} {job.method}", done / len(missing))
+        if answer.status != "answered":
+            say(f"{job.name} {job.method}: not timed, {answer.status}: {answer.value}")
+            return
+        times[job.key] = {**answer.value, "machine": machine}
+        store.put("times", job.key, times[job.key])
+
+    # A run is repeated: several of them may take as long as several rows.
+    limit = (options.repeats + 2) * options.limit
+    run_jobs(missing, lambda job: ("times", job, options.repeats), took, limit=limit, session=store.session)
+    return times
+
+
+def _completed(record: Mapping[str, Any]) -> bool:
+    return bool(record["summary"]["status"] == "completed")
+
+
+def _write(
+    store: Store,
+    found: Sequence[Cell],
+    records: Mapping[str, Mapping[str, Any]],
+    times: Mapping[str, Mapping[str, Any]],
+) -> None:
+    references: dict[str, Any] = {}
+    for cell in found:
+        told = records[cell.key]["reference"]
+        if told is not None:
+            references.setdefault(f"{cell.case}/{cell.variant}", told)
+    store.write("references.json", json.dumps(references, indent=1, sort_keys=True, ensure_ascii=False) + "\n")
+    store.write("environment.json", json.dumps(described(), indent=1, ensure_ascii=False) + "\n")
+    store.write("table.csv", table.as_csv(table.rows(found, records, times)))

@@ -1,0 +1,157 @@
+"""The table: one line per cell, a pure function of cells, rows and times. All figures and pages are made from it."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from impactlab.bench.cells import Cell
+from impactlab.metrics import ORDER
+
+NORMS = (
+    "mass_displacement",
+    "face_displacement",
+    "force",
+    "force_away_from_jumps",
+    "force_graph",
+    "impulse",
+    "event_times",
+    "events_missed",
+    "events_extra",
+)
+LAST = ("momentum_error", "force_oscillation")  # metrics that stand beside the energies
+COLUMNS_BEFORE = (
+    ("key", "suite", "case", "variant", "method", "level", "settings", "model", "basis", "law", "integrator", "events")
+    + ("dt", "steps", "unknowns", "elements", "modes", "status", "reason", "remedy", "reached_time")
+    + ("reference", "reference_uncertainty", *NORMS)
+)
+COLUMNS_AFTER = (
+    ("displacement", "energy_initial", "energy_gain", "energy_loss", "energy_final_error", *LAST)
+    + ("warnings", "contacts", "events_found", "rhs_evaluations", "factorisations")
+    + ("repeats", "setup_s", "setup_spread_s", "solve_s", "solve_spread_s")
+    + ("tolerance_asked", "expected_error", "choosing_s", "round_trips", "code")
+    + ("machine", "python", "numpy", "scipy", "numba")
+)
+TIMES = ("repeats", "setup_s", "setup_spread_s", "solve_s", "solve_spread_s")
+COST = ("steps", "unknowns", "rhs_evaluations", "factorisations")
+
+
+def columns(metrics: Iterable[str]) -> tuple[str, ...]:
+    """Return the columns of the table, given the names of all metrics that rows may hold."""
+    further = [name for name in metrics if name not in (*NORMS, *LAST)]
+    known = [name for name in ORDER if name in further]
+    return (*COLUMNS_BEFORE, *known, *sorted(set(further) - set(known)), *COLUMNS_AFTER)
+
+
+def rows(
+    cells: Iterable[Cell],
+    records: Mapping[str, Mapping[str, Any]],
+    times: Mapping[str, Mapping[str, Any]],
+) -> list[dict[str, Any]]:
+    """Return the rows of the table, sorted; a cell without a record yet has none.
+
+    Parameters
+    ----------
+    cells : iterable of Cell
+        What the table has a row for.
+    records, times : mapping
+        By key, what came of each run and what it cost.
+    """
+    found = []
+    for cell in sorted(cells, key=lambda cell: (cell.suite, cell.case, cell.variant, cell.method, cell.level)):
+        if cell.key in records:
+            found.append(_row(cell, records[cell.key], times.get(cell.key, {})))
+    return found
+
+
+def as_csv(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Return rows as CSV: every bit of a number, nothing for None."""
+    names = columns({name for row in rows for name in row["metrics"]})
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(names)
+    for row in rows:
+        values = {**row, **row["metrics"]}
+        writer.writerow([_text(values.get(name)) for name in names])
+    return out.getvalue()
+
+
+def document(
+    suite: str, cells: Iterable[Cell], records: Mapping[str, Mapping[str, Any]], times: Mapping[str, Mapping[str, Any]]
+) -> dict[str, Any]:
+    """Return what ``bench --json`` prints: each row with the summary that ``run --json`` prints."""
+    listed = []
+    for cell in sorted(cells, key=lambda cell: (cell.suite, cell.case, cell.variant, cell.method, cell.level)):
+        if cell.key in records:
+            record = records[cell.key]
+            label = cell.case if cell.variant == "base" else f"{cell.case}/{cell.variant}"
+            summary = {**record["summary"], "case": label}
+            listed.append({**cell._asdict(), "times": times.get(cell.key), "summary": summary})
+    return {"schema_version": 1, "suite": suite, "rows": listed}
+
+
+def _row(cell: Cell, record: Mapping[str, Any], times: Mapping[str, Any]) -> dict[str, Any]:
+    summary = record["summary"]
+    row: dict[str, Any] = {**cell._asdict(), "settings": json.dumps(cell.settings, ensure_ascii=False)}
+    row |= {"status": summary["status"], "metrics": {}, **record["environment"]}
+    row |= _method(record["asked"]) if record["asked"] else {}
+    if summary["status"] != "completed":
+        error = summary.get("error") or {}
+        row |= {"reason": _line(error.get("text")), "remedy": _line(error.get("remedy"))}
+        return row | {"reached_time": (summary.get("reached") or {}).get("time")}
+    errors = {name: value for name, value in (summary["errors"] or {}).items() if name != "reference"}
+    reference = record["reference"]
+    row |= _method(summary["method"]) | {name: summary["cost"].get(name) for name in COST}
+    row |= {"dt": summary["method"]["dt"], "reached_time": summary["final"]["time"]}
+    row |= {"reference": reference["name"], "reference_uncertainty": reference["uncertainty"]}
+    row |= {"metrics": errors | {"momentum_error": record["momentum_error"]}}
+    known = [errors[name] for name in ("mass_displacement", "face_displacement") if errors.get(name) is not None]
+    energy = summary["energy"]
+    row |= {
+        "displacement": max(known, default=None),
+        "energy_initial": energy["initial"],
+        "energy_gain": energy["largest_gain"],
+        "energy_loss": energy["largest_loss"],
+        "energy_final_error": energy["final_error"],
+        "warnings": ";".join(sorted({warned["code"] for warned in summary["warnings"]})),
+        "contacts": len(summary["contacts"]),
+        "events_found": len(summary["events"]),
+        **{name: times[name] for name in (*TIMES, "machine") if name in times},
+    }
+    trip = summary["round_trip"]
+    return row | {"round_trips": summary["final"]["time"] / trip if trip else None}
+
+
+def _method(method: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the columns that say how a run was made, or was to be; several bodies are joined by +."""
+    models = list(method["models"].values())
+    bases = [model["basis"]["kind"] for model in models if model.get("basis") is not None]
+    sizes = {
+        name: max((int(model[name]) for model in models if model.get(name) is not None), default=None)
+        for name in ("elements", "modes")
+    }
+    return {
+        "model": _joined(model["kind"] for model in models) or "rigid",
+        "basis": _joined(bases),
+        "law": _joined(law["kind"] for law in method["laws"]),
+        "integrator": method["integrator"]["kind"] if method["integrator"] else None,
+        **({"events": method["events"]} if "events" in method else {}),
+        **sizes,
+    }
+
+
+def _joined(kinds: Iterable[str]) -> str | None:
+    return "+".join(dict.fromkeys(kinds)) or None
+
+
+def _line(text: str | None) -> str | None:
+    return " ".join(text.split()) if text else None
+
+
+def _text(value: Any) -> str:
+    if value is None:
+        return ""
+    return repr(value) if isinstance(value, float) else str(value)

@@ -1,0 +1,69 @@
+"""What a run costs: warmed up, repeated, the least of the repeats, and how far the middle one lies above it."""
+
+from __future__ import annotations
+
+import contextlib
+import gc
+import statistics
+import time as clock
+from collections.abc import Iterator
+from typing import Any
+
+from impactlab import simulate
+from impactlab.casefile import Case
+from impactlab.history import Cost
+
+REPEATS = 9  # at most
+BUDGET = 0.15  # s of a row's repeats; a longer run is repeated once
+
+
+def repeats_of(spent: float, most: int) -> int:
+    """Return how often to repeat a run that took ``spent`` [s], warmed up."""
+    return max(1, min(most, int(BUDGET / max(spent, 1e-9))))
+
+
+def times_of(case: Case, repeats: int = REPEATS) -> dict[str, Any]:
+    """Return what a case whose method is in place costs, ready for JSON; nothing else may run meanwhile.
+
+    The first run warms up (compiles, fills caches) and says how often the budget allows to repeat; it is not counted.
+    Garbage is collected before and after and not within, and linear algebra has one thread.
+
+    Returns
+    -------
+    dict
+        ``repeats``; ``setup_s``, ``solve_s``, ``checks_s``: the minimum over the repeats [s]; ``setup_spread_s``,
+        ``solve_spread_s``: median less minimum [s].
+    """
+    from threadpoolctl import threadpool_limits
+
+    scene = case.scene()
+    with threadpool_limits(limits=1), _without_collector():
+        simulate.run(scene)
+        began = clock.perf_counter()
+        costs = [simulate.run(scene).cost]
+        count = repeats_of(clock.perf_counter() - began, repeats)
+        costs += [simulate.run(scene).cost for _ in range(count - 1)]
+    return {"repeats": len(costs), **summed(costs)}
+
+
+def summed(costs: list[Cost]) -> dict[str, float]:
+    """Return minima [s] and spreads [s] of repeated runs."""
+    made: dict[str, float] = {}
+    for part in ("setup_s", "solve_s", "checks_s"):
+        spent = [float(getattr(cost, part)) for cost in costs]
+        made[part] = min(spent)
+        if part != "checks_s":
+            made[f"{part.removesuffix('_s')}_spread_s"] = statistics.median(spent) - min(spent)
+    return made
+
+
+@contextlib.contextmanager
+def _without_collector() -> Iterator[None]:
+    gc.collect()
+    collects = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collects:
+            gc.enable()
