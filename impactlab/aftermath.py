@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -13,6 +14,8 @@ from impactlab.metrics import force_channels, largest, midpoints
 from impactlab.scene import Mass, Rod, Scene
 from impactlab.types import Array
 
+LASTING = 0.1  # T that a contact stays open, for its opening to count
+
 
 class Free(NamedTuple):
     """A body that nothing holds, with the mass that its momentum moves."""
@@ -21,9 +24,11 @@ class Free(NamedTuple):
     mass: float  # kg, with the masses that ride on its ends
 
 
-def free_bodies(scene: Scene) -> Iterator[Free]:
-    """Give the masses, and the rods whose ends are free or carry masses."""
+def free_bodies(scene: Scene, *histories: AbstractHistory) -> Iterator[Free]:
+    """Give the masses, and the rods whose ends are free or carry masses, whose momentum the histories know."""
     for name, body in scene.bodies.items():
+        if not all(f"momentum:{name}" in history.channels() for history in histories):
+            continue
         if isinstance(body, Mass):
             yield Free(name, body.mass)
         elif isinstance(body, Rod) and all(end.kind in ("free", "mass") for end in (body.left, body.right)):
@@ -36,7 +41,7 @@ def exit_velocity(history: AbstractHistory, reference: AbstractHistory, scene: S
     A body's velocity is its momentum at the end of the run over its mass; bodies that something holds are left out.
     The largest speed is that of the reference, over those bodies and the run. None where there is no such body.
     """
-    bodies = list(free_bodies(scene))
+    bodies = list(free_bodies(scene, history, reference))
     t = midpoints(scene.duration)
     end = np.array([scene.duration])
     speeds = [float(np.max(np.abs(_velocity(reference, body, t)))) for body in bodies]
@@ -53,18 +58,28 @@ def _velocity(history: AbstractHistory, body: Free, t: Array) -> Array:
 
 
 def opening_time(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
-    """Return how far the first opening of a contact is from that of the reference, in T; the largest over contacts.
+    """Return how far the first lasting opening of a contact is from that of the reference, in T; the largest.
 
-    None where no contact opens in both, or where there is no T. A law of impulses does not open.
+    An opening lasts if the contact then stays open for 0.1 T, or to the end of the run: a force that chatters has not
+    parted yet. None where no contact parts in both, or where there is no T. A law of impulses does not open.
     """
     if not np.isfinite(scene.round_trip):
         return None
     errors = []
     for contact in scene.contacts:
-        times = [[e.time for e in h.events if (e.contact, e.kind) == (contact.name, "open")] for h in (history, reference)]
-        if all(times):
-            errors.append(abs(times[0][0] - times[1][0]) / scene.round_trip)
+        one, other = (_parted(h, contact.name, LASTING * scene.round_trip) for h in (history, reference))
+        if one is not None and other is not None:
+            errors.append(abs(one - other) / scene.round_trip)
     return max(errors, default=None)
+
+
+def _parted(history: AbstractHistory, contact: str, lasting: float) -> float | None:
+    """Return the first time [s] at which a contact opens and stays open for ``lasting`` [s]."""
+    events = [event for event in history.events if event.contact == contact and event.kind in ("close", "open")]
+    for event, following in itertools.zip_longest(events, events[1:]):
+        if event.kind == "open" and (following is None or following.time - event.time >= lasting):
+            return event.time
+    return None
 
 
 def force_oscillation(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
@@ -90,7 +105,11 @@ def _variation(values: Array) -> float:
     return float(np.sum(np.abs(np.diff(values, prepend=0.0))))
 
 
-def momentum_error(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
+def momentum_error(
+    history: AbstractHistory,
+    reference: AbstractHistory,  # noqa: ARG001 - a metric has it
+    scene: Scene,
+) -> float | None:
     """Return how far the momentum of a body is from the impulses that it was given; the largest over free bodies.
 
     |p(end) - p(0) - impulses of contacts - m g t| over the momentum in play: the largest |p|, plus the impulses, plus
@@ -99,7 +118,7 @@ def momentum_error(history: AbstractHistory, reference: AbstractHistory, scene: 
     """
     errors = []
     t = np.minimum(history.energy.time, history.duration)  # the last step may end after the run
-    for body in free_bodies(scene):
+    for body in free_bodies(scene, history):
         momentum = history.evaluate(t, f"momentum:{body.name}")
         given = scale = 0.0
         for contact in scene.contacts:

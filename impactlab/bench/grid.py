@@ -168,7 +168,10 @@ def _family(name: str, block: Any) -> Family:
     return Family(
         name,
         str(block.get("for", "")),
-        *(block.get(part) for part in PARTS),
+        law=block.get("law"),
+        model=block.get("model"),
+        integrator=block.get("integrator"),
+        step=block.get("step"),
         events=block.get("events"),
         settings=block.get("settings") or {},
         scenes=scenes,

@@ -132,9 +132,13 @@ def strangers(*scenes: Scene) -> set[str]:
         parts += [body.model for body in scene.bodies.values() if isinstance(body, Rod)]
     parts += [inner for part in parts if part is not None for inner in plugins.parts_inside(part)]
     modules = {type(part).__module__.partition(".")[0] for part in parts if part is not None}
-    known = plugins.registry()
-    modules |= {entry.value.partition(":")[0].partition(".")[0] for entry in known.entries if entry.group == METRICS.name}
+    modules |= {top(entry) for entry in plugins.registry().entries if entry.group == METRICS.name}
     return modules - {"impactlab", "builtins"}
+
+
+def top(entry: plugins.Entry) -> str:
+    """Return the top module of an entry point."""
+    return entry.value.partition(":")[0].strip().partition(".")[0]
 
 
 @cache
@@ -143,7 +147,7 @@ def tree_hash(module: str) -> str:
     try:
         found = __import__(module)
     except Exception as error:
-        if module in {entry.value.partition(":")[0].partition(".")[0] for entry in plugins.registry().entries}:
+        if module in map(top, plugins.registry().entries):
             return "broken"  # a metric that cannot be imported measures nothing
         raise PluginError(f"{module!r} cannot be imported: {error}") from error
     return sources_hash(_files(found), _root(found))

@@ -23,19 +23,16 @@ NORMS = (
     "events_extra",
 )
 LAST = ("momentum_error", "force_oscillation")  # metrics that stand beside the energies
-COLUMNS_BEFORE = (
-    ("key", "suite", "case", "variant", "method", "level", "settings", "model", "basis", "law", "integrator", "events")
-    + ("dt", "steps", "unknowns", "elements", "modes", "status", "reason", "remedy", "reached_time")
-    + ("reference", "reference_uncertainty", *NORMS)
-)
-COLUMNS_AFTER = (
-    ("displacement", "energy_initial", "energy_gain", "energy_loss", "energy_final_error", *LAST)
-    + ("warnings", "contacts", "events_found", "rhs_evaluations", "factorisations")
-    + ("repeats", "setup_s", "setup_spread_s", "solve_s", "solve_spread_s")
-    + ("tolerance_asked", "expected_error", "choosing_s", "round_trips", "code")
-    + ("machine", "python", "numpy", "scipy", "numba")
-)
 TIMES = ("repeats", "setup_s", "setup_spread_s", "solve_s", "solve_spread_s")
+WHAT = ("key", "suite", "case", "variant", "method", "level", "settings")
+HOW = ("model", "basis", "law", "integrator", "events", "dt", "steps", "unknowns", "elements", "modes")
+END = ("status", "reason", "remedy", "reached_time", "reference", "reference_uncertainty")
+ENERGY = ("displacement", "energy_initial", "energy_gain", "energy_loss", "energy_final_error")
+FOUND = ("warnings", "contacts", "events_found", "rhs_evaluations", "factorisations")
+CHOICE = ("tolerance_asked", "expected_error", "choosing_s")
+WHERE = ("round_trips", "code", "machine", "python", "numpy", "scipy", "numba")
+COLUMNS_BEFORE = (*WHAT, *HOW, *END, *NORMS)
+COLUMNS_AFTER = (*ENERGY, *LAST, *FOUND, *TIMES, *CHOICE, *WHERE)
 COST = ("steps", "unknowns", "rhs_evaluations", "factorisations")
 
 

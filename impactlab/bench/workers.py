@@ -60,7 +60,7 @@ class Process:
         context = get_context("spawn")
         ours, theirs = context.Pipe()
         self.connection: Connection = ours
-        self.process = context.Process(target=serve, args=(theirs, session, os.getcwd()), daemon=True)
+        self.process = context.Process(target=serve, args=(theirs, session, str(Path.cwd())), daemon=True)
         with _one_thread():
             self.process.start()
         theirs.close()
@@ -73,7 +73,7 @@ class Process:
             found = ours.recv()
         except (EOFError, OSError):
             self.kill()
-            raise CaseError("a worker process did not start", remedy="Try without --jobs; see standard error.") from None
+            raise CaseError("a worker process did not start", remedy="See standard error for the reason.") from None
         if found != code_hash():
             self.kill()
             raise CaseError("impactlab's sources changed while the bench ran", remedy="Start it again.")
@@ -139,8 +139,8 @@ def run_jobs(
                     job = left.next_for(member.scene, {other.scene for other in team if other is not member})
                     member.ask(job, limit, *question(job))
             for member in _ready(team):
-                job = member.job
-                if job is None:
+                done = member.job
+                if done is None:
                     continue
                 if member.connection.poll():
                     status, value = member.answer()
@@ -150,7 +150,7 @@ def run_jobs(
                 if status in ("hung", "crashed"):
                     member.kill()
                     team.remove(member)
-                took(Answer(job, status, value))
+                took(Answer(done, status, value))
     finally:
         for member in team:
             member.kill()

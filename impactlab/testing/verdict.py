@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import linecache
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,7 +15,7 @@ import numpy as np
 from impactlab.casefile.parts import describe_part, plain_value, read_part
 from impactlab.errors import PluginError
 from impactlab.pairing import kind_of
-from impactlab.plugins import GROUPS, Group, Registry, describe
+from impactlab.plugins import GROUPS, METRICS, Group, Registry, describe
 from impactlab.testing.contracts import SUITES, suite_of
 from impactlab.testing.measures import MEASURES, Measured
 
@@ -98,6 +98,8 @@ def verdict(name: str, registry: Registry) -> Verdict:
         raise PluginError("python -O takes the assertions out of the suites", remedy="Run python without -O.")
     properties: list[Property] = []
     measured: tuple[Measured, ...] = ()
+    if group is METRICS:  # a function: it has no options, and no case names it
+        return Verdict(group, name, home, describe(kind), tuple(tried(kind, group)), ())
     for number, options in enumerate(options_to_try(kind)):
         shown = {key: plain_value(value) for key, value in options.items()}
         try:
@@ -139,11 +141,18 @@ def inside(limits: dict[str, float], whole: bool) -> float:
 
 def properties_of(part: Any, group: Group, name: str, registry: Registry) -> Iterator[Property]:
     """Give each property of a part, tried once."""
-    suite = type(f"Suite{type(part).__name__}", (suite_of(group, type(part)),), {"part": part})()
     checks: list[tuple[str, Callable[[], None]]] = [
         ("it goes by the name of its class", lambda: _named(part, name)),
         ("a case file can give its options", lambda: _given(part, group, name, registry)),
     ]
+    return tried(part, group, checks)
+
+
+def tried(part: Any, group: Group, first: Iterable[tuple[str, Callable[[], None]]] = ()) -> Iterator[Property]:
+    """Give each property that the suite of a group tests, after those given."""
+    kind, kept = (part, staticmethod(part)) if group is METRICS else (type(part), part)
+    suite = type(f"Suite{kind.__name__}", (suite_of(group, kind),), {"part": kept})()
+    checks = list(first)
     methods = [method for method in dir(suite) if method.startswith("test_")]
     line = {method: getattr(type(suite), method).__code__.co_firstlineno for method in methods}
     for method in sorted(methods, key=lambda each: line[each]):

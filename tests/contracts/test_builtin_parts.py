@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from impactlab.plugins import GROUPS, Group, registry
+from impactlab.plugins import GROUPS, METRICS, Group, registry
 from impactlab.testing.contracts import SUITES, suite_of
 
 OURS = registry().only("impactlab")
@@ -33,7 +33,11 @@ def suites(group: Group) -> dict[str, type[Any]]:
     """Return a test class for each part of a group and each of its examples."""
     made = {}
     for name in OURS.names(group):
-        kind = OURS.load(group, name)
+        kind: Any = OURS.load(group, name)
+        if group is METRICS:  # functions, without options
+            title = f"TestMetric{camel(name)}"
+            made[title] = type(title, (suite_of(group, kind),), {"part": staticmethod(kind)})
+            continue
         for number, options in enumerate(kind.examples):
             title = f"Test{camel(name)}{number or ''}"
             made[title] = type(title, (suite_of(group, kind),), {"part": kind(**options), **FACTS.get(title, {})})
@@ -49,7 +53,7 @@ def test_every_registered_part_has_a_suite(group: Group) -> None:
     names = OURS.names(group)
     assert group in SUITES or not names, f"write a suite for {group.name} in impactlab.testing.contracts"
     tested = {
-        type(value.part)
+        value.part if group is METRICS else type(value.part)
         for value in globals().values()
         if isinstance(value, type)
         and group in SUITES
@@ -59,7 +63,7 @@ def test_every_registered_part_has_a_suite(group: Group) -> None:
 
 
 def test_every_part_gives_options_to_test_it_with() -> None:
-    for group in SUITES:
+    for group in SUITES.keys() - {METRICS}:
         for name in OURS.names(group):
             assert OURS.load(group, name).examples, name
 

@@ -221,6 +221,8 @@ def test_without_a_rod_what_is_measured_in_round_trips_is_none() -> None:
 
 
 def test_a_metric_of_ones_own_joins_the_block() -> None:
-    judged = metrics.errors(history(), "exact", history(), scene(), {**metrics.METRICS, "steps": lambda h, r, s: 7})
+    judged = metrics.errors(
+        history(), "exact", history(), scene(), {"force": metrics.force, "steps": lambda h, r, s: 7}
+    )
     assert judged["steps"] == 7
     assert judged["force"] == 0.0

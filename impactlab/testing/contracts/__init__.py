@@ -18,6 +18,7 @@ from impactlab.testing.contracts.bases import BasisContract
 from impactlab.testing.contracts.common import PIECE, PORTS, STRUCK, described
 from impactlab.testing.contracts.integrators import IntegratorContract, face_row, stepped
 from impactlab.testing.contracts.laws import ContactLawContract
+from impactlab.testing.contracts.metrics import MetricContract
 from impactlab.testing.contracts.models import RodModelContract
 
 __all__ = [
@@ -32,6 +33,7 @@ __all__ = [
     "AdaptiveContract",
     "RodModelContract",
     "BasisContract",
+    "MetricContract",
     "SUITES",
     "suite_of",
 ]
@@ -41,10 +43,13 @@ SUITES: dict[plugins.Group, type[Any]] = {
     plugins.INTEGRATORS: IntegratorContract,
     plugins.MODELS: RodModelContract,
     plugins.BASES: BasisContract,
+    plugins.METRICS: MetricContract,
 }
 """The suite of each kind of part."""
 
 
-def suite_of(group: plugins.Group, kind: type[Any]) -> type[Any]:
+def suite_of(group: plugins.Group, kind: Any) -> type[Any]:
     """Return the suite of a part: that of its group; an integrator that adapts its steps has its own."""
+    if group is plugins.METRICS:
+        return MetricContract
     return AdaptiveContract if issubclass(kind, AbstractAdaptive) else SUITES[group]

@@ -1,0 +1,84 @@
+"""What every metric must keep."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from functools import cache
+from typing import Any, ClassVar
+
+from impactlab import plugins, simulate
+from impactlab.contact.addition_deletion import AdditionDeletion
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.contact.impulse_momentum import ImpulseMomentum
+from impactlab.contact.penalty import Penalty
+from impactlab.history import AbstractHistory
+from impactlab.integrators.exact_modal import ExactModal
+from impactlab.metrics import Metric
+from impactlab.models.continuous import Continuous
+from impactlab.models.modal import Modal
+from impactlab.scene import Body, Contact, End, Mass, Point, Rod, Scene, StepRule, Wall
+from impactlab.testing.contracts.common import PIECE
+
+
+@cache
+def judged(law: AbstractContactLaw) -> tuple[AbstractHistory, AbstractHistory, Scene]:
+    """Return a run of few modes of a mass on a free rod, the exact answer, and the scene of the run."""
+    rod = Rod("rod", (PIECE,), End("free"), End("free"), model=Modal(None, 6))
+    bodies: dict[str, Body] = {"hammer": Mass("hammer", 0.5 * PIECE.mass, 1.0), "rod": rod}
+    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0, law)
+    step, trip = StepRule(points_per_period=10.0), rod.round_trip
+    scene = Scene("metric", bodies, (contact,), 2.0 * trip, ExactModal(), step, round_trip=trip)
+    exact = dataclasses.replace(
+        scene,
+        bodies=bodies | {"rod": dataclasses.replace(rod, model=Continuous())},
+        contacts=(dataclasses.replace(contact, law=AdditionDeletion()),),
+    )
+    return simulate.run(scene), simulate.run(exact), scene
+
+
+@cache
+def rigid() -> tuple[AbstractHistory, Scene]:
+    """Return a run without a rod, so without a T, and its scene."""
+    bodies: dict[str, Body] = {"ball": Mass("ball", 1.0, 1.0), "wall": Wall("wall")}
+    contact = Contact(Point("ball", 0.0, "ball"), Point("wall", 0.0, "wall"), 0.5, Penalty(1.0e4))
+    scene = Scene("rigid", bodies, (contact,), 1.0, ExactModal(), StepRule(dt=1e-3))
+    return simulate.run(scene), scene
+
+
+def sound(value: Any) -> bool:
+    """Return whether a metric may answer that: a number that is not negative, or None."""
+    return value is None or (isinstance(value, int | float) and math.isfinite(value) and value >= 0.0)
+
+
+class MetricContract:
+    """What every metric must keep: ``metric(history, reference, scene)``, a number or None."""
+
+    part: ClassVar[Metric]
+
+    def measured(self, history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
+        """Return what the metric says."""
+        return type(self).part(history, reference, scene)
+
+    def test_it_says_what_it_is(self) -> None:
+        assert 0 < len(plugins.describe(type(self).part)) < 200
+
+    def test_it_answers_a_number_or_none(self) -> None:
+        assert sound(self.measured(*judged(AdditionDeletion())))
+
+    def test_a_reference_is_at_no_distance_from_itself(self) -> None:
+        _, exact, scene = judged(AdditionDeletion())
+        found = self.measured(exact, exact, scene)
+        assert found is None or abs(found) < 1e-12
+
+    def test_it_says_the_same_twice(self) -> None:
+        run = judged(AdditionDeletion())
+        assert self.measured(*run) == self.measured(*run)
+
+    def test_a_law_without_a_force_does_not_stop_it(self) -> None:
+        found = self.measured(*judged(ImpulseMomentum()))
+        assert found is None or isinstance(found, int | float)
+
+    def test_a_scene_without_a_rod_does_not_stop_it(self) -> None:
+        history, scene = rigid()
+        assert sound(self.measured(history, history, scene))
