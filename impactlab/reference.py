@@ -164,7 +164,8 @@ def _levels(way: Way, budget: float) -> Iterator[tuple[Reference | None, float]]
 def _differences(coarse: AbstractHistory, fine: AbstractHistory, scene: Scene) -> dict[str, float]:
     from impactlab import metrics
 
-    found = {name: metrics.METRICS[name](coarse, fine, scene) for name in (*JUDGED, *TOLD)}
+    known = metrics.installed()
+    found = {name: known[name](coarse, fine, scene) for name in (*JUDGED, *TOLD)}
     if len(coarse.events) != len(fine.events):
         found["event_times"] = math.inf
     return {name: float(value) for name, value in found.items() if value is not None}

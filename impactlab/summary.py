@@ -25,8 +25,8 @@ PROBE_POINTS = 6001  # instants at which the extremes of a probe are sought, bes
 VAGUE = 0.02  # uncertainty of a metric of the reference, in its own unit, beyond which no error is told
 KNOWN_BY = {
     "force": ("force",),
-    "force_away_from_jumps": ("force_away_from_jumps", "force_graph"),
-    "event_times": ("event_times", "events_missed", "events_extra"),
+    "force_away_from_jumps": ("force_away_from_jumps", "force_graph", "force_oscillation"),
+    "event_times": ("event_times", "events_missed", "events_extra", "opening_time"),
 }
 """Which errors hang on which uncertainty of the reference."""
 BOOKED = ("contact", "unresolved")  # always named in the energy block, also where nothing was booked

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 import impactlab
-from impactlab import api, plugins
+from impactlab import api, plugins, reference
 from impactlab.casefile import Case
 from impactlab.errors import CaseError, PluginError
 from impactlab.plugins import METRICS
@@ -103,8 +103,8 @@ def refused_key(case: Case, values: Mapping[str, Any]) -> str:
 
 
 def reference_key(physics: Scene) -> str:
-    """Return the key of the exact answer to a scene: that of `api.reference_key`, as a hash."""
-    return digest(content(api.reference_key(physics)))
+    """Return the key of the answer that a scene is judged by: what `impactlab.reference` says it depends on."""
+    return digest(content(reference.content(physics)))
 
 
 def nameless(scene: Scene) -> Any:

@@ -10,6 +10,7 @@ from typing import Any
 
 from impactlab import api
 from impactlab.bench.keys import reference_key
+from impactlab.reference import Reference
 from impactlab.scene import Scene
 
 KEPT = 4  # references that a worker keeps in memory: cells come scene by scene
@@ -24,9 +25,9 @@ class References:
 
     def __init__(self, folder: Path | None = None) -> None:
         self.folder = folder
-        self._known: dict[str, api.Reference | None] = {}
+        self._known: dict[str, Reference | None] = {}
 
-    def of(self, physics: Scene) -> api.Reference | None:
+    def of(self, physics: Scene) -> Reference | None:
         """Return the reference of a scene, or None where there is none."""
         key = reference_key(physics)
         if key not in self._known:
@@ -35,12 +36,12 @@ class References:
             self._known[key] = self._shared(key, lambda: api.reference_of(physics))
         return self._known[key]
 
-    def _shared(self, key: str, make: Callable[[], api.Reference | None]) -> api.Reference | None:
+    def _shared(self, key: str, make: Callable[[], Reference | None]) -> Reference | None:
         if self.folder is None:
             return make()
         path = self.folder / f"{key}.reference"
         if path.is_file():
-            read: api.Reference | None = pickle.loads(path.read_bytes())  # noqa: S301 - of this bench's own workers
+            read: Reference | None = pickle.loads(path.read_bytes())  # noqa: S301 - of this bench's own workers
             return read
         made = make()
         try:
@@ -53,8 +54,8 @@ class References:
         return made
 
 
-def told(reference: api.Reference | None) -> dict[str, Any]:
+def told(reference: Reference | None) -> dict[str, Any]:
     """Return what a row says of its reference: its name, its uncertainty (0 for an exact one), how it was found."""
     if reference is None:
-        return {"name": "none", "uncertainty": None, "found": "no exact answer to this scene"}
-    return {"name": reference[0], "uncertainty": 0.0, "found": "solved from event to event, exact to rounding"}
+        return {"name": "none", "uncertainty": None, "found": "no answer to this scene is exact, and none converged"}
+    return {"name": reference.name, "uncertainty": reference.uncertainty, "found": reference.found}

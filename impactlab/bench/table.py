@@ -99,7 +99,8 @@ def _row(cell: Cell, record: Mapping[str, Any], times: Mapping[str, Any]) -> dic
         error = summary.get("error") or {}
         row |= {"reason": _line(error.get("text")), "remedy": _line(error.get("remedy"))}
         return row | {"reached_time": (summary.get("reached") or {}).get("time")}
-    errors = {name: value for name, value in (summary["errors"] or {}).items() if name != "reference"}
+    told = ("reference", "reference_uncertainty")
+    errors = {name: value for name, value in (summary["errors"] or {}).items() if name not in told}
     reference = record["reference"]
     row |= _method(summary["method"]) | {name: summary["cost"].get(name) for name in COST}
     row |= {"dt": summary["method"]["dt"], "reached_time": summary["final"]["time"]}

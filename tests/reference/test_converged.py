@@ -180,7 +180,7 @@ def test_what_little_effort_says_of_itself_holds_against_more(name):
     rough, fine = reference.find(scene, 0.02), reference.find(scene, 1.0)
     assert fine.uncertainty < 0.3 * rough.uncertainty
     for metric in reference.JUDGED:
-        error = metrics.METRICS[metric](rough.history, fine.history, scene)
+        error = metrics.installed()[metric](rough.history, fine.history, scene)
         assert error <= rough.uncertainties[metric] + fine.uncertainty
         assert rough.uncertainties[metric] <= rough.uncertainty
 
