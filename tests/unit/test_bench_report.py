@@ -13,6 +13,7 @@ from typing import Any
 
 import pytest
 
+from impactlab.bench.report import pages
 from impactlab.bench.report.automatic import automatic_sheet, choices
 from impactlab.bench.report.fronts import front_of, stepped
 from impactlab.bench.report.looks import leaders, looks, power, within
@@ -21,12 +22,13 @@ from impactlab.bench.report.ranking import judged, profile, ranking
 from impactlab.bench.report.read import FIELDS, Row, read_table, setting
 from impactlab.bench.report.scene_sheets import families_sheet, front_sheet, unfinished
 from impactlab.bench.report.sheets import Heading, Sheet, escaped, latex, markdown, short
-from impactlab.bench.report.special import pairs, special_grids
+from impactlab.bench.report.special import pairs, special_grids, special_summary
 from impactlab.bench.report.summary_sheets import excluded, ranking_sheet, winners
 from impactlab.bench.report.views import BOTH, NORMS, SceneRows, error, gathered
 from impactlab.bench.report.words import certainty_words, findings
 from impactlab.bench.report.write import write_bench
 from impactlab.errors import CaseError
+from impactlab.report.style import to_svg
 
 ENDED = {
     "status": "completed",
@@ -234,6 +236,14 @@ def test_a_scene_without_impulse_is_judged_by_displacement(tmp_path: Path) -> No
     assert error(scene.rows[0], BOTH, scene) is None
 
 
+def test_methods_of_a_case_are_shown_and_never_ranked(tmp_path: Path) -> None:
+    [scene] = scenes_of(tmp_path, [*HAND[:5], made("a", "own.base", 0, 0.01, 1e-6)])
+    assert "own.base" not in [each.method for each in ranking([scene], BOTH, 1e-2)]
+    assert ranking([scene], BOTH, 1e-2)[0].ratios[0] == 1.0
+    assert "own.base" in [row[0] for row in families_sheet(scene).rows]
+    assert not [p for p in front_of(stepped(scene), NORMS[0], scene) if p.row.method == "own.base"]
+
+
 def test_a_profile_never_reaches_one_for_a_method_that_fails_somewhere(tmp_path: Path) -> None:
     loose = {each.method: each for each in ranking(scenes_of(tmp_path, HAND), BOTH, 1e-2)}
     assert profile(loose["slow"]) == [(1.0, 0.5), (8.0, 1.0)]
@@ -299,6 +309,14 @@ def test_special_grids_stand_beside_their_siblings_and_rods_that_are_not_uniform
     sheet = special_grids(scenes)
     assert sheet.rows == (("explicit", "a", "100", "1e-6", "1.00", "0.001", "1.00", "1000", "0.011", "0.02"),)
     assert sheet.headings[-1].group == "two_material_rod"
+    [row_of_all] = special_summary(scenes).rows
+    assert row_of_all == ("explicit", "100", "1", "1e-6", "0.001", "1000", "1000 a", "0.011", "0.02")
+
+
+def test_a_special_grid_without_a_sibling_shows_the_hole(tmp_path: Path) -> None:
+    settings = json.dumps({"solve.step": {"courant": 1.0}})
+    [row] = special_summary(scenes_of(tmp_path, [made("a", "alone", 0, 1.0, 1e-6, settings=settings)])).rows
+    assert row == ("alone", "–", "1", "1e-6", "–", "–", "–")
 
 
 # The automatic choice
@@ -393,9 +411,9 @@ def test_every_row_without_a_result_is_on_the_page(report: Path, tmp_path: Path)
 
 
 def test_a_report_is_whole_and_needs_no_network(report: Path) -> None:
-    pages = [report / "index.html", *(report / "cases").iterdir()]
-    assert {page.name for page in pages} == {"index.html", "a.html", "b.html", "c.html"}
-    for page in pages:
+    shown = [report / "index.html", *(report / "cases").iterdir()]
+    assert {page.name for page in shown} == {"index.html", "a.html", "b.html", "c.html"}
+    for page in shown:
         found = Text(page.read_text(encoding="utf-8"))
         assert len(found.ids) == len(set(found.ids))
         for address in found.addresses:
@@ -439,7 +457,10 @@ def test_a_report_replaces_the_last_one_and_nothing_else(tmp_path: Path) -> None
     ],
     ids=["nothing ended", "no costs", "no errors", "all far off", "only exact", "only automatic"],
 )
-def test_tables_with_holes_are_reported_all_the_same(tmp_path: Path, rows: list[dict[str, Any]]) -> None:
+def test_tables_with_holes_are_reported_all_the_same(
+    tmp_path: Path, rows: list[dict[str, Any]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(pages, "save", lambda figure, folder, name: to_svg(figure))  # half of the time is PNG
     write_bench(tmp_path, written(tmp_path, rows))
     assert "Speed against error" in (tmp_path / "index.html").read_text(encoding="utf-8")
 

@@ -80,7 +80,7 @@ def _line(family: Family, of: Callable[[Row], float | None]) -> list[tuple[float
     found = []
     for row in family.completed:
         value = of(row)
-        if row.steps and value is not None:
+        if row.steps and value is not None and not row.stepless:
             found.append((row.steps / (row.round_trips or 1.0), value))
     return found
 

@@ -16,7 +16,7 @@ from impactlab.bench.report.precision import precision
 from impactlab.bench.report.read import STATUSES, Row
 from impactlab.bench.report.scene_sheets import Unfinished, families_sheet, front_sheet, slug, unfinished
 from impactlab.bench.report.sheets import Sheet, latex, markdown, short
-from impactlab.bench.report.special import special_grids
+from impactlab.bench.report.special import special_grids, special_summary
 from impactlab.bench.report.summary_sheets import certainty, excluded, ranking_sheet, winners
 from impactlab.bench.report.views import BOTH, CLOCKS, GOALS, NORMS, TOLERANCES, Norm, SceneRows, methods_of
 from impactlab.bench.report.words import certainty_words, findings
@@ -185,7 +185,8 @@ def write_index(folders: Folders, rows: Sequence[Row], scenes: Sequence[SceneRow
         "profiles": profiles,
         "rankings": rankings,
         "excluded": excluded(scenes, BOTH),
-        "special": write_sheet(tables, special_grids(scenes)),
+        "special": write_sheet(tables, special_summary(scenes)),
+        "special_all": write_sheet(tables, special_grids(scenes)),
         "automatic": write_sheet(tables, automatic_sheet(scenes)),
         "lost": _lost(scenes),
         "commands": ("impactlab bench --out DIR", "impactlab bench --report DIR"),

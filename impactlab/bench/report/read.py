@@ -96,7 +96,7 @@ class Row(NamedTuple):
     @property
     def stepless(self) -> bool:
         """Return whether the run went from event to event: no step, nothing to refine."""
-        return self.completed and self.steps in (None, 0) and not self.integrator
+        return self.completed and self.dt is None and not self.integrator
 
     @property
     def total_s(self) -> float | None:

@@ -69,7 +69,7 @@ def _front_line(row: Row, which: str) -> tuple[str, ...]:
     return (
         named(row),
         row.level or DASH,
-        cell(row.steps) if row.steps else DASH,
+        DASH if row.stepless else cell(row.steps),
         cell(row.unknowns),
         short(row.displacement),
         short(row.impulse),
