@@ -185,11 +185,25 @@ def bench(
     time_limit: Annotated[
         float, typer.Option("--time-limit", metavar="S", min=0.001, help="Seconds after which a run has hung.")
     ] = 60.0,
+    no_report: Annotated[bool, typer.Option("--no-report", help="Leave out figures, tables and pages.")] = False,
+    table: Annotated[
+        Path | None,
+        typer.Option(
+            "--from", metavar="TABLE", help="Run nothing: draw the report of this table into DIR.", show_default=False
+        ),
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Speed against error: a grid of methods over cases, one table row per run. What is done is not done again."""
     with reporting(None, as_json):
         from impactlab import console
+
+        if table is not None:
+            out.mkdir(parents=True, exist_ok=True)
+            _draw_bench(out, table, jobs)
+            if as_json:
+                console.answer({"schema_version": 1, "report": str(out / "index.html")})
+            return
         from impactlab.bench import grid as grids
         from impactlab.bench.cells import case_files
         from impactlab.bench.run import Options
@@ -204,7 +218,20 @@ def bench(
             found = run_bench(files, suite, families, out, options, names, show, console.say)
         counts = ", ".join(f"{count} {status}" for status, count in sorted(found.counts.items()))
         console.say(f"written: {out / 'table.csv'}")
+        if not no_report:
+            _draw_bench(out, out / "table.csv", jobs)
         console.answer(found.document) if as_json else print(f"{len(found.cells)} rows: {counts}")
+
+
+def _draw_bench(out: Path, table: Path, jobs: int) -> None:
+    """Draw the report of a table; nothing is timed any more, so that any number of processes may draw."""
+    from impactlab import console
+    from impactlab.bench.report.write import write_bench
+
+    console.say(f"drawing figures for {out} ...")
+    with console.progress() as show:
+        write_bench(out, table, jobs or os.cpu_count() or 1, lambda fraction: show("report", fraction))
+    console.say(f"written: {out / 'index.html'}")
 
 
 @app.command()

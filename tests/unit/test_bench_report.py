@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from typer.testing import CliRunner
 
 from impactlab.bench.report import pages
 from impactlab.bench.report.automatic import automatic_sheet, choices
@@ -27,6 +28,7 @@ from impactlab.bench.report.summary_sheets import excluded, ranking_sheet, winne
 from impactlab.bench.report.views import BOTH, NORMS, SceneRows, error, gathered
 from impactlab.bench.report.words import certainty_words, findings
 from impactlab.bench.report.write import write_bench
+from impactlab.cli import app
 from impactlab.errors import CaseError
 from impactlab.report.style import to_svg
 
@@ -251,6 +253,13 @@ def test_a_profile_never_reaches_one_for_a_method_that_fails_somewhere(tmp_path:
     assert profile(loose["shy"]) == []
 
 
+def test_without_times_a_tolerance_is_met_all_the_same(tmp_path: Path) -> None:
+    rows = [row | {"solve_s": None} for row in HAND if row["status"] == "completed"]
+    loose = {each.method: each for each in ranking(scenes_of(tmp_path, rows), BOTH, 1e-2)}
+    assert [result.outcome for result in loose["slow"].results] == ["met", "met"]
+    assert loose["slow"].ratios == ()
+
+
 def test_winners_name_who_is_off_the_special_grid(tmp_path: Path) -> None:
     grid = {"settings": json.dumps({"solve.step": {"courant": 1.0}})}
     rows = [*HAND[:5], made("a", "tuned", 0, 0.8, 1e-5, **grid)]
@@ -431,12 +440,13 @@ def test_a_report_is_whole_and_needs_no_network(report: Path) -> None:
 
 def test_a_report_replaces_the_last_one_and_nothing_else(tmp_path: Path) -> None:
     table = written(tmp_path, [row for row in HAND if row["case"] == "b"][2:])
-    (tmp_path / "figures").mkdir()
-    (tmp_path / "figures" / "old.svg").write_text("old")
+    other = written(tmp_path, [lost("b", "shy", 0, "hung", "no"), made("z", "one", 0, 1.0, 1e-3)], "other.csv")
     (tmp_path / "notes.txt").write_text("mine")
+    write_bench(tmp_path, other)
+    assert (tmp_path / "cases" / "z.html").exists()
     write_bench(tmp_path, table)
     first = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
-    assert not (tmp_path / "figures" / "old.svg").exists()
+    assert not (tmp_path / "cases" / "z.html").exists()
     assert (tmp_path / "notes.txt").read_text() == "mine"
     write_bench(tmp_path, table)
     assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == first
@@ -445,17 +455,29 @@ def test_a_report_replaces_the_last_one_and_nothing_else(tmp_path: Path) -> None
     assert (tmp_path / "index.html").read_bytes() == first[tmp_path / "index.html"]
 
 
+def test_a_report_never_replaces_the_work_of_others(tmp_path: Path) -> None:
+    table = written(tmp_path, HAND[:1])
+    (tmp_path / "cases").mkdir()
+    (tmp_path / "cases" / "mine.yaml").write_text("work")
+    with pytest.raises(CaseError, match=re.escape("would replace 'cases/mine.yaml'")):
+        write_bench(tmp_path, table)
+    assert (tmp_path / "cases" / "mine.yaml").read_text() == "work"
+    with pytest.raises(CaseError, match="there is no folder"):
+        write_bench(tmp_path / "none", table)
+
+
 @pytest.mark.parametrize(
     "rows",
     [
         [lost("a", "m", 0, "refused", "no"), lost("a", "n", 0, "crashed", "gone")],
         [made("a", "m", 0, 1.0, 1e-3) | dict.fromkeys(("steps", "unknowns", "solve_s", "energy_gain", "round_trips"))],
         [made("a", "m", 0, 1.0, 1e-3) | dict.fromkeys(("displacement", "impulse", "force_oscillation", "setup_s"))],
+        [made("a", "m", i, 1.0, 10.0**-i) | dict.fromkeys(("solve_s", "setup_s", "repeats")) for i in range(3)],
         [made("a", "m", 0, 1.0, 50.0)],
         [made("a", "exact", 0, 1.0, 0.0, steps=0, integrator="")],
         [made("a", "automatic", 0, 1.0, 1e-3, tolerance_asked=None)],
     ],
-    ids=["nothing ended", "no costs", "no errors", "all far off", "only exact", "only automatic"],
+    ids=["nothing ended", "no costs", "no errors", "no times", "all far off", "only exact", "only automatic"],
 )
 def test_tables_with_holes_are_reported_all_the_same(
     tmp_path: Path, rows: list[dict[str, Any]], monkeypatch: pytest.MonkeyPatch
@@ -472,3 +494,15 @@ def test_a_figure_names_its_leaders_and_only_them(tmp_path: Path) -> None:
     words = {text.get_text() for axis in figure.axes for text in axis.texts}
     assert {"quick", "slow", "exact"} <= words
     assert not any(word.startswith("crowd") for word in words)
+
+
+def test_the_command_draws_a_report_from_a_table_alone(tmp_path: Path) -> None:
+    table = written(tmp_path, HAND[:1])
+    out = tmp_path / "new" / "report"
+    done = CliRunner().invoke(app, ["bench", "--from", str(table), "--out", str(out), "--json"])
+    assert done.exit_code == 0
+    assert json.loads(done.stdout)["report"] == str(out / "index.html")
+    assert (out / "index.html").exists()
+    wrong = CliRunner().invoke(app, ["bench", "--from", str(out / "index.html"), "--out", str(out)])
+    assert wrong.exit_code == 2
+    assert "is not the table of a bench" in wrong.stderr

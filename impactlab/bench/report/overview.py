@@ -90,7 +90,7 @@ def chart(scenes: Sequence[SceneRows], norm: Norm, tolerance: float, clock: str 
                 if each.ratio <= 1.0:
                     axis.plot([column + 0.5], [row + 0.5], "o", color="#ffffff", markersize=3.2)
             else:
-                mark = {MISSED: "·", REFUSED: "–", FAILED: "×", ABSENT: ""}.get(each.outcome, "?")
+                mark = {MET: "+", MISSED: "·", REFUSED: "–", FAILED: "×", ABSENT: ""}.get(each.outcome, "?")
                 tint = PALETTE[1] if each.outcome == FAILED else MUTED
                 axis.text(column + 0.5, row + 0.52, mark, ha="center", va="center", fontsize=8, color=tint)
         axis.text(len(kept) + 0.25, row + 0.52, f"{standing.count(MET)}", va="center", fontsize=7.5, color=INK)

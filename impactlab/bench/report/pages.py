@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from impactlab.bench.report import energy, overview
 from impactlab.bench.report.automatic import automatic_sheet
-from impactlab.bench.report.fronts import points
 from impactlab.bench.report.looks import Look, power
 from impactlab.bench.report.precision import precision
 from impactlab.bench.report.read import STATUSES, Row
@@ -18,7 +17,7 @@ from impactlab.bench.report.scene_sheets import Unfinished, families_sheet, fron
 from impactlab.bench.report.sheets import Sheet, latex, markdown, short
 from impactlab.bench.report.special import special_grids, special_summary
 from impactlab.bench.report.summary_sheets import certainty, excluded, ranking_sheet, winners
-from impactlab.bench.report.views import BOTH, CLOCKS, GOALS, NORMS, TOLERANCES, Norm, SceneRows, methods_of
+from impactlab.bench.report.views import BOTH, CLOCKS, GOALS, NORMS, TOLERANCES, Norm, SceneRows, error, methods_of
 from impactlab.bench.report.words import certainty_words, findings
 from impactlab.report.page import rendered
 from impactlab.report.style import inline, save
@@ -103,7 +102,7 @@ def write_case(folders: Folders, case: str, scenes: Sequence[SceneRows], look: M
 
 def _section(folders: Folders, scene: SceneRows, look: Mapping[str, Look]) -> dict[str, Any]:
     name, lost = slug(scene.name), unfinished(scene)
-    measured = [norm for norm in NORMS if points(scene.all_rows, norm, scene)]
+    measured = [norm for norm in NORMS if any(error(row, norm, scene) is not None for row in scene.all_rows)]
     figures = []
     if any(row.steps and row.energy_gain is not None for row in scene.rows):
         figures.append(
@@ -189,7 +188,7 @@ def write_index(folders: Folders, rows: Sequence[Row], scenes: Sequence[SceneRow
         "special_all": write_sheet(tables, special_grids(scenes)),
         "automatic": write_sheet(tables, automatic_sheet(scenes)),
         "lost": _lost(scenes),
-        "commands": ("impactlab bench --out DIR", "impactlab bench --report DIR"),
+        "commands": ("impactlab bench --out DIR", "impactlab bench --from DIR/table.csv --out DIR"),
         "files": (("table.csv", "all rows, all digits"), ("tables/", "Markdown, LaTeX"), ("figures/", "SVG, PNG")),
     }
     text = rendered("impactlab.bench.report", "index.html.j2", page=page)

@@ -19,7 +19,7 @@ from impactlab.bench.report.looks import (
     shortened,
 )
 from impactlab.bench.report.read import Row
-from impactlab.bench.report.views import Family, Norm, SceneRows
+from impactlab.bench.report.views import Family, Norm, SceneRows, error
 from impactlab.report.style import INK, LETTER, MUTED, WIDTH, drawn
 
 if TYPE_CHECKING:
@@ -71,6 +71,8 @@ def precision(scene: SceneRows, norm: Norm, look: Mapping[str, Look]) -> Figure:
     for axis in (upper, lower[0]):
         axis.set_ylabel(norm.axis if axis is upper else "error")
     upper.set_title(f"{scene.name}: {norm.title}")
+    if not points(scene.all_rows, norm, scene):
+        upper.text(0.5, 0.5, "no times in this table", transform=upper.transAxes, color=MUTED, ha="center")
     _fronts(upper, scene, norm, floor)
     _uncertainty(upper, scene, norm, floor)
     _without_steps(upper, exact, scene, norm, floor)
@@ -94,8 +96,8 @@ def precision(scene: SceneRows, norm: Norm, look: Mapping[str, Look]) -> Figure:
 
 def limits(scene: SceneRows, norm: Norm) -> tuple[float, float]:
     """Return the lowest and the highest error of an axis: whole decades around the methods with steps."""
-    known = [point.error for point in points(stepped(scene), norm, scene)]
-    known = [value for value in known if DEEPEST < value < CEILING] or [1e-3]
+    found = (error(row, norm, scene) for row in stepped(scene))
+    known = [value for value in found if value is not None and DEEPEST < value < CEILING] or [1e-3]
     floor = 10.0 ** math.floor(math.log10(min(known) / 1.5))  # an arrow at the floor keeps clear of the lowest dot
     return max(DEEPEST, floor), min(CEILING, 10.0 ** math.ceil(math.log10(max(known)) + 0.05))
 
@@ -203,7 +205,7 @@ def _without_steps(axis: Axes, exact: Sequence[Family], scene: SceneRows, norm: 
 
 def _beyond(axis: Axes, scene: SceneRows, norm: Norm, top: float) -> None:
     """Say how many runs are further off than the axis reaches."""
-    count = sum(point.error > top for point in points(scene.rows, norm, scene))
+    count = sum((error(row, norm, scene) or 0.0) > top for row in scene.rows)
     if count:
         text = f"{count} run{'s' if count > 1 else ''} further off than {100 * top:.0f} % not drawn"
         axis.text(0.01, 0.985, text, transform=axis.transAxes, fontsize=7.5, color=MUTED, va="top")

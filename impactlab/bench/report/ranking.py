@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import statistics
 from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
@@ -77,9 +78,13 @@ def judged(scenes: Sequence[SceneRows], norm: Norm, tolerance: float) -> Judged:
 def fastest(
     rows: Iterable[Row], norm: Norm, scene: SceneRows, tolerance: float, clock: Callable[[Row], float | None]
 ) -> Row | None:
-    """Return the row that meets a tolerance in the least time, or None."""
-    timed = [(t, row) for row in rows if meets(row, norm, scene, tolerance) and (t := clock(row)) is not None]
-    return min(timed, key=lambda pair: pair[0])[1] if timed else None
+    """Return the row that meets a tolerance in the least time, or None; a row without a time comes last."""
+
+    def time(row: Row) -> float:
+        spent = clock(row)
+        return math.inf if spent is None else spent
+
+    return min((row for row in rows if meets(row, norm, scene, tolerance)), key=time, default=None)
 
 
 def best(

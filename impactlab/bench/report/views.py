@@ -9,7 +9,6 @@ from impactlab.bench.report.read import Row, setting
 
 AUTOMATIC = "automatic"  # the method that chooses
 OWN = "own."  # begins the names of methods that a case brings along: another thing in every case, so never ranked
-HARD = "hard"  # the suite of cases made to break methods: it has a report of its own
 EXACT = 1e-12  # an error below it is rounding
 SURE = 1.0 / 3.0  # a reference less sure than this share of a tolerance cannot judge it
 

@@ -13,8 +13,11 @@ from impactlab.bench.report.looks import Look, looks
 from impactlab.bench.report.pages import Folders, write_case, write_index
 from impactlab.bench.report.read import read_table
 from impactlab.bench.report.views import SceneRows, gathered
+from impactlab.errors import CaseError
 
 PARTS = ("figures", "tables", "cases", "index.html")  # in this order they appear: the page comes last
+MANIFEST = ".impactlab-report"
+"""Names the files of a report in its folder, so that nothing else is ever replaced."""
 
 
 def write_bench(
@@ -39,8 +42,9 @@ def write_bench(
     Raises
     ------
     CaseError
-        If the file is not the table of a bench.
+        If the file is not the table of a bench, or the folder holds files of others where the report would stand.
     """
+    check_report(out_dir)
     rows = read_table(table_path)
     scenes = gathered(rows)
     draft = Path(tempfile.mkdtemp(prefix=".report.", dir=out_dir))
@@ -54,12 +58,42 @@ def write_bench(
             cases.setdefault(scene.case, []).append(scene)
         _draw(folders, cases, look, cores, progress)
         write_index(folders, rows, scenes, look)
+        written = sorted(name for part in PARTS for name in _files(draft, part))
+        check_report(out_dir)  # it may have changed while the report was made
+        (out_dir / MANIFEST).write_text("\n".join([*written, *_written(out_dir)]) + "\n", encoding="utf-8")
         for name in PARTS:
             _replace(out_dir / name, draft / name)
+        (out_dir / MANIFEST).write_text("\n".join(written) + "\n", encoding="utf-8")
     finally:
         shutil.rmtree(draft, ignore_errors=True)
     if progress is not None:
         progress(1.0)
+
+
+def check_report(out_dir: Path) -> None:
+    """Raise `CaseError` if a report would replace what no report wrote: it may be somebody's work."""
+    if not out_dir.is_dir():
+        raise CaseError(f"there is no folder {str(out_dir)!r} to write in", remedy="Make it, or give another --out.")
+    known = _written(out_dir)
+    strangers = sorted(name for part in PARTS for name in _files(out_dir, part) if name not in known)
+    if strangers:
+        raise CaseError(
+            f"the report would replace {strangers[0][:80]!r} in {str(out_dir)!r}, which no report wrote",
+            remedy="Give another --out.",
+        )
+
+
+def _files(folder: Path, part: str) -> list[str]:
+    """Return the names of the files of one part of a report."""
+    top = folder / part
+    if top.is_symlink() or top.is_file():
+        return [part]
+    return [str(path.relative_to(folder)) for path in top.rglob("*") if path.is_symlink() or not path.is_dir()]
+
+
+def _written(folder: Path) -> set[str]:
+    manifest = folder / MANIFEST
+    return set(manifest.read_text(encoding="utf-8").splitlines()) if manifest.is_file() else set()
 
 
 def _draw(
