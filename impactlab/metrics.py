@@ -281,6 +281,11 @@ def installed(parts: Registry | None = None) -> dict[str, Metric]:
     """
     known = registry() if parts is None else parts
     names = known.names(METRICS)
+    if parts is None and not names:
+        raise PluginError(
+            "no metric is registered, not even impactlab's own: it was installed before it had any",
+            remedy="Install impactlab again (pip install .).",
+        )
     found: dict[str, Metric] = {}
     for name in (*(name for name in ORDER if name in names), *(name for name in names if name not in ORDER)):
         with contextlib.suppress(PluginError):

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from impactlab.casefile import Case
-from impactlab.casefile.document import Document, Keys, read_document
+from impactlab.casefile.document import Document, read_document
 from impactlab.casefile.words import closest, listed, shown
 from impactlab.errors import CaseError
 from impactlab.scene import Scene
@@ -70,7 +70,8 @@ class Family:
             made["solve.integrator"] = blocks["integrator"]
         if blocks["step"] is not None:
             made["solve.step"] = blocks["step"]
-        made["solve.events"] = self.events or "dated"
+        if self.events is not None or blocks["model"] is not None:
+            made["solve.events"] = self.events or "dated"
         return made | settings
 
 
@@ -88,7 +89,7 @@ def own_families(case: Case) -> tuple[Family, ...]:
 
 def of_suite(suite: str) -> Path:
     """Return the grid file of a suite: one of its own, such as hard.yaml, or the common one."""
-    path = Path(__file__).with_name(f"{suite}.yaml")
+    path = BUILT_IN.parent / f"{suite}.yaml"
     return path if suite.isidentifier() and path.is_file() else BUILT_IN
 
 
@@ -124,10 +125,11 @@ def chosen(families: Sequence[Family], methods: Sequence[str] | None) -> tuple[F
 
 
 def _line(document: Document, path: str) -> int | None:
-    keys: Keys = tuple(path.split("."))
-    while keys and keys not in document.lines:
-        keys = keys[:-1]
-    return document.lines.get(keys)
+    """Return the line of a path, or of what stands around it; names of families and keys of levels may hold dots."""
+    around = {
+        ".".join(keys): line for keys, line in document.lines.items() if f"{path}.".startswith(".".join(keys) + ".")
+    }
+    return around[max(around, key=len)] if around else None
 
 
 def _families(data: Mapping[str, Any]) -> tuple[Family, ...]:

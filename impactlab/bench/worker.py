@@ -75,7 +75,6 @@ def serve(connection: Connection, session: Path | None, folder: str) -> None:
 
     The first answer is the hash of the sources that this process imports.
     """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the owner, who ends the workers
     _follow()
     os.chdir(folder)
     with contextlib.redirect_stdout(sys.stderr):  # what a part prints may not get into a JSON document

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import signal
+import threading
 import time as clock
 from collections import deque
 from collections.abc import Callable, Container, Iterator, Sequence
@@ -61,7 +62,7 @@ class Process:
         ours, theirs = context.Pipe()
         self.connection: Connection = ours
         self.process = context.Process(target=serve, args=(theirs, session, str(Path.cwd())), daemon=True)
-        with _one_thread():
+        with _quiet_start():
             self.process.start()
         theirs.close()
         self.job: Job | None = None
@@ -188,13 +189,20 @@ def _code(code: int | None) -> str:
 
 
 @contextlib.contextmanager
-def _one_thread() -> Iterator[None]:
-    """Let processes started inside have one thread of linear algebra: errors do not depend on their number."""
+def _quiet_start() -> Iterator[None]:
+    """Let processes started inside have one thread of linear algebra, and leave Ctrl-C to this one.
+
+    Errors do not depend on the number of threads then, and times are those of one core.
+    """
     before = {name: os.environ.get(name) for name in THREADS}
     os.environ.update(dict.fromkeys(THREADS, "1"))
+    main = threading.current_thread() is threading.main_thread()
+    handler = signal.signal(signal.SIGINT, signal.SIG_IGN) if main else None
     try:
         yield
     finally:
+        if main:
+            signal.signal(signal.SIGINT, handler)
         for name, value in before.items():
             if value is None:
                 del os.environ[name]

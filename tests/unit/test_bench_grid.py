@@ -1,0 +1,150 @@
+"""The grid of methods: what a family makes of a case, and what a wrong grid file is told."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from impactlab import CaseError, load_case
+from impactlab.bench.cells import case_files, cells
+from impactlab.bench.grid import BUILT_IN, Family, chosen, of_suite, own_families, read_grid
+
+CASES = Path(__file__).resolve().parents[2] / "cases"
+PAPER, PILE = CASES / "axial_impact.yaml", CASES / "ram_cushion_pile.yaml"
+
+GRID = """
+schema_version: 1
+families:
+  spring:
+    for: a test
+    law: {kind: penalty}
+    model: {kind: finite_element, mass: lumped}
+    integrator: {kind: central_difference}
+    step: {courant: 1.0}
+    levels:
+      model.elements: [10, 20, 30]
+      law.stiffness: [{relative: 0.5}, {relative: 0.25}, {relative: 0.1}]
+  spring_0.9: {sibling_of: spring, model: {kind: modal}, levels: {model.modes: [2, 4]}}
+"""
+
+
+def written(tmp_path: Path, text: str) -> Path:
+    path = tmp_path / "own.yaml"
+    path.write_text(text)
+    return path
+
+
+def test_levels_take_the_first_of_each_list_then_the_second(tmp_path: Path) -> None:
+    spring, other = read_grid(written(tmp_path, GRID))
+    case = load_case(PAPER)
+    made = [spring.values(case.scene(), level) for level in spring.levels]
+    assert [each["solve.model"]["elements"] for each in made] == [10, 20, 30]
+    assert [each["contacts.0.law"]["stiffness"] for each in made] == [{"relative": s} for s in (0.5, 0.25, 0.1)]
+    assert spring.law == {"kind": "penalty"}  # a level is no change of its family
+    assert other.sibling_of == "spring"
+    scene = case.solved_by("spring", made[1]).scene()
+    assert scene.bodies["rod"].model.elements == 20  # type: ignore[union-attr]
+    assert scene.step.courant == 1.0
+
+
+def test_a_physical_law_keeps_its_place_and_a_hard_one_is_replaced(tmp_path: Path) -> None:
+    spring = read_grid(written(tmp_path, GRID))[0]
+    pile = load_case(PILE)
+    assert [contact.law.hard for contact in pile.scene().contacts] == [False, True]
+    made = spring.values(pile.scene(), spring.levels[0])
+    assert [path for path in made if path.startswith("contacts")] == ["contacts.1.law"]
+    solved = pile.solved_by("spring", made)
+    assert solved.scene().contacts[0].law == pile.scene().contacts[0].law
+    assert solved.written is pile.scene()  # errors are measured against the case as written
+
+
+def test_the_methods_of_a_case_join_as_they_are() -> None:
+    case = load_case(PAPER)
+    own = {family.name: family for family in own_families(case)}
+    assert set(own) == {f"own.{name}" for name in case.method_names}
+    scene = case.solved_by("own.modal_10", own["own.modal_10"].values(case.scene(), {})).scene()
+    assert scene == case.method("modal_10").scene()
+    assert case.solved_by("own.base", own["own.base"].values(case.scene(), {})).scene() == case.scene()
+
+
+def test_the_built_in_grid_serves_the_papers_case() -> None:
+    families = read_grid(BUILT_IN)
+    assert len(families) >= 20
+    case = load_case(PAPER)
+    for family in families:
+        assert family.purpose, family.name
+        if family.serves(case.scene()):
+            # Only the first level: that all of them are accepted is the matter of the bench itself.
+            case.solved_by(family.name, family.values(case.scene(), family.levels[0]))
+
+
+def test_each_special_step_has_its_sibling_with_an_ordinary_one() -> None:
+    families = {family.name: family for family in read_grid(BUILT_IN)}
+    special = {family.sibling_of for family in families.values() if family.sibling_of}
+    assert "central_difference" in special
+    for family in families.values():
+        if family.sibling_of is not None:
+            assert (family.step or {})["courant"] == 0.9
+            assert (families[family.sibling_of].step or {})["courant"] == 1.0
+            assert family.levels == families[family.sibling_of].levels
+
+
+def test_a_suite_may_have_a_grid_of_its_own() -> None:
+    assert of_suite("standard") == BUILT_IN
+    assert of_suite("no/such") == BUILT_IN
+
+
+def test_levels_that_change_nothing_are_one_row_and_equal_methods_share_a_key(tmp_path: Path) -> None:
+    # In a case without hard contact the stiffness of a stand-in has nothing to act on.
+    ladder = Family("ladder", "", law={"kind": "penalty"}, levels=({"law.stiffness": 1e8}, {"law.stiffness": 1e9}))
+    alone = tmp_path / "alone.yaml"
+    text = PAPER.read_text().replace("law: {kind: wave_identification}", "law: {kind: hertz, stiffness: 1e12}")
+    alone.write_text(text.partition("methods:")[0] + "methods:\n  same: {solve.events: dated}\n")
+    found, jobs = cells([alone], "standard", [ladder])
+    assert [(cell.method, cell.level) for cell in found] == [("ladder", 1), ("own.base", 1), ("own.same", 1)]
+    assert len({cell.key for cell in found}) == len(jobs) == 1
+
+
+def test_methods_are_chosen_by_name() -> None:
+    families = read_grid(BUILT_IN)
+    assert [family.name for family in chosen(families, ["exact", "own"])] == ["exact"]
+    assert chosen(families, None) == families
+    with pytest.raises(CaseError, match=r"no method 'exakt'.*Did you mean 'exact'"):
+        chosen(families, ["exakt"])
+
+
+def test_a_method_that_the_case_refuses_is_a_cell(tmp_path: Path) -> None:
+    wrong = Family("wrong", "", model={"kind": "modal", "elements": 2, "modes": 99}, step={"dt": 1e-7})
+    found, jobs = cells([PAPER], "standard", [wrong], methods=["wrong"])
+    assert len(found) == len(jobs) == 1
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "said"),
+    [
+        ("for: a test", "fro: a test", 5, "the key 'fro' is not known here. Did you mean 'for'"),
+        ("schema_version: 1", "schema_version: 7", 2, "a grid says schema_version: 1"),
+        ("[10, 20, 30]", "[10, 20]", 10, "lists of different lengths: model.elements 2, law.stiffness 3"),
+        ("[10, 20, 30]", "10", 11, "10 is no list of values"),
+        ("sibling_of: spring", "sibling_of: sprung", 13, "'sprung' is no family of this grid. Did you mean 'spring'"),
+        ("law: {kind: penalty}", "law: penalty", 6, "'penalty' stands where a block is needed"),
+        ("for: a test", "scenes: all", 5, "'all' is no choice of scenes"),
+        ("spring_0.9:", "own.spring:", 13, "kept for the methods of cases"),
+    ],
+)
+def test_a_wrong_grid_is_told_where_and_why(tmp_path: Path, old: str, new: str, line: int, said: str) -> None:
+    assert old in GRID
+    with pytest.raises(CaseError) as told:
+        read_grid(written(tmp_path, GRID.replace(old, new)))
+    assert said in told.value.text
+    assert told.value.remedy
+    assert f"own.yaml:{line}: " in str(told.value)
+
+
+def test_a_suite_without_cases_says_where_it_looked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(CaseError, match="there are no cases in 'cases/hard'"):
+        case_files([], "hard")
+    with pytest.raises(CaseError, match="two cases are called 'axial_impact'"):
+        case_files([PAPER, tmp_path / "axial_impact.yaml"], "standard")
