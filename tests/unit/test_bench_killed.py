@@ -1,0 +1,89 @@
+"""A bench killed with SIGKILL at 20 random moments and resumed ends as one that was left alone."""
+
+from __future__ import annotations
+
+import csv
+import json
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+CASES = [str(ROOT / "cases" / name) for name in ("axial_impact.yaml", "two_rods.yaml")]
+METHODS = "exact,central_difference,central_difference_0.9,wave_identification,craig_bampton,spectral_4,bathe,own"
+KILLS = 20
+OF_TIME = ("repeats", "setup_s", "setup_spread_s", "solve_s", "solve_spread_s")
+
+
+def started(out: Path, jobs: int) -> subprocess.Popen[bytes]:
+    command = [sys.executable, "-m", "impactlab", "bench", *CASES, "--methods", METHODS, "--out", str(out)]
+    return subprocess.Popen(
+        [*command, "--jobs", str(jobs), "--repeats", "1"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
+
+
+def timeless(value: Any) -> Any:
+    """Return a record without the times in it."""
+    if isinstance(value, dict):
+        return {key: timeless(inner) for key, inner in value.items() if not key.endswith("_s")}
+    return [timeless(inner) for inner in value] if isinstance(value, list) else value
+
+
+def read(folder: Path) -> dict[str, tuple[int, str]]:
+    """Return when each file of a folder was written, and its bits but for times; a half-written one would raise."""
+    found = {}
+    for path in folder.glob("*.json"):
+        found[path.name] = (path.stat().st_mtime_ns, json.dumps(timeless(json.loads(path.read_text())), sort_keys=True))
+    return found
+
+
+def table(out: Path) -> list[dict[str, str]]:
+    with (out / "table.csv").open(newline="", encoding="utf-8") as stream:
+        return [{key: value for key, value in row.items() if key not in OF_TIME} for row in csv.DictReader(stream)]
+
+
+@pytest.mark.slow
+def test_a_bench_killed_at_20_random_moments_loses_nothing_and_does_nothing_twice(tmp_path: Path) -> None:
+    left_alone, killed = tmp_path / "left_alone", tmp_path / "killed"
+    assert started(left_alone, jobs=1).wait() == 0
+    expected = read(left_alone / "rows")
+    assert len(expected) > 2 * KILLS
+
+    moments = random.Random(20261)
+    known: dict[str, dict[str, tuple[int, str]]] = {"rows": {}, "times": {}}
+    deaths = 0
+    while deaths < KILLS:
+        running = started(killed, jobs=moments.choice((1, 2)))
+        # Some die while they import or plan, most among their first rows or times.
+        if moments.random() < 0.25:
+            time.sleep(moments.uniform(0.0, 4.0))
+        else:
+            count, more = sum(map(len, known.values())), moments.randint(1, 5)
+            while sum(len(list((killed / kind).glob("*.json"))) for kind in known) < count + more:
+                if running.poll() is not None:
+                    break
+                time.sleep(0.001)
+            time.sleep(moments.uniform(0.0, 0.02))
+        running.send_signal(signal.SIGKILL)
+        if running.wait() != 0:
+            deaths += 1
+        for kind, before in known.items():
+            now = read(killed / kind)
+            assert {name: now[name] for name in before} == before, kind  # none lost, none written again
+            known[kind] = now
+    assert started(killed, jobs=2).wait() == 0
+
+    found = read(killed / "rows")
+    assert {name: now for name, now in found.items() if name in known["rows"]} == known["rows"]
+    assert {name: bits for name, (_, bits) in found.items()} == {name: bits for name, (_, bits) in expected.items()}
+    assert table(killed) == table(left_alone)
+    keys = [row["key"] for row in table(killed)]
+    assert {f"{key}.json" for key in keys} == set(found)
+    assert sorted(path.name for path in killed.rglob("*") if path.name.endswith(".part")) == []
+    assert not list(killed.glob("session-*"))

@@ -1,0 +1,217 @@
+"""Worker processes: what hangs, dies or raises is a row, and the rest goes on; then `bench` from end to end."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from impactlab import CaseError
+from impactlab.bench.cells import Job
+from impactlab.bench.workers import Pending
+from impactlab.casefile.document import Document
+
+ROOT = Path(__file__).resolve().parents[2]
+PAPER = ROOT / "cases" / "axial_impact.yaml"
+
+LAWS = '''
+"""Laws that misbehave."""
+
+import os
+import time
+from dataclasses import dataclass
+from typing import final
+
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.types import Level, Start
+
+
+class Bad(AbstractContactLaw):
+    """What they share."""
+
+    needs = frozenset({Level.POSITION})
+    citations = ("Goldsmith1960",)
+    compiled = False
+
+    def begin(self, left, right, dt):
+        self.misbehave()
+        return Start()
+
+    @staticmethod
+    def respond(port, reply):
+        pass
+
+
+@final
+@dataclass(frozen=True)
+class Hangs(Bad):
+    """It hangs."""
+
+    def misbehave(self):
+        print("a part may print")
+        time.sleep(3600)
+
+
+@final
+@dataclass(frozen=True)
+class Dies(Bad):
+    """It dies."""
+
+    def misbehave(self):
+        os.kill(os.getpid(), 11)
+
+
+@final
+@dataclass(frozen=True)
+class Leaves(Bad):
+    """It leaves."""
+
+    def misbehave(self):
+        os._exit(7)
+
+
+@final
+@dataclass(frozen=True)
+class Raises(Bad):
+    """It raises."""
+
+    def misbehave(self):
+        raise KeyError("what a stranger raises")
+'''
+GRID = """
+schema_version: 1
+families:
+  fine: {model: {kind: modal}, integrator: {kind: exact_modal}, levels: {model.modes: [2, 4, 6, 8]}}
+  hangs: {law: {kind: hangs}}
+  dies: {law: {kind: dies}}
+  leaves: {law: {kind: leaves}}
+  raises: {law: {kind: raises}}
+"""
+
+
+def job(key: str, scene: str) -> Job:
+    return Job(key, scene, scene, Document({}, {}), "base", "m", {})
+
+
+def test_jobs_of_one_scene_go_to_one_worker_until_there_are_no_scenes_left() -> None:
+    left = Pending([job(f"{scene}{n}", scene) for scene in "abc" for n in range(3)])
+    assert len(left) == 9
+    assert left.next_for(None, {None}).key == "a0"
+    assert left.next_for(None, {"a/base"}).key == "b0"
+    assert left.next_for("a/base", {"b/base"}).key == "a1"
+    assert left.next_for("a/base", {"b/base"}).key == "a2"
+    assert left.next_for("a/base", {"b/base"}).key == "c0"  # its own scene is done: one that nobody has begun
+    assert [left.next_for("c/base", {"b/base"}).key for _ in range(3)] == ["c1", "c2", "b1"]  # it helps at the end
+    assert len(left) == 1
+
+
+def invoke(*arguments: str, cwd: Path, **settings: Any) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "impactlab", "bench", *arguments], capture_output=True, text=True, cwd=cwd, **settings
+    )
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("--suite", "hard"), "there are no cases in 'cases/hard'"),
+        ((str(PAPER), "--methods", "exakt"), "Did you mean 'exact'?"),
+        ((str(PAPER), "--grid", "none.yaml"), "the case file does not exist"),
+        ((str(PAPER), "--out", "somebody"), "holds what no bench wrote, such as 'work'"),
+    ],
+)
+def test_wrong_input_leaves_with_2_and_one_document(tmp_path: Path, arguments: tuple[str, ...], said: str) -> None:
+    (tmp_path / "somebody").mkdir()
+    (tmp_path / "somebody" / "work").touch()
+    done = invoke(*arguments, "--json", cwd=tmp_path)
+    assert done.returncode == 2, done.stderr
+    assert said in done.stderr
+    assert json.loads(done.stdout)["status"] == "refused"
+    assert "Traceback" not in done.stderr
+
+
+def install(site: Path) -> dict[str, str]:
+    """Write what pip writes of a plugin with the laws above; return the environment that finds it."""
+    information = site / "misbehaving-1.0.dist-info"
+    information.mkdir(parents=True)
+    (site / "misbehaving.py").write_text(LAWS)
+    (information / "METADATA").write_text("Metadata-Version: 2.1\nName: misbehaving\nVersion: 1.0\n")
+    names = ("Hangs", "Dies", "Leaves", "Raises")
+    points = "\n".join(f"{name.lower()} = misbehaving:{name}" for name in names)
+    (information / "entry_points.txt").write_text(f"[impactlab.contact_laws]\n{points}\n")
+    return {**os.environ, "PYTHONPATH": os.pathsep.join((str(site), str(ROOT)))}
+
+
+def read(out: Path) -> list[dict[str, str]]:
+    with (out / "table.csv").open(newline="", encoding="utf-8") as stream:
+        return list(csv.DictReader(stream))
+
+
+@pytest.mark.slow
+def test_what_hangs_dies_or_raises_is_a_row_and_the_others_are_run(tmp_path: Path) -> None:
+    environment = install(tmp_path / "site")
+    (tmp_path / "grid.yaml").write_text(GRID)
+    methods = "fine,hangs,dies,leaves,raises,own.modal_10"
+    arguments = (str(PAPER), "--grid", "grid.yaml", "--methods", methods, "--jobs", "2", "--repeats", "2", "--json")
+    done = invoke(*arguments, "--time-limit", "8", cwd=tmp_path, env=environment)
+    assert done.returncode == 0, done.stderr
+    document = json.loads(done.stdout)
+    found = {(row["method"], row["level"]): row["summary"] for row in document["rows"]}
+    assert {method: summary["status"] for (method, _), summary in found.items()} == {
+        "fine": "completed",
+        "own.modal_10": "completed",
+        "hangs": "hung",
+        "dies": "crashed",
+        "leaves": "crashed",
+        "raises": "failed",
+    }
+    assert found["hangs", 1]["error"]["text"] == "no answer after 8 s"
+    assert found["dies", 1]["error"]["text"] == "the process ended with SIGSEGV"
+    assert found["leaves", 1]["error"]["text"] == "the process ended with code 7"
+    assert "what a stranger raises" in found["raises", 1]["error"]["text"]
+    rows = read(tmp_path / "out" / "bench")
+    assert len(rows) == len(document["rows"]) == 9
+    assert all(float(row["solve_s"]) > 0.0 for row in rows if row["status"] == "completed")
+
+    # What is known is not run again; what hung is, where it gets more time.
+    kept = {path.name: path.stat().st_mtime_ns for path in (tmp_path / "out" / "bench" / "rows").iterdir()}
+    again = invoke(*arguments, "--time-limit", "9", cwd=tmp_path, env=environment)
+    assert "1 runs to do" in again.stderr
+    now = {path.name: path.stat().st_mtime_ns for path in (tmp_path / "out" / "bench" / "rows").iterdir()}
+    assert [name for name in kept if kept[name] != now[name]] == [
+        f"{row['key']}.json" for row in rows if row["method"] == "hangs"
+    ]
+
+
+@pytest.mark.slow
+def test_ctrl_c_leaves_with_130_and_keeps_what_is_done(tmp_path: Path) -> None:
+    arguments = [sys.executable, "-m", "impactlab", "bench", str(PAPER), "--no-timing", "--jobs", "2", "--out", "b"]
+    with subprocess.Popen(arguments, cwd=tmp_path, stderr=subprocess.PIPE, text=True) as running:
+        while len(list(tmp_path.glob("b/rows/*.json"))) < 3 and running.poll() is None:
+            time.sleep(0.01)
+        running.send_signal(signal.SIGINT)
+        _, told = running.communicate(timeout=60)
+    assert running.returncode == 130, told
+    assert "Traceback" not in told
+    rows = list(tmp_path.glob("b/rows/*.json"))
+    assert len(rows) >= 3
+    assert all(json.loads(path.read_text())["summary"]["status"] for path in rows)
+    assert not (tmp_path / "b" / "table.csv").exists()
+    assert not list(tmp_path.glob("b/session-*"))
+
+
+def test_a_bench_of_no_job_starts_no_process() -> None:
+    from impactlab.bench.workers import run_jobs
+
+    def never(*_: Any) -> Any:
+        raise CaseError("there is no job")
+
+    run_jobs([], never, never, limit=1.0)
