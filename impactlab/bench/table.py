@@ -119,6 +119,9 @@ def _row(cell: Cell, record: Mapping[str, Any], times: Mapping[str, Any]) -> dic
         "events_found": len(summary["events"]),
         **{name: times[name] for name in (*TIMES, "machine") if name in times},
     }
+    choice = summary.get("choice") or {}
+    row |= {"tolerance_asked": choice.get("tolerance"), "expected_error": choice.get("expected_error")}
+    row |= {"choosing_s": times.get("choosing_s", choice.get("choosing_s"))}
     trip = summary["round_trip"]
     return row | {"round_trips": summary["final"]["time"] / trip if trip else None}
 

@@ -14,12 +14,14 @@ from impactlab.casefile import Case
 from impactlab.history import Cost
 
 REPEATS = 9  # at most
-BUDGET = 0.15  # s of a row's repeats; a longer run is repeated once
+BUDGET = 0.03  # s of a row's repeats: a suite has thousands of rows
+LONG, LONGER = 0.1, 1.0  # s of a run, up to which it is repeated three times, and twice whatever the budget
 
 
 def repeats_of(spent: float, most: int) -> int:
-    """Return how often to repeat a run that took ``spent`` [s], warmed up."""
-    return max(1, min(most, int(BUDGET / max(spent, 1e-9))))
+    """Return how often to run what took ``spent`` [s], warmed up."""
+    least = 3 if spent <= LONG else 2 if spent <= LONGER else 1
+    return min(most, max(least, int(BUDGET / max(spent, 1e-9))))
 
 
 def times_of(case: Case, repeats: int = REPEATS) -> dict[str, Any]:
