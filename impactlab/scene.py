@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
 from numpy import float64
 from numpy.typing import NDArray
 
@@ -19,6 +20,17 @@ from impactlab.models.base import AbstractRodModel
 
 Profile = Callable[[NDArray[float64]], NDArray[float64]]
 """A quantity as a function of x [m], shape (n,) to shape (n,)."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """A quantity given at places x [m], rising; straight lines between them."""
+
+    x: tuple[float, ...]
+    u: tuple[float, ...]
+
+    def __call__(self, x: NDArray[float64]) -> NDArray[float64]:
+        return np.asarray(np.interp(x, self.x, self.u), dtype=float)
 
 
 @dataclass(frozen=True)

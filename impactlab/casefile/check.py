@@ -7,12 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from impactlab.casefile.formula import Formula, Table
+from impactlab.casefile.formula import Formula
 from impactlab.casefile.points import Face, check_place, find_body, read_face, rod_length
 from impactlab.casefile.schema import CaseBlock, RodBlock, RoundTrips, WallBlock
 from impactlab.casefile.words import listed, shown
 from impactlab.errors import CaseError
-from impactlab.scene import Profile
+from impactlab.scene import Profile, Table
 
 
 class Faces(NamedTuple):

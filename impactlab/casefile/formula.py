@@ -1,4 +1,4 @@
-"""A quantity along a rod, given as a formula of x or as a table. A formula is never evaluated as code.
+"""A quantity along a rod, given as a formula of x. A formula is never evaluated as code.
 
 The formula is parsed, every node is held against a short list of what is allowed, and the tree is walked with numpy.
 """
@@ -58,17 +58,6 @@ class Formula:
         with np.errstate(all="ignore"):
             values = _evaluate(parse(self.text), names)
         return np.broadcast_to(np.asarray(values, dtype=float), places.shape).copy()
-
-
-@dataclass(frozen=True)
-class Table:
-    """A quantity given at places x [m], rising; straight lines between them."""
-
-    x: tuple[float, ...]
-    u: tuple[float, ...]
-
-    def __call__(self, x: Array) -> Array:
-        return np.asarray(np.interp(x, self.x, self.u), dtype=float)
 
 
 @lru_cache(maxsize=64)

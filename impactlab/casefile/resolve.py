@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from impactlab.casefile.build import DEFAULT_INTEGRATOR
-from impactlab.casefile.formula import Formula, Table
+from impactlab.casefile.formula import Formula
 from impactlab.casefile.parts import describe_part
 from impactlab.casefile.schema import CaseBlock
-from impactlab.scene import Body, End, Mass, Rod, Scene
+from impactlab.scene import Body, End, Mass, Rod, Scene, Table
 
 
 def resolve(case: CaseBlock, scene: Scene) -> dict[str, Any]:

@@ -15,10 +15,10 @@ from typing import Any
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import PydanticCustomError, core_schema
 
-from impactlab.casefile.formula import Formula, Table, parse
+from impactlab.casefile.formula import Formula, parse
 from impactlab.casefile.units import takes_texts, to_si
 from impactlab.casefile.words import closest, shown
-from impactlab.scene import End
+from impactlab.scene import End, Table
 from impactlab.types import Relative
 
 _LIMIT_WORDS = {"gt": "above", "ge": "at least", "lt": "below", "le": "at most"}

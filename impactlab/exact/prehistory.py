@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.polynomial import chebyshev
 
 from impactlab.errors import CaseError
 from impactlab.exact.network import Layout, Link, Log, log_of
-from impactlab.scene import Profile, Rod, Scene
+from impactlab.scene import Profile, Rod, Scene, Table
 from impactlab.types import Array
 
 POINTS = 48  # Chebyshev points on a piece of a profile
@@ -83,6 +85,16 @@ def profile_pieces(rod: Rod, shape: Profile, a: float, b: float) -> list[tuple[f
     return pieces
 
 
+def knots(shape: Profile, a: float, b: float) -> list[float]:
+    """Return where a table bends between a and b [m]: no search could miss what lies between two of its places."""
+    if not isinstance(shape, Table):
+        return []
+    x, u = np.array(shape.x), np.array(shape.u)
+    slopes = np.diff(u) / np.diff(x)
+    bends = x[1:-1][np.diff(slopes) != 0.0]
+    return [float(place) for place in bends if a + 1e-12 * (b - a) < place < b - 1e-12 * (b - a)]
+
+
 Piece = tuple[float, float, Array]  # from, to [s], both at most 0, coefficients of the emitted wave
 
 
@@ -95,7 +107,9 @@ def end_pieces(scene: Scene, layout: Layout) -> dict[int, list[Piece]]:
             continue
         check_held(rod, rod.displacement)
         for link in links:
-            pieces = profile_pieces(rod, rod.displacement, link.x, link.x + link.length)
+            edges = [link.x, *knots(rod.displacement, link.x, link.x + link.length), link.x + link.length]
+            parts = [profile_pieces(rod, rod.displacement, a, b) for a, b in pairwise(edges)]
+            pieces = [piece for part in parts for piece in part]
             result[link.left_end] = [emitted(rod, link, piece, +1.0) for piece in reversed(pieces)]
             result[link.right_end] = [emitted(rod, link, piece, -1.0) for piece in pieces]
     return result
