@@ -42,14 +42,15 @@ def solve_by_steps(
     falls: Callable[[float, State, int, Past], float],
     delays: Sequence[float],
     duration: float,
+    most: int = 100,
 ) -> tuple[Past, list[float]]:
     """Return all of a run and the times at which ``falls`` went below zero, where the mode changes between 0 and 1.
 
-    Every break (the start, each event) breaks again one delay later; stretches end there.
+    The run ends after ``most`` events. Every break (the start, each event) breaks again one delay later; stretches end there.
     """
     past, events, now, y = Past(), [], 0.0, np.array(start, float)
     breaks = {float(duration), *delays}
-    while now < duration - 1e-12:
+    while now < duration - 1e-12 and len(events) < most:
         stop = min(t for t in breaks if t > now + 1e-12)
         past.starts.append(now)
         past.modes.append(mode)

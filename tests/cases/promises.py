@@ -1,0 +1,220 @@
+"""The numbers that the case files print, and what of the exact answer each of them is. One entry per case and variant.
+
+A new case belongs here: `test_every_case` asks for it, for the number in the text of the file, and for its value.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from impactlab.history import AbstractHistory, ContactSpan
+
+Reading = Callable[[AbstractHistory], float]
+
+
+class Promise(NamedTuple):
+    """A number as the file writes it, what it is, and the unit it is in; T for round trips of the case."""
+
+    text: str
+    reading: Reading
+    unit: float | str = 1.0
+
+
+def span(history: AbstractHistory, number: int, contact: str = "") -> ContactSpan:
+    """Return a period of contact, counted from the start, of all contacts or of one."""
+    return [each for each in history.contacts if contact in ("", each.contact)][number]
+
+
+def close(number: int, contact: str = "") -> Reading:
+    """When a contact closed [s]."""
+    return lambda history: span(history, number, contact).start
+
+
+def opened(number: int, contact: str = "") -> Reading:
+    """When a contact opened [s]."""
+    return lambda history: span(history, number, contact).end or np.nan
+
+
+def peak(number: int = 0, contact: str = "") -> Reading:
+    """The largest force of a period of contact [N]."""
+    return lambda history: span(history, number, contact).peak_force or np.nan
+
+
+def period(history: AbstractHistory) -> float:
+    """Return the time from the first contact to the second [s]."""
+    return history.contacts[1].start - history.contacts[0].start
+
+
+def impulse(number: int = 0, contact: str = "") -> Reading:
+    """The impulse of a period of contact [N s]."""
+    return lambda history: span(history, number, contact).impulse
+
+
+def at(channel: str, time: float = np.inf, unit: float = 1.0) -> Reading:
+    """Return what a channel says at a time [s], the end if none is given."""
+    return lambda history: float(history.evaluate([min(time, history.duration)], channel)[0]) * unit
+
+
+T = "T"
+US = 1e-6
+HAMMER = at("velocity:hammer")
+Z = 36657.74133794934  # N s/m of the paper's rod
+
+PROMISES: Mapping[str, tuple[Promise, ...]] = {
+    "all_methods": (Promise("1.533834", opened(0), T), Promise("-0.698876", HAMMER)),
+    "axial_impact": (
+        Promise("1.533834", opened(0), T),
+        Promise("2.124623", close(1), T),
+        Promise("2.162843", opened(1), T),
+        Promise("-0.698876", HAMMER),
+        Promise("36657.74", at("force:hammer|rod.left", 0.0)),
+        Promise("78276.57", peak()),
+    ),
+    "bouncing_bar": (Promise("266.667", impulse(0)), Promise("500", peak(1))),
+    "chain_of_bars": (Promise("20000", peak(2)), Promise("100", opened(0), US), Promise("2", impulse(1))),
+    "chain_of_bars/gaps": (Promise("70", close(1), US), Promise("140", close(2), US)),
+    "chain_of_bars/tapered": (
+        Promise("53333.33", peak(0)),
+        Promise("35555.56", peak(1)),
+        Promise("23703.70", peak(2)),
+        Promise("11.85185", at("momentum:fourth"), 0.2),
+    ),
+    "dead_weight_preload": (
+        Promise("0.144949", close(0, "hammer|weight")),
+        Promise("2.449490", at("velocity:hammer", 0.1449489742)),
+    ),
+    "far_end": (Promise("1.290157", opened(0), T), Promise("-0.365751", HAMMER)),
+    "far_end/light": (Promise("1.132550", opened(0), T), Promise("-0.105120", HAMMER)),
+    "far_end/spring": (
+        Promise("1.540044", close(1), T),
+        Promise("2.241379", close(2), T),
+        Promise("2.540044", opened(2), T),
+        Promise("-0.817706", HAMMER),
+    ),
+    "far_end/stiff_spring": (
+        Promise("1.068502", close(1), T),
+        Promise("1.629672", opened(1), T),
+        Promise("-0.693816", HAMMER),
+    ),
+    "free_rod": (Promise("0.135335", HAMMER), Promise("1.844330", impulse()), Promise("36657.74", peak())),
+    "grazing_pair": (Promise("1.522066", opened(0), T), Promise("-0.689446", HAMMER)),
+    "grazing_pair/touches": (
+        Promise("1.533834", opened(0), T),
+        Promise("2.124623", close(1), T),
+        Promise("2.162843", opened(1), T),
+        Promise("-0.698876", HAMMER),
+    ),
+    "hopkinson_chain": (
+        Promise("100", close(0), US),
+        Promise("39496.84", peak(0)),
+        Promise("52662.45", peak(0, "incident.right|transmission.left")),
+    ),
+    "mass_ratios": (
+        Promise("1.533834", opened(0), T),
+        Promise("2.124623", close(1), T),
+        Promise("2.162843", opened(1), T),
+        Promise("-0.698876", HAMMER),
+        Promise("2.135335", peak(), Z),
+    ),
+    "mass_ratios/alpha_1_10": (
+        Promise("4.770529", opened(0), T),
+        Promise("5.057101", close(1), T),
+        Promise("5.257990", opened(1), T),
+        Promise("-0.969839", HAMMER),
+        Promise("4.073679", peak(), Z),
+    ),
+    "mass_ratios/alpha_1_4": (
+        Promise("2.949795", opened(0), T),
+        Promise("3.001071", close(1), T),
+        Promise("3.328632", opened(1), T),
+        Promise("-0.959266", HAMMER),
+        Promise("2.974410", peak(), Z),
+    ),
+    "mass_ratios/alpha_1_2": (
+        Promise("2.354284", opened(0), T),
+        Promise("-0.925247", HAMMER),
+        Promise("2.367879", peak(), Z),
+    ),
+    "mass_ratios/alpha_3_2": (
+        Promise("1.341631", opened(0), T),
+        Promise("-0.717669", HAMMER),
+        Promise("2.049787", peak(), Z),
+    ),
+    "mass_ratios/alpha_3": (
+        Promise("1.166873", opened(0), T),
+        Promise("-0.734848", HAMMER),
+        Promise("2.002479", peak(), Z),
+    ),
+    "mass_ratios/alpha_10": (
+        Promise("1.050000", opened(0), T),
+        Promise("-0.735759", HAMMER),
+        Promise("2.000000", peak(), Z),
+    ),
+    "opening_joint": (Promise("200", opened(0), US), Promise("275", close(1), US), Promise("20000", peak(1))),
+    "periodic_bar": (
+        Promise("1/2", peak(0)),
+        Promise("1/2", impulse(3)),
+        Promise("3", period),
+    ),
+    "ram_cushion_pile": (
+        Promise("2430.83", peak(0, "ram|cap"), 1e3),
+        Promise("2277.42", peak(0, "cap|pile.left"), 1e3),
+        Promise("1.106950", opened(0, "cap|pile.left"), T),
+        Promise("1.167185", opened(0, "ram|cap"), T),
+        Promise("0.491055", at("velocity:ram")),
+    ),
+    "rod_between_walls": (Promise("200", close(0), US), Promise("7899.367", peak(1))),
+    "rod_on_rod": (
+        Promise("26666.67", peak()),
+        Promise("280", opened(0), US),
+        Promise("1/9", at("force:striker.right|target.left", 2.0e-4), 80000.0 / 3.0),
+    ),
+    "rod_on_rod/steep": (
+        Promise("16000", peak()),
+        Promise("280", opened(0), US),
+        Promise("27/125", at("force:striker.right|target.left", 2.6e-4), 16000.0),
+    ),
+    "rod_on_rod/rebound": (Promise("53333.33", peak()), Promise("80", opened(0), US)),
+    "rod_on_spring_wall": (Promise("7854.144", peak()), Promise("1.418217", opened(0), T)),
+    "rod_on_spring_wall/soft": (Promise("5311.775", peak()), Promise("2.401681", opened(0), T)),
+    "rod_on_spring_wall/stiff": (Promise("8000.000", peak()), Promise("1.041959", opened(0), T)),
+    "rod_on_wall": (Promise("7899.367", peak()), Promise("1.56", impulse()), Promise("197.4842", opened(0), US)),
+    "rounded_ends": (
+        Promise("15367.0", peak()),
+        Promise("169.5161", opened(0), US),
+        Promise("1.441076", impulse()),
+    ),
+    "rounded_ends/tip": (
+        Promise("12231.5", peak()),
+        Promise("229.9371", opened(0), US),
+        Promise("1.551394", impulse()),
+    ),
+    "several_masses": (
+        Promise("1.533834", opened(0, "left|rod.left"), 116.373782025236e-6),
+        Promise("2.162843", opened(1, "rod.right|right"), 116.373782025236e-6),
+        Promise("78276.57", peak()),
+    ),
+    "step_loaded_rod": (
+        Promise("31.74603", at("displacement:rod@0", 116.373782025236e-6), US),
+        Promise("0.3174603", at("energy:rod", 116.373782025236e-6)),
+    ),
+    "step_loaded_rod/free": (Promise("10", lambda h: at("momentum:rod")(h) / h.duration, 1e3),),
+    "step_loaded_rod/end_mass": (Promise("147.9573", at("displacement:rod@0"), US),),
+    "stepped_rod": (Promise("394.968", opened(0), US), Promise("7899.367", at("force:rod.right|wall", 0.0))),
+    "sub_step_double_touch": (
+        Promise("50", opened(0), 1e-9),
+        Promise("116.6667", close(1), 1e-9),
+        Promise("199.85", opened(1), US),
+        Promise("199.916667", close(2), US),
+        Promise("24000", peak(1)),
+    ),
+    "two_material_rod": (Promise("118.4905", opened(0), US), Promise("7899.367", peak())),
+    "two_rods": (Promise("77.5825", opened(0), US), Promise("0.474", impulse()), Promise("6109.624", peak())),
+    "viscous_end": (
+        Promise("1.556390", opened(0), T),
+        Promise("-0.394373", at("velocity:hammer", 1.9e-4)),
+    ),
+}

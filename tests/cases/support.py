@@ -1,0 +1,52 @@
+"""The case files by name, their exact histories, and what several tests ask of both."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import impactlab as il
+from impactlab.api import reference_of
+from impactlab.casefile import Case
+from impactlab.history import AbstractHistory
+
+CASES = Path(__file__).parents[2] / "cases"
+NAMES = sorted(file.stem for file in CASES.glob("*.yaml"))
+
+
+@cache
+def case_of(label: str) -> Case:
+    """Return a case, or one of its variants: `mass_ratios`, `mass_ratios/alpha_3`."""
+    name, _, variant = label.partition("/")
+    case = il.load_case(CASES / f"{name}.yaml")
+    return case.variant(variant) if variant else case
+
+
+@cache
+def labels() -> tuple[str, ...]:
+    """Return every case, and every variant of each."""
+    found: list[str] = []
+    for name in NAMES:
+        variants = [variant for variant in case_of(name).variant_names if variant != "base"]
+        found += [name, *(f"{name}/{variant}" for variant in variants)]
+    return tuple(found)
+
+
+@cache
+def rows(label: str) -> dict[str, dict[str, Any]]:
+    """Return the summaries of a case's methods, by name."""
+    return {row["name"]: row["summary"] for row in il.compare(case_of(label)).document["rows"]}
+
+
+@cache
+def exact(label: str) -> AbstractHistory:
+    """Return the history by which a case is judged: exact, or converged where no exact one is."""
+    reference = reference_of(case_of(label).scene())
+    assert reference is not None, label
+    return reference.history
+
+
+def times(history: AbstractHistory, contact: str) -> list[float]:
+    """Return when a contact closed and opened [s]."""
+    return [event.time for event in history.events if event.contact == contact]

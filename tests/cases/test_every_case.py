@@ -1,0 +1,86 @@
+"""Every file in cases/ and every variant in it: says why it exists, has a reference, keeps its numbers, runs."""
+
+from __future__ import annotations
+
+import re
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from impactlab.cite import entries, source_key
+from impactlab.scene import Rod, Wall
+from tests.cases.promises import PROMISES
+from tests.cases.support import CASES, NAMES, case_of, exact, labels, rows
+
+LABELS = labels()
+
+
+def test_no_case_is_forgotten() -> None:
+    assert set(PROMISES) == set(LABELS)
+    assert len(NAMES) >= 16
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_case_says_why_it_exists_and_where_it_comes_from(name: str) -> None:
+    text = (CASES / f"{name}.yaml").read_text(encoding="utf-8")
+    head = text[: text.index("schema_version")]
+    assert "# Why it exists:" in head
+    assert re.search(r"^# What is (exact|known)|the exact answer is", head, re.MULTILINE)
+    case = case_of(name)
+    assert case.title
+    assert source_key(case.source) in entries(), case.source
+    assert case.scene().probes
+
+
+@pytest.mark.parametrize("label", LABELS)
+def test_the_numbers_in_the_file_are_those_of_the_answer(label: str) -> None:
+    """To half a unit of the last digit printed, and they stand in the file's own words."""
+    text = (CASES / f"{label.partition('/')[0]}.yaml").read_text(encoding="utf-8")
+    head = text[: text.index("schema_version")]
+    history, trip = exact(label), case_of(label).scene().round_trip
+    assert PROMISES[label]
+    for promise in PROMISES[label]:
+        assert re.search(rf"(?<![0-9.]){re.escape(promise.text)}(?![0-9])", head), promise.text
+        unit = trip if promise.unit == "T" else float(promise.unit)
+        seen = promise.reading(history) / unit
+        digits = len(promise.text.partition(".")[2])
+        within = 1e-9 if "/" in promise.text else 0.5 * 10.0**-digits * (1.0 + 1e-6)
+        assert seen == pytest.approx(float(Fraction(promise.text)), abs=max(within, 1e-9)), promise.text
+
+
+@pytest.mark.parametrize("label", LABELS)
+def test_all_methods_complete_with_errors_against_the_reference(label: str) -> None:
+    summaries, case = rows(label), case_of(label)
+    assert set(summaries) == set(case.method_names)
+    assert len(summaries) >= 3
+    for method, summary in summaries.items():
+        assert summary["status"] == "completed", (method, summary)
+        assert summary["errors"]["reference"] in ("st_venant", "kelvin_voigt", "converged")
+        assert summary["errors"]["face_displacement"] is not None
+        # Shares of the energy in play; what has no bound says so.
+        told = "constraint_energy" in {warned["code"] for warned in summary["warnings"]}
+        assert summary["energy"]["largest_gain"] < 0.06 or told, method
+    if summaries["base"]["errors"]["reference"] != "converged":
+        assert summaries["continuous"]["errors"]["face_displacement"] == 0.0
+
+
+@pytest.mark.parametrize("label", LABELS)
+def test_the_answer_keeps_its_energy_and_momentum(label: str) -> None:
+    """A free body gains what contacts, weight and end forces gave it; energy stays, of an exact answer to 1e-11."""
+    history, scene = exact(label), case_of(label).scene()
+    converged = rows(label)["base"]["errors"]["reference"] == "converged"
+    within = 1e-5 if converged else 1e-11  # a converged answer is told to 1e-6, its means and sums to a few of these
+    assert np.all(np.isfinite(history.energy.balance))
+    assert max(history.energy.largest_gain, history.energy.largest_loss) < within
+    for name, body in scene.bodies.items():
+        ends = (body.left, body.right) if isinstance(body, Rod) else ()
+        if isinstance(body, Wall) or any(end.kind in ("clamped", "spring", "dashpot") for end in ends):
+            continue
+        changed = float(np.diff(history.evaluate([0.0, history.duration], f"momentum:{name}"))[0])
+        signs = {c.name: float(c.right.body == name) - float(c.left.body == name) for c in scene.contacts}
+        given = sum(signs[each.contact] * each.impulse for each in history.contacts)
+        mass = body.mass + sum(end.value for end in ends if end.kind == "mass")
+        given += (mass * scene.gravity + (body.end_force if isinstance(body, Rod) else 0.0)) * history.duration
+        size = sum(abs(each.impulse) for each in history.contacts) + abs(given) + abs(mass * body.velocity)
+        assert changed == pytest.approx(given, abs=10.0 * within * size), name
