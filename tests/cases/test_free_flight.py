@@ -114,12 +114,8 @@ def test_sub_step_double_touch() -> None:
     Unit of length 0.25 mm, so of time 50 ns; 2000 of them in the rod, three of them the ripple's.
     """
     history = exact("sub_step_double_touch")
-    waves = [
-        (1997, Fraction(0)),
-        (1, Fraction(2)),
-        (1, Fraction(-2)),
-        (1, Fraction(0)),
-    ]  # from the far end; c strain/v0
+    # from the far end to the face: length, c times the strain over v0
+    waves = [(1997, Fraction(0)), (1, Fraction(2)), (1, Fraction(-2)), (1, Fraction(0))]
     image = [Piece(Fraction(n), Fraction(1), Fraction(1), wave) for n, wave in waves]
     pieces = [Piece(Fraction(n), Fraction(1), Fraction(-1), wave) for n, wave in reversed(waves)]
     events, forces = trace([*image, *pieces], [None, None, None, Fraction(0), None, None, None], Fraction(4100))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from fractions import Fraction
 
@@ -118,14 +119,14 @@ def test_chain_of_bars(label: str, gaps: tuple[int, int], sections: tuple[int, .
     # 0.1 mm are 20 us of V, 2/5 of a unit
     events, forces = trace(pieces, [Fraction(0), *(Fraction(2 * g, 5) for g in gaps)], Fraction(32, 5))
     bars = ("first", "second", "third", "fourth")
-    names = [f"{a}.right|{b}.left" for a, b in zip(bars, bars[1:], strict=False)]
+    names = [f"{a}.right|{b}.left" for a, b in itertools.pairwise(bars)]
     for joint, name in enumerate(names):
         traced = [float(t) * 5.0e-5 for t, where, _ in events if where == joint]
         begin = joint * (70e-6 if gaps[0] else 50e-6)
         assert traced == pytest.approx([begin, begin + 100e-6], abs=1e-15)
         assert times(history, name) == pytest.approx(traced, abs=1e-15)
         z1, z2 = 4000.0 * sections[joint], 4000.0 * sections[joint + 1]
-        passed = 5.0 * math.prod(2 * a / (a + b) for a, b in zip(sections, sections[1 : joint + 1], strict=False))
+        passed = 5.0 * math.prod(2 * a / (a + b) for a, b in itertools.pairwise(sections[: joint + 1]))
         force = z1 * z2 / (z1 + z2) * passed
         assert force == pytest.approx(4000.0 * 5.0 * float(max(f for _, f in forces[joint])), rel=1e-12)
         span = next(span for span in history.contacts if span.contact == name)

@@ -46,7 +46,8 @@ def solve_by_steps(
 ) -> tuple[Past, list[float]]:
     """Return all of a run and the times at which ``falls`` went below zero, where the mode changes between 0 and 1.
 
-    The run ends after ``most`` events. Every break (the start, each event) breaks again one delay later; stretches end there.
+    The run ends after ``most`` events. Every break (the start, each event) breaks again one delay later; stretches end
+    there.
     """
     past, events, now, y = Past(), [], 0.0, np.array(start, float)
     breaks = {float(duration), *delays}

@@ -14,7 +14,7 @@ from impactlab.exact import build, network
 from impactlab.exact.history import ContinuousHistory
 from impactlab.exact.march import march
 from impactlab.exact.solve import serves, solve
-from impactlab.scene import End, Mass, Segment, Wall
+from impactlab.scene import End, Mass, Segment, Table, Wall
 from tests.reference.exact_scenes import CLAMPED, FREE, Hard, Spring, point, rod, scene, struck
 
 
@@ -247,3 +247,13 @@ def test_a_run_that_ends_in_contact_has_an_open_span():
     (span,) = history.contacts
     assert span.end is None
     assert span.impulse == pytest.approx(1.0 - math.exp(-1.5), abs=1e-14)
+
+
+def test_a_narrow_bump_of_a_table_is_not_missed():
+    # 1e-4 of the rod, between the places that a search for kinks would look at
+    bump = Table((0.0, 0.4001, 0.40015, 0.4002, 1.0), (0.0, 0.0, 1e-4, 0.0, 0.0))
+    history = solve(scene([rod(displacement=bump)], [], 2.0))
+    # half of it runs to each end, where a free end doubles it
+    assert history.evaluate([0.40015, 0.59985], "displacement:rod@0")[0] == pytest.approx(1e-4, abs=1e-15)
+    assert history.evaluate([0.59985], "displacement:rod@1")[0] == pytest.approx(1e-4, abs=1e-15)
+    assert float(history.energy.total[0]) == pytest.approx(0.5 * 2 * 2.0**2 * 5e-5, rel=1e-9)
