@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 from impactlab.bench.grid import Family, own_families
 from impactlab.bench.keys import refused_key, row_key
 from impactlab.casefile import Case, load_case
+from impactlab.casefile.case import case_of
 from impactlab.casefile.document import Document
 from impactlab.errors import CaseError, ImpactlabError
 
@@ -26,7 +27,7 @@ class Cell(NamedTuple):
 
 
 class Job(NamedTuple):
-    """What a worker needs to run a cell: the case as it was read when the key was taken."""
+    """What a worker needs to run a cell: the scene as it was read when the key was taken."""
 
     key: str
     name: str  # of the case
@@ -95,18 +96,25 @@ def cells(
     for file in files:
         written = load_case(file)
         for variant in written.variant_names:
-            case = written.variant(variant)
-            tell(case.label)
-            for family in (*families, *_own(case, methods)):
+            full = written.variant(variant)
+            tell(full.label)
+            case = bare(full)
+            for family in (*families, *_own(full, methods)):
                 seen: set[str] = set()
                 for level, settings, key in _levels(case, family):
                     if key in seen:
                         continue  # a level that changes nothing here
                     seen.add(key)
                     found.append(Cell(suite, written.name, variant, family.name, level, settings, key))
-                    job = Job(key, written.name, str(file), written.document, variant, family.name, settings)
+                    job = Job(key, written.name, str(file), case.document, variant, family.name, settings)
                     jobs.setdefault(key, job)
     return found, jobs
+
+
+def bare(case: Case) -> Case:
+    """Return the scene that a case describes, without the methods and variants that stand beside it."""
+    data = {key: value for key, value in case.document.data.items() if key not in ("methods", "variants")}
+    return case_of(case.name, case.file, Document(data, {}), registry=case.registry)
 
 
 def _own(case: Case, methods: Sequence[str] | None) -> list[Family]:

@@ -112,6 +112,7 @@ def nameless(scene: Scene) -> Any:
     return content(dataclasses.replace(scene, name=""))
 
 
+@cache
 def numeric_environment() -> dict[str, str]:
     """Return what errors may depend on beside the sources: versions, kind of processor, compiled or not."""
     from impactlab.pointers import COMPILED

@@ -39,11 +39,11 @@ class Worker:
         self._read: tuple[Job, Case] | None = None
 
     def case(self, job: Job) -> Case:
-        """Return the case of a job, its variant chosen; kept until a job of another scene comes."""
+        """Return the case of a job; kept until a job of another scene comes."""
         from impactlab.casefile.case import case_of
 
         if self._read is None or (self._read[0].scene, self._read[0].document) != (job.scene, job.document):
-            self._read = (job, case_of(job.name, job.file, job.document).variant(job.variant))
+            self._read = (job, case_of(job.name, job.file, job.document))
         return self._read[1]
 
     def row(self, job: Job) -> dict[str, Any]:
