@@ -148,3 +148,9 @@ def test_a_suite_without_cases_says_where_it_looked(tmp_path: Path, monkeypatch:
         case_files([], "hard")
     with pytest.raises(CaseError, match="two cases are called 'axial_impact'"):
         case_files([PAPER, tmp_path / "axial_impact.yaml"], "standard")
+
+
+def test_the_grid_on_its_page_is_one(tmp_path: Path) -> None:
+    page = (CASES.parent / "docs" / "bench.md").read_text()
+    (family,) = read_grid(written(tmp_path, page.partition("```yaml\n")[2].partition("```")[0]))
+    assert family == next(each for each in read_grid(BUILT_IN) if each.name == family.name)

@@ -24,7 +24,9 @@ OF_TIME = ("repeats", "setup_s", "setup_spread_s", "solve_s", "solve_spread_s")
 def started(out: Path, jobs: int) -> subprocess.Popen[bytes]:
     command = [sys.executable, "-m", "impactlab", "bench", *CASES, "--methods", METHODS, "--out", str(out)]
     return subprocess.Popen(
-        [*command, "--jobs", str(jobs), "--repeats", "1"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        [*command, "--jobs", str(jobs), "--repeats", "1", "--no-report"],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
     )
 
 

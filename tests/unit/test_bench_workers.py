@@ -160,7 +160,19 @@ def test_what_hangs_dies_or_raises_is_a_row_and_the_others_are_run(tmp_path: Pat
     environment = install(tmp_path / "site")
     (tmp_path / "grid.yaml").write_text(GRID)
     methods = "fine,hangs,dies,leaves,raises,own.modal_10"
-    arguments = (str(PAPER), "--grid", "grid.yaml", "--methods", methods, "--jobs", "2", "--repeats", "2", "--json")
+    arguments = (
+        str(PAPER),
+        "--grid",
+        "grid.yaml",
+        "--methods",
+        methods,
+        "--jobs",
+        "2",
+        "--repeats",
+        "2",
+        "--json",
+        "--no-report",
+    )
     done = invoke(*arguments, "--time-limit", "8", cwd=tmp_path, env=environment)
     assert done.returncode == 0, done.stderr
     document = json.loads(done.stdout)
