@@ -17,10 +17,10 @@ from typing import NamedTuple
 import impactlab as il
 from impactlab.api import reference_of
 from impactlab.casefile import Case
-from impactlab.history import AbstractHistory, ContactSpan
+from impactlab.history import ContactSpan
 from impactlab.reference import Reference
 from impactlab.report import style
-from impactlab.scene import Mass, Rod, Scene, Wall
+from impactlab.scene import Rod, Scene, Wall
 
 HERE = Path(__file__).resolve().parent
 CASES = HERE.parent / "cases"
@@ -31,19 +31,20 @@ NOTHING = 1e-9  # of the largest speed or force: rounding
 HEAD = """\
 # The cases
 
-Written by `python docs/cases.py` from the exact answers themselves; do not edit by hand. Each file in [cases/](../cases)
-says in its first lines why it exists, what is exact and where the numbers come from; `tests/cases` checks every number
-by two independent routes. Below: the first opening of a contact, the largest contact force, and the mean velocity with
-which the first body that was moving leaves (at the end of the run; `-` where something holds it). T is the round trip of
-the case. A variant is another scene in the same file: `impactlab run cases/mass_ratios.yaml --variant alpha_3`.
+Written by `python docs/cases.py` from the exact answers themselves; do not edit by hand. Each file in
+[cases/](../cases) says in its first lines why it exists, what is exact and where the numbers come from; `tests/cases`
+checks every number by two independent routes. Below: the first opening of a contact, the largest contact force, and the
+mean velocity with which the first body that was moving leaves (at the end of the run; `-` where something holds it). T
+is the round trip of the case. A variant is another scene in the same file:
+`impactlab run cases/mass_ratios.yaml --variant alpha_3`.
 
 References: `st_venant`, exact with hard contacts; `kelvin_voigt`, exact with the springs and dashpots of the case;
 `converged`, refined until it no longer moves, with what it may still be off by.
 
 ![Contact forces of all cases](figures/cases.png)
 
-The exact contact force of every case over time in T, in the unit beside its name; one colour per variant, thin lines for
-further contacts. Without a contact: the displacement of the loaded end, dashed.
+The exact contact force of every case over time in T, in the unit beside its name; one colour per variant, thin lines
+for further contacts. Without a contact: the displacement of the loaded end, dashed.
 """
 
 
@@ -135,7 +136,9 @@ def row(line: Line) -> str:
 def changes(case: Case) -> str:
     """Return what a variant changes, as the file says it."""
     given = case.checked.variants[case.variant_name]
-    return ", ".join(f"{path.removeprefix('bodies.').removeprefix('contacts.0.')}: {plain(given[path])}" for path in given)
+    return ", ".join(
+        f"{path.removeprefix('bodies.').removeprefix('contacts.0.')}: {plain(given[path])}" for path in given
+    )
 
 
 def plain(value: object) -> str:
@@ -185,10 +188,10 @@ def draw(axis: object, name: str, group: list[Line]) -> None:
             said = "as written" if line.case.variant_name == "base" else line.case.variant_name
             axis.annotate(
                 said,
-                (0.985, 1.02 - (0.105 if len(group) < 6 else 0.09) * place),
+                (0.02 if curves[0][4] else 0.985, 1.02 - (0.105 if len(group) < 6 else 0.09) * place),
                 xycoords="axes fraction",
                 fontsize=4.6 if len(group) < 6 else 4.0,
-                ha="right",
+                ha="left" if curves[0][4] else "right",
                 va="top",
                 color=style.PALETTE[place % len(style.PALETTE)],
                 bbox={"facecolor": style.PAPER, "edgecolor": "none", "alpha": 0.7, "pad": 0.4},
