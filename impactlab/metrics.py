@@ -125,15 +125,33 @@ def force_graph(history: AbstractHistory, reference: AbstractHistory, scene: Sce
 
 
 def _graph_distance(history: AbstractHistory, reference: AbstractHistory, scene: Scene, name: str) -> float | None:
-    from scipy.spatial import KDTree
-
     peak = float(np.max(np.abs(reference.evaluate(midpoints(scene.duration), name))))
     if peak == 0.0:
         return None
     one, other = (graph(h, name, scene.duration, (scene.round_trip, peak), before=0.0) for h in (history, reference))
     if not np.all(np.isfinite(one)):
         return float("nan")
-    return float(max(KDTree(other).query(one)[0].max(), KDTree(one).query(other)[0].max()))
+    return max(_farthest(one, other), _farthest(other, one))
+
+
+STRIDE = 16  # points of a graph from one that is asked first to the next
+
+
+def _farthest(points: Array, others: Array) -> float:
+    """Return the largest distance of a point, of shape (n, 2), from the nearest of others.
+
+    A distance differs between two points by no more than they are apart: so every sixteenth is asked first, and of the
+    rest only those that may be farther than the farthest of these. The answer is that of asking all.
+    """
+    from scipy.spatial import KDTree
+
+    tree = KDTree(others, balanced_tree=False, compact_nodes=False)
+    first = points[::STRIDE]
+    known = tree.query(first)[0]
+    farthest = float(known.max())
+    away = points - np.repeat(first, STRIDE, axis=0)[: len(points)]
+    left = points[np.repeat(known, STRIDE)[: len(points)] + np.hypot(away[:, 0], away[:, 1]) > farthest]
+    return max(farthest, float(tree.query(left)[0].max())) if len(left) else farthest
 
 
 def graph(
