@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from impactlab.bench.report.looks import GREY, End, Look, decades, is_special, name_ends, shortened
+from impactlab.bench.report.looks import GREY, End, Look, decades, is_special, name_ends, shortened, told_apart
 from impactlab.bench.report.read import Row
 from impactlab.bench.report.views import Family, SceneRows
 from impactlab.report.style import LETTER, MUTED, Margins, drawn, grid, log_axis
@@ -42,7 +42,7 @@ def oscillation(scene: SceneRows, look: Mapping[str, Look]) -> Figure:
         ("force oscillation", "ups and downs too many, in peaks", lambda row: row.force_oscillation),
         ("force, error away from jumps", "relative L2", lambda row: row.force_away_from_jumps),
     )
-    return _against_steps(scene, look, panels, 1e-4, 100.0)
+    return _against_steps(scene, look, panels, 1e-4, 1e5)
 
 
 Panel = tuple[str, str, Callable[[Row], float | None]]
@@ -53,7 +53,8 @@ def _against_steps(
 ) -> Figure:
     """Return a figure of some measures over steps per round trip, a panel each, names beside each."""
     worst = [_worst(scene, of) for _, _, of in panels]
-    names = [shortened(family.method, 34) for found in worst for family in found]
+    told = list(dict.fromkeys(family.method for found in worst for family in found))
+    look, names = {**look, **told_apart(told, look)}, [shortened(method, 34) for method in told]
     room = 0.3 + LETTER * max(map(len, names), default=8)
     figure, rows = grid(len(panels), 1, 2.0, Margins(right=room, down=0.5))
     trips = any(row.round_trips for row in scene.rows)
@@ -122,6 +123,6 @@ def _panel(
     decades(axis.yaxis)
     log_axis(axis.xaxis)
     if quiet:
-        text = f"{quiet} famil{'ies' if quiet > 1 else 'y'} at rounding, on the floor"
-        axis.text(0.01, 0.985, text, transform=axis.transAxes, fontsize=7.5, color=MUTED, va="top")
+        text = f"{quiet} method{'s' if quiet > 1 else ''} at rounding, on the floor"
+        axis.set_title(text, loc="right", fontsize=7.5, fontweight="normal", color=MUTED)
     name_ends(axis, ends)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import collections
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from impactlab.bench.report.fronts import front_of, stepped
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.axis import Axis
 
 SHAPES = ("o", "s", "^", "D")  # of dots: colours come again with another shape
-NEAR_GREY = PALETTE[7]
+COLOURS = tuple(colour for colour in PALETTE if colour != PALETTE[7])  # that one is near the grey of the crowd
 GREY = "#a9b1bb"  # methods that are not named
 NAMED = 8  # methods at most that a figure names
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -47,14 +47,24 @@ def looks(scenes: Sequence[SceneRows]) -> dict[str, Look]:
     led: collections.Counter[str] = collections.Counter()
     for scene in scenes:
         for norm in (*GOALS, *NORMS[2:]):
-            led.update({point.row.method for point in front_of(stepped(scene), norm, scene)})
+            led.update(leaders(scene, norm))
     stepless = {family.method for scene in scenes for family in scene.families if is_stepless(family)}
     others = [method for method in methods_of(scenes) if method not in stepless]
     others.sort(key=lambda method: -led[method])  # stable: the table decides between equals
-    colours = [colour for colour in PALETTE if colour != NEAR_GREY]
-    n = len(colours)
-    coloured = {m: Look(colours[i % n], SHAPES[i // n % len(SHAPES)]) for i, m in enumerate(others)}
+    n = len(COLOURS)
+    coloured = {m: Look(COLOURS[i % n], SHAPES[i // n % len(SHAPES)]) for i, m in enumerate(others)}
     return coloured | {method: Look(INK, "o") for method in stepless}
+
+
+def told_apart(named: Iterable[str], look: Mapping[str, Look]) -> dict[str, Look]:
+    """Return the looks of the methods that a figure names: who would have the colour of another gets a free one."""
+    found: dict[str, Look] = {}
+    for method in named:
+        taken = {each.colour for each in found.values()}
+        colour, shape = look[method]
+        free = [other for other in COLOURS if other not in taken]
+        found[method] = Look(free[0] if colour in taken and colour != INK and free else colour, shape)
+    return found
 
 
 def is_stepless(family: Family) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from impactlab.bench.report.looks import GREY, End, Look, name_ends, power, shortened
+from impactlab.bench.report.looks import GREY, End, Look, name_ends, power, shortened, told_apart
 from impactlab.bench.report.ranking import ABSENT, FAILED, MET, MISSED, REFUSED, Standing, judged, profile, ranking
 from impactlab.bench.report.views import TOLERANCES, Norm, SceneRows
 from impactlab.report.style import GRID, INK, LETTER, MUTED, PALETTE, WIDTH, Margins, drawn, grid, room_for
@@ -47,7 +47,7 @@ def profiles(scenes: Sequence[SceneRows], norm: Norm, look: Mapping[str, Look], 
 
 
 def _curves(axis: Axes, table: Sequence[Standing], look: Mapping[str, Look], named: Sequence[str]) -> None:
-    ends = []
+    ends, look = [], {**look, **told_apart(named, look)}
     for standing in reversed(table):
         steps = profile(standing)
         if not steps:
@@ -120,7 +120,7 @@ def _scale(figure: Figure, axis: Axes, height: float) -> None:
         box = Rectangle((x, y - 0.055 / height), 0.11 / WIDTH, 0.11 / height, color=colour, linewidth=0)
         figure.add_artist(box)
         figure.text(x + 0.16 / WIDTH, y, word, fontsize=7.5, va="center")
-        x += (0.3 + 0.062 * len(word)) / WIDTH
+        x += (0.33 + 0.055 * len(word)) / WIDTH
     figure.text(
         x + 0.1 / WIDTH,
         y,

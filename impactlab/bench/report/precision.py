@@ -17,10 +17,11 @@ from impactlab.bench.report.looks import (
     leaders,
     name_ends,
     shortened,
+    told_apart,
 )
 from impactlab.bench.report.read import Row
 from impactlab.bench.report.views import Family, Norm, SceneRows, error
-from impactlab.report.style import INK, LETTER, MUTED, WIDTH, drawn
+from impactlab.report.style import INK, LETTER, MUTED, PAPER, WIDTH, drawn
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -54,6 +55,7 @@ def precision(scene: SceneRows, norm: Norm, look: Mapping[str, Look]) -> Figure:
     from matplotlib.figure import Figure
 
     named = leaders(scene, norm)
+    look = {**look, **told_apart(named, look)}
     exact = [family for family in scene.families if is_stepless(family) and points(family.rows, norm, scene)]
     chosen = points(scene.automatic, norm, scene, TIME.of)
     written = [*named, *(family.method for family in exact), *(["automatic"] if chosen else [])]
@@ -62,7 +64,7 @@ def precision(scene: SceneRows, norm: Norm, look: Mapping[str, Look]) -> Figure:
     figure = Figure(figsize=(WIDTH, height))
     floor, top = limits(scene, norm)
     upper = _axes(figure, 0.72, 0.48 + LOW + 0.72, WIDTH - 0.72 - room, TALL)
-    half = (WIDTH - 0.72 - 0.12 - 0.35) / 2.0
+    half = (WIDTH - 0.72 - 0.3 - 0.35) / 2.0
     lower = [_axes(figure, 0.72 + column * (half + 0.35), 0.48, half, LOW) for column in (0, 1)]
     for axis, cost in ((upper, TIME), (lower[0], STEPS), (lower[1], UNKNOWNS)):
         _frame(axis, scene, norm, cost, floor, top)
@@ -116,7 +118,8 @@ def _frame(axis: Axes, scene: SceneRows, norm: Norm, cost: Cost, floor: float, t
     axis.set_ylim(floor / 1.5, top)
     decades(axis.yaxis)
     axis.set_xlabel(cost.label)
-    costs = [point.cost for point in points(scene.all_rows, norm, scene, cost.of) if point.error <= top]
+    rows = [row for row in scene.all_rows if cost is TIME or not row.stepless]
+    costs = [point.cost for point in points(rows, norm, scene, cost.of) if point.error <= top]
     if cost is TIME:
         costs += [point.cost for point in front_of(stepped(scene), norm, scene, TOTAL.of) if point.error <= top]
     low, high = min(costs, default=1.0), max(costs, default=1.0)
@@ -144,7 +147,7 @@ def _families(
     """Draw a line per family through its levels, dashed on the special grid dt = h/c; the case's own are crosses."""
     top = limits(scene, norm)[1]
     for own in scene.own:
-        for point in _line(own, norm, scene, cost, floor, top):
+        for point in _line(own, norm, scene, cost, floor, top) if cost is TIME or not is_stepless(own) else ():
             axis.plot([point.cost], [point.error], "x", color=GREY, markersize=3.5, markeredgewidth=0.8, zorder=2.0)
     for family in scene.families:
         line = _line(family, norm, scene, cost, floor, top)
@@ -178,10 +181,10 @@ def _fronts(axis: Axes, scene: SceneRows, norm: Norm, floor: float) -> None:
         if cost is TIME:
             costs = [point.cost for point in best]
             axis.plot(costs, errors, "o", color=INK, mfc="none", markersize=7.5, markeredgewidth=0.9, zorder=5)
-    for row, (style, text) in enumerate((("-", "front"), (":", "front, set-up included"))):
-        y = 0.965 - 0.055 * row
-        axis.plot([0.775, 0.815], [y, y], style, color=MUTED, linewidth=0.9, transform=axis.transAxes)
-        axis.text(0.825, y, text, transform=axis.transAxes, color=MUTED, fontsize=7.5, va="center")
+    for x, style, text in ((0.56, "-", "front"), (0.7, ":", "front, set-up included")):
+        place, y = axis.transAxes, 1.035
+        axis.plot([x, x + 0.04], [y, y], style, color=MUTED, linewidth=0.9, transform=place, clip_on=False)
+        axis.text(x + 0.05, y, text, color=MUTED, fontsize=7.5, va="center", transform=place)
 
 
 def _uncertainty(axis: Axes, scene: SceneRows, norm: Norm, floor: float) -> None:
@@ -208,4 +211,5 @@ def _beyond(axis: Axes, scene: SceneRows, norm: Norm, top: float) -> None:
     count = sum((error(row, norm, scene) or 0.0) > top for row in scene.rows)
     if count:
         text = f"{count} run{'s' if count > 1 else ''} further off than {100 * top:.0f} % not drawn"
-        axis.text(0.01, 0.985, text, transform=axis.transAxes, fontsize=7.5, color=MUTED, va="top")
+        behind = {"facecolor": PAPER, "edgecolor": "none", "pad": 1.5}
+        axis.text(0.01, 0.985, text, transform=axis.transAxes, fontsize=7.5, color=MUTED, va="top", bbox=behind)

@@ -121,7 +121,7 @@ def error(row: Row, norm: Norm, scene: SceneRows) -> float | None:
 
     Nothing is better than its reference: an error below the uncertainty of the reference counts as that uncertainty,
     and one below rounding as rounding. Both at once is the larger of the two; in a scene without impulse, or without
-    displacement, the one that exists.
+    displacement, the one that exists. Event times have an error only where no event was missed.
     """
     if not row.completed:
         return None
@@ -129,8 +129,8 @@ def error(row: Row, norm: Norm, scene: SceneRows) -> float | None:
         parts = [error(row, each, scene) for each in NORMS[:2] if scene.measures(each.name)]
         return None if not parts or None in parts else max(part for part in parts if part is not None)
     value = getattr(row, norm.name)
-    if value is None:
-        return None
+    if value is None or (norm.name == "event_times" and row.events_missed):
+        return None  # of the events that a run found, the error may be nothing; of one that it missed there is none
     return max(float(value), EXACT, scene.uncertainty if norm.relative else 0.0)
 
 
