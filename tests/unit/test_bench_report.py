@@ -6,7 +6,10 @@ import csv
 import gzip
 import itertools
 import json
+import os
 import re
+import subprocess
+import sys
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -453,6 +456,16 @@ def test_a_report_replaces_the_last_one_and_nothing_else(tmp_path: Path) -> None
     with pytest.raises(CaseError):
         write_bench(tmp_path, tmp_path / "notes.txt")
     assert (tmp_path / "index.html").read_bytes() == first[tmp_path / "index.html"]
+
+
+def test_what_a_killed_report_left_is_swept_away(tmp_path: Path) -> None:
+    done = subprocess.run([sys.executable, "-c", "import os; print(os.getpid())"], capture_output=True, text=True)
+    dead, alive = tmp_path / f".report.{done.stdout.strip()}.x", tmp_path / f".report.{os.getpid()}.x"
+    dead.mkdir()
+    alive.mkdir()
+    write_bench(tmp_path, written(tmp_path, HAND[:1]))
+    assert not dead.exists()
+    assert alive.exists()
 
 
 def test_a_report_never_replaces_the_work_of_others(tmp_path: Path) -> None:

@@ -95,17 +95,27 @@ def best(
     return fastest(rows, norm, scene, tolerance, clock)
 
 
+class Leads(NamedTuple):
+    """The fastest rows that meet a tolerance on a scene."""
+
+    any: Row | None
+    ordinary: Row | None  # with steps, off special grids
+
+
 def result(
-    scene: SceneRows, family: Family | None, norm: Norm, tolerance: float, clock: Callable[[Row], float | None]
+    scene: SceneRows,
+    family: Family | None,
+    norm: Norm,
+    tolerance: float,
+    clock: Callable[[Row], float | None],
+    leads: Leads,
 ) -> Result:
     """Return what a family makes of a scene: met where any of its levels does, else what came nearest to an answer."""
     if family is None:
         return Result(ABSENT)
     own = fastest(family.rows, norm, scene, tolerance, clock)
     if own is not None:
-        leads = best(scene, norm, tolerance, clock), best(scene, norm, tolerance, clock, ordinary=True)
-        ratios = [None if lead is None else _over(clock(own), clock(lead)) for lead in leads]
-        return Result(MET, own, *ratios)
+        return Result(MET, own, *(None if lead is None else _over(clock(own), clock(lead)) for lead in leads))
     if any(error(row, norm, scene) is not None for row in family.rows):
         return Result(MISSED)
     if family.completed:
@@ -128,11 +138,15 @@ def ranking(scenes: Sequence[SceneRows], norm: Norm, tolerance: float, clock: st
         Time without set-up, or with it.
     """
     table, time = judged(scenes, norm, tolerance).scenes, CLOCKS[clock]
+    leads = [
+        Leads(best(scene, norm, tolerance, time), best(scene, norm, tolerance, time, ordinary=True)) for scene in table
+    ]
+    families = [{family.method: family for family in scene.families} for scene in table]
     standings = []
     for method in methods_of(scenes):
-        own = [next((f for f in scene.families if f.method == method), None) for scene in table]
-        found = zip(table, own, strict=True)
-        standings.append(Standing(method, tuple(result(scene, f, norm, tolerance, time) for scene, f in found)))
+        found = zip(table, families, leads, strict=True)
+        results = tuple(result(scene, own.get(method), norm, tolerance, time, lead) for scene, own, lead in found)
+        standings.append(Standing(method, results))
     return sorted(standings, key=lambda each: (-each.count(MET), median(each.ratios) or 0.0))
 
 

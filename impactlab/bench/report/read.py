@@ -8,6 +8,7 @@ import io
 import json
 import math
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple, get_type_hints
 
@@ -169,8 +170,13 @@ def _value(text: str, kind: Any, column: str, name: str, line: int) -> Any:
 
 def settings_of(row: Row) -> dict[str, Any]:
     """Return the settings of a row, path to value; empty if it has none."""
+    return _parsed(row.settings)
+
+
+@cache
+def _parsed(text: str) -> dict[str, Any]:
     try:
-        settings = json.loads(row.settings or "{}")
+        settings = json.loads(text or "{}")
     except ValueError:
         return {}
     return settings if isinstance(settings, dict) else {}

@@ -83,13 +83,12 @@ def ragged_of(scenes: Sequence[SceneRows]) -> list[SceneRows]:
 def lines(scenes: Sequence[SceneRows]) -> list[Line]:
     """Return every method on the special grid on every scene of a uniform rod, at the level of a typical mesh."""
     ragged = ragged_of(scenes)
+    beside = [{method: _typical(listed) for method, listed in pairs(other)} for other in ragged]
     found = []
     for scene in scenes:
         if not any(scene is other for other in ragged):
             for method, listed in pairs(scene):
-                same = (next((own for name, own in pairs(other) if name == method), None) for other in ragged)
-                twins = tuple(None if own is None else _typical(own) for own in same)
-                found.append(Line(method, scene, _typical(listed), twins))
+                found.append(Line(method, scene, _typical(listed), tuple(own.get(method) for own in beside)))
     return sorted(found, key=lambda line: line.method)
 
 

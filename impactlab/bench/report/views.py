@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 from impactlab.bench.report.read import Row, setting
@@ -47,20 +49,21 @@ class Family(NamedTuple):
         return tuple(row for row in self.rows if row.completed)
 
 
-class SceneRows(NamedTuple):
-    """All rows of one scene."""
+@dataclass(frozen=True)
+class SceneRows:
+    """All rows of one scene. What is asked of it thousands of times is found once."""
 
     name: str
     families: tuple[Family, ...]  # of the grid
     own: tuple[Family, ...]  # that the case brings along
     automatic: tuple[Row, ...]  # the rows of the automatic choice
 
-    @property
+    @cached_property
     def rows(self) -> tuple[Row, ...]:
         """Return the rows of the grid."""
         return tuple(row for family in self.families for row in family.rows)
 
-    @property
+    @cached_property
     def all_rows(self) -> tuple[Row, ...]:
         """Return the rows of the grid, of the case's own methods and of the automatic choice."""
         return (*self.rows, *(row for family in self.own for row in family.rows), *self.automatic)
@@ -70,16 +73,17 @@ class SceneRows(NamedTuple):
         """Return the name of its case."""
         return self.name.partition("/")[0]
 
-    def measures(self, name: str) -> bool:
-        """Return whether any method has an error in this norm."""
-        return any(getattr(row, name) is not None for row in self.all_rows)
+    @cached_property
+    def measured(self) -> frozenset[str]:
+        """Return the names of the norms in which any method has an error."""
+        return frozenset(n.name for n in NORMS if any(getattr(row, n.name) is not None for row in self.all_rows))
 
-    @property
+    @cached_property
     def reference(self) -> str:
         """Return the name of what errors are measured against; empty where there is nothing."""
         return next((row.reference for row in self.all_rows if row.reference not in ("", "none")), "")
 
-    @property
+    @cached_property
     def uncertainty(self) -> float:
         """Return how far the reference itself may be off (relative); 0 if the table does not say."""
         return max((row.reference_uncertainty or 0.0 for row in self.all_rows), default=0.0)
@@ -126,7 +130,7 @@ def error(row: Row, norm: Norm, scene: SceneRows) -> float | None:
     if not row.completed:
         return None
     if norm is BOTH:
-        parts = [error(row, each, scene) for each in NORMS[:2] if scene.measures(each.name)]
+        parts = [error(row, each, scene) for each in NORMS[:2] if each.name in scene.measured]
         return None if not parts or None in parts else max(part for part in parts if part is not None)
     value = getattr(row, norm.name)
     if value is None or (norm.name == "event_times" and row.events_missed):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import sys
 import tempfile
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -16,6 +17,7 @@ from impactlab.bench.report.views import SceneRows, gathered
 from impactlab.errors import CaseError
 
 PARTS = ("figures", "tables", "cases", "index.html")  # in this order they appear: the page comes last
+DRAFT = ".report."  # begins the name of a folder in which a report is made, the number of its process follows
 MANIFEST = ".impactlab-report"
 """Names the files of a report in its folder, so that nothing else is ever replaced."""
 
@@ -47,7 +49,8 @@ def write_bench(
     check_report(out_dir)
     rows = read_table(table_path)
     scenes = gathered(rows)
-    draft = Path(tempfile.mkdtemp(prefix=".report.", dir=out_dir))
+    _sweep(out_dir)
+    draft = Path(tempfile.mkdtemp(prefix=f"{DRAFT}{os.getpid()}.", dir=out_dir))
     try:
         folders = Folders(draft)
         for folder in (folders.figures, folders.tables, folders.cases):
@@ -68,6 +71,20 @@ def write_bench(
         shutil.rmtree(draft, ignore_errors=True)
     if progress is not None:
         progress(1.0)
+
+
+def _sweep(out_dir: Path) -> None:
+    """Delete what a report that was killed left half made; one that is still at work keeps its folder."""
+    if sys.platform == "win32":
+        return  # no harmless signal there tells whether a process lives
+    for path in out_dir.glob(f"{DRAFT}*"):
+        number = path.name.removeprefix(DRAFT).partition(".")[0]
+        try:
+            os.kill(int(number), 0)
+        except (ValueError, ProcessLookupError):
+            shutil.rmtree(path, ignore_errors=True)
+        except OSError:
+            continue  # it lives, and is another user's
 
 
 def check_report(out_dir: Path) -> None:
