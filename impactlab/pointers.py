@@ -9,6 +9,7 @@ from __future__ import annotations
 import ctypes
 import pickle
 from collections.abc import Callable
+from functools import cache
 from operator import attrgetter
 from pathlib import Path
 from types import ModuleType
@@ -106,7 +107,7 @@ def entered(entry: Any, *arguments: Any) -> Any:
     """Call a compiled function; where its cache on disk is damaged, drop it and compile again."""
     if not COMPILED:
         return entry(*arguments)
-    if not entry.signatures:
+    if not entry.overloads:
         try:
             entry.compile(tuple(type_of(argument) for argument in arguments))
         except CACHE_FAULTS:
@@ -207,5 +208,11 @@ def records(kind: type[ctypes.Structure], count: int) -> tuple[Any, Any]:
     structures: Any = (kind * count)()
     if not COMPILED:
         return structures, structures
-    dtype: Any = np.dtype(kind)
-    return structures, np.frombuffer(memoryview(structures), dtype) if count else np.zeros(0, dtype)
+    dtype = dtype_of(kind)
+    return structures, np.frombuffer(structures, dtype) if count else np.zeros(0, dtype)
+
+
+@cache
+def dtype_of(kind: type[ctypes.Structure]) -> Any:
+    """Return the numpy type of a record; made once, for making it takes longer than a short run."""
+    return np.dtype(kind)

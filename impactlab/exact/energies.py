@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from impactlab.exact.network import Integers, Layout, Link
-from impactlab.exact.signals import Signals, clenshaw
+from impactlab.exact.signals import Signals, clenshaw, gauss
 from impactlab.history import EnergyBook
 from impactlab.scene import Mass, Rod, Scene
 from impactlab.types import Array
@@ -102,13 +102,13 @@ class SpringContact:
         While the force is up the dashpot loses d d'^2. A spring that lost its force behind the contact gives nothing
         back: it relaxes against the dashpot, so what it holds is lost as the faces part.
         """
-        x, w = np.polynomial.legendre.leggauss(len(self.force.table) + 2)
+        x, w = gauss(len(self.force.table) + 2)
         begin = self.begins[piece]
         half = 0.5 * (until - begin)
         at = begin[:, None] + half[:, None] * (x + 1.0)
         start, stop = self.force.start[piece][:, None], self.force.stop[piece][:, None]
         y = (2.0 * at - start - stop) / (stop - start)
-        wide = np.broadcast_to(piece[:, None], y.shape)
+        wide = piece[:, None]
         rate = clenshaw(self.rates[0].table, wide, y) - clenshaw(self.rates[1].table, wide, y)
         damped = self.damping * ((rate * rate) @ w) * half
         relaxed = np.maximum(self.held(begin) - self.held(until), 0.0)

@@ -2,19 +2,30 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 
 from impactlab.exact.network import Integers, Layout, Log
 from impactlab.types import Array
 
 
+@cache
+def gauss(points: int) -> tuple[Array, Array]:
+    """Return places in [-1, 1] and weights of Gauss quadrature, shape (points,) each."""
+    places, weights = np.polynomial.legendre.leggauss(points)
+    return np.asarray(places), np.asarray(weights)
+
+
 def clenshaw(table: Array, piece: Integers, y: Array) -> Array:
-    """Return the series table[:, piece] at y, shape of y; table is (coefficients, pieces)."""
-    b1 = np.zeros_like(y)
-    b2 = np.zeros_like(y)
+    """Return the series table[:, piece] at y, shape of y; table is (coefficients, pieces), piece broadcasts to y."""
+    b1, b2, room = np.zeros((3, *y.shape))
     twice = 2.0 * y
     for k in range(len(table) - 1, 0, -1):
-        b1, b2 = twice * b1 - b2 + table[k][piece], b1
+        np.multiply(twice, b1, out=room)
+        room -= b2
+        room += table[k][piece]
+        b1, b2, room = room, b1, b2
     return np.asarray(y * b1 - b2 + table[0][piece])
 
 
@@ -79,10 +90,10 @@ class Signal:
     def _gauss(self, piece: Integers, y: Array, square: bool) -> Array:
         """Return the integral of the signal or its square from the start of the piece to y, shape of y."""
         points = len(self.table) + 1 if square else len(self.table) // 2 + 2
-        x, w = np.polynomial.legendre.leggauss(points)
+        x, w = gauss(points)
         half = 0.5 * (y + 1.0)
         at = half[:, None] * (x + 1.0) - 1.0
-        values = clenshaw(self.table, np.broadcast_to(piece[:, None], at.shape), at)
+        values = clenshaw(self.table, piece[:, None], at)
         total = (values * values if square else values) @ w
         return np.asarray(total * half * 0.5 * self.width[piece])
 
