@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
@@ -37,8 +38,12 @@ class ContactSpan(NamedTuple):
     kicks: int | None = None  # impulse laws only
 
 
-class EnergyBook(NamedTuple):
-    """Energies over the run and the balance inside it (units J; gain and loss relative, see DESIGN of the summary)."""
+@dataclass(frozen=True)
+class EnergyBook:
+    """Energies over the run and the balance inside it (units J; gain and loss are shares of the scale).
+
+    What is worked out from them is kept, for several checks ask for it.
+    """
 
     time: Array  # (n,) s, the instants at which energies were taken
     bodies: dict[str, Array]  # name -> (n,) kinetic + strain energy of each body
@@ -46,33 +51,33 @@ class EnergyBook(NamedTuple):
     booked: dict[str, Array]  # name -> (n,) losses booked so far: contact, ends, unresolved; never negative
     work: Array  # (n,) work of gravity and end forces so far
 
-    @property
+    @cached_property
     def total(self) -> Array:
         """Energy of all bodies and contacts, shape (n,) [J]."""
         return np.asarray(sum(self.bodies.values(), np.zeros_like(self.time)) + self.stored)
 
-    @property
+    @cached_property
     def balance(self) -> Array:
         """Bodies + stored + booked - work - initial, shape (n,) [J]; zero for a perfect run."""
         total = self.total + sum(self.booked.values(), np.zeros_like(self.time)) - self.work
         return np.asarray(total - total[0])
 
-    @property
+    @cached_property
     def scale(self) -> float:
         """Initial energy or largest work of loads, the larger; 1 J if both are zero: gains are shares of it."""
         return max(float(self.total[0]), float(np.max(np.abs(self.work), initial=0.0))) or 1.0
 
-    @property
+    @cached_property
     def final_error(self) -> float:
         """How far the balance is from zero at the end, over the scale."""
         return abs(float(self.balance[-1])) / self.scale
 
-    @property
+    @cached_property
     def largest_gain(self) -> float:
         """How far the balance ever rises above its start, over the scale."""
         return max(0.0, float(np.max(self.balance))) / self.scale
 
-    @property
+    @cached_property
     def largest_loss(self) -> float:
         """How far the balance ever falls below its start, over the scale."""
         return max(0.0, -float(np.min(self.balance))) / self.scale

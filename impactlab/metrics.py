@@ -131,6 +131,8 @@ def _graph_distance(history: AbstractHistory, reference: AbstractHistory, scene:
     one, other = (graph(h, name, scene.duration, (scene.round_trip, peak), before=0.0) for h in (history, reference))
     if not np.all(np.isfinite(one)):
         return float("nan")
+    if np.array_equal(one, other):
+        return 0.0
     return max(_farthest(one, other), _farthest(other, one))
 
 

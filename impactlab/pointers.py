@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ctypes
 import pickle
+import sys
 from collections.abc import Callable
 from functools import cache
 from operator import attrgetter
@@ -37,7 +38,7 @@ RESPOND = types.void(from_dtype(PORT), from_dtype(REPLY))
 # Sums may be reordered, so that they run in vector registers; nothing may be assumed about NaN or infinity.
 FAST = {"reassoc", "contract"}
 _plain: list[Callable[..., None]] = []
-_compiled: dict[tuple[Any, Any], Any] = {}
+_compiled: dict[tuple[Any, int], tuple[Any, Any]] = {}  # the signature is kept, so that its id stays its own
 
 if COMPILED:
 
@@ -103,11 +104,30 @@ def drop_stale(entry: Any, *modules: ModuleType) -> bool:
     return True
 
 
+@cache
+def load_array_functions() -> None:
+    """Let numba load its array functions, as it does before it compiles or reads its cache, but without scipy's BLAS.
+
+    It would look for one at once, which takes a third of a second and serves nothing that it cannot find without: only
+    the inner products of np.convolve choose by it. Products of matrices look for themselves when they are compiled.
+    """
+    blas = "scipy.linalg.cython_blas"
+    hidden = blas not in sys.modules
+    if hidden:
+        sys.modules[blas] = None  # type: ignore[assignment] # what Python takes for: cannot be imported
+    try:
+        import numba.np.arraymath  # noqa: F401
+    finally:
+        if hidden:
+            del sys.modules[blas]
+
+
 def entered(entry: Any, *arguments: Any) -> Any:
     """Call a compiled function; where its cache on disk is damaged, drop it and compile again."""
     if not COMPILED:
         return entry(*arguments)
     if not entry.overloads:
+        load_array_functions()
         try:
             entry.compile(tuple(type_of(argument) for argument in arguments))
         except CACHE_FAULTS:
@@ -117,16 +137,19 @@ def entered(entry: Any, *arguments: Any) -> Any:
 
 def compiled(function: Callable[..., None], signature: Any) -> Any:
     """Return the C function of a Python one, from the disk cache where it can be kept there."""
-    key = (function, signature)
-    if key not in _compiled:
-        try:
-            _compiled[key] = cfunc(signature, cache=True, fastmath=FAST)(function)
-        except CACHE_FAULTS:
-            drop_cache(function)
-            _compiled[key] = cfunc(signature, cache=True, fastmath=FAST)(function)
-        except RuntimeError:  # no place to cache, e.g. a function typed at a prompt
-            _compiled[key] = cfunc(signature, fastmath=FAST)(function)
-    return _compiled[key]
+    known = _compiled.get((function, id(signature)))  # signatures are constants: to compare them takes far longer
+    if known is not None:
+        return known[1]
+    load_array_functions()
+    try:
+        made = cfunc(signature, cache=True, fastmath=FAST)(function)
+    except CACHE_FAULTS:
+        drop_cache(function)
+        made = cfunc(signature, cache=True, fastmath=FAST)(function)
+    except RuntimeError:  # no place to cache, e.g. a function typed at a prompt
+        made = cfunc(signature, fastmath=FAST)(function)
+    _compiled[function, id(signature)] = signature, made
+    return made
 
 
 def kernel_address(function: Callable[..., None] | None, signature: Any) -> int:

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
-from scipy.linalg import eigh
 from threadpoolctl import threadpool_limits
 
 from impactlab.banded import full
@@ -47,6 +46,8 @@ class CraigBampton(AbstractBasis):
 
 def fixed(mesh: Mesh, kept: Ints, count: int) -> Array:
     """Return the first eigenvectors (n_mesh_dof, count) of the mesh with some coordinates fixed."""
+    from scipy.linalg import eigh
+
     shapes = np.zeros((mesh.mass.shape[1], count))
     if count:
         inside = np.setdiff1d(np.arange(len(shapes)), kept)

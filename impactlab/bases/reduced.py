@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import final
 
 import numpy as np
-from scipy.linalg import eigh
 from threadpoolctl import threadpool_limits
 
 from impactlab.banded import multiply
@@ -56,6 +55,8 @@ class ReducedMesh:
 
     def _uncoupled(self, shapes: Array, rigid: int) -> Array:
         """Return the eigenvectors of the mesh within the span of shapes."""
+        from scipy.linalg import eigh
+
         mesh = self.mesh
         unit = shapes / np.sqrt(np.einsum("ij,ij->j", shapes, products(mesh.mass, shapes)))
         with threadpool_limits(limits=1):

@@ -5,7 +5,6 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-from scipy.linalg import eigh, solveh_banded
 from threadpoolctl import threadpool_limits
 
 from impactlab.banded import full, multiply
@@ -18,6 +17,8 @@ from impactlab.types import Array
 
 def lowest(mass: Array, stiffness: Array, count: int) -> Array:
     """Return the first eigenvectors (n_dof, count) of banded matrices, mass-normalised, their first larger entry up."""
+    from scipy.linalg import eigh
+
     if count == 0:
         return np.zeros((mass.shape[1], 0))
     # One thread: eigenvectors differ in their last bits with the number of threads.
@@ -83,6 +84,8 @@ def constraint_modes(mesh: Mesh, kept: Ints) -> Array:
 
 def solve_part(stiffness: Array, start: int, stop: int, force: Array) -> Array:
     """Return the displacements of a run of coordinates under a force, all others fixed."""
+    from scipy.linalg import solveh_banded
+
     matrix = part(stiffness, start, stop)[: stop - start]
     return np.asarray(solveh_banded(matrix, force, lower=True))
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
-from scipy.linalg import eigh
 from threadpoolctl import threadpool_limits
 
 from impactlab.banded import full
@@ -39,6 +38,8 @@ class StrikerAttached(AbstractBasis):
     gains_energy = 0.6
 
     def span(self, mesh: Mesh, modes: int, faces: tuple[Face, ...]) -> Span:
+        from scipy.linalg import eigh
+
         if not faces:
             raise no_contact("striker_attached")
         if len(faces) > 1:

@@ -28,7 +28,7 @@ from impactlab.exact.kernel import (
 )
 from impactlab.exact.memory import Memory
 from impactlab.exact.network import Log, Network
-from impactlab.pointers import call, drop_stale
+from impactlab.pointers import call, drop_stale, entered
 from impactlab.types import Array
 
 INLINE = kernel.njit(inline="always", _nrt=False, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
@@ -415,4 +415,4 @@ def march(net: Network, log: Log) -> int:
     m = log.memory
     if np.any(net.stiffness >= 0.0) or np.any(net.spring > 0.0):
         m = m._replace(coupled=tied.address(m))
-    return int(advance(m))
+    return int(entered(advance, m))

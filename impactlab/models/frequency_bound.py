@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.linalg import eigh, eigvalsh_tridiagonal
 
 if TYPE_CHECKING:
     from impactlab.models.mesh import Mesh
@@ -17,6 +16,8 @@ def highest_frequency(mesh: Mesh) -> float:
     For 2-node bars of consistent mass the bound is that by rows (Gershgorin); for elements of higher order the highest
     frequency of any one element alone (IronsTreharne1971).
     """
+    from scipy.linalg import eigvalsh_tridiagonal
+
     mass, stiffness = mesh.mass, mesh.stiffness
     if mesh.order > 1:
         squared = max(element_frequency(mesh, number) for number in unlike_elements(mesh))
@@ -40,6 +41,8 @@ def unlike_elements(mesh: Mesh) -> set[int]:
 
 def element_frequency(mesh: Mesh, number: int) -> float:
     """Return the highest squared frequency of an element cut free, with the spring of its end."""
+    from scipy.linalg import eigh
+
     half, element = 0.5 * mesh.lengths[number], mesh.element
     stiffness = mesh.young[number] * mesh.area[number] / half * element.stiffness
     mass = element.lumped if mesh.lumped else element.consistent
