@@ -1,0 +1,169 @@
+"""How cost grows: with elements and steps, with steps alone (memory), and what a run costs before its first step.
+
+The paper's case. Set-up is all that `simulate.run` does before its first step, the compiled loop at hand; memory is the
+most that Python and numpy hold at once during a whole run with probes only, each run in a process of its own. A cold
+start is a new process each time, what it reads still in memory, in time on the clock; all else in time of the processor.
+
+    python benchmarks/scaling.py [--repeats 5] [--most-steps 10000000]
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+import math
+import subprocess
+import sys
+import time
+import tracemalloc
+from pathlib import Path
+from typing import Any
+
+from step_loop import SCHEMES, scene_of, time_loop
+
+from impactlab import simulate
+from impactlab.models.continuous import Continuous
+from impactlab.scene import Scene
+from impactlab.stepping.assembly import Assembly
+
+ELEMENTS = (100, 1_000, 10_000, 100_000)
+WORK = 20_000_000  # elements times steps of one measured run
+LEAST_STEPS = 4_000  # of one measured run: energies are taken 256 times, whatever the number of steps
+SMALL = 10  # elements of the runs with many steps
+CASE = Path(__file__).resolve().parents[1] / "cases" / "axial_impact.yaml"
+EXACT = ("run", str(CASE), "--set", "solve.model.kind=continuous", "--json")
+STARTS = {"`impactlab --help`": ("--help",), "`impactlab run cases/axial_impact.yaml`, exact": EXACT}
+
+
+def scaling(repeats: int) -> list[dict[str, Any]]:
+    """Return set-up [ms] and time per element and step [ns], one row per scheme and mesh."""
+    rows = []
+    for name, integrator in SCHEMES.items():
+        for elements in ELEMENTS:
+            steps = max(LEAST_STEPS, WORK // elements)
+            scene = scene_of(elements, integrator=integrator, round_trips=steps / (2.0 * elements))
+            setup = least = math.inf
+            for _ in range(repeats + 1):
+                began = time.thread_time()
+                plan = simulate.prepare(scene)
+                assert plan.dt is not None
+                assert plan.integrator is not None
+                Assembly(plan.scene, plan.built, plan.steppers, plan.starts, plan.integrator, plan.dt, plan.steps)
+                setup = min(setup, time.thread_time() - began)
+                least = min(least, time_loop(plan)[0] / plan.steps)
+            each = {"steps": plan.steps, "setup_ms": 1e3 * setup, "ns": 1e9 * least / elements}
+            rows.append({"integrator": name, "elements": elements} | each)
+    return rows
+
+
+def scaling_table(rows: list[dict[str, Any]]) -> str:
+    """Return the rows as a Markdown table."""
+    lines = ["| integrator | elements | steps | set-up, ms | ns per element and step |", "|---|---:|---:|---:|---:|"]
+    for row in rows:
+        shown = f"{row['elements']} | {row['steps']} | {row['setup_ms']:.2f} | {row['ns']:.2f}"
+        lines.append(f"| `{row['integrator']}` | {shown} |")
+    return "\n".join(lines)
+
+
+def many_steps(steps: int) -> dict[str, Any]:
+    """Run so many steps of a small mesh in this process; return the most memory that they held at once, and more."""
+
+    def scene(count: int) -> Scene:
+        return scene_of(SMALL, round_trips=count / (2.0 * SMALL))
+
+    simulate.run(scene(1000))
+    tracemalloc.start()
+    began = time.thread_time()
+    history = simulate.run(scene(steps))
+    spent, most = time.thread_time() - began, tracemalloc.get_traced_memory()[1]
+    return {
+        "steps": history.cost.steps,
+        "mb": most / 1024.0**2,
+        "us": 1e6 * spent / history.cost.steps,
+        "kept": history.jumps("force:hammer|rod.left").size,
+        "gain": history.energy.largest_gain,
+        "loss": history.energy.largest_loss,
+    }
+
+
+def memory(most: int) -> list[dict[str, Any]]:
+    """Return `many_steps` of ten thousand steps and more, each in a process of its own."""
+    rows, steps = [], 10_000
+    while steps <= most:
+        command = (sys.executable, __file__, "--child", str(steps))
+        answer = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+        rows.append(json.loads(answer))
+        steps *= 10
+    return rows
+
+
+def memory_table(rows: list[dict[str, Any]]) -> str:
+    """Return the rows as a Markdown table."""
+    lines = ["| steps | instants kept | memory, MB | us per step | energy gained | lost |"]
+    lines.append("|---:|---:|---:|---:|---:|---:|")
+    for row in rows:
+        shown = f"{row['steps']} | {row['kept']} | {row['mb']:.1f} | {row['us']:.2f}"
+        lines.append(f"| {shown} | {row['gain']:.1e} | {row['loss']:.1e} |")
+    return "\n".join(lines)
+
+
+def fixed(repeats: int) -> list[dict[str, Any]]:
+    """Return what short runs take [ms]: set-up, solution, and all with contacts, energies and warnings."""
+    scenes = {"exact": dataclasses.replace(scene_of(100, model=Continuous()), integrator=None)}
+    scenes |= {name: scene_of(100, integrator=integrator) for name, integrator in SCHEMES.items()}
+    rows = []
+    for name, scene in scenes.items():
+        row = {"run": name, "setup_ms": math.inf, "solve_ms": math.inf, "all_ms": math.inf}
+        for _ in range(10 * repeats):
+            began = time.thread_time()
+            history = simulate.run(scene)
+            assert history.contacts is not None
+            assert history.energy.largest_gain >= 0.0
+            assert isinstance(history.warnings, list)
+            row["all_ms"] = min(row["all_ms"], 1e3 * (time.thread_time() - began))
+            row["setup_ms"] = min(row["setup_ms"], 1e3 * history.cost.setup_s)
+            row["solve_ms"] = min(row["solve_ms"], 1e3 * history.cost.solve_s)
+        rows.append(row | {"steps": history.cost.steps if history.dt is not None else 0})
+    return rows
+
+
+def fixed_table(rows: list[dict[str, Any]]) -> str:
+    """Return the rows as a Markdown table."""
+    lines = ["| run | steps | set-up, ms | solution, ms | with contacts, energies, checks, ms |"]
+    lines.append("|---|---:|---:|---:|---:|")
+    for row in rows:
+        shown = f"{row['steps'] or ''} | {row['setup_ms']:.2f} | {row['solve_ms']:.2f} | {row['all_ms']:.2f}"
+        lines.append(f"| `{row['run']}` | {shown} |")
+    return "\n".join(lines)
+
+
+def starts_table(repeats: int) -> str:
+    """Return how long commands take from a cold start [s] as a Markdown table."""
+    lines = ["| command | s |", "|---|---:|"]
+    for name, arguments in STARTS.items():
+        least = math.inf
+        for _ in range(repeats + 1):
+            began = time.perf_counter()
+            subprocess.run((sys.executable, "-m", "impactlab", *arguments), check=True, capture_output=True)
+            least = min(least, time.perf_counter() - began)
+        lines.append(f"| {name} | {least:.2f} |")
+    return "\n".join(lines)
+
+
+def main() -> None:
+    """Print all tables."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
+    parser.add_argument("--repeats", type=int, default=5)
+    parser.add_argument("--most-steps", type=int, default=10_000_000)
+    parser.add_argument("--child", type=int, help=argparse.SUPPRESS)
+    given = parser.parse_args()
+    if given.child is not None:
+        print(json.dumps(many_steps(given.child)))
+        return
+    tables = scaling_table(scaling(given.repeats)), memory_table(memory(given.most_steps))
+    print("\n\n".join((*tables, fixed_table(fixed(given.repeats)), starts_table(given.repeats))))
+
+
+if __name__ == "__main__":
+    main()
