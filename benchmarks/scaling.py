@@ -2,7 +2,7 @@
 
 The paper's case. Set-up is all that `simulate.run` does before its first step, the compiled loop at hand; memory is the
 most that Python and numpy hold at once during a whole run with probes only, each run in a process of its own. A cold
-start is a new process each time, what it reads still in memory, in time on the clock; all else in time of the processor.
+start is a new process each time, what it reads still in memory, in time on the clock. All else is processor time.
 
     python benchmarks/scaling.py [--repeats 5] [--most-steps 10000000]
 """
