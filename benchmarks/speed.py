@@ -45,7 +45,7 @@ some ten thousand elements on arrays no longer lie in the nearest memory (`bench
 ## Memory
 
 {small} elements, `central_difference`, probes only, whole runs: the most that Python and numpy held at once. Runs of up
-to {records} steps keep every step. Longer ones keep every second, third ... step, so that at most {records} stay: forces
+to {records} steps keep every step. Longer ones keep every second, third ... step, at most {records} of them: forces
 as their means in between, energies at {samples} instants. Events are dated in every step, and all of them are kept.
 
 {memory}

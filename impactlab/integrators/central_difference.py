@@ -25,10 +25,14 @@ def free(parameters: Array, state: Array) -> None:
     n, bandwidth, dt = int(parameters[0]), int(parameters[1]), parameters[2]
     damped, loaded, grounded = parameters[3], parameters[4], parameters[5]
     arrays = parameters[6:]
-    gain, chain, keep = arrays[:n], arrays[n : 2 * n + 1], arrays[2 * n + 1 : 3 * n + 1]
-    push, ground = arrays[3 * n + 1 : 4 * n + 1], arrays[4 * n + 1 : 5 * n + 1]
+    if n == 1 and damped == 0.0 and grounded == 0.0:  # a rigid body, in a third of the time
+        state[1] += arrays[4]
+        state[0] += dt * state[1]
+        return
+    gain, chain = arrays[:n], arrays[n : 2 * n + 1]
     u, v = state[:n], state[n : 2 * n]
     if damped != 0.0:
+        keep = arrays[2 * n + 1 : 3 * n + 1]
         for i in range(n):
             v[i] *= keep[i]
     if bandwidth == 1 and n > 1:
@@ -44,9 +48,11 @@ def free(parameters: Array, state: Array) -> None:
             for i in range(offset, n):
                 v[i] -= gain[i] * band[i - offset] * (u[i - offset] - u[i])
     if grounded != 0.0:
+        ground = arrays[4 * n + 1 : 5 * n + 1]
         for i in range(n):
             v[i] -= gain[i] * ground[i] * u[i]
     if loaded != 0.0:
+        push = arrays[3 * n + 1 : 4 * n + 1]
         for i in range(n):
             v[i] += push[i]
     for i in range(n):
@@ -56,14 +62,20 @@ def free(parameters: Array, state: Array) -> None:
 def measure(parameters: Array, state: Array, out: Array) -> None:
     """Write the energy that leapfrog conserves, v M v/2 + u_old K u/2 [J], and its work of the load [J]."""
     n, bandwidth, dt = int(parameters[0]), int(parameters[1]), parameters[2]
+    loaded, grounded = parameters[4], parameters[5]
     chain = parameters[6 + n : 7 + 2 * n]
     arrays = parameters[7 + 4 * n :]
     ground, mass, load = arrays[:n], arrays[n : 2 * n], arrays[2 * n : 3 * n]
     u, v = state[:n], state[n : 2 * n]
     energy, work = 0.0, 0.0
     for i in range(n):
-        energy += 0.5 * (mass[i] * v[i] * v[i] + ground[i] * (u[i] - dt * v[i]) * u[i])
-        work += load[i] * (u[i] - 0.5 * dt * v[i])
+        energy += 0.5 * mass[i] * v[i] * v[i]
+    if grounded != 0.0:
+        for i in range(n):
+            energy += 0.5 * ground[i] * (u[i] - dt * v[i]) * u[i]
+    if loaded != 0.0:
+        for i in range(n):
+            work += load[i] * (u[i] - 0.5 * dt * v[i])
     if bandwidth == 1 and n > 1:
         last = n - 1
         energy += 0.5 * chain[0] * (u[0] - dt * v[0]) * u[0]

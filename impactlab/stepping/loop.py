@@ -19,6 +19,7 @@ from impactlab.stepping.phases import change_phases
 
 # Why `advance` came back.
 DONE, LAW_FAILED, NOT_FINITE, RECORDS_FULL, EVENTS_FULL = 0, 1, 2, 3, 4
+FEW = 8  # entries: below, setting up vectors costs more than they save
 LATE = 1e-9  # of a step: a snapshot this little after its end belongs to it (a multiple of dt is not exact)
 
 
@@ -63,7 +64,12 @@ def free_step(m: Memory) -> None:
 
 @INLINE
 def add_responses(m: Memory, state_start: int, start: int, factor: float, low: int, high: int) -> None:
-    """Add a factor times a range of a response to a body's state."""
+    """Add a factor times a range of a response to a body's state; a long one in vector registers."""
+    if high - low > FEW:
+        state, response = m.state[state_start + low : state_start + high], m.responses[start + low : start + high]
+        for i in range(state.size):
+            state[i] += factor * response[i]
+        return
     for i in range(low, high):
         m.state[state_start + i] += factor * m.responses[start + i]
 

@@ -244,7 +244,7 @@ def test_errors_are_written_beside_their_dots() -> None:
 
 def test_the_balance_is_drawn_in_per_cent_of_the_energy_in_play() -> None:
     run = history()
-    run.energy = run.energy._replace(stored=np.linspace(0.0, 0.002, 50))
+    run.energy = dataclasses.replace(run.energy, stored=np.linspace(0.0, 0.002, 50))
     figure = balance.energy_balance([Trace("gains", run, PALETTE[0])], scene())
     assert figure.axes[0].lines[0].get_ydata()[-1] == pytest.approx(0.2)  # type: ignore[index]
 
