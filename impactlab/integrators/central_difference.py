@@ -40,7 +40,7 @@ def free(parameters: Array, state: Array) -> None:
         for i in range(1, n - 1):
             v[i] += gain[i] * (chain[i] * (u[i - 1] - u[i]) - chain[i + 1] * (u[i] - u[i + 1]))
         v[n - 1] += gain[n - 1] * (chain[n - 1] * (u[n - 2] - u[n - 1]) - chain[n] * u[n - 1])
-    elif bandwidth > 1:
+    else:
         for offset in range(1, bandwidth + 1):
             band = arrays[(6 + offset) * n + 1 : (7 + offset) * n + 1]
             for i in range(n - offset):
