@@ -18,7 +18,8 @@ import scaling
 import schemes
 import step_loop
 
-from impactlab.stepping.assembly import RECORDS, SAMPLES
+from impactlab.scene import RECORDS
+from impactlab.stepping.assembly import SAMPLES
 
 PAGE = """# Speed
 
@@ -45,8 +46,9 @@ some ten thousand elements on arrays no longer lie in the nearest memory (`bench
 ## Memory
 
 {small} elements, `central_difference`, probes only, whole runs: the most that Python and numpy held at once. Runs of up
-to {records} steps keep every step. Longer ones keep every second, third ... step, at most {records} of them: forces
-as their means in between, energies at {samples} instants. Events are dated in every step, and all of them are kept.
+to {records} steps keep every step. Longer ones keep every second, third ... step, at most {records} of them
+(`solve.records` asks for more or fewer): forces as their means in between, energies at {samples} instants. Events are
+dated in every step, and all of them are kept.
 
 {memory}
 

@@ -21,6 +21,8 @@ from impactlab.models.base import AbstractRodModel
 Profile = Callable[[NDArray[float64]], NDArray[float64]]
 """A quantity as a function of x [m], shape (n,) to shape (n,)."""
 
+RECORDS = 20_000  # instants that a run keeps unless the case says otherwise
+
 
 @dataclass(frozen=True)
 class Table:
@@ -205,6 +207,7 @@ class Scene:
     probes: tuple[Probe, ...] = ()
     snapshots: tuple[float, ...] = ()  # s
     round_trip: float = float("nan")  # s, of the body named in round_trips_of; NaN without a rod
+    records: int = RECORDS  # instants kept: a run of more steps keeps every second, third ... one
 
     @property
     def loaded_ends(self) -> tuple[Probe, ...]:

@@ -16,7 +16,7 @@ from impactlab.types import Quantity
 
 @final
 class AdaptiveHistory(AbstractHistory):
-    """What an adaptive run recorded, at 20000 equal instants and at every event.
+    """What an adaptive run recorded, at as many equal instants as the scene says, and at every event.
 
     Forces are means between instants, so that their sum over time is the impulse, which the solver integrates; the rest
     is linear between instants. Impulses, peaks and times of contacts do not depend on the instants.

@@ -8,7 +8,7 @@ import numpy as np
 
 from impactlab.adaptive.system import Energies, System
 from impactlab.scene import Mass, Rod
-from impactlab.stepping.assembly import RECORDS, SAMPLES
+from impactlab.stepping.assembly import SAMPLES
 from impactlab.types import Array
 
 CHUNK = 256  # instants read off an interpolant at once
@@ -40,8 +40,8 @@ class Record:
             velocities.append(row if moves else np.zeros_like(row))
         shape = (len(asked), system.n_dof)
         self._rows = np.hstack((np.array(displacements).reshape(shape), np.array(velocities).reshape(shape)))
-        self._grid = np.linspace(0.0, scene.duration, RECORDS + 1)
-        self._every = max(1, RECORDS // SAMPLES)
+        self._grid = np.linspace(0.0, scene.duration, scene.records + 1)
+        self._every = max(1, scene.records // SAMPLES)
         self._next = 0
         self._pieces: list[Array] = []
         self._marks: list[float] = []

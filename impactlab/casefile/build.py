@@ -47,6 +47,7 @@ def build_scene(case: CaseBlock, name: str, registry: Registry) -> Scene:
         integrator=_integrator(case, bodies, registry),
         step=StepRule(points_per_period=step.points_per_period, dt=step.dt, courant=step.courant),
         events=case.solve.events,  # type: ignore[arg-type]
+        records=case.solve.records,
         gravity=case.gravity,
         probes=tuple(Probe(probe.body, probe.at, probe.quantity) for probe in case.probes),  # type: ignore[arg-type]
         snapshots=tuple(case.snapshots),

@@ -22,7 +22,7 @@ def resolve(case: CaseBlock, scene: Scene) -> dict[str, Any]:
     rule = scene.step
     steps = {"points_per_period": rule.points_per_period, "dt": rule.dt, "courant": rule.courant}
     solve["step"] = {key: value for key, value in steps.items() if value is not None}
-    solve["events"] = scene.events
+    solve["events"], solve["records"] = scene.events, scene.records
     return {
         "schema_version": 1,
         "title": case.title,

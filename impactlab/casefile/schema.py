@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from impactlab.casefile.values import END, SHAPE, Allowed, quantity, refuse, words
 from impactlab.casefile.values import Reader as Reader
 from impactlab.casefile.words import shown
-from impactlab.scene import End
+from impactlab.scene import RECORDS, End
 
 QUANTITIES = ("displacement", "velocity", "strain", "stress", "force")
 
@@ -22,6 +22,7 @@ Velocity = Annotated[float, quantity("m/s")]
 Place = Annotated[float, quantity("m")]
 Time = Annotated[float, quantity("s", gt=0.0)]
 Instant = Annotated[float, quantity("s", ge=0.0)]
+Records = Annotated[int, Allowed("1", (("ge", 100), ("le", 10_000_000)), whole=True).reader()]
 Positive = Annotated[float, quantity("1", gt=0.0)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_-]{0,39}$")]
 Text = Annotated[str, Field(max_length=2000, pattern=r"^[^\x00-\x08\x0b-\x1f\x7f-\x9f]*$")]
@@ -183,6 +184,9 @@ class SolveBlock(Block):
     step: StepBlock = Field(default=StepBlock(points_per_period=10.0), description="step; ten points per period")
     events: Annotated[str, words("dated", "located")] = Field(
         default="dated", description="dated: whole steps, times interpolated; located: steps are cut at events"
+    )
+    records: Records = Field(
+        default=RECORDS, description="instants kept; of more steps every second, third ... is kept, events all"
     )
 
 

@@ -33,7 +33,6 @@ from impactlab.stepping.packing import dashpots, fill, flat, sparse
 from impactlab.stepping.preparation import BuiltBody, Push, prepare_stepper, pushes_of, reading_place
 from impactlab.types import Array, Port, Quantity, Reply, Start
 
-RECORDS = 20_000  # steps kept one by one; longer runs are decimated
 SAMPLES = 256  # energies taken over a run
 NOTHING = 1e-20  # of a response's largest entry: what lies beyond the last entry above moves by less than any rounding
 EVENTS = 4096  # events between two returns of the loop
@@ -53,7 +52,7 @@ class Assembly:
         steps: int,
     ) -> None:
         self.scene, self.built, self.integrator, self.dt, self.steps = scene, built, integrator, dt, steps
-        self.stride, self.sample_stride = math.ceil(steps / RECORDS), math.ceil(steps / SAMPLES)
+        self.stride, self.sample_stride = math.ceil(steps / scene.records), math.ceil(steps / SAMPLES)
         self.laws = [LawAddress(contact.law.respond, contact.law.compiled) for contact in scene.contacts]
         names, each = list(built), list(steppers.values())
         pushed = pushes_of(scene, built, starts)

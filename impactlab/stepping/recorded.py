@@ -51,8 +51,8 @@ class RecordedHistory(AbstractHistory):
     """What a stepped run recorded.
 
     Forces are constant over a step; displacements and gaps are linear between the ends of steps; velocities are linear
-    between the instants to which the scheme's velocities belong. A run of more than 20000 steps is decimated, forces to
-    their means.
+    between the instants to which the scheme's velocities belong. A run of more steps than the scene's ``records`` keeps
+    every second, third ... one, and of forces the mean in between; its events are dated in every step and all kept.
     """
 
     def __init__(self, assembly: Assembly, integrator: AbstractIntegrator) -> None:

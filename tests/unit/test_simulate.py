@@ -231,6 +231,19 @@ def test_a_long_run_is_decimated_with_its_impulse_kept() -> None:
     assert integral == pytest.approx(sum(span.impulse for span in history.contacts), rel=1e-4)
 
 
+def test_a_run_keeps_as_many_instants_as_asked_for_and_all_events_to_the_bit() -> None:
+    scene = paper(LUMPED, AdditionDeletion(), CentralDifference(), StepRule(courant=0.1))
+    every, some = run(scene), run(dataclasses.replace(scene, records=100))
+    assert every.cost.steps == some.cost.steps > 1000
+    assert len(some.jumps("force:hammer|rod.left")) <= 102  # and those at the start and at the end
+    assert (some.events, some.contacts) == (every.events, every.contacts)
+    assert some.dt is not None
+    stride = -(-some.cost.steps // 100)
+    kept = stride * np.arange(some.cost.steps // stride) * some.dt
+    for channel in ("gap:hammer|rod.left", "position:hammer"):
+        np.testing.assert_array_equal(some.evaluate(kept, channel), every.evaluate(kept, channel))
+
+
 def test_a_snapshot_is_a_field_and_any_other_time_says_which_there_are() -> None:
     scene = paper(Modal(100, 100), WaveIdentification(), Newmark(), snapshots=(2e-5,))
     history = run(scene)
