@@ -1,0 +1,69 @@
+"""A loop written by hand for this one impact and compiled by numba: what a general program is measured against.
+
+Central difference with a multiplier (`benchmarks/step_loop.py`) and Newmark (`newmark_by_hand.py`), both with
+per-element coefficients, both recording faces, force, energies and momenta. Scanned: mesh and step.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import product
+from typing import Any
+
+import numba
+import numpy as np
+
+from benchmarks.peers.cases import Case, Outcome
+from benchmarks.peers.mesh import chain
+from benchmarks.peers.newmark_by_hand import factor, newmark_by_hand
+from benchmarks.peers.run import Run, Setting
+from benchmarks.step_loop import by_hand
+from impactlab.stepping.assembly import SAMPLES
+
+NAME = "compiled loop"
+MESHES = (20, 30, 40, 60, 80, 120, 160, 240, 320, 480)
+
+
+def version() -> str | None:
+    """Return numba's version."""
+    return str(numba.__version__)
+
+
+def settings(case: Case) -> list[dict[str, Any]]:
+    """Return meshes, schemes and steps [h/c]."""
+    explicit = [
+        {"model": "chain", "coordinates": n, "scheme": "central_difference", "courant": courant}
+        for n, courant in product(MESHES, (0.7, 0.9, 1.0))
+    ]
+    implicit = [
+        {"model": "chain", "coordinates": n, "scheme": "newmark", "courant": courant}
+        for n, courant in product(MESHES[2:-2], (0.5, 1.0))
+    ]
+    return explicit + implicit
+
+
+def build(case: Case, setting: Setting, record: bool) -> Run:
+    """Return a run; it records at every step, always."""
+    rod = chain(case, setting["coordinates"])
+    steps = math.ceil(case.duration * case.wave_speed / (setting["courant"] * rod.h) - 1e-9)
+    dt = case.duration / steps
+    out, energies = np.zeros((steps, 9)), np.zeros((SAMPLES + 1, 4))
+    out.fill(0.0)  # the kernel's page faults on fresh pages are no part of the time
+    stride = -(-steps // SAMPLES)
+    if setting["scheme"] == "newmark":
+        factors, state = factor(rod.mass, rod.spring, dt), np.zeros((4, rod.mass.size))
+
+        def solve() -> None:
+            given = rod.spring, rod.mass, factors, case.striker, case.velocity, state
+            newmark_by_hand(*given, out, energies, dt, steps, stride)
+    else:
+        u, v = np.zeros((2, rod.mass.size))
+
+        def solve() -> None:
+            by_hand(rod.spring, rod.mass, case.striker, u, v, out, energies, dt, steps, stride)
+
+    def outcome() -> Outcome:
+        rows = np.vstack((np.zeros(9), out))
+        return Outcome(rows[:, 0], rows[:, 3], rows[:, 5], float(out[-1, 4]), rows[:, 1])
+
+    return Run(solve, outcome)

@@ -1,0 +1,123 @@
+"""impactlab itself: the exact description and three that step; like the others, at the best setting of a scan.
+
+Timed is what `impactlab.run` reports as ``solve_s``: steps or marching, records, dated events and the checks of a
+finished run, without set-up (case, modes, factors, memory). The exact answer has nothing to choose. ``automatic``
+solves with ``impactlab.choice`` where that is there: its chosen run is timed, the choosing apart.
+"""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+import impactlab
+from benchmarks.peers.cases import SHORTEST_FLIGHT, Case, Outcome
+from benchmarks.peers.run import Run, Setting
+from impactlab.bases.craig_bampton import CraigBampton
+from impactlab.checks import warn
+from impactlab.history import AbstractHistory
+from impactlab.integrators.central_difference import CentralDifference
+from impactlab.integrators.exact_modal import ExactModal
+from impactlab.integrators.newmark import Newmark
+from impactlab.models.continuous import Continuous
+from impactlab.models.finite_element import FiniteElement
+from impactlab.models.modal import Modal
+from impactlab.scene import Scene, StepRule
+from impactlab.simulate import prepare, walk
+from impactlab.stepping.assembly import Assembly
+from impactlab.stepping.recorded import RecordedHistory
+
+NAME = "impactlab"
+
+
+def version() -> str | None:
+    """Return the version."""
+    from importlib.metadata import version as installed
+
+    return installed("impactlab") if impactlab else None
+
+
+def settings(case: Case) -> list[dict[str, Any]]:
+    """Return meshes and steps: h/c, or points in the shortest period for located Craig-Bampton steps."""
+    found: list[dict[str, Any]] = [{"model": "exact"}]
+    meshes = (20, 30, 40, 60, 80, 120, 160, 240, 320, 480)
+    for n, courant in product(meshes, (0.7, 0.9, 1.0)):
+        found.append({"model": "central_difference", "coordinates": n, "courant": courant})
+    for n, points in product((6, 8, 10, 12, 16, 24, 32, 48, 64), (1.0, 2.0, 4.0, 8.0)):
+        found.append({"model": "craig_bampton", "coordinates": n, "points_per_period": points})
+    for n, courant in product(meshes[2:-2], (0.5, 1.0)):
+        found.append({"model": "newmark", "coordinates": n, "courant": courant})
+    return found
+
+
+def scene(case: Case, setting: Setting) -> Scene:
+    """Return the scene of a setting; hard contact by addition-deletion throughout."""
+    kind, n = setting["model"], setting.get("coordinates", 0)
+    if kind == "exact":
+        return case.scene(Continuous())
+    if kind == "craig_bampton":
+        model = Modal(elements=12 * n, modes=n, basis=CraigBampton())
+        rule = StepRule(points_per_period=setting["points_per_period"])
+        return case.scene(model, ExactModal(), rule, events="located")
+    integrator = CentralDifference() if kind == "central_difference" else Newmark()
+    return case.scene(FiniteElement(n, "lumped"), integrator, StepRule(courant=setting["courant"]))
+
+
+def build(case: Case, setting: Setting, record: bool) -> Run:
+    """Return a run; it records as always."""
+    given = scene(case, setting)
+    if setting["model"] == "exact":
+        return _exact(case, given)
+    from impactlab.pointers import entered
+    from impactlab.simulate import advance_of
+    from impactlab.stepping import loop
+
+    plan = prepare(given)
+    assert plan.dt is not None
+    assert plan.integrator is not None
+    assembly = Assembly(plan.scene, plan.built, plan.steppers, plan.starts, plan.integrator, plan.dt, plan.steps)
+    history = RecordedHistory(assembly, plan.integrator)
+    entered(loop.start, assembly.memory)
+    entered(advance_of(given), assembly.memory, assembly.dt, 0, assembly.stride, assembly.sample_stride)
+
+    def solve() -> None:
+        walk(assembly, history, None)
+        history.finish()
+        warn(given, assembly.ports, history, assembly.dt)
+
+    return Run(solve, lambda: outcome_of(history, case))
+
+
+def _exact(case: Case, given: Scene) -> Run:
+    """Return a run of the exact description: the marching is timed, as the package reports it."""
+    from impactlab.exact import march
+    from impactlab.exact.build import build as network
+    from impactlab.exact.history import ContinuousHistory
+    from impactlab.exact.network import grown
+
+    layout, log = network(given)
+    logs = [log]
+
+    def solve() -> None:
+        while (status := march.march(layout.network, logs[-1])) != march.DONE:
+            full = (march.MORE_RECORDS, march.MORE_POOL, march.MORE_EVENTS)
+            logs.append(grown(logs[-1], *(status == each for each in full)))
+
+    return Run(solve, lambda: outcome_of(ContinuousHistory(given, layout, logs[-1], given.duration), case))
+
+
+def outcome_of(history: AbstractHistory, case: Case) -> Outcome:
+    """Return a history as the other programs' outcomes; its own dated events tell the opening."""
+    times = np.linspace(0.0, case.duration, 6001)
+    events = [event for event in history.events if event.kind in ("open", "close")]
+    opening = float("inf")
+    for event, after in zip(events, [*events[1:], None], strict=True):
+        until = case.duration if after is None else after.time
+        if event.kind == "open" and until - event.time > SHORTEST_FLIGHT * case.round_trip:
+            opening = event.time
+            break
+    velocity = float(history.evaluate(np.array([case.duration]), "velocity:hammer")[0])
+    mass, face = (history.evaluate(times, name) for name in ("position:hammer", "displacement:rod@0"))
+    return Outcome(times, mass, face, velocity, opening=opening)

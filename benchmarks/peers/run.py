@@ -1,0 +1,47 @@
+"""What a program offers to be timed, and how it is timed."""
+
+from __future__ import annotations
+
+import gc
+import time
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple, Protocol
+
+from benchmarks.peers.cases import Case, Outcome
+
+Setting = Mapping[str, Any]
+
+
+class Run(NamedTuple):
+    """A run made ready: only ``solve`` is timed, once; ``outcome`` afterwards tells what came out."""
+
+    solve: Callable[[], None]
+    outcome: Callable[[], Outcome]
+
+
+class Peer(Protocol):
+    """A program: a module of this room with these names."""
+
+    NAME: str  # how tables call it
+
+    def version(self) -> str | None:
+        """Return its version, or None where it is not installed."""
+
+    def settings(self, case: Case) -> list[dict[str, Any]]:
+        """Return the settings a scan tries."""
+
+    def build(self, case: Case, setting: Setting, record: bool) -> Run:
+        """Return a run; without ``record`` a package writes nothing while it is timed."""
+
+
+def timed(run: Run) -> tuple[float, float]:
+    """Return what one solve takes: time of the processor in this thread, and by the wall clock [s]."""
+    gc.collect()
+    gc.disable()
+    try:
+        wall, began = time.perf_counter(), time.thread_time()
+        run.solve()
+        spent, passed = time.thread_time() - began, time.perf_counter() - wall
+    finally:
+        gc.enable()
+    return spent, passed
