@@ -27,7 +27,7 @@ from impactlab.scene import Contact, End, Mass, Point, Rod, Scene, Segment, Step
 Array = NDArray[float64]
 
 NORMS = ("mass_displacement", "face_displacement", "opening_time", "exit_velocity")
-SHORTEST_FLIGHT = 0.1  # T: a shorter one is chatter of a method, not the first opening
+SHORTEST_FLIGHT = 0.1  # T: a shorter one is chatter of a method, not the first opening; as impactlab.aftermath
 CELLS = 6000  # where displacements are compared, as in impactlab.metrics
 
 
@@ -165,9 +165,10 @@ def opening_of(outcome: Outcome, round_trip: float) -> float:
 
 
 def errors_of(outcome: Outcome, case: Case) -> dict[str, float]:
-    """Return how far a run is from the exact answer in the four `NORMS`, each relative to its exact value.
+    """Return how far a run is from the exact answer in the four `NORMS`, as `impactlab.metrics` has them.
 
-    Displacements in the L2 norm over the whole run, between samples by straight lines; infinity for what is not finite.
+    Displacements in the relative L2 norm over the whole run, between samples by straight lines; the opening in T; the
+    exit velocity, that of the mass at the end of the run, in its first one. Infinity for what is not finite.
     """
     answer = exact(case)
     values = [np.interp(answer.times, outcome.times, each) for each in (outcome.mass, outcome.face)]
@@ -176,6 +177,6 @@ def errors_of(outcome: Outcome, case: Case) -> dict[str, float]:
         for name, value, true in zip(NORMS, values, (answer.mass, answer.face), strict=False):
             error = relative_l2(value, true)  # None where the answer is rounding beside what came out
             found[name] = float("inf") if error is None else error
-        found["opening_time"] = abs(opening_of(outcome, case.round_trip) / answer.opening - 1.0)
-        found["exit_velocity"] = abs(outcome.exit_velocity / answer.exit_velocity - 1.0)
+        found["opening_time"] = abs(opening_of(outcome, case.round_trip) - answer.opening) / case.round_trip
+        found["exit_velocity"] = abs(outcome.exit_velocity - answer.exit_velocity) / case.velocity
     return found

@@ -19,8 +19,10 @@ How it is set, and why:
 
 from __future__ import annotations
 
+import contextlib
 import importlib.metadata
 import importlib.util
+import io
 import math
 import sys
 from itertools import product
@@ -97,11 +99,18 @@ def scales(case: Case, setting: Setting) -> tuple[float, float, float]:
     return setting["courant"] * h / case.wave_speed, stop, dashpot
 
 
+def engine() -> Any:
+    """Return the module in its fast build, quiet."""
+    sys.exudynFast = True  # type: ignore[attr-defined]
+    with contextlib.redirect_stdout(io.StringIO()):
+        import exudyn as exu
+    exu.SetWriteToConsole(False)
+    return exu
+
+
 def build(case: Case, setting: Setting, record: bool) -> Run:
     """Return a run; with ``record`` sensors store both displacements at every step."""
-    sys.exudynFast = True  # type: ignore[attr-defined]
-    import exudyn as exu
-
+    exu = engine()
     dt, stop, dashpot = scales(case, setting)
     container = exu.SystemContainer()
     system = container.AddSystem()
@@ -111,9 +120,14 @@ def build(case: Case, setting: Setting, record: bool) -> Run:
     system.AddObject(
         _item(
             "ObjectConnectorCoordinateSpringDamperExt",
-            markerNumbers=markers, nodeNumber=states, useLimitStops=True,
-            limitStopsUpper=0.0, limitStopsLower=-FAR, limitStopsStiffness=stop, limitStopsDamping=dashpot,
-        )  # fmt: skip
+            markerNumbers=markers,
+            nodeNumber=states,
+            useLimitStops=True,
+            limitStopsUpper=0.0,
+            limitStopsLower=-FAR,
+            limitStopsStiffness=stop,
+            limitStopsDamping=dashpot,
+        )
     )
     if record:
         quantity = exu.OutputVariableType.Coordinates
@@ -178,8 +192,11 @@ def _bodies(exu: Any, system: Any, case: Case, setting: Setting) -> tuple[Any, A
     node = system.AddNode(
         _item(
             "NodeGenericODE2",
-            referenceCoordinates=zero, initialCoordinates=zero, initialCoordinates_t=zero, numberOfODE2Coordinates=n,
-        )  # fmt: skip
+            referenceCoordinates=zero,
+            initialCoordinates=zero,
+            initialCoordinates_t=zero,
+            numberOfODE2Coordinates=n,
+        )
     )
     system.AddObject(_item("ObjectGenericODE2", nodeNumbers=[node], massMatrix=mass, stiffnessMatrix=stiffness))
     return hammer, node, []

@@ -1,8 +1,7 @@
 """impactlab itself: the exact description and three that step; like the others, at the best setting of a scan.
 
-Timed is what `impactlab.run` reports as ``solve_s``: steps or marching, records, dated events and the checks of a
-finished run, without set-up (case, modes, factors, memory). The exact answer has nothing to choose. ``automatic``
-solves with ``impactlab.choice`` where that is there: its chosen run is timed, the choosing apart.
+Timed is what `impactlab.run` reports as ``solve_s``: steps or marching, records and dated events, without set-up (case,
+modes, factors, memory) and without the checks of a finished run. The exact answer has nothing to choose.
 """
 
 from __future__ import annotations
@@ -16,7 +15,6 @@ import impactlab
 from benchmarks.peers.cases import SHORTEST_FLIGHT, Case, Outcome
 from benchmarks.peers.run import Run, Setting
 from impactlab.bases.craig_bampton import CraigBampton
-from impactlab.checks import warn
 from impactlab.history import AbstractHistory
 from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.exact_modal import ExactModal
@@ -85,7 +83,6 @@ def build(case: Case, setting: Setting, record: bool) -> Run:
     def solve() -> None:
         walk(assembly, history, None)
         history.finish()
-        warn(given, assembly.ports, history, assembly.dt)
 
     return Run(solve, lambda: outcome_of(history, case))
 

@@ -5,13 +5,13 @@ How it is set, and why:
 - ``model``: ``chain``: one slide joint per node of a lumped mesh, each on a body of its own so that the mass matrix is
   diagonal, springs as fixed tendons; ``modes``: one slide joint per mode of a Craig-Bampton rod, its spring in the
   joint, so that only the contact couples coordinates. The latter spares n tendons and is what an expert would do.
-- Contact: the limit of a fixed tendon whose length is the gap, ``solreflimit`` in its direct form: with an impedance near
-  one the constraint's acceleration is -b v - k r. ``b dt = 1`` brings the approach to rest within one step, ``k dt dt``
-  takes the penetration back; both are scanned in these units.
-- Integrators: `Euler`, which is semi-implicit, the central difference of an undamped chain; `implicitfast`, which is the
-  same here, and `RK4`.
-- A dense Jacobian: version 4.0.0 has a wrong sparse factor (mended in 4.0.1), and with one constraint a dense one is the
-  quicker. One constraint needs no factor at all: the solver `PGS` beats `Newton`, both are scanned.
+- Contact: the limit of a fixed tendon whose length is the gap, ``solreflimit`` in its direct form: with an impedance
+  near one the constraint's acceleration is -b v - k r. ``b dt = 1`` brings the approach to rest within one step,
+  ``k dt dt`` takes the penetration back; both are scanned in these units.
+- Integrators: `Euler`, which is semi-implicit, the central difference of an undamped chain; `implicitfast`, which is
+  the same here, and `RK4`.
+- A dense Jacobian: version 4.0.0 has a wrong sparse factor (mended in 4.0.1), and with one constraint a dense one is
+  the quicker. One constraint needs no factor at all: the solver `PGS` beats `Newton`, both are scanned.
 - Collision, gravity, damping, actuation, sensors and warm start are off; `mj_step` takes all steps in one call of C.
 """
 

@@ -27,7 +27,7 @@ QUARTER = 0.25  # beta of the average acceleration
 
 
 @numba.njit(fastmath={"reassoc", "contract"})  # type: ignore[untyped-decorator]
-def newmark_by_hand(
+def newmark_by_hand(  # noqa: C901 - one loop, on purpose
     spring: Any,
     mass: Any,
     factors: Any,

@@ -6,9 +6,10 @@ How it is set, and why:
   the no-tension material `ENT` between the mass and the first node, its stiffness scanned.
 - Explicit: `NewmarkExplicit` with algorithm `Linear` and the system `Diagonal`, which lumped masses allow
   (`ExplicitDifference` gives the same in the same time; `CentralDifference` starts from rest whatever velocity is
-  given). Implicit: `Newmark` (1/2, 1/4) and
-  `HHT` with `Newton` and a loose test. `Linear` and `ModifiedNewton` diverge where contact changes the matrix.
-- Equations numbered by `RCM`, constraints `Plain`; implicit schemes with `ProfileSPD` (`BandSPD`, `BandGen` take as long).
+  given). Implicit: `Newmark` (1/2, 1/4) and `HHT` with `Newton` and a loose test; `Linear` and `ModifiedNewton`
+  diverge where contact changes the matrix.
+- Equations numbered by `RCM`, constraints `Plain`; implicit schemes with `ProfileSPD` (`BandSPD` and `BandGen`
+  take as long).
 - No recorders; all steps in one call of `analyze`. Its model is global, so it is wiped before each run is built.
 """
 

@@ -92,7 +92,9 @@ def main() -> None:
             writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
             writer.writeheader()
             for row in rows:
-                writer.writerow({key: f"{value:.4g}" if isinstance(value, float) else value for key, value in row.items()})
+                writer.writerow(
+                    {key: f"{value:.4g}" if isinstance(value, float) else value for key, value in row.items()}
+                )
         print(f"{name}: {len(rows)} settings, {sum(row['status'] == 'completed' for row in rows)} completed")
 
 

@@ -1,0 +1,227 @@
+"""Writes docs/peers.md and its figure from what `measure.py` found and the scans hold; nothing is measured here."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+from benchmarks.peers.cases import CASES, NORMS
+from benchmarks.peers.measure import PACKAGES, group_of, groups
+from benchmarks.peers.scan import PEERS, load, read
+
+PAGE = """# Beside other programs
+
+How long other programs take to reach an error that impactlab reaches: the same impact, machine and core, in one run.
+Exudyn, MuJoCo and OpenSees are general programs for multibody systems and structures, and do what impactlab cannot;
+impactlab knows nothing but rods and their impacts. So this page says what a special program gains on its one subject,
+and nothing about theirs.
+
+Made by `python -m benchmarks.peers.compare --out docs/peers.md` with the `[peers]` extra; again from what was measured
+with `--from docs/peers.json`. {machine}; {versions}.
+{repeats} interleaved repeats, time of the processor in one thread: the least, and in brackets how far the middle one
+lies above it. {noise}
+
+## What was asked for
+
+{verdicts}
+
+## Time to reach an error
+
+The paper's case: a mass as heavy as the rod, two contacts, 0 to 3 T. And a rod of steel and brass under a mass of
+0.8 kg on meshes of equal length, so that no step h/c is exact anywhere. A setting reaches an error when all of these
+stay below it against the exact answer: displacement of the mass and of the face (relative, L2), the first lasting
+opening (in T), velocity of the mass at the end (in its first one). Per program the quickest setting of its scan, as in
+all such scans with some luck where errors cross zero. Set-up (meshes, modes, factors) is not in the times. Package
+programs write no output while timed; impactlab and the loops by hand record everything they always do.
+
+{tables}
+
+![Error against time](figures/peers.png)
+
+The largest of the four errors against time, all settings of the scans: lines join the best. What is exact stands at
+1e-7.
+
+## Same scheme, same mesh
+
+The paper's case. Exudyn's contact is a spring where impactlab has a multiplier; the steps are as many. "mesh" hands the
+chain over as one object with sparse matrices, "items" as point masses and springs.
+
+{same}
+
+## Against loops written by hand
+
+Loops compiled by numba that know their scheme, their law and this one impact, with per-element coefficients and the
+same records (`benchmarks/step_loop.py`, `benchmarks/peers/newmark_by_hand.py`). Loop against loop; what a run pays
+once, whatever its steps, stands apart: {fixed:.2f} ms.
+
+{hand}
+
+## How each was set, and why
+
+The scans are `benchmarks/peers/scans/*.csv`, written by `python -m benchmarks.peers.scan`: every setting tried, its
+time and its four errors.
+
+{how}
+"""
+
+
+def write(results: dict[str, Any], out: Path, figure: bool = True) -> None:
+    """Write the page and the figure beside it."""
+    rows = results["to_an_error"]
+    page = PAGE.format(
+        machine=results["machine"],
+        versions=", ".join(f"{name} {number or 'not installed'}" for name, number in results["versions"].items()),
+        repeats=results["repeats"],
+        noise=results["noise"],
+        verdicts=verdicts(results),
+        tables="\n\n".join(table(rows, name, tolerance) for name, tolerance in pairs(rows)),
+        same=same(results),
+        fixed=1e3 * results["fixed_s"],
+        hand=hand(results["by_hand"]),
+        how=how(),
+    )
+    out.write_text(page, encoding="utf-8")
+    if figure:
+        (out.parent / "figures").mkdir(exist_ok=True)
+        draw(out.parent / "figures" / "peers.png")
+
+
+def pairs(rows: list[dict[str, Any]]) -> list[tuple[str, float]]:
+    """Return cases and tolerances in their order."""
+    return list(dict.fromkeys((row["case"], row["tolerance"]) for row in rows))
+
+
+def milliseconds(row: dict[str, Any]) -> str:
+    """Return a time with its spread."""
+    return f"{1e3 * row['solve_s']:.3g} ({1e3 * row['spread_s']:.2g})"
+
+
+def told(setting: dict[str, Any]) -> str:
+    """Return a setting in one line."""
+    return ", ".join(
+        str(value) if key in ("model", "scheme", "linear", "solver", "algorithm", "system") else f"{key} {value:g}"
+        for key, value in setting.items()
+    )
+
+
+def table(rows: list[dict[str, Any]], case: str, tolerance: float) -> str:
+    """Return one case and tolerance: programs, times, ratios to the exact description, errors, settings."""
+    here = [row for row in rows if (row["case"], row["tolerance"]) == (case, tolerance)]
+    base = next((row["solve_s"] for row in here if row["group"] == "impactlab, exact" and "solve_s" in row), math.nan)
+    lines = [
+        f"### {case.replace('_', ' ')}, {tolerance:g}",
+        "",
+        "| program | ms | to exact | mass | face | opening | exit | setting |",
+        "|---|---:|---:|---:|---:|---:|---:|---|",
+    ]
+    for row in here:
+        if "reason" in row:
+            lines.append(f"| {row['group']} | | | | | | | {row['reason']} |")
+            continue
+        errors = " | ".join(f"{row[norm]:.1e}" for norm in NORMS)
+        ratio = row["solve_s"] / base
+        lines.append(f"| {row['group']} | {milliseconds(row)} | {ratio:.3g} | {errors} | {told(row['setting'])} |")
+    return "\n".join(lines)
+
+
+def verdict(met: bool) -> str:
+    """Return met or missed."""
+    return "**met**" if met else "**missed**"
+
+
+def verdicts(results: dict[str, Any]) -> str:
+    """Return the aims, what was found, and whether they are met."""
+    exact = results["exact_model"]
+    lines = ["| aim | found | |", "|---|---|---|"]
+    error = exact["event_error"]
+    lines.append(
+        f"| exact model: all events of the paper's case to 1e-12 T | {error:.1e} | {verdict(error <= 1e-12)} |"
+    )
+    ratios = exact["ratios"]
+    least = min(ratios.values(), default=math.nan)
+    told_ratios = ", ".join(f"{name} {ratio:.3g}" for name, ratio in ratios.items()) or "no package program here"
+    aim = "exact model: solved 20 times faster than the fastest package program reaches 5e-3"
+    lines.append(f"| {aim} | {told_ratios} | {verdict(least >= 20.0)} |")
+    for name, factor, text in (
+        ("explicit", 25.0, "central difference, 400 elements: 25 times Exudyn's explicit"),
+        ("implicit", 8.0, "Newmark, 1600 elements: 8 times Exudyn's generalised-alpha"),
+    ):
+        theirs = [row for row in results[name]["rows"] if row["peer"] == "exudyn"]
+        found = ", ".join(f"{row['ratio']:.3g} ({way(row)})" for row in theirs) or "Exudyn is not installed"
+        met = min((row["ratio"] for row in theirs), default=math.nan) >= factor
+        lines.append(f"| {text} | {found} | {verdict(met)} |")
+    for row in results["by_hand"]:
+        text = f"{row['scheme']}, {row['elements']} elements: at most {row['aim']:g} times a loop by hand"
+        lines.append(f"| {text} | {row['ratio']:.2f} | {verdict(row['ratio'] <= row['aim'])} |")
+    return "\n".join(lines)
+
+
+def way(row: dict[str, Any]) -> str:
+    """Return what tells an Exudyn setting from its neighbours."""
+    setting = row["setting"]
+    if "spectral_radius" in setting:
+        return f"spectral radius {setting['spectral_radius']:g}"
+    return "mesh" if setting["model"] == "matrix" else str(setting["model"])
+
+
+def same(results: dict[str, Any]) -> str:
+    """Return the table of same schemes on same meshes."""
+    lines = ["| elements | program | ms | ratio | mass | face | setting |", "|---:|---|---:|---:|---:|---:|---|"]
+    for name in ("explicit", "implicit"):
+        found = results[name]
+        for row in found["rows"]:
+            program = "impactlab" if row["peer"] == "impactlab" else "Exudyn"
+            errors = " | ".join(f"{row[norm]:.1e}" for norm in NORMS[:2])
+            cells = f"{milliseconds(row)} | {row['ratio']:.3g} | {errors} | {told(row['setting'])}"
+            lines.append(f"| {found['elements']} | {program} | {cells} |")
+    return "\n".join(lines)
+
+
+def hand(rows: list[dict[str, Any]]) -> str:
+    """Return the table of loops by hand."""
+    lines = [
+        "| scheme | elements | us per step | by hand | ratio | aim | largest difference of force |",
+        "|---|---:|---:|---:|---:|---:|---:|",
+    ]
+    for row in rows:
+        ours, theirs = (1e6 * row[name] / row["steps"] for name in ("loop_s", "by_hand_s"))
+        cells = f"{ours:.3f} | {theirs:.3f} | {row['ratio']:.2f} | {row['aim']:g} | {row['difference']:.1e}"
+        lines.append(f"| {row['scheme']} | {row['elements']} | {cells} |")
+    return "\n".join(lines)
+
+
+def how() -> str:
+    """Return what the modules of the programs say of themselves."""
+    return "\n\n".join(f"### {load(name).NAME}\n\n{(load(name).__doc__ or '').strip()}" for name in PEERS)
+
+
+def draw(path: Path) -> None:
+    """Draw the largest error against time per case, one colour per program, from the scans."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(10.0, 4.4), dpi=90, layout="constrained")
+    axes = figure.subplots(1, 2, sharey=True)
+    for axis, case in zip(axes, CASES, strict=True):
+        for number, (peer, group) in enumerate(groups()):
+            points = sorted(
+                (1e3 * row["solve_s"], max(row[norm] for norm in NORMS))
+                for row in read(peer)
+                if row["case"] == case and group_of(peer, row["setting"]) == group
+            )
+            front: list[tuple[float, float]] = []
+            for time, error in points:
+                if math.isfinite(error) and (not front or error < front[-1][1]):
+                    front.append((time, max(error, 1e-7)))
+            if front:
+                style = "-" if peer == "impactlab" else "--" if peer in PACKAGES else ":"
+                # An exact answer shows the grid it is compared on, not its own error.
+                axis.loglog(*zip(*front, strict=True), style, marker=".", color=f"C{number % 10}", label=group)
+        axis.set_title(case.replace("_", " "), fontsize=10)
+        axis.set_xlabel("time to solve [ms]")
+        axis.axhline(5e-3, color="0.7", linewidth=0.8)
+        axis.axhline(1e-3, color="0.7", linewidth=0.8)
+        axis.set_ylim(1e-7, 1.0)
+    axes[0].set_ylabel("largest of four errors")
+    axes[1].legend(fontsize=7, loc="center left", bbox_to_anchor=(1.0, 0.5))
+    figure.savefig(path)
