@@ -29,7 +29,7 @@ SLOW_REPEATS = 3  # of runs that take seconds
 
 def measured(repeats: int) -> dict[str, Any]:
     """Return everything the page shows."""
-    versions = {load(name).NAME: load(name).version() for name in PEERS} | {"Python": platform.python_version()}
+    versions = {load(name).LIBRARY: load(name).version() for name in PEERS} | {"Python": platform.python_version()}
     rows = measure.to_an_error(repeats)
     return {
         "machine": f"{processor()}, {os.cpu_count()} cores",

@@ -21,6 +21,7 @@ from benchmarks.step_loop import by_hand
 from impactlab.stepping.assembly import SAMPLES
 
 NAME = "compiled loop"
+LIBRARY = "numba"
 MESHES = (20, 30, 40, 60, 80, 120, 160, 240, 320, 480)
 
 

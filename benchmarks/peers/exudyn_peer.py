@@ -8,10 +8,10 @@ How it is set, and why:
   `ObjectGenericODE2` with sparse matrices, which spares thousands of items; ``reduced``: a few Craig-Bampton
   coordinates in one `ObjectGenericODE2`, component mode synthesis. The last two are what an expert does.
 - Contact: the limit stop of `CoordinateSpringDamperExt`, in C++, a spring and dashpot against penetration
-  (`ObjectContactCoordinate` is tried too: under fixed steps it gives the same at more cost). No user functions.
+  (`ObjectContactCoordinate` gives the same under fixed steps, in the same time). No user functions.
 - Explicit: `VelocityVerlet` (one evaluation a step), `ExplicitMidpoint`, `RK44`; the mass matrix is factored once, for
   items inverted per body (`ObjectGenericODE2` cannot: version 1.13.6 says so, or in its fast build answers wrongly); no
-  accelerations at the end of steps, no Lie group integration. Implicit: generalised-alpha and trapezoidal rule,
+  accelerations at the end of steps, no Lie group integration. Implicit: generalised-alpha with
   modified Newton that updates its Jacobian only where contact changes (``modifiedNewtonContractivity``). The sparse
   solver for chains; for reduced rods, whose mass matrix is an arrow, the sparse and the dense one.
 - The solver object is called directly (`MainSolverExplicit.SolveSystem`): `SolveDynamic` adds 20 us.
@@ -36,6 +36,7 @@ from benchmarks.peers.mesh import chain, reduced
 from benchmarks.peers.run import Run, Setting
 
 NAME = "Exudyn"
+LIBRARY = "Exudyn"
 EXPLICIT = ("ExplicitEuler", "ExplicitMidpoint", "RK33", "RK44", "VelocityVerlet")
 FAR = 1e3  # m: the other limit stop, never reached
 

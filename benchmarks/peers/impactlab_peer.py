@@ -28,6 +28,7 @@ from impactlab.stepping.assembly import Assembly
 from impactlab.stepping.recorded import RecordedHistory
 
 NAME = "impactlab"
+LIBRARY = "impactlab"
 
 
 def version() -> str | None:

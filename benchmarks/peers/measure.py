@@ -7,6 +7,7 @@ lies above it is kept.
 
 from __future__ import annotations
 
+import gc
 import json
 import math
 import statistics
@@ -69,6 +70,7 @@ def interleaved(builds: list[Callable[[], Run]], repeats: int) -> list[Times]:
     spent: list[list[float]] = [[] for _ in builds]
     wall = [math.inf] * len(builds)
     for repeat in range(WARM + repeats):
+        gc.collect()
         for i, build in enumerate(builds):
             processor, passed = timed(build())
             if repeat >= WARM:
@@ -166,11 +168,9 @@ def explicit(repeats: int) -> dict[str, Any]:
 def implicit(repeats: int) -> dict[str, Any]:
     """Return Newmark with 1600 elements at h/c beside Exudyn's generalised-alpha."""
     common = {"coordinates": 1600, "courant": 1.0}
-    theirs = [
-        common | {"model": "matrix", "scheme": "GeneralizedAlpha", "contact_stiffness": 10.0, "spectral_radius": radius}
-        for radius in (0.5, 1.0)
-    ]
-    return same_scheme(repeats, 1600, common | {"model": "newmark"}, theirs)
+    # Less damping costs it more: the contact chatters, and each change of contact takes a Jacobian.
+    scheme = {"model": "matrix", "scheme": "GeneralizedAlpha", "contact_stiffness": 10.0, "spectral_radius": 0.5}
+    return same_scheme(repeats, 1600, common | {"model": "newmark"}, [common | scheme])
 
 
 def by_hand(repeats: int) -> list[dict[str, Any]]:

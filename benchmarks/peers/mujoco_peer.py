@@ -30,6 +30,7 @@ from benchmarks.peers.mesh import chain, modes
 from benchmarks.peers.run import Run, Setting
 
 NAME = "MuJoCo"
+LIBRARY = "MuJoCo"
 IMPEDANCE = 0.9999  # the largest it takes
 
 MODEL = """<mujoco>

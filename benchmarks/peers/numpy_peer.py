@@ -16,6 +16,7 @@ from benchmarks.peers.mesh import chain
 from benchmarks.peers.run import Run, Setting
 
 NAME = "numpy loop"
+LIBRARY = "numpy"
 
 
 def version() -> str | None:

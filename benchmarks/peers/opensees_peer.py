@@ -30,6 +30,7 @@ from benchmarks.peers.mesh import chain
 from benchmarks.peers.run import Run, Setting
 
 NAME = "OpenSees"
+LIBRARY = "OpenSeesPy"
 EXPLICIT = {"NewmarkExplicit": (0.5,)}
 IMPLICIT = {"Newmark": (0.5, 0.25), "HHT": (0.7,)}
 

@@ -23,6 +23,7 @@ class Peer(Protocol):
     """A program: a module of this room with these names."""
 
     NAME: str  # how tables call it
+    LIBRARY: str  # what `version` is the version of
 
     def version(self) -> str | None:
         """Return its version, or None where it is not installed."""
@@ -35,8 +36,7 @@ class Peer(Protocol):
 
 
 def timed(run: Run) -> tuple[float, float]:
-    """Return what one solve takes: time of the processor in this thread, and by the wall clock [s]."""
-    gc.collect()
+    """Return what one solve takes [s], without the collector: processor time of this thread, and by the clock."""
     gc.disable()
     try:
         wall, began = time.perf_counter(), time.thread_time()
