@@ -49,24 +49,24 @@ def version() -> str | None:
 def settings(case: Case) -> list[dict[str, Any]]:
     """Return chains and reduced rods under explicit and implicit schemes; stiffness in E A/h, or E A n/L if reduced."""
     found = []
-    for n, courant, stiffness in product((100, 160, 240, 400), (0.5, 0.7), (1.0, 3.0)):
-        found.append(_setting("matrix", n, "VelocityVerlet", courant, stiffness))
-        found.append(_setting("items", n, "VelocityVerlet", courant, stiffness))
-    for n, scheme, stiffness in product((160, 240), ("ExplicitMidpoint", "RK44"), (3.0, 10.0)):
-        found.append(_setting("matrix", n, scheme, 0.8, stiffness))
-    for n, courant, stiffness, radius in product((100, 160, 240), (0.5, 1.0), (10.0, 30.0), (0.3, 0.5, 0.8)):
-        found.append(_setting("matrix", n, "GeneralizedAlpha", courant, stiffness, radius=radius))
-    sizes, steps = (12, 16, 20, 24, 32, 48, 64), (0.1, 0.15, 0.2, 0.3)
-    for n, courant, stiffness, damping in product(sizes, steps, (10.0, 30.0, 100.0), (0.3, 1.0)):
-        # Stiff contact and short steps only where they may pay.
+    for n, stiffness in product((160, 240, 400), (1.0, 3.0)):
+        found.append(_setting("matrix", n, "VelocityVerlet", 0.5, stiffness))
+    for n in (100, 160):
+        found.append(_setting("items", n, "VelocityVerlet", 0.5, 3.0))
+    found.append(_setting("matrix", 240, "RK44", 0.8, 3.0))
+    for n, courant, stiffness in product((100, 160, 240), (0.5, 1.0), (10.0, 30.0)):
+        found.append(_setting("matrix", n, "GeneralizedAlpha", courant, stiffness, radius=0.5))
+    sizes = (12, 16, 20, 24, 32, 48)
+    for n, courant, stiffness, damping in product(sizes, (0.1, 0.15, 0.2, 0.3), (10.0, 30.0, 100.0), (0.3, 1.0)):
+        # A stiffer contact shortens the stable step.
         if stiffness * courant**2 < 1.5:
             found += _solved(n, _setting("reduced", n, "VelocityVerlet", courant, stiffness, damping))
-    for n, courant, stiffness, radius in product(sizes[1:], (0.15, 0.25, 0.5), (30.0, 100.0), (0.3, 0.5, 0.8)):
+    for n, courant, stiffness, radius in product(sizes[1:], (0.15, 0.25, 0.5), (30.0, 100.0), (0.3, 0.5)):
         found += _solved(n, _setting("reduced", n, "GeneralizedAlpha", courant, stiffness, radius=radius))
-    for n, courant, stiffness in product((96, 128), (0.15, 0.25), (100.0, 300.0)):
-        found += _solved(n, _setting("reduced", n, "GeneralizedAlpha", courant, stiffness, radius=0.3))
-    for n, stiffness in product((16, 24, 32), (10.0, 30.0)):
-        found += _solved(n, _setting("reduced", n, "RK44", 0.3, stiffness, 0.3))
+    for n, courant in product((96, 128), (0.15, 0.25)):
+        found += _solved(n, _setting("reduced", n, "GeneralizedAlpha", courant, 300.0, radius=0.3))
+    for n in (16, 24):
+        found += _solved(n, _setting("reduced", n, "RK44", 0.3, 30.0, 0.3))
     return found
 
 
