@@ -2,18 +2,22 @@
 
 Timed is what `impactlab.run` reports as ``solve_s``: steps or marching, records and dated events, without set-up (case,
 modes, factors, memory) and without the checks of a finished run. The exact answer has nothing to choose.
+``automatic`` (`impactlab.choice`) chooses during set-up; what choosing took is told beside it.
 """
 
 from __future__ import annotations
 
+import dataclasses
+import importlib.metadata
+import importlib.util
 from itertools import product
 from typing import Any
 
 import numpy as np
 
-import impactlab
 from benchmarks.peers.cases import SHORTEST_FLIGHT, Case, Outcome
 from benchmarks.peers.run import Run, Setting
+from impactlab import simulate
 from impactlab.bases.craig_bampton import CraigBampton
 from impactlab.history import AbstractHistory
 from impactlab.integrators.central_difference import CentralDifference
@@ -23,7 +27,7 @@ from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
 from impactlab.scene import Scene, StepRule
-from impactlab.simulate import prepare, walk
+from impactlab.simulate import is_exact, prepare, walk
 from impactlab.stepping.assembly import Assembly
 from impactlab.stepping.recorded import RecordedHistory
 
@@ -33,9 +37,7 @@ LIBRARY = "impactlab"
 
 def version() -> str | None:
     """Return the version."""
-    from importlib.metadata import version as installed
-
-    return installed("impactlab") if impactlab else None
+    return importlib.metadata.version("impactlab")
 
 
 def settings(case: Case) -> list[dict[str, Any]]:
@@ -56,6 +58,8 @@ def scene(case: Case, setting: Setting) -> Scene:
     kind, n = setting["model"], setting.get("coordinates", 0)
     if kind == "exact":
         return case.scene(Continuous())
+    if kind == "automatic":
+        return dataclasses.replace(case.scene(Continuous()), tolerance=setting["tolerance"])
     if kind == "craig_bampton":
         model = Modal(elements=12 * n, modes=n, basis=CraigBampton())
         rule = StepRule(points_per_period=setting["points_per_period"])
@@ -64,10 +68,24 @@ def scene(case: Case, setting: Setting) -> Scene:
     return case.scene(FiniteElement(n, "lumped"), integrator, StepRule(courant=setting["courant"]))
 
 
+def chooses() -> bool:
+    """Return whether the package can choose by itself."""
+    return importlib.util.find_spec("impactlab.choice") is not None
+
+
+def chosen(given: Scene) -> tuple[Scene, str, float]:
+    """Return what the automatic choice takes for a scene with a tolerance, in words too, and what choosing took [s]."""
+    choices: list[Any] = [simulate.run(given).choice for _ in range(3)]  # type: ignore[attr-defined]
+    least = min(choices, key=lambda choice: choice.choosing_s)  # the first may compile
+    return least.scene, least.chosen, least.choosing_s
+
+
 def build(case: Case, setting: Setting, record: bool) -> Run:
     """Return a run; it records as always."""
     given = scene(case, setting)
-    if setting["model"] == "exact":
+    if setting["model"] == "automatic":
+        given = chosen(given)[0]
+    if is_exact(given):
         return _exact(case, given)
     from impactlab.pointers import entered
     from impactlab.simulate import advance_of

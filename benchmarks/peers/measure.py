@@ -27,6 +27,7 @@ OURS = {
     "central_difference": "central difference",
     "craig_bampton": "Craig-Bampton, located",
     "newmark": "Newmark",
+    "automatic": "automatic",
 }
 PACKAGES = ("exudyn", "mujoco", "opensees")
 WARM = 1  # runs before the counted ones
@@ -107,7 +108,15 @@ def to_an_error(repeats: int) -> list[dict[str, Any]]:
                 if load(peer).version() is None:
                     row["reason"] = "not installed"
                     continue
-                found = best_of_scan(peer, group, case, tolerance)
+                if group == f"impactlab, {OURS['automatic']}":
+                    if not impactlab_peer.chooses():
+                        row["reason"] = "this version does not choose"
+                        continue
+                    setting = {"model": "automatic", "tolerance": tolerance}
+                    row["chosen"], row["choosing_s"] = impactlab_peer.chosen(impactlab_peer.scene(case, setting))[1:]
+                    found = [{"setting": setting}]
+                else:
+                    found = best_of_scan(peer, group, case, tolerance)
                 row["candidates"] = keys = [(peer, case.name, json.dumps(each["setting"])) for each in found]
                 if not keys:
                     row["reason"] = "no setting of the scan reaches it" if read(peer) else "no scan stored"

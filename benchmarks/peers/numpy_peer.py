@@ -28,7 +28,7 @@ def settings(case: Case) -> list[dict[str, Any]]:
     """Return meshes and steps [h/c]."""
     return [
         {"model": "chain", "coordinates": n, "scheme": "central_difference", "courant": courant}
-        for n, courant in product((20, 30, 40, 60, 80, 120, 160, 240, 320, 480), (0.7, 0.9, 1.0))
+        for n, courant in product((20, 30, 40, 60, 80, 120, 160, 240, 320, 480, 640), (0.7, 0.9, 1.0))
     ]
 
 

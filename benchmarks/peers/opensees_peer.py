@@ -59,10 +59,12 @@ def engine() -> Any:
 def settings(case: Case) -> list[dict[str, Any]]:
     """Return meshes, schemes, steps [h/c], contact stiffness [E A/h], and for implicit schemes solver and algorithm."""
     found = []
-    meshes = (80, 120, 160, 240)
-    for n, scheme, courant, stiffness in product(meshes, EXPLICIT, (0.5, 0.7, 0.9), (1.0, 3.0)):
+    meshes = (80, 120, 160, 200, 240)
+    for n, scheme, courant, stiffness in product(meshes, EXPLICIT, (0.5, 0.7), (1.0, 3.0)):
         found.append(_setting(n, scheme, courant, stiffness))
-    for n, scheme, courant, stiffness in product(meshes, IMPLICIT, (0.5, 1.0, 2.0), (10.0, 30.0)):
+    implicit = [("HHT", *each) for each in product(meshes, (0.5, 0.7, 1.0, 2.0), (10.0, 30.0))]
+    implicit += [("Newmark", *each) for each in product(meshes, (0.5, 1.0), (10.0,))]
+    for scheme, n, courant, stiffness in implicit:
         found.append(_setting(n, scheme, courant, stiffness) | {"algorithm": "Newton", "system": "ProfileSPD"})
     return found
 

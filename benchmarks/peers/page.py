@@ -121,7 +121,10 @@ def table(rows: list[dict[str, Any]], case: str, tolerance: float) -> str:
             continue
         errors = " | ".join(f"{row[norm]:.1e}" for norm in NORMS)
         ratio = row["solve_s"] / base
-        lines.append(f"| {row['group']} | {milliseconds(row)} | {ratio:.3g} | {errors} | {told(row['setting'])} |")
+        setting = told(row["setting"])
+        if "chosen" in row:
+            setting += f": {row['chosen']}, chosen in {1e3 * row['choosing_s']:.3g} ms"
+        lines.append(f"| {row['group']} | {milliseconds(row)} | {ratio:.3g} | {errors} | {setting} |")
     return "\n".join(lines)
 
 
