@@ -114,14 +114,15 @@ def _exact(case: Case, given: Scene) -> Run:
     from impactlab.exact.network import grown
 
     layout, log = network(given)
-    logs = [log]
+    logs, histories = [log], []
 
     def solve() -> None:
         while (status := march.march(layout.network, logs[-1])) != march.DONE:
             full = (march.MORE_RECORDS, march.MORE_POOL, march.MORE_EVENTS)
             logs.append(grown(logs[-1], *(status == each for each in full)))
+        histories.append(ContinuousHistory(given, layout, logs[-1], given.duration))
 
-    return Run(solve, lambda: outcome_of(ContinuousHistory(given, layout, logs[-1], given.duration), case))
+    return Run(solve, lambda: outcome_of(histories[-1], case))
 
 
 def outcome_of(history: AbstractHistory, case: Case) -> Outcome:
