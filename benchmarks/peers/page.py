@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.peers.cases import CASES, NORMS
-from benchmarks.peers.measure import PACKAGES, group_of, groups
+from benchmarks.peers.measure import OURS, PACKAGES, group_of, groups
 from benchmarks.peers.scan import PEERS, load, read
 
 PAGE = """# Beside other programs
@@ -211,7 +211,9 @@ def draw(path: Path) -> None:
     figure = Figure(figsize=(10.0, 4.4), dpi=90, layout="constrained")
     axes = figure.subplots(1, 2, sharey=True)
     for axis, case in zip(axes, CASES, strict=True):
-        for number, (peer, group) in enumerate(groups()):
+        automatic = f"impactlab, {OURS['automatic']}"  # stands where what it chose stands
+        shown = [(peer, group) for peer, group in groups() if group != automatic]
+        for number, (peer, group) in enumerate(shown):
             points = sorted(
                 (1e3 * row["solve_s"], max(row[norm] for norm in NORMS))
                 for row in read(peer)
@@ -223,7 +225,8 @@ def draw(path: Path) -> None:
                     front.append((time, max(error, 1e-7)))
             if front:
                 style = "-" if peer == "impactlab" else "--" if peer in PACKAGES else ":"
-                axis.loglog(*zip(*front, strict=True), style, marker=".", color=f"C{number % 10}", label=group)
+                colour, marker = (f"C{number - 1}", ".") if number else ("black", "*")
+                axis.loglog(*zip(*front, strict=True), style, marker=marker, color=colour, label=group)
         axis.set_title(case.replace("_", " "), fontsize=10)
         axis.set_xlabel("time to solve [ms]")
         axis.axhline(5e-3, color="0.7", linewidth=0.8)
