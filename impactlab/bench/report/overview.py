@@ -29,7 +29,8 @@ def profiles(scenes: Sequence[SceneRows], norm: Norm, look: Mapping[str, Look], 
     DolanMore2002, section 2.
     """
     tables = [ranking(scenes, norm, tolerance, clock) for tolerance in TOLERANCES]
-    names = [shortened(standing.method, 30) for table in tables for standing in table[:NAMED]]
+    told = list(dict.fromkeys(s.method for table in tables for s in table[:NAMED] if s.ratios))
+    look, names = {**look, **told_apart(told, look)}, [shortened(method, 30) for method in told]
     room = 0.35 + LETTER * max(map(len, names), default=8)
     figure, rows = grid(len(TOLERANCES), 1, 2.15, Margins(right=room, down=0.65))
     for (axis,), tolerance, table in zip(rows, TOLERANCES, tables, strict=True):
@@ -47,7 +48,7 @@ def profiles(scenes: Sequence[SceneRows], norm: Norm, look: Mapping[str, Look], 
 
 
 def _curves(axis: Axes, table: Sequence[Standing], look: Mapping[str, Look], named: Sequence[str]) -> None:
-    ends, look = [], {**look, **told_apart(named, look)}
+    ends = []
     for standing in reversed(table):
         steps = profile(standing)
         if not steps:

@@ -72,8 +72,12 @@ def percent(share: float | None) -> str:
 
 
 def markdown(sheet: Sheet) -> str:
-    """Return a sheet in Markdown; what is best stands in bold."""
-    heads = [" ".join(filter(None, (h.group, h.name, f"[{h.unit}]" if h.unit else ""))) for h in sheet.headings]
+    """Return a sheet in Markdown; what is best stands in bold, a group of columns is named at its first."""
+    groups = [""] + [h.group for h in sheet.headings]
+    heads = [
+        f"{h.group + ': ' if h.group and h.group != before else ''}{h.name}{f' [{h.unit}]' if h.unit else ''}"
+        for h, before in zip(sheet.headings, groups, strict=False)
+    ]
     lines = [heads, ["---:" if h.numeric else "---" for h in sheet.headings]]
     for i, row in enumerate(sheet.rows):
         lines.append([f"**{text}**" if (i, j) in sheet.marked else text for j, text in enumerate(row)])

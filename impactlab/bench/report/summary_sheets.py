@@ -127,7 +127,7 @@ def certainty(scenes: Sequence[SceneRows]) -> Sheet:
             (
                 scene.name,
                 scene.reference or "none",
-                short(scene.uncertainty) if scene.reference and scene.uncertainty else DASH,
+                short(scene.uncertainty) if scene.reference else DASH,
                 str(len(scene.all_rows)),
                 *map(str, counts),
                 str(len(scene.all_rows) - sum(counts)),
