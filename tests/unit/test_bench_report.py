@@ -298,6 +298,17 @@ def test_methods_that_differ_by_rounding_do_not_beat_each_other(tmp_path: Path) 
     assert [p.row.method for p in front_of(scene.rows, NORMS[0], scene)] == ["one"]
 
 
+def test_event_times_of_a_run_that_missed_events_are_no_error(tmp_path: Path) -> None:
+    rows = [
+        made("a", "m", 0, 1.0, 1e-3, event_times=1e-9, events_missed=2),
+        made("a", "m", 1, 1.0, 1e-3, event_times=1e-3),
+    ]
+    [scene] = scenes_of(tmp_path, rows)
+    norm = next(norm for norm in NORMS if norm.name == "event_times")
+    assert [error(row, norm, scene) for row in scene.rows] == [None, 1e-3]
+    assert "1e-9" not in families_sheet(scene).rows[0]
+
+
 # Special grids
 
 
