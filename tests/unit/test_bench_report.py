@@ -218,6 +218,8 @@ def test_scenes_without_a_sure_reference_are_left_out_and_named(tmp_path: Path) 
     scenes = scenes_of(tmp_path, rows)
     assert [scene.name for scene in judged(scenes, BOTH, 1e-3).scenes] == ["a", "b", "d"]
     assert [scene.name for scene in judged(scenes, BOTH, 1e-4).scenes] == ["a", "b"]
+    [untold] = scenes_of(tmp_path, [made("e", "slow", 0, 1.0, 1e-3, reference="converged", reference_uncertainty=None)])
+    assert judged([untold], BOTH, 1e-2).scenes == ()
     told = excluded(scenes, BOTH)
     assert ("all tolerances", "c", "no reference: no method is known to be right") in told
     assert (power(1e-4), "d", "the reference is only sure to 0.0002") in told

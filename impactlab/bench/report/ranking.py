@@ -20,6 +20,7 @@ from impactlab.bench.report.views import (
     on_special_grid,
 )
 
+CONVERGED = "converged"  # the name of a reference that is itself computed
 MET, MISSED, REFUSED, FAILED, UNMEASURED, ABSENT = "met", "missed", "refused", "failed", "unmeasured", "absent"
 
 
@@ -66,6 +67,8 @@ def judged(scenes: Sequence[SceneRows], norm: Norm, tolerance: float) -> Judged:
     for scene in scenes:
         if not scene.reference:
             excluded.append((scene.name, "no reference: no method is known to be right"))
+        elif scene.reference == CONVERGED and all(row.reference_uncertainty is None for row in scene.all_rows):
+            excluded.append((scene.name, "the table does not say how sure the reference is"))
         elif scene.uncertainty > SURE * tolerance:
             excluded.append((scene.name, f"the reference is only sure to {scene.uncertainty:.1g}"))
         elif not any(error(row, norm, scene) is not None for row in scene.rows):
