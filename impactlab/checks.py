@@ -133,6 +133,7 @@ def check_momentum(assembly: Assembly, history: AbstractHistory) -> None:
         held = isinstance(assembly.built[name].model, DelayLine)
         if isinstance(body, Rod):
             held = held or any(end.kind not in ("free", "mass") for end in (body.left, body.right))
+            held = held or body.damping.mass > 0.0  # which holds the rod to the ground
         if held or last < 1 or assembly.clock.step < assembly.steps:
             continue
         given, scale = 0.0, 0.0

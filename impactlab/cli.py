@@ -267,6 +267,32 @@ def check(
 
 
 @app.command()
+def choose(
+    case: CaseFile,
+    tolerance: Annotated[
+        float | None,
+        typer.Option("--tolerance", metavar="E", help="Relative error allowed; default that of the case, else 1e-3."),
+    ] = None,
+    sets: Sets = None,
+    variant: Variant = None,
+    as_json: Json = False,
+) -> None:
+    """Choose how to solve a case within a tolerance: all candidates, with predicted and measured errors and times."""
+    with reporting(case, as_json):
+        from impactlab import api, console
+        from impactlab.choice.ladder import choose as chosen
+        from impactlab.choice.text import ladder_text
+
+        loaded = _load(case, sets, None, variant)
+        if tolerance is not None or loaded.scene().tolerance is None:
+            loaded = loaded.with_("solve.tolerance", 1e-3 if tolerance is None else tolerance)
+        console.say_if_compiling()
+        scene = loaded.scene()
+        document = chosen(loaded.label, scene, api.physics_of(loaded), scene.tolerance or 0.0)
+        console.answer(document) if as_json else print(ladder_text(document))
+
+
+@app.command()
 def schema(
     builtin: Annotated[bool, typer.Option("--builtin", help="Leave out the parts of plugins.")] = False,
 ) -> None:

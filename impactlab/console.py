@@ -70,6 +70,10 @@ def summary_text(summary: Mapping[str, Any]) -> str:
         lines.append(
             "  errors    none: no exact answer to this case, and no converged one in a short time; try --reference"
         )
+    if summary.get("choice"):
+        from impactlab.choice.text import choice_lines
+
+        lines += choice_lines(summary["choice"])
     cost = summary["cost"]
     lines.append(
         f"  cost      {cost['steps']} steps, {_number(cost['setup_s'])} s to set up, "

@@ -14,6 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 if TYPE_CHECKING:
     import xarray
 
+    from impactlab.choice.record import Choice
+
 Array = NDArray[float64]
 
 
@@ -129,6 +131,7 @@ class AbstractHistory(ABC):
     energy: EnergyBook
     warnings: list[Warned]
     cost: Cost
+    choice: Choice | None = None  # of a run with a tolerance: what was chosen, and why
 
     @abstractmethod
     def channels(self) -> tuple[str, ...]:

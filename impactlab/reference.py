@@ -10,8 +10,7 @@ from typing import Any, NamedTuple
 
 from impactlab.errors import ImpactlabError, StepError
 from impactlab.history import AbstractHistory
-from impactlab.scene import Body, Contact, Mass, Point, Probe, Rod, Scene, StepRule
-from impactlab.types import Relative
+from impactlab.scene import Rod, Scene, StepRule
 
 # Names in summaries: the exact hard contact, the exact spring and dashpot of the case itself, the converged answer.
 HARD, SPRING, CONVERGED = "st_venant", "kelvin_voigt", "converged"
@@ -75,9 +74,11 @@ def find(scene: Scene, budget: float = THOROUGH) -> Reference | None:
 
 def content(scene: Scene) -> Any:
     """Return what a reference depends on, so that methods on one scene share it."""
-    described = any(_is_relative(contact) for contact in scene.contacts)
+    from impactlab.described import is_relative
+
+    meshed = any(is_relative(contact) for contact in scene.contacts)
     bodies = [
-        dataclasses.replace(body, model=None) if isinstance(body, Rod) and not described else body
+        dataclasses.replace(body, model=None) if isinstance(body, Rod) and not meshed else body
         for body in scene.bodies.values()
     ]
     contacts = [(contact.left, contact.right, contact.gap, contact.overlap_allowed) for contact in scene.contacts]
@@ -177,136 +178,76 @@ def _worst(differences: Mapping[str, float]) -> float:
 
 def _ways(scene: Scene) -> Iterator[Way]:
     """Give the descriptions that may serve a scene, the best first; none where the physics has no single answer."""
-    from impactlab.exact.bonds import first_gap, massless
+    from impactlab.described import has_one_answer, is_a_delay_line, is_coupled, rods_of
 
-    for number, contact in enumerate(scene.contacts):
-        if not contact.law.answers_force and not contact.law.hard:
-            return
-        if contact.law.hard:
-            gap, slack = first_gap(scene, number)
-            # How two masses part is a matter of a restitution, and an overlap one of a stiffness: a hard contact has
-            # neither.
-            if gap < -slack or not (massless(scene, contact.left) or massless(scene, contact.right)):
-                return
-    rods = [body for body in scene.bodies.values() if isinstance(body, Rod)]
+    if not has_one_answer(scene):
+        return
+    rods = rods_of(scene)
     if not rods:
         yield _rigid(scene)
         return
     hard = any(contact.law.hard for contact in scene.contacts)
-    damped = any(rod.is_damped for rod in rods)
-    on_ends = all(_on_ends(scene, contact) for contact in scene.contacts)
-    if not (hard or damped or scene.gravity) and on_ends and all(len(rod.segments) == 1 for rod in rods):
-        yield _delay_line(scene, rods)
-    if hard and not any(_couples(rod) for rod in rods):
-        yield _explicit(scene, rods)
-    yield _implicit(scene, rods)
+    if not hard and is_a_delay_line(scene):
+        yield _delay_line(scene, len(rods))
+    if hard and not any(is_coupled(rod) for rod in rods):
+        yield _explicit(scene, len(rods))
+    yield _implicit(scene, len(rods))
 
 
-def _on_ends(scene: Scene, contact: Contact) -> bool:
-    return all(_on_end(scene.bodies[point.body], point) for point in (contact.left, contact.right))
-
-
-def _on_end(body: Body, point: Point | Probe) -> bool:
-    return not isinstance(body, Rod) or point.x in (0.0, body.length)
-
-
-def _couples(rod: Rod) -> bool:
-    """Return whether the rod has dampers between its nodes, which an explicit scheme does not serve."""
-    return rod.damping.stiffness > 0.0 or any(segment.viscosity > 0.0 for segment in rod.segments)
-
-
-def _is_relative(contact: Contact) -> bool:
-    fields = dataclasses.fields(contact.law)  # type: ignore[arg-type] # laws are dataclasses
-    return any(isinstance(getattr(contact.law, field.name), Relative) for field in fields)
-
-
-def law_in_si(scene: Scene, contact: Contact) -> Any:
-    """Return the law of a contact free of the description of its bodies: a relative stiffness in N/m."""
-    if not _is_relative(contact):
-        return contact.law
-    from impactlab.contact.penalty import Penalty
-    from impactlab.sides import side_facts
-
-    constants = contact.law.spring(side_facts(scene, contact.left), side_facts(scene, contact.right), math.nan)
-    return contact.law if constants is None else Penalty(*constants)
-
-
-def _with(scene: Scene, model: Any, integrator: Any, step: StepRule, law: Any) -> Scene:
-    """Return the scene under another description; ``law`` stands for every hard contact."""
-    bodies = {
-        name: dataclasses.replace(body, model=model) if isinstance(body, Rod) else body
-        for name, body in scene.bodies.items()
-    }
-    contacts = tuple(
-        dataclasses.replace(contact, law=law if contact.law.hard else law_in_si(scene, contact))
-        for contact in scene.contacts
-    )
-    return dataclasses.replace(
-        scene, bodies=bodies, contacts=contacts, integrator=integrator, step=step, events="dated"
-    )
-
-
-def _transits(rods: list[Rod]) -> list[float]:
-    return [0.5 * rod.round_trip for rod in rods]
-
-
-def _delay_line(scene: Scene, rods: list[Rod]) -> Way:
+def _delay_line(scene: Scene, rods: int) -> Way:
+    from impactlab.described import described, shortest_transit, without_places
     from impactlab.models.continuous import Continuous
 
-    shortest = min(_transits(rods))
-    probes = tuple(
-        probe
-        for probe in scene.probes
-        if isinstance(scene.bodies[probe.body], Mass)
-        or (probe.quantity in ("displacement", "velocity") and _on_end(scene.bodies[probe.body], probe))
-    )
-    bare = dataclasses.replace(scene, probes=probes, snapshots=())
+    shortest, bare = shortest_transit(scene), without_places(scene)
     return Way(
         "stepped delay line, steps in the shortest transit:",
-        lambda n: _with(bare, Continuous(), None, StepRule(dt=shortest / n), None),
-        lambda n: 3e-7 * (1 + len(rods)) * n * scene.duration / shortest,
+        lambda n: described(bare, Continuous(), None, StepRule(dt=shortest / n)),
+        lambda n: 3e-7 * (1 + rods) * n * scene.duration / shortest,
     )
 
 
-def _explicit(scene: Scene, rods: list[Rod]) -> Way:
+def _explicit(scene: Scene, rods: int) -> Way:
     from impactlab.contact.addition_deletion import AdditionDeletion
+    from impactlab.described import described, shortest_transit
     from impactlab.integrators.central_difference import CentralDifference
     from impactlab.models.finite_element import FiniteElement
 
     # On a rod of one wave speed, and wherever pieces share their elements by travel time without a remainder, waves go
     # one element in a step: no dispersion.
+    model, step, shortest = FiniteElement, StepRule(courant=1.0), shortest_transit(scene)
     return Way(
         "lumped mesh at courant 1, elements:",
-        lambda n: _with(
-            scene, FiniteElement(n, "lumped"), CentralDifference(), StepRule(courant=1.0), AdditionDeletion()
-        ),
-        lambda n: 6e-9 * len(rods) * n * _mesh_steps(scene, rods, n),
+        lambda n: described(scene, model(n, "lumped"), CentralDifference(), step, AdditionDeletion()),
+        lambda n: 6e-9 * rods * n * n * scene.duration / shortest,
     )
 
 
-def _implicit(scene: Scene, rods: list[Rod]) -> Way:
+def _implicit(scene: Scene, rods: int) -> Way:
     from impactlab.contact.addition_deletion import AdditionDeletion
+    from impactlab.described import described, shortest_transit
     from impactlab.integrators.midpoint import Midpoint
     from impactlab.models.finite_element import FiniteElement
 
+    shortest = shortest_transit(scene)
     return Way(
         "consistent mesh at courant 1/2, elements:",
-        lambda n: _with(scene, FiniteElement(n), Midpoint(), StepRule(courant=0.5), AdditionDeletion()),
-        lambda n: 8e-9 * len(rods) * n * 2.0 * _mesh_steps(scene, rods, n),
+        lambda n: described(scene, FiniteElement(n), Midpoint(), StepRule(courant=0.5), AdditionDeletion()),
+        lambda n: 16e-9 * rods * n * n * scene.duration / shortest,
     )
-
-
-def _mesh_steps(scene: Scene, rods: list[Rod], elements: int) -> float:
-    return elements * scene.duration / min(_transits(rods))
 
 
 def _rigid(scene: Scene) -> Way:
     from impactlab.integrators.exact_modal import ExactModal
 
+    integrator = ExactModal()
     return Way(
         "rigid bodies, steps:",
         lambda n: dataclasses.replace(
-            scene, integrator=ExactModal(), step=StepRule(dt=scene.duration / (20 * n)), events="dated"
+            scene,
+            integrator=integrator,
+            step=StepRule(dt=scene.duration / (20 * n)),
+            events="dated",
+            tolerance=None,
         ),
         lambda n: 3e-7 * 20 * n,
     )

@@ -208,6 +208,7 @@ class Scene:
     snapshots: tuple[float, ...] = ()  # s
     round_trip: float = float("nan")  # s, of the body named in round_trips_of; NaN without a rod
     records: int = RECORDS  # instants kept: a run of more steps keeps every second, third ... one
+    tolerance: float | None = None  # relative, on displacements and impulses; models and step are then to be chosen
 
     @property
     def loaded_ends(self) -> tuple[Probe, ...]:

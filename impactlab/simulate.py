@@ -113,7 +113,14 @@ def all_steps(scene: Scene, contact: Contact) -> bool:
 
 
 def prepare(scene: Scene) -> Plan:
-    """Return what a run will do, or raise the error that stops it before its first step."""
+    """Return what a run will do, or raise the error that stops it before its first step.
+
+    Of a scene with a tolerance: what it would do first, by prediction alone.
+    """
+    if scene.tolerance is not None:
+        from impactlab.choice import first_guess
+
+        return prepare(first_guess(scene))
     if is_exact(scene):
         from impactlab.exact.bonds import check
 
@@ -219,6 +226,10 @@ def run(scene: Scene, progress: Progress | None = None) -> AbstractHistory:
     """
     from impactlab.stepping.recorded import RecordedHistory
 
+    if scene.tolerance is not None:
+        from impactlab.choice import run as run_chosen
+
+        return run_chosen(scene, progress)
     began = clock.perf_counter()
     plan = prepare(scene)
     if plan.march is not None:

@@ -79,6 +79,7 @@ def summarise(
         "probes": {probe.channel: extremes(history, probe.channel) for probe in scene.probes},
         "errors": None if reference is None else errors(history, Reference(*reference), scene),
         "cost": dataclasses.asdict(history.cost),
+        "choice": None if history.choice is None else history.choice.document(method(scene, history)),
         "warnings": [{"code": warned.code, "text": warned.text} for warned in history.warnings],
     }
     return {key: plain(value) for key, value in summary.items()}
@@ -102,6 +103,7 @@ def method(scene: Scene, history: AbstractHistory) -> dict[str, Any]:
 
     The integrator is null where every rod is described without steps: it was not used.
     """
+    scene = scene if history.choice is None else history.choice.scene
     rods = {name: body for name, body in scene.bodies.items() if isinstance(body, Rod)}
     models = {name: rod.model for name, rod in rods.items() if rod.model is not None}
     stepped = not models or any(model.steps for model in models.values())

@@ -169,6 +169,7 @@ class March:
         _, samples = self.record.energies
         for number, (name, body) in enumerate(system.scene.bodies.items()):
             held = isinstance(body, Rod) and any(end.kind not in ("free", "mass") for end in (body.left, body.right))
+            held = held or (isinstance(body, Rod) and body.damping.mass > 0.0)  # which holds the rod to the ground
             if held or isinstance(body, Wall):
                 continue
             signs = [float(c.right.body == name) - float(c.left.body == name) for c in system.scene.contacts]

@@ -9,7 +9,7 @@ import numpy as np
 
 from impactlab.casefile.formula import Formula
 from impactlab.casefile.points import Face, check_place, find_body, read_face, rod_length
-from impactlab.casefile.schema import CaseBlock, RodBlock, RoundTrips, WallBlock
+from impactlab.casefile.schema import CHOSEN, CaseBlock, RodBlock, RoundTrips, WallBlock
 from impactlab.casefile.words import listed, shown
 from impactlab.errors import CaseError
 from impactlab.scene import Profile, Table
@@ -223,6 +223,28 @@ def _models_name_rods(case: CaseBlock) -> None:
             )
 
 
+def _tolerance_stands_alone(case: CaseBlock) -> None:
+    if case.solve.tolerance is None:
+        return
+    for key in CHOSEN:
+        if key in case.solve.model_fields_set:
+            raise CaseError(
+                f"given together with tolerance, which leaves {key} to the automatic choice",
+                remedy=f"Keep either tolerance, or {listed(CHOSEN)}.",
+                path=f"solve.{key}",
+            )
+
+
+def _contacts_have_laws(case: CaseBlock) -> None:
+    for number, contact in enumerate(case.contacts):
+        if contact.law is None and case.solve.tolerance is None:
+            raise CaseError(
+                "this key is missing",
+                remedy="Name a law, or give solve.tolerance: a contact without a law is then a hard one.",
+                path=f"contacts.{number}.law",
+            )
+
+
 def _one_step_rule(case: CaseBlock) -> None:
     given = [key for key in ("points_per_period", "dt", "courant") if getattr(case.solve.step, key) is not None]
     if len(given) != 1:
@@ -265,6 +287,8 @@ RULES: tuple[Callable[[CaseBlock], None], ...] = (
     _order_is_possible,
     _round_trips_have_a_rod,
     _models_name_rods,
+    _tolerance_stands_alone,
+    _contacts_have_laws,
     _one_step_rule,
     _probes_lie_on_bodies,
 )

@@ -9,7 +9,7 @@ from typing import Any
 
 from impactlab.casefile.build import DEFAULT_INTEGRATOR
 from impactlab.casefile.document import DEEPEST, LONGEST_KEY, Document, Keys, parse_value
-from impactlab.casefile.schema import SolveBlock
+from impactlab.casefile.schema import CHOSEN, SolveBlock
 from impactlab.casefile.words import closest, shown
 from impactlab.errors import CaseError
 
@@ -54,7 +54,20 @@ def edited(document: Document, path: str, value: Any, *, replace: bool, origin: 
     else:
         holder[last] = value
     _move_lines(lines, keys, origin)
+    for dropped in _replaced(keys, value):
+        if isinstance(data.get("solve"), dict) and dropped in data["solve"]:
+            del data["solve"][dropped]
     return Document(data, lines)
+
+
+def _replaced(keys: Keys, value: Any) -> set[str]:
+    """Return the keys of ``solve`` that a value makes void: a tolerance and a description stand for each other."""
+    if keys[0] != "solve":
+        return set()
+    given = {keys[1]: value} if len(keys) > 1 else value if isinstance(value, dict) else {}
+    if given.get("tolerance") is not None:
+        return set(CHOSEN) - set(given)
+    return {"tolerance"} if set(given) & set(CHOSEN) else set()
 
 
 def plain(value: Any, path: str = "") -> Any:

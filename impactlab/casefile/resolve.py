@@ -13,16 +13,11 @@ from impactlab.scene import Body, End, Mass, Rod, Scene, Table
 
 def resolve(case: CaseBlock, scene: Scene) -> dict[str, Any]:
     """Return the case in SI with its defaults, and under ``derived`` what follows from it."""
-    solve: dict[str, Any] = {"duration": scene.duration}
-    models = {name: body.model for name, body in scene.bodies.items() if isinstance(body, Rod)}
-    blocks = {name: case.solve.models.get(name, case.solve.model) for name in models}
-    solve["models"] = {name: describe_part(model, blocks[name]) for name, model in models.items()}
-    if scene.integrator is not None:
-        solve["integrator"] = describe_part(scene.integrator, case.solve.integrator or DEFAULT_INTEGRATOR)
-    rule = scene.step
-    steps = {"points_per_period": rule.points_per_period, "dt": rule.dt, "courant": rule.courant}
-    solve["step"] = {key: value for key, value in steps.items() if value is not None}
-    solve["events"], solve["records"] = scene.events, scene.records
+    solve: dict[str, Any] = {"duration": scene.duration, "records": scene.records}
+    if scene.tolerance is not None:
+        solve["tolerance"] = scene.tolerance
+    else:
+        solve |= _described(case, scene)
     return {
         "schema_version": 1,
         "title": case.title,
@@ -33,7 +28,7 @@ def resolve(case: CaseBlock, scene: Scene) -> dict[str, Any]:
                 "between": [contact.left.label, contact.right.label],
                 "gap": contact.gap,
                 **({"overlap": "allowed"} if contact.overlap_allowed else {}),
-                "law": describe_part(contact.law, block.law),
+                **({} if block.law is None else {"law": describe_part(contact.law, block.law)}),
             }
             for contact, block in zip(scene.contacts, case.contacts, strict=True)
         ],
@@ -45,6 +40,21 @@ def resolve(case: CaseBlock, scene: Scene) -> dict[str, Any]:
         "variants": list(case.variants),
         "derived": _derived(scene),
     }
+
+
+def _described(case: CaseBlock, scene: Scene) -> dict[str, Any]:
+    """Return the keys of ``solve`` that say how the scene is described and stepped."""
+    solve: dict[str, Any] = {}
+    models = {name: body.model for name, body in scene.bodies.items() if isinstance(body, Rod)}
+    blocks = {name: case.solve.models.get(name, case.solve.model) for name in models}
+    solve["models"] = {name: describe_part(model, blocks[name]) for name, model in models.items()}
+    if scene.integrator is not None:
+        solve["integrator"] = describe_part(scene.integrator, case.solve.integrator or DEFAULT_INTEGRATOR)
+    rule = scene.step
+    steps = {"points_per_period": rule.points_per_period, "dt": rule.dt, "courant": rule.courant}
+    solve["step"] = {key: value for key, value in steps.items() if value is not None}
+    solve["events"] = scene.events
+    return solve
 
 
 def _body(body: Body) -> dict[str, Any]:

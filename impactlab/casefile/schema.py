@@ -132,7 +132,9 @@ class ContactBlock(Block):
     overlap: Annotated[str | None, Allowed(words=("allowed",), nothing=True).reader()] = Field(
         default=None, description="'allowed' lets a gap be negative"
     )
-    law: PartBlock = Field(description="contact law: kind and its parameters")
+    law: PartBlock | None = Field(
+        default=None, description="contact law: kind and its parameters; with solve.tolerance hard contact if not given"
+    )
 
 
 class RoundTrips(Block):
@@ -171,11 +173,22 @@ DURATION = Reader(
 )
 
 
+CHOSEN = ("model", "models", "integrator", "step", "events")
+"""Keys of `solve` that ``tolerance`` replaces by the automatic choice."""
+
+TOLERANCE = Allowed(limits=(("ge", 1e-8), ("le", 0.5)), number=True, nothing=True).reader()
+
+
 class SolveBlock(Block):
     """How the scene is solved. All keys but the duration have defaults."""
 
     duration: Annotated[Any, DURATION] = Field(description="length of the run: seconds, or {round_trips: number}")
     round_trips_of: str | None = Field(default=None, description="rod whose 2L/c is the round trip; the first rod")
+    tolerance: Annotated[float | None, TOLERANCE] = Field(
+        default=None,
+        description="relative error allowed of displacements and impulses: model, integrator, step, events and the law "
+        "of hard contacts are then chosen automatically",
+    )
     model: PartBlock = Field(
         default={"kind": "modal", "elements": 100, "modes": 40}, description="description of the rods"
     )

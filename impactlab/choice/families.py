@@ -1,0 +1,235 @@
+"""The families of descriptions that the automatic choice may take, with what is known of each before any run.
+
+What is known are facts of the class: an order of convergence, and how its error hangs on the step and on the times of
+the scene. The factors before them were measured on the paper's impact and its relatives (docs/automatic-choice.md); a
+trial of two resolutions corrects them, so they decide how many trials are needed and never what error is stated.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from impactlab.choice.times import echoes, rise_time
+from impactlab.contact.addition_deletion import AdditionDeletion
+from impactlab.described import (
+    described,
+    has_one_answer,
+    is_a_delay_line,
+    is_coupled,
+    rods_of,
+    shortest_transit,
+    without_places,
+)
+from impactlab.errors import CaseError, PairingError
+from impactlab.integrators.central_difference import CentralDifference
+from impactlab.integrators.exact_modal import ExactModal
+from impactlab.integrators.midpoint import Midpoint
+from impactlab.models.continuous import Continuous
+from impactlab.models.finite_element import FiniteElement
+from impactlab.scene import Scene, StepRule
+
+EXACT_ERROR = 1e-9  # told of the exact solver, which is good to 1e-12 but for instants near a grazing touch
+FIXED_S = 2.5e-4  # s, that any stepped run takes
+NEXT_TO_NOTHING = 1.25
+SETUP_EXACT_S, SETUP_LINE_S, SETUP_MESH_S = 2e-4, 8e-4, 1.3e-3
+EXACT_FIXED_S, PER_ECHO_S, PER_RELAXED_S, PER_COUPLED_S = 2e-5, 1e-6, 3.5e-6, 6e-5
+
+
+@dataclass(frozen=True)
+class Family:
+    """A description that can be refined by one number, its fineness."""
+
+    name: str
+    unit: str  # what the fineness counts
+    scene: Callable[[int], Scene]
+    seconds: Callable[[int], float]  # predicted time of solving
+    error: Callable[[int], float]  # predicted
+    order: float  # of its error in the fineness, from below
+    safety: float  # by which an estimate from two resolutions is multiplied
+    setup_s: float  # predicted
+    coarsest: int = 4
+    finest: int = 10_000_000
+
+    def words(self, fineness: int) -> str:
+        """Return the candidate for people."""
+        return f"{self.name}, {fineness} {self.unit}" if self.unit else self.name
+
+    def fineness_for(self, error: float) -> int:
+        """Return the least fineness whose predicted error, with safety, lies within an error."""
+        low, high = self.coarsest, self.coarsest
+        while self.safety * self.error(high) > error and high < self.finest:
+            low, high = high, min(2 * high, self.finest)
+        while high - low > max(1, low // 16):
+            middle = (low + high) // 2
+            low, high = (middle, high) if self.safety * self.error(middle) > error else (low, middle)
+        return high
+
+    def start_for(self, error: float) -> int:
+        """Return the fineness to begin with: as for an error, or finer where that costs next to nothing."""
+        needed = free = self.fineness_for(error)
+        while self.seconds(2 * free) <= NEXT_TO_NOTHING * FIXED_S and free < self.finest:
+            free *= 2
+        return max(needed, free)
+
+
+def exact_cost(scene: Scene) -> float | None:
+    """Return the predicted seconds of the exact solver, None where it does not serve."""
+    from impactlab.exact.bonds import check
+
+    check(scene)
+    per_echo = PER_ECHO_S
+    for contact in scene.contacts:
+        if not contact.law.hard:
+            per_echo = max(per_echo, PER_COUPLED_S)
+        elif any(not _is_rod(scene, point.body) for point in (contact.left, contact.right)):
+            per_echo = max(per_echo, PER_RELAXED_S)
+    for rod in rods_of(scene):
+        kinds = {rod.left.kind, rod.right.kind}
+        per_echo = max(per_echo, PER_COUPLED_S if "spring" in kinds else PER_RELAXED_S if "mass" in kinds else 0.0)
+    return EXACT_FIXED_S + per_echo * echoes(scene)
+
+
+def _is_rod(scene: Scene, name: str) -> bool:
+    return any(rod.name == name for rod in rods_of(scene))
+
+
+def exact(scene: Scene) -> Family:
+    """Return the exact solver; raises `CaseError` or `PairingError` with the reason where it does not serve."""
+    seconds = exact_cost(scene) or 0.0
+    as_waves = described(scene, Continuous(), None, StepRule(points_per_period=10.0), AdditionDeletion())
+    return Family(
+        "continuous, from event to event",
+        "",
+        lambda _n: as_waves,
+        lambda _n: seconds,
+        lambda _n: EXACT_ERROR,
+        0.0,
+        1.0,
+        SETUP_EXACT_S,
+    )
+
+
+def stepped(scene: Scene) -> Iterator[Family]:
+    """Give the families that step and serve a scene; none where its physics has no single answer."""
+    if not has_one_answer(scene):
+        return
+    rods = rods_of(scene)
+    if not rods:
+        yield _rigid(scene)
+        return
+    hard = any(contact.law.hard for contact in scene.contacts)
+    if not hard and is_a_delay_line(scene) and without_places(scene) == scene:
+        yield _delay_line(scene)
+    coupled = any(is_coupled(rod) for rod in rods)
+    if not coupled:
+        yield _explicit(scene, hard, 1.0 if hard and _is_special(scene) else 0.95)
+    yield _implicit(scene, hard)
+
+
+def _is_special(scene: Scene) -> bool:
+    """Return whether waves go one element in a step on every rod of the scene, whatever the number of elements."""
+    ways = [segment.length / segment.wave_speed for rod in rods_of(scene) for segment in rod.segments]
+    return max(ways) - min(ways) <= 1e-9 * max(ways)
+
+
+def _rise(scene: Scene) -> float:
+    return min((rise_time(scene, contact) for contact in scene.contacts), default=scene.duration)
+
+
+def _rigid(scene: Scene) -> Family:
+    rise, duration = _rise(scene), scene.duration
+    return Family(
+        "rigid bodies",
+        "steps",
+        lambda n: dataclasses.replace(
+            scene, integrator=ExactModal(), step=StepRule(dt=duration / n), events="dated", tolerance=None
+        ),
+        lambda n: FIXED_S + 2.5e-7 * n,
+        lambda n: (duration / n) ** 2 / (rise * duration),
+        order=2.0,
+        safety=2.0,
+        setup_s=SETUP_LINE_S,
+        coarsest=40,
+    )
+
+
+def _delay_line(scene: Scene) -> Family:
+    rods, shortest, rise = len(rods_of(scene)), shortest_transit(scene), _rise(scene)
+    return Family(
+        "stepped delay line",
+        "steps in the shortest transit",
+        lambda n: described(scene, Continuous(), None, StepRule(dt=shortest / n)),
+        lambda n: FIXED_S + 2e-7 * (1 + rods) * n * scene.duration / shortest,
+        lambda n: (shortest / n) ** 2 / (rise * scene.duration),
+        order=2.0,
+        safety=2.0,
+        setup_s=SETUP_LINE_S,
+    )
+
+
+def _explicit(scene: Scene, hard: bool, courant: float) -> Family:
+    rods, shortest, rise = len(rods_of(scene)), shortest_transit(scene), _rise(scene)
+    if hard and courant == 1.0:
+        order, factor = 2.0, 6.0
+    elif hard:
+        order, factor = 1.0, 1.0
+    else:
+        order, factor = 2.0, 1.5
+
+    def error(n: int) -> float:
+        h = shortest / n
+        return factor * (h * h / (rise * scene.duration) if order == 2.0 else h / scene.duration)
+
+    return Family(
+        f"lumped mesh, central difference at courant {courant:g}",
+        "elements a rod",
+        lambda n: described(
+            scene, FiniteElement(n, "lumped"), CentralDifference(), StepRule(courant=courant), AdditionDeletion()
+        ),
+        lambda n: FIXED_S + (1.5e-7 + 0.9e-9 * rods * n) * n * scene.duration / (courant * shortest),
+        error,
+        order,
+        safety=2.0 if order == 2.0 else 3.0,
+        setup_s=SETUP_MESH_S,
+    )
+
+
+def _implicit(scene: Scene, hard: bool) -> Family:
+    rods, shortest, rise = rods_of(scene), shortest_transit(scene), _rise(scene)
+    damped = min((_damping_time(scene, rod.name) for rod in rods), default=0.0)
+
+    def error(n: int) -> float:
+        h = shortest / n
+        if not hard:
+            return 1.5 * h * h / (rise * scene.duration)
+        # Damping rounds the fronts over a time that grows with it; elements that resolve it converge at order 2.
+        return 1.5 * h / scene.duration * h / (h + 10.0 * damped)
+
+    return Family(
+        "consistent mesh, midpoint rule at courant 1/2",
+        "elements a rod",
+        lambda n: described(scene, FiniteElement(n), Midpoint(), StepRule(courant=0.5), AdditionDeletion()),
+        lambda n: FIXED_S + (3e-7 + 7e-9 * len(rods) * n) * 2.0 * n * scene.duration / shortest,
+        error,
+        2.0 if not hard or damped > 0.0 else 1.0,
+        safety=2.0 if not hard else 3.0,
+        setup_s=SETUP_MESH_S,
+    )
+
+
+def _damping_time(scene: Scene, name: str) -> float:
+    rod = next(rod for rod in rods_of(scene) if rod.name == name)
+    return rod.damping.stiffness + min(segment.viscosity / segment.young for segment in rod.segments)
+
+
+def serving(scene: Scene) -> tuple[list[Family], str]:
+    """Return the families that serve a scene, and why the exact solver does not ("" where it does)."""
+    families, why = [], ""
+    try:
+        families.append(exact(scene))
+    except (CaseError, PairingError) as error:
+        why = error.text
+    families += stepped(scene)
+    return families, why

@@ -1,0 +1,269 @@
+"""The search: run as few candidates as it takes, the cheapest first, until one keeps the tolerance."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import time as clock
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from impactlab.choice.estimate import difference, energy_gain, order_seen, remainder
+from impactlab.choice.families import EXACT_ERROR, Family, serving
+from impactlab.choice.record import Choice, Rung, Verdict
+from impactlab.errors import CaseError, ImpactlabError, StepError
+from impactlab.history import AbstractHistory, Warned
+from impactlab.scene import Scene
+
+BUDGET = 3.0  # s of predicted solving that may go into one choice
+DEAR = 1.6  # a run that keeps the tolerance is taken unless another promises to solve this many times faster
+GAIN = 10.0  # a run that gains energy, over that at stake, is expected to be wrong by no less than this part of it
+MOST_GROWTH = 8.0  # of the fineness from trial to trial
+MARGIN = 1.1  # on the fineness that an estimate asks for
+MOST_TRIALS = 8  # of one family
+DONE = "done"  # a family that needs no further run
+
+Progress = Callable[[float], None]
+
+
+@dataclass
+class Trial:
+    """One run of a family."""
+
+    fineness: int
+    history: AbstractHistory
+    expected: float  # estimate times safety; inf where nothing is known
+    reason: str = ""
+
+
+@dataclass
+class Search:
+    """A family under trial: its runs so far, how fine it would have to be, and why it was given up."""
+
+    family: Family
+    next: int
+    trials: list[Trial] = field(default_factory=list)
+    closed: str = ""
+
+    @property
+    def cost(self) -> float:
+        """Predicted seconds of solving at the fineness that is needed."""
+        return self.family.seconds(self.next)
+
+    @property
+    def urge(self) -> float:
+        """What families are ordered by: predicted seconds of solving, and a tenth of those of setting up.
+
+        The exact solver needs no trial, so it goes before what promises to be a little faster.
+        """
+        solving = self.cost if self.family.unit else self.cost / DEAR
+        return solving + 0.1 * self.family.setup_s
+
+
+def first_guess(scene: Scene) -> Scene:
+    """Return the description that facts of its class predict to be the cheapest within the tolerance."""
+    searches, why = searches_of(scene)
+    if not searches:
+        raise _nothing(why)
+    search = min(searches, key=lambda each: each.urge)
+    return search.family.scene(search.next)
+
+
+def run(scene: Scene, progress: Progress | None = None) -> AbstractHistory:
+    """Return the history of the cheapest description that keeps the scene's tolerance; its ``choice`` says why.
+
+    Where the exact solver serves and no stepped description promises to be much faster, it is taken without a trial.
+    Else candidates are run, the one with the least predicted cost first, each beside one of half its fineness: the
+    estimate is their difference over 2^order - 1, times a safety factor. The finer run is the answer.
+
+    Raises
+    ------
+    CaseError
+        Where no description serves: two masses in hard contact, or an overlap.
+    StepError
+        Where every candidate fails on the way.
+    """
+    began = clock.perf_counter()
+    tolerance = scene.tolerance or 0.0
+    searches, why = searches_of(scene)
+    failed: list[ImpactlabError] = []
+    best = searched(searches, tolerance, failed, progress)
+    if best is None:
+        raise failed[0] if failed else _nothing(why)
+    search, trial = best
+    history = trial.history
+    own = history.cost.setup_s + history.cost.solve_s
+    choosing = max(0.0, clock.perf_counter() - began - own)
+    history.choice = Choice(
+        tolerance=tolerance,
+        scene=search.family.scene(trial.fineness),
+        chosen=search.family.words(trial.fineness),
+        expected_error=trial.expected,
+        estimate=_words_of_estimate(search.family, history),
+        ladder=tuple(ladder(searches, search, trial, why)),
+        choosing_s=choosing,
+    )
+    if not history.choice.met:
+        text = f"no candidate within reason keeps {tolerance:g}; the best found should keep {trial.expected:.2g}"
+        history.warnings.append(Warned("tolerance_not_met", text))
+    return history
+
+
+def searched(
+    searches: list[Search], tolerance: float, failed: list[ImpactlabError], progress: Progress | None = None
+) -> tuple[Search, Trial] | None:
+    """Try the families, the cheapest first, until one keeps the tolerance; return the best run, None if none ended."""
+    best: tuple[Search, Trial] | None = None
+    left = BUDGET
+    while waiting := [search for search in searches if not search.closed]:
+        search = min(waiting, key=lambda each: each.urge)
+        if best is not None and best[1].expected <= tolerance and _seconds(best) <= DEAR * search.cost:
+            break
+        if search.cost > left:
+            search.closed = f"would solve for {search.cost:.2g} s, beyond what a choice may take"
+            continue
+        left -= search.cost
+        try:
+            found = _tried(search, tolerance, progress)
+        except ImpactlabError as error:
+            failed.append(error)
+            search.closed = f"{'failed' if isinstance(error, StepError) else 'refused'}: {error.text}"
+            continue
+        for trial in found:
+            if best is None or _better((search, trial), best, tolerance):
+                best = search, trial
+    return best
+
+
+def ladder(searches: list[Search], search: Search, trial: Trial, why: str) -> list[Rung]:
+    """Return what became of every candidate, those of the chosen family first."""
+    rungs = []
+    family = search.family
+    for each in sorted(searches, key=lambda other: other is not search):
+        for run_ in sorted(each.trials, key=lambda one: one.fineness):
+            chosen = run_ is trial
+            verdict: Verdict = "chosen" if chosen else "trial" if each is search else "rejected"
+            reason = run_.reason or ("the cheapest found within the tolerance" if chosen else "")
+            if not reason and each is not search:
+                reason = "solves longer than the chosen one"
+            rungs.append(_rung(each.family, run_.fineness, run_, verdict, reason))
+        if each.closed and each.closed != DONE:
+            rungs.append(_rung(each.family, each.next, None, "rejected", each.closed))
+        elif not each.trials:
+            of_chosen = family.seconds(trial.fineness)
+            reason = f"predicted to solve for {1e3 * each.cost:.2g} ms, the chosen one for {1e3 * of_chosen:.2g} ms"
+            rungs.append(_rung(each.family, each.next, None, "not run", reason))
+    if why:
+        rungs.append(Rung("continuous, from event to event", None, None, verdict="refused", reason=why))
+    return rungs
+
+
+def _rung(family: Family, fineness: int, trial: Trial | None, verdict: Verdict, reason: str) -> Rung:
+    return Rung(
+        candidate=family.words(fineness),
+        predicted_error=family.error(fineness),
+        predicted_s=family.seconds(fineness),
+        estimated_error=trial.expected if trial is not None and math.isfinite(trial.expected) else None,
+        solve_s=trial.history.cost.solve_s if trial is not None else None,
+        verdict=verdict,
+        reason=reason,
+    )
+
+
+def searches_of(scene: Scene) -> tuple[list[Search], str]:
+    """Return a search for every family that serves a scene, and why the exact solver does not ("" where it does)."""
+    families, why = serving(scene)
+    return [Search(family, family.start_for(scene.tolerance or 0.0)) for family in families], why
+
+
+def _nothing(why: str) -> CaseError:
+    return CaseError(
+        f"no description serves this scene: {why or 'its contacts have no single answer'}",
+        remedy="Give the contact a law with a stiffness or a restitution, or model, integrator and step of your own.",
+        path="solve.tolerance",
+    )
+
+
+def _seconds(best: tuple[Search, Trial]) -> float:
+    return best[0].family.seconds(best[1].fineness)
+
+
+def _better(one: tuple[Search, Trial], best: tuple[Search, Trial], tolerance: float) -> bool:
+    """Return whether a run is to be preferred: within the tolerance the cheaper one, else the one with less error."""
+    if one[1].expected <= tolerance and best[1].expected <= tolerance:
+        return _seconds(one) < _seconds(best)
+    return one[1].expected < best[1].expected
+
+
+def _tried(search: Search, tolerance: float, progress: Progress | None) -> list[Trial]:
+    """Run a family at the fineness that it needs, and at half of it the first time; set what it needs next."""
+    from impactlab import simulate
+
+    family = search.family
+    if not family.unit:
+        trial = Trial(0, simulate.run(family.scene(0), progress), EXACT_ERROR)
+        search.trials.append(trial)
+        search.closed = DONE
+        return [trial]
+    new = []
+    if not search.trials:
+        half = max(family.coarsest // 2, search.next // 2)
+        new.append(_run(search, half, progress))
+        if search.next <= half:
+            search.next = 2 * half
+    new.append(_run(search, search.next, progress))
+    _judge(search, tolerance)
+    return new
+
+
+def _run(search: Search, fineness: int, progress: Progress | None) -> Trial:
+    from impactlab import simulate
+
+    trial = Trial(fineness, simulate.run(search.family.scene(fineness), progress), math.inf)
+    search.trials.append(trial)
+    search.trials.sort(key=lambda each: each.fineness)
+    return trial
+
+
+def _judge(search: Search, tolerance: float) -> None:
+    """Estimate the error of every run of a family by its neighbours, and say how fine it must be."""
+    family, trials = search.family, search.trials
+    scene = family.scene(trials[-1].fineness)
+    pairs = list(itertools.pairwise(trials))
+    steps = [difference(a.history, b.history, scene) for a, b in pairs]
+    ratios = [b.fineness / a.fineness for a, b in pairs]
+    order = family.order
+    if len(trials) > 2:
+        order = max(0.3, min(order, order_seen(steps[-2:], ratios[-2:])))
+    finest = remainder(steps[-1], ratios[-1], order)
+    errors = [finest]
+    for step in reversed(steps):
+        errors.append(errors[-1] + step)
+    for trial, error in zip(reversed(trials), errors, strict=True):
+        trial.expected, trial.reason = family.safety * error, ""
+        gain = energy_gain(trial.history) / GAIN
+        if gain > max(trial.expected, tolerance):
+            trial.expected, trial.reason = gain, f"gains {GAIN * gain:.2g} of the energy at stake"
+        elif trial.expected > tolerance:
+            trial.reason = f"expected error {trial.expected:.2g} beyond the tolerance"
+    needed = trials[-1].fineness * MARGIN * (family.safety * max(finest, 1e-300) / tolerance) ** (1.0 / order)
+    if not math.isfinite(needed) or trials[-1].expected > family.safety * finest:
+        needed = 2.0 * trials[-1].fineness
+    met = [trial.fineness for trial in trials if trial.expected <= tolerance]
+    search.next = max(family.coarsest, math.ceil(min(needed, MOST_GROWTH * trials[-1].fineness)))
+    if not met:
+        search.next = max(search.next, math.ceil(1.5 * trials[-1].fineness))
+    # What is cheaper by little is not worth a run of its own.
+    if met and family.seconds(min(met)) <= DEAR * family.seconds(search.next):
+        search.closed = DONE
+    if len(trials) > MOST_TRIALS or (not met and trials[-1].fineness >= family.finest):
+        search.closed = "does not converge to the tolerance"
+
+
+def _words_of_estimate(family: Family, history: AbstractHistory) -> str:
+    if not family.unit:
+        return "solved from event to event: exact but for rounding and for touches that nearly miss"
+    return (
+        f"the difference of two resolutions over ratio^{family.order:g} - 1, times a safety of {family.safety:g}; "
+        f"the run gained {energy_gain(history):.1g} of the energy at stake"
+    )

@@ -1,0 +1,115 @@
+"""The same physics under another description: other models, integrator and step, other laws for hard contact."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Any
+
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.integrators.base import AbstractScheme
+from impactlab.models.base import AbstractRodModel
+from impactlab.scene import Body, Contact, Mass, Point, Probe, Rod, Scene, StepRule
+from impactlab.types import Relative
+
+
+def described(
+    scene: Scene,
+    model: AbstractRodModel,
+    integrator: AbstractScheme | None,
+    step: StepRule,
+    law: AbstractContactLaw | None = None,
+    events: Any = "dated",
+) -> Scene:
+    """Return the scene with every rod under one model; ``law`` stands for every hard contact, others keep theirs."""
+    bodies = {
+        name: dataclasses.replace(body, model=model) if isinstance(body, Rod) else body
+        for name, body in scene.bodies.items()
+    }
+    contacts = tuple(
+        dataclasses.replace(contact, law=law if contact.law.hard and law is not None else law_in_si(scene, contact))
+        for contact in scene.contacts
+    )
+    return dataclasses.replace(
+        scene, bodies=bodies, contacts=contacts, integrator=integrator, step=step, events=events, tolerance=None
+    )
+
+
+def law_in_si(scene: Scene, contact: Contact) -> AbstractContactLaw:
+    """Return the law of a contact free of the description of its bodies: a relative stiffness in N/m."""
+    if not is_relative(contact):
+        return contact.law
+    from impactlab.contact.penalty import Penalty
+    from impactlab.sides import side_facts
+
+    constants = contact.law.spring(side_facts(scene, contact.left), side_facts(scene, contact.right), math.nan)
+    return contact.law if constants is None else Penalty(*constants)
+
+
+def is_relative(contact: Contact) -> bool:
+    """Return whether the law of a contact refers to the elements of its bodies."""
+    fields = dataclasses.fields(contact.law)  # type: ignore[arg-type] # laws are dataclasses
+    return any(isinstance(getattr(contact.law, field.name), Relative) for field in fields)
+
+
+def without_places(scene: Scene) -> Scene:
+    """Return the scene with only those probes that ends of rods and masses answer, and without snapshots."""
+    probes = tuple(
+        probe
+        for probe in scene.probes
+        if isinstance(scene.bodies[probe.body], Mass)
+        or (probe.quantity in ("displacement", "velocity") and on_end(scene.bodies[probe.body], probe))
+    )
+    return dataclasses.replace(scene, probes=probes, snapshots=())
+
+
+def rods_of(scene: Scene) -> list[Rod]:
+    """Return the rods of a scene."""
+    return [body for body in scene.bodies.values() if isinstance(body, Rod)]
+
+
+def on_end(body: Body, point: Point | Probe) -> bool:
+    """Return whether a place is no inner point of a rod."""
+    return not isinstance(body, Rod) or point.x in (0.0, body.length)
+
+
+def struck_on_ends(scene: Scene) -> bool:
+    """Return whether no contact lies at an inner point of a rod."""
+    points = (point for contact in scene.contacts for point in (contact.left, contact.right))
+    return all(on_end(scene.bodies[point.body], point) for point in points)
+
+
+def is_coupled(rod: Rod) -> bool:
+    """Return whether the rod has dampers between its places, which an explicit scheme does not serve."""
+    return rod.damping.stiffness > 0.0 or any(segment.viscosity > 0.0 for segment in rod.segments)
+
+
+def shortest_transit(scene: Scene) -> float:
+    """Return the time of a wave through the shortest rod [s]; inf without rods."""
+    return min((0.5 * rod.round_trip for rod in rods_of(scene)), default=math.inf)
+
+
+def is_a_delay_line(scene: Scene) -> bool:
+    """Return whether the stepped delay line serves the rods of a scene."""
+    rods = rods_of(scene)
+    plain = not scene.gravity and not any(rod.is_damped or len(rod.segments) > 1 for rod in rods)
+    return bool(rods) and plain and struck_on_ends(scene)
+
+
+def has_one_answer(scene: Scene) -> bool:
+    """Return whether the physics of a scene says how its contacts end.
+
+    How two masses part is a matter of a restitution, and an overlap one of a stiffness: a hard contact has neither. A
+    law of impulses that stands for no hard contact has no force to refine.
+    """
+    from impactlab.exact.bonds import first_gap, massless
+
+    for number, contact in enumerate(scene.contacts):
+        if not contact.law.hard:
+            if not contact.law.answers_force:
+                return False
+            continue
+        gap, slack = first_gap(scene, number)
+        if gap < -slack or not (massless(scene, contact.left) or massless(scene, contact.right)):
+            return False
+    return True

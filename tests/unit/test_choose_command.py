@@ -1,0 +1,79 @@
+"""`impactlab choose`, and a tolerance on the command line of `run`, `check` and `compare`."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from impactlab.cli import app
+
+CASES = Path(__file__).parents[2] / "cases"
+PAPER = str(CASES / "axial_impact.yaml")
+HERTZ = ["--set", "contacts.0.law={kind: hertz, stiffness: 1.0e+11}", "--set", "snapshots=[]", "--set", "probes=[]"]
+
+
+def invoke(*arguments: str):
+    return CliRunner().invoke(app, list(arguments))
+
+
+def test_choose_prints_the_ladder_for_people():
+    out = invoke("choose", PAPER, "--tolerance", "1e-2", *HERTZ)
+    assert out.exit_code == 0
+    assert "tolerance 0.01, measured against converged (known to" in out.output
+    assert "stepped delay line" in out.output
+    assert "refused: continuous, from event to event" in out.output
+
+
+def test_choose_prints_one_document():
+    out = invoke("choose", PAPER, "--json", *HERTZ)
+    document = json.loads(out.stdout)
+    assert document["tolerance"] == 1e-3
+    assert document["choice"]["met"]
+    assert document["measured_error"] <= document["choice"]["expected_error"] <= 1e-3
+    assert {rung["verdict"] for rung in document["ladder"]} >= {"kept", "refused"}
+
+
+def test_choose_takes_the_tolerance_of_the_case(tmp_path):
+    case = str(CASES / "hunt_crossley_ball.yaml")
+    assert json.loads(invoke("choose", case, "--json").stdout)["tolerance"] == 1e-3
+    assert json.loads(invoke("choose", case, "--json", "--tolerance", "0.05").stdout)["tolerance"] == 0.05
+
+
+@pytest.mark.parametrize("tolerance", ["0.9", "1e-9", "nan"])
+def test_choose_refuses_a_tolerance_out_of_range(tolerance):
+    out = invoke("choose", PAPER, "--tolerance", tolerance)
+    assert out.exit_code == 2
+    assert "solve.tolerance" in out.output
+
+
+def test_run_tells_what_it_chose():
+    out = invoke("run", PAPER, "--set", "solve.tolerance=1e-3")
+    assert "choice    tolerance 0.001: continuous, from event to event" in out.output
+    assert "not run: lumped mesh" in out.output
+    summary = json.loads(invoke("run", PAPER, "--set", "solve.tolerance=1e-3", "--json").stdout)
+    assert summary["choice"]["chosen"]["models"]["rod"]["kind"] == "continuous"
+    assert summary["method"]["integrator"] is None
+
+
+def test_check_says_what_would_be_tried_first():
+    out = invoke("check", PAPER, "--method", "base", "--set", "solve.tolerance=1e-3", "--json")
+    document = json.loads(out.stdout)
+    assert out.exit_code == 0
+    assert document["methods"]["base"]["status"] == "accepted"
+    assert document["resolved"]["solve"]["tolerance"] == 1e-3
+
+
+def test_run_names_the_line_of_a_tolerance_beside_a_step(tmp_path):
+    text = Path(PAPER).read_text(encoding="utf-8").replace("solve:\n", "solve:\n  tolerance: 1.0e-3\n", 1)
+    case = tmp_path / "both.yaml"
+    case.write_text(text, encoding="utf-8")
+    out = invoke("run", str(case), "--json")
+    error = json.loads(out.stdout)["error"]
+    assert out.exit_code == 2
+    assert error["kind"] == "CaseError"
+    assert error["line"] is not None
+    assert error["path"].startswith("solve.")
+    assert "automatic choice" in error["text"]

@@ -1,0 +1,162 @@
+"""`solve.tolerance` in a case: what it replaces, what it refuses, and how it comes and goes by editing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import impactlab as il
+from impactlab.contact.power_law import Hertz
+from impactlab.errors import CaseError
+
+TEXT = """
+schema_version: 1
+bodies:
+  hammer: {kind: mass, mass: 2.133, velocity: 1.0}
+  rod:
+    kind: rod
+    length: 0.3
+    area: 9.0e-4
+    material: {young: 2.1e11, density: 7900}
+    ends: {right: clamped}
+contacts:
+  - between: [hammer, rod.left]
+LAW
+solve:
+  duration: {round_trips: 2}
+SOLVE
+"""
+
+
+def load(tmp_path: Path, solve: str = "  tolerance: 1.0e-3", law: str = "") -> il.casefile.Case:
+    file = tmp_path / "case.yaml"
+    file.write_text(TEXT.replace("SOLVE", solve).replace("LAW", law and f"    law: {law}"), encoding="utf-8")
+    return il.load_case(file)
+
+
+def test_a_contact_without_a_law_is_hard(tmp_path):
+    case = load(tmp_path)
+    assert case.scene().tolerance == 1e-3
+    assert case.scene().contacts[0].law.hard
+    exact = load(tmp_path, "  model: {kind: continuous}", "{kind: addition_deletion}")
+    assert il.run(case).events == il.run(exact).events
+
+
+def test_a_physical_law_stays(tmp_path):
+    case = load(tmp_path, law="{kind: hertz, stiffness: 1.0e+10}")
+    assert case.scene().contacts[0].law == Hertz(1e10)
+    assert il.run(case).choice.scene.contacts[0].law == Hertz(1e10)
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("model", "{kind: continuous}"),
+        ("models", "{rod: {kind: continuous}}"),
+        ("integrator", "{kind: newmark}"),
+        ("step", "{dt: 1.0e-6}"),
+        ("events", "located"),
+    ],
+)
+def test_a_tolerance_beside_a_description_is_refused(tmp_path, key, value):
+    with pytest.raises(CaseError, match=f"leaves {key} to the automatic choice") as caught:
+        load(tmp_path, f"  tolerance: 1.0e-3\n  {key}: {value}")
+    assert caught.value.path == f"solve.{key}"
+    assert caught.value.line is not None
+    assert "Keep either tolerance" in str(caught.value)
+
+
+@pytest.mark.parametrize("value", ["0.6", "1.0e-9", "-1.0e-3", "0", "nan", "tight", "'1 mm'"])
+def test_a_tolerance_out_of_range_is_refused(tmp_path, value):
+    with pytest.raises(CaseError) as caught:
+        load(tmp_path, f"  tolerance: {value}")
+    assert caught.value.path == "solve.tolerance"
+
+
+@pytest.mark.parametrize("value", [1e-8, 0.5])
+def test_the_ends_of_the_range_are_allowed(tmp_path, value):
+    assert load(tmp_path, f"  tolerance: {value!r}").scene().tolerance == value
+
+
+def test_without_a_tolerance_a_law_is_needed(tmp_path):
+    with pytest.raises(CaseError, match="this key is missing") as caught:
+        load(tmp_path, "")
+    assert caught.value.path == "contacts.0.law"
+    assert "solve.tolerance" in str(caught.value)
+
+
+def test_a_stiffness_relative_to_a_mesh_is_refused(tmp_path):
+    with pytest.raises(CaseError, match="relative to the elements of a mesh") as caught:
+        load(tmp_path, law="{kind: penalty, stiffness: {relative: 0.8}}")
+    assert caught.value.path == "contacts.0.law.stiffness"
+
+
+def test_setting_a_tolerance_drops_the_description(tmp_path):
+    solve = "  model: {kind: modal, modes: 5}\n  step: {points_per_period: 20}\n  integrator: {kind: exact_modal}"
+    case = load(tmp_path, solve, "{kind: wave_identification}")
+    changed = case.with_("solve.tolerance", 0.01)
+    assert changed.scene().tolerance == 0.01
+    assert set(changed.document.data["solve"]) == {"duration", "tolerance"}
+    whole = case.with_("solve", tolerance=0.02)
+    assert whole.scene().tolerance == 0.02
+
+
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        ("solve.model", {"kind": "finite_element", "elements": 20}),
+        ("solve.model.kind", "continuous"),
+        ("solve.models.rod", {"kind": "continuous"}),
+        ("solve.integrator", {"kind": "newmark"}),
+        ("solve.step.dt", 1e-7),
+        ("solve.events", "dated"),
+    ],
+)
+def test_setting_a_description_drops_the_tolerance(tmp_path, path, value):
+    case = load(tmp_path, law="{kind: wave_identification}")
+    assert case.with_(path, value).scene().tolerance is None
+
+
+def test_what_describes_nothing_keeps_the_tolerance(tmp_path):
+    case = load(tmp_path)
+    assert case.with_("solve.duration", {"round_trips": 1}).scene().tolerance == 1e-3
+    assert case.with_("contacts.0.gap", 1e-5).scene().tolerance == 1e-3
+    assert (
+        case.with_settings([("contacts.0.law", {"kind": "addition_deletion"}), ("solve.tolerance", None)])
+        .scene()
+        .tolerance
+        is None
+    )
+
+
+def test_a_method_may_ask_for_a_tolerance(tmp_path):
+    methods = "methods:\n  automatic: {solve.tolerance: 1.0e-2}"
+    case = load(tmp_path, f"  step: {{points_per_period: 10}}\n{methods}", "{kind: wave_identification}")
+    chosen = case.method("automatic")
+    assert chosen.scene().tolerance == 0.01
+    comparison = il.compare(case)
+    base, automatic = comparison.rows
+    assert base.summary["choice"] is None
+    assert automatic.summary["choice"]["tolerance"] == 0.01
+    assert automatic.summary["errors"]["mass_displacement"] <= 0.01
+
+
+def test_resolved_values_name_the_tolerance_alone(tmp_path):
+    resolved = load(tmp_path).resolved()
+    assert resolved["solve"] == {"duration": pytest.approx(2.0 * load(tmp_path).scene().round_trip), "tolerance": 1e-3}
+    assert "law" not in resolved["contacts"][0]
+
+
+def test_two_masses_in_hard_contact_are_refused(tmp_path):
+    text = (
+        TEXT.replace("SOLVE", "  tolerance: 1.0e-3")
+        .replace("LAW", "")
+        .replace("{right: clamped}", "{left: {mass: 0.1}}")
+    )
+    file = tmp_path / "heavy.yaml"
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(CaseError, match=r"no description serves this scene: .*both faces have mass") as caught:
+        il.run(il.load_case(file))
+    assert caught.value.path == "solve.tolerance"
+    assert caught.value.line is not None
