@@ -73,6 +73,12 @@ PROMISES: Mapping[str, tuple[Promise, ...]] = {
         Promise("36657.74", at("force:hammer|rod.left", 0.0)),
         Promise("78276.57", peak()),
     ),
+    "ball_on_stepped_rod": (
+        Promise("61.9333", opened(0), US),
+        Promise("0.1185887", impulse()),
+        Promise("3530.41", peak()),
+        Promise("-1.582741", at("velocity:ball")),
+    ),
     "bouncing_bar": (Promise("266.667", impulse(0)), Promise("500", peak(1))),
     "chain_of_bars": (Promise("20000", peak(2)), Promise("100", opened(0), US), Promise("2", impulse(1))),
     "chain_of_bars/gaps": (Promise("70", close(1), US), Promise("140", close(2), US)),
@@ -81,6 +87,11 @@ PROMISES: Mapping[str, tuple[Promise, ...]] = {
         Promise("35555.56", peak(1)),
         Promise("23703.70", peak(2)),
         Promise("11.85185", at("momentum:fourth"), 0.2),
+    ),
+    "damped_rod": (
+        Promise("1.464863", opened(0), T),
+        Promise("-0.677569", HAMMER),
+        Promise("0.0838785", impulse()),
     ),
     "dead_weight_preload": (
         Promise("0.144949", close(0, "hammer|weight")),
@@ -111,6 +122,13 @@ PROMISES: Mapping[str, tuple[Promise, ...]] = {
         Promise("100", close(0), US),
         Promise("39496.84", peak(0)),
         Promise("52662.45", peak(0, "incident.right|transmission.left")),
+    ),
+    "hunt_crossley_ball": (
+        Promise("90.7124", opened(0), US),
+        Promise("0.1706812", impulse()),
+        Promise("3652.80", peak()),
+        Promise("-0.625864", at("velocity:ball")),
+        Promise("16.6341", lambda history: float(history.energy.booked["contact"][-1]), 1e-3),
     ),
     "mass_ratios": (
         Promise("1.533834", opened(0), T),
