@@ -40,7 +40,7 @@ def struck(law, tolerance=1e-3, trips=2.0, far="clamped", damping=NONE, segments
 def measured(history, scene):
     """The largest relative error of displacements and impulse, and what the reference itself may be off."""
     judge = reference.find(dataclasses.replace(scene, tolerance=None), budget=0.4)
-    found = [metrics.METRICS[name](history, judge.history, scene) for name in reference.JUDGED]
+    found = [getattr(metrics, name)(history, judge.history, scene) for name in reference.JUDGED]
     return max(value for value in found if value is not None), judge.uncertainty
 
 
