@@ -7,6 +7,7 @@ import gc
 import statistics
 import time as clock
 from collections.abc import Iterator
+from functools import cache
 from typing import Any
 
 from impactlab import simulate
@@ -28,7 +29,7 @@ def times_of(case: Case, repeats: int = REPEATS) -> dict[str, Any]:
     """Return what a case whose method is in place costs, ready for JSON; nothing else may run meanwhile.
 
     The first run warms up (compiles, fills caches) and says how often the budget allows to repeat; it is not counted.
-    Garbage is collected before and after and not within, and linear algebra has one thread.
+    Garbage is collected before and not within, and linear algebra has one thread.
 
     Returns
     -------
@@ -57,6 +58,13 @@ def summed(costs: list[Cost]) -> dict[str, float]:
         if part != "checks_s":
             made[f"{part.removesuffix('_s')}_spread_s"] = statistics.median(spent) - min(spent)
     return made
+
+
+@cache
+def settle() -> None:
+    """Put what a process has imported out of the collector's sight, once: collections are short then."""
+    gc.collect()
+    gc.freeze()
 
 
 @contextlib.contextmanager

@@ -54,8 +54,9 @@ class Worker:
 
     def times(self, job: Job, repeats: int) -> dict[str, Any]:
         """Return what a cell costs; see `timing.times_of`."""
-        from impactlab.bench.timing import times_of
+        from impactlab.bench.timing import settle, times_of
 
+        settle()
         return times_of(self.case(job).solved_by(job.method, job.settings), repeats)
 
 
