@@ -114,10 +114,11 @@ def _exact(case: Case, given: Scene) -> Run:
     from impactlab.exact.network import grown
 
     layout, log = network(given)
+    coupled = march.springs(layout.network)
     logs, histories = [log], []
 
     def solve() -> None:
-        while (status := march.march(layout.network, logs[-1])) != march.DONE:
+        while (status := march.march(logs[-1], coupled)) != march.DONE:
             full = (march.MORE_RECORDS, march.MORE_POOL, march.MORE_EVENTS)
             logs.append(grown(logs[-1], *(status == each for each in full)))
         histories.append(ContinuousHistory(given, layout, logs[-1], given.duration))

@@ -14,9 +14,19 @@ import numpy as np
 
 from impactlab.types import Array
 
-ROOM = 72  # coefficients a piece may have; the numbers of points below divide it, so one table serves all
+ROOM = 72  # coefficients a piece may have; the numbers of points below divide it
 ORDER = 68  # coefficients of a solve; the rest is room for integration
+EASY, EASY_RATE = 20, 4.0  # loads of so few coefficients, and rates below: HALF_ORDER is tried first
+HALF_ORDER = 34
 COSINES = np.cos(np.pi * np.arange(4 * ROOM) / (2 * ROOM))
+SIDE = 6  # points that are taken side by side
+# For m points, cos((2 i + 1) k pi/(2 m)) row by row, from WAVES_AT[m] on.
+COUNTS = [m for m in range(SIDE, ROOM + 1, SIDE) if ROOM % m == 0]
+WAVES = np.concatenate(
+    [COSINES[np.outer((2 * np.arange(m) + 1) * (ROOM // m), np.arange(m)) % (4 * ROOM)].ravel() for m in COUNTS]
+)
+WAVES_AT = np.zeros(ROOM + 1, dtype=np.int64)
+WAVES_AT[COUNTS] = np.cumsum([0, *(m * m for m in COUNTS[:-1])])
 CHOP = 4.0e-17  # of the velocity scale: coefficients below are dropped
 RESOLVED = 1.0e-15  # of the velocity scale: the tail of a solved piece lies below
 ZERO = 1.0e-12  # of the scale: forces and gaps below count as none
@@ -49,22 +59,41 @@ def chopped(a: Array, n: int, floor: float) -> int:
 
 @PART
 def restrict(a: Array, n: int, low: float, high: float, out: Array) -> int:
-    """Write the coefficients of the series on [low, high] of its interval; return how many."""
-    m = n
-    while ROOM % m != 0:
-        m += 1
+    """Write the coefficients of the series on [low, high] of its interval; return how many.
+
+    The series is taken at the zeros of a Chebyshev polynomial (Clenshaw) and the values are transformed back. Six
+    points go side by side: the recurrence of one waits for itself at every term.
+    """
+    m = SIDE
+    while m < n or ROOM % m != 0:
+        m += SIDE
     stride = ROOM // m
+    middle, half = 0.5 * (low + high), 0.5 * (high - low)
     for k in range(m):
         out[k] = 0.0
-    for i in range(m):
-        step = (2 * i + 1) * stride
-        f = value(a, n, 0.5 * (low + high) + 0.5 * (high - low) * COSINES[step])
-        place = 0
+    for i in range(0, m, SIDE):
+        x0 = middle + half * COSINES[(2 * i + 1) * stride]
+        x1 = middle + half * COSINES[(2 * i + 3) * stride]
+        x2 = middle + half * COSINES[(2 * i + 5) * stride]
+        x3 = middle + half * COSINES[(2 * i + 7) * stride]
+        x4 = middle + half * COSINES[(2 * i + 9) * stride]
+        x5 = middle + half * COSINES[(2 * i + 11) * stride]
+        p0 = p1 = p2 = p3 = p4 = p5 = 0.0
+        q0 = q1 = q2 = q3 = q4 = q5 = 0.0
+        for k in range(n - 1, 0, -1):
+            p0, q0 = 2.0 * x0 * p0 - q0 + a[k], p0
+            p1, q1 = 2.0 * x1 * p1 - q1 + a[k], p1
+            p2, q2 = 2.0 * x2 * p2 - q2 + a[k], p2
+            p3, q3 = 2.0 * x3 * p3 - q3 + a[k], p3
+            p4, q4 = 2.0 * x4 * p4 - q4 + a[k], p4
+            p5, q5 = 2.0 * x5 * p5 - q5 + a[k], p5
+        f0, f1, f2 = x0 * p0 - q0 + a[0], x1 * p1 - q1 + a[0], x2 * p2 - q2 + a[0]
+        f3, f4, f5 = x3 * p3 - q3 + a[0], x4 * p4 - q4 + a[0], x5 * p5 - q5 + a[0]
+        row = WAVES_AT[m] + i * m
         for k in range(m):
-            out[k] += f * COSINES[place]
-            place += step
-            if place >= 4 * ROOM:
-                place -= 4 * ROOM
+            early = f0 * WAVES[row + k] + f1 * WAVES[row + m + k] + f2 * WAVES[row + 2 * m + k]
+            late = f3 * WAVES[row + 3 * m + k] + f4 * WAVES[row + 4 * m + k] + f5 * WAVES[row + 5 * m + k]
+            out[k] += early + late
     out[0] /= m
     for k in range(1, m):
         out[k] *= 2.0 / m
@@ -84,34 +113,35 @@ def integrate(a: Array, n: int, half: float, first: float, out: Array) -> None:
 
 
 @PART
-def relax(rate: float, b: Array, first: float, y: Array, work: Array) -> None:
-    """Solve y' = -rate y + b on [-1, 1], y(-1) = first, rate >= 0, by the tau method.
+def relax(rate: float, b: Array, first: float, order: int, y: Array, work: Array) -> None:
+    """Solve y' = -rate y + b on [-1, 1], y(-1) = first, rate >= 0, by the tau method with so many coefficients.
 
     Backward elimination y_k = p_k y_{k-1} + r_k (Olver, Miller): all p_k are negative, so nothing cancels.
     """
     p = 0.0
     r = 0.0
-    for k in range(ORDER - 1, 0, -1):
+    for k in range(order - 1, 0, -1):
         w = 0.5 / k
         twice = 2.0 if k == 1 else 1.0
-        after = b[k + 1] if k + 1 < ORDER else 0.0
+        after = b[k + 1] if k + 1 < order else 0.0
         pivot = 1.0 - rate * w * p
-        r = (w * (twice * b[k - 1] - after) + rate * w * r) / pivot
-        p = -rate * w * twice / pivot
+        part = 1.0 / pivot
+        r = (w * (twice * b[k - 1] - after) + rate * w * r) * part
+        p = -rate * w * twice * part
         work[0, k] = p
         work[1, k] = r
     g = 1.0
     q = 0.0
     sum_g = 1.0
     sum_q = 0.0
-    for k in range(1, ORDER):
+    for k in range(1, order):
         g = work[0, k] * g
         q = work[0, k] * q + work[1, k]
         sign = 1.0 if k % 2 == 0 else -1.0
         sum_g += sign * g
         sum_q += sign * q
     y[0] = (first - sum_q) / sum_g
-    for k in range(1, ORDER):
+    for k in range(1, order):
         y[k] = work[0, k] * y[k - 1] + work[1, k]
 
 
@@ -131,17 +161,36 @@ def split(part: Array, early: Array, late: Array, floor: float) -> None:
 
 @PART
 def zero(f: Array, n: int) -> float:
-    """Return the zero of a series that falls on [-1, 1] from above zero to below it (bisection)."""
+    """Return the zero of a series that falls on [-1, 1] from above zero to below it.
+
+    Newton's steps inside a bracket that only shrinks; where one leaves it, or gains less than halving, it is halved.
+    """
     above, below = -1.0, 1.0
+    x, before = 0.0, 2.0
     for _ in range(200):
-        x = 0.5 * (above + below)
-        if x <= above or x >= below:
-            break
-        if value(f, n, x) > 0.0:
+        b1 = b2 = d1 = d2 = 0.0
+        for k in range(n - 1, 0, -1):  # Clenshaw, and its derivative
+            d1, d2 = 2.0 * (x * d1 + b1) - d2, d1
+            b1, b2 = 2.0 * x * b1 - b2 + f[k], b1
+        height, slope = x * b1 - b2 + f[0], x * d1 - d2 + b1
+        if height > 0.0:
             above = x
         else:
             below = x
-    return below
+        step = height / slope if slope < 0.0 else 4.0
+        near = x - step
+        if abs(step) <= 0.5 * before and above < near < below:
+            before = abs(step)
+            if near == x:
+                break
+            x = near
+        else:
+            before = below - above
+            x = 0.5 * (above + below)
+            if x <= above or x >= below:
+                x = below
+                break
+    return x
 
 
 @PART

@@ -14,7 +14,10 @@ from impactlab.exact import kernel, memory, tied
 from impactlab.exact.kernel import (
     CHOP,
     DEPTH,
+    EASY,
+    EASY_RATE,
     ENTRY,
+    HALF_ORDER,
     ORDER,
     PART,
     RESOLVED,
@@ -122,6 +125,12 @@ def group_nodes(m: Memory, j: int, longest: int) -> bool:
 
 
 @PART
+def tail(a: Array, n: int) -> float:
+    """Return the size of the last three of n coefficients."""
+    return float(abs(a[n - 1]) + abs(a[n - 2]) + abs(a[n - 3]))
+
+
+@PART
 def solve_nodes(m: Memory, j: int, half: float, longest: int) -> int:
     """Write the velocities of the nodes of junction j; return their number of coefficients, 0 where not resolved."""
     state, junction = m.state[0], m.junctions[j]
@@ -150,10 +159,15 @@ def solve_nodes(m: Memory, j: int, half: float, longest: int) -> int:
             elif group.group_mass < np.inf and node.mass > 0.0:
                 for k in range(longest):
                     load[k] *= half / group.group_mass
-                relax(half * group.drag / group.group_mass, load, node.v, out, m.stack)
-                used = ORDER
-                if abs(out[ORDER - 1]) + abs(out[ORDER - 2]) + abs(out[ORDER - 3]) > RESOLVED * state.fastest:
+                rate = half * group.drag / group.group_mass
+                order = HALF_ORDER if longest <= EASY and rate <= EASY_RATE else ORDER
+                relax(rate, load, node.v, order, out, m.stack)
+                if order < ORDER and tail(out, order) > CHOP * state.fastest:
+                    order = ORDER
+                    relax(rate, load, node.v, order, out, m.stack)
+                if tail(out, order) > RESOLVED * state.fastest:
                     return 0
+                used = max(used, order)
     n = 1
     for i in range(base, junction.last_node):
         out, source = m.rows[i - base], m.rows[m.nodes[i].group - base]
@@ -410,9 +424,14 @@ def advance(m: Memory) -> int:
 drop_stale(advance, kernel, memory, pointers)
 
 
-def march(net: Network, log: Log) -> int:
+def springs(net: Network) -> bool:
+    """Return whether any node or contact of a network is held by a spring."""
+    return bool(np.any(net.stiffness >= 0.0) or np.any(net.spring > 0.0))
+
+
+def march(log: Log, coupled: bool) -> int:
     """Advance all junctions to the end; return DONE, what has run out of room, or why it cannot go on."""
     m = log.memory
-    if np.any(net.stiffness >= 0.0) or np.any(net.spring > 0.0):
+    if coupled:
         m = m._replace(coupled=tied.address(m))
     return int(entered(advance, m))

@@ -45,9 +45,10 @@ def solve(scene: Scene) -> ContinuousHistory:
 
     began = clock.perf_counter()
     layout, log = build(scene)
+    coupled = march.springs(layout.network)
     ready = clock.perf_counter()
     while True:
-        status = march.march(layout.network, log)
+        status = march.march(log, coupled)
         if status == march.DONE:
             break
         if status in (march.TOO_MANY, march.UNRESOLVED) or len(log.pool) > MOST_FLOATS:

@@ -62,7 +62,7 @@ def test_relaxation_towards_a_moving_load(rate):
     # y' = -rate y + rate sin(3x) + 3 cos(3x) has the solution sin(3x) + C exp(-rate (x + 1))
     b, _ = series(lambda x: rate * np.sin(3 * x) + 3 * np.cos(3 * x))
     y = np.zeros(kernel.ROOM)
-    relax(rate, b, np.sin(-3.0) + 2.0, y, np.zeros((2, kernel.ROOM)))
+    relax(rate, b, np.sin(-3.0) + 2.0, kernel.ORDER, y, np.zeros((2, kernel.ROOM)))
     x = np.linspace(-1, 1, 41)
     expected = np.sin(3 * x) + 2.0 * np.exp(-rate * (x + 1))
     assert chebyshev.chebval(x, y[: kernel.ORDER]) == pytest.approx(expected, abs=5e-15 * (1 + rate))
