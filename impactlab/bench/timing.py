@@ -35,18 +35,27 @@ def times_of(case: Case, repeats: int = REPEATS) -> dict[str, Any]:
     -------
     dict
         ``repeats``; ``setup_s``, ``solve_s``, ``checks_s``: the minimum over the repeats [s]; ``setup_spread_s``,
-        ``solve_spread_s``: median less minimum [s].
+        ``solve_spread_s``: median less minimum [s]; ``choosing_s`` [s] of a run that chose its description itself.
     """
     from threadpoolctl import threadpool_limits
 
     scene = case.scene()
+    costs: list[Cost] = []
+    choosing: list[float] = []
+
+    def once() -> None:
+        history = simulate.run(scene)
+        costs.append(history.cost)
+        if history.choice is not None:
+            choosing.append(history.choice.choosing_s)
+
     with threadpool_limits(limits=1), _without_collector():
         simulate.run(scene)
         began = clock.perf_counter()
-        costs = [simulate.run(scene).cost]
-        count = repeats_of(clock.perf_counter() - began, repeats)
-        costs += [simulate.run(scene).cost for _ in range(count - 1)]
-    return {"repeats": len(costs), **summed(costs)}
+        once()
+        for _ in range(repeats_of(clock.perf_counter() - began, repeats) - 1):
+            once()
+    return {"repeats": len(costs), **summed(costs), **({"choosing_s": min(choosing)} if choosing else {})}
 
 
 def summed(costs: list[Cost]) -> dict[str, float]:
