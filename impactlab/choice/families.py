@@ -49,6 +49,7 @@ class Family:
     order: float  # of its error in the fineness, from below
     safety: float  # by which an estimate from two resolutions is multiplied
     setup_s: float  # predicted
+    doubt: float = 1.0  # by which its predicted cost is raised where families are compared: how rough its facts are
     coarsest: int = 4
     finest: int = 10_000_000
 
@@ -193,6 +194,7 @@ def _explicit(scene: Scene, hard: bool, courant: float) -> Family:
         order,
         safety=2.0 if order == 2.0 else 3.0,
         setup_s=SETUP_MESH_S,
+        doubt=1.5,
     )
 
 
@@ -216,6 +218,7 @@ def _implicit(scene: Scene, hard: bool) -> Family:
         2.0 if not hard or damped > 0.0 else 1.0,
         safety=2.0 if not hard else 3.0,
         setup_s=SETUP_MESH_S,
+        doubt=1.5,
     )
 
 

@@ -20,6 +20,7 @@ DEAR = 1.6  # a run that keeps the tolerance is taken unless another promises to
 GAIN = 10.0  # a run that gains energy, over that at stake, is expected to be wrong by no less than this part of it
 MOST_GROWTH = 8.0  # of the fineness from trial to trial
 MARGIN = 1.1  # on the fineness that an estimate asks for
+NEARLY_AS_CHEAP = 1.25  # within this ratio of predicted cost the run with less error is preferred
 MOST_TRIALS = 8  # of one family
 DONE = "done"  # a family that needs no further run
 
@@ -34,6 +35,7 @@ class Trial:
     history: AbstractHistory
     expected: float  # estimate times safety; inf where nothing is known
     reason: str = ""
+    whole_s: float = 0.0  # of the run, set-up and checks included
 
 
 @dataclass
@@ -56,7 +58,7 @@ class Search:
 
         The exact solver needs no trial, so it goes before what promises to be a little faster.
         """
-        solving = self.cost if self.family.unit else self.cost / DEAR
+        solving = self.family.doubt * self.cost if self.family.unit else self.cost / DEAR
         return solving + 0.1 * self.family.setup_s
 
 
@@ -92,8 +94,7 @@ def run(scene: Scene, progress: Progress | None = None) -> AbstractHistory:
         raise failed[0] if failed else _nothing(why)
     search, trial = best
     history = trial.history
-    own = history.cost.setup_s + history.cost.solve_s
-    choosing = max(0.0, clock.perf_counter() - began - own)
+    choosing = clock.perf_counter() - began - trial.whole_s
     history.choice = Choice(
         tolerance=tolerance,
         scene=search.family.scene(trial.fineness),
@@ -191,7 +192,8 @@ def _seconds(best: tuple[Search, Trial]) -> float:
 def _better(one: tuple[Search, Trial], best: tuple[Search, Trial], tolerance: float) -> bool:
     """Return whether a run is to be preferred: within the tolerance the cheaper one, else the one with less error."""
     if one[1].expected <= tolerance and best[1].expected <= tolerance:
-        return _seconds(one) < _seconds(best)
+        finer = one[1].expected < best[1].expected
+        return _seconds(one) < _seconds(best) * (NEARLY_AS_CHEAP if finer else 1.0 / NEARLY_AS_CHEAP)
     return one[1].expected < best[1].expected
 
 
@@ -201,7 +203,9 @@ def _tried(search: Search, tolerance: float, progress: Progress | None) -> list[
 
     family = search.family
     if not family.unit:
+        began = clock.perf_counter()
         trial = Trial(0, simulate.run(family.scene(0), progress), EXACT_ERROR)
+        trial.whole_s = clock.perf_counter() - began
         search.trials.append(trial)
         search.closed = DONE
         return [trial]
@@ -219,7 +223,9 @@ def _tried(search: Search, tolerance: float, progress: Progress | None) -> list[
 def _run(search: Search, fineness: int, progress: Progress | None) -> Trial:
     from impactlab import simulate
 
+    began = clock.perf_counter()
     trial = Trial(fineness, simulate.run(search.family.scene(fineness), progress), math.inf)
+    trial.whole_s = clock.perf_counter() - began
     search.trials.append(trial)
     search.trials.sort(key=lambda each: each.fineness)
     return trial
