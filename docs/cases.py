@@ -90,11 +90,19 @@ def time(value: float) -> str:
 
 def peak(line: Line) -> str:
     """Return the largest contact force."""
+    if unbounded(line.scene):
+        return "no bound at first"
     largest = max((span.peak_force or 0.0 for span in line.reference.history.contacts), default=0.0)
     if largest == 0.0:
         return "-"
     unit = style.scaled("N", largest)
     return f"{number(largest / unit.size)} {unit.label}"
+
+
+def unbounded(scene: Scene) -> bool:
+    """Return whether a viscous rod is struck hard: its force starts as t^-1/2, and a mesh tells only where it ends."""
+    viscous = {n for n, b in scene.bodies.items() if isinstance(b, Rod) and any(s.viscosity > 0.0 for s in b.segments)}
+    return any(contact.law.hard and {contact.left.body, contact.right.body} & viscous for contact in scene.contacts)
 
 
 def leaves(line: Line) -> str:
@@ -176,13 +184,15 @@ def draw(axis: object, name: str, group: list[Line]) -> None:
             t, values = style.curve(line.reference.history, channel, line.scene.duration, 300)
             colour = style.INK if len(group) == 1 else style.PALETTE[place % len(style.PALETTE)]
             curves.append((t / line.scene.round_trip, values, colour, 1.0 if rank == 0 else 0.6, bool(loaded)))
-    unit = style.scaled("m" if curves[0][4] else "N", max(float(values.max(initial=0.0)) for _, values, *_ in curves))
+    start = 0.02 * float(curves[0][0][-1]) if unbounded(group[0].scene) else -1.0
+    largest = max(float(values[t > start].max(initial=0.0)) for t, values, *_ in curves)
+    unit = style.scaled("m" if curves[0][4] else "N", largest)
     for t, values, colour, width, dashed in curves:
         axis.plot(t, values / unit.size, color=colour, linewidth=width, linestyle="--" if dashed else "-")
     axis.set_title(f"{name}  [{unit.label}]", fontsize=5.8, pad=3.0)
     axis.tick_params(labelsize=5.0, length=1.5, pad=1.5)
     axis.margins(x=0.0)
-    axis.set_ylim(bottom=min(0.0, axis.get_ylim()[0]))
+    axis.set_ylim(-0.05 * largest / unit.size, 1.06 * largest / unit.size)
     if len(group) > 1:
         for place, line in enumerate(group):
             said = "as written" if line.case.variant_name == "base" else line.case.variant_name
