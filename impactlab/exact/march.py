@@ -382,7 +382,8 @@ def interval(m: Memory, j: int) -> int:
             nodes, ends = junction.last_node - junction.first_node, junction.last_end - junction.first_end
             trial = m.stack[DEPTH]
             for i in range(2 * nodes + 2 * ends + junction.last_contact - junction.first_contact):
-                kept = restrict(m.rows[i], n, -1.0, place, trial)
+                # A row keeps its degree: zeros at its end would become rounding, and waves grow with every event.
+                kept = restrict(m.rows[i], chopped(m.rows[i], n, 0.0), -1.0, place, trial)
                 for k in range(n):
                     m.rows[i, k] = trial[k] if k < kept else 0.0
         t1 = event
