@@ -101,8 +101,14 @@ def first_change(system: System, interpolant: Any, begin: float, end: float) -> 
         if before == 0 and abs(below) <= NOISE:  # both ends of a phase before the first sample: between them a dip
             dip = minimize_scalar(nears, bounds=(low, high), method="bounded", options={"xatol": 1e-6 * (high - low)})
             low, below = (float(dip.x), float(dip.fun)) if dip.fun < 0.0 else (low, below)
-        time = low if below >= 0.0 else float(brentq(nears, low, high, xtol=max(FINE * (end - begin), 1e-300)))
-        changes.append(Change(time, number))
+        if below >= 0.0:
+            changes.append(Change(low, number))
+        elif nears(low) < 0.0 < nears(high):  # one instant alone is read with other rounding than all at once
+            # A force may jump where it begins; then the bracket, not the value, says where it is.
+            time, _ = brentq(
+                nears, low, high, xtol=max(FINE * (end - begin), 1e-300), maxiter=200, full_output=True, disp=False
+            )
+            changes.append(Change(float(time), number))
     return min(changes, default=None)
 
 

@@ -141,8 +141,10 @@ def solve_nodes(m: Memory, j: int, half: float, longest: int) -> int:
         node = m.nodes[i]
         mass = m.nodes[node.group].group_mass
         node.bare = 1 if mass == 0.0 or mass == np.inf else 0
+        node.place = -1
         for k in range(ROOM):
             m.rows[i - base, k] = 0.0
+            m.rows[i - base + junction.last_node - base, k] = 0.0
     if tied:
         call(m.coupled, m, j, half)
         if state.resolved == 0:
@@ -212,8 +214,17 @@ def fill_rows(m: Memory, j: int, half: float, longest: int, n: int) -> int:
     nodes, ends = junction.last_node - base, junction.last_end - first_end
     n = max(n, longest)
     for i in range(nodes):
+        node = m.nodes[base + i]
         m.rows[i, n] = 0.0
-        integrate(m.rows[i], n, half, m.nodes[base + i].u, m.rows[nodes + i])
+        if m.nodes[node.group].place < 0:
+            integrate(m.rows[i], n, half, node.u, m.rows[nodes + i])
+        elif node.group != base + i:
+            for k in range(n + 1):
+                m.rows[nodes + i, k] = m.rows[nodes + node.group - base, k]
+    for i in range(nodes):
+        node = m.nodes[base + i]
+        if m.nodes[node.group].place >= 0:  # what springs tie has its displacement from them
+            m.rows[nodes + i, 0] += node.u
     for e in range(ends):
         end = m.ends[first_end + e]
         row, v, wave = m.rows[2 * nodes + e], m.rows[end.node - base], m.waves[e]

@@ -203,12 +203,14 @@ def solved(a: Array, force: Array, first: Array, y: Array, speed: float) -> bool
 
 
 def coupled(m: Memory, j: int, half: float) -> None:
-    """Velocities of groups tied by springs: m V' + D V + K U = load, U' = V; the state says whether they are resolved.
+    """Velocities and displacements of groups tied by springs: m V' + D V + K U = load, U' = V.
 
     Unknowns are the velocities of the groups with mass and U/half of all that can move; velocities of groups without
-    mass follow from them.
+    mass follow from them. U is handed over as it was solved: the integral of a velocity that hangs on a stiff spring
+    would bring that spring's stiffness to its own rounding. The state says whether all are resolved.
     """
     state, junction = m.state[0], m.junctions[j]
+    nodes = junction.last_node - junction.first_node
     heavy, moving = number_groups(m, j)
     n = moving + heavy
     damp, stiff, b = table(moving, moving), table(moving, moving), table(moving, ORDER)
@@ -240,6 +242,7 @@ def coupled(m: Memory, j: int, half: float) -> None:
                 for q in range(n, n + moving - heavy):
                     total += combine[i, q] * b[heavy + q - n, k]
                 m.rows[g - junction.first_node, k] = total
+                m.rows[nodes + g - junction.first_node, k] = half * y[heavy + i, k]
 
 
 drop_stale(coupled, kernel, memory)

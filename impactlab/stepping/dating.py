@@ -59,12 +59,14 @@ def date(m: Memory, time: float, dt: float) -> None:
         contact, port, reply = m.contacts[number], m.ports[number], m.replies[number]
         was_closed, is_closed = port.in_contact > 0.0, reply.in_contact > 0.0
         if contact.dates != 0:
-            if is_closed and not was_closed:
+            # Faces may meet and part within one step: then it holds the whole contact.
+            touched = was_closed or is_closed or contact.force != 0.0 or contact.impulse != 0.0
+            if touched and not was_closed:
                 contact.span_impulse, contact.span_peak = 0.0, 0.0
                 note(m, close_time(contact, port, reply, time, dt), number, CLOSE, 0.0)
             contact.span_impulse += contact.force * dt + contact.impulse
             contact.span_peak = max(contact.span_peak, contact.force)
-            if was_closed and not is_closed:
+            if touched and not is_closed:
                 note(m, open_time(contact, port, reply, time, dt), number, OPEN, 0.0)
         if contact.impulse != 0.0:
             note(m, time, number, IMPULSE, contact.impulse)
