@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -12,24 +11,26 @@ from impactlab.errors import StepError
 from impactlab.grazing import near_grazing
 from impactlab.history import AbstractHistory, Warned
 from impactlab.models.delay_line import DelayLine
-from impactlab.pairing import (
-    energy_bound,
-)
-from impactlab.scene import Rod, Scene, Wall
+from impactlab.pairing import energy_bound
+from impactlab.resolution import unresolved
+from impactlab.scene import Mass, Point, Rod, Scene, Wall
 from impactlab.stepping.assembly import Assembly
 from impactlab.stepping.memory import SAMPLED
+from impactlab.stepping.preparation import BuiltBody
 from impactlab.types import Port
-
-if TYPE_CHECKING:
-    pass
 
 NOTED_LOSS = 0.1  # of the energy, that nothing booked: schemes that damp lose some, but this much is not the mesh's
 NOTED_GAIN = 0.02  # of the energy: from here on a gain is told, also where the parts declare more
+NOTED_OVERLAP = 0.1  # of the travel of the faces, where a law says that they do not overlap
 MANY_KICKS = 100  # of an impulse law, from which the count says nothing any more
 
 
-def warn(scene: Scene, ports: Sequence[Port], history: AbstractHistory, dt: float = 0.0) -> None:
+def warn(
+    scene: Scene, ports: Sequence[Port], built: Mapping[str, BuiltBody], history: AbstractHistory, dt: float = 0.0
+) -> None:
     """Add the warnings that only the finished run can tell."""
+    history.warnings.extend(unresolved(scene, built, history, dt))
+    history.warnings.extend(overlapping(scene, history))
     for span in history.contacts:
         if span.kicks is not None and span.kicks > MANY_KICKS:
             text = f"{span.contact}: {span.kicks} kicks; the count follows the step, so read the total, not the first"
@@ -59,6 +60,30 @@ def warn(scene: Scene, ports: Sequence[Port], history: AbstractHistory, dt: floa
                 history.warnings.append(Warned("near_grazing", text_or_none))
 
 
+def overlapping(scene: Scene, history: AbstractHistory) -> Iterator[Warned]:
+    """Give a warning for each hard contact whose faces overlap by a tenth of what they travel, or more."""
+    t = np.linspace(0.0, history.duration, 2001)
+    for contact in scene.contacts:
+        if not contact.law.hard:
+            continue
+        deepest = -float(np.min(history.evaluate(t, f"gap:{contact.name}"))) + min(0.0, contact.gap)
+        travel = max(float(np.ptp(history.evaluate(t, name))) for name in _moving(scene, contact.left, contact.right))
+        if deepest > NOTED_OVERLAP * travel:
+            share = deepest / travel
+            text = f"{contact.name}: the faces overlap by {deepest:.3g} m, {share:.2g} of their travel"
+            yield Warned("overlap", text)
+
+
+def _moving(scene: Scene, *points: Point) -> Iterator[str]:
+    """Give the channels of the displacements of faces that can move."""
+    for point in points:
+        body = scene.bodies[point.body]
+        if isinstance(body, Mass):
+            yield f"position:{point.body}"
+        elif isinstance(body, Rod):
+            yield f"displacement:{point.body}@{point.x:.6g}"
+
+
 def raise_failure(status: int, assembly: Assembly, history: AbstractHistory) -> None:
     """Raise `StepError` where the run ended early or its energy grew beyond what the pairing declares."""
     from impactlab.stepping import loop
@@ -84,6 +109,14 @@ def raise_failure(status: int, assembly: Assembly, history: AbstractHistory) -> 
             step=step,
             history=history,
             remedy="Give a smaller step, or a softer contact.",
+        )
+    if not np.all(np.isfinite(assembly.memory.record[: assembly.clock.n_records])):
+        raise StepError(
+            "a displacement or force is not a finite number",
+            time=time,
+            step=step,
+            history=history,
+            remedy="This is a fault of a part, not of the case; please report it.",
         )
     check_momentum(assembly, history)
     bound = energy_bound(assembly.scene, assembly.integrator)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from impactlab.history import AbstractHistory
+from impactlab.history import AbstractHistory, ContactSpan
 
 SHALLOW = 0.10  # of the largest gap of the flight so far: a minimum below nearly touches
 SHORT = 0.07  # round trips: a contact shorter than this nearly did not happen
+SLOW = 0.1  # of the fastest rate of a flight, whose square is the share of its way that is left to go
 SAMPLES = 512  # of the gap per round trip
 MOST_SAMPLES = 50_000
 
@@ -15,8 +18,10 @@ MOST_SAMPLES = 50_000
 def near_grazing(history: AbstractHistory, contact_name: str, round_trip: float, dt: float = 0.0) -> str | None:
     """Return the text of the warning ``near_grazing``, or None where no contact of this name is near grazing.
 
-    Two signs: inside a flight (from an opening on) the gap has a local minimum, not ended by contact there, below
-    10 % of the largest gap between opening and that minimum; or a contact lasts less than 0.07 round trips.
+    Three signs: inside a flight (from an opening on) the gap has a local minimum, not ended by contact there, below
+    10 % of the largest gap between opening and that minimum; or a contact lasts less than 0.07 round trips; or the
+    faces meet at less than a tenth of the fastest rate of that flight, so that a hundredth of its way more of a gap
+    would part them.
 
     Parameters
     ----------
@@ -37,6 +42,8 @@ def near_grazing(history: AbstractHistory, contact_name: str, round_trip: float,
                 f"{contact_name}: the contact at {span.start:.6g} s lasts only {lasts:.3g} round trips; "
                 "a small change of the case or of the method may make it vanish"
             )
+    if text := _slow_meeting(history, spans, round_trip, dt):
+        return text
     for number, span in enumerate(spans):
         if span.end is None:
             continue
@@ -54,5 +61,24 @@ def near_grazing(history: AbstractHistory, contact_name: str, round_trip: float,
             return (
                 f"{contact_name}: at {t[i]:.6g} s the faces come within {share:.3g} % of their largest distance "
                 "without touching; a small change of the case or of the method may add a contact"
+            )
+    return None
+
+
+def _slow_meeting(history: AbstractHistory, spans: Sequence[ContactSpan], round_trip: float, dt: float) -> str | None:
+    """Return the text for the first contact whose faces come to rest against each other as they meet, or None."""
+    before = 0.0
+    for span in spans:
+        begin, before = before, span.end if span.end is not None else history.duration
+        if span.start - begin <= max(10.0 * dt, SHORT * round_trip):
+            continue  # touches in quick series: faces that chatter, not that fly
+        count = int(min(MOST_SAMPLES, 16 + SAMPLES * (span.start - begin) / round_trip))
+        gap = history.evaluate(np.linspace(begin, span.start, count), f"gap:{span.contact}")
+        rates = np.diff(gap)
+        if np.max(gap) > 0.0 and 0.0 < -rates[-1] < SLOW * np.max(np.abs(rates)):
+            share = -100.0 * rates[-1] / np.max(np.abs(rates))
+            return (
+                f"{span.contact}: at {span.start:.6g} s the faces meet at {share:.2g} % of the speed of their flight; "
+                "a small change of the case or of the method may keep them apart"
             )
     return None

@@ -205,7 +205,7 @@ def run_adaptive(march: March, progress: Progress | None, began: float) -> Abstr
     scene, set_up = march.system.scene, clock.perf_counter()
     history = march.run(progress)
     solved = clock.perf_counter()
-    warn(scene, [contact.port for contact in march.system.contacts], history)
+    warn(scene, [contact.port for contact in march.system.contacts], march.system.built, history)
     cost = history.cost
     cost.setup_s, cost.solve_s, cost.checks_s = set_up - began, solved - set_up, clock.perf_counter() - solved
     cost.unknowns = march.system.n_dof
@@ -257,7 +257,7 @@ def run(scene: Scene, progress: Progress | None = None) -> AbstractHistory:
     status = walk(assembly, history, progress)
     history.finish()
     solved = clock.perf_counter()
-    warn(scene, assembly.ports, history, assembly.dt)
+    warn(scene, assembly.ports, plan.built, history, assembly.dt)
     history.cost.solve_s, history.cost.checks_s = solved - began, clock.perf_counter() - solved
     history.cost.steps = assembly.clock.step
     history.cost.unknowns = sum(body.system.load.size for body in plan.built.values())

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import time as clock
 
+import numpy as np
+
 from impactlab.errors import CaseError, PairingError, StepError
 from impactlab.exact.build import build
 from impactlab.exact.history import ContinuousHistory
 from impactlab.exact.network import Layout, Log, grown
 from impactlab.scene import Scene
 
+DIGITS = 1e-6  # of the energy in play: a balance that is off by more is no rounding
 MOST_FLOATS = 60_000_000  # of stored coefficients: half a gigabyte
 
 
@@ -57,7 +60,24 @@ def solve(scene: Scene) -> ContinuousHistory:
     history = ContinuousHistory(scene, layout, log, scene.duration)
     history.cost.setup_s = ready - began
     history.cost.solve_s = clock.perf_counter() - ready
+    check_balance(history)
     return history
+
+
+def check_balance(history: ContinuousHistory) -> None:
+    """Raise `StepError` where the energy of an exact history does not balance: its digits are lost."""
+    book = history.energy
+    given = max(float(np.abs(book.total[0])), float(np.abs(book.work).max()))
+    error = float(np.max(np.abs(book.balance)))
+    if not error <= DIGITS * (given or float(np.abs(book.total).max())):
+        raise StepError(
+            "the exact solution lost its digits: its energy does not balance",
+            time=history.duration,
+            step=history.cost.steps,
+            history=history,
+            path="solve.model",
+            remedy="Give a softer spring, or a model that steps.",
+        )
 
 
 def stop(scene: Scene, layout: Layout, log: Log, unresolved: bool) -> None:
