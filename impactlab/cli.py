@@ -200,9 +200,9 @@ def bench(
 
         if table is not None:
             out.mkdir(parents=True, exist_ok=True)
-            _draw_bench(out, table, jobs)
+            page = _draw_bench(out, table, jobs, suite)
             if as_json:
-                console.answer({"schema_version": 1, "report": str(out / "index.html")})
+                console.answer({"schema_version": 1, "report": str(page)})
             return
         from impactlab.bench import grid as grids
         from impactlab.bench.cells import case_files
@@ -219,19 +219,27 @@ def bench(
         counts = ", ".join(f"{count} {status}" for status, count in sorted(found.counts.items()))
         console.say(f"written: {out / 'table.csv'}")
         if not no_report:
-            _draw_bench(out, out / "table.csv", jobs)
+            _draw_bench(out, out / "table.csv", jobs, suite)
         console.answer(found.document) if as_json else print(f"{len(found.cells)} rows: {counts}")
 
 
-def _draw_bench(out: Path, table: Path, jobs: int) -> None:
-    """Draw the report of a table; nothing is timed any more, so that any number of processes may draw."""
+def _draw_bench(out: Path, table: Path, jobs: int, suite: str) -> Path:
+    """Draw the report of a table and return its page; nothing is timed any more: any number of processes may draw."""
     from impactlab import console
+
+    if suite == "hard":
+        from impactlab.bench.report.stability import write_stability
+
+        count = write_stability(out, table)
+        console.say(f"written: {out / 'stability.html'}; violations: {count}")
+        return out / "stability.html"
     from impactlab.bench.report.write import write_bench
 
     console.say(f"drawing figures for {out} ...")
     with console.progress() as show:
         write_bench(out, table, jobs or os.cpu_count() or 1, lambda fraction: show("report", fraction))
     console.say(f"written: {out / 'index.html'}")
+    return out / "index.html"
 
 
 @app.command()
