@@ -10,6 +10,7 @@ from impactlab.stepping.phases import change_phases
 from impactlab.types import MEMORY
 
 CLOSE, OPEN, IMPULSE = 0, 1, 2  # kinds of events
+TOUCHED = 1e-9  # of the impulse so far: what presses less in one step alone is the rounding of an opening
 
 
 @PART
@@ -60,11 +61,12 @@ def date(m: Memory, time: float, dt: float) -> None:
         was_closed, is_closed = port.in_contact > 0.0, reply.in_contact > 0.0
         if contact.dates != 0:
             # Faces may meet and part within one step: then it holds the whole contact.
-            touched = was_closed or is_closed or contact.force != 0.0 or contact.impulse != 0.0
+            given = contact.force * dt + contact.impulse
+            touched = was_closed or is_closed or given > TOUCHED * contact.total
             if touched and not was_closed:
                 contact.span_impulse, contact.span_peak = 0.0, 0.0
                 note(m, close_time(contact, port, reply, time, dt), number, CLOSE, 0.0)
-            contact.span_impulse += contact.force * dt + contact.impulse
+            contact.span_impulse += given
             contact.span_peak = max(contact.span_peak, contact.force)
             if touched and not is_closed:
                 note(m, open_time(contact, port, reply, time, dt), number, OPEN, 0.0)

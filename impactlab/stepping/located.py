@@ -146,7 +146,9 @@ def located_step(m: Memory, dt: float, step_end: float) -> bool:
                 m.state[i] = m.backup[i]
             earliest = 0.0
         else:
-            m.replies[which].in_contact = 1.0 if opens else 0.0  # until the cut: a touch by a rounding is none yet
+            m.replies[which].in_contact = 1.0 if opens else 0.0  # until the cut: a touch by a rounding is none yet,
+            if not opens:  # nor is its force
+                m.contacts[which].force, m.contacts[which].impulse = 0.0, 0.0
             correct(m)
             date(m, time, earliest)
             settle(m, earliest, step_end if earliest == h else time + earliest)

@@ -54,7 +54,7 @@ def report(rows: Sequence[Row]) -> list[Block]:
             f"by more and said so (w), {counts[Verdict.UNKNOWN]} with nothing to measure them by (?), "
             f"{counts[Verdict.REFUSED]} refused (r), {counts[Verdict.FAILED]} failed (F), "
             f"{counts[Verdict.VIOLATION]} violations (!). A percentage is the larger error of displacement and "
-            "impulse; codes such as r1 and F1 are told below, a word behind w is the first warning that says what is wrong.",
+            "impulse; codes such as r1 and F1 are told below; the word behind w is what warned.",
         )
     ]
     found = faults(rows)
