@@ -1,0 +1,69 @@
+"""Writes hard-cases.md from the stored table of hard cases: ``python docs/hard.py [--run] [--table FILE]``.
+
+With ``--run`` the table is measured anew (`impactlab bench --suite hard`, an hour on two cores) and stored.
+"""
+
+from __future__ import annotations
+
+import argparse
+import gzip
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from impactlab.bench.report.read import read_table
+from impactlab.bench.report.stability import markdown, report
+from impactlab.bench.report.verdicts import WRONG, faults
+
+HERE = Path(__file__).resolve().parent
+TABLE = HERE / "bench" / "hard.csv.gz"
+PAGE = HERE / "hard-cases.md"
+
+HEAD = f"""# Hard cases: what every method does where methods break
+
+Written by `python docs/hard.py` from the table of `impactlab bench --suite hard`; the cases are in
+[cases/hard](../cases/hard), each with the reason why it exists and what is exact, the methods in
+`impactlab/bench/hard.yaml` and, named `own`, in the cases themselves.
+
+A run has three ways to end in good order: completed; refused before its first step, with reason and remedy; failed
+with an error that carries the time it reached and the run up to there. Anything else is a violation: a hang, a crash, a
+number that is none, momentum that does not balance, energy gained without a word, or an answer that is wrong by more
+than {100 * WRONG:.0f} % of displacement or impulse while no warning says what is wrong.
+"""
+
+
+def run(table: Path) -> None:
+    """Measure the table anew and store it, without times: they say nothing here."""
+    with tempfile.TemporaryDirectory() as folder:
+        command = [sys.executable, "-m", "impactlab", "bench", "--suite", "hard", "--no-timing", "--jobs", "0"]
+        subprocess.run([*command, "--out", folder], cwd=HERE.parent, check=True)
+        store(Path(folder) / "table.csv", table)
+
+
+def store(source: Path, table: Path) -> None:
+    """Keep a table compressed; the same table gives the same file."""
+    table.parent.mkdir(exist_ok=True)
+    table.write_bytes(gzip.compress(source.read_bytes(), mtime=0))
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description="Write hard-cases.md from the stored table of hard cases.")
+    parser.add_argument("--run", action="store_true", help="measure the table anew")
+    parser.add_argument("--table", type=Path, help="a table.csv to store first")
+    parser.add_argument("--out", type=Path, default=HERE, help="folder of the page that is written")
+    options = parser.parse_args()
+    if options.table is not None:
+        store(options.table, TABLE)
+    elif options.run:
+        run(TABLE)
+    rows = read_table(TABLE)
+    (options.out / PAGE.name).write_text(HEAD + "\n" + markdown(report(rows)), encoding="utf-8")
+    found = faults(rows)
+    for row, fault in found:
+        print(f"{row.scene} {row.method}: {fault}", file=sys.stderr)
+    return 1 if found else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,50 @@
+"""A reduced suite of hard cases: all scenes by eight methods; no verdict may be a violation."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from impactlab.bench import table
+from impactlab.bench.cells import cells
+from impactlab.bench.grid import chosen, of_suite, read_grid
+from impactlab.bench.references import References
+from impactlab.bench.report.read import read_table
+from impactlab.bench.report.verdicts import faults
+from impactlab.bench.rows import row_of
+from impactlab.casefile import load_case
+
+FOLDER = Path(__file__).resolve().parents[2] / "cases" / "hard"
+FILES = sorted(FOLDER.glob("*.yaml"))
+METHODS = [
+    "exact",
+    "wave_identification",
+    "central_difference",
+    "moreau_jean_1",
+    "energy_conserving",
+    "penalty_newmark",
+    "craig_bampton",
+    "impulse_momentum_0.5",
+]
+
+
+def test_every_hard_case_says_why_it_exists_what_must_happen_and_what_is_exact() -> None:
+    for file in FILES:
+        head = file.read_text(encoding="utf-8").split("schema_version")[0]
+        for words in ("Why it exists:", "What must happen:", "What is exact"):
+            assert words in head, f"{file.name} has no '{words}'"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("file", FILES, ids=[file.stem for file in FILES])
+def test_no_method_hangs_crashes_or_is_silently_wrong(file: Path, tmp_path: Path) -> None:
+    families = chosen(read_grid(of_suite("hard")), METHODS)
+    found, jobs = cells([file], "hard", families, METHODS)
+    written, references = load_case(file), References()
+    records = {
+        key: row_of(written.variant(job.variant), job.method, job.settings, references) for key, job in jobs.items()
+    }
+    stored = tmp_path / "table.csv"
+    stored.write_text(table.as_csv(table.rows(found, records, {})), encoding="utf-8")
+    assert [(row.scene, row.method, fault) for row, fault in faults(read_table(stored))] == []

@@ -1,0 +1,71 @@
+"""Verdicts on rows of hard cases, and the pages made of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from impactlab.bench.report.read import Row
+from impactlab.bench.report.stability import Codes, alike, drift, matrix, write_stability
+from impactlab.bench.report.verdicts import Verdict, verdict, violations
+
+GOOD = Row("case", "method", "completed", energy_gain=0.0, energy_loss=0.0, momentum_error=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("row", "expected"),
+    [
+        (GOOD, Verdict.UNKNOWN),
+        (GOOD._replace(displacement=0.1, impulse=0.19), Verdict.RIGHT),
+        (GOOD._replace(displacement=0.1, impulse=0.21), Verdict.VIOLATION),
+        (GOOD._replace(displacement=0.1, impulse=0.21, reference_uncertainty=0.02), Verdict.RIGHT),
+        (GOOD._replace(displacement=3.0, warnings="integrator_unused;coarse_contact"), Verdict.TOLD),
+        (GOOD._replace(displacement=3.0, warnings="integrator_unused"), Verdict.VIOLATION),
+        (GOOD._replace(energy_gain=0.06), Verdict.VIOLATION),
+        (GOOD._replace(energy_gain=0.06, warnings="energy_gain"), Verdict.UNKNOWN),
+        (GOOD._replace(energy_gain=None), Verdict.VIOLATION),
+        (GOOD._replace(momentum_error=0.03), Verdict.VIOLATION),
+        (Row("c", "m", "refused", reason="too soft", remedy="Give more."), Verdict.REFUSED),
+        (Row("c", "m", "refused", reason="too soft"), Verdict.VIOLATION),
+        (Row("c", "m", "failed", reason="diverged", reached_time=1e-3), Verdict.FAILED),
+        (Row("c", "m", "failed", reason="diverged"), Verdict.VIOLATION),
+        (Row("c", "m", "hung", reason="no answer after 60 s"), Verdict.VIOLATION),
+        (Row("c", "m", "crashed", reason="ValueError"), Verdict.VIOLATION),
+    ],
+)
+def test_a_verdict_follows_from_the_row_alone(row: Row, expected: Verdict) -> None:
+    assert verdict(row) is expected
+    assert any(violations(row)) == (expected is Verdict.VIOLATION)
+
+
+def test_reasons_that_differ_by_numbers_and_names_share_a_code() -> None:
+    one = Row("c", "a", "refused", reason="a step of 1.5e-7 s is beyond the limit of 'newmark'", remedy="x")
+    other = one._replace(method="b", reason="a step of 3 s is beyond the limit of 'bathe'")
+    third = one._replace(method="d", reason="no mesh")
+    codes = Codes([one, other, third])
+    assert [codes.of(row) for row in (one, other, third)] == ["r1", "r1", "r2"]
+    assert alike(one.reason) == "a step of # s is beyond the limit of '…'"
+    assert matrix([one, third], codes) == [["method", ""], ["a", "r1"], ["d", "r2"]]
+
+
+def test_long_runs_stand_side_by_side_by_their_steps() -> None:
+    short = GOOD._replace(method="own.spring_1e5", energy_gain=1e-14, contacts=3)
+    long = short._replace(method="own.spring_1e7", energy_gain=2e-12, contacts=300, warnings="energy_loss")
+    head, line = drift([short, long])
+    assert head[1:3] == ["1e5 steps: gain, loss", "1e7 steps: gain, loss"]
+    assert line == ["own.spring", "1.0e-14, 0.0e+00", "2.0e-12, 0.0e+00", "300", "energy_loss"]
+
+
+def test_the_report_counts_violations_and_escapes_what_it_shows(tmp_path: Path) -> None:
+    table = tmp_path / "table.csv"
+    head = (
+        "case,variant,method,status,displacement,impulse,solve_s,setup_s,steps,unknowns,energy_gain,energy_loss,reason"
+    )
+    lines = [head, "a,base,one,completed,0.01,0.02,,,10,4,0,0,", "a,b,one,crashed,,,,,,,,,<b>|x"]
+    table.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    assert write_stability(tmp_path, table) == 1
+    text = (tmp_path / "stability.md").read_text(encoding="utf-8")
+    assert "| one | ✓ 2 % | ! |" in text
+    assert "crashed: <b>\\|x" in text
+    assert "&lt;b&gt;|x" in (tmp_path / "stability.html").read_text(encoding="utf-8")
