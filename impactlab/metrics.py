@@ -6,6 +6,7 @@ the method has no answer (an impulse law has no force). It sees two `AbstractHis
 
 from __future__ import annotations
 
+import bisect
 import contextlib
 from collections.abc import Callable, Iterable, Mapping
 from typing import NamedTuple, cast
@@ -223,20 +224,24 @@ def match_events(exact: Iterable[Event], computed: Iterable[Event], within: floa
 
     In order of time, each exact event takes the nearest unused one of its contact and kind within ``within`` [s].
     """
-    unused = list(computed)
+    given = list(computed)
+    waiting: dict[tuple[str, str], list[tuple[float, int]]] = {}  # by contact and kind: time and place, sorted
+    for place, event in enumerate(given):
+        waiting.setdefault((event.contact, event.kind), []).append((event.time, place))
+    for times in waiting.values():
+        times.sort()
     pairs, missed = [], []
     for event in sorted(exact, key=lambda e: e.time):
-        near = [
-            other
-            for other in unused
-            if (other.contact, other.kind) == (event.contact, event.kind) and abs(other.time - event.time) <= within
-        ]
-        if near:
-            partner = min(near, key=lambda other: abs(other.time - event.time))
-            unused.remove(partner)
-            pairs.append((event, partner))
-        else:
+        times = waiting.get((event.contact, event.kind), [])
+        after = bisect.bisect_left(times, (event.time, -1))
+        near = [at for at in (after - 1, after) if 0 <= at < len(times)]
+        nearest = min(near, key=lambda at: (abs(times[at][0] - event.time), times[at][1]), default=None)
+        if nearest is None or abs(times[nearest][0] - event.time) > within:
             missed.append(event)
+        else:
+            pairs.append((event, given[times.pop(nearest)[1]]))
+    left = {place for times in waiting.values() for _, place in times}
+    unused = [event for place, event in enumerate(given) if place in left]
     return Matches(tuple(pairs), tuple(missed), tuple(unused))
 
 

@@ -20,6 +20,7 @@ from impactlab.integrators.base import AbstractAdaptive, Problem
 from impactlab.scene import Rod, Wall
 from impactlab.types import Array
 
+MANY = 20  # events within a hundredth of the time so far that count as an accumulation
 TOLD = 0.1  # s between two looks at progress
 MOMENTUM = 1e-9  # of the momenta in play: Runge-Kutta and Newton keep linear sums to rounding, whatever the tolerance
 
@@ -64,7 +65,7 @@ class March:
             solver: Any = None
             while self.time < duration:
                 if self.steps >= self.integrator.most_steps:
-                    self._fail(f"{self.steps} steps did not reach the end of the run", MORE)
+                    self._fail(f"{self.steps} steps did not reach the end of the run{self._accumulation()}", MORE)
                 if solver is None:
                     solver = self._solver()
                 before = solver.nlu
@@ -119,6 +120,16 @@ class March:
         for contact, gap, rate in zip(self.system.contacts, gaps, rates, strict=True):
             contact.carry(float(gap), float(rate))
         return solver
+
+    def _accumulation(self) -> str:
+        """Return the words for contacts that come ever faster, or none."""
+        last = self._events[-MANY:]
+        within = last[-1].time - last[0].time if len(last) == MANY else self.time
+        return (
+            f"; contacts accumulate: the last {MANY} events lie within {within:.3g} s"
+            if within < 0.01 * self.time
+            else ""
+        )
 
     def _change(self, change: Change) -> None:
         contact = self.system.contacts[change.number]
