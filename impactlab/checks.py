@@ -21,6 +21,7 @@ from impactlab.types import Port
 
 NOTED_LOSS = 0.1  # of the energy, that nothing booked: schemes that damp lose some, but this much is not the mesh's
 NOTED_GAIN = 0.02  # of the energy: from here on a gain is told, also where the parts declare more
+DIVERGED = 1e12  # of the energy: from here on a run has diverged, also where its parts declare no bound
 NOTED_OVERLAP = 0.1  # of the travel of the faces, where a law says that they do not overlap
 MANY_KICKS = 100  # of an impulse law, from which the count says nothing any more
 
@@ -136,9 +137,10 @@ def check_gain(history: AbstractHistory, bound: float, time: float, step: int, r
             remedy="This is a fault of a part, not of the case; please report it.",
         )
     gain = history.energy.largest_gain * history.energy.scale / energy_at_stake(history)
-    if gain > bound:
+    if gain > bound or gain > DIVERGED:
+        declared = f"these parts declare at most {bound:.3g}" if gain > bound else "that is no motion any more"
         raise StepError(
-            f"energy grew by {gain:.3g} of the energy in play, and these parts declare at most {bound:.3g}",
+            f"energy grew by {gain:.3g} of the energy in play, and {declared}",
             time=time,
             step=step,
             history=history,
