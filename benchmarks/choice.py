@@ -165,6 +165,8 @@ def others(scene: Scene, reference: Reference, dearest: float) -> list[Run]:
                 history = simulate.run(described_scene)
             except (ImpactlabError, ArithmeticError):
                 continue
+            if name == "delay line" and history.dt is None:
+                break  # solved from event to event
             runs.append(Run(name, size, error_of(history, reference, scene), least(described_scene, history)))
             if runs[-1].solve_s > dearest:
                 break
@@ -227,8 +229,9 @@ def verdict(rows: list[Row]) -> str:
     near = sum(row.best is None or row.solve_s <= 2.0 * row.best.solve_s for row in rows if not row.fault)
     quick = sum(row.choosing_s <= 10.0 * row.solve_s for row in rows if not row.fault)
     met, count = sum(row.met for row in rows), len(rows)
+    stated = sum(row.measured <= row.expected + row.known + ROUNDING for row in rows if not row.fault)
     return (
-        f"{count} rows: {met} said to keep their tolerance, {kept} of these do; {near} solve within twice the time of "
+        f"{count} rows: {met} said to keep their tolerance, {kept} of these do, {stated} of all with the error that they state; {near} solve within twice the time of "
         f"the best other method that keeps it; in {quick} the choosing takes less than ten times the solving; "
         f"{sum(bool(row.fault) for row in rows)} refused."
     )
