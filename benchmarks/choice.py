@@ -231,8 +231,9 @@ def verdict(rows: list[Row]) -> str:
     met, count = sum(row.met for row in rows), len(rows)
     stated = sum(row.measured <= row.expected + row.known + ROUNDING for row in rows if not row.fault)
     return (
-        f"{count} rows: {met} said to keep their tolerance, {kept} of these do, {stated} of all with the error that they "
-        f"state; {near} solve within twice the time of the best other method that keeps it; in {quick} the choosing takes less than ten times the solving; "
+        f"{count} rows: {met} said to keep their tolerance; {kept} of these do; {stated} of all do with the error that "
+        f"they state; {near} solve within twice the time of the best other method that keeps it; in {quick} the "
+        "choosing takes less than ten times the solving; "
         f"{sum(bool(row.fault) for row in rows)} refused."
     )
 
