@@ -152,7 +152,7 @@ def _levels(way: Way, budget: float) -> Iterator[tuple[Reference | None, float]]
         if before is not None:
             second = _differences(before, history, fine)
             if first:
-                worst = uncertainty(_worst(first), _worst(second))
+                worst = least_known(first, second)
                 told = {name: max(first.get(name, math.inf), value) for name, value in second.items()}
                 told |= {name: min(worst, told[name]) for name in JUDGED if name in told}
                 found = Reference(CONVERGED, history, worst, told, f"{way.words} {fineness}")
@@ -173,8 +173,13 @@ def _differences(coarse: AbstractHistory, fine: AbstractHistory, scene: Scene) -
     return {name: float(value) for name, value in found.items() if value is not None}
 
 
-def _worst(differences: Mapping[str, float]) -> float:
-    return max((differences[name] for name in JUDGED if name in differences), default=math.inf)
+def least_known(first: Mapping[str, float], second: Mapping[str, float]) -> float:
+    """Return the uncertainty of the metric that is least known: it must converge itself, whatever the others do."""
+    judged = [name for name in JUDGED if name in second]
+    if not judged:
+        return math.inf
+    name = max(judged, key=lambda each: second[each])
+    return uncertainty(first.get(name, math.inf), second[name])
 
 
 def _ways(scene: Scene) -> Iterator[Way]:

@@ -101,6 +101,8 @@ def read_grid(path: Path) -> tuple[Family, ...]:
     CaseError
         If the file, a key or a level is wrong; it carries file and line.
     """
+    if not path.exists():
+        raise CaseError("the grid file does not exist", remedy="Give the path of a grid.", file=str(path))
     document = read_document(path)
     try:
         return _families(document.data)

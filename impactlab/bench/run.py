@@ -16,6 +16,7 @@ from impactlab.bench.grid import Family
 from impactlab.bench.rows import VERSION, ended
 from impactlab.bench.store import Store, opened
 from impactlab.bench.workers import Answer, run_jobs
+from impactlab.errors import CaseError
 
 Show = Callable[[str, float], None]
 
@@ -91,10 +92,15 @@ def bench(
     Raises
     ------
     CaseError
-        If a case cannot be read, or the folder is in use or somebody else's.
+        If a case cannot be read, no method serves any, or the folder is in use or somebody else's.
     """
     with opened(out) as store:
         found, jobs = cells(files, suite, families, methods)
+        if not found:
+            raise CaseError(
+                "no method that was asked for says anything about these cases",
+                remedy="Give other --methods or another --grid; own.NAME is method NAME of the cases.",
+            )
         store.write("cells.json", json.dumps([cell._asdict() for cell in found], indent=1, ensure_ascii=False) + "\n")
         kept = {key: _kept(store, key, options) for key in jobs}
         records = {key: record for key, record in kept.items() if record is not None}

@@ -53,4 +53,6 @@ def _table(rungs: Iterable[Mapping[str, Any]]) -> list[str]:
 
 
 def _number(value: float | None) -> str:
-    return "-" if value is None else f"{value:.2g}"
+    if value is None:
+        return "-"
+    return f"{value:.0f}" if 99.5 <= value < 1e6 else f"{value:.2g}"

@@ -11,10 +11,10 @@ import pytest
 
 from impactlab import metrics, reference, simulate, summary
 from impactlab.choice import search
-from impactlab.choice.estimate import order_seen, remainder
+from impactlab.choice.estimate import difference, order_seen, remainder
 from impactlab.choice.families import serving
 from impactlab.choice.ladder import choose
-from impactlab.choice.text import choice_lines, ladder_text
+from impactlab.choice.text import _number, choice_lines, ladder_text
 from impactlab.choice.times import echoes, rise_time
 from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.penalty import Penalty
@@ -93,6 +93,34 @@ def test_random_scenes_keep_their_tolerance(seed):
     error, known = measured(history, scene)
     assert history.choice.met
     assert error <= scene.tolerance + known
+
+
+@pytest.mark.parametrize("mass", [0.5, 0.53, 2.133, 4.0])
+def test_a_mesh_states_an_error_that_it_keeps(mass):
+    """An opening falls between steps: two resolutions may agree better than either with the exact answer."""
+    for tolerance in (1e-2, 1e-3, 1e-4):
+        scene = struck(AdditionDeletion(), tolerance, mass=mass, trips=3.0)
+        exact, *stepped = serving(scene)[0]
+        mesh = next(family for family in stepped if family.name.startswith("lumped mesh"))
+        _, trial = search.searched([search.Search(mesh, mesh.start_for(tolerance))], tolerance, [])
+        assert trial.expected <= tolerance
+        assert difference(trial.history, simulate.run(exact.scene(0)), scene) <= trial.expected
+
+
+def test_a_step_load_sends_fronts_as_a_hard_touch_does():
+    """Without them a mesh would be taken for one of order 2."""
+    bar = Rod("rod", (SEGMENT,), End("free", force=1e4), End("clamped"), model=Continuous())
+    trip = bar.round_trip
+    scene = Scene("s", {"rod": bar}, (), 3 * trip, None, StepRule(points_per_period=10.0), round_trip=trip)
+    loaded = dataclasses.replace(scene, tolerance=1e-2)
+    judge = simulate.run(serving(loaded)[0][0].scene(0))
+    for family in serving(loaded)[0][1:]:
+        _, trial = search.searched([search.Search(family, family.start_for(1e-2))], 1e-2, [])
+        assert difference(trial.history, judge, loaded) <= trial.expected
+
+
+def test_times_are_told_without_powers_of_ten():
+    assert [_number(value) for value in (690.4, 3212.0, 27.3, 0.0123, None)] == ["690", "3212", "27", "0.012", "-"]
 
 
 def test_an_exact_scene_is_solved_exactly_and_without_a_trial():

@@ -232,6 +232,13 @@ def test_no_budget_no_converged_reference():
     assert reference.find(struck(AdditionDeletion()), 0.0).name == "st_venant"
 
 
+def test_a_metric_that_stands_still_is_not_hidden_by_one_that_converges_fast():
+    first = {"mass_displacement": 1e-2, "impulse": 1e-4}
+    second = {"mass_displacement": 1e-5, "impulse": 1e-4}
+    assert reference.least_known(first, second) == math.inf
+    assert reference.least_known(first, {"mass_displacement": 1e-3, "impulse": 1e-4}) == pytest.approx(1e-3)
+
+
 @pytest.mark.parametrize(
     ("coarse", "fine", "wanted"),
     [

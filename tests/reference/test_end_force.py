@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from impactlab import metrics
+from impactlab.aftermath import momentum_error
 from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.nitsche import Nitsche
 from impactlab.contact.penalty import Penalty
@@ -27,7 +28,7 @@ from impactlab.integrators.newmark import Newmark
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.scene import Contact, End, Mass, Point, Rod, Scene, Segment, StepRule, Wall
+from impactlab.scene import Contact, End, Mass, Point, Rayleigh, Rod, Scene, Segment, StepRule, Wall
 from impactlab.simulate import prepare, run
 from impactlab.testing.strategies import in_other_units, mirrored
 from tests.reference.exact_scenes import CLAMPED, FREE, Hard, Spring, point, rod, scene
@@ -170,6 +171,25 @@ def test_energy_and_momentum_are_reported() -> None:
     assert summary["energy"]["work"] == pytest.approx(summary["energy"]["final"], rel=1e-12)
     assert summary["errors"]["face_displacement"] < 0.01
     assert summary["final"]["bodies"]["rod"]["momentum"] == pytest.approx(LOAD * given.duration, rel=1e-9)
+
+
+@pytest.mark.parametrize("right", [FREE, End("mass", 2.0, force=-0.4 * LOAD)])
+def test_a_load_is_no_error_of_the_momentum(right: End) -> None:
+    """A free rod gains F t: left out of the balance, it is half of the momentum in play."""
+    given = stepped(WAYS["newmark"], End("free", force=LOAD), right)
+    for history in (run(given), solve(given)):
+        error = momentum_error(history, history, given)
+        assert error is not None
+        assert error < 1e-9  # as the momentum itself, above
+
+
+def test_momentum_that_damping_takes_is_no_error() -> None:
+    given = stepped(WAYS["newmark"], End("free", force=LOAD), FREE)
+    bar = given.bodies["rod"]
+    assert isinstance(bar, Rod)
+    held = dataclasses.replace(given, bodies={"rod": dataclasses.replace(bar, damping=Rayleigh(mass=500.0))})
+    history = run(held)
+    assert momentum_error(history, history, held) is None
 
 
 def pressed(law: Any, model: Any, far: End, near: End = FREE, integrator: Any = None) -> Scene:

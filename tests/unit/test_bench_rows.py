@@ -167,3 +167,13 @@ def test_a_timed_run_reports_each_part_and_leaves_the_collector_as_it_was(case: 
     assert found["repeats"] == 3
     assert all(np.isfinite(found[name]) and found[name] >= 0.0 for name in ("setup_s", "solve_s", "checks_s"))
     assert isinstance(registry(), Registry)
+    assert "choosing_s" not in found
+
+
+def test_choosing_is_timed_warm_and_not_taken_from_the_first_run(case: Case) -> None:
+    automatic = {"solve.tolerance": 1e-2}
+    found = times_of(case.solved_by("automatic", automatic), 3)
+    record = row_of(case, "automatic", automatic, References())
+    cell = Cell("s", "axial_impact", "base", "automatic", 1, automatic, key_of(case, "automatic", automatic))
+    row = table.rows([cell], {cell.key: record}, {cell.key: found})[0]
+    assert row["choosing_s"] == found["choosing_s"] >= 0.0

@@ -124,7 +124,7 @@ def invoke(*arguments: str, cwd: Path, **settings: Any) -> subprocess.CompletedP
     [
         (("--suite", "hard"), "there are no cases in 'cases/hard'"),
         ((str(PAPER), "--methods", "exakt"), "Did you mean 'exact'?"),
-        ((str(PAPER), "--grid", "none.yaml"), "the case file does not exist"),
+        ((str(PAPER), "--grid", "none.yaml"), "the grid file does not exist"),
         ((str(PAPER), "--out", "somebody"), "holds what no bench wrote, such as 'work'"),
     ],
 )
