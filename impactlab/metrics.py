@@ -64,7 +64,7 @@ def relative_l2(values: Array, reference: Array) -> float | None:
     """
     size = float(np.linalg.norm(reference))
     # A reference that is this much smaller than what is compared with it is zero but for its own rounding.
-    if size <= ZERO * float(np.linalg.norm(values)):
+    if size == 0.0 or size <= ZERO * float(np.linalg.norm(values)):
         return None
     return float(np.linalg.norm(values - reference)) / size
 

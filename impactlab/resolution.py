@@ -12,6 +12,8 @@ from impactlab.stepping.preparation import BuiltBody
 
 COARSE = 0.25  # of a contact's time: a position is then known to about a quarter of what the contact moves
 SOFT = 0.05  # of the bodies' own compliance: displacements then answer a force by 5 % more than they should
+LASTING = 0.1  # round trips that faces are apart before a touch counts: a contact that chatters is one
+DRIFTED = 0.2  # round trips: from here on the contacts of a run may have shifted what comes later by as much
 LOADED = 0.05  # of the energy: from here on what an initial overlap holds is worth resolving
 
 
@@ -34,6 +36,7 @@ def unresolved(scene: Scene, built: Mapping[str, BuiltBody], history: AbstractHi
         if contact.name in touched:
             yield from _too_coarse(scene, built, contact, history, dt)
             yield from _too_soft(scene, contact)
+    yield from _drifted(scene, built, history, dt)
 
 
 def apart(scene: Scene, built: Mapping[str, BuiltBody], contact: Contact, dt: float) -> float:
@@ -95,6 +98,26 @@ def _too_coarse(
             "apart; give more elements or modes, and a smaller step"
         )
         yield Warned("coarse_contact", text)
+
+
+def _drifted(scene: Scene, built: Mapping[str, BuiltBody], history: AbstractHistory, dt: float) -> Iterator[Warned]:
+    """Warn of many contacts in a row: each is told to within `apart`, and shifts all that comes after it."""
+    if not scene.round_trip > 0.0:
+        return
+    shift, count = 0.0, 0
+    for contact in scene.contacts:
+        until = -math.inf
+        for span in history.contacts:
+            if span.contact == contact.name and span.kicks is None:
+                if span.start - until > LASTING * scene.round_trip:
+                    shift, count = shift + apart(scene, built, contact, dt), count + 1
+                until = history.duration if span.end is None else span.end
+    if shift > DRIFTED * scene.round_trip:
+        text = (
+            f"{count} contacts, each told to within {shift / count:.3g} s: later ones may be shifted by up to "
+            f"{shift / scene.round_trip:.2g} round trips; give more elements or modes, and a smaller step"
+        )
+        yield Warned("drift", text)
 
 
 def _too_soft(scene: Scene, contact: Contact) -> Iterator[Warned]:

@@ -18,6 +18,7 @@ from impactlab.history import AbstractHistory
 from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.midpoint import Midpoint
 from impactlab.integrators.moreau_jean import MoreauJean
+from impactlab.metrics import relative_l2
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
@@ -160,3 +161,23 @@ def test_a_ball_past_its_accumulation_rests_on_the_floor() -> None:
         assert np.max(np.abs(history.evaluate(t, "gap:ball|floor"))) < 1e-4
         assert sum(span.impulse for span in history.contacts) == pytest.approx(6.0, abs=2e-3)
         assert "chatter" in codes(history) or history.contacts[-1].end is None
+
+
+def test_a_norm_against_nothing_at_all_divided_by_zero() -> None:
+    """A law of kicks has no force (NaN), and the exact force was zero throughout: the row was lost."""
+    assert relative_l2(np.full(3, np.nan), np.zeros(3)) is None
+
+
+def test_ten_flights_on_ten_modes_drift_away_and_the_run_says_so() -> None:
+    """Each contact is told to half the shortest period, T/21; on a hundred modes the same run is sure of its times."""
+    few, many = (
+        il.run(
+            il.load_case(HARD.parent / "rod_between_walls.yaml").with_settings(
+                [("solve.model", {"kind": "modal", "modes": modes}), ("solve.duration", 6e-3)]
+            )
+        )
+        for modes in (10, 100)
+    )
+    assert len(few.contacts) >= 10
+    assert "drift" in codes(few)
+    assert "drift" not in codes(many)
