@@ -14,7 +14,7 @@ COARSE = 0.25  # of a contact's time: a position is then known to about a quarte
 SOFT = 0.05  # of the bodies' own compliance: displacements then answer a force by 5 % more than they should
 LASTING = 0.1  # round trips that faces are apart before a touch counts: a contact that chatters is one
 DRIFTED = 0.2  # round trips: from here on the contacts of a run may have shifted what comes later by as much
-LOADED = 0.05  # of the energy: from here on what an initial overlap holds is worth resolving
+LOADED = 0.01  # of the energy, a tenth of its speeds: from here on what an initial overlap holds is worth resolving
 
 
 def unresolved(scene: Scene, built: Mapping[str, BuiltBody], history: AbstractHistory, dt: float) -> Iterator[Warned]:

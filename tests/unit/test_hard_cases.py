@@ -181,3 +181,11 @@ def test_ten_flights_on_ten_modes_drift_away_and_the_run_says_so() -> None:
     assert len(few.contacts) >= 10
     assert "drift" in codes(few)
     assert "drift" not in codes(many)
+
+
+def test_an_overlap_that_springs_apart_faster_than_a_step_was_wrong_by_half_without_a_word() -> None:
+    """3 % of the energy lie in the overlap; it relaxes within Z/k = 0.6 us, a step of modes is 0.3 us and their half
+    period 1.4 us."""
+    case = hard_case("overlap", "parting").with_("solve.model", {"kind": "modal", "elements": 100, "modes": 40})
+    newmark = case.with_("solve.integrator", {"kind": "newmark"}).with_("solve.step", {"points_per_period": 10})
+    assert "coarse_contact" in codes(il.run(newmark))
