@@ -7,7 +7,7 @@ from impactlab.pointers import call, drop_stale
 from impactlab.stepping import answers, compliance, dating, loop, phases
 from impactlab.stepping.answers import moved_by
 from impactlab.stepping.compliance import compliances
-from impactlab.stepping.dating import OPEN, note
+from impactlab.stepping.dating import OPEN, TOUCHED, note
 from impactlab.stepping.loop import (
     DONE,
     EVENTS_FULL,
@@ -147,8 +147,10 @@ def located_step(m: Memory, dt: float, step_end: float) -> bool:
             earliest = 0.0
         else:
             m.replies[which].in_contact = 1.0 if opens else 0.0  # until the cut: a touch by a rounding is none yet,
-            if not opens:  # nor is its force
-                m.contacts[which].force, m.contacts[which].impulse = 0.0, 0.0
+            contact = m.contacts[which]
+            given = contact.force * earliest + contact.impulse
+            if not opens and (contact.total == 0.0 or given <= TOUCHED * contact.total):  # nor is its force
+                contact.force, contact.impulse = 0.0, 0.0
             correct(m)
             date(m, time, earliest)
             settle(m, earliest, step_end if earliest == h else time + earliest)
