@@ -91,6 +91,8 @@ def _too_coarse(
             # What is pressed together at the start relaxes as fast as the spring lets it.
             time = min(impedance / stiffness, math.sqrt(mass / stiffness))
             words = "the overlap at the start"
+    if scene.duration < time:
+        time, words = scene.duration, "all that happens in this run"
     tells = apart(scene, built, contact, dt)
     if tells > COARSE * time > 0.0:
         text = (

@@ -189,3 +189,13 @@ def test_an_overlap_that_springs_apart_faster_than_a_step_was_wrong_by_half_with
     case = hard_case("overlap", "parting").with_("solve.model", {"kind": "modal", "elements": 100, "modes": 40})
     newmark = case.with_("solve.integrator", {"kind": "newmark"}).with_("solve.step", {"points_per_period": 10})
     assert "coarse_contact" in codes(il.run(newmark))
+
+
+def test_a_run_shorter_than_the_shortest_period_was_wrong_by_half_without_a_word() -> None:
+    """Ten modes tell no less than T/21 = 0.095 apart; a run of 0.05 is over before they have answered."""
+    model, step = Modal(modes=10), StepRule(dt=0.002)
+    short, long = (
+        run(struck(AdditionDeletion(), model, integrator=Midpoint(), step=step, duration=t)) for t in (0.05, 2.0)
+    )
+    assert "coarse_contact" in codes(short)
+    assert "coarse_contact" not in codes(long)
