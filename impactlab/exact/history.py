@@ -116,7 +116,9 @@ class ContinuousHistory(AbstractHistory):
         force = self.signals.force(contact)
         slack = force.tolerance
         until = self.duration if end is None else end
-        chosen = np.flatnonzero((force.start >= start - slack) & (force.stop <= until + slack))
+        # Pieces follow one another: those of a contact are found without looking at all of them.
+        first = int(np.searchsorted(force.start, start - slack))
+        chosen = np.arange(first, max(first, int(np.searchsorted(force.stop, until + slack, side="right"))))
         if len(chosen) == 0:
             return ContactSpan(name, start, end, 0.0, 0.0)
         return ContactSpan(name, start, end, force.impulse(chosen), max(0.0, force.peak(chosen)))

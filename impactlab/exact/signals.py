@@ -64,10 +64,14 @@ class Signal:
     def impulse(self, chosen: Integers) -> float:
         """Return the integral over the chosen pieces."""
         k = np.arange(0, len(self.table), 2)
-        return float(np.sum((self.table[::2, chosen] / (1.0 - k * k)[:, None]) * self.width[chosen]))
+        return float(
+            np.sum((self.table[::2, chosen] / (1.0 - k * k)[:, None]) * (self.stop[chosen] - self.start[chosen]))
+        )
 
     def peak(self, chosen: Integers) -> float:
         """Return the largest value on the chosen pieces: their ends and the zeros of the derivative nearby."""
+        if len(self.table) == 1:
+            return float(np.max(self.table[0, chosen]))
         best = -np.inf
         y0 = np.cos(np.pi * np.arange(4 * len(self.table), -1, -1) / (4 * len(self.table)))
         for r in chosen:
