@@ -11,7 +11,7 @@ import numpy as np
 
 from impactlab.history import AbstractHistory
 from impactlab.metrics import force_channels, largest, midpoints
-from impactlab.scene import Mass, Rod, Scene
+from impactlab.scene import ElasticBody, Mass, Scene
 from impactlab.types import Array
 
 LASTING = 0.1  # T that a contact stays open, for its opening to count
@@ -31,7 +31,7 @@ def free_bodies(scene: Scene, *histories: AbstractHistory) -> Iterator[Free]:
             continue
         if isinstance(body, Mass):
             yield Free(name, body.mass)
-        elif isinstance(body, Rod) and all(end.kind in ("free", "mass") for end in (body.left, body.right)):
+        elif isinstance(body, ElasticBody) and not body.is_held:
             yield Free(name, body.mass + sum(end.value for end in (body.left, body.right)))
 
 
@@ -121,7 +121,7 @@ def momentum_error(
     t = np.minimum(history.energy.time, history.duration)  # the last step may end after the run
     for body in free_bodies(scene, history):
         rod = scene.bodies[body.name]
-        if isinstance(rod, Rod) and rod.damping.mass > 0.0:
+        if isinstance(rod, ElasticBody) and rod.damping.mass > 0.0:
             continue
         momentum = history.evaluate(t, f"momentum:{body.name}")
         given = scale = 0.0
@@ -129,7 +129,7 @@ def momentum_error(
             sign = float(contact.right.body == body.name) - float(contact.left.body == body.name)
             impulse = sum(span.impulse for span in history.contacts if span.contact == contact.name)
             given, scale = given + sign * impulse, scale + abs(sign * impulse)
-        loads = body.mass * scene.gravity + (rod.end_force if isinstance(rod, Rod) else 0.0)
+        loads = body.mass * scene.gravity + (rod.end_force if isinstance(rod, ElasticBody) else 0.0)
         given, scale = given + loads * history.duration, scale + abs(loads) * history.duration
         energy = float(np.max(np.abs(history.energy.bodies[body.name])))
         scale += float(np.max(np.abs(momentum))) + math.sqrt(2.0 * body.mass * energy)

@@ -12,7 +12,7 @@ from impactlab.errors import ImpactlabError, StepError
 from impactlab.history import AbstractHistory
 from impactlab.reference import CHEAP, THOROUGH, Reference
 from impactlab.reference import content as reference_content
-from impactlab.scene import Body, Rod, Scene
+from impactlab.scene import Body, ElasticBody, Scene
 
 Progress = Callable[[float], None]
 
@@ -107,7 +107,7 @@ def physics_of(case: Case) -> Scene:
 
 
 def _described_as(body: Body, written: Body | None) -> Body:
-    if isinstance(body, Rod) and isinstance(written, Rod):
+    if isinstance(body, ElasticBody) and isinstance(written, ElasticBody):
         return dataclasses.replace(body, model=written.model)
     return body
 

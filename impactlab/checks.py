@@ -13,7 +13,7 @@ from impactlab.history import AbstractHistory, Warned
 from impactlab.models.delay_line import DelayLine
 from impactlab.pairing import energy_bound
 from impactlab.resolution import unresolved
-from impactlab.scene import Mass, Point, Rod, Scene, Wall
+from impactlab.scene import ElasticBody, Mass, Point, Scene, Wall
 from impactlab.stepping.assembly import Assembly
 from impactlab.stepping.memory import SAMPLED
 from impactlab.stepping.preparation import BuiltBody
@@ -81,7 +81,7 @@ def _moving(scene: Scene, *points: Point) -> Iterator[str]:
         body = scene.bodies[point.body]
         if isinstance(body, Mass):
             yield f"position:{point.body}"
-        elif isinstance(body, Rod):
+        elif isinstance(body, ElasticBody):
             yield f"displacement:{point.body}@{point.x:.6g}"
 
 
@@ -166,8 +166,8 @@ def check_momentum(assembly: Assembly, history: AbstractHistory) -> None:
         if isinstance(body, Wall):
             continue
         held = isinstance(assembly.built[name].model, DelayLine)
-        if isinstance(body, Rod):
-            held = held or any(end.kind not in ("free", "mass") for end in (body.left, body.right))
+        if isinstance(body, ElasticBody):
+            held = held or body.is_held
             held = held or body.damping.mass > 0.0  # which holds the rod to the ground
         if held or last < 1 or assembly.clock.step < assembly.steps:
             continue
@@ -175,8 +175,9 @@ def check_momentum(assembly: Assembly, history: AbstractHistory) -> None:
         for contact, kept in zip(scene.contacts, assembly.contacts, strict=True):
             sign = float(contact.right.body == name) - float(contact.left.body == name)
             given, scale = given + sign * kept.total, scale + abs(kept.total)
-        mass = body.mass + sum(e.value for e in (body.left, body.right)) if isinstance(body, Rod) else body.mass
-        loads = mass * scene.gravity + (body.end_force if isinstance(body, Rod) else 0.0)
+        riding = sum(end.value for end in (body.left, body.right)) if isinstance(body, ElasticBody) else 0.0
+        mass = body.mass + riding
+        loads = mass * scene.gravity + (body.end_force if isinstance(body, ElasticBody) else 0.0)
         given, scale = given + loads * assembly.clock.time, scale + abs(loads) * assembly.clock.time
         momentum = sample[: last + 1, SAMPLED + 2 + 3 * number]
         end = float(momentum[-1])

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from impactlab.casefile import Case
 from impactlab.plugins import citations_of, parts_inside
-from impactlab.scene import Rod
+from impactlab.scene import ElasticBody
 
 
 class Citations(NamedTuple):
@@ -29,7 +29,7 @@ def cite(case: Case) -> Citations:
     with ``@``.
     """
     scene = case.scene()
-    parts: list[object] = [body.model for body in scene.bodies.values() if isinstance(body, Rod)]
+    parts: list[object] = [body.model for body in scene.bodies.values() if isinstance(body, ElasticBody)]
     parts += [contact.law for contact in scene.contacts]
     parts.append(scene.integrator)
     wanted: list[str] = []

@@ -9,7 +9,7 @@ from typing import Any
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.integrators.base import AbstractScheme
 from impactlab.models.base import AbstractRodModel
-from impactlab.scene import Body, Contact, Mass, Point, Probe, Rod, Scene, StepRule
+from impactlab.scene import Body, Contact, ElasticBody, Mass, Point, Probe, Rod, Scene, StepRule
 from impactlab.types import Relative
 
 
@@ -21,9 +21,9 @@ def described(
     law: AbstractContactLaw | None = None,
     events: Any = "dated",
 ) -> Scene:
-    """Return the scene with every rod under one model; ``law`` stands for every hard contact, others keep theirs."""
+    """Return the scene with all elastic bodies under one model; ``law`` stands for every hard contact."""
     bodies = {
-        name: dataclasses.replace(body, model=model) if isinstance(body, Rod) else body
+        name: dataclasses.replace(body, model=model) if isinstance(body, ElasticBody) else body
         for name, body in scene.bodies.items()
     }
     contacts = tuple(
@@ -69,8 +69,8 @@ def rods_of(scene: Scene) -> list[Rod]:
 
 
 def on_end(body: Body, point: Point | Probe) -> bool:
-    """Return whether a place is no inner point of a rod."""
-    return not isinstance(body, Rod) or point.x in (0.0, body.length)
+    """Return whether a place is no inner point of a rod or a beam."""
+    return not isinstance(body, ElasticBody) or point.x in (0.0, body.length)
 
 
 def struck_on_ends(scene: Scene) -> bool:

@@ -16,7 +16,7 @@ import numpy as np
 from impactlab.errors import PluginError
 from impactlab.history import AbstractHistory, Event, Warned
 from impactlab.plugins import METRICS, Registry, registry
-from impactlab.scene import Contact, Mass, Point, Rod, Scene
+from impactlab.scene import Contact, ElasticBody, Mass, Point, Scene
 from impactlab.types import Array
 
 Metric = Callable[[AbstractHistory, AbstractHistory, Scene], float | None]
@@ -40,7 +40,7 @@ def mass_channels(scene: Scene) -> tuple[str, ...]:
 
 def face_channels(scene: Scene) -> tuple[str, ...]:
     """Return the displacement channels of the rod faces in contacts and of loaded ends: ``displacement:rod@0``."""
-    faces = _face_channels(scene, lambda point: f"displacement:{point.body}@{point.x:.6g}", Rod)
+    faces = _face_channels(scene, lambda point: f"displacement:{point.body}@{point.x:.6g}", ElasticBody)
     return tuple(dict.fromkeys((*faces, *(probe.channel for probe in scene.loaded_ends))))
 
 
@@ -49,7 +49,7 @@ def force_channels(scene: Scene) -> tuple[str, ...]:
     return tuple(f"force:{contact.name}" for contact in scene.contacts)
 
 
-def _face_channels(scene: Scene, name: Callable[[Point], str], kind: type[Mass | Rod]) -> tuple[str, ...]:
+def _face_channels(scene: Scene, name: Callable[[Point], str], kind: type[Mass | ElasticBody]) -> tuple[str, ...]:
     points = (point for contact in scene.contacts for point in (contact.left, contact.right))
     return tuple(dict.fromkeys(name(point) for point in points if isinstance(scene.bodies[point.body], kind)))
 

@@ -11,7 +11,7 @@ from impactlab.errors import PairingError
 from impactlab.integrators.base import AbstractAdaptive, AbstractIntegrator
 from impactlab.models.base import Operators
 from impactlab.plugins import parts_inside
-from impactlab.scene import Body, Contact, Rod, Scene
+from impactlab.scene import Body, Contact, ElasticBody, Scene
 from impactlab.types import Level
 
 
@@ -108,7 +108,7 @@ def energy_bound(scene: Scene, integrator: AbstractIntegrator) -> float:
 
 def gains_of(body: Body) -> float:
     """Return the energy gain that a body's description declares: that of the parts inside it."""
-    model = body.model if isinstance(body, Rod) else None
+    model = body.model if isinstance(body, ElasticBody) else None
     return sum(part.gains_energy for part in parts_inside(model) if isinstance(part, AbstractBasis)) if model else 0.0
 
 
@@ -123,7 +123,7 @@ def check_events(scene: Scene, integrator: AbstractIntegrator) -> None:
             path="solve.events",
         )
     for name, body in scene.bodies.items():
-        if isinstance(body, Rod) and body.model is not None and not body.model.steps:
+        if isinstance(body, ElasticBody) and body.model is not None and not body.model.steps:
             raise PairingError(
                 f"events: located cuts steps, and the delay line of the continuous rod '{name}' has one step length",
                 remedy="Use modal for this body, or events: dated.",
@@ -150,7 +150,7 @@ def check_smooth(scene: Scene, integrator: AbstractAdaptive) -> None:
                 path=f"contacts.{number}.law",
             )
     for body in scene.bodies.values():
-        if isinstance(body, Rod) and body.model is not None and not body.model.steps:
+        if isinstance(body, ElasticBody) and body.model is not None and not body.model.steps:
             raise PairingError(
                 f"integrator '{name}' needs bodies in coordinates, and the continuous rod '{body.name}' has none",
                 remedy="Use modal or finite_element for this body, or integrator newmark or exact_modal.",

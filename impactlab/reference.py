@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from impactlab.errors import ImpactlabError, StepError
 from impactlab.history import AbstractHistory
-from impactlab.scene import RECORDS, Rod, Scene, StepRule
+from impactlab.scene import RECORDS, ElasticBody, Scene, StepRule
 
 # Names in summaries: the exact hard contact, the exact spring and dashpot of the case itself, the converged answer.
 HARD, SPRING, CONVERGED = "st_venant", "kelvin_voigt", "converged"
@@ -78,7 +78,7 @@ def content(scene: Scene) -> Any:
 
     meshed = any(is_relative(contact) for contact in scene.contacts)
     bodies = [
-        dataclasses.replace(body, model=None) if isinstance(body, Rod) and not meshed else body
+        dataclasses.replace(body, model=None) if isinstance(body, ElasticBody) and not meshed else body
         for body in scene.bodies.values()
     ]
     contacts = [(contact.left, contact.right, contact.gap, contact.overlap_allowed) for contact in scene.contacts]

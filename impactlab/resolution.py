@@ -63,7 +63,7 @@ def impedance_of(scene: Scene, contact: Contact) -> float:
         body = scene.bodies[point.body]
         if isinstance(body, Rod):
             ends = 1.0 if point.x in (0.0, body.length) else 2.0
-            yields += 1.0 / (ends * segment_at(body, point.x).impedance)
+            yields += 1.0 / (ends * segment_at(body.segments, point.x).impedance)
     return math.inf if yields == 0.0 else 1.0 / yields
 
 

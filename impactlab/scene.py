@@ -1,14 +1,17 @@
 """What a case describes, in SI and in plain frozen records: the only thing a run is built from.
 
 Conventions: x runs from a body's left end to its right end; displacements and velocities are positive to the
-right; gaps are positive when open; contact forces, stresses and strains are positive in compression.
+right; gaps are positive when open; contact forces, stresses and strains are positive in compression. Of a beam the
+displacement is the deflection, positive up; for its contacts "left" reads below and "right" above.
 """
 
 from __future__ import annotations
 
+import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, final
 
 import numpy as np
 from numpy import float64
@@ -17,6 +20,7 @@ from numpy.typing import NDArray
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.integrators.base import AbstractScheme
 from impactlab.models.base import AbstractRodModel
+from impactlab.types import Quantity
 
 Profile = Callable[[NDArray[float64]], NDArray[float64]]
 """A quantity as a function of x [m], shape (n,) to shape (n,)."""
@@ -37,7 +41,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Segment:
-    """A uniform piece of a rod."""
+    """A uniform piece of a rod or a beam."""
 
     length: float  # m
     area: float  # m2
@@ -62,15 +66,42 @@ class Segment:
 
 
 @dataclass(frozen=True)
-class End:
-    """What holds an end of a rod: nothing, a clamp, a grounded spring or dashpot, or a mass riding on it.
+class BeamSegment(Segment):
+    """A uniform piece of a beam."""
 
-    A force may act on an end that is not clamped.
+    inertia: float = math.nan  # m4, second moment I of the area about the neutral axis
+    shear_stiffness: float = math.inf  # N, k G A; inf where shear gives no deformation
+    rotary_inertia: float = 0.0  # kg m, rho I; 0 where rotation costs no kinetic energy
+    height: float = math.nan  # m, of the cross section, where it is known
+
+    @property
+    def bending_stiffness(self) -> float:
+        """Bending stiffness E I [N m2]."""
+        return self.young * self.inertia
+
+    @property
+    def shear_speed(self) -> float:
+        """Speed of the shear front sqrt(k G A/(rho A)) [m/s]; inf for a beam that does not shear."""
+        return math.sqrt(self.shear_stiffness / (self.density * self.area))
+
+    @property
+    def shear_impedance(self) -> float:
+        """Impedance sqrt(k G A rho A) [N s/m] of a cross section in one direction; inf where nothing shears."""
+        return math.sqrt(self.shear_stiffness * self.density * self.area)
+
+
+@dataclass(frozen=True)
+class End:
+    """What holds an end of a rod or a beam: nothing, a clamp, a grounded spring or dashpot, or a mass riding on it.
+
+    A beam may be pinned (no deflection, free rotation), its spring may resist rotation too, and it may go on for ever.
+    A force may act on an end that is not clamped or pinned.
     """
 
-    kind: Literal["free", "clamped", "spring", "dashpot", "mass"]
+    kind: Literal["free", "clamped", "spring", "dashpot", "mass", "pinned", "infinite"]
     value: float = 0.0  # N/m, N s/m or kg
-    force: float = 0.0  # N, along +x, constant from t = 0 on
+    force: float = 0.0  # N, along +x (of a beam along +u), constant from t = 0 on
+    rotational: float = 0.0  # N m/rad, of a spring against rotation at the end of a beam
 
     @property
     def carries(self) -> str:
@@ -87,8 +118,8 @@ class Rayleigh:
 
 
 @dataclass(frozen=True)
-class Rod:
-    """A straight elastic rod of one or more uniform segments."""
+class ElasticBody(ABC):
+    """A straight body of one or more uniform segments along x, which moves along its axis or across it."""
 
     name: str
     segments: tuple[Segment, ...]
@@ -98,6 +129,11 @@ class Rod:
     displacement: Profile | None = None  # m, at t = 0
     model: AbstractRodModel | None = None  # None only while a case is being read
     damping: Rayleigh = Rayleigh()
+
+    @property
+    @abstractmethod
+    def kind(self) -> str:
+        """What a case calls such a body: ``rod`` or ``beam``."""
 
     @property
     def length(self) -> float:
@@ -111,18 +147,47 @@ class Rod:
 
     @property
     def end_force(self) -> float:
-        """Sum of the forces on both ends [N], along +x."""
+        """Sum of the forces on both ends [N], along +x, of a beam along +u."""
         return self.left.force + self.right.force
 
     @property
     def is_damped(self) -> bool:
-        """Whether the rod itself loses energy; dashpots at its ends do not count."""
+        """Whether the body itself loses energy; dashpots at its ends do not count."""
         return self.damping != Rayleigh() or any(segment.viscosity > 0.0 for segment in self.segments)
 
     @property
+    def is_held(self) -> bool:
+        """Whether anything but contacts and loads can change its momentum."""
+        return any(end.kind not in ("free", "mass") for end in (self.left, self.right))
+
+    @property
     def round_trip(self) -> float:
-        """Time of a wave to the far end and back, 2 L/c summed over the segments [s]."""
+        """Time of a wave to the far end and back, 2 L/c summed over the segments [s], with c = sqrt(E/rho)."""
         return sum(2.0 * segment.length / segment.wave_speed for segment in self.segments)
+
+
+@final
+@dataclass(frozen=True)
+class Rod(ElasticBody):
+    """A straight elastic rod: it moves along its axis."""
+
+    @property
+    def kind(self) -> str:
+        return "rod"
+
+
+@final
+@dataclass(frozen=True)
+class Beam(ElasticBody):
+    """A straight elastic beam: it deflects across its axis; its round trip is that of an axial wave."""
+
+    segments: tuple[BeamSegment, ...]
+    theory: Literal["euler_bernoulli", "timoshenko"] = "euler_bernoulli"
+    tension: float = 0.0  # N, axial preload, positive in tension
+
+    @property
+    def kind(self) -> str:
+        return "beam"
 
 
 @dataclass(frozen=True)
@@ -141,7 +206,7 @@ class Wall:
     name: str
 
 
-Body = Rod | Mass | Wall
+Body = Rod | Beam | Mass | Wall
 
 
 @dataclass(frozen=True)
@@ -175,7 +240,7 @@ class Probe:
 
     body: str
     x: float  # m
-    quantity: Literal["displacement", "velocity", "strain", "stress", "force"]
+    quantity: Quantity
 
     @property
     def channel(self) -> str:
@@ -206,13 +271,13 @@ class Scene:
     gravity: float = 0.0  # m/s2, along +x
     probes: tuple[Probe, ...] = ()
     snapshots: tuple[float, ...] = ()  # s
-    round_trip: float = float("nan")  # s, of the body named in round_trips_of; NaN without a rod
+    round_trip: float = float("nan")  # s, of the body named in round_trips_of; NaN without a rod or beam
     records: int = RECORDS  # instants kept: a run of more steps keeps every second, third ... one
     tolerance: float | None = None  # relative, on displacements and impulses; models and step are then to be chosen
 
     @property
     def loaded_ends(self) -> tuple[Probe, ...]:
-        """Displacements of the ends of rods on which forces act: recorded like those of faces in contact."""
-        rods = [body for body in self.bodies.values() if isinstance(body, Rod)]
+        """Displacements of the ends of rods and beams on which forces act: recorded like those of faces in contact."""
+        rods = [body for body in self.bodies.values() if isinstance(body, ElasticBody)]
         ends = [(rod, end, x) for rod in rods for end, x in ((rod.left, 0.0), (rod.right, rod.length))]
         return tuple(Probe(rod.name, x, "displacement") for rod, end, x in ends if end.force != 0.0)

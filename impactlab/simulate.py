@@ -26,7 +26,7 @@ from impactlab.pairing import (
     constraint_gains,
     kind_of,
 )
-from impactlab.scene import Contact, Rod, Scene
+from impactlab.scene import Contact, ElasticBody, Rod, Scene
 from impactlab.stepping.assembly import Assembly
 from impactlab.stepping.preparation import (
     BuiltBody,
@@ -67,8 +67,10 @@ class Plan:
 
 def is_exact(scene: Scene) -> bool:
     """Return whether a scene is solved from event to event: all rods continuous, all laws hard or constant springs."""
-    rods = [body for body in scene.bodies.values() if isinstance(body, Rod)]
-    continuous = bool(rods) and all(rod.model is not None and not rod.model.steps for rod in rods)
+    elastic = [body for body in scene.bodies.values() if isinstance(body, ElasticBody)]
+    continuous = bool(elastic) and all(
+        isinstance(body, Rod) and body.model is not None and not body.model.steps for body in elastic
+    )
     return continuous and all(
         (contact.law.hard and contact.law.answers_force) or contact.law.is_spring for contact in scene.contacts
     )
@@ -82,7 +84,7 @@ def resolve_step(scene: Scene, built: dict[str, BuiltBody]) -> float:
     if rule.courant is not None:
         lengths = []
         for name, body in scene.bodies.items():
-            if isinstance(body, Rod) and body.model is not None:
+            if isinstance(body, ElasticBody) and body.model is not None:
                 if not body.model.has_mesh:
                     raise CaseError(
                         f"courant needs a mesh, and '{name}' has analytic modes",
@@ -102,14 +104,14 @@ def resolve_step(scene: Scene, built: dict[str, BuiltBody]) -> float:
 
 def rods_step(scene: Scene) -> bool | None:
     """Return whether any rod is stepped in coordinates; None without rods."""
-    rods = [body for body in scene.bodies.values() if isinstance(body, Rod)]
+    rods = [body for body in scene.bodies.values() if isinstance(body, ElasticBody)]
     return any(rod.model is not None and rod.model.steps for rod in rods) if rods else None
 
 
 def all_steps(scene: Scene, contact: Contact) -> bool:
     """Return whether no side of a contact is a continuous rod."""
     bodies = (scene.bodies[point.body] for point in (contact.left, contact.right))
-    return all(not isinstance(body, Rod) or body.model is None or body.model.steps for body in bodies)
+    return all(not isinstance(body, ElasticBody) or body.model is None or body.model.steps for body in bodies)
 
 
 def prepare(scene: Scene) -> Plan:

@@ -17,7 +17,7 @@ from impactlab.contact.base import AbstractContactLaw
 from impactlab.history import AbstractHistory, ContactSpan, Event
 from impactlab.pairing import kind_of
 from impactlab.reference import Reference
-from impactlab.scene import Mass, Rod, Scene
+from impactlab.scene import Beam, ElasticBody, Mass, Rod, Scene
 from impactlab.types import Relative
 
 SCHEMA_VERSION = 1
@@ -104,7 +104,7 @@ def method(scene: Scene, history: AbstractHistory) -> dict[str, Any]:
     The integrator is null where every rod is described without steps: it was not used.
     """
     scene = scene if history.choice is None else history.choice.scene
-    rods = {name: body for name, body in scene.bodies.items() if isinstance(body, Rod)}
+    rods = {name: body for name, body in scene.bodies.items() if isinstance(body, ElasticBody)}
     models = {name: rod.model for name, rod in rods.items() if rod.model is not None}
     stepped = not models or any(model.steps for model in models.values())
     used = scene.integrator is not None and stepped
@@ -132,8 +132,8 @@ def _contact(span: ContactSpan) -> dict[str, Any]:
 
 
 def final(scene: Scene, history: AbstractHistory) -> dict[str, Any]:
-    """Return where the bodies are at the end: masses by position [m] and velocity, rods by momentum and energy [J]."""
-    wanted = {Mass: ("position", "velocity"), Rod: ("momentum", "energy")}
+    """Return where the bodies are at the end: masses by position [m], velocity; others by momentum, energy [J]."""
+    wanted = {Mass: ("position", "velocity"), Rod: ("momentum", "energy"), Beam: ("momentum", "energy")}
     bodies = {
         name: {quantity: _at_end(history, f"{quantity}:{name}") for quantity in wanted[type(body)]}
         for name, body in scene.bodies.items()

@@ -17,7 +17,10 @@ from numpy import float64
 from numpy.typing import NDArray
 
 Array = NDArray[float64]
-Quantity = Literal["displacement", "velocity", "strain", "stress", "force"]
+Quantity = Literal["displacement", "velocity", "strain", "stress", "force", "rotation", "bending_moment", "shear_force"]
+
+QUANTITIES_OF_ROD: tuple[Quantity, ...] = ("displacement", "velocity", "strain", "stress", "force")
+QUANTITIES_OF_BEAM: tuple[Quantity, ...] = ("displacement", "velocity", "rotation", "bending_moment", "shear_force")
 
 PARAMETERS = 16  # room for a law's constants
 MEMORY = 8  # room for what a law carries from step to step
@@ -122,20 +125,18 @@ class Reading(NamedTuple):
 class SideFacts(NamedTuple):
     """What is known of one side before the run; NaN where there is none."""
 
-    kind: str  # mass | wall | rod
-    impedance: float  # Z at the contact, N s/m
-    wave_speed: float  # c at the contact, m/s
+    kind: str  # mass | wall | rod | beam
+    impedance: float  # Z at the contact, N s/m: of a rod's end, of a Timoshenko beam anywhere
+    wave_speed: float  # c at the contact, m/s: of axial waves, on a Timoshenko beam of the shear front
     area: float  # m2
-    element_stiffness: float  # EA/h, N/m; of the mesh, or of L/modes where there is none
-    room: float  # m a reading may be away from the face: the first segment's length
+    element_stiffness: float  # EA/h, of a beam 12 EI/h3, N/m; of the mesh, or of L/modes where there is none
+    room: float  # m a reading may be away from the face: the first segment's length; NaN on a beam
     mass: float  # kg, of the whole body; inf for a wall
     gravity: float  # m/s2, along +x
     velocity_per_force: float = math.nan  # m/(N s), of the face in the scheme's own step; NaN where nothing steps
     left_out: float = 0.0  # m/N, static compliance of the face in the modes that the model leaves out
     flexibility: float = 0.0  # m/N, of a massless face
-    end: str = (
-        "free"  # what the struck end carries: free | clamped | spring | dashpot | mass | force; inner at an inner point
-    )
+    end: str = "free"  # what the struck end carries: a kind of `impactlab.scene.End`, or force; inner at an inner point
 
 
 class Start(NamedTuple):

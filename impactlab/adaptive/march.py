@@ -17,7 +17,7 @@ from impactlab.adaptive.system import System
 from impactlab.errors import StepError
 from impactlab.history import ContactSpan, Event
 from impactlab.integrators.base import AbstractAdaptive, Problem
-from impactlab.scene import Rod, Wall
+from impactlab.scene import ElasticBody, Wall
 from impactlab.types import Array
 
 MANY = 20  # events within a hundredth of the time so far that count as an accumulation
@@ -47,7 +47,7 @@ class March:
     def __init__(self, system: System, integrator: AbstractAdaptive, longest: float | None) -> None:
         self.system, self.integrator = system, integrator
         scene = system.scene
-        transits = [0.5 * body.round_trip for body in scene.bodies.values() if isinstance(body, Rod)]
+        transits = [0.5 * body.round_trip for body in scene.bodies.values() if isinstance(body, ElasticBody)]
         self.longest = min([scene.duration, *transits]) if longest is None else longest
         self.time, self.steps, self.factorisations = 0.0, 0, 0
         self.state = system.start.copy()
@@ -179,13 +179,13 @@ class March:
         impulses: Array = self.state[system.impulses]
         _, samples = self.record.energies
         for number, (name, body) in enumerate(system.scene.bodies.items()):
-            held = isinstance(body, Rod) and any(end.kind not in ("free", "mass") for end in (body.left, body.right))
-            held = held or (isinstance(body, Rod) and body.damping.mass > 0.0)  # which holds the rod to the ground
+            # Damping in proportion to mass holds a body to the ground.
+            held = isinstance(body, ElasticBody) and (body.is_held or body.damping.mass > 0.0)
             if held or isinstance(body, Wall):
                 continue
             signs = [float(c.right.body == name) - float(c.left.body == name) for c in system.scene.contacts]
             mass = system.mass_of(name)
-            loads = mass * system.scene.gravity + (body.end_force if isinstance(body, Rod) else 0.0)
+            loads = mass * system.scene.gravity + (body.end_force if isinstance(body, ElasticBody) else 0.0)
             given = float(np.dot(signs, impulses)) + loads * self.time
             momenta = [energies.momentum[number] for _, energies, _, _ in samples]
             energy = max(abs(float(energies.bodies[number])) for _, energies, _, _ in samples)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from impactlab.adaptive.system import Energies, System
-from impactlab.scene import Mass, Rod
+from impactlab.scene import ElasticBody, Mass
 from impactlab.stepping.assembly import SAMPLES
 from impactlab.types import Array
 
@@ -25,7 +25,7 @@ class Record:
         asked = [(probe.channel, probe.body, probe.x, probe.quantity) for probe in watched]
         for contact in scene.contacts:
             for point in (contact.left, contact.right):
-                if isinstance(scene.bodies[point.body], Rod):
+                if isinstance(scene.bodies[point.body], ElasticBody):
                     place = f"{point.body}@{point.x:.6g}"
                     asked += [(f"{q}:{place}", point.body, point.x, q) for q in ("displacement", "velocity")]
         for name, body in scene.bodies.items():

@@ -12,7 +12,7 @@ from scipy.sparse import csr_array, diags_array
 
 from impactlab.adaptive.law import Touch
 from impactlab.banded import grounded, multiply, widened
-from impactlab.scene import Contact, Point, Rod, Scene, Wall
+from impactlab.scene import Contact, ElasticBody, Point, Scene, Wall
 from impactlab.sides import side_facts
 from impactlab.stepping.packing import dashpots
 from impactlab.stepping.preparation import BuiltBody, start_law
@@ -125,7 +125,7 @@ class System:
         at_start = self.energies(self.start)
         speeds = [abs(scene.gravity) * scene.duration]
         for body in scene.bodies.values():
-            if isinstance(body, Rod):
+            if isinstance(body, ElasticBody):
                 speeds.append(abs(body.left.force) / body.segments[0].impedance)
                 speeds.append(abs(body.right.force) / body.segments[-1].impedance)
         for name, energy in zip(self.built, at_start.bodies, strict=True):
@@ -148,7 +148,7 @@ class System:
     def mass_of(self, name: str) -> float:
         """Return the mass of a body with what rides on its ends [kg]."""
         body = self.scene.bodies[name]
-        if isinstance(body, Rod):
+        if isinstance(body, ElasticBody):
             return body.mass + sum(end.value for end in (body.left, body.right) if end.kind == "mass")
         return np.inf if isinstance(body, Wall) else body.mass
 

@@ -10,7 +10,7 @@ from impactlab.types import Array
 
 if TYPE_CHECKING:
     from impactlab.models.base import Face
-    from impactlab.models.mesh import Mesh
+    from impactlab.models.meshed import AbstractMesh
 
 
 class Span(NamedTuple):
@@ -38,7 +38,7 @@ class AbstractBasis(ABC):
     free_end: ClassVar[bool] = False  # eigenvectors with free contacts alone: a uniform rod's are known in closed form
 
     @abstractmethod
-    def span(self, mesh: Mesh, modes: int, faces: tuple[Face, ...]) -> Span:
+    def span(self, mesh: AbstractMesh, modes: int, faces: tuple[Face, ...]) -> Span:
         """Return the shapes, n = ``modes`` + 1 for a rod that nothing holds, else ``modes``; ``modes`` fits the mesh.
 
         ``faces`` are the rod's contacts. Raise `CaseError` where the basis cannot serve them.

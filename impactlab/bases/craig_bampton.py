@@ -13,7 +13,7 @@ from impactlab.bases.base import AbstractBasis, Span
 from impactlab.bases.shapes import constraint_modes, struck, too_few, upright
 from impactlab.models.base import Face
 from impactlab.models.massless import Ints
-from impactlab.models.mesh import Mesh
+from impactlab.models.meshed import AbstractMesh
 from impactlab.types import Array
 
 
@@ -35,8 +35,8 @@ class CraigBampton(AbstractBasis):
     citations = ("CraigBampton1968",)
     static_exact = True
 
-    def span(self, mesh: Mesh, modes: int, faces: tuple[Face, ...]) -> Span:
-        rigid = 0 if mesh.is_held else 1
+    def span(self, mesh: AbstractMesh, modes: int, faces: tuple[Face, ...]) -> Span:
+        rigid = mesh.rigid.shape[1]
         kept = struck(mesh, faces)
         if modes + rigid < kept.size:
             raise too_few("craig_bampton", modes, kept.size - rigid, f"{kept.size} constraint modes")
@@ -44,7 +44,7 @@ class CraigBampton(AbstractBasis):
         return Span(np.hstack((constraint_modes(mesh, kept), fixed(mesh, kept, count))))
 
 
-def fixed(mesh: Mesh, kept: Ints, count: int) -> Array:
+def fixed(mesh: AbstractMesh, kept: Ints, count: int) -> Array:
     """Return the first eigenvectors (n_mesh_dof, count) of the mesh with some coordinates fixed."""
     from scipy.linalg import eigh
 

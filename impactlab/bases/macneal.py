@@ -8,7 +8,7 @@ from typing import final
 from impactlab.bases.base import AbstractBasis, Span
 from impactlab.bases.shapes import eigenvectors
 from impactlab.models.base import Face
-from impactlab.models.mesh import Mesh
+from impactlab.models.meshed import AbstractMesh
 
 
 @final
@@ -26,5 +26,5 @@ class Macneal(AbstractBasis):
 
     citations = ("MacNeal1971",)
 
-    def span(self, mesh: Mesh, modes: int, faces: tuple[Face, ...]) -> Span:
-        return Span(eigenvectors(mesh, modes + (not mesh.is_held)), uncoupled=True, residual=True)
+    def span(self, mesh: AbstractMesh, modes: int, faces: tuple[Face, ...]) -> Span:
+        return Span(eigenvectors(mesh, modes + mesh.rigid.shape[1]), uncoupled=True, residual=True)

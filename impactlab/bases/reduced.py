@@ -8,8 +8,8 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from impactlab.banded import multiply
-from impactlab.bases.shapes import rigid_motion, upright
-from impactlab.models.mesh import Mesh
+from impactlab.bases.shapes import upright
+from impactlab.models.meshed import AbstractMesh
 from impactlab.scene import Profile
 from impactlab.types import Array, Quantity
 
@@ -43,9 +43,9 @@ class ReducedMesh:
         rad/s; exactly zero for the rigid motion of a rod that nothing holds.
     """
 
-    def __init__(self, mesh: Mesh, shapes: Array, uncoupled: bool) -> None:
+    def __init__(self, mesh: AbstractMesh, shapes: Array, uncoupled: bool) -> None:
         self.mesh = mesh
-        rigid = 0 if mesh.is_held else 1
+        rigid = mesh.rigid.shape[1]
         if not uncoupled:
             shapes = self._uncoupled(shapes, rigid)
         squared = mesh.quotients(shapes)
@@ -63,9 +63,8 @@ class ReducedMesh:
             mass, stiffness = (unit.T @ products(matrix, unit) for matrix in (mesh.mass, mesh.stiffness))
             _, turned = eigh(0.5 * (stiffness + stiffness.T), 0.5 * (mass + mass.T))
             shapes = upright(unit @ turned)
-            if rigid:
-                shapes[:, 0] = rigid_motion(mesh)
-                shapes[:, 1:] -= np.outer(shapes[:, 0], shapes[:, 0] @ products(mesh.mass, shapes[:, 1:]))
+            shapes[:, :rigid] = mesh.rigid
+            shapes[:, rigid:] -= mesh.rigid @ (mesh.rigid.T @ products(mesh.mass, shapes[:, rigid:]))
         return shapes
 
     def row(self, x: float, quantity: Quantity) -> Array:
@@ -78,8 +77,7 @@ class ReducedMesh:
 
     def project(self, profile: Profile) -> Array:
         """Return the coordinates of a displacement profile, shape (n_dof,)."""
-        nodal = self.mesh.at_nodes(profile(self.mesh.nodes))
-        return np.asarray(self.shapes.T @ multiply(self.mesh.mass, nodal))
+        return np.asarray(self.shapes.T @ multiply(self.mesh.mass, self.mesh.coordinates(profile)))
 
     def project_uniform(self) -> Array:
         """Return the momentum of each coordinate at unit velocity, shape (n_dof,)."""

@@ -9,10 +9,10 @@ import numpy as np
 
 from impactlab.banded import multiply
 from impactlab.bases.base import AbstractBasis, Span
-from impactlab.bases.shapes import no_contact, rigid_motion
+from impactlab.bases.shapes import no_contact
 from impactlab.errors import CaseError
 from impactlab.models.base import Face
-from impactlab.models.mesh import Mesh
+from impactlab.models.meshed import AbstractMesh
 from impactlab.types import Array
 
 LOST = 1e-10  # of its length: what is left of a vector whose direction was already there
@@ -35,10 +35,10 @@ class Ritz(AbstractBasis):
     citations = ("WilsonYuanDickens1982", "EscalonaMayoDominguez1999")
     static_exact = True
 
-    def span(self, mesh: Mesh, modes: int, faces: tuple[Face, ...]) -> Span:
+    def span(self, mesh: AbstractMesh, modes: int, faces: tuple[Face, ...]) -> Span:
         if not faces:
             raise no_contact("ritz")
-        found: list[Array] = [] if mesh.is_held else [rigid_motion(mesh)]
+        found: list[Array] = list(mesh.rigid.T)
         count = modes + len(found)
         waiting = [mesh.static(mesh.row(x, "displacement")) for x in dict.fromkeys(face.x for face in faces)]
         while len(found) < count:

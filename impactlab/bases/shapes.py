@@ -11,7 +11,7 @@ from impactlab.banded import full, multiply
 from impactlab.errors import CaseError
 from impactlab.models.base import Face
 from impactlab.models.massless import Ints
-from impactlab.models.mesh import Mesh
+from impactlab.models.meshed import AbstractMesh
 from impactlab.types import Array
 
 
@@ -33,21 +33,14 @@ def upright(shapes: Array) -> Array:
     return np.asarray(shapes * np.sign(shapes[first, np.arange(shapes.shape[1])]))
 
 
-def rigid_motion(mesh: Mesh) -> Array:
-    """Return the rigid motion of a rod that nothing holds, mass-normalised, shape (n_mesh_dof,)."""
-    inertia = mesh.momentum_row()
-    return np.full(inertia.size, 1.0 / np.sqrt(inertia.sum()))
-
-
-def eigenvectors(mesh: Mesh, count: int) -> Array:
-    """Return the first eigenvectors of a mesh, (n_mesh_dof, count); the first one of a free rod exactly rigid."""
+def eigenvectors(mesh: AbstractMesh, count: int) -> Array:
+    """Return the first eigenvectors of a mesh, (n_mesh_dof, count); rigid motions first, and exact."""
     shapes = lowest(mesh.mass, mesh.stiffness, count)
-    if not mesh.is_held:
-        shapes[:, 0] = rigid_motion(mesh)
+    shapes[:, : mesh.rigid.shape[1]] = mesh.rigid
     return shapes
 
 
-def struck(mesh: Mesh, faces: tuple[Face, ...]) -> Ints:
+def struck(mesh: AbstractMesh, faces: tuple[Face, ...]) -> Ints:
     """Return the coordinates that move the contacts, sorted, (n,) int: one each, all of its element inside one."""
     rows = [np.flatnonzero(mesh.row(face.x, "displacement")) for face in faces]
     return np.unique(np.concatenate([np.zeros(0, np.int64), *rows]))
@@ -61,13 +54,13 @@ def part(matrix: Array, start: int, stop: int) -> Array:
     return cut
 
 
-def pieces(mesh: Mesh, kept: Ints) -> list[tuple[int, int]]:
+def pieces(mesh: AbstractMesh, kept: Ints) -> list[tuple[int, int]]:
     """Return the runs of coordinates between those kept, as (start, stop), empty ones left out."""
     edges = [-1, *(int(k) for k in kept), mesh.mass.shape[1]]
     return [(a + 1, b) for a, b in pairwise(edges) if b > a + 1]
 
 
-def constraint_modes(mesh: Mesh, kept: Ints) -> Array:
+def constraint_modes(mesh: AbstractMesh, kept: Ints) -> Array:
     """Return the static shapes (n_mesh_dof, n_kept) in which one coordinate kept moves by 1 and the others do not."""
     n_dof = mesh.mass.shape[1]
     shapes = np.zeros((n_dof, kept.size))
@@ -90,7 +83,7 @@ def solve_part(stiffness: Array, start: int, stop: int, force: Array) -> Array:
     return np.asarray(solveh_banded(matrix, force, lower=True))
 
 
-def fixed_modes(mesh: Mesh, start: int, stop: int, count: int) -> Array:
+def fixed_modes(mesh: AbstractMesh, start: int, stop: int, count: int) -> Array:
     """Return the first eigenvectors (n_mesh_dof, count) of a run of coordinates, all others fixed."""
     shapes = np.zeros((mesh.mass.shape[1], count))
     shapes[start:stop] = lowest(part(mesh.mass, start, stop), part(mesh.stiffness, start, stop), count)

@@ -14,7 +14,7 @@ from impactlab.bases.base import AbstractBasis, Span
 from impactlab.bases.shapes import eigenvectors, no_contact, upright
 from impactlab.errors import CaseError
 from impactlab.models.base import Face
-from impactlab.models.mesh import Mesh
+from impactlab.models.meshed import AbstractMesh
 
 
 @final
@@ -37,7 +37,7 @@ class StrikerAttached(AbstractBasis):
     # with a constraint, 0.45 with laws that read the stress at the face (docs/matrix.md).
     gains_energy = 0.6
 
-    def span(self, mesh: Mesh, modes: int, faces: tuple[Face, ...]) -> Span:
+    def span(self, mesh: AbstractMesh, modes: int, faces: tuple[Face, ...]) -> Span:
         from scipy.linalg import eigh
 
         if not faces:
@@ -56,7 +56,7 @@ class StrikerAttached(AbstractBasis):
                 remedy="Use basis craig_bampton or eigenvectors.",
                 path="solve.model.basis",
             )
-        count = modes + (not mesh.is_held)
+        count = modes + mesh.rigid.shape[1]
         row = mesh.row(face.x, "displacement")
         mass = full(mesh.mass) + face.partner_mass * np.outer(row, row)
         with threadpool_limits(limits=1):

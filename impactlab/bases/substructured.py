@@ -12,7 +12,7 @@ from impactlab.bases.shapes import constraint_modes, fixed_modes, pieces, struck
 from impactlab.errors import CaseError
 from impactlab.models.base import Face
 from impactlab.models.massless import Ints
-from impactlab.models.mesh import Mesh
+from impactlab.models.meshed import AbstractMesh
 from impactlab.types import option
 
 
@@ -40,14 +40,14 @@ class Substructured(AbstractBasis):
     pieces: int = option(4, at_least=2, at_most=1000, description="pieces the rod is cut into, of equal elements")
     others: int = option(1, at_least=0, at_most=1000, description="fixed-interface modes of a piece without contact")
 
-    def span(self, mesh: Mesh, modes: int, faces: tuple[Face, ...]) -> Span:
+    def span(self, mesh: AbstractMesh, modes: int, faces: tuple[Face, ...]) -> Span:
         at_contacts = struck(mesh, faces)
         kept = np.union1d(self._cuts(mesh), at_contacts)
         runs = pieces(mesh, kept)
         near = [touches(run, at_contacts) or not at_contacts.size for run in runs]
         sizes = [stop - start for start, stop in runs]
         coarse = [0 if refined else min(self.others, size) for refined, size in zip(near, sizes, strict=True)]
-        rigid = 0 if mesh.is_held else 1
+        rigid = mesh.rigid.shape[1]
         left = modes + rigid - kept.size - sum(coarse)
         if left < 0:
             what = f"{kept.size} constraint modes and {sum(coarse)} of the pieces without contact"
@@ -59,7 +59,7 @@ class Substructured(AbstractBasis):
         modal = [fixed_modes(mesh, *run, count) for run, count in zip(runs, counts, strict=True)]
         return Span(np.hstack((constraint_modes(mesh, kept), *modal)))
 
-    def _cuts(self, mesh: Mesh) -> Ints:
+    def _cuts(self, mesh: AbstractMesh) -> Ints:
         """Return the coordinates at the cuts."""
         elements = len(mesh.lengths)
         if self.pieces > elements:

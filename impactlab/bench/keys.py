@@ -26,7 +26,7 @@ from impactlab import api, plugins, reference
 from impactlab.casefile import Case
 from impactlab.errors import CaseError, PluginError
 from impactlab.plugins import METRICS
-from impactlab.scene import Rod, Scene
+from impactlab.scene import ElasticBody, Scene
 
 # Rooms and files of the package that no number of a row comes from.
 APART = ("report/", "testing/", "bench/report/", "cli.py", "console.py", "output.py", "cite.py", "citations.bib")
@@ -130,7 +130,7 @@ def strangers(*scenes: Scene) -> set[str]:
     parts: list[Any] = []
     for scene in scenes:
         parts += [contact.law for contact in scene.contacts] + [scene.integrator]
-        parts += [body.model for body in scene.bodies.values() if isinstance(body, Rod)]
+        parts += [body.model for body in scene.bodies.values() if isinstance(body, ElasticBody)]
     parts += [inner for part in parts if part is not None for inner in plugins.parts_inside(part)]
     modules = {type(part).__module__.partition(".")[0] for part in parts if part is not None}
     modules |= {top(entry) for entry in plugins.registry().entries if entry.group == METRICS.name}

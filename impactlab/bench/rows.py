@@ -9,7 +9,7 @@ from impactlab import aftermath, api
 from impactlab.bench.environment import environment
 from impactlab.bench.references import References, told
 from impactlab.casefile import Case
-from impactlab.scene import Rod, Scene
+from impactlab.scene import ElasticBody, Scene
 
 VERSION = 1  # of the record; part of it, so that an old one is made anew
 
@@ -66,7 +66,7 @@ def parts(scene: Scene) -> dict[str, Any]:
     """Return the models, laws, integrator and treatment of events that a scene asks for, as a summary has them."""
     from impactlab.summary import describe, plain
 
-    rods = {name: body for name, body in scene.bodies.items() if isinstance(body, Rod)}
+    rods = {name: body for name, body in scene.bodies.items() if isinstance(body, ElasticBody)}
     made = {
         "models": {name: describe(rod.model) for name, rod in rods.items() if rod.model is not None},
         "laws": [describe(contact.law) for contact in scene.contacts],

@@ -7,10 +7,25 @@ from typing import Any
 
 from impactlab.casefile.check import faces_of, reference_rod, shape_of
 from impactlab.casefile.parts import read_part
-from impactlab.casefile.schema import CaseBlock, MassBlock, RodBlock, RoundTrips
+from impactlab.casefile.schema import BeamBlock, CaseBlock, MassBlock, RodBlock, RoundTrips
+from impactlab.casefile.sections import beam_segments
 from impactlab.errors import CaseError
 from impactlab.plugins import INTEGRATORS, LAWS, MODELS, Registry
-from impactlab.scene import Body, Contact, Mass, Probe, Rayleigh, Rod, Scene, Segment, StepRule, Wall
+from impactlab.scene import (
+    Beam,
+    Body,
+    Contact,
+    ElasticBody,
+    End,
+    Mass,
+    Probe,
+    Rayleigh,
+    Rod,
+    Scene,
+    Segment,
+    StepRule,
+    Wall,
+)
 from impactlab.types import Relative
 
 DEFAULT_INTEGRATOR = {"kind": "newmark"}
@@ -32,7 +47,7 @@ def build_scene(case: CaseBlock, name: str, registry: Registry) -> Scene:
     contacts = tuple(_contact(case, number, registry) for number in range(len(case.contacts)))
     rod = reference_rod(case)
     counted = bodies[rod] if rod is not None else None
-    round_trip = counted.round_trip if isinstance(counted, Rod) else float("nan")
+    round_trip = counted.round_trip if isinstance(counted, ElasticBody) else float("nan")
     given = case.solve.duration
     duration = given.round_trips * round_trip if isinstance(given, RoundTrips) else float(given)
     for number, time in enumerate(case.snapshots):
@@ -64,21 +79,31 @@ def _body(case: CaseBlock, name: str, registry: Registry) -> Body:
     block = case.bodies[name]
     if isinstance(block, MassBlock):
         return Mass(name, block.mass, block.velocity)
-    if not isinstance(block, RodBlock):
+    if not isinstance(block, RodBlock | BeamBlock):
         return Wall(name)
     path = f"solve.models.{name}" if name in case.solve.models else "solve.model"
     asked = case.solve.models.get(name, case.solve.model) if case.solve.tolerance is None else UNDESCRIBED
     model = read_part(asked, path, MODELS, registry)
-    return Rod(
-        name=name,
-        segments=_segments(block),
-        left=block.ends.left,
-        right=block.ends.right,
-        velocity=block.velocity,
-        displacement=shape_of(block),
-        model=model,
-        damping=Rayleigh(block.damping.mass, block.damping.stiffness),
+    shared = {
+        "velocity": block.velocity,
+        "displacement": shape_of(block),
+        "model": model,
+        "damping": Rayleigh(block.damping.mass, block.damping.stiffness),
+    }
+    if isinstance(block, BeamBlock):
+        ends = block.ends.left, block.ends.right
+        theory: Any = block.theory
+        return Beam(name, beam_segments(block), *ends, theory=theory, tension=block.tension, **shared)
+    segments = _segments(block)
+    left, right = (
+        _bounded(end, segment) for end, segment in ((block.ends.left, segments[0]), (block.ends.right, segments[-1]))
     )
+    return Rod(name, segments, left, right, **shared)
+
+
+def _bounded(end: End, segment: Segment) -> End:
+    """Return the end of a rod as it is held; a rod that goes on for ever is held by a dashpot of its impedance."""
+    return End("dashpot", segment.impedance) if end.kind == "infinite" else end
 
 
 def _segments(rod: RodBlock) -> tuple[Segment, ...]:
@@ -110,10 +135,10 @@ def _contact(case: CaseBlock, number: int, registry: Registry) -> Contact:
 
 
 def _integrator(case: CaseBlock, bodies: dict[str, Body], registry: Registry) -> Any:
-    """Return the integrator; None where it was not given and no rod would use it."""
+    """Return the integrator; None where it was not given and no rod or beam would use it."""
     if case.solve.integrator is not None:
         return read_part(case.solve.integrator, "solve.integrator", INTEGRATORS, registry)
-    models = [body.model for body in bodies.values() if isinstance(body, Rod)]
+    models = [body.model for body in bodies.values() if isinstance(body, ElasticBody)]
     if models and not any(model.steps for model in models if model is not None):
         return None
     return read_part(DEFAULT_INTEGRATOR, "solve.integrator", INTEGRATORS, registry)

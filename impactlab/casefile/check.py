@@ -8,11 +8,13 @@ from typing import NamedTuple
 import numpy as np
 
 from impactlab.casefile.formula import Formula
-from impactlab.casefile.points import Face, check_place, find_body, read_face, rod_length
-from impactlab.casefile.schema import CHOSEN, CaseBlock, RodBlock, RoundTrips, WallBlock
+from impactlab.casefile.points import Face, check_place, find_body, length_of, read_face
+from impactlab.casefile.schema import CHOSEN, BeamBlock, CaseBlock, ElasticBlock, RodBlock, RoundTrips, WallBlock
+from impactlab.casefile.sections import check_section, check_shear, pieces_of
 from impactlab.casefile.words import listed, shown
 from impactlab.errors import CaseError
 from impactlab.scene import Profile, Table
+from impactlab.types import QUANTITIES_OF_BEAM, QUANTITIES_OF_ROD
 
 
 class Faces(NamedTuple):
@@ -35,64 +37,75 @@ def faces_of(case: CaseBlock, number: int) -> Faces:
     return Faces(read_face(case, left, f"{path}.0"), read_face(case, right, f"{path}.1"))
 
 
-def shape_of(rod: RodBlock) -> Profile | None:
-    """Return the initial displacement of a rod as a function of x [m]."""
+def shape_of(rod: RodBlock | BeamBlock) -> Profile | None:
+    """Return the initial displacement of a rod or a beam as a function of x [m]."""
     if rod.displacement is None or isinstance(rod.displacement, (Formula, Table)):
         return rod.displacement
-    return Formula(str(rod.displacement), rod_length(rod))
+    return Formula(str(rod.displacement), length_of(rod))
 
 
 def reference_rod(case: CaseBlock) -> str | None:
-    """Return the rod whose round trip the case counts in: the one named, else the first, else None."""
+    """Return the rod or beam whose round trip the case counts in: the one named, else the first, else None."""
     if case.solve.round_trips_of is not None:
         return case.solve.round_trips_of
-    return next((name for name, body in case.bodies.items() if isinstance(body, RodBlock)), None)
+    return next((name for name, body in case.bodies.items() if isinstance(body, ElasticBlock)), None)
 
 
-def _rods_have_a_shape(case: CaseBlock) -> None:
+def _bodies_have_a_shape(case: CaseBlock) -> None:
     for name, body in case.bodies.items():
-        if not isinstance(body, RodBlock):
+        if not isinstance(body, RodBlock | BeamBlock):
             continue
-        for key in ("length", "area", "material"):
+        keys = ("length", "area", "material") if isinstance(body, RodBlock) else ("length", "section", "material")
+        for key in keys:
             given = getattr(body, key) is not None
             if body.segments is not None and given:
                 raise CaseError(
-                    "given together with segments, which replace length, area and material",
+                    f"given together with segments, which replace {keys[0]}, {keys[1]} and {keys[2]}",
                     remedy=f"Keep either {key} or segments.",
                     path=f"bodies.{name}.{key}",
                 )
             if body.segments is None and not given:
                 raise CaseError(
                     "this key is missing",
-                    remedy="A rod has length, area and material, or segments with these three each.",
+                    remedy=f"A {body.kind} has {keys[0]}, {keys[1]} and {keys[2]}, or segments with these three each.",
                     path=f"bodies.{name}.{key}",
                 )
 
 
+def _sections_are_whole(case: CaseBlock) -> None:
+    for name, body in case.bodies.items():
+        if isinstance(body, BeamBlock):
+            for path, section, material in pieces_of(body):
+                check_section(section, f"bodies.{name}.{path}section")
+                if body.theory == "timoshenko":
+                    check_shear(section, material, f"bodies.{name}.{path}")
+
+
 def _shapes_are_finite(case: CaseBlock) -> None:
     for name, body in case.bodies.items():
-        if not isinstance(body, RodBlock) or body.displacement is None:
+        if not isinstance(body, RodBlock | BeamBlock) or body.displacement is None:
             continue
-        path, length = f"bodies.{name}.displacement", rod_length(body)
+        path, length = f"bodies.{name}.displacement", length_of(body)
         if isinstance(body.displacement, Table) and (body.displacement.x[0] > 0.0 or body.displacement.x[-1] < length):
             raise CaseError(
                 f"the table goes from {body.displacement.x[0]:g} to {body.displacement.x[-1]:g} m; "
-                f"the rod from 0 to {length:g} m",
-                remedy="Give values over the whole rod.",
+                f"the {body.kind} from 0 to {length:g} m",
+                remedy=f"Give values over the whole {body.kind}.",
                 path=path,
             )
         shape = shape_of(body)
         values = shape(np.linspace(0.0, length, 1001)) if shape else np.zeros(2)
         if not np.all(np.isfinite(values)):
             raise CaseError(
-                f"{shown(body.displacement)} is not a finite number everywhere on the rod, 0 to {length:g} m",
+                f"{shown(body.displacement)} is not a finite number everywhere on the {body.kind}, 0 to {length:g} m",
                 remedy="Mend the formula (a division by zero, or the root of a negative number).",
                 path=path,
             )
         for side, value in (("left", values[0]), ("right", values[-1])):
-            if getattr(body.ends, side).kind == "clamped" and abs(value) > 1e-9 * float(np.max(np.abs(values))):
+            held = getattr(body.ends, side).kind
+            if held in ("clamped", "pinned") and abs(value) > 1e-9 * float(np.max(np.abs(values))):
                 raise CaseError(
-                    f"the displacement at the clamped {side} end is {value:g} m; a clamped end stays at 0",
+                    f"the displacement at the {held} {side} end is {value:g} m; a {held} end stays at 0",
                     remedy=f"Choose a shape that is 0 there, or free the {side} end.",
                     path=path,
                 )
@@ -129,7 +142,7 @@ def _faces_look_at_each_other(case: CaseBlock) -> None:
         faces = faces_of(case, number)
         wrong = (("0", faces.left, "left", "right"), ("1", faces.right, "right", "left"))
         for place, face, at_side, facing in wrong:
-            if face.end == at_side:
+            if face.end == at_side and isinstance(case.bodies[face.point.body], RodBlock):
                 other = contact.between[1 - int(place)]
                 swap = f"[{contact.between[1]}, {contact.between[0]}]"
                 raise CaseError(
@@ -145,9 +158,12 @@ def _held_ends_are_not_struck(case: CaseBlock) -> None:
     for number in range(len(case.contacts)):
         for place, face in enumerate(faces_of(case, number)):
             body = case.bodies[face.point.body]
-            if isinstance(body, RodBlock) and face.end and getattr(body.ends, face.end).kind == "clamped":
+            if not isinstance(body, RodBlock | BeamBlock) or not face.end:
+                continue
+            held = getattr(body.ends, face.end).kind
+            if held in ("clamped", "pinned"):
                 raise CaseError(
-                    f"the end {face.point.label!r} is clamped and never moves, so a contact there moves no rod",
+                    f"the end {face.point.label!r} is {held} and never moves, so a contact there moves no {body.kind}",
                     remedy="Free that end, or put a wall in its place.",
                     path=f"contacts.{number}.between.{place}",
                 )
@@ -158,7 +174,7 @@ def _gaps_are_open(case: CaseBlock) -> None:
         gap, moved = contact.gap, 0.0
         for face, sign in zip(faces_of(case, number), (-1.0, 1.0), strict=True):
             body = case.bodies[face.point.body]
-            shape = shape_of(body) if isinstance(body, RodBlock) else None
+            shape = shape_of(body) if isinstance(body, RodBlock | BeamBlock) else None
             if shape is not None:
                 shift = float(shape(np.array([face.point.x]))[0])
                 gap, moved = gap + sign * shift, max(moved, abs(shift))
@@ -197,18 +213,18 @@ def _order_is_possible(case: CaseBlock) -> None:
 
 def _round_trips_have_a_rod(case: CaseBlock) -> None:
     named = case.solve.round_trips_of
-    rods = [name for name, body in case.bodies.items() if isinstance(body, RodBlock)]
+    rods = [name for name, body in case.bodies.items() if isinstance(body, ElasticBlock)]
     if named is not None:
         find_body(case, named, "solve.round_trips_of")
         if named not in rods:
             raise CaseError(
-                f"{named!r} is not a rod and has no round trip",
-                remedy=f"Rods: {listed(rods)}.",
+                f"{named!r} is no rod or beam and has no round trip",
+                remedy=f"Rods and beams: {listed(rods)}.",
                 path="solve.round_trips_of",
             )
     if isinstance(case.solve.duration, RoundTrips) and not rods:
         raise CaseError(
-            "round_trips counts the round trips of a rod, and this case has none",
+            "round_trips counts the round trips of a rod or a beam, and this case has none",
             remedy="Give the duration in seconds.",
             path="solve.duration",
         )
@@ -217,9 +233,11 @@ def _round_trips_have_a_rod(case: CaseBlock) -> None:
 def _models_name_rods(case: CaseBlock) -> None:
     for name in case.solve.models:
         body = find_body(case, name, f"solve.models.{name}")
-        if not isinstance(body, RodBlock):
+        if not isinstance(body, ElasticBlock):
             raise CaseError(
-                f"{name!r} is not a rod; only rods have a model", remedy="Remove it.", path=f"solve.models.{name}"
+                f"{name!r} is no rod or beam, and only these have a model",
+                remedy="Remove it.",
+                path=f"solve.models.{name}",
             )
 
 
@@ -259,14 +277,21 @@ def _probes_lie_on_bodies(case: CaseBlock) -> None:
     for number, probe in enumerate(case.probes):
         path = f"probes.{number}"
         body = find_body(case, probe.body, f"{path}.body")
-        if isinstance(body, RodBlock):
-            check_place(probe.at, probe.body, rod_length(body), f"{path}.at")
+        if isinstance(body, RodBlock | BeamBlock):
+            check_place(probe.at, probe.body, length_of(body), f"{path}.at")
+            known = QUANTITIES_OF_ROD if isinstance(body, RodBlock) else QUANTITIES_OF_BEAM
+            if probe.quantity not in known:
+                raise CaseError(
+                    f"the {body.kind} {probe.body!r} has no {probe.quantity} to record. Allowed: {', '.join(known)}",
+                    remedy="Probe another quantity.",
+                    path=f"{path}.quantity",
+                )
         elif isinstance(body, WallBlock) or probe.quantity not in ("displacement", "velocity"):
             kind = "wall" if isinstance(body, WallBlock) else "mass"
             allowed = "nothing: it never moves" if kind == "wall" else "displacement, velocity"
             raise CaseError(
                 f"the {kind} {probe.body!r} has no {probe.quantity} to record. Allowed: {allowed}",
-                remedy="Probe a rod, or another quantity.",
+                remedy="Probe a rod or a beam, or another quantity.",
                 path=f"{path}.quantity",
             )
         elif probe.at != 0.0:
@@ -278,7 +303,8 @@ def _probes_lie_on_bodies(case: CaseBlock) -> None:
 
 
 RULES: tuple[Callable[[CaseBlock], None], ...] = (
-    _rods_have_a_shape,
+    _bodies_have_a_shape,
+    _sections_are_whole,
     _shapes_are_finite,
     _contacts_join_two_bodies,
     _faces_look_at_each_other,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import NamedTuple
 
-from impactlab.casefile.schema import CaseBlock, MassBlock, RodBlock
+from impactlab.casefile.schema import BeamBlock, CaseBlock, MassBlock, RodBlock
 from impactlab.casefile.units import to_si
 from impactlab.casefile.words import closest, listed, shown
 from impactlab.errors import CaseError
@@ -23,8 +23,8 @@ class Face(NamedTuple):
     end: str  # left, right, or empty for an inner point, a mass and a wall
 
 
-def rod_length(rod: RodBlock) -> float:
-    """Return the whole length of a rod [m]."""
+def length_of(rod: RodBlock | BeamBlock) -> float:
+    """Return the whole length of a rod or a beam [m]."""
     if rod.segments is not None:
         return sum(segment.length for segment in rod.segments)
     return float(rod.length or 0.0)
@@ -43,7 +43,7 @@ def read_face(case: CaseBlock, text: str, path: str) -> Face:
         raise CaseError(f"{shown(text)} does not name a face", remedy=_REMEDY, path=path)
     name, side, place = match.groups()
     body = find_body(case, name, path)
-    if not isinstance(body, RodBlock):
+    if not isinstance(body, RodBlock | BeamBlock):
         if side is not None:
             kind = "a mass" if isinstance(body, MassBlock) else "a wall"
             raise CaseError(
@@ -52,25 +52,26 @@ def read_face(case: CaseBlock, text: str, path: str) -> Face:
         return Face(Point(name, 0.0, name), "")
     if side is None:
         raise CaseError(
-            f"{shown(text)}: {name!r} is a rod, so the face must be named. "
+            f"{shown(text)}: {name!r} is a {body.kind}, so the face must be named. "
             f"Allowed: {name}.left, {name}.right, {name}.at(x)",
-            remedy="Say where on the rod.",
+            remedy=f"Say where on the {body.kind}.",
             path=path,
         )
-    length = rod_length(body)
+    length = length_of(body)
     if side == "at" and place is not None:
         return _inner(name, place, length, text, path)
     if side not in ("left", "right") or place is not None:
         hint = closest(side, ("left", "right"))
         raise CaseError(
-            f"{shown(text)}: a rod has no end {shown(side)}.{hint} Allowed: {name}.left, {name}.right, {name}.at(x)",
+            f"{shown(text)}: a {body.kind} has no end {shown(side)}.{hint} "
+            f"Allowed: {name}.left, {name}.right, {name}.at(x)",
             remedy="Name one of its two ends, or a place x on it.",
             path=path,
         )
     return Face(Point(name, 0.0 if side == "left" else length, f"{name}.{side}"), side)
 
 
-def find_body(case: CaseBlock, name: str, path: str) -> RodBlock | MassBlock | object:
+def find_body(case: CaseBlock, name: str, path: str) -> RodBlock | BeamBlock | MassBlock | object:
     """Return the body of that name, or raise with the closest one."""
     if name not in case.bodies:
         raise CaseError(

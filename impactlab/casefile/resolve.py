@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from impactlab.casefile.build import DEFAULT_INTEGRATOR
 from impactlab.casefile.formula import Formula
 from impactlab.casefile.parts import describe_part
 from impactlab.casefile.schema import CaseBlock
-from impactlab.scene import Body, End, Mass, Rod, Scene, Table
+from impactlab.scene import Beam, BeamSegment, Body, ElasticBody, End, Mass, Scene, Segment, Table
 
 
 def resolve(case: CaseBlock, scene: Scene) -> dict[str, Any]:
@@ -45,7 +46,7 @@ def resolve(case: CaseBlock, scene: Scene) -> dict[str, Any]:
 def _described(case: CaseBlock, scene: Scene) -> dict[str, Any]:
     """Return the keys of ``solve`` that say how the scene is described and stepped."""
     solve: dict[str, Any] = {}
-    models = {name: body.model for name, body in scene.bodies.items() if isinstance(body, Rod)}
+    models = {name: body.model for name, body in scene.bodies.items() if isinstance(body, ElasticBody)}
     blocks = {name: case.solve.models.get(name, case.solve.model) for name in models}
     solve["models"] = {name: describe_part(model, blocks[name]) for name, model in models.items()}
     if scene.integrator is not None:
@@ -60,18 +61,13 @@ def _described(case: CaseBlock, scene: Scene) -> dict[str, Any]:
 def _body(body: Body) -> dict[str, Any]:
     if isinstance(body, Mass):
         return {"kind": "mass", "mass": body.mass, "velocity": body.velocity}
-    if not isinstance(body, Rod):
+    if not isinstance(body, ElasticBody):
         return {"kind": "wall"}
-    segments = [
-        {
-            "length": piece.length,
-            "area": piece.area,
-            "material": {"young": piece.young, "density": piece.density, "viscosity": piece.viscosity},
-        }
-        for piece in body.segments
-    ]
+    segments = [_piece(piece) for piece in body.segments]
     shape: dict[str, Any] = segments[0] if len(segments) == 1 else {"segments": segments}
-    values = {"kind": "rod", **shape, "ends": {"left": _end(body.left), "right": _end(body.right)}}
+    values = {"kind": body.kind, **shape, "ends": {"left": _end(body.left), "right": _end(body.right)}}
+    if isinstance(body, Beam):
+        values |= {"theory": body.theory, "tension": body.tension}
     values["damping"] = {"mass": body.damping.mass, "stiffness": body.damping.stiffness}
     values["velocity"] = body.velocity
     if isinstance(body.displacement, Formula):
@@ -81,20 +77,40 @@ def _body(body: Body) -> dict[str, Any]:
     return values
 
 
+def _piece(piece: Segment) -> dict[str, Any]:
+    material = {"young": piece.young, "density": piece.density, "viscosity": piece.viscosity}
+    if not isinstance(piece, BeamSegment):
+        return {"length": piece.length, "area": piece.area, "material": material}
+    section = {"area": piece.area, "inertia": piece.inertia}
+    if math.isfinite(piece.shear_stiffness):
+        # As k and G act by their product alone, they are given as k = 1 and G = their product.
+        section["shear_factor"], material["shear_modulus"] = 1.0, piece.shear_stiffness / piece.area
+    if math.isfinite(piece.height):
+        section["height"] = piece.height
+    return {"length": piece.length, "section": section, "material": material}
+
+
 def _end(end: End) -> Any:
-    held = {} if end.kind in ("free", "clamped") else {end.kind: end.value}
+    held: dict[str, float] = {end.kind: end.value} if end.value > 0.0 else {}
+    held |= {"rotational": end.rotational} if end.rotational > 0.0 else {}
     pushed = {"force": end.force} if end.force != 0.0 else {}
     return {**held, **pushed} or end.kind
 
 
 def _derived(scene: Scene) -> dict[str, Any]:
-    rods = {}
+    derived: dict[str, dict[str, Any]] = {"rods": {}, "beams": {}}
     for name, body in scene.bodies.items():
-        if isinstance(body, Rod):
-            rods[name] = {
+        if isinstance(body, ElasticBody):
+            known = {
                 "mass": body.mass,
                 "round_trip": body.round_trip,
                 "wave_speed": [piece.wave_speed for piece in body.segments],
-                "impedance": [piece.impedance for piece in body.segments],
             }
-    return {"rods": rods, "contacts": [contact.name for contact in scene.contacts]}
+            if isinstance(body, Beam):
+                known["bending_stiffness"] = [piece.bending_stiffness for piece in body.segments]
+                if body.theory == "timoshenko":
+                    known["shear_speed"] = [piece.shear_speed for piece in body.segments]
+            else:
+                known["impedance"] = [piece.impedance for piece in body.segments]
+            derived[f"{body.kind}s"][name] = known
+    return {**derived, "contacts": [contact.name for contact in scene.contacts]}

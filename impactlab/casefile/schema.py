@@ -6,15 +6,17 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from impactlab.casefile.values import END, SHAPE, Allowed, quantity, refuse, words
+from impactlab.casefile.values import BEAM_END, END, SHAPE, Allowed, quantity, refuse, words
 from impactlab.casefile.values import Reader as Reader
 from impactlab.casefile.words import shown
 from impactlab.scene import RECORDS, End
+from impactlab.types import QUANTITIES_OF_BEAM, QUANTITIES_OF_ROD
 
-QUANTITIES = ("displacement", "velocity", "strain", "stress", "force")
+QUANTITIES = tuple(dict.fromkeys((*QUANTITIES_OF_ROD, *QUANTITIES_OF_BEAM)))
 
 Length = Annotated[float, quantity("m", gt=0.0)]
 Area = Annotated[float, quantity("m2", gt=0.0)]
+Inertia = Annotated[float, quantity("m4", gt=0.0)]
 Modulus = Annotated[float, quantity("Pa", gt=0.0)]
 Density = Annotated[float, quantity("kg/m3", gt=0.0)]
 MassValue = Annotated[float, quantity("kg", gt=0.0)]
@@ -86,13 +88,23 @@ class DampingBlock(Block):
     )
 
 
-class RodBlock(Block):
+class ElasticBlock(Block):
+    """What rods and beams share."""
+
+    length: Length | None = Field(default=None, description="length [m]")
+    material: Material | None = Field(default=None, description="material")
+    damping: DampingBlock = Field(default=DampingBlock(), description="Rayleigh damping of the whole body")
+    velocity: Velocity = Field(default=0.0, description="velocity at t = 0, uniform [m/s]")
+    displacement: Annotated[Any, SHAPE] = Field(
+        default=None, description="displacement at t = 0 [m]: a formula of x, or {x: [...], u: [...]}"
+    )
+
+
+class RodBlock(ElasticBlock):
     """A straight elastic rod: length, area and material, or segments."""
 
     kind: Literal["rod"] = Field(description="rod")
-    length: Length | None = Field(default=None, description="length [m]")
     area: Area | None = Field(default=None, description="area of the cross section [m2]")
-    material: Material | None = Field(default=None, description="material")
     segments: tuple[SegmentBlock, ...] | None = Field(
         default=None,
         min_length=1,
@@ -100,11 +112,69 @@ class RodBlock(Block):
         description="uniform pieces from left to right, in place of the three",
     )
     ends: EndsBlock = Field(default=EndsBlock(), description="what holds the ends; free if not given")
-    damping: DampingBlock = Field(default=DampingBlock(), description="Rayleigh damping of the whole rod")
-    velocity: Velocity = Field(default=0.0, description="velocity at t = 0, uniform [m/s]")
-    displacement: Annotated[Any, SHAPE] = Field(
-        default=None, description="displacement at t = 0 [m]: a formula of x, or {x: [...], u: [...]}"
+
+
+class BeamMaterial(Material):
+    """A linear elastic material that may shear."""
+
+    poisson: Annotated[float | None, Allowed("1", (("ge", 0.0), ("le", 0.5)), number=True, nothing=True).reader()] = (
+        Field(default=None, description="Poisson's ratio; it gives the shear modulus G = E/(2 (1 + nu))")
     )
+    shear_modulus: Annotated[float | None, Allowed("Pa", (("gt", 0.0),), number=True, nothing=True).reader()] = Field(
+        default=None, description="shear modulus G [Pa], in place of poisson"
+    )
+
+
+SHARE = Allowed("1", (("gt", 0.0), ("le", 1.0)), number=True, nothing=True).reader()
+
+
+class SectionBlock(Block):
+    """The cross section of a beam: width and height, a diameter, or area and inertia."""
+
+    width: Length | None = Field(default=None, description="of a rectangle, across the plane of bending [m]")
+    height: Length | None = Field(default=None, description="in the plane of bending [m]")
+    diameter: Length | None = Field(default=None, description="of a full circle [m]")
+    area: Area | None = Field(default=None, description="area of any other section [m2]")
+    inertia: Inertia | None = Field(default=None, description="second moment of area of any other section [m4]")
+    shear_factor: Annotated[float | None, SHARE] = Field(
+        default=None, description="shear correction factor k; of a rectangle 5/6, of a circle 9/10 if not given"
+    )
+
+
+class BeamSegmentBlock(Block):
+    """A uniform piece of a beam."""
+
+    length: Length = Field(description="length [m]")
+    section: SectionBlock = Field(description="cross section")
+    material: BeamMaterial = Field(description="material")
+
+
+class BeamEndsBlock(Block):
+    """What holds the two ends of a beam, and forces that act across them from t = 0 on."""
+
+    left: Annotated[End, BEAM_END] = Field(default=End("free"), description="left end, at x = 0; a force acts along +u")
+    right: Annotated[End, BEAM_END] = Field(
+        default=End("free"), description="right end, at x = L; a force acts along +u"
+    )
+
+
+class BeamBlock(ElasticBlock):
+    """A straight elastic beam that bends: length, section and material, or segments."""
+
+    kind: Literal["beam"] = Field(description="beam")
+    theory: Annotated[str, words("euler_bernoulli", "timoshenko")] = Field(
+        default="euler_bernoulli", description="euler_bernoulli, or timoshenko with shear and rotary inertia"
+    )
+    section: SectionBlock | None = Field(default=None, description="cross section")
+    material: BeamMaterial | None = Field(default=None, description="material")
+    segments: tuple[BeamSegmentBlock, ...] | None = Field(
+        default=None,
+        min_length=1,
+        max_length=1000,
+        description="uniform pieces from left to right, in place of the three",
+    )
+    ends: BeamEndsBlock = Field(default=BeamEndsBlock(), description="what holds the ends; free if not given")
+    tension: Annotated[float, quantity("N")] = Field(default=0.0, description="axial preload [N], positive in tension")
 
 
 class MassBlock(Block):
@@ -121,7 +191,7 @@ class WallBlock(Block):
     kind: Literal["wall"] = Field(description="wall")
 
 
-BodyBlock = Annotated[RodBlock | MassBlock | WallBlock, Field(discriminator="kind")]
+BodyBlock = Annotated[RodBlock | BeamBlock | MassBlock | WallBlock, Field(discriminator="kind")]
 
 
 class ContactBlock(Block):
@@ -140,7 +210,7 @@ class ContactBlock(Block):
 class RoundTrips(Block):
     """A duration in round trips of a rod."""
 
-    round_trips: Positive = Field(description="number of round trips 2L/c of the body named in round_trips_of")
+    round_trips: Positive = Field(description="number of round trips 2L/c of the rod or beam named in round_trips_of")
 
 
 class StepBlock(Block):
@@ -183,16 +253,16 @@ class SolveBlock(Block):
     """How the scene is solved. All keys but the duration have defaults."""
 
     duration: Annotated[Any, DURATION] = Field(description="length of the run: seconds, or {round_trips: number}")
-    round_trips_of: str | None = Field(default=None, description="rod whose 2L/c is the round trip; the first rod")
+    round_trips_of: str | None = Field(default=None, description="whose 2L/c is the round trip; the first rod or beam")
     tolerance: Annotated[float | None, TOLERANCE] = Field(
         default=None,
         description="relative error allowed of displacements and impulses: model, integrator, step, events and the law "
         "of hard contacts are then chosen automatically",
     )
     model: PartBlock = Field(
-        default={"kind": "modal", "elements": 100, "modes": 40}, description="description of the rods"
+        default={"kind": "modal", "elements": 100, "modes": 40}, description="description of the rods and beams"
     )
-    models: dict[Name, PartBlock] = Field(default={}, description="description of single rods, by name")
+    models: dict[Name, PartBlock] = Field(default={}, description="description of single rods and beams, by name")
     integrator: PartBlock | None = Field(default=None, description="time integrator; newmark if not given")
     step: StepBlock = Field(default=StepBlock(points_per_period=10.0), description="step; ten points per period")
     events: Annotated[str, words("dated", "located")] = Field(
@@ -208,7 +278,9 @@ class ProbeBlock(Block):
 
     body: str = Field(description="name of the body")
     at: Place = Field(default=0.0, description="x from the left end [m]")
-    quantity: Annotated[str, words(*QUANTITIES)] = Field(description="displacement, velocity, strain, stress or force")
+    quantity: Annotated[str, words(*QUANTITIES)] = Field(
+        description=f"of a rod {', '.join(QUANTITIES_OF_ROD)}; of a beam {', '.join(QUANTITIES_OF_BEAM)}"
+    )
 
 
 class CaseBlock(Block):
@@ -220,7 +292,9 @@ class CaseBlock(Block):
     bodies: dict[Name, BodyBlock] = Field(min_length=1, max_length=100, description="bodies by name")
     contacts: tuple[ContactBlock, ...] = Field(default=(), max_length=100, description="pairs of faces that may meet")
     solve: SolveBlock = Field(description="how to solve")
-    gravity: Annotated[float, quantity("m/s2")] = Field(default=0.0, description="gravity [m/s2], along +x")
+    gravity: Annotated[float, quantity("m/s2")] = Field(
+        default=0.0, description="gravity [m/s2], along +x, of beams along +u"
+    )
     probes: tuple[ProbeBlock, ...] = Field(default=(), max_length=1000, description="what to record")
     snapshots: tuple[Instant, ...] = Field(default=(), max_length=10000, description="times of fields [s]")
     methods: dict[Name, dict[str, Any]] = Field(

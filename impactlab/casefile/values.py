@@ -182,54 +182,74 @@ def words(*allowed: str) -> Reader:
 
 _END_VALUES = {"spring": "N/m", "dashpot": "N s/m", "mass": "kg"}
 _END_FORCE = Allowed(unit="N", number=True)
-_ENDS = "free, clamped, {spring: N/m}, {dashpot: N s/m}, {mass: kg}, {force: N}, or one of the three with a force"
+_ROTATIONAL = Allowed(unit="N m", limits=(("ge", 0.0),), number=True)  # a radian has no dimension
 
 
-def _read_end(value: Any) -> End:
-    if isinstance(value, End):
-        return value
-    if isinstance(value, str):
-        if value == "free":
-            return End("free")
-        if value == "clamped":
-            return End("clamped")
-        hint = closest(value, ("free", "clamped"))
-        raise refuse(f"{shown(value)} is not an end of a rod.{hint} Allowed: {_ENDS}")
-    if not isinstance(value, Mapping) or not value:
-        raise refuse(f"{shown(value)} is not an end of a rod. Allowed: {_ENDS}")
-    force = _END_FORCE.read(value["force"]) if "force" in value else 0.0
-    held = [kind for kind in value if kind != "force"]
-    for kind in held:
-        if kind not in _END_VALUES:
-            words = closest(str(kind), (*_END_VALUES, "force"))
-            raise refuse(f"{shown(kind)} cannot hold an end.{words} Allowed: {_ENDS}")
-    if len(held) > 1:
-        raise refuse(f"{' and '.join(held)} hold one end together. Allowed: {_ENDS}")
-    if not held:
-        return End("free", force=force)
-    [name] = held
-    number = Allowed(unit=_END_VALUES[name], limits=(("gt", 0.0),), number=True).read(value[name])
-    return End(name, number, force)
+@dataclass(frozen=True)
+class EndReader:
+    """Reads what holds an end of a body: a word, or ``{spring: value}`` and the like."""
+
+    body: str
+    words: tuple[str, ...]
+    turns: bool  # the end may rotate, and a spring resist it
+
+    @property
+    def allowed(self) -> str:
+        """What is allowed, for people."""
+        spring = "{spring: N/m, rotational: N m}" if self.turns else "{spring: N/m}"
+        held = f"{spring}, {{dashpot: N s/m}}, {{mass: kg}}, {{force: N}}"
+        return f"{', '.join(self.words)}, {held}, or one of the three with a force"
+
+    def read(self, value: Any) -> End:
+        """Return the end, or raise with what is allowed."""
+        if isinstance(value, End):
+            return value
+        if isinstance(value, str):
+            if value in self.words:
+                return End(value)  # type: ignore[arg-type]
+            hint = closest(value, self.words)
+            raise refuse(f"{shown(value)} is not an end of a {self.body}.{hint} Allowed: {self.allowed}")
+        if not isinstance(value, Mapping) or not value:
+            raise refuse(f"{shown(value)} is not an end of a {self.body}. Allowed: {self.allowed}")
+        force = _END_FORCE.read(value["force"]) if "force" in value else 0.0
+        turning = self.turns and "rotational" in value and "spring" in value
+        rotational = _ROTATIONAL.read(value["rotational"]) if turning else 0.0
+        held = [kind for kind in value if kind != "force" and not (kind == "rotational" and turning)]
+        for kind in held:
+            if kind not in _END_VALUES:
+                words = closest(str(kind), (*_END_VALUES, "force"))
+                raise refuse(f"{shown(kind)} cannot hold an end.{words} Allowed: {self.allowed}")
+        if len(held) > 1:
+            raise refuse(f"{' and '.join(held)} hold one end together. Allowed: {self.allowed}")
+        if not held:
+            return End("free", force=force)
+        [name] = held
+        number = Allowed(unit=_END_VALUES[name], limits=(("gt", 0.0),), number=True).read(value[name])
+        return End(name, number, force, rotational)
+
+    def schema(self) -> dict[str, Any]:
+        """Return the JSON schema of such an end."""
+        choices: list[dict[str, Any]] = [{"enum": list(self.words)}]
+        force = {"force": _END_FORCE.json_schema()}
+        for name, unit in _END_VALUES.items():
+            value = Allowed(unit=unit, limits=(("gt", 0.0),), number=True).json_schema()
+            turning = {"rotational": _ROTATIONAL.json_schema()} if self.turns and name == "spring" else {}
+            choices.append(
+                {
+                    "type": "object",
+                    "properties": {name: value, **turning, **force},
+                    "required": [name],
+                    "additionalProperties": False,
+                }
+            )
+        choices.append({"type": "object", "properties": force, "required": ["force"], "additionalProperties": False})
+        return {"anyOf": choices}
 
 
-def _end_schema() -> dict[str, Any]:
-    choices: list[dict[str, Any]] = [{"enum": ["free", "clamped"]}]
-    for name, unit in _END_VALUES.items():
-        value = Allowed(unit=unit, limits=(("gt", 0.0),), number=True).json_schema()
-        choices.append(
-            {
-                "type": "object",
-                "properties": {name: value, "force": _END_FORCE.json_schema()},
-                "required": [name],
-                "additionalProperties": False,
-            }
-        )
-    force = {"force": _END_FORCE.json_schema()}
-    choices.append({"type": "object", "properties": force, "required": ["force"], "additionalProperties": False})
-    return {"anyOf": choices}
-
-
-END = Reader(_read_end, _end_schema())
+_ROD_END = EndReader("rod", ("free", "clamped", "infinite"), turns=False)
+_BEAM_END = EndReader("beam", ("free", "clamped", "pinned", "infinite"), turns=True)
+END = Reader(_ROD_END.read, _ROD_END.schema())
+BEAM_END = Reader(_BEAM_END.read, _BEAM_END.schema())
 
 
 def _read_shape(value: Any) -> Any:

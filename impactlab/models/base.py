@@ -6,10 +6,11 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
+from impactlab.errors import PairingError
 from impactlab.types import Array, Quantity
 
 if TYPE_CHECKING:
-    from impactlab.scene import Rod
+    from impactlab.scene import Beam, ElasticBody, Rod
 
 
 class Face(NamedTuple):
@@ -75,14 +76,14 @@ class AbstractDiscreteModel(ABC):
         """Return the places [m] at which fields are given, shape (n,)."""
 
 
-def end_load(model: AbstractDiscreteModel, rod: Rod) -> Array:
-    """Return the forces on the ends of a rod as loads on the coordinates of its model, shape (n_dof,) [N]."""
-    left, right = model.row(0.0, "displacement"), model.row(rod.length, "displacement")
-    return rod.left.force * left + rod.right.force * right
+def end_load(model: AbstractDiscreteModel, body: ElasticBody) -> Array:
+    """Return the forces on the ends of a body as loads on the coordinates of its model, shape (n_dof,) [N]."""
+    left, right = model.row(0.0, "displacement"), model.row(body.length, "displacement")
+    return body.left.force * left + body.right.force * right
 
 
 class AbstractRodModel(ABC):
-    """A choice of description for a rod, as a case file gives it: a frozen dataclass of options."""
+    """A choice of description for a rod, or a beam, as a case file gives it: a frozen dataclass of options."""
 
     steps: ClassVar[bool] = True  # False: the continuous model, which need not step
     citations: ClassVar[tuple[str, ...]] = ()
@@ -94,7 +95,7 @@ class AbstractRodModel(ABC):
         """Whether there are elements, so that ``courant`` has a meaning."""
 
     @abstractmethod
-    def element_length(self, rod: Rod) -> float:
+    def element_length(self, body: ElasticBody) -> float:
         """Return h [m], the shortest element, or the length per mode where there is no mesh."""
 
     @abstractmethod
@@ -103,6 +104,14 @@ class AbstractRodModel(ABC):
 
         ``faces`` are the rod's contacts, for descriptions that depend on where it is struck and by what.
         """
+
+    def build_beam(self, beam: Beam, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractDiscreteModel:
+        """Return a beam in coordinates; a description that knows none, as here, raises `PairingError`."""
+        raise PairingError(
+            f"this model describes rods, and '{beam.name}' is a beam",
+            remedy="Use finite_element or modal for this body: models: {name: {kind: modal, ...}}.",
+            path=f"solve.models.{beam.name}",
+        )
 
     def exact_frequencies(self, rod: Rod, count: int) -> Array | None:
         """Return the lowest elastic frequencies of a uniform rod by the model's own theory, (count,) [rad/s].

@@ -7,7 +7,7 @@ from typing import final
 
 from impactlab.errors import CaseError
 from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Face
-from impactlab.scene import Rod
+from impactlab.scene import ElasticBody, Rod
 
 
 @final
@@ -27,9 +27,9 @@ class Continuous(AbstractRodModel):
     def has_mesh(self) -> bool:
         return False
 
-    def element_length(self, rod: Rod) -> float:
+    def element_length(self, body: ElasticBody) -> float:
         """Return L/100 [m]: the scale of relative contact stiffnesses, as there is no mesh."""
-        return rod.length / 100.0
+        return body.length / 100.0
 
     def build(self, rod: Rod, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractDiscreteModel:
         raise CaseError(

@@ -1,4 +1,4 @@
-"""The full finite element model of a rod."""
+"""The full finite element model of a rod or a beam."""
 
 from __future__ import annotations
 
@@ -7,16 +7,17 @@ from typing import Literal, final
 
 from impactlab.errors import CaseError
 from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Face
+from impactlab.models.beam_mesh import BeamMesh
 from impactlab.models.elements import elements_per_segment, reference
 from impactlab.models.mesh import Mesh
-from impactlab.scene import Rod
+from impactlab.scene import Beam, ElasticBody, Rod
 from impactlab.types import option
 
 
 @final
 @dataclass(frozen=True)
 class FiniteElement(AbstractRodModel):
-    """Bar elements of any order, every nodal displacement a coordinate: 2-node bars, or spectral elements.
+    """Bar elements of any order, or beam elements, every nodal coordinate kept: 2-node bars, or spectral elements.
 
     Order 2 and above are spectral elements, their nodes those of Gauss-Lobatto-Legendre quadrature. A consistent mass
     is integrated exactly, whatever the order (deviation from the sources, which know the lumped one only); a lumped one
@@ -61,13 +62,33 @@ class FiniteElement(AbstractRodModel):
     def has_mesh(self) -> bool:
         return True
 
-    def element_length(self, rod: Rod) -> float:
-        counts = elements_per_segment(rod.segments, self.elements)
-        shortest = min(segment.length / count for segment, count in zip(rod.segments, counts, strict=True))
+    def element_length(self, body: ElasticBody) -> float:
+        counts = elements_per_segment(body.segments, self.elements)
+        shortest = min(segment.length / count for segment, count in zip(body.segments, counts, strict=True))
         return shortest * node_distance(self.order)
 
     def build(self, rod: Rod, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractDiscreteModel:
         return Mesh(rod, self.elements, self.mass, gravity, self.order, faces)
+
+    def build_beam(self, beam: Beam, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractDiscreteModel:
+        return beam_mesh(beam, self.elements, self.mass, gravity, self.order)
+
+
+def beam_mesh(beam: Beam, elements: int, mass: str, gravity: float, order: int) -> BeamMesh:
+    """Return the mesh of a beam; raise `CaseError` where there is no such element."""
+    if order > 1:
+        raise CaseError(
+            f"order {order} is one of bar elements, and '{beam.name}' is a beam. Allowed: order 1",
+            remedy="Leave order out, and give more elements.",
+            path="solve.model.order",
+        )
+    if mass == "redistributed":
+        raise CaseError(
+            f"mass 'redistributed' is one of bar elements, and '{beam.name}' is a beam",
+            remedy="Give mass: consistent or lumped.",
+            path="solve.model.mass",
+        )
+    return BeamMesh(beam, elements, "lumped" if mass == "lumped" else "consistent", gravity)
 
 
 def node_distance(order: int) -> float:

@@ -2,24 +2,26 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Literal, final
 
 import numpy as np
 
-from impactlab.banded import multiply, solve
+from impactlab.banded import multiply
 from impactlab.errors import CaseError
-from impactlab.models.base import AbstractDiscreteModel, Face, Operators, end_load
+from impactlab.models.base import Face, Operators, end_load
 from impactlab.models.elements import assembled, elements_per_segment, polynomials, reference
 from impactlab.models.frequency_bound import highest_frequency
 from impactlab.models.massless import Ints, MasslessNodes, redistribute, struck_nodes
-from impactlab.scene import End, Rod
+from impactlab.models.meshed import AbstractMesh
+from impactlab.scene import End, Profile, Rod
 from impactlab.types import Array, Quantity
 
 MassMatrix = Literal["consistent", "lumped", "redistributed"]
 NEAR = 1e-9  # of an element: a place so near to a node is that node
 
 
-class Mesh(AbstractDiscreteModel):
+@final
+class Mesh(AbstractMesh):
     """A rod in nodal displacements, clamped nodes and massless ones left out.
 
     Displacement and velocity are polynomials of degree ``order`` in an element; strain and stress, one degree lower,
@@ -78,7 +80,8 @@ class Mesh(AbstractDiscreteModel):
             )
         self.free_nodes = slice(first, last)
         self.ends: tuple[tuple[int, End], ...] = ((0, rod.left), (len(self.nodes) - 1, rod.right))
-        self.rod, self._gravity = rod, gravity
+        self.body = self.rod = rod
+        self._gravity = gravity
         matrices = self._assembled()
         struck = np.zeros(0, np.int64)
         if mass == "redistributed":
@@ -93,6 +96,10 @@ class Mesh(AbstractDiscreteModel):
         self.damping: Array = narrowed(cut[1])
         self.stiffness: Array = cut[2]
         self.places = tuple(dict.fromkeys(face.x for face in faces)) if struck.size else ()
+        inertia = self.momentum_row()
+        loose = 0 if any(end.kind in ("clamped", "spring") for _, end in self.ends) else 1
+        self.rigid = np.full((inertia.size, loose), 1.0 / np.sqrt(inertia.sum()))
+        self.pins = (0,) * loose
 
     def operators(self) -> Operators:
         highest = highest_frequency(self)
@@ -102,7 +109,7 @@ class Mesh(AbstractDiscreteModel):
             damping=self.damping,
             stiffness=self.stiffness,
             load=self.momentum_row() * self._gravity + end_load(self, self.rod),
-            displacement=self.at_nodes(np.zeros(len(self.nodes)) if profile is None else profile(self.nodes)),
+            displacement=np.zeros(self.mass.shape[1]) if profile is None else self.coordinates(profile),
             velocity=np.full(self.mass.shape[1], self.rod.velocity),
             highest_frequency=highest,
             rule_frequency=highest,
@@ -130,11 +137,6 @@ class Mesh(AbstractDiscreteModel):
         return self.nodes
 
     @property
-    def is_held(self) -> bool:
-        """Whether an end holds the rod against rigid motion."""
-        return any(end.kind in ("clamped", "spring") for _, end in self.ends)
-
-    @property
     def borders(self) -> Ints:
         """The coordinates at the borders of elements, (n,) int: the rod's matrices couple nothing across one."""
         numbers = np.arange(0, len(self.nodes), self.order, dtype=np.int64)
@@ -148,30 +150,10 @@ class Mesh(AbstractDiscreteModel):
         free = nodal[self.free_nodes]
         return free if self._massless is None else free[self._massless.kept]
 
-    def static(self, force: Array) -> Array:
-        """Return the static displacements (n_dof,) under forces on the coordinates.
-
-        A rod that nothing holds is taken in the frame that moves with it: the inertia of its mean acceleration is
-        subtracted (inertia relief) and the answer carries no rigid motion.
-        """
-        if self.is_held:
-            return solve(self.stiffness, force)
-        inertia = self.momentum_row()
-        balanced = force - inertia * (force.sum() / inertia.sum())
-        displacement = np.zeros(force.size)
-        displacement[1:] = solve(np.ascontiguousarray(self.stiffness[:, 1:]), balanced[1:])
-        return np.asarray(displacement - (inertia @ displacement) / inertia.sum())
-
-    def static_answer(self, x: float, quantity: Quantity, face: float) -> float:
-        """Return the static answer of the whole mesh at x per unit force to the right at ``face`` [m]."""
-        answer = self.row(x, quantity) @ self.static(self.row(face, "displacement"))
-        return float(answer) + self.left_out(x, quantity, face)
+    def coordinates(self, profile: Profile) -> Array:
+        return self.at_nodes(profile(self.nodes))
 
     def quotients(self, shapes: Array) -> Array:
-        """Return u K u (n,) of shapes (n_dof, n), as a sum of squares.
-
-        That keeps low frequencies, where the eigenvalues are lost in the rounding of the highest.
-        """
         nodal = np.zeros((len(self.nodes), shapes.shape[1]))
         nodal[self.free_nodes] = shapes if self._massless is None else self._massless.unfolded(shapes)
         step, count = self.order, len(self.lengths)

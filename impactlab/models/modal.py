@@ -1,4 +1,4 @@
-"""The modal model: a rod in a few uncoupled coordinates."""
+"""The modal model: a rod or a beam in a few uncoupled coordinates."""
 
 from __future__ import annotations
 
@@ -7,14 +7,16 @@ from typing import Literal, final
 
 from impactlab.bases.analytic import AnalyticBasis
 from impactlab.bases.base import AbstractBasis
+from impactlab.bases.beam_modes import BeamModes
 from impactlab.bases.craig_bampton import CraigBampton
 from impactlab.bases.eigenvectors import Eigenvectors
 from impactlab.errors import CaseError, PairingError
 from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Face
-from impactlab.models.finite_element import check_order, node_distance
+from impactlab.models.finite_element import beam_mesh, check_order, node_distance
 from impactlab.models.mesh import Mesh
+from impactlab.models.meshed import AbstractMesh
 from impactlab.models.modal_body import ModalBody, reduced_body
-from impactlab.scene import Rod
+from impactlab.scene import Beam, ElasticBody, Rod
 from impactlab.types import option
 
 MOST = 2000  # coordinates of the mesh behind the modes, as the matrices are full
@@ -23,10 +25,11 @@ MOST = 2000  # coordinates of the mesh behind the modes, as the matrices are ful
 @final
 @dataclass(frozen=True)
 class Modal(AbstractRodModel):
-    """A few uncoupled coordinates of the rod, by default its free-end eigenvectors: of a mesh, or analytic without one.
+    """A few uncoupled coordinates, by default the body's free-end eigenvectors: of a mesh, or analytic without one.
 
-    ``modes`` counts coordinates beside the rigid motion of a rod that nothing holds, which is kept and not counted,
-    whatever the basis. Damping must leave the modes uncoupled: Rayleigh's, or one viscosity over young for all.
+    ``modes`` counts coordinates beside the rigid motions that nothing holds, which are kept and not counted, whatever
+    the basis: one of a rod, up to two of a beam. Damping must leave the modes uncoupled: Rayleigh's, or one viscosity
+    over young for all.
 
     References
     ----------
@@ -64,21 +67,37 @@ class Modal(AbstractRodModel):
     def has_mesh(self) -> bool:
         return self.elements is not None
 
-    def element_length(self, rod: Rod) -> float:
-        return rod.length / (self.elements or self.modes or 1) * node_distance(self.order)
+    def element_length(self, body: ElasticBody) -> float:
+        return body.length / (self.elements or self.modes or 1) * node_distance(self.order)
 
     def build(self, rod: Rod, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractDiscreteModel:
-        for end in (rod.left, rod.right):
-            if end.kind == "dashpot":
-                raise PairingError(
-                    f"model 'modal' cannot hold the dashpot at an end of '{rod.name}': it has no undamped modes",
-                    remedy="Use finite_element or continuous for this body.",
-                    path="solve.model",
-                )
+        self._check_ends(rod)
         if self.elements is not None:
             mesh = Mesh(rod, self.elements, self.mass, 0.0, self.order, faces)
             span = self.basis.span(mesh, self._count(mesh), faces)
             return reduced_body(rod, gravity, mesh, span, self.basis.free_end, faces)
+        return ModalBody(rod, gravity, AnalyticBasis(rod, self._analytic()), True)
+
+    def build_beam(self, beam: Beam, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractDiscreteModel:
+        self._check_ends(beam)
+        if self.elements is not None:
+            mesh = beam_mesh(beam, self.elements, self.mass, 0.0, self.order)
+            span = self.basis.span(mesh, self._count(mesh), faces)
+            return reduced_body(beam, gravity, mesh, span, False, faces)
+        return ModalBody(beam, gravity, BeamModes(beam, self._analytic()), False)
+
+    def _check_ends(self, body: ElasticBody) -> None:
+        for end in (body.left, body.right):
+            if end.kind in ("dashpot", "infinite"):
+                what = "the dashpot at an end" if end.kind == "dashpot" else "the infinite end"
+                raise PairingError(
+                    f"model 'modal' cannot hold {what} of '{body.name}': it has no undamped modes",
+                    remedy="Use finite_element or continuous for this body.",
+                    path="solve.model",
+                )
+
+    def _analytic(self) -> int:
+        """Return the number of analytic modes; raise where they cannot be."""
         if not self.basis.free_end:
             raise CaseError(
                 "only free-end eigenvectors are known without a mesh",
@@ -91,9 +110,9 @@ class Modal(AbstractRodModel):
                 remedy="Give modes: 40, for example.",
                 path="solve.model",
             )
-        return ModalBody(rod, gravity, AnalyticBasis(rod, self.modes), True)
+        return self.modes
 
-    def _count(self, mesh: Mesh) -> int:
+    def _count(self, mesh: AbstractMesh) -> int:
         """Return how many coordinates beside the rigid motion are kept; raise where the mesh has not so many."""
         n_dof = mesh.mass.shape[1]
         if n_dof > MOST + 1:
@@ -102,7 +121,7 @@ class Modal(AbstractRodModel):
                 remedy="Give fewer elements, or use finite_element.",
                 path="solve.model.elements",
             )
-        available = n_dof if mesh.is_held else n_dof - 1
+        available = n_dof - mesh.rigid.shape[1]
         if self.modes is not None and self.modes > available:
             raise CaseError(
                 f"{self.modes} modes asked for, but the mesh of {self.elements} elements has {available} elastic modes",

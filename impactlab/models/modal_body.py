@@ -8,11 +8,12 @@ import numpy as np
 
 from impactlab.bases.analytic import AnalyticBasis
 from impactlab.bases.base import Span
+from impactlab.bases.beam_modes import BeamModes
 from impactlab.bases.reduced import ReducedMesh, products
 from impactlab.errors import PairingError
 from impactlab.models.base import AbstractDiscreteModel, Face, Operators, Phases, end_load
-from impactlab.models.mesh import Mesh
-from impactlab.scene import Rod
+from impactlab.models.meshed import AbstractMesh
+from impactlab.scene import ElasticBody
 from impactlab.types import Array, Quantity
 
 RESOLVED = 1e-9  # of the whole flexibility: a residual below is rounding
@@ -38,9 +39,9 @@ class ModalBody(AbstractDiscreteModel):
 
     def __init__(
         self,
-        rod: Rod,
+        rod: ElasticBody,
         gravity: float,
-        basis: ReducedMesh | AnalyticBasis,
+        basis: ReducedMesh | AnalyticBasis | BeamModes,
         paper_rule: bool,
         massless: tuple[float, ...] = (),
         phases: Phases | None = None,
@@ -100,7 +101,7 @@ class ModalBody(AbstractDiscreteModel):
 
 
 def reduced_body(
-    rod: Rod, gravity: float, mesh: Mesh, span: Span, paper_rule: bool, faces: tuple[Face, ...]
+    rod: ElasticBody, gravity: float, mesh: AbstractMesh, span: Span, paper_rule: bool, faces: tuple[Face, ...]
 ) -> ModalBody:
     """Return a rod in the coordinates of a basis of its mesh."""
     basis = ReducedMesh(mesh, span.shapes, span.uncoupled)
@@ -129,7 +130,7 @@ def projections(given: ReducedMesh, wanted: ReducedMesh) -> Array:
     return np.array([displacements, velocities])
 
 
-def proportional_damping(rod: Rod) -> tuple[float, float]:
+def proportional_damping(rod: ElasticBody) -> tuple[float, float]:
     """Return a [1/s] and b [s] of a rod whose damping is C = a M + b K, or raise `PairingError` where it is not.
 
     Only then do its undamped modes stay uncoupled.

@@ -13,7 +13,7 @@ from impactlab.integrators.base import AbstractIntegrator, Stepper
 from impactlab.models.base import AbstractDiscreteModel, Face, Operators
 from impactlab.models.delay_line import DelayLine
 from impactlab.models.rigid import RigidBody
-from impactlab.scene import Body, Contact, Mass, Point, Rod, Scene, Wall
+from impactlab.scene import Beam, Body, Contact, ElasticBody, Mass, Point, Rod, Scene, Wall
 from impactlab.sides import side_facts
 from impactlab.types import MEMORY, PARAMETERS, READINGS, Quantity, Reading, SideFacts, Start
 
@@ -45,15 +45,15 @@ def build_bodies(scene: Scene) -> dict[str, BuiltBody]:
     built = {}
     for name, body in scene.bodies.items():
         model: AbstractDiscreteModel
-        if isinstance(body, Rod):
+        if isinstance(body, ElasticBody):
             if body.model is None:
                 raise CaseError(f"'{name}' has no model", path="solve.model", remedy="Give solve.model.")
-            steps = body.model.steps
-            model = (
-                body.model.build(body, scene.gravity, faces_of(scene, name))
-                if steps
-                else DelayLine(body, scene.gravity)
-            )
+            if isinstance(body, Beam):
+                model = body.model.build_beam(body, scene.gravity, faces_of(scene, name))
+            elif isinstance(body, Rod) and body.model.steps:
+                model = body.model.build(body, scene.gravity, faces_of(scene, name))
+            elif isinstance(body, Rod):
+                model = DelayLine(body, scene.gravity)
         elif isinstance(body, Mass):
             model = RigidBody(body.mass, body.velocity, scene.gravity)
         else:
@@ -228,7 +228,7 @@ def pushes_of(scene: Scene, built: dict[str, BuiltBody], starts: tuple[Start, ..
                     remedy="Use addition_deletion or penalty.",
                     path=f"contacts.{number}.law",
                 )
-            middle = model.row(0.5 * body.length if isinstance(body, Rod) else 0.0, reading.quantity)
+            middle = model.row(0.5 * body.length if isinstance(body, ElasticBody) else 0.0, reading.quantity)
             if np.abs(model.row(x, reading.quantity)).max(initial=0.0) <= 1e-9 * np.abs(middle).max(initial=0.0):
                 raise PairingError(
                     f"the law works with the {reading.quantity} at the face, and in every coordinate of "

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from impactlab.errors import ImpactlabError
 from impactlab.history import AbstractHistory, Array, ContactSpan, Cost, EnergyBook, Event, Field
 from impactlab.integrators.base import AbstractIntegrator
-from impactlab.scene import Rod
+from impactlab.scene import ElasticBody
 from impactlab.stepping import dating
 from impactlab.stepping.assembly import Assembly
 from impactlab.stepping.memory import SAMPLED
@@ -139,7 +139,7 @@ class RecordedHistory(AbstractHistory):
             channels[f"force:{contact.name}"] = Channel(of_force, force, True)
             channels[f"gap:{contact.name}"] = Channel(times, record[:, column + 1], False)
             for side, point in enumerate((contact.left, contact.right)):
-                if isinstance(assembly.scene.bodies[point.body], Rod):
+                if isinstance(assembly.scene.bodies[point.body], ElasticBody):
                     at = column + 2 + 2 * side
                     place = f"{point.body}@{point.x:.6g}"
                     channels[f"displacement:{place}"] = Channel(times, record[:, at], False)

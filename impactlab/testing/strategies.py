@@ -33,7 +33,21 @@ from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
 from impactlab.plugins import INTEGRATORS, LAWS, MODELS, Group, registry
-from impactlab.scene import Body, Contact, End, Mass, Point, Rayleigh, Rod, Scene, Segment, StepRule, Wall
+from impactlab.scene import (
+    Beam,
+    BeamSegment,
+    Body,
+    Contact,
+    End,
+    Mass,
+    Point,
+    Rayleigh,
+    Rod,
+    Scene,
+    Segment,
+    StepRule,
+    Wall,
+)
 from impactlab.simulate import prepare
 from impactlab.types import Relative
 
@@ -160,9 +174,10 @@ def mirrored(scene: Scene) -> Scene:
         if isinstance(body, Mass):
             return dataclasses.replace(body, velocity=-body.velocity)
         profile, length = body.displacement, body.length
+        pieces: Any = body.segments[::-1]
         return dataclasses.replace(
             body,
-            segments=body.segments[::-1],
+            segments=pieces,
             left=dataclasses.replace(body.right, force=-body.right.force),
             right=dataclasses.replace(body.left, force=-body.left.force),
             velocity=-body.velocity,
@@ -190,28 +205,41 @@ def in_other_units(scene: Scene, mass: float, length: float, time: float) -> Sce
     With factors that are powers of 4 no digit of any number changes, only its exponent.
     """
     stiffness, damping, speed = mass / time**2, mass / time, length / time
-    factors = {"free": 1.0, "clamped": 1.0, "spring": stiffness, "dashpot": damping, "mass": mass}
+    factors = {"spring": stiffness, "dashpot": damping, "mass": mass}
+
+    def rescaled(piece: Segment) -> Segment:
+        values = {
+            "length": piece.length * length,
+            "area": piece.area * length**2,
+            "young": piece.young * (stiffness / length),
+            "density": piece.density * (mass / length**3),
+            "viscosity": piece.viscosity * (stiffness / length * time),
+        }
+        if isinstance(piece, BeamSegment):
+            values["inertia"] = piece.inertia * length**4
+            values["shear_stiffness"] = piece.shear_stiffness * (stiffness * length)
+            values["rotary_inertia"] = piece.rotary_inertia * (mass * length)
+            values["height"] = piece.height * length
+        return dataclasses.replace(piece, **values)
 
     def scaled(body: Body) -> Body:
         if isinstance(body, Wall):
             return body
         if isinstance(body, Mass):
             return dataclasses.replace(body, mass=body.mass * mass, velocity=body.velocity * speed)
-        pieces = tuple(
-            Segment(
-                piece.length * length,
-                piece.area * length**2,
-                piece.young * (stiffness / length),
-                piece.density * (mass / length**3),
-                piece.viscosity * (stiffness / length * time),
-            )
-            for piece in body.segments
-        )
+        pieces: Any = tuple(rescaled(piece) for piece in body.segments)
         left, right = (
-            End(end.kind, end.value * factors[end.kind], end.force * (mass * length / time**2))
+            End(
+                end.kind,
+                end.value * factors.get(end.kind, 1.0),
+                end.force * (mass * length / time**2),
+                end.rotational * (stiffness * length**2),
+            )
             for end in (body.left, body.right)
         )
         damping = Rayleigh(body.damping.mass / time, body.damping.stiffness * time)
+        if isinstance(body, Beam):
+            body = dataclasses.replace(body, tension=body.tension * (stiffness * length))
         return dataclasses.replace(
             body, segments=pieces, left=left, right=right, velocity=body.velocity * speed, damping=damping
         )

@@ -92,8 +92,8 @@ class Soft(AbstractRodModel):
     elements: int = option(40, at_least=1, description="elements")
     has_mesh = True
 
-    def element_length(self, rod: Any) -> float:
-        return float(rod.length / self.elements)
+    def element_length(self, body: Any) -> float:
+        return float(body.length / self.elements)
 
     def build(self, rod: Any, gravity: float, faces: Any = ()) -> Any:
         softer = tuple(dataclasses.replace(piece, young=0.9 * piece.young) for piece in rod.segments)

@@ -12,7 +12,7 @@ from impactlab.banded import widened
 from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Face, Operators
 from impactlab.models.elements import elements_per_segment
 from impactlab.models.mesh import Mesh
-from impactlab.scene import End, Rod, Segment
+from impactlab.scene import ElasticBody, End, Rod, Segment
 from impactlab.types import Array, Quantity, option
 
 
@@ -44,9 +44,9 @@ class LoveRod(AbstractRodModel):
     def has_mesh(self) -> bool:
         return True
 
-    def element_length(self, rod: Rod) -> float:
-        counts = elements_per_segment(rod.segments, self.elements)
-        return min(segment.length / count for segment, count in zip(rod.segments, counts, strict=True))
+    def element_length(self, body: ElasticBody) -> float:
+        counts = elements_per_segment(body.segments, self.elements)
+        return min(segment.length / count for segment, count in zip(body.segments, counts, strict=True))
 
     def build(self, rod: Rod, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractDiscreteModel:
         return LoveBody(self, rod, gravity)
