@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from impactlab.errors import StepError
-from impactlab.grazing import near_grazing
+from impactlab.grazing import grazing_kick, near_grazing
 from impactlab.history import AbstractHistory, Warned
 from impactlab.models.delay_line import DelayLine
 from impactlab.pairing import energy_bound
@@ -56,8 +56,8 @@ def warn(
         history.warnings.append(Warned("energy_loss", text))
     if scene.round_trip > 0.0:
         for contact in scene.contacts:
-            text_or_none = near_grazing(history, contact.name, scene.round_trip, dt)
-            if contact.law.answers_force and text_or_none is not None:
+            graze = near_grazing if contact.law.answers_force else grazing_kick
+            if (text_or_none := graze(history, contact.name, scene.round_trip, dt)) is not None:
                 history.warnings.append(Warned("near_grazing", text_or_none))
 
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from impactlab.history import AbstractHistory, ContactSpan
+from impactlab.history import AbstractHistory
 
 SHALLOW = 0.10  # of the largest gap of the flight so far: a minimum below nearly touches
 SHORT = 0.07  # round trips: a contact shorter than this nearly did not happen
@@ -42,7 +42,8 @@ def near_grazing(history: AbstractHistory, contact_name: str, round_trip: float,
                 f"{contact_name}: the contact at {span.start:.6g} s lasts only {lasts:.3g} round trips; "
                 "a small change of the case or of the method may make it vanish"
             )
-    if text := _slow_meeting(history, spans, round_trip, dt):
+    touches = [(span.start, history.duration if span.end is None else span.end) for span in spans]
+    if text := _slow_meeting(history, contact_name, touches, round_trip, dt):
         return text
     for number, span in enumerate(spans):
         if span.end is None:
@@ -65,20 +66,33 @@ def near_grazing(history: AbstractHistory, contact_name: str, round_trip: float,
     return None
 
 
-def _slow_meeting(history: AbstractHistory, spans: Sequence[ContactSpan], round_trip: float, dt: float) -> str | None:
-    """Return the text for the first contact whose faces come to rest against each other as they meet, or None."""
+def grazing_kick(history: AbstractHistory, contact_name: str, round_trip: float, dt: float) -> str | None:
+    """Return the text of the warning ``near_grazing`` for a law of kicks, or None.
+
+    A kick lasts no time and faces that ring under kicks nearly touch all the time: of the signs of `near_grazing` the
+    slow meeting alone says something. A kick answers to the speed of its instant, which is then known least: a step dt
+    before or after, under an acceleration a, it is another by a dt, and the kick with it.
+    """
+    kicks = [event.time for event in history.events if event.contact == contact_name and event.kind == "impulse"]
+    return _slow_meeting(history, contact_name, [(time, time) for time in kicks], round_trip, dt)
+
+
+def _slow_meeting(
+    history: AbstractHistory, contact_name: str, touches: Sequence[tuple[float, float]], round_trip: float, dt: float
+) -> str | None:
+    """Return the text for the first touch (start, end) whose faces come to rest against each other, or None."""
     before = 0.0
-    for span in spans:
-        begin, before = before, span.end if span.end is not None else history.duration
-        if span.start - begin <= max(10.0 * dt, SHORT * round_trip):
+    for start, end in touches:
+        begin, before = before, end
+        if start - begin <= max(10.0 * dt, SHORT * round_trip):
             continue  # touches in quick series: faces that chatter, not that fly
-        count = int(min(MOST_SAMPLES, 16 + SAMPLES * (span.start - begin) / round_trip))
-        gap = history.evaluate(np.linspace(begin, span.start, count), f"gap:{span.contact}")
+        count = int(min(MOST_SAMPLES, 16 + SAMPLES * (start - begin) / round_trip))
+        gap = history.evaluate(np.linspace(begin, start, count), f"gap:{contact_name}")
         rates = np.diff(gap)
         if np.max(gap) > 0.0 and 0.0 < -rates[-1] < SLOW * np.max(np.abs(rates)):
             share = -100.0 * rates[-1] / np.max(np.abs(rates))
             return (
-                f"{span.contact}: at {span.start:.6g} s the faces meet at {share:.2g} % of the speed of their flight; "
+                f"{contact_name}: at {start:.6g} s the faces meet at {share:.2g} % of the speed of their flight; "
                 "a small change of the case or of the method may keep them apart"
             )
     return None
