@@ -11,7 +11,10 @@ from impactlab.bench.references import References, told
 from impactlab.casefile import Case
 from impactlab.scene import ElasticBody, Scene
 
-VERSION = 1  # of the record; part of it, so that an old one is made anew
+VERSION = 2  # of the record; part of it, so that an old one is made anew
+
+LISTS = ("events", "contacts")  # of a summary; counted in full, and of each kept
+MOST = 1000  # in a record: a run of 1e7 steps may have a million, which are 1e8 bytes
 
 
 def row_of(case: Case, method: str, settings: Mapping[str, Any], references: References) -> dict[str, Any]:
@@ -29,9 +32,9 @@ def row_of(case: Case, method: str, settings: Mapping[str, Any], references: Ref
     Returns
     -------
     dict
-        ``version``; ``summary``, as `run --json` prints it, of a run that was refused or failed its error; ``asked``,
-        the parts that were to be used; ``reference`` (name, uncertainty, how found); ``momentum_error``;
-        ``environment``.
+        ``version``; ``summary``, as `run --json` prints it but for the first `MOST` events and contacts alone, of a run
+        that was refused or failed its error; ``counts`` of all events and contacts; ``asked``, the parts that were to
+        be used; ``reference`` (name, uncertainty, how found); ``momentum_error``; ``environment``.
     """
     asked: dict[str, Any] | None = None
     try:
@@ -52,9 +55,12 @@ def record(case: Case, references: References) -> dict[str, Any]:
     history = api.run(case)
     reference = references.of(api.physics_of(case))
     scene = case.scene()
+    summary = summarise(case.label, scene, history, reference)
+    counts = {name: len(summary[name]) for name in LISTS}
     return {
         "version": VERSION,
-        "summary": summarise(case.label, scene, history, reference),
+        "summary": summary | {name: summary[name][:MOST] for name in LISTS},
+        "counts": counts,
         "reference": told(reference),
         # Of the run itself, whether or not there is a reference.
         "momentum_error": plain(aftermath.momentum_error(history, history, scene)),

@@ -115,8 +115,8 @@ def _row(cell: Cell, record: Mapping[str, Any], times: Mapping[str, Any]) -> dic
         "energy_loss": energy["largest_loss"],
         "energy_final_error": energy["final_error"],
         "warnings": ";".join(sorted({warned["code"] for warned in summary["warnings"]})),
-        "contacts": len(summary["contacts"]),
-        "events_found": len(summary["events"]),
+        "contacts": record["counts"]["contacts"],
+        "events_found": record["counts"]["events"],
         **{name: times[name] for name in (*TIMES, "machine") if name in times},
     }
     choice = summary.get("choice") or {}

@@ -60,8 +60,13 @@ class AdditionDeletion(AbstractContactLaw):
             elif reply.trial > 0.0:
                 reply.force = reply.trial
                 reply.in_contact = 1.0
-                rate_end = port.free_gap_rate + port.rate_per_force * reply.force
-                reply.dissipated = max(0.0, -0.5 * reply.force * port.dt * (port.gap_rate + rate_end))
+                # A force at the start of a step works half of its way in the step before, else all in this one, which
+                # ends without a gap.
+                way = port.gap
+                if port.load_point == 0.0:
+                    rate_end = port.free_gap_rate + port.rate_per_force * reply.force
+                    way = -0.5 * port.dt * (port.gap_rate + rate_end)
+                reply.dissipated = max(0.0, reply.force * way)
             return
         if port.in_contact == 0.0:
             rate = port.gap_rate + port.others_rate

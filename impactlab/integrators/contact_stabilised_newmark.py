@@ -17,9 +17,10 @@ from impactlab.types import Array, Level
 class ContactStabilisedNewmark(AbstractIntegrator):
     """Newmark's average acceleration whose prediction u + dt v is projected on what the contact admits.
 
-    u_new = P(u + dt v) - dt^2/2 M^-1 (K (u + u_new)/2 + C (v + v_new)/2 - load - contact), M (v_new - v) = the same
+    u_new = P(u + dt v) - dt^2/2 M^-1 (K (u + u_new)/2 + C (u_new - u)/dt - load - contact), M (v_new - v) = the same
     forces times dt. The projection (the law's reply) is orthogonal in the mass and is no velocity; the contact force
-    is implicit, and its F dt holds the closing jump. Damping acts at the middle of the step.
+    is implicit, and its F dt holds the closing jump. Dampers act against all that moves, the projection as well, so
+    that they never give energy (derived here; without damping it is the published method).
 
     References
     ----------

@@ -22,8 +22,9 @@ def prepare_theta(
 ) -> Stepper:
     """Return the stepper with this theta; with ``projects_first`` a projection moves what the step begins from.
 
-    Then u_new = u + p + dt v_theta, M (v_new - v) = dt (load - C v_theta - K (u + u_new)/2) for theta = 1/2: the
-    displacement p = M^-1 row does not count as one at the start of the step.
+    Then u_new = u + p + dt v_theta, M (v_new - v) = dt (load - K (u + u_new)/2) - C (u_new - u) for theta = 1/2: the
+    displacement p = M^-1 row does not count as one at the start of the step. Dampers feel it: they lose
+    [u] C [u]/dt, and nothing is left over that could be a gain, as p C v_theta would be.
     """
     body = packed(system, dt, (theta,), (0.0, 0.0, 0.0, 0.0))
     n_dof, width = system.load.size, body.width
@@ -35,7 +36,7 @@ def prepare_theta(
     if projects_first:
         matrix = body.mass + theta * dt * body.damping + (theta * dt) ** 2 * body.stiffness
         for port in range(len(ports)):
-            swung = solve(matrix, -theta * dt * multiply(body.stiffness, jump[port]))
+            swung = solve(matrix, -multiply(body.damping + theta * dt * body.stiffness, jump[port]))
             projection_response[port] = np.concatenate((jump[port] + theta * dt * swung, swung))
     return Stepper(
         free=theta_free,
