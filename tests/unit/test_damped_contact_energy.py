@@ -1,4 +1,4 @@
-"""A hard contact on a damped rod: what dampers and contact take is booked to the last digit, so that nothing is gained."""
+"""A hard contact on a damped rod: what dampers and contact take is booked to the last digit, and nothing is gained."""
 
 from __future__ import annotations
 
