@@ -171,17 +171,17 @@ def theta_method(theta: float) -> Scheme:
 
 
 def stabilised(s: Step) -> tuple[Array, ...]:
-    """DeuflhardKrauseErtel2008, Eqs. 12 to 14 with the prediction moved by a given amount; damping at the middle."""
+    """DeuflhardKrauseErtel2008, Eqs. 12 to 14 with the prediction moved by a given amount; damping C (u_new - u)/DT."""
     prediction = s.u + DT * s.v + np.linalg.solve(s.mass, s.projection)
     half = 0.5 * DT
     u, v = together(
         (
-            {0: s.mass + half**2 * s.stiffness, 1: half**2 * s.damping},
-            s.mass @ prediction + 2.0 * half**2 * (s.load + s.force) - half**2 * (s.stiffness @ s.u + s.damping @ s.v),
+            {0: s.mass + half**2 * s.stiffness + half * s.damping},
+            s.mass @ prediction + 2.0 * half**2 * (s.load + s.force) - (half**2 * s.stiffness - half * s.damping) @ s.u,
         ),
         (
-            {0: half * s.stiffness, 1: s.mass + half * s.damping},
-            s.mass @ s.v + DT * (s.load + s.force) - half * (s.stiffness @ s.u + s.damping @ s.v),
+            {0: half * s.stiffness + s.damping, 1: s.mass},
+            s.mass @ s.v + DT * (s.load + s.force) - (half * s.stiffness - s.damping) @ s.u,
         ),
     )
     return u, v
