@@ -77,12 +77,6 @@ def ask(m: Memory, number: int, time: float, dt: float) -> None:
 
 
 @PART
-def hidden_change(now: float, before: float) -> float:
-    """Return how much a projection or push changed, relative to itself."""
-    return 0.0 if now == before else abs(now - before) / max(abs(now), abs(before))
-
-
-@PART
 def replied(m: Memory, time: float, dt: float, column: int) -> None:
     """Write the laws' answers to the present forces and impulses, less these, into a column of the linear system."""
     for number in range(len(m.contacts)):
@@ -172,12 +166,14 @@ def answer(m: Memory, time: float, dt: float) -> bool:
             ask(m, number, time, dt)
             answered = answered and reply.failed == 0.0
             change = max(change, abs(reply.force - contact.force) * dt, abs(reply.impulse - contact.impulse))
-            if reply.push != contact.push or reply.projection != contact.projection:
+            if reply.push != contact.push:
                 # A push counts by what it does to the force that the law pushes by, also where faces are apart.
                 pushed = abs(m.ports[number].pushed_per_push)
                 change = max(change, abs(reply.push - contact.push) * pushed * dt)
                 largest = max(largest, abs(reply.push) * pushed * dt)
-                change = max(change, hidden_change(reply.projection, contact.projection) * abs(reply.force) * dt)
+            # A projection moves a face as the impulse does that it is over a step: it counts where no force acts, too.
+            change = max(change, abs(reply.projection - contact.projection) / dt)
+            largest = max(largest, abs(reply.projection) / dt)
             contact.force, contact.impulse = reply.force, reply.impulse
             contact.projection, contact.push = reply.projection, reply.push
             largest = max(largest, abs(reply.force) * dt + abs(reply.impulse))
