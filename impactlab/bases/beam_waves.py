@@ -1,0 +1,102 @@
+"""The fields of a uniform beam that vibrates at one frequency: two waves, each in an even and an odd shape.
+
+Lengths are counted in a length h, so that three numbers say all: B = rho A w2 h4/EI (frequency), r2 = rho I/(rho A h2)
+(rotary inertia) and s2 = EI/(kGA h2) (shear). With r2 = s2 = 0 it is the beam of Euler and Bernoulli. Every field
+solves f'' = p f with one of two p, the roots of p2 + B (r2 + s2) p = B (1 - B r2 s2): the smaller, always negative, is
+a travelling wave; the larger decays away from where it is made, and travels too above the cut-off frequency, where its
+sign changes (B r2 s2 = 1, w2 = kGA/rho I).
+
+References
+----------
+Huang1961 (the equation, in other letters).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from impactlab.types import Array
+
+SMALL = 1e-12  # a p below it is taken for it: cosh and sinh/sqrt(p) are then 1 and x to rounding
+
+
+class BeamNumbers(NamedTuple):
+    """A uniform beam without units."""
+
+    rotary: float  # r2
+    shear: float  # s2
+
+
+class Waves(NamedTuple):
+    """Both waves at frequencies B, each field of shape B's: first the one that may decay, then the other."""
+
+    squares: tuple[Array, Array]  # p
+    turning: tuple[Array, Array]  # p + B s2: slope of the rotation per deflection
+
+
+class Ends(NamedTuple):
+    """Deflection, rotation, bending moment and shear force at x = 1 of both waves; their scale is positive."""
+
+    deflection: tuple[Array, Array]
+    rotation: tuple[Array, Array]
+    moment: tuple[Array, Array]
+    shear: tuple[Array, Array]
+
+
+def waves(beam: BeamNumbers, squared: Array) -> Waves:
+    """Return the waves at B = ``squared`` > 0, shape (...)."""
+    of_inertias = squared * (beam.rotary + beam.shear)
+    difference = squared * (beam.rotary - beam.shear)
+    root = np.sqrt(difference**2 + 4.0 * squared)
+    travelling = -0.5 * (of_inertias + root)
+    other = -squared * (1.0 - squared * (beam.rotary * beam.shear)) / travelling
+    # The two turnings multiply to -B: the one that would be a difference comes from the one that is a sum.
+    larger = 0.5 * (np.abs(difference) + root)
+    if beam.rotary > beam.shear:
+        return Waves((other, travelling), (squared / larger, -larger))
+    return Waves((other, travelling), (larger, -squared / larger))
+
+
+def frequencies(beam: BeamNumbers, wave_number: Array) -> tuple[Array, Array]:
+    """Return B of waves of given wave numbers, lower and upper branch; the upper is inf without shear or inertia."""
+    both = beam.rotary * beam.shear
+    middle = 1.0 + (beam.rotary + beam.shear) * wave_number**2
+    root = np.sqrt(middle**2 - 4.0 * both * wave_number**4)
+    upper = (middle + root) / (2.0 * both) if both > 0.0 else np.full(wave_number.shape, np.inf)
+    return 2.0 * wave_number**4 / (middle + root), upper
+
+
+def even_odd(square: Array, x: Array | float) -> tuple[Array, Array]:
+    """Return cosh(sqrt(p) x) and sinh(sqrt(p) x)/sqrt(p) for -1 <= x <= 1, over cosh(sqrt(p)) where p > 0.
+
+    So nothing grows beyond all bounds; where p < 0 they are cosine and sine.
+    """
+    number = np.sqrt(np.maximum(np.abs(square), SMALL))
+    phase = number * x
+    cosine, sine = np.cos(phase), np.sin(phase) / number
+    decaying = square > 0.0
+    if not np.any(decaying):
+        return cosine, sine
+    size = np.abs(phase)
+    scale = np.exp(size - number) / (1.0 + np.exp(-2.0 * number))
+    even = scale * (1.0 + np.exp(-2.0 * size))
+    odd = -scale * np.expm1(-2.0 * size) * np.sign(phase) / number
+    return np.where(decaying, even, cosine), np.where(decaying, odd, sine)
+
+
+def fields(found: Waves, squared: Array, x: Array | float, even: bool) -> Ends:
+    """Return the four quantities of both waves at x, of even deflection or of odd.
+
+    In units of h: rotation per 1/h, moment per EI/h2, shear force per EI/h3.
+    """
+    parts = []
+    for square, turning in zip(found.squares, found.turning, strict=True):
+        cosine, sine = even_odd(square, x)
+        if even:
+            parts.append((cosine, turning * sine, turning * cosine, -squared * sine))
+        else:
+            parts.append((square * sine, turning * cosine, turning * square * sine, -squared * cosine))
+    first, second = parts
+    return Ends(*((first[i], second[i]) for i in range(4)))
