@@ -10,7 +10,7 @@ import numpy as np
 from impactlab.errors import StepError
 from impactlab.grazing import grazing_kick, near_grazing
 from impactlab.history import AbstractHistory, Warned
-from impactlab.models.delay_line import DelayLine
+from impactlab.models.self_stepping import AbstractSelfStepping
 from impactlab.pairing import energy_bound
 from impactlab.resolution import unresolved
 from impactlab.scene import ElasticBody, Mass, Point, Scene, Wall
@@ -165,7 +165,7 @@ def check_momentum(assembly: Assembly, history: AbstractHistory) -> None:
     for number, (name, body) in enumerate(scene.bodies.items()):
         if isinstance(body, Wall):
             continue
-        held = isinstance(assembly.built[name].model, DelayLine)
+        held = isinstance(assembly.built[name].model, AbstractSelfStepping)
         if isinstance(body, ElasticBody):
             held = held or body.is_held
             held = held or body.damping.mass > 0.0  # which holds the rod to the ground

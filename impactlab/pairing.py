@@ -11,7 +11,7 @@ from impactlab.errors import PairingError
 from impactlab.integrators.base import AbstractAdaptive, AbstractIntegrator
 from impactlab.models.base import Operators
 from impactlab.plugins import parts_inside
-from impactlab.scene import Body, Contact, ElasticBody, Scene
+from impactlab.scene import Body, Contact, ElasticBody, Rod, Scene
 from impactlab.types import Level
 
 
@@ -61,13 +61,15 @@ def check_heavy_faces(scene: Scene, integrator: AbstractIntegrator) -> list[str]
     return found
 
 
-def check_delay_line(law: AbstractContactLaw, path: str) -> None:
-    """Raise `PairingError` where a law that is asked step by step needs what the end of a continuous rod has not."""
+def check_continuous(law: AbstractContactLaw, path: str, beam: bool) -> None:
+    """Raise `PairingError` where a law that is asked step by step needs what a continuous body has not."""
     if Level.IMPULSE in law.needs:
         raise PairingError(
-            f"law '{kind_of(law)}' gives impulses, and the mass that they would strike at the end of a continuous rod "
-            "is zero",
-            remedy="Use finite_element or modal, or law wave_identification, addition_deletion or penalty.",
+            f"law '{kind_of(law)}' gives impulses, and the mass that they would strike "
+            f"{'on a continuous beam' if beam else 'at the end of a continuous rod'} is zero",
+            remedy="Use finite_element or modal, or law wave_identification or penalty."
+            if beam
+            else "Use finite_element or modal, or law wave_identification, addition_deletion or penalty.",
             path=path,
         )
 
@@ -124,8 +126,9 @@ def check_events(scene: Scene, integrator: AbstractIntegrator) -> None:
         )
     for name, body in scene.bodies.items():
         if isinstance(body, ElasticBody) and body.model is not None and not body.model.steps:
+            steps = f"the {'delay line of the ' if isinstance(body, Rod) else ''}continuous {body.kind} '{name}'"
             raise PairingError(
-                f"events: located cuts steps, and the delay line of the continuous rod '{name}' has one step length",
+                f"events: located cuts steps, and {steps} has one step length",
                 remedy="Use modal for this body, or events: dated.",
                 path="solve.events",
             )
@@ -152,7 +155,8 @@ def check_smooth(scene: Scene, integrator: AbstractAdaptive) -> None:
     for body in scene.bodies.values():
         if isinstance(body, ElasticBody) and body.model is not None and not body.model.steps:
             raise PairingError(
-                f"integrator '{name}' needs bodies in coordinates, and the continuous rod '{body.name}' has none",
+                f"integrator '{name}' needs bodies in coordinates, "
+                f"and the continuous {body.kind} '{body.name}' has none",
                 remedy="Use modal or finite_element for this body, or integrator newmark or exact_modal.",
                 path=f"solve.models.{body.name}",
             )

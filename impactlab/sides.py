@@ -58,7 +58,7 @@ def _on_beam(scene: Scene, beam: Beam, x: float, end: str) -> SideFacts:
     """Return the facts of a place on a beam; it has an impedance where it shears, in each direction that goes on."""
     segment = segment_at(beam.segments, x)
     sheared = math.isfinite(segment.shear_stiffness)
-    ways = 2.0 if end == "inner" else 1.0
+    ways = 2.0 if end in ("inner", "infinite") else 1.0
     return SideFacts(
         kind="beam",
         impedance=ways * segment.shear_impedance if sheared else math.nan,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time as clock
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -14,9 +14,9 @@ from impactlab.history import AbstractHistory, Warned
 from impactlab.integrators.base import AbstractAdaptive, AbstractIntegrator, Stepper
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
-from impactlab.models.delay_line import DelayLine
+from impactlab.models.self_stepping import AbstractSelfStepping
 from impactlab.pairing import (
-    check_delay_line,
+    check_continuous,
     check_events,
     check_heavy_faces,
     check_law,
@@ -26,7 +26,7 @@ from impactlab.pairing import (
     constraint_gains,
     kind_of,
 )
-from impactlab.scene import Contact, ElasticBody, Rod, Scene
+from impactlab.scene import Beam, Contact, ElasticBody, Rod, Scene
 from impactlab.stepping.assembly import Assembly
 from impactlab.stepping.preparation import (
     BuiltBody,
@@ -45,6 +45,7 @@ if TYPE_CHECKING:
 
 CHUNK_SECONDS = 0.1  # between two looks at progress and interrupts
 MOST_STEPS = 2_000_000_000
+NOTED_MISFIT = 2e-3  # of the length of a body, by which its contacts and ends together give way to a grid
 UNUSED = Warned("integrator_unused", "the continuous model needs no integrator; solve.integrator is ignored")
 
 Progress = Callable[[float], None]
@@ -102,6 +103,21 @@ def resolve_step(scene: Scene, built: dict[str, BuiltBody]) -> float:
     return 2.0 * math.pi / highest / (rule.points_per_period or 10.0)
 
 
+def fitted_step(dt: float, built: dict[str, BuiltBody]) -> float:
+    """Return the step [s] at which bodies that step by themselves give way least; the longest of equally good ones."""
+    own = [body.model for body in built.values() if isinstance(body.model, AbstractSelfStepping)]
+    steps = sorted({float(step) for model in own for step in model.fitting(dt)} | {dt}, reverse=True)
+    return min(steps, key=lambda step: sum(model.misfit(step) for model in own))
+
+
+def misfit_warnings(built: dict[str, BuiltBody], dt: float) -> Iterator[Warned]:
+    """Give a warning for each body that must give way to fit the step."""
+    for name, body in built.items():
+        if isinstance(body.model, AbstractSelfStepping) and (misfit := body.model.misfit(dt)) > NOTED_MISFIT:
+            text = f"'{name}': at this step places move to the grid, or the grid to the ends, by {100 * misfit:.2g} % "
+            yield Warned("misfit", text + "of the length; give a smaller step, or another place")
+
+
 def rods_step(scene: Scene) -> bool | None:
     """Return whether any rod is stepped in coordinates; None without rods."""
     rods = [body for body in scene.bodies.values() if isinstance(body, ElasticBody)]
@@ -140,17 +156,18 @@ def prepare(scene: Scene) -> Plan:
     for number, contact in enumerate(scene.contacts):
         check_law(contact.law, integrator, f"contacts.{number}.law")
         if not all_steps(scene, contact):
-            check_delay_line(contact.law, f"contacts.{number}.law")
+            on_beam = any(isinstance(scene.bodies[point.body], Beam) for point in (contact.left, contact.right))
+            check_continuous(contact.law, f"contacts.{number}.law", on_beam)
     check_events(scene, integrator)
     built = build_bodies(scene)
     limits = {}
     for name, body in built.items():
-        if isinstance(body.model, DelayLine):
-            limits[name] = body.model.transit
+        if isinstance(body.model, AbstractSelfStepping):
+            limits[name] = body.model.longest_step
         else:
             check_system(integrator, name, body.system)
             limits[name] = integrator.limit(body.system)
-    dt = resolve_step(scene, built)
+    dt = fitted_step(resolve_step(scene, built), built)
     name = min(limits, key=lambda key: limits[key])
     if dt > limits[name] * (1.0 + 1e-9):
         raise CaseError(
@@ -171,7 +188,7 @@ def prepare(scene: Scene) -> Plan:
     pushes = pushes_of(scene, built, starts)
     if pushes:
         steppers = prepare_steppers(scene, built, integrator, dt, pushes)
-    warnings += constraint_warnings(scene, integrator)
+    warnings += constraint_warnings(scene, integrator) + list(misfit_warnings(built, dt))
     return Plan(scene, dt, max(steps, 1), built, steppers, starts, integrator, tuple(warnings))
 
 

@@ -1,4 +1,4 @@
-"""The continuous rod: no mesh, no modes, no time step."""
+"""The continuous rod, and the continuous beam: no mesh and no modes."""
 
 from __future__ import annotations
 
@@ -13,15 +13,27 @@ from impactlab.scene import ElasticBody, Rod
 @final
 @dataclass(frozen=True)
 class Continuous(AbstractRodModel):
-    """Exact travelling waves (continuous): solved from event to event, no mesh and no time step.
+    """Exact travelling waves (continuous): rods from event to event, without mesh or step; beams by characteristics.
+
+    Rods under hard contacts and constant springs are solved from event to event; under other laws a rod is a pair of
+    delays, which is asked step by step. A Timoshenko beam steps too, its two families of waves each shifted exactly
+    (`timoshenko_waves`); an Euler-Bernoulli beam has no fronts and is served where it goes on for ever, by its exact
+    memory at the place where it is struck (`infinite_beam`).
 
     References
     ----------
-    StVenant1883; TimoshenkoGoodier1951, longitudinal impact of bars; EscalonaMayoDominguez1999, Section 2.
+    StVenant1883; TimoshenkoGoodier1951, longitudinal impact of bars; EscalonaMayoDominguez1999, Section 2;
+    LeonardBudiansky1954 and Graff1975 (beams).
     """
 
     steps = False
-    citations = ("StVenant1883", "EscalonaMayoDominguez1999", "TimoshenkoGoodier1951")
+    citations = (
+        "StVenant1883",
+        "EscalonaMayoDominguez1999",
+        "TimoshenkoGoodier1951",
+        "LeonardBudiansky1954",
+        "Graff1975",
+    )
 
     @property
     def has_mesh(self) -> bool:

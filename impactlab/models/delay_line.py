@@ -9,9 +9,10 @@ import numpy as np
 
 from impactlab.errors import CaseError
 from impactlab.integrators.base import Stepper
-from impactlab.models.base import AbstractDiscreteModel, Operators
+from impactlab.models.base import Operators
+from impactlab.models.self_stepping import AbstractSelfStepping
 from impactlab.scene import End, Rod
-from impactlab.types import Array, Level, Quantity
+from impactlab.types import Array, Quantity
 
 MODES = 100  # what `points_per_period` counts on a rod without mesh or modes
 
@@ -65,14 +66,11 @@ def measure(parameters: Array, state: Array, out: Array) -> None:
 
 
 @final
-class DelayLine(AbstractDiscreteModel):
+class DelayLine(AbstractSelfStepping):
     """A uniform rod as two delays: its coordinates are the displacements of its ends; it is a stepper of its own.
 
-    It offers displacement and velocity per force (1/Z at a free end, exact for every step up to the transit); velocity
-    per impulse it has none: the mass that an impulse would strike is zero.
+    Its velocity per force is 1/Z at a free end, exact for every step up to the transit.
     """
-
-    serves = frozenset({Level.POSITION, Level.VELOCITY})
 
     def __init__(self, rod: Rod, gravity: float) -> None:
         if len(rod.segments) != 1:
@@ -90,6 +88,16 @@ class DelayLine(AbstractDiscreteModel):
         self._rod = rod
         self._segment = rod.segments[0]
         self.transit = 0.5 * rod.round_trip
+
+    @property
+    def longest_step(self) -> float:
+        return self.transit
+
+    def misfit(self, dt: float) -> float:
+        return 0.0
+
+    def fitting(self, dt: float) -> Array:
+        return np.array([dt])
 
     def operators(self) -> Operators:
         damping = [end.value if end.kind == "dashpot" else 0.0 for end in (self._rod.left, self._rod.right)]

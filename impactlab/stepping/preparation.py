@@ -11,8 +11,9 @@ import numpy as np
 from impactlab.errors import CaseError, PairingError
 from impactlab.integrators.base import AbstractIntegrator, Stepper
 from impactlab.models.base import AbstractDiscreteModel, Face, Operators
-from impactlab.models.delay_line import DelayLine
+from impactlab.models.continuous_bodies import continuous_body
 from impactlab.models.rigid import RigidBody
+from impactlab.models.self_stepping import AbstractSelfStepping
 from impactlab.scene import Beam, Body, Contact, ElasticBody, Mass, Point, Rod, Scene, Wall
 from impactlab.sides import side_facts
 from impactlab.types import MEMORY, PARAMETERS, READINGS, Quantity, Reading, SideFacts, Start
@@ -48,12 +49,13 @@ def build_bodies(scene: Scene) -> dict[str, BuiltBody]:
         if isinstance(body, ElasticBody):
             if body.model is None:
                 raise CaseError(f"'{name}' has no model", path="solve.model", remedy="Give solve.model.")
-            if isinstance(body, Beam):
-                model = body.model.build_beam(body, scene.gravity, faces_of(scene, name))
-            elif isinstance(body, Rod) and body.model.steps:
-                model = body.model.build(body, scene.gravity, faces_of(scene, name))
+            faces = faces_of(scene, name)
+            if not body.model.steps:
+                model = continuous_body(scene, body, faces)
+            elif isinstance(body, Beam):
+                model = body.model.build_beam(body, scene.gravity, faces)
             elif isinstance(body, Rod):
-                model = DelayLine(body, scene.gravity)
+                model = body.model.build(body, scene.gravity, faces)
         elif isinstance(body, Mass):
             model = RigidBody(body.mass, body.velocity, scene.gravity)
         else:
@@ -102,7 +104,7 @@ def prepare_stepper(
     rows = [model.row(point.x, "displacement") for point in points if point.body == name]
     rows += [model.row(push.x, push.quantity) for push in pushes if push.body == name]
     ports = np.array(rows).reshape(len(rows), system.load.size)
-    if isinstance(model, DelayLine):
+    if isinstance(model, AbstractSelfStepping):
         return model.stepper(ports, dt)
     return integrator.prepare(system._replace(momentum=model.momentum_row()), ports, dt)
 

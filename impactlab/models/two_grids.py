@@ -1,0 +1,85 @@
+"""Two uniform grids over one beam, and the operator that carries rotations of one to shear strains of the other."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from impactlab.types import Array
+
+
+class Coupling(NamedTuple):
+    """Averages over the cells of a grid of what is given on the cells of another."""
+
+    first: Array  # (n_to,) the first cell that each row meets
+    rows: Array  # (n_to, width)
+
+
+def centres(start: float, spacing: float, count: int) -> Array:
+    """Return the centres of cells [m]."""
+    return np.asarray(start + spacing * (np.arange(count) + 0.5))
+
+
+def coupling(to: Array, spacing: float, of: Array) -> Coupling:
+    """Return P_ij = 1/h int f_i g_j dx with the hat functions f on centres ``to``, distance h, and g on centres ``of``.
+
+    Beyond the outermost centre a hat stays 1. Rows of P sum to 1 and carry straight lines over, and h/h' times its
+    transpose does so in the other direction: both ways are of second order, and what one side gives the other gets.
+    """
+    low, high = to[0] - 0.5 * spacing, to[-1] + 0.5 * spacing
+    edges = np.union1d(np.clip(np.concatenate((to, of)), low, high), [low, high])
+    left, right = edges[:-1], edges[1:]
+    middle = 0.5 * (left + right)
+    entries: dict[str, list[Array]] = {"row": [], "column": [], "value": []}
+    hats = [_hats(grid, middle, left, right) for grid in (to, of)]
+    for i, f_left, f_right in hats[0]:
+        for j, g_left, g_right in hats[1]:
+            product = 2.0 * f_left * g_left + f_left * g_right + f_right * g_left + 2.0 * f_right * g_right
+            entries["row"].append(i)
+            entries["column"].append(j)
+            entries["value"].append((right - left) * product / (6.0 * spacing))
+    row, column = (np.concatenate(entries[key]).astype(int) for key in ("row", "column"))
+    value = np.concatenate(entries["value"])
+    used = value != 0.0
+    row, column, value = row[used], column[used], value[used]
+    first, last = np.full(to.size, of.size), np.zeros(to.size, int)
+    np.minimum.at(first, row, column)
+    np.maximum.at(last, row, column)
+    width = min(int(np.max(last - first)) + 1, of.size)
+    first = np.minimum(first, of.size - width)
+    rows = np.zeros((to.size, width))
+    np.add.at(rows, (row, column - first[row]), value)
+    return Coupling(first.astype(float), rows)
+
+
+def _hats(grid: Array, middle: Array, left: Array, right: Array) -> list[tuple[Any, Array, Array]]:
+    """Return the two hats that live on each interval: number, value at its left and at its right."""
+    if grid.size == 1:
+        return [(np.zeros(middle.size), np.ones(middle.size), np.ones(middle.size))]
+    below = np.clip(np.searchsorted(grid, middle) - 1, 0, grid.size - 2)
+    h = grid[below + 1] - grid[below]
+    shares = [np.clip((x - grid[below]) / h, 0.0, 1.0) for x in (left, right)]
+    return [(below, 1.0 - shares[0], 1.0 - shares[1]), (below + 1, shares[0], shares[1])]
+
+
+def factor(couple: Coupling, count: int, weight: float) -> Array:
+    """Return the banded Cholesky factor of 1 + weight P^T P, shape (count, bandwidth + 1).
+
+    A row ends with the inverse of its diagonal.
+    """
+    from scipy.linalg import cholesky_banded
+
+    width = couple.rows.shape[1]
+    banded = np.zeros((width, count))
+    start = couple.first.astype(int)
+    for i in range(width):
+        for j in range(i + 1):
+            np.add.at(banded[i - j], start + j, weight * couple.rows[:, i] * couple.rows[:, j])
+    banded[0] += 1.0
+    lower = cholesky_banded(banded, lower=True)
+    rows = np.zeros((count, width))
+    for offset in range(width):
+        rows[offset:, width - 1 - offset] = lower[offset, : count - offset]
+    rows[:, -1] = 1.0 / rows[:, -1]
+    return rows
