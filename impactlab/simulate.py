@@ -28,6 +28,7 @@ from impactlab.pairing import (
 )
 from impactlab.scene import Beam, Contact, ElasticBody, Rod, Scene
 from impactlab.stepping.assembly import Assembly
+from impactlab.stepping.messengers import check_messengers
 from impactlab.stepping.preparation import (
     BuiltBody,
     acting_laws,
@@ -185,6 +186,7 @@ def prepare(scene: Scene) -> Plan:
     scene = acting_laws(scene, built, steppers)
     check_explicit_spring(scene, built, steppers, integrator, dt)
     starts = start_laws(scene, built, steppers, dt)
+    warnings += check_messengers(scene, built, starts)
     pushes = pushes_of(scene, built, starts)
     if pushes:
         steppers = prepare_steppers(scene, built, integrator, dt, pushes)

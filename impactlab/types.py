@@ -122,6 +122,20 @@ class Reading(NamedTuple):
     left_out: bool = False
 
 
+class Arriving(NamedTuple):
+    """The velocity [m/s] that a face would have by the waves that reach it after a while: a reading of its own kind.
+
+    Mode by mode, where its own wave stands that will reach the face after ``delay``, the wave that heads for the face
+    is read (`impactlab.models.messengers`). Bodies in modes have it. ``most`` is the share by which it may miss the
+    modes' own free motion; beyond that the run is refused.
+    """
+
+    side: Literal["left", "right"]
+    delay: float  # s
+    speed: Literal["phase", "group"] = "phase"
+    most: float = math.inf
+
+
 class SideFacts(NamedTuple):
     """What is known of one side before the run; NaN where there is none."""
 
@@ -147,7 +161,7 @@ class Start(NamedTuple):
 
     parameters: tuple[float, ...] = ()
     memory: tuple[float, ...] = ()
-    readings: tuple[Reading, ...] = ()
+    readings: tuple[Reading | Arriving, ...] = ()
     pushed: tuple[tuple[Reading, float], ...] = ()
 
 

@@ -45,6 +45,12 @@ class WaveIdentification(AbstractContactLaw):
         parameters: list[float] = []
         readings: list[Reading] = []
         for side, facts in (("left", left), ("right", right)):
+            if facts.kind == "beam":
+                raise PairingError(
+                    f"wave_identification reads one wave that travels unchanged, and on the beam on the {side} every "
+                    "wave length travels at a speed of its own",
+                    remedy="Use law dispersive_identification, or modal_messengers with model modal.",
+                )
             if facts.kind != "rod":
                 # No messenger: velocity and compliance are the stepper's own.
                 parameters += [0.0, 0.0, 0.0]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
 
 from impactlab.errors import PairingError
 from impactlab.types import Array, Quantity
@@ -74,6 +74,17 @@ class AbstractDiscreteModel(ABC):
     @abstractmethod
     def grid(self) -> Array:
         """Return the places [m] at which fields are given, shape (n,)."""
+
+    def arriving(self, face: float, delay: float, speed: Literal["phase", "group"]) -> Array:
+        """Return the velocity of the face by the waves that reach it after ``delay`` [s], each read by itself.
+
+        A row over displacements and velocities, shape (2 n_dof,); see `impactlab.models.messengers`. A body whose
+        modes are not known, as here, raises `PairingError`.
+        """
+        raise PairingError(
+            "a messenger for each mode needs a body in modes",
+            remedy="Use model modal for this body, or law dispersive_identification.",
+        )
 
 
 def end_load(model: AbstractDiscreteModel, body: ElasticBody) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import final
+from typing import Literal, final
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from impactlab.bases.reduced import ReducedMesh, products
 from impactlab.errors import PairingError
 from impactlab.models.base import AbstractDiscreteModel, Face, Operators, Phases, end_load
 from impactlab.models.meshed import AbstractMesh
+from impactlab.models.messengers import Waves, arriving_row, waves_at
 from impactlab.scene import ElasticBody
 from impactlab.types import Array, Quantity
 
@@ -35,6 +36,8 @@ class ModalBody(AbstractDiscreteModel):
     massless : tuple of float
         Places [m] of contacts where the static answer of all that is left out acts as a spring without mass.
     phases : Phases, optional
+    waves : Waves, optional
+        Of the modes, where another theory than that of the rod or beam holds (for messengers of single modes).
     """
 
     def __init__(
@@ -45,9 +48,11 @@ class ModalBody(AbstractDiscreteModel):
         paper_rule: bool,
         massless: tuple[float, ...] = (),
         phases: Phases | None = None,
+        waves: Waves | None = None,
     ) -> None:
         self._rod, self._gravity, self._basis = rod, gravity, basis
         self._paper_rule, self._massless, self._phases = paper_rule, massless, phases
+        self._waves = waves
         self._damping = proportional_damping(rod)
 
     def operators(self) -> Operators:
@@ -94,6 +99,10 @@ class ModalBody(AbstractDiscreteModel):
 
     def grid(self) -> Array:
         return self._basis.grid()
+
+    def arriving(self, face: float, delay: float, speed: Literal["phase", "group"]) -> Array:
+        waves = self._waves or waves_at(self._rod, face, self._basis.frequencies)
+        return arriving_row(self._rod, waves, self.row, face, delay, speed)
 
     def _gives(self, x: float) -> bool:
         """Return whether a face has flexibility beyond its coordinates: not if these are complete."""

@@ -30,8 +30,8 @@ from impactlab.stepping.memory import (
     SnapshotRecord,
 )
 from impactlab.stepping.packing import dashpots, fill, flat, sparse
-from impactlab.stepping.preparation import BuiltBody, Push, prepare_stepper, pushes_of, reading_place
-from impactlab.types import Array, Port, Quantity, Reply, Start
+from impactlab.stepping.preparation import BuiltBody, Push, face_read, prepare_stepper, pushes_of, reading_place
+from impactlab.types import Array, Arriving, Port, Quantity, Reply, Start
 
 SAMPLES = 256  # energies taken over a run
 NOTHING = 1e-20  # of a response's largest entry: what lies beyond the last entry above moves by less than any rounding
@@ -106,7 +106,7 @@ class Assembly:
         self.probe_channels = self._probe_channels()
         rows, left_out = self._rows(models, starts, pushed)
         wanted = [
-            (names.index(reading_place(contact, reading)[0].body), number, slot)
+            (names.index(face_read(contact, reading).body), number, slot)
             for number, (contact, start) in enumerate(zip(scene.contacts, starts, strict=True))
             for slot, reading in enumerate(start.readings)
         ]
@@ -216,9 +216,15 @@ class Assembly:
         left_out: list[list[float]] = []
         for contact, start in zip(contacts, starts, strict=True):
             for reading in start.readings:
+                if isinstance(reading, Arriving):
+                    point = face_read(contact, reading)
+                    whole = models[point.body].arriving(point.x, reading.delay, reading.speed)
+                    rows.append((self._shift[point.body], whole))  # over displacements and velocities
+                    left_out.append([0.0] * len(contacts))
+                    continue
                 point, x = reading_place(contact, reading)
-                rows.append(row(point.body, x, reading.quantity))
                 model = models[point.body]
+                rows.append(row(point.body, x, reading.quantity))
                 answers = [left_out_per_force(model, other, point.body, x, reading.quantity) for other in contacts]
                 left_out.append(answers if reading.left_out else [0.0] * len(contacts))
         rows += [row(body, x, quantity) for _, body, x, quantity in self._probes()]

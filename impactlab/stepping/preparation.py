@@ -16,7 +16,7 @@ from impactlab.models.rigid import RigidBody
 from impactlab.models.self_stepping import AbstractSelfStepping
 from impactlab.scene import Beam, Body, Contact, ElasticBody, Mass, Point, Rod, Scene, Wall
 from impactlab.sides import side_facts
-from impactlab.types import MEMORY, PARAMETERS, READINGS, Quantity, Reading, SideFacts, Start
+from impactlab.types import MEMORY, PARAMETERS, READINGS, Arriving, Quantity, Reading, SideFacts, Start
 
 
 @dataclass(frozen=True)
@@ -211,9 +211,14 @@ def start_law(contact: Contact, facts: tuple[SideFacts, SideFacts], path: str, d
     return start
 
 
+def face_read(contact: Contact, reading: Reading | Arriving) -> Point:
+    """Return the face that a reading belongs to."""
+    return contact.left if reading.side == "left" else contact.right
+
+
 def reading_place(contact: Contact, reading: Reading) -> tuple[Point, float]:
     """Return the face that a reading belongs to, and the x at which it is taken [m]."""
-    point = contact.left if reading.side == "left" else contact.right
+    point = face_read(contact, reading)
     return point, point.x + (-reading.distance if reading.side == "left" else reading.distance)
 
 

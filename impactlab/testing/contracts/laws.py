@@ -11,7 +11,7 @@ import numpy as np
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.pointers import COMPILED, LawAddress
 from impactlab.testing.contracts.common import PIECE, PORTS, described
-from impactlab.types import Level, Port, Reply, SideFacts
+from impactlab.types import Arriving, Level, Port, Reply, SideFacts
 
 
 class ContactLawContract:
@@ -64,7 +64,9 @@ class ContactLawContract:
         port.memory[: len(start.memory)] = start.memory
         for number, reading in enumerate(start.readings):
             scale = {"velocity": 1.0, "stress": 4e7, "force": 4e4, "strain": 2e-4, "displacement": 1e-7}
-            port.readings[number] = random.normal(0.0, scale[reading.quantity])
+            port.readings[number] = random.normal(
+                0.0, 1.0 if isinstance(reading, Arriving) else scale[reading.quantity]
+            )
         return port
 
     def reply_to(self, port: Port, address: int | None = None) -> Reply:

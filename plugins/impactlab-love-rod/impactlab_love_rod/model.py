@@ -12,8 +12,10 @@ from impactlab.banded import widened
 from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Face, Operators
 from impactlab.models.elements import elements_per_segment
 from impactlab.models.mesh import Mesh
+from impactlab.models.modal_body import ModalBody
 from impactlab.scene import ElasticBody, End, Rod, Segment
 from impactlab.types import Array, Quantity, option
+from impactlab_love_rod.modes import LoveModes
 
 
 @final
@@ -23,8 +25,9 @@ class LoveRod(AbstractRodModel):
 
     A point at distance r from the axis moves sideways by -nu r u'. Its kinetic energy adds nu^2 r_p^2 rho A/2 times the
     integral of (du'/dt)^2, with r_p the polar radius of gyration of the section; long waves travel at c, short ones
-    slower: w = c k/sqrt(1 + nu^2 r_p^2 k^2). Forces and stresses read are those of the axial strain, E u'; the part
-    that the lateral inertia adds to the force through a section is not in them.
+    slower: w = c k/sqrt(1 + nu^2 r_p^2 k^2). With ``modes`` a uniform rod stands in its modes, known in closed form.
+    Forces and stresses read are those of the axial strain, E u'; the part that the lateral inertia adds to the force
+    through a section is not in them.
 
     References
     ----------
@@ -32,7 +35,12 @@ class LoveRod(AbstractRodModel):
     """
 
     citations = ("Love1927", "Graff1975")
-    examples = ({"elements": 60}, {"elements": 60, "poisson": 0.0}, {"elements": 60, "radius_of_gyration": 0.02})
+    examples = (
+        {"elements": 60},
+        {"elements": 60, "poisson": 0.0},
+        {"elements": 60, "radius_of_gyration": 0.02},
+        {"modes": 20},
+    )
 
     elements: int = option(100, at_least=1, at_most=10_000_000, description="elements over the whole rod")
     poisson: float = option(0.3, at_least=0.0, below=0.5, description="Poisson's ratio")
@@ -40,15 +48,25 @@ class LoveRod(AbstractRodModel):
         None, unit="m", above=0.0, description="polar radius of gyration of the section; default that of a circle"
     )
 
+    modes: int | None = option(
+        None, at_least=1, at_most=100_000, description="analytic modes of a uniform rod, instead of elements"
+    )
+
     @property
     def has_mesh(self) -> bool:
-        return True
+        return self.modes is None
 
     def element_length(self, body: ElasticBody) -> float:
+        if self.modes is not None:
+            return body.length / self.modes
         counts = elements_per_segment(body.segments, self.elements)
         return min(segment.length / count for segment, count in zip(body.segments, counts, strict=True))
 
     def build(self, rod: Rod, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractDiscreteModel:
+        if self.modes is not None:
+            segment = rod.segments[0]
+            basis = LoveModes(rod, self.modes, self.lateral_length(segment))
+            return ModalBody(rod, gravity, basis, False, waves=basis.waves(segment))
         return LoveBody(self, rod, gravity)
 
     def lateral_length(self, segment: Segment) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import mpmath
 import numpy as np
 import pytest
 from impactlab_love_rod.model import LoveRod
@@ -11,12 +12,17 @@ from scipy.linalg import eigh
 
 from impactlab import plugins, simulate
 from impactlab.banded import full
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.contact.dispersive_identification import DispersiveIdentification
+from impactlab.contact.modal_messengers import ModalMessengers
 from impactlab.errors import PairingError
+from impactlab.history import AbstractHistory
 from impactlab.integrators.central_difference import CentralDifference
+from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
-from impactlab.scene import End, Probe, Rayleigh, Rod, Scene, Segment, StepRule
+from impactlab.scene import Contact, End, Mass, Point, Probe, Rayleigh, Rod, Scene, Segment, StepRule
 from impactlab.testing.contracts import RodModelContract
 
 PIECE = Segment(0.3, 9e-4, 2.1e11, 7900.0)
@@ -30,6 +36,10 @@ class TestLoveRod(RodModelContract):
 class TestWithoutLateralInertia(RodModelContract):
     part = LoveRod(60, 0.0)
     complete = True
+
+
+class TestModes(RodModelContract):
+    part = LoveRod(modes=20)
 
 
 def rod(model: AbstractRodModel, right: str = "clamped", **more: object) -> Rod:
@@ -115,3 +125,60 @@ def test_a_scheme_for_diagonal_masses_is_refused() -> None:
 def test_rayleigh_s_mass_damping_is_that_of_the_whole_mass() -> None:
     system = LoveRod(10).build(rod(LoveRod(10), damping=Rayleigh(mass=3.0)), 0.0).operators()
     assert np.allclose(full(system.damping), 3.0 * full(system.mass), rtol=1e-14, atol=0.0)
+
+
+@pytest.mark.parametrize("right", ["clamped", "free"])
+def test_modes_in_closed_form_are_those_of_a_fine_mesh(right: str) -> None:
+    exact = LoveRod(modes=6).build(rod(LoveRod(modes=6), right), 0.0)
+    own = np.sqrt(exact.operators().stiffness[0])
+    mesh = frequencies(LoveRod(400), right)[: own.size]
+    # A mesh of bars: (k h)^2/24 too high, 1e-4 at the sixth mode; a free rod's rigid motion is zero to rounding.
+    assert np.allclose(own[1:], mesh[1:], rtol=2e-4)
+    assert np.allclose(own[1:], LoveRod().exact_frequencies(rod(LoveRod(), right), 6)[-own.size + 1 :], rtol=1e-12)
+    # Unit modal mass: the momentum of a uniform motion, sum of squares, tends to the mass of the rod.
+    many = LoveRod(modes=400).build(rod(LoveRod(modes=400), right), 0.0)
+    assert many.row(0.1, "displacement") @ many.momentum_row() == pytest.approx(1.0, abs=5e-3)
+
+
+def struck(law: AbstractContactLaw, modes: int, duration: float) -> AbstractHistory:
+    """Return the history of a mass of the rod's own that strikes its free end at 1 m/s."""
+    model = LoveRod(modes=modes, radius_of_gyration=RADIUS)
+    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0, law)
+    bodies = {"hammer": Mass("hammer", PIECE.mass, 1.0), "rod": rod(model)}
+    return simulate.run(Scene("struck", bodies, (contact,), duration, ExactModal(), StepRule(dt=3e-7)))
+
+
+RADIUS = 0.03  # m: its lateral inertia is felt by waves of nu r = 9 mm
+
+
+def slowed(time: float) -> float:
+    """Return the velocity of the mass that strikes the clamped rod, by inversion of its Laplace transform.
+
+    The end of the rod resists with Z(s) = rho A sqrt(c^2 + a^2 s^2) coth(s L/sqrt(c^2 + a^2 s^2)), a = nu r.
+    """
+    a, c, line = 0.3 * RADIUS, PIECE.wave_speed, PIECE.density * PIECE.area
+
+    def transform(s: mpmath.mpc) -> mpmath.mpc:
+        root = mpmath.sqrt(c * c + a * a * s * s)
+        return PIECE.mass / (PIECE.mass * s + line * root * mpmath.coth(s * PIECE.length / root))
+
+    return float(mpmath.invertlaplace(transform, time, method="talbot", degree=60))
+
+
+@pytest.mark.parametrize("law", [DispersiveIdentification(), ModalMessengers()], ids=["general", "sketch"])
+def test_a_mass_on_love_s_rod_slows_as_the_transform_says(law: AbstractContactLaw) -> None:
+    trip = 2.0 * PIECE.length / PIECE.wave_speed
+    seen = struck(law, 150, 1.2 * trip)
+    # At once the face of a Love rod has the mass rho A nu r, which the first step gives the velocity of the hammer.
+    at_once = 1.0 / (1.0 + 0.3 * RADIUS / PIECE.length)
+    assert slowed(1e-3 * trip) == pytest.approx(at_once, abs=5e-3)
+    for place in (0.1, 0.5, 0.9, 1.05):
+        # First order in a step of trip/400 and in the modes left out.
+        assert float(seen.evaluate(place * trip, "velocity:hammer")) == pytest.approx(slowed(place * trip), abs=4e-3)
+
+
+def test_each_mode_s_messenger_tells_its_free_motion() -> None:
+    t = np.linspace(0.0, 2e-4, 400)
+    one, other = struck(ModalMessengers(), 30, 2e-4), struck(DispersiveIdentification(residual=False), 30, 2e-4)
+    apart = one.evaluate(t, "position:hammer") - other.evaluate(t, "position:hammer")
+    assert np.max(np.abs(apart)) < 1e-15  # m, of 1e-5: rounding of seven hundred steps

@@ -1,0 +1,92 @@
+"""The 1999 paper's sketch for dispersive waves: as many messengers as modes, each at its own distance."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Literal, final
+
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.errors import PairingError
+from impactlab.types import Arriving, Level, SideFacts, Start, option
+
+
+@final
+@dataclass(frozen=True)
+class ModalMessengers(AbstractContactLaw):
+    """A messenger for each mode, at the way that its own wave makes in a step; together they tell the face's motion.
+
+    The source sketches this in one paragraph. Our reading: mode i is read at c_i dt with c_i = w_i/k_i its phase speed
+    (``speed: group`` for dw/dk), the wave of it that heads for the face is told by its velocity and its force, which
+    are in the ratio rho A c_i, and all of them give the face's free velocity V; the balance is that of
+    `dispersive_identification`. What the balance divides by the sketch does not say: ``balance: modes`` takes what the
+    modes themselves answer to a force, ``impedance`` the 1/Z of the place, which an Euler-Bernoulli beam has not.
+
+    A mode's messenger tells its free motion only where the mode is one standing wave with its crest at the face: on
+    rods, and at inner points of beams away from their ends. At the tip of a beam its near field makes it wrong, by as
+    much as the whole wave turns in a step, and smaller steps do not help. Beyond ``accept`` the run is refused.
+
+    References
+    ----------
+    EscalonaMayoDominguez1999, Section 4, last paragraph.
+    """
+
+    needs = frozenset({Level.VELOCITY})
+    citations = ("EscalonaMayoDominguez1999",)
+    hard = True
+    fixed_step = True
+    trial_at_end = True
+    gains_energy = math.inf
+    examples = ({}, {"balance": "impedance", "accept": 1.0})
+
+    speed: Literal["phase", "group"] = option("phase", description="speed of a mode's wave: w/k, or dw/dk")
+    balance: Literal["modes", "impedance"] = option(
+        "modes", description="what a force moves the face by: the answer of the modes, or 1/Z of the place"
+    )
+    accept: float = option(
+        0.6, above=0.0, description="largest share by which messengers, or 1/Z, may miss what the modes do in a step"
+    )
+
+    def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
+        parameters: list[float] = []
+        readings: list[Arriving] = []
+        for side, facts in (("left", left), ("right", right)):
+            if facts.kind in ("mass", "wall"):
+                parameters += [0.0, 0.0, 0.0]
+                continue
+            if self.balance == "impedance" and math.isnan(facts.impedance):
+                raise PairingError(
+                    f"balance 'impedance' needs an impedance, and the {facts.kind} on the {side} has none here",
+                    remedy="Use balance: modes, or law dispersive_identification.",
+                )
+            answered = facts.velocity_per_force * facts.impedance
+            if self.balance == "impedance" and abs(answered - 1.0) > self.accept:
+                raise PairingError(
+                    f"balance 'impedance' takes it that a force moves the face by 1/Z, and in this step the modes of "
+                    f"the {facts.kind} on the {side} move by {answered:.3g} of that",
+                    remedy="Use balance: modes, or law dispersive_identification.",
+                )
+            if facts.end == "force":
+                raise PairingError(
+                    f"modal_messengers tells what waves do to a face, and a force acts on that of the {side} body",
+                    remedy="Use dispersive_identification.",
+                )
+            parameters += [1.0, 1.0 / facts.impedance if self.balance == "impedance" else 0.0, facts.gravity * dt]
+            readings.append(Arriving(side, dt, self.speed, self.accept))  # type: ignore[arg-type]
+        return Start(parameters=tuple(parameters), readings=tuple(readings))
+
+    @staticmethod
+    def respond(port: Any, reply: Any) -> None:
+        left, right = port.left.free_velocity, port.right.free_velocity
+        reading = 0
+        if port.parameters[0] > 0.0:
+            left = port.readings[0] + port.parameters[2]
+            reading = 1
+        if port.parameters[3] > 0.0:
+            right = port.readings[reading] + port.parameters[5]
+        pliancy = port.parameters[1] if port.parameters[1] > 0.0 else port.left.velocity_per_force
+        pliancy += port.parameters[4] if port.parameters[4] > 0.0 else port.right.velocity_per_force
+        reply.trial = (left - right) / pliancy
+        if (port.in_contact > 0.0 or port.gap <= 0.0) and reply.trial > 0.0:
+            reply.force = reply.trial
+            reply.in_contact = 1.0
