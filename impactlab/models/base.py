@@ -83,7 +83,7 @@ class AbstractDiscreteModel(ABC):
         """
         raise PairingError(
             "a messenger for each mode needs a body in modes",
-            remedy="Use model modal for this body, or law dispersive_identification.",
+            remedy="Use model modal for this body, or a law that needs no messengers.",
         )
 
 
