@@ -8,6 +8,7 @@ import numpy as np
 
 from impactlab.banded import multiply
 from impactlab.errors import CaseError
+from impactlab.models.absorbing import laid_out
 from impactlab.models.base import Operators, end_load
 from impactlab.models.beam_elements import (
     PLACES,
@@ -20,7 +21,6 @@ from impactlab.models.beam_elements import (
     shear_strain,
     slope_of_curvature,
 )
-from impactlab.models.elements import elements_per_segment
 from impactlab.models.meshed import AbstractMesh
 from impactlab.scene import Beam, End, Profile
 from impactlab.types import QUANTITIES_OF_BEAM, Array, Quantity
@@ -36,7 +36,8 @@ class BeamMesh(AbstractMesh):
 
     Deflection and rotation are those of elements without load between their nodes (`beam_elements`); bending moment and
     shear force jump between elements: at a node shared by two the right one gives them. Damping is Rayleigh's, that of
-    the material, which here damps shear and bending alike, and the dashpots at the ends.
+    the material, which here damps shear and bending alike, and the dashpots at the ends. At an infinite end the mesh
+    goes on in a layer that absorbs (`absorbing`).
 
     Parameters
     ----------
@@ -51,14 +52,12 @@ class BeamMesh(AbstractMesh):
     def __init__(self, beam: Beam, elements: int, mass: Literal["consistent", "lumped"], gravity: float) -> None:
         self.body = self.beam = beam
         self._gravity, self.order, self.places = gravity, 1, ()
-        counts = elements_per_segment(beam.segments, elements)
-        self.lengths = np.concatenate(
-            [np.full(n, piece.length / n) for n, piece in zip(counts, beam.segments, strict=True)]
-        )
-        self._of_segment = np.repeat(np.arange(len(counts)), counts)
-        self.nodes: Array = np.concatenate(([0.0], np.cumsum(self.lengths)))
-        self.nodes[-1] = beam.length
         self.lumped = mass == "lumped"
+        self._layout = laid_out(beam, elements, self.lumped, gravity)
+        self.lengths, self._of_segment = self._layout.lengths, self._layout.segment
+        self.nodes: Array = self._layout.start + np.concatenate(([0.0], np.cumsum(self.lengths)))
+        self.nodes[np.abs(self.nodes) < NEAR * float(self.lengths.min())] = 0.0
+        self.nodes[np.abs(self.nodes - beam.length) < NEAR * float(self.lengths.min())] = beam.length
         self.ends: tuple[tuple[int, End], ...] = ((0, beam.left), (len(self.nodes) - 1, beam.right))
         held = [2 * node for node, end in self.ends if end.kind in ("clamped", "pinned")]
         held += [2 * node + 1 for node, end in self.ends if end.kind == "clamped"]
@@ -120,24 +119,24 @@ class BeamMesh(AbstractMesh):
         return self._momentum
 
     def grid(self) -> Array:
-        return self.nodes
+        return self.nodes[(self.nodes >= 0.0) & (self.nodes <= self.beam.length)]
 
     def coordinates(self, profile: Profile) -> Array:
         """Return the coordinates of an initial deflection: a rotation is its slope, as where nothing shears."""
         step = STEP * float(self.lengths.min())
-        before, after = np.maximum(self.nodes - step, 0.0), np.minimum(self.nodes + step, self.beam.length)
+        inside = np.clip(self.nodes, 0.0, self.beam.length)  # in a layer the end's deflection and slope go on
+        before, after = np.maximum(inside - step, 0.0), np.minimum(inside + step, self.beam.length)
         values = np.empty(2 * len(self.nodes))
-        values[::2] = profile(self.nodes)
         values[1::2] = (profile(after) - profile(before)) / (after - before)
+        values[::2] = profile(inside) + values[1::2] * (self.nodes - inside)
         return values[self._kept]
 
     def quotients(self, shapes: Array) -> Array:
         nodal = np.zeros((2 * len(self.nodes), shapes.shape[1]))
         nodal[self._kept] = shapes
         squares = np.zeros(shapes.shape[1])
-        for number, segment in enumerate(self.beam.segments):
-            at = np.flatnonzero(self._of_segment == number)
-            h = float(self.lengths[at[0]])
+        for at in self._layout.alike:
+            h, segment = float(self.lengths[at[0]]), self.beam.segments[self._of_segment[at[0]]]
             phi = shear_ratio(segment, h)
             # The rigid motion of each element goes first: what is left of it in a difference would be rounding.
             turn = (nodal[2 * at + 2] - nodal[2 * at]) / h
@@ -161,13 +160,12 @@ class BeamMesh(AbstractMesh):
         """Return mass, damping and stiffness of all nodes, ends included, (4, 2 n_nodes) each."""
         n, beam = 2 * len(self.nodes), self.beam
         mass, damping, stiffness = np.zeros((4, n)), np.zeros((4, n)), np.zeros((4, n))
-        for number, segment in enumerate(beam.segments):
-            at = np.flatnonzero(self._of_segment == number)
-            h = float(self.lengths[at[0]])
+        for at in self._layout.alike:
+            h, segment = float(self.lengths[at[0]]), beam.segments[self._of_segment[at[0]]]
             each = matrices(segment, h)
             own = np.diag(lumped(segment, h)) if self.lumped else each.mass
             elastic = each.stiffness + beam.tension * each.tension
-            viscous = segment.viscosity / segment.young * each.stiffness
+            viscous = self._layout.retardation[at[0]] * each.stiffness + self._layout.drag[at[0]] * own
             for matrix, element in ((mass, own), (damping, viscous), (stiffness, elastic)):
                 for i in range(4):
                     for j in range(i + 1):
