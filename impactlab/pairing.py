@@ -67,7 +67,7 @@ def check_continuous(law: AbstractContactLaw, path: str, beam: bool) -> None:
         raise PairingError(
             f"law '{kind_of(law)}' gives impulses, and the mass that they would strike "
             f"{'on a continuous beam' if beam else 'at the end of a continuous rod'} is zero",
-            remedy="Use finite_element or modal, or law wave_identification or penalty."
+            remedy="Use finite_element or modal, or law dispersive_identification or penalty."
             if beam
             else "Use finite_element or modal, or law wave_identification, addition_deletion or penalty.",
             path=path,

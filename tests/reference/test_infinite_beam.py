@@ -13,8 +13,8 @@ from scipy.special import erfcx
 
 from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.base import AbstractContactLaw
+from impactlab.contact.dispersive_identification import DispersiveIdentification
 from impactlab.contact.power_law import Hertz
-from impactlab.contact.wave_identification import WaveIdentification
 from impactlab.errors import ImpactlabError
 from impactlab.models.base import Face
 from impactlab.models.continuous import Continuous
@@ -43,7 +43,7 @@ def scene(law: AbstractContactLaw, dt: float, duration: float, **changes: Any) -
 def test_a_hard_mass_slows_down_by_the_closed_form(tip: bool) -> None:
     """v/v0 = e^(kappa^2 t) erfc(kappa sqrt t); at a free tip of a beam that goes on one way K is a quarter of it."""
     changes = {"left": FREE, "x": 0.0, "resistance": 0.25 * K} if tip else {}
-    history = run(scene(WaveIdentification(), 1e-8, 1e-3, **changes))
+    history = run(scene(DispersiveIdentification(), 1e-8, 1e-3, **changes))
     known = (0.896457, 0.723578, 0.427584, 0.170578)
     for t, value in zip((1e-6, 1e-5, 1e-4, 1e-3), known, strict=True):
         assert erfcx(KAPPA * math.sqrt(t)) == pytest.approx(value, abs=5e-7)
@@ -56,7 +56,9 @@ def test_a_hard_mass_slows_down_by_the_closed_form(tip: bool) -> None:
 def test_a_hard_contact_converges_with_the_first_order() -> None:
     exact = erfcx(KAPPA * math.sqrt(1e-4))
     steps = (4e-7, 2e-7, 1e-7)
-    errors = [run(scene(WaveIdentification(), dt, 1e-4)).evaluate([1e-4], "velocity:hammer")[0] - exact for dt in steps]
+    errors = [
+        run(scene(DispersiveIdentification(), dt, 1e-4)).evaluate([1e-4], "velocity:hammer")[0] - exact for dt in steps
+    ]
     slopes = np.log2(np.array(errors[:-1]) / errors[1:])
     assert np.all(np.abs(slopes - 1.0) < 0.05)
 
@@ -130,7 +132,7 @@ def test_a_long_finite_beam_gives_the_same_until_something_comes_back() -> None:
     ],
 )
 def test_what_it_does_not_know_is_refused(changes: dict[str, Any], told: str) -> None:
-    case = scene(WaveIdentification(), 1e-7, 1e-5)
+    case = scene(DispersiveIdentification(), 1e-7, 1e-5)
     beam = dataclasses.replace(case.bodies["beam"], **changes)
     with pytest.raises(ImpactlabError, match=told) as caught:
         prepare(dataclasses.replace(case, bodies={**case.bodies, "beam": beam}))
@@ -138,7 +140,7 @@ def test_what_it_does_not_know_is_refused(changes: dict[str, Any], told: str) ->
 
 
 def test_other_places_gravity_and_impulses_are_refused() -> None:
-    case = scene(WaveIdentification(), 1e-7, 1e-5)
+    case = scene(DispersiveIdentification(), 1e-7, 1e-5)
     with pytest.raises(ImpactlabError, match="serves no gravity"):
         prepare(dataclasses.replace(case, gravity=-9.81))
     with pytest.raises(ImpactlabError, match=r"not by displacement at 0\.7 m"):

@@ -11,8 +11,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from impactlab.contact.base import AbstractContactLaw
+from impactlab.contact.dispersive_identification import DispersiveIdentification
 from impactlab.contact.power_law import Hertz
-from impactlab.contact.wave_identification import WaveIdentification
 from impactlab.errors import ImpactlabError
 from impactlab.integrators.newmark import Newmark
 from impactlab.models.base import Face
@@ -52,7 +52,7 @@ def scene(
 @pytest.mark.parametrize(("x", "ways"), [(0.15, 2.0), (0.11, 2.0), (0.0, 1.0), (0.3, 1.0)])
 def test_the_first_force_of_a_hard_mass(x: float, ways: float) -> None:
     """2 sqrt(kGA rho A) v0 at an inner point, half of it at a tip; within the first step the mass slows by F dt/M."""
-    history = run(scene(beam(), 2e-8, 1e-6, x, WaveIdentification()))
+    history = run(scene(beam(), 2e-8, 1e-6, x, DispersiveIdentification()))
     first = float(history.evaluate([0.0], "force:hammer|beam")[0])
     assert first == pytest.approx(ways * Z, rel=1e-2)
     assert first == pytest.approx(ways * Z / (1.0 + ways * Z * history.dt / 0.05), rel=1e-12)
@@ -64,7 +64,7 @@ def test_the_wave_front_is_sharp_and_on_time() -> None:
     Coupling is of lower order, so that a front keeps its height. In two cells on both sides the rest moves by 1 %.
     """
     probes = (Probe("beam", 0.155, "velocity"), Probe("beam", 0.155, "rotation"))
-    case = dataclasses.replace(scene(beam(), 2e-8, 1e-5, 0.15, WaveIdentification()), probes=probes)
+    case = dataclasses.replace(scene(beam(), 2e-8, 1e-5, 0.15, DispersiveIdentification()), probes=probes)
     history = run(case)
     front = 0.005 / math.sqrt(KGA / (RHO * AREA))
     before, after = history.evaluate([front - 2.0 * history.dt, front + 2.0 * history.dt], "velocity:beam@0.155")
