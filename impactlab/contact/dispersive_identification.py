@@ -18,7 +18,7 @@ class DispersiveIdentification(AbstractContactLaw):
     of the step without contact. The face answers a force of the step by Y, over modes the sum of
     phi_i^2 sin(w_i dt)/w_i. One balance gives F = (V_left - V_right)/(Y_left + Y_right), never negative; masses and
     walls enter by their own V and Y. ``residual`` lets the modes left out yield statically, by r F: then Y grows by
-    r/dt and r F_old/dt is added to the numerator, and r (F - F_old)^2/2 a step is booked as unresolved. What a touch
+    r/dt and r F_old/dt is added to the numerator, and r (F - F_old)^2/2 a step is booked as unresolved. What it
     takes to give both faces one velocity is booked as lost in the contact. For a uniform rod with all its modes V is
     the reading of one messenger and Y is 1/Z: the law of the source. Positions are not tied: a slight penetration
     belongs to it.
@@ -51,9 +51,9 @@ class DispersiveIdentification(AbstractContactLaw):
         if (port.in_contact > 0.0 or port.gap + pressed <= 0.0) and reply.trial > 0.0:
             reply.force = now = reply.trial
             reply.in_contact = 1.0
-            if port.in_contact == 0.0:
-                # At a touch the faces take one velocity within the step: force times way is lost, but for what the
-                # residual takes of it.
+            if port.in_contact == 0.0 or port.parameters[0] > 0.0:
+                # At a touch the faces take one velocity within the step, and with a residual at each change of force:
+                # force times way is lost, but for what the residual takes of it. Never negative: what it gives shows.
                 way = port.free_gap + port.gap_per_force * now - port.gap
                 if port.load_point == 0.0:
                     way = 0.5 * port.dt * (port.gap_rate + port.free_gap_rate + port.rate_per_force * now)

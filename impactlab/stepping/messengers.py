@@ -39,7 +39,7 @@ def check_messengers(scene: Scene, built: dict[str, BuiltBody], starts: tuple[St
                     f"{text}; allowed are {100.0 * reading.most:.3g} %. A mode's wave tells the motion of the face "
                     "only where the mode is one standing wave with its crest there, not at the tip of a beam, nor from "
                     "the stresses of a coarse mesh",
-                    remedy="Use law dispersive_identification, or analytic modes (leave elements out).",
+                    remedy="Use law dispersive_identification, analytic modes (without elements), or another accept.",
                     path=f"contacts.{number}.law",
                 )
             if missed > TOLD:

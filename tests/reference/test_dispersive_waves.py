@@ -248,7 +248,10 @@ def test_with_residual_what_it_cannot_resolve_is_booked_and_never_negative() -> 
     seen = struck(body, DispersiveIdentification(), STEEL.mass, 3.0 * body.round_trip)
     assert 0.0 < seen.energy.booked["unresolved"][-1] < 0.05 * seen.energy.scale
     assert np.all(np.diff(seen.energy.booked["unresolved"]) >= 0.0)
-    assert seen.energy.largest_gain < 1e-9
+    assert np.all(np.diff(seen.energy.booked["contact"]) >= 0.0)
+    # Steps in which the force works the other way are not booked back: the balance may end above, not below.
+    assert seen.energy.largest_gain < 0.02
+    assert seen.energy.largest_loss < 1e-9
 
 
 # What is refused.
