@@ -155,4 +155,4 @@ def _line(text: str | None) -> str | None:
 def _text(value: Any) -> str:
     if value is None:
         return ""
-    return repr(value) if isinstance(value, float) else str(value)
+    return repr(float(value)) if isinstance(value, float) else str(value)  # of numpy, repr names the type
