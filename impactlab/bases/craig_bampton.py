@@ -10,7 +10,7 @@ from threadpoolctl import threadpool_limits
 
 from impactlab.banded import full
 from impactlab.bases.base import AbstractBasis, Span
-from impactlab.bases.shapes import constraint_modes, struck, too_few, upright
+from impactlab.bases.shapes import constraint_modes, still_free, struck, too_few, upright
 from impactlab.models.base import Face
 from impactlab.models.massless import Ints
 from impactlab.models.meshed import AbstractMesh
@@ -22,9 +22,10 @@ from impactlab.types import Array
 class CraigBampton(AbstractBasis):
     """Craig and Bampton's: a static shape for each contact face that moves, and modes with the faces fixed.
 
-    One constraint mode per face (per node of the element, for a face inside one) and the fixed-interface modes of
-    lowest frequency. The constraint modes of a free rod hold its rigid motion. ``modes`` counts both kinds, less one
-    for that motion: N coordinates of a held rod struck at one face are 1 constraint mode and N - 1 others.
+    One constraint mode per face (per coordinate of the element, for a face inside one) and the fixed-interface modes of
+    lowest frequency. The constraint modes of a free rod hold its rigid motion; a free beam struck at one place still
+    turns about it, which is the first of its fixed-interface modes. ``modes`` counts both kinds, less one for each
+    rigid motion: N coordinates of a held rod struck at one face are 1 constraint mode and N - 1 others.
     Without a contact nothing is fixed, and these are the eigenvectors.
 
     References
@@ -38,8 +39,9 @@ class CraigBampton(AbstractBasis):
     def span(self, mesh: AbstractMesh, modes: int, faces: tuple[Face, ...]) -> Span:
         rigid = mesh.rigid.shape[1]
         kept = struck(mesh, faces)
-        if modes + rigid < kept.size:
-            raise too_few("craig_bampton", modes, kept.size - rigid, f"{kept.size} constraint modes")
+        loose = still_free(mesh, kept).shape[1]
+        if modes + rigid < kept.size + loose:
+            raise too_few("craig_bampton", modes, kept.size + loose - rigid, f"{kept.size} constraint modes")
         count = modes + rigid - kept.size
         return Span(np.hstack((constraint_modes(mesh, kept), fixed(mesh, kept, count))))
 
@@ -54,4 +56,6 @@ def fixed(mesh: AbstractMesh, kept: Ints, count: int) -> Array:
         mass, stiffness = (full(matrix)[np.ix_(inside, inside)] for matrix in (mesh.mass, mesh.stiffness))
         with threadpool_limits(limits=1):
             shapes[inside] = upright(eigh(stiffness, mass, subset_by_index=(0, count - 1))[1])
+        loose = still_free(mesh, kept)
+        shapes[:, : loose.shape[1]] = loose
     return shapes

@@ -8,7 +8,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from impactlab.banded import multiply
-from impactlab.bases.shapes import upright
+from impactlab.bases.shapes import upright, with_rigid_motions
 from impactlab.models.meshed import AbstractMesh
 from impactlab.scene import Profile
 from impactlab.types import Array, Quantity
@@ -47,13 +47,13 @@ class ReducedMesh:
         self.mesh = mesh
         rigid = mesh.rigid.shape[1]
         if not uncoupled:
-            shapes = self._uncoupled(shapes, rigid)
+            shapes = self._uncoupled(shapes)
         squared = mesh.quotients(shapes)
         squared[:rigid] = 0.0
         self.shapes = shapes
         self.frequencies: Array = np.sqrt(squared)
 
-    def _uncoupled(self, shapes: Array, rigid: int) -> Array:
+    def _uncoupled(self, shapes: Array) -> Array:
         """Return the eigenvectors of the mesh within the span of shapes."""
         from scipy.linalg import eigh
 
@@ -62,10 +62,7 @@ class ReducedMesh:
         with threadpool_limits(limits=1):
             mass, stiffness = (unit.T @ products(matrix, unit) for matrix in (mesh.mass, mesh.stiffness))
             _, turned = eigh(0.5 * (stiffness + stiffness.T), 0.5 * (mass + mass.T))
-            shapes = upright(unit @ turned)
-            shapes[:, :rigid] = mesh.rigid
-            shapes[:, rigid:] -= mesh.rigid @ (mesh.rigid.T @ products(mesh.mass, shapes[:, rigid:]))
-        return shapes
+            return with_rigid_motions(mesh, upright(unit @ turned))
 
     def row(self, x: float, quantity: Quantity) -> Array:
         """Return the quantity at x [m] of each coordinate, shape (n_dof,)."""

@@ -7,6 +7,7 @@ from typing import final
 
 import numpy as np
 
+from impactlab.banded import multiply
 from impactlab.bases.base import AbstractBasis, Span
 from impactlab.bases.shapes import constraint_modes, fixed_modes, pieces, struck, too_few
 from impactlab.errors import CaseError
@@ -24,9 +25,10 @@ class Substructured(AbstractBasis):
     Each border of a piece and each contact face has a constraint mode; each piece has modes with its borders fixed:
     ``others`` where nothing strikes, and all that ``modes`` leaves over, in equal shares, where a contact is; what
     those pieces cannot take goes to the others.
-    ``modes`` counts constraint modes and fixed-interface modes, less one for the rigid motion of a free rod.
-    Deviations: axial rods; the pieces are Craig and Bampton's, of equal numbers of elements, and the set of modes stays
-    the same through the run (the source may add and drop pieces' modes as waves pass).
+    ``modes`` counts constraint modes and fixed-interface modes, less one for each rigid motion. A border of a beam has
+    two constraint modes, its deflection and its rotation, and a contact face one.
+    Deviations: straight rods and beams; the pieces are Craig and Bampton's, of equal numbers of elements, and the set
+    of modes stays the same through the run (the source may add and drop pieces' modes as waves pass).
 
     References
     ----------
@@ -44,8 +46,8 @@ class Substructured(AbstractBasis):
         at_contacts = struck(mesh, faces)
         kept = np.union1d(self._cuts(mesh), at_contacts)
         runs = pieces(mesh, kept)
-        near = [touches(run, at_contacts) or not at_contacts.size for run in runs]
-        sizes = [stop - start for start, stop in runs]
+        near = [touches(mesh, run, at_contacts) or not at_contacts.size for run in runs]
+        sizes = [run.size for run in runs]
         coarse = [0 if refined else min(self.others, size) for refined, size in zip(near, sizes, strict=True)]
         rigid = mesh.rigid.shape[1]
         left = modes + rigid - kept.size - sum(coarse)
@@ -56,7 +58,7 @@ class Substructured(AbstractBasis):
         rest = [size - one - other for size, one, other in zip(sizes, coarse, fine, strict=True)]
         fine = [one + other for one, other in zip(fine, shared(rest, left - sum(fine)), strict=True)]
         counts = [one + other for one, other in zip(coarse, fine, strict=True)]
-        modal = [fixed_modes(mesh, *run, count) for run, count in zip(runs, counts, strict=True)]
+        modal = [fixed_modes(mesh, run, count) for run, count in zip(runs, counts, strict=True)]
         return Span(np.hstack((constraint_modes(mesh, kept), *modal)))
 
     def _cuts(self, mesh: AbstractMesh) -> Ints:
@@ -69,13 +71,16 @@ class Substructured(AbstractBasis):
                 path="solve.model.basis.pieces",
             )
         places = mesh.grid()[:: mesh.order][np.arange(1, self.pieces) * elements // self.pieces]
-        rows = [np.flatnonzero(mesh.row(float(x), "displacement")) for x in places]
+        rows = [np.flatnonzero(mesh.row(float(x), motion)) for x in places for motion in mesh.motions]
         return np.unique(np.concatenate(rows))
 
 
-def touches(run: tuple[int, int], at_contacts: Ints) -> bool:
-    """Return whether a run of coordinates borders on a contact."""
-    return bool(np.any((at_contacts == run[0] - 1) | (at_contacts == run[1])))
+def touches(mesh: AbstractMesh, run: Ints, at_contacts: Ints) -> bool:
+    """Return whether a contact acts on a group of coordinates at once."""
+    struck = np.zeros(mesh.mass.shape[1])
+    struck[at_contacts] = 1.0
+    bands = np.ones((len(mesh.stiffness), struck.size)) * (mesh.stiffness != 0.0)
+    return bool(np.any(multiply(bands, struck)[run]))
 
 
 def shared(rooms: list[int], total: int) -> list[int]:

@@ -49,6 +49,8 @@ class BeamMesh(AbstractMesh):
         m/s2, along +u.
     """
 
+    motions = ("displacement", "rotation")
+
     def __init__(self, beam: Beam, elements: int, mass: Literal["consistent", "lumped"], gravity: float) -> None:
         self.body = self.beam = beam
         self._gravity, self.order, self.places = gravity, 1, ()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from typing import ClassVar
 
 import numpy as np
 
@@ -30,7 +31,11 @@ class AbstractMesh(AbstractDiscreteModel):
         Elements share every ``order``-th node.
     places : tuple of float
         Places [m] of faces without mass.
+    motions : tuple of Quantity
+        How a node moves: what must be fixed there to cut the body in two.
     """
+
+    motions: ClassVar[tuple[Quantity, ...]] = ("displacement",)
 
     body: ElasticBody
     mass: Array

@@ -7,9 +7,12 @@ import dataclasses
 from impactlab import plugins
 from impactlab.cite import entries_for
 from impactlab.models.base import Face
-from impactlab.scene import Segment
+from impactlab.scene import BeamSegment, Segment
 
 PIECE = Segment(length=0.3, area=9e-4, young=2.1e11, density=7900.0)
+SHEAR = PIECE.young / 2.6 * PIECE.area * 5.0 / 6.0  # N, of a rectangle, Poisson's ratio 0.3
+BAR = BeamSegment(0.3, 9e-4, 2.1e11, 7900.0, inertia=6.75e-8, shear_stiffness=SHEAR, rotary_inertia=7900.0 * 6.75e-8)
+SOFT_BAR = BeamSegment(0.2, 6e-4, 7e10, 2700.0, inertia=3e-8, shear_stiffness=0.2 * SHEAR, rotary_inertia=2700.0 * 3e-8)
 STRUCK = (Face(0.0, 0, PIECE.mass),)  # by a mass, at the left end
 PORTS = 200  # random ones each test answers
 

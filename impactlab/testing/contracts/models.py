@@ -8,10 +8,11 @@ from typing import ClassVar
 import numpy as np
 
 from impactlab.banded import full, solve
-from impactlab.errors import CaseError
+from impactlab.bases.beam_modes import BeamModes
+from impactlab.errors import CaseError, PairingError
 from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel
-from impactlab.scene import End, Rod
-from impactlab.testing.contracts.common import PIECE, STRUCK, described
+from impactlab.scene import Beam, End, Rod
+from impactlab.testing.contracts.common import BAR, PIECE, STRUCK, described
 
 
 class RodModelContract:
@@ -110,3 +111,65 @@ class RodModelContract:
             model = self.built(right)
             for x in np.linspace(0.03, 0.97, 5) * PIECE.length:
                 assert abs(model.left_out(float(x), "stress", 0.0)) * PIECE.area < 1e-8
+
+    def beam(self, left: str, right: str, gravity: float = 0.0, speed: float = 0.0) -> AbstractDiscreteModel | None:
+        """Return a Timoshenko beam struck by a mass at its left end, None where the description knows no beams.
+
+        One that knows none says so, and what to do. Options of a rod's mesh alone are refused like that too.
+        """
+        ends = End(left), End(right)  # type: ignore[arg-type]
+        beam = Beam("beam", (BAR,), *ends, velocity=speed, model=self.part, theory="timoshenko")
+        remedy = ""
+        try:
+            return self.part.build_beam(beam, gravity, STRUCK)
+        except (PairingError, CaseError) as error:
+            remedy = error.remedy
+        assert remedy, "a model that knows no beams says what to do"
+        return None
+
+    def test_a_free_beam_that_moves_as_a_whole(self) -> None:
+        model = self.beam("free", "free", gravity=9.81, speed=1.0)
+        if model is None:
+            return
+        system = model.operators()
+        assert np.linalg.eigvalsh(full(system.mass))[0] > 0.0
+        # Rounding of sums over a hundred nodes; quantities that are derivatives divide by their distance.
+        assert abs(float(model.momentum_row() @ system.velocity) - BAR.mass) < 1e-10 * BAR.mass
+        pushed = float(model.momentum_row() @ solve(system.mass, system.load))
+        assert abs(pushed - 9.81 * BAR.mass) < 1e-9 * BAR.mass
+        for x in np.linspace(0.0, BAR.length, 7):
+            assert abs(float(model.row(float(x), "velocity") @ system.velocity) - 1.0) < 1e-9
+            assert abs(float(model.row(float(x), "rotation") @ system.velocity)) * BAR.length < 1e-7
+
+    def test_a_beam_pushed_slowly_bends_and_shears(self) -> None:
+        model = self.beam("free", "clamped")
+        if model is None:
+            return
+        still = solve(model.operators().stiffness, model.row(0.0, "displacement"))
+        ei, kga, length = BAR.bending_stiffness, BAR.shear_stiffness, BAR.length
+        for x in np.linspace(0.0, 0.9, 7) * length:
+            down = float(model.row(float(x), "displacement") @ still) + model.left_out(float(x), "displacement", 0.0)
+            exact = (2.0 * length**3 - 3.0 * length**2 * x + x**3) / (6.0 * ei) + (length - x) / kga
+            # Exact, as no load acts between nodes; the stiffness of a hundred elements has a condition number of 1e7.
+            assert abs(down / exact - 1.0) < 1e-6
+            moment = float(model.row(float(x), "bending_moment") @ still) + model.left_out(
+                float(x), "bending_moment", 0
+            )
+            assert abs(moment - x) < 1e-6 * length
+            shear = float(model.row(float(x), "shear_force") @ still) + model.left_out(float(x), "shear_force", 0.0)
+            assert abs(abs(shear) - 1.0) < 1e-6
+
+    def test_its_lowest_frequencies_are_those_of_the_beam(self) -> None:
+        from scipy.linalg import eigh
+
+        for left, right in (("free", "free"), ("free", "clamped"), ("pinned", "pinned")):
+            model = self.beam(left, right)
+            if model is None:
+                return
+            system = model.operators()
+            squared = np.abs(eigh(full(system.stiffness), full(system.mass), eigvals_only=True))
+            exact = BeamModes(Beam("beam", (BAR,), End(left), End(right)), 3).frequencies  # type: ignore[arg-type]
+            frequencies = np.sqrt(squared[: exact.size])
+            # The error of linear deflections, (k h)^2/24, and the rounding of a hundred elements.
+            assert np.max(np.abs(frequencies - exact)) < 10.0 * self.frequency_error * exact[-1]
+            assert np.sqrt(squared[-1]) <= system.highest_frequency * (1.0 + 1e-9)
