@@ -1,0 +1,35 @@
+"""Scenes of beams, built by hand."""
+
+from __future__ import annotations
+
+from impactlab.contact.power_law import Hertz
+from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point, Scene, StepRule
+
+SIDE, YOUNG, DENSITY, SPAN = 0.01, 2.157463e11, 7960.0, 0.1535
+STEEL = BeamSegment(SPAN, SIDE**2, YOUNG, DENSITY, inertia=SIDE**4 / 12.0, height=SIDE)
+SPHERE = 0.03334277  # kg, radius 1 cm
+FLAT = 1.580559e10  # N/m^1.5, (4/3) E/(2 (1 - nu^2)) sqrt(R)
+
+
+def sheared(segment: BeamSegment, poisson: float = 0.3) -> BeamSegment:
+    """The same piece of a Timoshenko beam, its section a rectangle."""
+    shear = segment.young / (2.0 * (1.0 + poisson)) * segment.area * 5.0 / 6.0
+    return BeamSegment(
+        segment.length, segment.area, segment.young, segment.density, segment.viscosity, inertia=segment.inertia,
+        shear_stiffness=shear, rotary_inertia=segment.density * segment.inertia, height=segment.height,
+    )  # fmt: skip
+
+
+def sphere_on_beam(model, integrator, dt, *, ends=("pinned", "pinned"), at=0.5, law=None, segment=STEEL, duration=2e-4,
+                   speed=0.01, **given):  # fmt: skip
+    """Timoshenko's sphere on a beam: steel, 1 cm x 1 cm, span 15.35 cm, radius 1 cm, 1 cm/s."""
+    theory = "euler_bernoulli" if segment.rotary_inertia == 0.0 else "timoshenko"
+    ends = [end if isinstance(end, End) else End(end) for end in ends]
+    beam = Beam("beam", (segment,), *ends, model=model, theory=theory, **given)
+    place = at * beam.length
+    face = Point("beam", place, f"beam.at({place:g})")
+    contact = Contact(Point("sphere", 0.0, "sphere"), face, 0.0, law or Hertz(FLAT))
+    bodies = {"sphere": Mass("sphere", SPHERE, speed), "beam": beam}
+    return Scene(
+        "sphere on beam", bodies, (contact,), duration, integrator, StepRule(dt=dt), round_trip=beam.round_trip
+    )  # fmt: skip
