@@ -1,91 +1,21 @@
-"""Nodes tied by springs, compiled as a unit of its own: linear differential equations, solved by the tau method."""
+"""Nodes tied by springs, compiled as a unit of its own: their linear differential equations, gathered and solved."""
 
 from __future__ import annotations
 
-import functools
 from typing import Any
 
 import numba
 import numpy as np
 from numba import types
 
-from impactlab.exact import kernel, memory
-from impactlab.exact.kernel import CHOP, ORDER, RESOLVED, chopped
+from impactlab.exact import kernel, linear, memory
+from impactlab.exact.kernel import ORDER
+from impactlab.exact.linear import INLINE, PART, eliminate, solved, table
 from impactlab.exact.memory import Memory
 from impactlab.pointers import COMPILED, drop_stale, kernel_address
 from impactlab.types import Array
 
-njit: Any = numba.njit
 typeof: Any = numba.typeof
-PART = njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
-INLINE = njit(inline="always", error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
-
-
-@PART
-def table(rows: int, columns: int) -> Array:
-    """Return zeros."""
-    return np.zeros((rows, columns))
-
-
-@PART
-def eliminate(w: Array, size: int, columns: int, band: int, tail: int) -> None:
-    """Solve w[:, :size] x = w[:, size:columns] in place by elimination with row pivoting.
-
-    Row i holds zeros left of its band; rows from size - tail on are full. Pivots are sought where a column can be
-    filled: ``band`` rows below the diagonal and the full rows. The solution lands in w[:, size:columns].
-    """
-    for c in range(size):
-        last = min(c + band, size - tail)
-        best = c
-        for i in range(c, last):
-            if abs(w[i, c]) > abs(w[best, c]):
-                best = i
-        for i in range(max(c, size - tail), size):
-            if abs(w[i, c]) > abs(w[best, c]):
-                best = i
-        if best != c:
-            for k in range(c, columns):
-                w[c, k], w[best, k] = w[best, k], w[c, k]
-        for i in range(c + 1, size):
-            if (i < last or i >= size - tail) and w[i, c] != 0.0:
-                factor = w[i, c] / w[c, c]
-                for k in range(c, columns):
-                    w[i, k] -= factor * w[c, k]
-    for c in range(size - 1, -1, -1):
-        for k in range(size, columns):
-            total = w[c, k]
-            for i in range(c + 1, size):
-                total -= w[c, i] * w[i, k]
-            w[c, k] = total / w[c, c]
-
-
-@PART
-def system(a: Array, b: Array, n: int, first: Array, order: int, y: Array, w: Array) -> None:
-    """Solve y' = a y + b on [-1, 1], y(-1) = first, for n functions by the tau method with ``order`` coefficients."""
-    size = order * n
-    for i in range(size):
-        for k in range(size + 1):
-            w[i, k] = 0.0
-    for k in range(1, order):
-        half = 0.5 / k
-        twice = 2.0 if k == 1 else 1.0
-        for i in range(n):
-            row = (k - 1) * n + i
-            w[row, k * n + i] += 1.0
-            after = b[i, k + 1] if k + 1 < order else 0.0
-            w[row, size] = half * (twice * b[i, k - 1] - after)
-            for m in range(n):
-                w[row, (k - 1) * n + m] -= half * twice * a[i, m]
-                if k + 1 < order:
-                    w[row, (k + 1) * n + m] += half * a[i, m]
-    for i in range(n):
-        for k in range(order):
-            w[size - n + i, k * n + i] = 1.0 if k % 2 == 0 else -1.0
-        w[size - n + i, size] = first[i]
-    eliminate(w, size, size + 1, 2 * n, n)
-    for k in range(order):
-        for i in range(n):
-            y[i, k] = w[k * n + i, size]
 
 
 @PART
@@ -176,32 +106,6 @@ def add_row(a: Array, force: Array, at: int, factor: float, row: Array, n: int, 
             force[at, k] += factor * row[q] * b[heavy + q - n, k]
 
 
-@INLINE
-def solved(a: Array, force: Array, first: Array, y: Array, speed: float) -> bool:
-    """Solve y' = a y + force with as many coefficients as are needed; return whether ORDER of them are enough."""
-    n = len(a)
-    needed = 1
-    for i in range(n):
-        needed = max(needed, chopped(force[i], ORDER, CHOP * speed))
-    w = table(n * ORDER, n * ORDER + 1)
-    order = min(ORDER, n + 16)
-    while True:
-        if needed + 4 <= order or order == ORDER:
-            system(a, force, n, first[0], order, y, w)
-            size = speed
-            tail = 0.0
-            for i in range(n):
-                for k in range(order):
-                    size = max(size, abs(y[i, k]))
-                for k in range(order - 3, order):
-                    tail = max(tail, abs(y[i, k]))
-            if tail <= 4.0 * RESOLVED * size:
-                return True
-        if order == ORDER:
-            return False
-        order = min(2 * order, ORDER)
-
-
 def coupled(m: Memory, j: int, half: float) -> None:
     """Velocities and displacements of groups tied by springs: m V' + D V + K U = load, U' = V.
 
@@ -245,15 +149,15 @@ def coupled(m: Memory, j: int, half: float) -> None:
                 m.rows[nodes + g - junction.first_node, k] = half * y[heavy + i, k]
 
 
-drop_stale(coupled, kernel, memory)
+drop_stale(coupled, kernel, linear, memory)
 
 
-@functools.cache
-def address_of(memory_type: Any) -> int:
-    """Return the address of `coupled` for this type of memory."""
-    return kernel_address(coupled, types.void(memory_type, types.int64, types.float64))
+_address: dict[bool, int] = {}  # one entry: memories differ in size and never in type, and to type one takes 0.3 ms
 
 
 def address(m: Memory) -> int:
     """Return the address of `coupled`, compiled when a scene first needs it."""
-    return address_of(typeof(m) if COMPILED else types.none)
+    if COMPILED not in _address:
+        signature = types.void(typeof(m), types.int64, types.float64) if COMPILED else None
+        _address[COMPILED] = kernel_address(coupled, signature)
+    return _address[COMPILED]

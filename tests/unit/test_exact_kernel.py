@@ -14,7 +14,7 @@ from numba.core.caching import FunctionCache
 from numpy.polynomial import chebyshev
 
 from impactlab import pointers
-from impactlab.exact import kernel, march, tied
+from impactlab.exact import kernel, linear, march, tied
 from impactlab.pointers import COMPILED
 
 
@@ -24,7 +24,7 @@ def entry(part):
 
 
 integrate, relax, restrict, fall = map(entry, (kernel.integrate, kernel.relax, kernel.restrict, kernel.first_fall))
-eliminate, system = map(entry, (tied.eliminate, tied.system))
+eliminate, system, recurrence = map(entry, (linear.eliminate, linear.system, linear.recurrence))
 
 
 def series(function, n=40):
@@ -73,10 +73,40 @@ def test_coupled_system_swings(omega):
     # x'' = -omega^2 x as a system; x(-1) = 1, x'(-1) = 0
     a = np.array([[0.0, omega], [-omega, 0.0]])
     y = np.zeros((2, kernel.ORDER))
-    size = 2 * kernel.ORDER
-    system(a, np.zeros((2, kernel.ORDER)), 2, np.array([1.0, 0.0]), kernel.ORDER, y, np.zeros((size, size + 1)))
+    system(a, np.zeros((2, kernel.ORDER)), 2, np.array([1.0, 0.0]), kernel.ORDER, y)
     x = np.linspace(-1, 1, 33)
     assert chebyshev.chebval(x, y[0]) == pytest.approx(np.cos(omega * (x + 1)), abs=2e-13)
+
+
+@pytest.mark.parametrize("rate", [0.0, 1.0, 25.0])
+@pytest.mark.parametrize("omega", [0.5, 1.5])
+def test_the_recurrence_solves_a_damped_swing_under_a_load(rate, omega):
+    # y' = a y + b with y = (cos(2x), sin(5x)) + what dies out as exp(-rate t) while it turns with omega
+    a = np.array([[-rate, omega], [-omega, -rate]])
+
+    def load(x, i):
+        y = np.array([np.cos(2 * x), np.sin(5 * x)])
+        rates = np.array([-2 * np.sin(2 * x), 5 * np.cos(5 * x)])
+        return rates[i] - a[i] @ y
+
+    b = np.array([series(lambda x, i=i: load(x, i))[0][: kernel.ORDER] for i in range(2)])
+    first = np.array([np.cos(2.0) + 1.0, np.sin(-5.0)])
+    y = np.zeros((2, kernel.ORDER))
+    assert recurrence(a, b, 2, first, kernel.ORDER, y)
+    x = np.linspace(-1, 1, 33)
+    t = x + 1
+    dying = np.exp(-rate * t) * np.array([np.cos(omega * t), -np.sin(omega * t)])
+    for i, steady in enumerate((np.cos(2 * x), np.sin(5 * x))):
+        # blocks of entries up to 4 may cost a digit; the load holds rate times what remains
+        assert chebyshev.chebval(x, y[i]) == pytest.approx(steady + dying[i], abs=1e-14 * (1 + rate))
+
+
+@pytest.mark.parametrize("swing", [2.404825557695773, 5.520078110286311])
+def test_the_recurrence_knows_where_it_would_lose_digits(swing):
+    """Of exp(i swing x) the coefficient of T0 is J0(swing), which is zero there: no other can be told by it."""
+    a = np.array([[0.0, swing], [-swing, 0.0]])
+    y = np.zeros((2, kernel.ORDER))
+    assert not recurrence(a, np.zeros((2, kernel.ORDER)), 2, np.array([1.0, 0.0]), kernel.ORDER, y)
 
 
 def test_first_of_many_zeros_is_found():
@@ -143,7 +173,8 @@ def test_cache_goes_when_a_module_it_was_made_of_changes(tmp_path):
 
 
 def test_the_march_names_every_module_it_is_made_of():
-    for entry_point in (march.advance, tied.coupled):
+    named = {march.advance: {kernel.__name__, pointers.__name__}, tied.coupled: {kernel.__name__, linear.__name__}}
+    for entry_point, modules in named.items():
         seen, waiting, files = set(), [getattr(entry_point, "py_func", entry_point)], set()
         while waiting:
             function = waiting.pop()
@@ -157,4 +188,4 @@ def test_the_march_names_every_module_it_is_made_of():
                 if hasattr(used, "__code__") and used.__module__.startswith("impactlab"):
                     waiting.append(used)
         own = getattr(entry_point, "py_func", entry_point).__module__
-        assert files - {own} <= {kernel.__name__, "impactlab.pointers"}
+        assert files - {own} <= modules

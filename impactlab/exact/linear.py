@@ -1,0 +1,199 @@
+"""Systems of linear differential equations with constant coefficients, compiled, solved by the tau method."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numba
+import numpy as np
+
+from impactlab.exact.kernel import CHOP, ORDER, RESOLVED, chopped
+from impactlab.types import Array
+
+njit: Any = numba.njit
+PART = njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
+INLINE = njit(inline="always", error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
+
+LARGEST = 4.0  # entry of a block of the recurrence: what cancels then is as much larger than what remains
+
+
+@PART
+def table(rows: int, columns: int) -> Array:
+    """Return zeros."""
+    return np.zeros((rows, columns))
+
+
+@PART
+def reaches(w: Array, size: int) -> Array:
+    """Return one past the last entry of each row of w[:, :size], never before its diagonal."""
+    reach = np.zeros(size, np.int64)
+    for i in range(size):
+        reach[i] = size
+        while reach[i] > i + 1 and w[i, reach[i] - 1] == 0.0:
+            reach[i] -= 1
+    return reach
+
+
+@PART
+def exchange(w: Array, size: int, columns: int, one: int, other: int, reach: Array) -> None:
+    """Exchange two rows that are zero left of the earlier one's diagonal."""
+    for k in range(one, max(reach[one], reach[other])):
+        w[one, k], w[other, k] = w[other, k], w[one, k]
+    for k in range(size, columns):
+        w[one, k], w[other, k] = w[other, k], w[one, k]
+    reach[one], reach[other] = reach[other], reach[one]
+
+
+@PART
+def eliminate(w: Array, size: int, columns: int, band: int, tail: int) -> None:
+    """Solve w[:, :size] x = w[:, size:columns] in place by elimination with row pivoting.
+
+    Row i holds zeros left of its band; rows from size - tail on are full. Pivots are sought where a column can be
+    filled: ``band`` rows below the diagonal and the full rows. No row is walked beyond its last entry, which pivoting
+    moves. The solution lands in w[:, size:columns].
+    """
+    reach = reaches(w, size)
+    for c in range(size):
+        last = min(c + band, size - tail)
+        skipped = max(0, size - tail - max(c + 1, last))  # rows of which nothing is in this column
+        best = c
+        for at in range(c + 1, size - skipped):
+            i = at if at < last else at + skipped
+            if abs(w[i, c]) > abs(w[best, c]):
+                best = i
+        if best != c:
+            exchange(w, size, columns, c, best, reach)
+        for at in range(c + 1, size - skipped):
+            i = at if at < last else at + skipped
+            if w[i, c] != 0.0:
+                factor = w[i, c] / w[c, c]
+                for k in range(c, reach[c]):
+                    w[i, k] -= factor * w[c, k]
+                for k in range(size, columns):
+                    w[i, k] -= factor * w[c, k]
+                reach[i] = max(reach[i], reach[c])
+    for c in range(size - 1, -1, -1):
+        for k in range(size, columns):
+            total = w[c, k]
+            for i in range(c + 1, reach[c]):
+                total -= w[c, i] * w[i, k]
+            w[c, k] = total / w[c, c]
+
+
+@PART
+def system(a: Array, b: Array, n: int, first: Array, order: int, y: Array) -> None:
+    """Solve y' = a y + b on [-1, 1], y(-1) = first, for n functions by the tau method with ``order`` coefficients."""
+    size = order * n
+    w: Array = table(size, size + 1)
+    for k in range(1, order):
+        half = 0.5 / k
+        twice = 2.0 if k == 1 else 1.0
+        for i in range(n):
+            row = (k - 1) * n + i
+            w[row, k * n + i] += 1.0
+            after = b[i, k + 1] if k + 1 < order else 0.0
+            w[row, size] = half * (twice * b[i, k - 1] - after)
+            for m in range(n):
+                w[row, (k - 1) * n + m] -= half * twice * a[i, m]
+                if k + 1 < order:
+                    w[row, (k + 1) * n + m] += half * a[i, m]
+    for i in range(n):
+        for k in range(order):
+            w[size - n + i, k * n + i] = 1.0 if k % 2 == 0 else -1.0
+        w[size - n + i, size] = first[i]
+    eliminate(w, size, size + 1, 2 * n, n)
+    for k in range(order):
+        for i in range(n):
+            y[i, k] = w[k * n + i, size]
+
+
+@PART
+def steps_down(a: Array, b: Array, n: int, order: int, p: Array) -> bool:
+    """Write y_k = p_k y_{k-1} + r_k, n rows of n + 1 entries per k; return False where an entry is too large.
+
+    Pivots are sought within a block only: where functions swing fast, a block may be nearly singular and p_k is large.
+    """
+    w: Array = table(n, 2 * n + 1)
+    for k in range(order - 1, 0, -1):
+        half = 0.5 / k
+        twice = 2.0 if k == 1 else 1.0
+        for i in range(n):
+            for m in range(n):
+                w[i, m] = 1.0 if i == m else 0.0
+                w[i, n + m] = half * twice * a[i, m]
+            w[i, 2 * n] = half * twice * b[i, k - 1]
+            if k + 1 < order:
+                w[i, 2 * n] -= half * b[i, k + 1]
+                for q in range(n):
+                    for m in range(n):
+                        w[i, m] += half * a[i, q] * p[(k + 1) * n + q, m]
+                    w[i, 2 * n] -= half * a[i, q] * p[(k + 1) * n + q, n]
+        eliminate(w, n, 2 * n + 1, n, n)
+        for i in range(n):
+            for m in range(n + 1):
+                p[k * n + i, m] = w[i, n + m]
+                if m < n and not abs(w[i, n + m]) <= LARGEST:
+                    return False
+    return True
+
+
+@PART
+def recurrence(a: Array, b: Array, n: int, first: Array, order: int, y: Array) -> bool:
+    """Solve as `system` does, in a time linear in ``order``; return False where that would lose digits.
+
+    Backward elimination y_k = p_k y_{k-1} + r_k (Olver, Miller) on blocks of n, as `kernel.relax` on one function.
+    """
+    p: Array = table(order * n, n + 1)
+    if not steps_down(a, b, n, order, p):
+        return False
+    here: Array = table(n, n + 1)  # y_k per entry of y_0, and in the last column without any
+    there: Array = table(n, n + 1)
+    total: Array = table(n, n + 1)  # the same of y(-1)
+    for i in range(n):
+        here[i, i] = total[i, i] = 1.0
+    for k in range(1, order):
+        sign = 1.0 if k % 2 == 0 else -1.0
+        for i in range(n):
+            for m in range(n + 1):
+                there[i, m] = p[k * n + i, n] if m == n else 0.0
+                for q in range(n):
+                    there[i, m] += p[k * n + i, q] * here[q, m]
+                total[i, m] += sign * there[i, m]
+        here, there = there, here
+    for i in range(n):
+        total[i, n] = first[i] - total[i, n]
+    eliminate(total, n, n + 1, n, n)
+    for i in range(n):
+        y[i, 0] = total[i, n]
+    for k in range(1, order):
+        for i in range(n):
+            y[i, k] = p[k * n + i, n]
+            for q in range(n):
+                y[i, k] += p[k * n + i, q] * y[q, k - 1]
+    return True
+
+
+@INLINE
+def solved(a: Array, force: Array, first: Array, y: Array, speed: float) -> bool:
+    """Solve y' = a y + force with as many coefficients as are needed; return whether ORDER of them are enough."""
+    n = len(a)
+    needed = 1
+    for i in range(n):
+        needed = max(needed, chopped(force[i], ORDER, CHOP * speed))
+    order = min(ORDER, n + 16)
+    while True:
+        if needed + 4 <= order or order == ORDER:
+            if not recurrence(a, force, n, first[0], order, y):
+                system(a, force, n, first[0], order, y)
+            size = speed
+            tail = 0.0
+            for i in range(n):
+                for k in range(order):
+                    size = max(size, abs(y[i, k]))
+                for k in range(order - 3, order):
+                    tail = max(tail, abs(y[i, k]))
+            if tail <= 4.0 * RESOLVED * size:
+                return True
+        if order == ORDER:
+            return False
+        order = min(2 * order, ORDER)
