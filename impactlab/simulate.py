@@ -34,6 +34,7 @@ from impactlab.stepping.preparation import (
     acting_laws,
     build_bodies,
     check_explicit_spring,
+    facts_of,
     prepare_steppers,
     pushes_of,
     start_laws,
@@ -183,9 +184,10 @@ def prepare(scene: Scene) -> Plan:
             f"{steps} steps are too many", remedy="Give a longer step or a shorter duration.", path="solve.step"
         )
     steppers = prepare_steppers(scene, built, integrator, dt)
-    scene = acting_laws(scene, built, steppers)
-    check_explicit_spring(scene, built, steppers, integrator, dt)
-    starts = start_laws(scene, built, steppers, dt)
+    facts = facts_of(scene, built, steppers)
+    scene = acting_laws(scene, facts)
+    check_explicit_spring(scene, facts, steppers, integrator, dt)
+    starts = start_laws(scene, facts, dt)
     warnings += check_messengers(scene, built, starts)
     pushes = pushes_of(scene, built, starts)
     if pushes:
@@ -235,8 +237,8 @@ def run_adaptive(march: March, progress: Progress | None, began: float) -> Abstr
     return history
 
 
-def run(scene: Scene, progress: Progress | None = None) -> AbstractHistory:
-    """Return the history of a scene.
+def run(scene: Scene, progress: Progress | None = None, told: bool = True) -> AbstractHistory:
+    """Return the history of a scene; without the warnings that `tell` adds where it is not to be told.
 
     Raises
     ------
@@ -278,12 +280,22 @@ def run(scene: Scene, progress: Progress | None = None) -> AbstractHistory:
     status = walk(assembly, history, progress)
     history.finish()
     solved = clock.perf_counter()
-    warn(scene, assembly.ports, plan.built, history, assembly.dt)
+    if told:
+        tell(scene, history)
     history.cost.solve_s, history.cost.checks_s = solved - began, clock.perf_counter() - solved
     history.cost.steps = assembly.clock.step
     history.cost.unknowns = sum(body.system.load.size for body in plan.built.values())
     raise_failure(status, assembly, history)
     return history
+
+
+def tell(scene: Scene, history: AbstractHistory) -> None:
+    """Add the warnings that only a finished run can tell: of one that steps, the others have theirs."""
+    from impactlab.stepping.recorded import RecordedHistory
+
+    if isinstance(history, RecordedHistory):
+        assembly = history.assembly
+        warn(scene, assembly.ports, assembly.built, history, assembly.dt)
 
 
 def advance_of(scene: Scene) -> Callable[..., int]:

@@ -23,6 +23,7 @@ MARGIN = 1.1  # on the fineness that an estimate asks for
 HEAD_START = 1.25  # of the exact solver before what promises to be a little faster
 NEARLY_AS_CHEAP = 1.25  # within this ratio of predicted cost the run with less error is preferred
 MOST_TRIALS = 8  # of one family
+MOST_CHOOSING = 10.0  # times the solving of a run may go into choosing it
 DONE = "done"  # a family that needs no further run
 
 Progress = Callable[[float], None]
@@ -55,12 +56,13 @@ class Search:
 
     @property
     def urge(self) -> float:
-        """What families are ordered by: predicted seconds of solving, and a tenth of those of setting up.
+        """What families are ordered by: predicted seconds of solving, and a tenth of those of setting up a trial.
 
-        The exact solver needs no trial, so it goes before what promises to be a little faster.
+        The exact solver needs no trial, and goes before what promises to be a little faster.
         """
-        solving = self.family.doubt * self.cost if self.family.unit else self.cost / HEAD_START
-        return solving + 0.1 * self.family.setup_s
+        if not self.family.unit:
+            return self.cost / HEAD_START
+        return self.family.doubt * self.cost + self.family.setup_s / MOST_CHOOSING
 
 
 def first_guess(scene: Scene) -> Scene:
@@ -86,6 +88,8 @@ def run(scene: Scene, progress: Progress | None = None) -> AbstractHistory:
     StepError
         Where every candidate fails on the way.
     """
+    from impactlab import simulate
+
     began = clock.perf_counter()
     tolerance = scene.tolerance or 0.0
     searches, why = searches_of(scene)
@@ -95,14 +99,16 @@ def run(scene: Scene, progress: Progress | None = None) -> AbstractHistory:
         raise failed[0] if failed else _nothing(why)
     search, trial = best
     history = trial.history
+    chosen, rungs = search.family.scene(trial.fineness), tuple(ladder(searches, search, trial, why))
     choosing = clock.perf_counter() - began - trial.whole_s
+    simulate.tell(chosen, history)
     history.choice = Choice(
         tolerance=tolerance,
-        scene=search.family.scene(trial.fineness),
+        scene=chosen,
         chosen=search.family.words(trial.fineness),
         expected_error=trial.expected,
         estimate=_words_of_estimate(search.family, history),
-        ladder=tuple(ladder(searches, search, trial, why)),
+        ladder=rungs,
         choosing_s=choosing,
     )
     if not history.choice.met:
@@ -119,7 +125,7 @@ def searched(
     left = BUDGET
     while waiting := [search for search in searches if not search.closed]:
         search = min(waiting, key=lambda each: each.urge)
-        if best is not None and best[1].expected <= tolerance and _seconds(best) <= DEAR * search.cost:
+        if best is not None and best[1].expected <= tolerance and not _worth_trying(search, best, searches):
             break
         if search.cost > left:
             search.closed = f"would solve for {search.cost:.2g} s, beyond what a choice may take"
@@ -135,6 +141,17 @@ def searched(
             if best is None or _better((search, trial), best, tolerance):
                 best = search, trial
     return best
+
+
+def _worth_trying(search: Search, best: tuple[Search, Trial], searches: list[Search]) -> bool:
+    """Return whether a family promises to be much cheaper than what keeps the tolerance, for what trying it takes.
+
+    Its two runs come on top of all runs so far, and choosing may take `MOST_CHOOSING` times the solving of the chosen.
+    """
+    if _seconds(best) <= DEAR * search.cost:
+        return False
+    spent = sum(each.family.setup_s * len(each.trials) for each in searches)
+    return spent + search.family.setup_s <= MOST_CHOOSING * search.cost
 
 
 def ladder(searches: list[Search], search: Search, trial: Trial, why: str) -> list[Rung]:
@@ -225,7 +242,7 @@ def _run(search: Search, fineness: int, progress: Progress | None) -> Trial:
     from impactlab import simulate
 
     began = clock.perf_counter()
-    trial = Trial(fineness, simulate.run(search.family.scene(fineness), progress), math.inf)
+    trial = Trial(fineness, simulate.run(search.family.scene(fineness), progress, told=False), math.inf)
     trial.whole_s = clock.perf_counter() - began
     search.trials.append(trial)
     search.trials.sort(key=lambda each: each.fineness)

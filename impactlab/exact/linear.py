@@ -14,7 +14,7 @@ njit: Any = numba.njit
 PART = njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
 INLINE = njit(inline="always", error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
-LARGEST = 4.0  # entry of a block of the recurrence: what cancels then is as much larger than what remains
+LARGEST = 8.0  # entry of a block of the recurrence: what cancels then is as much larger than what remains
 
 
 @PART

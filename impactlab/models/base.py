@@ -89,8 +89,8 @@ class AbstractDiscreteModel(ABC):
 
 def end_load(model: AbstractDiscreteModel, body: ElasticBody) -> Array:
     """Return the forces on the ends of a body as loads on the coordinates of its model, shape (n_dof,) [N]."""
-    left, right = model.row(0.0, "displacement"), model.row(body.length, "displacement")
-    return body.left.force * left + body.right.force * right
+    load = body.left.force * model.row(0.0, "displacement")
+    return load if body.right.force == 0.0 else load + body.right.force * model.row(body.length, "displacement")
 
 
 class AbstractRodModel(ABC):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -53,6 +53,8 @@ def reference(order: int) -> Reference:
 def polynomials(order: int, place: float) -> Array:
     """Return the polynomials of the nodes at a place from -1 to 1, shape (order + 1,); exactly 0 or 1 at the nodes."""
     nodes = _nodes(order)
+    if order == 1 and abs(place) == 1.0:
+        return np.array([0.5 * (1.0 - place), 0.5 * (1.0 + place)])
     apart = nodes[:, None] - nodes[None, :]
     np.fill_diagonal(apart, 1.0)
     ratios = (place - nodes[None, :]) / apart
@@ -82,6 +84,7 @@ def assembled(element: Array, scale: Array) -> Array:
     return matrix
 
 
+@lru_cache(maxsize=256)
 def elements_per_segment(segments: tuple[Segment, ...], elements: int) -> tuple[int, ...]:
     """Return how many elements each segment gets: at least one, shared out by travel time, ``elements`` in all."""
     times = np.array([segment.length / segment.wave_speed for segment in segments])

@@ -62,6 +62,7 @@ class Mesh(AbstractMesh):
         self.lengths = np.concatenate(spread)
         self._borders = np.concatenate(([0.0], np.cumsum(self.lengths)))
         self._borders[-1] = rod.length
+        self._near = NEAR * float(self.lengths.min())
         inside = 0.5 * (self.element.nodes[:-1] + 1.0) * self.lengths[:, None] + self._borders[:-1, None]
         self.nodes = np.append(inside.ravel(), rod.length)
         self.nodes[::order] = self._borders
@@ -169,11 +170,11 @@ class Mesh(AbstractMesh):
 
     def nodal_row(self, x: float, quantity: Quantity) -> Array:
         """Return the quantity at x [m] as a row over the nodes that are not clamped, massless ones included, (n,)."""
-        near = NEAR * float(self.lengths.min())
-        element = int(np.clip(np.searchsorted(self._borders, x + near, side="right") - 1, 0, len(self.lengths) - 1))
+        element = int(self._borders.searchsorted(x + self._near, side="right")) - 1
+        element = min(max(element, 0), len(self.lengths) - 1)
         start, h = self._borders[element], self._borders[element + 1] - self._borders[element]
         place = 2.0 * (x - start) / h - 1.0
-        node = int(np.argmin(np.abs(self.element.nodes - place)))
+        node = int(np.abs(self.element.nodes - place).argmin())
         place = self.element.nodes[node] if abs(self.element.nodes[node] - place) <= 2.0 * NEAR else place
         values = polynomials(self.order, float(place))
         if quantity not in ("displacement", "velocity"):

@@ -307,7 +307,7 @@ class Assembly:
         for part, first in enumerate((0, n_dof, 2 * n_dof)):
             answer = np.abs(response[first : response.size if part == 2 else first + n_dof])
             if self.built[body].system.phases is None:
-                moved = np.flatnonzero(answer > NOTHING * answer.max(initial=0.0))
+                moved = (answer > NOTHING * answer.max(initial=0.0)).nonzero()[0]
             else:
                 moved = np.arange(answer.size)
             if moved.size:

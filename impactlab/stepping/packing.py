@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -55,6 +56,12 @@ def sparse(rows: list[tuple[int, Array]], pattern: list[NDArray[bool_]] | None =
 
 def fill(record: Any, **values: Any) -> None:
     """Set the named fields of a record."""
-    kinds = dict(record._fields_)
+    whole = integers(type(record))
     for name, value in values.items():
-        setattr(record, name, int(value) if kinds[name] is INTEGER else float(value))
+        setattr(record, name, int(value) if name in whole else float(value))
+
+
+@cache
+def integers(kind: Any) -> frozenset[str]:
+    """Return the names of the integer fields of a record."""
+    return frozenset(name for name, type_ in kind._fields_ if type_ is INTEGER)

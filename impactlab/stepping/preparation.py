@@ -28,6 +28,7 @@ class BuiltBody:
     system: Operators
 
 
+Facts = tuple[tuple[SideFacts, SideFacts], ...]  # of both sides of each contact
 TOLD = 0.1  # share of a static contact force that a basis may miss at the face where a law works with it
 
 
@@ -121,7 +122,7 @@ def face_velocity_per_force(scene: Scene, steppers: dict[str, Stepper], number: 
 
 def check_explicit_spring(
     scene: Scene,
-    built: dict[str, BuiltBody],
+    facts: Facts,
     steppers: dict[str, Stepper],
     integrator: AbstractIntegrator,
     dt: float,
@@ -133,7 +134,7 @@ def check_explicit_spring(
     if integrator.load_point > 0.0:
         return
     for number, contact in enumerate(scene.contacts):
-        stiffness = contact.law.stiffest(*facts_of(scene, built, steppers, number), dt)
+        stiffness = contact.law.stiffest(*facts[number], dt)
         pliancy = dt * sum(face_velocity_per_force(scene, steppers, number, side) for side in (0, 1))
         if stiffness * pliancy > 4.0:
             stable = dt * 2.0 / math.sqrt(stiffness * pliancy)
@@ -145,10 +146,14 @@ def check_explicit_spring(
             )
 
 
-def facts_of(
+def facts_of(scene: Scene, built: dict[str, BuiltBody], steppers: dict[str, Stepper]) -> Facts:
+    """Return what the law of each contact may know of its two sides."""
+    return tuple(_facts(scene, built, steppers, number) for number in range(len(scene.contacts)))
+
+
+def _facts(
     scene: Scene, built: dict[str, BuiltBody], steppers: dict[str, Stepper], number: int
 ) -> tuple[SideFacts, SideFacts]:
-    """Return what the law of a contact may know of its two sides."""
     contact = scene.contacts[number]
     facts = []
     for side, point in enumerate((contact.left, contact.right)):
@@ -163,20 +168,18 @@ def facts_of(
     return facts[0], facts[1]
 
 
-def acting_laws(scene: Scene, built: dict[str, BuiltBody], steppers: dict[str, Stepper]) -> Scene:
+def acting_laws(scene: Scene, facts: Facts) -> Scene:
     """Return the scene with the laws that act on its faces, massless or not."""
     contacts = [
-        replace(contact, law=contact.law.acting(*facts_of(scene, built, steppers, number)))
-        for number, contact in enumerate(scene.contacts)
+        replace(contact, law=contact.law.acting(*known)) for contact, known in zip(scene.contacts, facts, strict=True)
     ]
     return replace(scene, contacts=tuple(contacts))
 
 
-def start_laws(scene: Scene, built: dict[str, BuiltBody], steppers: dict[str, Stepper], dt: float) -> tuple[Start, ...]:
+def start_laws(scene: Scene, facts: Facts, dt: float) -> tuple[Start, ...]:
     """Return what the law of each contact asks for; errors name the contact."""
     return tuple(
-        start_law(contact, facts_of(scene, built, steppers, number), f"contacts.{number}.law", dt)
-        for number, contact in enumerate(scene.contacts)
+        start_law(contact, facts[number], f"contacts.{number}.law", dt) for number, contact in enumerate(scene.contacts)
     )
 
 

@@ -97,7 +97,7 @@ def test_the_recurrence_solves_a_damped_swing_under_a_load(rate, omega):
     t = x + 1
     dying = np.exp(-rate * t) * np.array([np.cos(omega * t), -np.sin(omega * t)])
     for i, steady in enumerate((np.cos(2 * x), np.sin(5 * x))):
-        # blocks of entries up to 4 may cost a digit; the load holds rate times what remains
+        # blocks of entries up to 8 may cost a digit; the load holds rate times what remains
         assert chebyshev.chebval(x, y[i]) == pytest.approx(steady + dying[i], abs=1e-14 * (1 + rate))
 
 
