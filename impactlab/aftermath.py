@@ -11,6 +11,7 @@ import numpy as np
 
 from impactlab.history import AbstractHistory
 from impactlab.metrics import force_channels, largest, midpoints
+from impactlab.momentum import Seen, balance, is_free, moving_mass
 from impactlab.scene import ElasticBody, Mass, Scene
 from impactlab.types import Array
 
@@ -29,10 +30,8 @@ def free_bodies(scene: Scene, *histories: AbstractHistory) -> Iterator[Free]:
     for name, body in scene.bodies.items():
         if not all(f"momentum:{name}" in history.channels() for history in histories):
             continue
-        if isinstance(body, Mass):
-            yield Free(name, body.mass)
-        elif isinstance(body, ElasticBody) and not body.is_held:
-            yield Free(name, body.mass + sum(end.value for end in (body.left, body.right)))
+        if isinstance(body, Mass) or (isinstance(body, ElasticBody) and not body.is_held):
+            yield Free(name, moving_mass(body))
 
 
 def exit_velocity(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
@@ -112,27 +111,19 @@ def momentum_error(
 ) -> float | None:
     """Return how far the momentum of a body is from the impulses that it was given; the largest over free bodies.
 
-    |p(end) - p(0) - impulses of contacts - (m g + forces on ends) t| over the momentum in play: the largest |p|, plus
-    the impulses of contacts and loads, plus sqrt(2 m E), which bounds what the waves of a body hold. It is a balance of
-    the run itself: the reference is not looked at. None where something holds every body; damping in proportion to mass
-    holds a rod to the ground.
+    |p(end) - p(0) - impulses of contacts - (m g + forces on ends) t| over the momentum in play; see `momentum.balance`.
+    It is a balance of the run itself: the reference is not looked at. None where something holds every body.
     """
     errors = []
     t = np.minimum(history.energy.time, history.duration)  # the last step may end after the run
+    impulses = [
+        sum(span.impulse for span in history.contacts if span.contact == contact.name) for contact in scene.contacts
+    ]
     for body in free_bodies(scene, history):
-        rod = scene.bodies[body.name]
-        if isinstance(rod, ElasticBody) and rod.damping.mass > 0.0:
+        if not is_free(scene.bodies[body.name]):
             continue
-        momentum = history.evaluate(t, f"momentum:{body.name}")
-        given = scale = 0.0
-        for contact in scene.contacts:
-            sign = float(contact.right.body == body.name) - float(contact.left.body == body.name)
-            impulse = sum(span.impulse for span in history.contacts if span.contact == contact.name)
-            given, scale = given + sign * impulse, scale + abs(sign * impulse)
-        loads = body.mass * scene.gravity + (rod.end_force if isinstance(rod, ElasticBody) else 0.0)
-        given, scale = given + loads * history.duration, scale + abs(loads) * history.duration
+        momentum = history.evaluate(np.append(t, history.duration), f"momentum:{body.name}")
         energy = float(np.max(np.abs(history.energy.bodies[body.name])))
-        scale += float(np.max(np.abs(momentum))) + math.sqrt(2.0 * body.mass * energy)
-        at_end = float(history.evaluate(np.array([history.duration]), f"momentum:{body.name}")[0])
-        errors.append(abs(at_end - float(momentum[0]) - given) / scale if scale > 0.0 else 0.0)
+        seen = Seen(float(momentum[0]), float(momentum[-1]), float(np.max(np.abs(momentum))), energy)
+        errors.append(balance(scene, body.name, impulses, history.duration, seen).error)
     return largest(errors)

@@ -17,7 +17,8 @@ from impactlab.adaptive.system import System
 from impactlab.errors import StepError
 from impactlab.history import ContactSpan, Event
 from impactlab.integrators.base import AbstractAdaptive, Problem
-from impactlab.scene import ElasticBody, Wall
+from impactlab.momentum import Seen, balance, is_free
+from impactlab.scene import ElasticBody
 from impactlab.types import Array
 
 MANY = 20  # events within a hundredth of the time so far that count as an accumulation
@@ -175,26 +176,18 @@ class March:
 
     def _check_momentum(self) -> None:
         """Raise `StepError` where a body that nothing holds did not gain the impulses of contacts and loads."""
-        system = self.system
-        impulses: Array = self.state[system.impulses]
+        scene = self.system.scene
+        impulses: Array = self.state[self.system.impulses]
         _, samples = self.record.energies
-        for number, (name, body) in enumerate(system.scene.bodies.items()):
-            # Damping in proportion to mass holds a body to the ground.
-            held = isinstance(body, ElasticBody) and (body.is_held or body.damping.mass > 0.0)
-            if held or isinstance(body, Wall):
+        for number, (name, body) in enumerate(scene.bodies.items()):
+            if not is_free(body):
                 continue
-            signs = [float(c.right.body == name) - float(c.left.body == name) for c in system.scene.contacts]
-            mass = system.mass_of(name)
-            loads = mass * system.scene.gravity + (body.end_force if isinstance(body, ElasticBody) else 0.0)
-            given = float(np.dot(signs, impulses)) + loads * self.time
-            momenta = [energies.momentum[number] for _, energies, _, _ in samples]
+            momenta = [float(energies.momentum[number]) for _, energies, _, _ in samples]
             energy = max(abs(float(energies.bodies[number])) for _, energies, _, _ in samples)
-            scale = (
-                float(np.dot(np.abs(signs), np.abs(impulses))) + max(map(abs, momenta)) + (2.0 * mass * energy) ** 0.5
-            )
-            changed = float(momenta[-1] - momenta[0])
-            if abs(changed - given) > MOMENTUM * scale:
-                self._fail_momentum(name, given, changed)
+            seen = Seen(momenta[0], momenta[-1], max(map(abs, momenta)), energy)
+            found = balance(scene, name, impulses.tolist(), self.time, seen)
+            if found.error > MOMENTUM:
+                self._fail_momentum(name, found.given, found.changed)
 
     def _fail_momentum(self, name: str, given: float, changed: float) -> NoReturn:
         raise StepError(

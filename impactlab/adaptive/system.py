@@ -12,6 +12,7 @@ from scipy.sparse import csr_array, diags_array
 
 from impactlab.adaptive.law import Touch
 from impactlab.banded import grounded, multiply, widened
+from impactlab.momentum import moving_mass
 from impactlab.scene import Contact, ElasticBody, Point, Scene, Wall
 from impactlab.sides import side_facts
 from impactlab.stepping.packing import dashpots
@@ -121,7 +122,7 @@ class System:
         body that moves with it. Travels are those within the shortest period of the bodies, or the run.
         """
         scene, n = self.scene, self.n_dof
-        masses = {name: self.mass_of(name) for name, body in scene.bodies.items() if not isinstance(body, Wall)}
+        masses = {name: moving_mass(body) for name, body in scene.bodies.items() if not isinstance(body, Wall)}
         at_start = self.energies(self.start)
         speeds = [abs(scene.gravity) * scene.duration]
         for body in scene.bodies.values():
@@ -144,13 +145,6 @@ class System:
             share = self.speed * float(np.sqrt(mass / self.mass[0, part].sum()))
             self.scale[part] = share * self.time
             self.scale[n + part.start : n + part.stop] = share
-
-    def mass_of(self, name: str) -> float:
-        """Return the mass of a body with what rides on its ends [kg]."""
-        body = self.scene.bodies[name]
-        if isinstance(body, ElasticBody):
-            return body.mass + sum(end.value for end in (body.left, body.right) if end.kind == "mass")
-        return np.inf if isinstance(body, Wall) else body.mass
 
     def gaps_of(self, state: Array) -> tuple[Array, Array]:
         """Return gaps [m] and gap rates [m/s] of all contacts in states (n_state,) or (n_state, n_times)."""

@@ -6,8 +6,9 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from impactlab import api
 from impactlab.bench.grid import Family, own_families
-from impactlab.bench.keys import refused_key, row_key
+from impactlab.bench.keys import reference_key, refused_key, row_key
 from impactlab.casefile import Case, load_case
 from impactlab.casefile.case import case_of
 from impactlab.casefile.document import Document
@@ -36,6 +37,7 @@ class Job(NamedTuple):
     variant: str
     method: str
     settings: dict[str, Any]
+    reference: str | None = None  # key of what its errors are measured against; None where the case refuses the method
 
     @property
     def scene(self) -> str:
@@ -101,12 +103,12 @@ def cells(
             case = bare(full)
             for family in (*families, *_own(full, methods)):
                 seen: set[str] = set()
-                for level, settings, key in _levels(case, family):
+                for level, settings, (key, reference) in _levels(case, family):
                     if key in seen:
                         continue  # a level that changes nothing here
                     seen.add(key)
                     found.append(Cell(suite, written.name, variant, family.name, level, settings, key))
-                    job = Job(key, written.name, str(file), case.document, variant, family.name, settings)
+                    job = Job(key, written.name, str(file), case.document, variant, family.name, settings, reference)
                     jobs.setdefault(key, job)
     return found, jobs
 
@@ -121,17 +123,18 @@ def _own(case: Case, methods: Sequence[str] | None) -> list[Family]:
     return [f for f in own_families(case) if methods is None or "own" in methods or f.name in methods]
 
 
-def _levels(case: Case, family: Family) -> Iterator[tuple[int, dict[str, Any], str]]:
+def _levels(case: Case, family: Family) -> Iterator[tuple[int, dict[str, Any], tuple[str, str | None]]]:
     if not family.serves(case.scene()):
         return
     for number, level in enumerate(family.levels, start=1):
         settings = family.values(case.scene(), level)
-        yield number, settings, key_of(case, family.name, settings)
+        yield number, settings, keys_of(case, family.name, settings)
 
 
-def key_of(case: Case, method: str, settings: dict[str, Any]) -> str:
-    """Return the key of a method on a case; also where the case refuses the method."""
+def keys_of(case: Case, method: str, settings: dict[str, Any]) -> tuple[str, str | None]:
+    """Return the key of a method on a case and that of its reference; None where the case refuses the method."""
     try:
-        return row_key(case.solved_by(method, settings))
+        solved = case.solved_by(method, settings)
+        return row_key(solved), reference_key(api.physics_of(solved))
     except ImpactlabError:
-        return refused_key(case, settings)
+        return refused_key(case, settings), None

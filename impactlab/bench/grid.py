@@ -9,13 +9,14 @@ from pathlib import Path
 from typing import Any
 
 from impactlab.casefile import Case
-from impactlab.casefile.document import Document, read_document
+from impactlab.casefile.document import Document, Kind, read_document
 from impactlab.casefile.words import closest, listed, shown
 from impactlab.errors import CaseError
 from impactlab.scene import Scene
 
 BUILT_IN = Path(__file__).with_name("grid.yaml")
 
+GRID = Kind("a grid has the keys schema_version and families", "Write families: {NAME: {...}}.")
 PARTS = ("law", "model", "integrator", "step")  # blocks that a family may give
 SCENES = ("any", "without_steps", "with_steps")
 KEYS = ("for", *PARTS, "events", "settings", "scenes", "sibling_of", "levels")
@@ -103,7 +104,7 @@ def read_grid(path: Path) -> tuple[Family, ...]:
     """
     if not path.exists():
         raise CaseError("the grid file does not exist", remedy="Give the path of a grid.", file=str(path))
-    document = read_document(path)
+    document = read_document(path, GRID)
     try:
         return _families(document.data)
     except CaseError as error:

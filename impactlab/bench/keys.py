@@ -29,7 +29,7 @@ from impactlab.plugins import METRICS
 from impactlab.scene import ElasticBody, Scene
 
 # Rooms and files of the package that no number of a row comes from.
-APART = ("report/", "testing/", "bench/report/", "cli.py", "console.py", "output.py", "cite.py", "citations.bib")
+APART = ("report/", "testing/", "bench/report/", "cli/", "console.py", "output.py", "cite.py", "citations.bib")
 # Keys of the solve block that the scene holds; whatever else stands there joins the key by itself.
 IN_SCENE = ("duration", "round_trips_of", "model", "models", "integrator", "step", "events")
 

@@ -13,6 +13,7 @@ from impactlab.bench.keys import reference_key
 from impactlab.reference import Reference
 from impactlab.scene import Scene
 
+LOST = ".lost"  # ends the name of the file that says why the search for a reference had no end
 KEPT = 4  # references that a worker keeps in memory: cells come scene by scene
 
 
@@ -36,9 +37,16 @@ class References:
             self._known[key] = self._shared(key, lambda: api.reference_of(physics))
         return self._known[key]
 
+    def lost(self, physics: Scene) -> str:
+        """Return why the search for the answer to a scene had no end, "" where it had one."""
+        path = None if self.folder is None else self.folder / f"{reference_key(physics)}{LOST}"
+        return path.read_text(encoding="utf-8") if path is not None and path.is_file() else ""
+
     def _shared(self, key: str, make: Callable[[], Reference | None]) -> Reference | None:
         if self.folder is None:
             return make()
+        if (self.folder / f"{key}{LOST}").is_file():
+            return None
         path = self.folder / f"{key}.reference"
         if path.is_file():
             read: Reference | None = pickle.loads(path.read_bytes())  # noqa: S301 - of this bench's own workers
@@ -54,8 +62,18 @@ class References:
         return made
 
 
-def told(reference: Reference | None) -> dict[str, Any]:
-    """Return what a row says of its reference: its name, its uncertainty (0 for an exact one), how it was found."""
+def lose(folder: Path, key: str, reason: str) -> None:
+    """Tell the workers of a bench that the search for a reference had no end: they do without."""
+    (folder / f"{key}{LOST}").write_text(reason, encoding="utf-8")
+
+
+def told(reference: Reference | None, lost: str = "") -> dict[str, Any]:
+    """Return what a row says of its reference: its name, its uncertainty (0 for an exact one), how it was found.
+
+    ``lost`` says why the search for it had no end; such a row is run again by the next bench.
+    """
+    if lost:
+        return {"name": "none", "uncertainty": None, "found": f"the search for it {lost}", "lost": True}
     if reference is None:
         return {"name": "none", "uncertainty": None, "found": "no answer to this scene is exact, and none converged"}
     return {"name": reference.name, "uncertainty": reference.uncertainty, "found": reference.found}

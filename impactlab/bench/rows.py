@@ -53,7 +53,8 @@ def record(case: Case, references: References) -> dict[str, Any]:
     from impactlab.summary import plain, summarise
 
     history = api.run(case)
-    reference = references.of(api.physics_of(case))
+    physics = api.physics_of(case)
+    reference = references.of(physics)
     scene = case.scene()
     summary = summarise(case.label, scene, history, reference)
     counts = {name: len(summary[name]) for name in LISTS}
@@ -61,7 +62,7 @@ def record(case: Case, references: References) -> dict[str, Any]:
         "version": VERSION,
         "summary": summary | {name: summary[name][:MOST] for name in LISTS},
         "counts": counts,
-        "reference": told(reference),
+        "reference": told(reference, references.lost(physics)),
         # Of the run itself, whether or not there is a reference.
         "momentum_error": plain(aftermath.momentum_error(history, history, scene)),
         "environment": environment(),

@@ -13,12 +13,14 @@ from impactlab.bench import table
 from impactlab.bench.cells import Cell, Job, cells
 from impactlab.bench.environment import described, environment
 from impactlab.bench.grid import Family
+from impactlab.bench.references import lose
 from impactlab.bench.rows import VERSION, ended
 from impactlab.bench.store import Store, opened
 from impactlab.bench.workers import Answer, run_jobs
 from impactlab.errors import CaseError
 
 Show = Callable[[str, float], None]
+REFERENCE_LIMITS = 3.0  # times the limit of a row, to find what the rows of a scene are measured against
 
 
 @dataclass(frozen=True)
@@ -106,6 +108,7 @@ def bench(
         records = {key: record for key, record in kept.items() if record is not None}
         missing = [job for key, job in jobs.items() if key not in records]
         say(f"{len(found)} rows of {len({(c.case, c.variant) for c in found})} scenes: {len(missing)} runs to do")
+        _find_references(store, missing, options, show)
         _run(store, missing, records, options, show)
         times = _times(store, jobs, records, options, show, say)
         _write(store, found, records, times)
@@ -113,15 +116,47 @@ def bench(
 
 
 def _kept(store: Store, key: str, options: Options) -> dict[str, Any] | None:
-    """Return the row of a key if there is one; one that hung is run again where it gets more time."""
+    """Return the row of a key if there is one that need not be run again.
+
+    What hung is run again where it gets more time; what crashed, or lost its reference, always: the machine may have
+    been short of memory.
+    """
     record = store.get("rows", key)
     if record is None or record.get("version") != VERSION:
         return None
-    return None if record.get("limit", options.limit) < options.limit and _hung(record) else record
+    status = record["summary"]["status"]
+    if status == "crashed" or (record["reference"] or {}).get("lost"):
+        return None
+    return None if status == "hung" and record.get("limit", options.limit) < options.limit else record
 
 
-def _hung(record: Mapping[str, Any]) -> bool:
-    return bool(record["summary"]["status"] == "hung")
+def _find_references(store: Store, missing: Sequence[Job], options: Options, show: Show) -> None:
+    """Find the answers that rows are measured against, each a job of its own, before any row is run.
+
+    The rows read them from the folder of this bench; where one was lost to a kill or a crash it says so there.
+    """
+    first: dict[str, Job] = {}
+    for job in missing:
+        if job.reference is not None:
+            first.setdefault(job.reference, job)
+    asked = {job.key: key for key, job in first.items()}
+    done = 0
+
+    def took(answer: Answer) -> None:
+        nonlocal done
+        done += 1
+        show(f"reference of {answer.job.name}", done / len(first))
+        if answer.status != "answered":
+            lose(store.session, asked[answer.job.key], f"{answer.status}: {answer.value}")
+
+    run_jobs(
+        list(first.values()),
+        lambda job: ("reference", job),
+        took,
+        workers=options.processes,
+        limit=REFERENCE_LIMITS * options.limit,
+        session=store.session,
+    )
 
 
 def _run(

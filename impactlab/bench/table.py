@@ -11,17 +11,7 @@ from typing import Any
 from impactlab.bench.cells import Cell
 from impactlab.metrics import ORDER
 
-NORMS = (
-    "mass_displacement",
-    "face_displacement",
-    "force",
-    "force_away_from_jumps",
-    "force_graph",
-    "impulse",
-    "event_times",
-    "events_missed",
-    "events_extra",
-)
+NORMS = ORDER[: ORDER.index("events_extra") + 1]  # the first columns of errors, in the order of a summary
 LAST = ("momentum_error", "force_oscillation")  # metrics that stand beside the energies
 TIMES = ("repeats", "setup_s", "setup_spread_s", "solve_s", "solve_spread_s")
 WHAT = ("key", "suite", "case", "variant", "method", "level", "settings")

@@ -52,6 +52,12 @@ class Worker:
 
         return row_of(self.case(job), job.method, job.settings, self.references)
 
+    def reference(self, job: Job) -> None:
+        """Find what a cell is measured against, where the workers of this bench share it."""
+        from impactlab import api
+
+        self.references.of(api.physics_of(self.case(job).solved_by(job.method, job.settings)))
+
     def times(self, job: Job, repeats: int) -> dict[str, Any]:
         """Return what a cell costs; see `timing.times_of`."""
         from impactlab.bench.timing import settle, times_of
@@ -82,7 +88,12 @@ def serve(connection: Connection, session: Path | None, folder: str) -> None:
         from impactlab.bench.keys import code_hash
 
         worker = Worker(session)
-        known: dict[str, Callable[..., Any]] = {"row": worker.row, "times": worker.times, "warm_up": warm_up}
+        known: dict[str, Callable[..., Any]] = {
+            "reference": worker.reference,
+            "row": worker.row,
+            "times": worker.times,
+            "warm_up": warm_up,
+        }
         connection.send(code_hash())
         while True:
             try:

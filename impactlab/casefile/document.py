@@ -33,6 +33,16 @@ _DOTTED = re.compile(rf"""(?:[\w"'-]+\s*\.\s*){{{DEEPEST + 1}}}""")
 _REMEDY = "A case holds plain keys and values only; see `impactlab new` for one to start from."
 
 
+class Kind(NamedTuple):
+    """What a file is to hold, for the message where it holds no keys at all."""
+
+    keys: str  # as in: a case has keys such as ...
+    remedy: str
+
+
+CASE = Kind("a case has keys such as schema_version, bodies, contacts, solve", "Start from `impactlab new`.")
+
+
 class Document(NamedTuple):
     """A case as plain dicts, lists and scalars, and the line of each key."""
 
@@ -40,7 +50,7 @@ class Document(NamedTuple):
     lines: dict[Keys, int | None]
 
 
-def read_document(path: Path) -> Document:
+def read_document(path: Path, kind: Kind = CASE) -> Document:
     """Return the document in a file; its ending says whether it is YAML, TOML or JSON.
 
     Raises
@@ -57,7 +67,7 @@ def read_document(path: Path) -> Document:
             file=str(path),
         )
     try:
-        return reader(_text(path))
+        return reader(_text(path), kind)
     except CaseError as error:
         error.located(str(path), error.line)
         raise
@@ -86,11 +96,11 @@ def _neighbour(path: Path) -> str:
     return closest(path.name, (other.name for other in path.parent.iterdir() if other.is_file()))
 
 
-def parse_yaml(text: str) -> Document:
+def parse_yaml(text: str, kind: Kind = CASE) -> Document:
     """Return a YAML 1.2 text as a document."""
     lines: dict[Keys, int | None] = {}
     data = _yaml_value(text, lines)
-    return Document(_mapping(data), lines)
+    return Document(_mapping(data, kind), lines)
 
 
 def parse_value(text: str) -> Any:
@@ -100,7 +110,7 @@ def parse_value(text: str) -> Any:
     return _yaml_value(text, {})
 
 
-def parse_json(text: str) -> Document:
+def parse_json(text: str, kind: Kind = CASE) -> Document:
     """Return a JSON text as a document."""
     _limit_brackets(text)
 
@@ -124,10 +134,10 @@ def parse_json(text: str) -> Document:
         _yaml_value(text, lines)  # JSON is YAML; read again for the lines alone
     except CaseError:
         lines = {}
-    return Document(_mapping(data), lines)
+    return Document(_mapping(data, kind), lines)
 
 
-def parse_toml(text: str) -> Document:
+def parse_toml(text: str, kind: Kind = CASE) -> Document:
     """Return a TOML text as a document."""
     _limit_brackets(text)
     dotted = _DOTTED.search(text)
@@ -140,7 +150,7 @@ def parse_toml(text: str) -> Document:
         line = int(found.group(1)) if found else None
         raise CaseError(f"not TOML: {str(error)[:120]}", remedy="Mend the text there.", line=line) from error
     _check_keys(data)
-    return Document(_mapping(data), _toml_lines(text))
+    return Document(_mapping(data, kind), _toml_lines(text))
 
 
 def _toml_lines(text: str) -> dict[Keys, int | None]:
@@ -189,13 +199,9 @@ def _refuse_constant(name: str) -> Any:
     raise CaseError(f"{name} is not a finite number", remedy="Give a number.")
 
 
-def _mapping(data: Any) -> dict[str, Any]:
+def _mapping(data: Any, kind: Kind) -> dict[str, Any]:
     if not isinstance(data, dict):
-        raise CaseError(
-            f"the file holds {shown(data)}; a case has keys such as schema_version, bodies, contacts, solve",
-            remedy="Start from `impactlab new`.",
-            line=1,
-        )
+        raise CaseError(f"the file holds {shown(data)}; {kind.keys}", remedy=kind.remedy, line=1)
     return data
 
 

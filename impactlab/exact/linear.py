@@ -6,6 +6,7 @@ from typing import Any
 
 import numba
 import numpy as np
+from numpy.typing import NDArray
 
 from impactlab.exact.kernel import CHOP, ORDER, RESOLVED, chopped
 from impactlab.types import Array
@@ -24,7 +25,7 @@ def table(rows: int, columns: int) -> Array:
 
 
 @PART
-def reaches(w: Array, size: int) -> Array:
+def reaches(w: Array, size: int) -> NDArray[np.int64]:
     """Return one past the last entry of each row of w[:, :size], never before its diagonal."""
     reach = np.zeros(size, np.int64)
     for i in range(size):
@@ -35,7 +36,7 @@ def reaches(w: Array, size: int) -> Array:
 
 
 @PART
-def exchange(w: Array, size: int, columns: int, one: int, other: int, reach: Array) -> None:
+def exchange(w: Array, size: int, columns: int, one: int, other: int, reach: NDArray[np.int64]) -> None:
     """Exchange two rows that are zero left of the earlier one's diagonal."""
     for k in range(one, max(reach[one], reach[other])):
         w[one, k], w[other, k] = w[other, k], w[one, k]

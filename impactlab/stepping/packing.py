@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 from functools import cache
 from typing import Any
 
@@ -56,12 +57,13 @@ def sparse(rows: list[tuple[int, Array]], pattern: list[NDArray[bool_]] | None =
 
 def fill(record: Any, **values: Any) -> None:
     """Set the named fields of a record."""
-    whole = integers(type(record))
+    kind: type[ctypes.Structure] = type(record)
+    whole = integers(kind)
     for name, value in values.items():
         setattr(record, name, int(value) if name in whole else float(value))
 
 
 @cache
-def integers(kind: Any) -> frozenset[str]:
+def integers(kind: type[ctypes.Structure]) -> frozenset[str]:
     """Return the names of the integer fields of a record."""
-    return frozenset(name for name, type_ in kind._fields_ if type_ is INTEGER)
+    return frozenset(field[0] for field in kind._fields_ if field[1] is INTEGER)

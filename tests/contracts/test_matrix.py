@@ -56,7 +56,7 @@ def check(found: Any) -> None:
         assert found.remedy
 
 
-@pytest.mark.parametrize(("model", "law", "scheme"), SAMPLE, ids=" / ".join)
+@pytest.mark.parametrize(("model", "law", "scheme"), SAMPLE, ids=str)
 def test_a_cell_completes_or_is_refused_with_reason_and_remedy(model: str, law: str, scheme: str) -> None:
     found = matrix.outcome(model, law, scheme, TRIPS)
     check(found)

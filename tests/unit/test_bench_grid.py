@@ -142,6 +142,15 @@ def test_a_wrong_grid_is_told_where_and_why(tmp_path: Path, old: str, new: str, 
     assert f"own.yaml:{line}: " in str(told.value)
 
 
+@pytest.mark.parametrize(("text", "said"), [("[a, b]", "a list of 2"), ("", "nothing"), ("7", "7")])
+def test_a_grid_that_is_no_block_is_told_what_a_grid_is(tmp_path: Path, text: str, said: str) -> None:
+    with pytest.raises(CaseError, match=f"the file holds {said}; a grid has the keys") as raised:
+        read_grid(written(tmp_path, text))
+    assert raised.value.file == str(tmp_path / "own.yaml")
+    assert "families" in raised.value.remedy
+    assert "impactlab new" not in str(raised.value)
+
+
 def test_a_suite_without_cases_says_where_it_looked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     with pytest.raises(CaseError, match="there are no cases in 'cases/hard'"):

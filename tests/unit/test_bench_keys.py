@@ -11,7 +11,7 @@ import pytest
 import impactlab
 from impactlab import CaseError, load_case
 from impactlab.bench import keys
-from impactlab.bench.cells import key_of
+from impactlab.bench.cells import keys_of
 from impactlab.bench.keys import content, digest, row_key, sources_hash
 from impactlab.casefile import Case
 
@@ -27,10 +27,10 @@ def case(tmp_path: Path, text: str = TEXT, name: str = "one") -> Case:
 
 
 def test_names_titles_comments_and_units_change_no_key(tmp_path: Path) -> None:
-    known = key_of(case(tmp_path), "a", SETTINGS)
+    known = keys_of(case(tmp_path), "a", SETTINGS)[0]
     commented = "# a new word\n" + TEXT.replace("length: 0.3", "length: 300 mm  # and one here")
     renamed = commented.replace("title: Axial", "title: Another axial").replace("penalty:", "spring:")
-    assert key_of(case(tmp_path, renamed, "another_name"), "b", dict(SETTINGS)) == known
+    assert keys_of(case(tmp_path, renamed, "another_name"), "b", dict(SETTINGS))[0] == known
 
 
 @pytest.mark.parametrize(
@@ -49,20 +49,20 @@ def test_the_scene_changes_the_key(tmp_path: Path, old: str, new: str) -> None:
     assert old in TEXT
     same = float(old.partition(": ")[2]) == float(new.partition(": ")[2]) if "mass" in old else False
     changed = case(tmp_path, TEXT.replace(old, new), "two")
-    assert (key_of(changed, "a", SETTINGS) == key_of(case(tmp_path), "a", SETTINGS)) is same
+    assert (keys_of(changed, "a", SETTINGS)[0] == keys_of(case(tmp_path), "a", SETTINGS)[0]) is same
 
 
 def test_the_method_and_the_physics_as_written_change_the_key(tmp_path: Path) -> None:
     one, law = case(tmp_path), {"contacts.0.law": {"kind": "penalty", "stiffness": 1e9}}
     soft = case(tmp_path, TEXT.replace("{kind: wave_identification}", "{kind: penalty, stiffness: 1e9}"), "soft")
     found = [
-        key_of(one, "a", {}),
-        key_of(one, "a", SETTINGS),
-        key_of(one, "a", {"solve.model": {"kind": "modal", "modes": 6}}),
-        key_of(one, "a", law),
-        key_of(soft, "a", law),  # the same run, measured against a spring instead of the hard contact
-        key_of(one, "a", {"solve.model": {"kind": "modal", "elements": 2, "modes": 9}}),  # refused
-        key_of(one, "a", {"solve.model": {"kind": "modal", "elements": 2, "modes": 8}}),
+        keys_of(one, "a", {})[0],
+        keys_of(one, "a", SETTINGS)[0],
+        keys_of(one, "a", {"solve.model": {"kind": "modal", "modes": 6}})[0],
+        keys_of(one, "a", law)[0],
+        keys_of(soft, "a", law)[0],  # the same run, measured against a spring instead of the hard contact
+        keys_of(one, "a", {"solve.model": {"kind": "modal", "elements": 2, "modes": 9}})[0],  # refused
+        keys_of(one, "a", {"solve.model": {"kind": "modal", "elements": 2, "modes": 8}})[0],
     ]
     assert len(set(found)) == len(found)
 

@@ -529,6 +529,12 @@ def test_the_command_draws_a_report_from_a_table_alone(tmp_path: Path) -> None:
     assert done.exit_code == 0
     assert json.loads(done.stdout)["report"] == str(out / "index.html")
     assert (out / "index.html").exists()
+    for name in ("nothing.csv", "."):  # what is not there, and what is no file
+        asked = ["bench", "--from", str(tmp_path / name), "--out", str(tmp_path / "a" / "b")]
+        none = CliRunner().invoke(app, asked)
+        assert none.exit_code == 2
+        assert str(tmp_path / name) in none.stderr
+        assert not (tmp_path / "a").exists()
     wrong = CliRunner().invoke(app, ["bench", "--from", str(out / "index.html"), "--out", str(out)])
     assert wrong.exit_code == 2
     assert "is not the table of a bench" in wrong.stderr

@@ -14,7 +14,7 @@ import pytest
 
 from impactlab import api, load_case
 from impactlab.bench import table
-from impactlab.bench.cells import Cell, key_of
+from impactlab.bench.cells import Cell, keys_of
 from impactlab.bench.references import References
 from impactlab.bench.rows import ended, row_of
 from impactlab.bench.timing import repeats_of, summed, times_of
@@ -71,7 +71,7 @@ def test_a_refusal_is_a_row_with_reason_and_remedy(
     record = row_of(case, "wrong", settings, References())
     assert record["summary"]["status"] == status
     assert said in record["summary"]["error"]["text"]
-    cell = Cell("standard", case.name, "base", "wrong", 1, settings, key_of(case, "wrong", settings))
+    cell = Cell("standard", case.name, "base", "wrong", 1, settings, keys_of(case, "wrong", settings)[0])
     (row,) = table.rows([cell], {cell.key: record}, {})
     assert said in row["reason"]
     assert "\n" not in row["reason"]
@@ -174,6 +174,6 @@ def test_choosing_is_timed_warm_and_not_taken_from_the_first_run(case: Case) -> 
     automatic = {"solve.tolerance": 1e-2}
     found = times_of(case.solved_by("automatic", automatic), 3)
     record = row_of(case, "automatic", automatic, References())
-    cell = Cell("s", "axial_impact", "base", "automatic", 1, automatic, key_of(case, "automatic", automatic))
+    cell = Cell("s", "axial_impact", "base", "automatic", 1, automatic, keys_of(case, "automatic", automatic)[0])
     row = table.rows([cell], {cell.key: record}, {cell.key: found})[0]
     assert row["choosing_s"] == found["choosing_s"] >= 0.0

@@ -6,9 +6,11 @@ from pathlib import Path
 
 import pytest
 
+from impactlab import CaseError
 from impactlab.bench.report.read import Row
 from impactlab.bench.report.stability import Codes, alike, drift, matrix, write_stability
 from impactlab.bench.report.verdicts import Verdict, verdict, violations
+from impactlab.bench.report.write import write_bench
 
 GOOD = Row("case", "method", "completed", energy_gain=0.0, energy_loss=0.0, momentum_error=1e-12)
 
@@ -69,3 +71,24 @@ def test_the_report_counts_violations_and_escapes_what_it_shows(tmp_path: Path) 
     assert "| one | ✓ 2 % | ! |" in text
     assert "crashed: <b>\\|x" in text
     assert "&lt;b&gt;|x" in (tmp_path / "stability.html").read_text(encoding="utf-8")
+
+
+def test_a_page_that_no_report_wrote_is_not_replaced(tmp_path: Path) -> None:
+    table = tmp_path / "table.csv"
+    head = (
+        "case,variant,method,status,displacement,impulse,solve_s,setup_s,steps,unknowns,energy_gain,energy_loss,reason"
+    )
+    table.write_text(f"{head}\na,base,one,completed,0.01,0.02,,,10,4,0,0,\n", encoding="utf-8")
+    mine, report = tmp_path / "mine", tmp_path / "report"
+    for folder in (mine, report):
+        folder.mkdir()
+    (mine / "stability.md").write_text("mine")
+    with pytest.raises(CaseError, match=r"would replace 'stability\.md'"):
+        write_stability(mine, table)
+    assert (mine / "stability.md").read_text() == "mine"
+    assert not (mine / "stability.html").exists()
+    for _ in range(2):  # its own it replaces
+        write_stability(report, table)
+    write_bench(report, table)  # the other report of the same folder leaves it its pages
+    write_stability(report, table)
+    assert (report / "index.html").is_file()

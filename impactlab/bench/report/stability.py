@@ -10,6 +10,7 @@ from pathlib import Path
 
 from impactlab.bench.report.read import COMPLETED, Row, read_table
 from impactlab.bench.report.verdicts import WRONG, Verdict, faults, told, verdict, worst_error
+from impactlab.bench.report.write import STABILITY, write_pages
 
 LONG = "long_runs"  # the case whose methods differ by their number of steps
 STEPS = re.compile(r"_1e(\d+)$")
@@ -28,13 +29,12 @@ def write_stability(out_dir: Path, table_path: Path) -> int:
     Raises
     ------
     CaseError
-        If the file is not the table of a bench.
+        If the file is not the table of a bench, or the folder holds pages of these names that no report wrote.
     """
     rows = read_table(table_path)
     blocks = report(rows)
     text = "# Stability on hard cases\n\n" + markdown(blocks)
-    (out_dir / "stability.md").write_text(text, encoding="utf-8")
-    (out_dir / "stability.html").write_text(webpage(blocks), encoding="utf-8")
+    write_pages(out_dir, dict(zip(STABILITY, (text, webpage(blocks)), strict=True)))
     return len(faults(rows))
 
 

@@ -6,7 +6,7 @@ import os
 import shutil
 import sys
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
@@ -18,6 +18,7 @@ from impactlab.errors import CaseError
 
 PARTS = ("figures", "tables", "cases", "index.html")  # in this order they appear: the page comes last
 DRAFT = ".report."  # begins the name of a folder in which a report is made, the number of its process follows
+STABILITY = ("stability.md", "stability.html")
 MANIFEST = ".impactlab-report"
 """Names the files of a report in its folder, so that nothing else is ever replaced."""
 
@@ -64,9 +65,10 @@ def write_bench(
         written = sorted(name for part in PARTS for name in _files(draft, part))
         check_report(out_dir)  # it may have changed while the report was made
         (out_dir / MANIFEST).write_text("\n".join([*written, *_written(out_dir)]) + "\n", encoding="utf-8")
+        others = _written(out_dir) & set(STABILITY)
         for name in PARTS:
             _replace(out_dir / name, draft / name)
-        (out_dir / MANIFEST).write_text("\n".join(written) + "\n", encoding="utf-8")
+        (out_dir / MANIFEST).write_text("\n".join([*written, *sorted(others)]) + "\n", encoding="utf-8")
     finally:
         shutil.rmtree(draft, ignore_errors=True)
     if progress is not None:
@@ -83,16 +85,28 @@ def _sweep(out_dir: Path) -> None:
             os.kill(int(number), 0)
         except (ValueError, ProcessLookupError):
             shutil.rmtree(path, ignore_errors=True)
+            path.unlink(missing_ok=True)
         except OSError:
             continue  # it lives, and is another user's
 
 
-def check_report(out_dir: Path) -> None:
+def write_pages(out_dir: Path, pages: Mapping[str, str]) -> None:
+    """Write pages into a folder beside what is there, by name; what no report wrote is not replaced."""
+    check_report(out_dir, tuple(pages))
+    known = _written(out_dir)
+    (out_dir / MANIFEST).write_text("\n".join(sorted(known | set(pages))) + "\n", encoding="utf-8")
+    for name, text in pages.items():
+        draft = out_dir / f"{DRAFT}{os.getpid()}.{name}"
+        draft.write_text(text, encoding="utf-8")
+        draft.replace(out_dir / name)
+
+
+def check_report(out_dir: Path, parts: Sequence[str] = PARTS) -> None:
     """Raise `CaseError` if a report would replace what no report wrote: it may be somebody's work."""
     if not out_dir.is_dir():
         raise CaseError(f"there is no folder {str(out_dir)!r} to write in", remedy="Make it, or give another --out.")
     known = _written(out_dir)
-    strangers = sorted(name for part in PARTS for name in _files(out_dir, part) if name not in known)
+    strangers = sorted(name for part in parts for name in _files(out_dir, part) if name not in known)
     if strangers:
         raise CaseError(
             f"the report would replace {strangers[0][:80]!r} in {str(out_dir)!r}, which no report wrote",

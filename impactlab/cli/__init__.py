@@ -1,0 +1,49 @@
+"""The commands. Everything heavy is imported inside a command, so that ``impactlab --help`` answers at once.
+
+Exit codes: 0 done, 1 a run failed, 2 the input is wrong, 130 after Ctrl-C.
+"""
+
+from __future__ import annotations
+
+import sys
+
+import typer
+
+from impactlab.cli import benching, cases, parts, running
+from impactlab.cli.reporting import Left, print_failure
+
+app = typer.Typer(
+    name="impactlab",
+    help="Impacts on flexible rods: run a case, compare methods on it, see what each costs and how wrong it is.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+# In this order --help lists them.
+app.command()(running.run)
+app.command()(running.compare)
+app.command()(benching.bench)
+app.command()(cases.check)
+app.command()(cases.choose)
+app.command()(parts.schema)
+app.command(name="plugins")(parts.plugins_)
+app.command()(cases.cite)
+app.command()(cases.new)
+
+
+def main() -> None:
+    """Run the command line and leave with its exit code."""
+    try:
+        app()
+    except KeyboardInterrupt:
+        sys.exit(130)
+    except Left:
+        raise
+    except SystemExit as leaving:
+        if leaving.code == 2 and "--json" in sys.argv:  # typer has said on standard error what is wrong
+            from impactlab.errors import CaseError
+
+            print_failure(None, CaseError("the command line is wrong", remedy="See standard error, or --help."))
+        raise

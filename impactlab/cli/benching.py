@@ -1,0 +1,114 @@
+"""The command ``bench``: rows, table and report."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from impactlab.cli.options import Json
+from impactlab.cli.reporting import reporting
+
+
+def bench(
+    cases: Annotated[
+        list[Path] | None,
+        typer.Argument(metavar="[CASES]...", help="Case files; the suite if none is given.", show_default=False),
+    ] = None,
+    suite: Annotated[
+        str, typer.Option("--suite", metavar="NAME", help="standard: cases/*.yaml here; hard: cases/hard/*.yaml.")
+    ] = "standard",
+    grid: Annotated[
+        Path | None, typer.Option("--grid", metavar="FILE", help="A grid of one's own.", show_default=False)
+    ] = None,
+    methods: Annotated[
+        str | None,
+        typer.Option(
+            "--methods",
+            metavar="A,B,...",
+            help="Methods of the grid, own for those of the cases; all if not given.",
+            show_default=False,
+        ),
+    ] = None,
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder of the rows and the table.")] = Path(
+        "out/bench"
+    ),
+    jobs: Annotated[int, typer.Option("--jobs", metavar="N", min=0, help="Processes; 0 for one per core.")] = 1,
+    repeats: Annotated[int, typer.Option("--repeats", metavar="N", min=1, help="Of a timed run, at most.")] = 9,
+    no_timing: Annotated[bool, typer.Option("--no-timing", help="Leave out the times.")] = False,
+    time_limit: Annotated[
+        float, typer.Option("--time-limit", metavar="S", min=0.001, help="Seconds after which a run has hung.")
+    ] = 60.0,
+    no_report: Annotated[bool, typer.Option("--no-report", help="Leave out figures, tables and pages.")] = False,
+    table: Annotated[
+        Path | None,
+        typer.Option(
+            "--from", metavar="TABLE", help="Run nothing: draw the report of this table into DIR.", show_default=False
+        ),
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Speed against error: a grid of methods over cases, one table row per run. What is done is not done again."""
+    with reporting(None, as_json):
+        from impactlab import console
+
+        if table is not None:
+            with _made(out):
+                page = _draw_bench(out, table, jobs, suite)
+            if as_json:
+                console.answer({"schema_version": 1, "report": str(page)})
+            return
+        from impactlab.bench import grid as grids
+        from impactlab.bench.cells import case_files
+        from impactlab.bench.run import Options
+        from impactlab.bench.run import bench as run_bench
+
+        files = case_files(cases or [], suite)
+        names = [name.strip() for name in methods.split(",") if name.strip()] if methods is not None else None
+        families = grids.chosen(grids.read_grid(grid or grids.of_suite(suite)), names)
+        options = Options(jobs, repeats, not no_timing, time_limit)
+        console.say_if_compiling()
+        with console.progress() as show:
+            found = run_bench(files, suite, families, out, options, names, show, console.say)
+        counts = ", ".join(f"{count} {status}" for status, count in sorted(found.counts.items()))
+        console.say(f"written: {out / 'table.csv'}")
+        if not no_report:
+            _draw_bench(out, out / "table.csv", jobs, suite)
+        console.answer(found.document) if as_json else print(f"{len(found.cells)} rows: {counts}")
+
+
+@contextlib.contextmanager
+def _made(folder: Path) -> Iterator[None]:
+    """Make a folder where there is none; where nothing came of it, take it away again."""
+    missing = [each for each in (folder, *folder.parents) if not each.exists()]
+    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        yield
+    except BaseException:
+        for each in missing:
+            with contextlib.suppress(OSError):  # something stands in it
+                each.rmdir()
+        raise
+
+
+def _draw_bench(out: Path, table: Path, jobs: int, suite: str) -> Path:
+    """Draw the report of a table and return its page; nothing is timed any more: any number of processes may draw."""
+    from impactlab import console
+
+    if suite == "hard":
+        from impactlab.bench.report.stability import write_stability
+
+        count = write_stability(out, table)
+        console.say(f"written: {out / 'stability.html'}; violations: {count}")
+        return out / "stability.html"
+    from impactlab.bench.report.write import write_bench
+
+    console.say(f"drawing figures for {out} ...")
+    with console.progress() as show:
+        write_bench(out, table, jobs or os.cpu_count() or 1, lambda fraction: show("report", fraction))
+    console.say(f"written: {out / 'index.html'}")
+    return out / "index.html"

@@ -1,0 +1,101 @@
+"""The commands that look at a case: ``check``, ``choose``, ``cite`` and ``new``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, load
+from impactlab.cli.reporting import Left, reporting
+
+if TYPE_CHECKING:
+    from impactlab.errors import ImpactlabError
+
+
+def check(
+    case: CaseFile, sets: Sets = None, method: Method = None, variant: Variant = None, as_json: Json = False
+) -> None:
+    """Check a case and all its methods; print every value in SI, defaults filled in."""
+    with reporting(case, as_json):
+        from impactlab import api, console, simulate
+        from impactlab.errors import ImpactlabError
+
+        loaded = load(case, sets, method, variant)
+        names = (method,) if method is not None else loaded.method_names
+        plans: dict[str, dict[str, Any]] = {}
+        faults: list[tuple[str, ImpactlabError]] = []
+        chosen = loaded
+        for name in names:
+            try:
+                chosen = loaded if method is not None else loaded.method(name)
+                plan = simulate.prepare(chosen.scene())
+                warned = [warning._asdict() for warning in plan.warnings]
+                plans[name] = {"status": "accepted", "dt": plan.dt, "steps": plan.steps, "warnings": warned}
+            except ImpactlabError as error:
+                chosen.place(error)
+                faults.append((name, error))
+                plans[name] = api.failure(loaded.label, error)
+        document = {"schema_version": 1, "case": loaded.label, "resolved": loaded.resolved(), "methods": plans}
+        for name, fault in faults:
+            console.say(f"method {name}: {fault}")
+        console.answer(document) if as_json else print(console.tree_text(_brief(document)))
+        if faults:
+            raise Left(2)
+
+
+def choose(
+    case: CaseFile,
+    tolerance: Annotated[
+        float | None,
+        typer.Option("--tolerance", metavar="E", help="Relative error allowed; default that of the case, else 1e-3."),
+    ] = None,
+    sets: Sets = None,
+    variant: Variant = None,
+    as_json: Json = False,
+) -> None:
+    """Choose how to solve a case within a tolerance: all candidates, with predicted and measured errors and times."""
+    with reporting(case, as_json):
+        from impactlab import api, console
+        from impactlab.choice.ladder import choose as chosen
+        from impactlab.choice.text import ladder_text
+
+        loaded = load(case, sets, None, variant)
+        if tolerance is not None or loaded.scene().tolerance is None:
+            loaded = loaded.with_("solve.tolerance", 1e-3 if tolerance is None else tolerance)
+        console.say_if_compiling()
+        scene = loaded.scene()
+        document = chosen(loaded.label, scene, api.physics_of(loaded), scene.tolerance or 0.0)
+        console.answer(document) if as_json else print(ladder_text(document))
+
+
+def cite(case: CaseFile, method: Method = None, as_json: Json = False) -> None:
+    """Print the BibTeX entries of the parts that a case uses, and of its source."""
+    with reporting(case, as_json):
+        from impactlab import cite as citations
+        from impactlab import console
+
+        found = citations.cite(load(case, None, method))
+        if as_json:
+            console.answer({"schema_version": 1, "case": case.stem, "keys": list(found.keys), "bibtex": found.bibtex})
+        else:
+            print(found.bibtex)
+
+
+def new(name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the case.", show_default=False)]) -> None:
+    """Write NAME.yaml here: a commented case to start from."""
+    with reporting(None, as_json=False):
+        from impactlab import console
+        from impactlab.casefile.starter import write_starter
+
+        console.say(f"written: {write_starter(name, Path.cwd())}")
+
+
+def _brief(document: dict[str, Any]) -> dict[str, Any]:
+    """Leave the text of refusals to standard error."""
+    methods = {
+        name: {key: plan[key] for key in ("status", "dt", "steps") if key in plan}
+        for name, plan in document["methods"].items()
+    }
+    return {**{key: value for key, value in document["resolved"].items() if key != "methods"}, "methods": methods}

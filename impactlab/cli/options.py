@@ -1,0 +1,43 @@
+"""Arguments that several commands share, and the case that they name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from impactlab.casefile import Case
+
+CaseFile = Annotated[Path, typer.Argument(metavar="CASE", help="Case file: .yaml, .toml or .json.", show_default=False)]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on standard output, nothing else there.")]
+Out = Annotated[
+    Path | None,
+    typer.Option("--out", metavar="DIR", help="Write history and figures into this folder.", show_default=False),
+]
+Sets = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="PATH=VALUE", help="Change a value, as in solve.step.dt=1e-7.", show_default=False),
+]
+Method = Annotated[
+    str | None, typer.Option("--method", metavar="NAME", help="One of the methods of the case.", show_default=False)
+]
+
+Variant = Annotated[
+    str | None,
+    typer.Option("--variant", metavar="NAME", help="One of the variants of the case.", show_default=False),
+]
+
+
+def load(file: Path, sets: list[str] | None, method: str | None, variant: str | None = None) -> Case:
+    """Return the case that a command names, its variant and method chosen, its values set."""
+    from impactlab.casefile import load_case
+    from impactlab.casefile.edit import read_setting
+
+    loaded = load_case(file)
+    if variant is not None:
+        loaded = loaded.variant(variant)
+    if method is not None:
+        loaded = loaded.method(method)
+    return loaded.with_settings([read_setting(setting) for setting in sets]) if sets else loaded

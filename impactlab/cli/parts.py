@@ -1,0 +1,61 @@
+"""The commands that look at the parts installed: ``schema`` and ``plugins``."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from impactlab.cli.options import Json
+from impactlab.cli.reporting import Left, reporting
+
+
+def schema(
+    builtin: Annotated[bool, typer.Option("--builtin", help="Leave out the parts of plugins.")] = False,
+) -> None:
+    """Print the JSON schema of case files, with the fields of every installed part."""
+    with reporting(None, as_json=False):
+        from impactlab import console, plugins
+        from impactlab.casefile.jsonschema import case_schema
+
+        installed = plugins.registry()
+        console.answer(case_schema(installed.only("impactlab") if builtin else installed))
+
+
+def plugins_(
+    check_name: Annotated[
+        str | None,
+        typer.Option(
+            "--check",
+            metavar="NAME",
+            help="Run the contract suite of this part and measure it; law:NAME where two kinds share a name.",
+            show_default=False,
+        ),
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """List the installed models, contact laws and integrators, broken ones with the reason; or check one of them."""
+    with reporting(None, as_json):
+        from impactlab import console, plugins
+
+        if check_name is not None:
+            from impactlab.testing.verdict import verdict
+
+            console.say_if_compiling()
+            found = verdict(check_name, plugins.registry())
+            console.answer(found.document()) if as_json else print(console.verdict_text(found.document()))
+            if not found.ok:
+                raise Left(1)
+            return
+        listing = plugins.registry().listing()
+        if as_json:
+            console.answer({"schema_version": 1, "parts": [line._asdict() for line in listing]})
+            return
+        group = ""
+        for line in listing:
+            if line.group != group:
+                group = line.group
+                print(group)
+            print(
+                f"  {line.name:28} {'broken: ' + line.fault if line.fault else line.description}  [{line.distribution}]"
+            )

@@ -1,0 +1,64 @@
+"""How a command fails: one message on standard error, a JSON document if asked for, and an exit code."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import typer
+
+
+class Left(SystemExit):
+    """A command that reported its failure leaves with this."""
+
+
+@contextlib.contextmanager
+def reporting(case: Path | None, as_json: bool) -> Iterator[None]:
+    """Turn any failure inside into one message on standard error, a JSON document if asked for, and an exit code."""
+    try:
+        yield
+    except (typer.Exit, typer.Abort, BrokenPipeError):
+        raise
+    except KeyboardInterrupt as error:
+        _report(case, as_json, error, "interrupted")
+        raise Left(130) from None
+    except Exception as error:
+        if os.environ.get("IMPACTLAB_DEBUG"):
+            raise
+        _report(case, as_json, error, words(error))
+        raise Left(code_of(error)) from None
+
+
+def _report(case: Path | None, as_json: bool, error: BaseException, text: str) -> None:
+    from impactlab import console
+
+    console.say(text)
+    if as_json:
+        print_failure(case, error)
+
+
+def print_failure(case: Path | None, error: BaseException) -> None:
+    """Print the JSON document of a command that failed."""
+    from impactlab.api import failure
+    from impactlab.console import answer
+
+    answer(failure(case.stem if case is not None else "", error))
+
+
+def words(error: BaseException) -> str:
+    """Return what a person is told of an error."""
+    from impactlab.errors import ImpactlabError
+
+    if isinstance(error, ImpactlabError):
+        return str(error)
+    text = f"{type(error).__name__}: {str(error)[:500]}"
+    return f"{text}\nThis came out of a part or of impactlab itself; IMPACTLAB_DEBUG=1 shows where."
+
+
+def code_of(error: BaseException) -> int:
+    """Return the exit code of an error."""
+    from impactlab.errors import ImpactlabError, StepError
+
+    return 2 if isinstance(error, ImpactlabError) and not isinstance(error, StepError) else 1

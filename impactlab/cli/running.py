@@ -1,0 +1,103 @@
+"""The commands that run a case: ``run`` and ``compare``."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import typer
+
+from impactlab.cli.options import CaseFile, Json, Method, Out, Sets, Variant, load
+from impactlab.cli.reporting import Left, code_of, reporting, words
+
+
+def run(
+    case: CaseFile,
+    sets: Sets = None,
+    method: Method = None,
+    variant: Variant = None,
+    out: Out = None,
+    reference: Annotated[
+        bool,
+        typer.Option("--reference", help="Where no exact answer serves, take the time for a converged one."),
+    ] = False,
+    as_json: Json = False,
+) -> None:
+    """Run one case: its summary on the screen, history and figures in DIR."""
+    with reporting(case, as_json):
+        from impactlab import api, console, output
+        from impactlab.reference import CHEAP, THOROUGH
+
+        loaded = load(case, sets, method, variant)
+        if out is not None:
+            output.check_target(out)
+        with console.progress() as show:
+
+            def tell(fraction: float) -> None:
+                if fraction == 0.0:  # nothing stands against the run any more
+                    console.say_if_compiling()
+                show(loaded.label, fraction)
+
+            history = api.run(loaded, tell)
+        summary, judge = api.summarised(loaded, history, THOROUGH if reference else CHEAP)
+        if out is not None:
+            from impactlab.report.run_report import write_run
+
+            console.say(f"drawing figures for {out} ...")
+            with output.output_folder(out) as draft:
+                write_run(draft, summary, history, loaded.scene(), judge, loaded.title, loaded.source)
+            console.say(f"written: {out}")
+        console.answer(summary) if as_json else print(console.summary_text(summary))
+
+
+def compare(
+    case: CaseFile,
+    methods: Annotated[
+        str | None,
+        typer.Option("--methods", metavar="A,B,...", help="Methods to run; default base and all.", show_default=False),
+    ] = None,
+    sets: Sets = None,
+    variant: Variant = None,
+    out: Out = None,
+    as_json: Json = False,
+) -> None:
+    """Run several methods on one case: one table, one set of figures, errors against the exact answer."""
+    with reporting(case, as_json):
+        from impactlab import api, console, output
+
+        loaded = load(case, sets, None, variant)
+        names = [name.strip() for name in methods.split(",") if name.strip()] if methods is not None else None
+        if out is not None:
+            output.check_target(out)
+        console.say_if_compiling()
+        with console.progress() as show:
+            comparison = api.compare(loaded, names, show)
+        for row in comparison.rows:
+            if row.error is not None:
+                console.say(f"{row.name} {row.summary['status']}: {words(row.error)}")
+        code = _code_of_rows(comparison)
+        document = comparison.document
+        if out is not None and code == 0:
+            from impactlab.report.compare_report import write_comparison
+
+            console.say(f"drawing figures for {out} ...")
+            with output.output_folder(out) as draft:
+                write_comparison(
+                    draft,
+                    document,
+                    comparison.histories,
+                    loaded.scene(),
+                    comparison.reference,
+                    loaded.title,
+                    loaded.source,
+                    comparison.references,
+                )
+            console.say(f"written: {out}")
+        console.answer(document) if as_json else print(comparison)
+        if code:
+            raise Left(code)
+
+
+def _code_of_rows(comparison: Any) -> int:
+    """A comparison is done if any method ended; otherwise it fails as its first method did."""
+    errors = [row.error for row in comparison.rows if row.error is not None]
+    return code_of(errors[0]) if errors and len(errors) == len(comparison.rows) else 0
