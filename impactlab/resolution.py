@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 
+from impactlab.contact_facts import impedance_of, stiffness_of, striker_of
 from impactlab.history import AbstractHistory, Warned
 from impactlab.scene import Contact, Mass, Rod, Scene, Wall
-from impactlab.sides import segment_at, side_facts
 from impactlab.stepping.preparation import BuiltBody
 
 COARSE = 0.25  # of a contact's time: a position is then known to about a quarter of what the contact moves
@@ -46,32 +46,6 @@ def apart(scene: Scene, built: Mapping[str, BuiltBody], contact: Contact, dt: fl
         if isinstance(scene.bodies[point.body], Rod) and built[point.body].system.highest_frequency > 0.0:
             times.append(math.pi / built[point.body].system.highest_frequency)
     return max(times)
-
-
-def stiffness_of(scene: Scene, contact: Contact) -> float | None:
-    """Return the stiffness of a contact [N/m], inf where it is hard, None where it is no spring."""
-    if contact.law.hard:
-        return math.inf
-    constants = contact.law.spring(side_facts(scene, contact.left), side_facts(scene, contact.right), math.nan)
-    return None if constants is None else constants[0]
-
-
-def impedance_of(scene: Scene, contact: Contact) -> float:
-    """Return the impedance that a contact works against [N s/m]: of its rods in series, inf without one."""
-    yields = 0.0
-    for point in (contact.left, contact.right):
-        body = scene.bodies[point.body]
-        if isinstance(body, Rod):
-            ends = 1.0 if point.x in (0.0, body.length) else 2.0
-            yields += 1.0 / (ends * segment_at(body.segments, point.x).impedance)
-    return math.inf if yields == 0.0 else 1.0 / yields
-
-
-def striker_of(scene: Scene, contact: Contact) -> float:
-    """Return the mass of the rigid bodies of a contact as one [kg]; inf where no mass meets it."""
-    bodies = [scene.bodies[point.body] for point in (contact.left, contact.right)]
-    shares = sum(1.0 / body.mass for body in bodies if isinstance(body, Mass))
-    return 1.0 / shares if shares > 0.0 else math.inf
 
 
 def _too_coarse(

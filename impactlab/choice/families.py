@@ -7,15 +7,12 @@ trial of two resolutions corrects them, so they decide how many trials are neede
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from impactlab.choice.times import echoes, rise_time
-from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.power_law import Hertz
 from impactlab.described import (
-    described,
     has_one_answer,
     is_a_delay_line,
     is_coupled,
@@ -23,13 +20,17 @@ from impactlab.described import (
     shortest_transit,
     without_places,
 )
+from impactlab.descriptions import (
+    ORDINARY,
+    as_consistent_mesh,
+    as_delay_line,
+    as_lumped_mesh,
+    as_rigid_bodies,
+    as_waves,
+    is_special,
+)
 from impactlab.errors import CaseError, PairingError
-from impactlab.integrators.central_difference import CentralDifference
-from impactlab.integrators.exact_modal import ExactModal
-from impactlab.integrators.midpoint import Midpoint
-from impactlab.models.continuous import Continuous
-from impactlab.models.finite_element import FiniteElement
-from impactlab.scene import Mass, Rod, Scene, StepRule
+from impactlab.scene import Mass, Rod, Scene
 
 EXACT_ERROR = 1e-9  # told of the exact solver, which is good to 1e-12 but for instants near a grazing touch
 FIXED_S = 1.5e-4  # s, that any stepped run takes
@@ -54,6 +55,8 @@ class Family:
     setup_s: float  # predicted
     doubt: float = 1.0  # by which its predicted cost is raised where families are compared: how rough its facts are
     coarsest: int = 16  # coarser pairs show no order yet
+    witness: Callable[[int], Scene] | None = None  # the same off the special step, where the family has that
+    witness_error: Callable[[int], float] = lambda _n: 0.0  # at most, of the witness
     finest: int = 10_000_000
 
     def words(self, fineness: int) -> str:
@@ -100,11 +103,11 @@ def exact_cost(scene: Scene) -> float:
 def exact(scene: Scene) -> Family:
     """Return the exact solver; raises `CaseError` or `PairingError` with the reason where it does not serve."""
     seconds = exact_cost(scene)
-    as_waves = described(scene, Continuous(), None, StepRule(points_per_period=10.0), AdditionDeletion())
+    waves = as_waves(scene)
     return Family(
         "continuous, from event to event",
         "",
-        lambda _n: as_waves,
+        lambda _n: waves,
         lambda _n: seconds,
         lambda _n: EXACT_ERROR,
         0.0,
@@ -128,14 +131,8 @@ def stepped(scene: Scene) -> Iterator[Family]:
     coupled = any(is_coupled(rod) for rod in rods)
     jumps = hard or bool(scene.loaded_ends)  # of velocity, at a touch or where a force sets in: fronts on the mesh
     if not coupled:
-        yield _explicit(scene, jumps, 1.0 if jumps and _is_special(scene) else 0.95)
+        yield _explicit(scene, jumps, 1.0 if jumps and is_special(scene) else ORDINARY)
     yield _implicit(scene, jumps)
-
-
-def _is_special(scene: Scene) -> bool:
-    """Return whether waves go one element in a step on every rod of the scene, whatever the number of elements."""
-    ways = [segment.length / segment.wave_speed for rod in rods_of(scene) for segment in rod.segments]
-    return max(ways) - min(ways) <= 1e-9 * max(ways)
 
 
 def _rise(scene: Scene) -> float:
@@ -147,9 +144,7 @@ def _rigid(scene: Scene) -> Family:
     return Family(
         "rigid bodies",
         "steps",
-        lambda n: dataclasses.replace(
-            scene, integrator=ExactModal(), step=StepRule(dt=duration / n), events="dated", tolerance=None
-        ),
+        lambda n: as_rigid_bodies(scene, n),
         lambda n: FIXED_S + 2.5e-7 * n,
         lambda n: (duration / n) ** 2 / (rise * duration),
         order=2.0,
@@ -167,7 +162,7 @@ def _delay_line(scene: Scene) -> Family:
     return Family(
         "stepped delay line",
         "steps in the shortest transit",
-        lambda n: described(scene, Continuous(), None, StepRule(dt=shortest / n)),
+        lambda n: as_delay_line(scene, n),
         lambda n: FIXED_S + 2e-7 * (1 + rods) * n * scene.duration / shortest,
         lambda n: factor * (shortest / n) ** 2 / (rise * scene.duration),
         order=2.0,
@@ -178,7 +173,8 @@ def _delay_line(scene: Scene) -> Family:
 
 def _explicit(scene: Scene, jumps: bool, courant: float) -> Family:
     rods, shortest, rise = len(rods_of(scene)), shortest_transit(scene), _rise(scene)
-    if jumps and courant == 1.0:
+    special = jumps and courant == 1.0
+    if special:
         # An opening falls between two steps now here, now there: an error may be nearly that of half the fineness.
         order, factor, safety = 2.0, 6.0, 4.0
     elif jumps:
@@ -193,15 +189,15 @@ def _explicit(scene: Scene, jumps: bool, courant: float) -> Family:
     return Family(
         f"lumped mesh, central difference at courant {courant:g}",
         "elements a rod",
-        lambda n: described(
-            scene, FiniteElement(n, "lumped"), CentralDifference(), StepRule(courant=courant), AdditionDeletion()
-        ),
+        lambda n: as_lumped_mesh(scene, n, courant),
         lambda n: FIXED_S + (1.5e-7 + 0.9e-9 * rods * n) * n * scene.duration / (courant * shortest),
         error,
         order,
         safety,
         setup_s=SETUP_MESH_S,
         doubt=1.5,
+        witness=(lambda n: as_lumped_mesh(scene, n, ORDINARY)) if special else None,
+        witness_error=lambda n: 6.0 * shortest / n / scene.duration,
     )
 
 
@@ -219,7 +215,7 @@ def _implicit(scene: Scene, jumps: bool) -> Family:
     return Family(
         "consistent mesh, midpoint rule at courant 1/2",
         "elements a rod",
-        lambda n: described(scene, FiniteElement(n), Midpoint(), StepRule(courant=0.5), AdditionDeletion()),
+        lambda n: as_consistent_mesh(scene, n),
         lambda n: FIXED_S + (3e-7 + 7e-9 * len(rods) * n) * 2.0 * n * scene.duration / shortest,
         error,
         2.0 if not jumps or damped > 0.0 else 1.0,

@@ -259,7 +259,7 @@ def _judge(search: Search, tolerance: float) -> None:
     order = family.order
     if len(trials) > 2:
         order = max(0.3, min(order, order_seen(steps[-2:], ratios[-2:])))
-    finest = remainder(steps[-1], ratios[-1], order)
+    finest = max(remainder(steps[-1], ratios[-1], order), _beyond_witness(search) / family.safety)
     errors = [finest]
     for step in reversed(steps):
         errors.append(errors[-1] + step)
@@ -282,6 +282,21 @@ def _judge(search: Search, tolerance: float) -> None:
         search.closed = DONE
     if len(trials) > MOST_TRIALS or (not met and trials[-1].fineness >= family.finest):
         search.closed = "does not converge to the tolerance"
+
+
+def _beyond_witness(search: Search) -> float:
+    """Return how much further the finest run lies from one off the special step than that one may be wrong.
+
+    Runs with c dt = h share what flatters them, so two of them may agree by luck: the third must not contradict them.
+    """
+    from impactlab import simulate
+
+    family, finest = search.family, search.trials[-1]
+    if family.witness is None:
+        return 0.0
+    scene = family.witness(finest.fineness)
+    apart = difference(finest.history, simulate.run(scene, told=False), scene)
+    return apart if apart > family.witness_error(finest.fineness) else 0.0
 
 
 def _words_of_estimate(family: Family, history: AbstractHistory) -> str:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from impactlab.contact.power_law import AbstractHystereticLaw, Hertz
+from impactlab.contact_facts import impedance_of, stiffness_of
 from impactlab.scene import Contact, Mass, Point, Rod, Scene
-from impactlab.sides import side_facts
 
 MOST_ECHOES = 1e7
 
@@ -36,15 +36,14 @@ def rise_time(scene: Scene, contact: Contact) -> float:
     the tangent at the indentation that brings the bodies to the same speed. A hard one rises at once, and then falls as
     the mass gives its momentum to the waves, M/Z.
     """
-    facts = [side_facts(scene, point) for point in (contact.left, contact.right)]
     masses = [mass for mass in (_mass_at(scene, point) for point in (contact.left, contact.right)) if mass > 0.0]
     mass = 1.0 / sum(1.0 / each for each in masses) if masses and min(masses) < math.inf else math.inf
-    give = sum(1.0 / side.impedance for side in facts if side.impedance > 0.0)
+    give = 1.0 / impedance_of(scene, contact)
     if contact.law.hard:
         return min(scene.duration, mass * give) if give > 0.0 else scene.duration
     if contact.law.is_spring:
-        constants = contact.law.spring(facts[0], facts[1], math.nan)
-        stiffness = constants[0] if constants is not None else math.nan
+        known = stiffness_of(scene, contact)
+        stiffness = math.nan if known is None else known
     elif isinstance(contact.law, Hertz | AbstractHystereticLaw):
         stiffness = _tangent(contact.law.stiffness, contact.law.exponent, speed_of(scene), mass, give)
     else:

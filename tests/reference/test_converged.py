@@ -10,7 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from impactlab import metrics, reference
+from impactlab import metrics, reference, simulate
 from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.penalty import Penalty
 from impactlab.contact.power_law import Hertz, HuntCrossley
@@ -253,3 +253,25 @@ def test_a_metric_that_stands_still_is_not_hidden_by_one_that_converges_fast():
 )
 def test_uncertainty_is_the_remainder_of_what_shrinks(coarse, fine, wanted):
     assert reference.uncertainty(coarse, fine) == pytest.approx(wanted)
+
+
+def explicit_way(scene):
+    return reference._explicit(scene, 1)
+
+
+def test_an_answer_from_the_special_step_is_held_against_an_ordinary_one():
+    """Two answers with c dt = h may agree by luck; the wrong one here is that of a mass two per cent heavier."""
+    scene = struck(AdditionDeletion(), damping=Rayleigh(mass=500.0))
+    right = simulate.run(explicit_way(scene).scene(400))
+    heavier = dataclasses.replace(scene, bodies=scene.bodies | {"hammer": Mass("hammer", 1.02 * M, V0)})
+    lucky = simulate.run(explicit_way(heavier).scene(400))
+    told = dict.fromkeys(reference.JUDGED, 1e-5)
+    kept, doubted = (
+        reference._witnessed(reference.Reference(reference.CONVERGED, history, 1e-5, told), explicit_way(scene), 400)
+        for history in (right, lucky)
+    )
+    assert kept.uncertainty == 1e-5
+    # How far the two answers are apart, but for the mesh of the witness.
+    apart = max(getattr(metrics, name)(lucky, right, scene) for name in reference.JUDGED)
+    assert doubted.uncertainty == pytest.approx(apart, rel=0.3)
+    assert doubted.uncertainties["impulse"] == doubted.uncertainty

@@ -1,0 +1,34 @@
+"""What a contact works with and against: its stiffness, the impedance and the masses behind its faces."""
+
+from __future__ import annotations
+
+import math
+
+from impactlab.scene import Contact, Mass, Rod, Scene
+from impactlab.sides import segment_at, side_facts
+
+
+def stiffness_of(scene: Scene, contact: Contact) -> float | None:
+    """Return the stiffness of a contact [N/m], inf where it is hard, None where it is no spring."""
+    if contact.law.hard:
+        return math.inf
+    constants = contact.law.spring(side_facts(scene, contact.left), side_facts(scene, contact.right), math.nan)
+    return None if constants is None else constants[0]
+
+
+def impedance_of(scene: Scene, contact: Contact) -> float:
+    """Return the impedance that a contact works against [N s/m]: of its rods in series, inf without one."""
+    yields = 0.0
+    for point in (contact.left, contact.right):
+        body = scene.bodies[point.body]
+        if isinstance(body, Rod):
+            ends = 1.0 if point.x in (0.0, body.length) else 2.0
+            yields += 1.0 / (ends * segment_at(body.segments, point.x).impedance)
+    return math.inf if yields == 0.0 else 1.0 / yields
+
+
+def striker_of(scene: Scene, contact: Contact) -> float:
+    """Return the mass of the rigid bodies of a contact as one [kg]; inf where no mass meets it."""
+    bodies = [scene.bodies[point.body] for point in (contact.left, contact.right)]
+    shares = sum(1.0 / body.mass for body in bodies if isinstance(body, Mass))
+    return 1.0 / shares if shares > 0.0 else math.inf
