@@ -1,0 +1,85 @@
+"""The next event of a junction, compiled: the first fall of a force or of a gap over one interval."""
+
+from __future__ import annotations
+
+from impactlab.exact.kernel import DEPTH, PART, ZERO, first_fall
+from impactlab.exact.memory import Memory
+
+CLOSE, OPEN = 1, 0
+ROUNDED = 1.0e-14  # of displacements and velocities: how far rounding may have moved them
+
+
+@PART
+def rounded_force(m: Memory, j: int, c: int, n: int) -> float:
+    """Return the force below which contact c has none [N]; a stiff spring makes one of rounded displacements."""
+    state, junction, contact = m.state[0], m.junctions[j], m.contacts[c]
+    none = ZERO * state.fastest * contact.impedance
+    if contact.stiffness >= 0.0:
+        base, nodes = junction.first_node, junction.last_node - junction.first_node
+        reach = abs(contact.gap)
+        for k in range(n):
+            reach += abs(m.rows[nodes + contact.left - base, k]) + abs(m.rows[nodes + contact.right - base, k])
+        none += ROUNDED * (contact.stiffness * reach + contact.damping * state.fastest)
+    return float(none)
+
+
+@PART
+def yielding(m: Memory, c: int) -> float:
+    """Return how much larger the force of contact c would be on faces that did not give way to it, less 1."""
+    contact = m.contacts[c]
+    more = 0.0
+    for side in (contact.left, contact.right):
+        group = m.nodes[m.nodes[side].group]
+        if group.group_mass == 0.0:
+            more += contact.damping / group.drag
+    return float(more)
+
+
+@PART
+def next_event(m: Memory, j: int, n: int) -> float:
+    """Return the place in [-1, 1] of the first event, 2 for none; the state holds its contact (or -1) and kind."""
+    state, junction = m.state[0], m.junctions[j]
+    base = junction.first_node
+    nodes = junction.last_node - base
+    first_force = 2 * nodes + 2 * (junction.last_end - junction.first_end)
+    place = 2.0
+    no_gap = ZERO * state.farthest
+    trial = m.stack[DEPTH]
+    for c in range(junction.first_contact, junction.last_contact):
+        contact = m.contacts[c]
+        a, b = contact.left - base, contact.right - base
+        no_force = rounded_force(m, j, c, n)
+        force = m.rows[first_force + c - junction.first_contact]
+        if contact.closed == 1 and contact.stiffness < 0.0 and m.nodes[contact.left].bare == 1:
+            total = 0.0
+            for k in range(n):
+                total += abs(force[k])
+            if total <= no_force:  # faces that rest on each other without force are apart
+                state.contact, state.kind = c, OPEN
+                return -1.0
+        gap = contact.gap + m.nodes[contact.right].u - m.nodes[contact.left].u
+        # what falls: the force; or the gap; or, of an unloaded spring still behind its contact, both ways out of it,
+        # as it takes load again or the gap opens
+        behind = contact.closed == 0 and gap < -no_gap and contact.stiffness >= 0.0
+        for way in range(2 if behind else 1):
+            floor = no_gap
+            if contact.closed == 1:
+                floor = no_force
+                for k in range(n):
+                    trial[k] = force[k]
+            else:
+                sign = -1.0 if behind else 1.0
+                for k in range(n):
+                    trial[k] = sign * (m.rows[nodes + b, k] - m.rows[nodes + a, k])
+                trial[0] += sign * contact.gap
+            if way == 1:
+                floor = no_force * (1.0 + yielding(m, c))
+                for k in range(n):
+                    pull = contact.damping * (m.rows[b, k] - m.rows[a, k])
+                    trial[k] = pull - contact.stiffness * trial[k]
+            x = first_fall(trial, n, floor, m.stack)
+            if x < place:
+                place = x
+                state.contact = -1 if behind and way == 0 else c
+                state.kind = CLOSE if contact.closed == 0 and not (behind and way == 0) else OPEN
+    return place

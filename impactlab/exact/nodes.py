@@ -1,0 +1,186 @@
+"""The nodes of a junction over one interval, compiled: what they are joined to, how they move, and the record of it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from impactlab.exact.kernel import (
+    CHOP,
+    EASY,
+    EASY_RATE,
+    HALF_ORDER,
+    ORDER,
+    PART,
+    RESOLVED,
+    ROOM,
+    chopped,
+    integrate,
+    relax,
+)
+from impactlab.exact.memory import Memory
+from impactlab.pointers import call
+from impactlab.types import Array
+
+
+@PART
+def group_nodes(m: Memory, j: int, longest: int) -> bool:
+    """Join the nodes that hard contacts hold together, with their masses and loads; return whether springs act."""
+    state, junction = m.state[0], m.junctions[j]
+    base = junction.first_node
+    tied = False
+    for i in range(base, junction.last_node):
+        node = m.nodes[i]
+        node.group, node.group_mass, node.drag = i, 0.0, 0.0
+        for k in range(ROOM):
+            m.load[i - base, k] = 0.0
+    for c in range(junction.first_contact, junction.last_contact):
+        contact = m.contacts[c]
+        if contact.closed == 1:
+            if contact.stiffness >= 0.0:
+                tied = True
+            else:
+                old, new = m.nodes[contact.right].group, m.nodes[contact.left].group
+                for i in range(base, junction.last_node):
+                    if m.nodes[i].group == old:
+                        m.nodes[i].group = new
+    for i in range(base, junction.last_node):
+        node = m.nodes[i]
+        group = m.nodes[node.group]
+        group.group_mass += node.mass
+        group.drag += node.dashpot
+        m.load[node.group - base, 0] += node.push - node.spring * node.u
+        if node.mass < np.inf:
+            m.load[node.group - base, 0] += node.mass * state.gravity
+            tied = tied or node.spring > 0.0
+    for e in range(junction.first_end, junction.last_end):
+        end = m.ends[e]
+        g = m.nodes[end.node].group
+        m.nodes[g].drag += end.impedance
+        for k in range(longest):
+            m.load[g - base, k] += 2.0 * end.impedance * m.waves[e - junction.first_end, k]
+    return tied
+
+
+@PART
+def tail(a: Array, n: int) -> float:
+    """Return the size of the last three of n coefficients."""
+    return float(abs(a[n - 1]) + abs(a[n - 2]) + abs(a[n - 3]))
+
+
+@PART
+def solve_nodes(m: Memory, j: int, half: float, longest: int) -> int:
+    """Write the velocities of the nodes of junction j; return their number of coefficients, 0 where not resolved."""
+    state, junction = m.state[0], m.junctions[j]
+    base = junction.first_node
+    tied = group_nodes(m, j, longest)
+    used = longest
+    for i in range(base, junction.last_node):
+        node = m.nodes[i]
+        mass = m.nodes[node.group].group_mass
+        node.bare = 1 if mass == 0.0 or mass == np.inf else 0
+        node.place = -1
+        for k in range(ROOM):
+            m.rows[i - base, k] = 0.0
+            m.rows[i - base + junction.last_node - base, k] = 0.0
+    if tied:
+        call(m.coupled, m, j, half)
+        if state.resolved == 0:
+            return 0
+        used = ORDER
+    else:
+        for i in range(base, junction.last_node):
+            node = m.nodes[i]
+            group = m.nodes[node.group]
+            load, out = m.load[node.group - base], m.rows[node.group - base]
+            if group.group_mass == 0.0 and i == node.group:
+                for k in range(longest):
+                    out[k] = load[k] / group.drag
+            elif group.group_mass < np.inf and node.mass > 0.0:
+                for k in range(longest):
+                    load[k] *= half / group.group_mass
+                rate = half * group.drag / group.group_mass
+                order = HALF_ORDER if longest <= EASY and rate <= EASY_RATE else ORDER
+                relax(rate, load, node.v, order, out, m.stack)
+                if order < ORDER and tail(out, order) > CHOP * state.fastest:
+                    order = ORDER
+                    relax(rate, load, node.v, order, out, m.stack)
+                if tail(out, order) > RESOLVED * state.fastest:
+                    return 0
+                used = max(used, order)
+    n = 1
+    for i in range(base, junction.last_node):
+        out, source = m.rows[i - base], m.rows[m.nodes[i].group - base]
+        for k in range(used):
+            out[k] = source[k]
+        n = max(n, chopped(out, used, CHOP * state.fastest))
+    return n
+
+
+@PART
+def balance(m: Memory, j: int, c: int, n: int, force: Array) -> None:
+    """Write the force of a hard contact: what all else on its bare face takes, rods, what holds it, other contacts."""
+    junction = m.junctions[j]
+    base, first_end = junction.first_node, junction.first_end
+    nodes, ends = junction.last_node - base, junction.last_end - first_end
+    contact = m.contacts[c]
+    side = 1.0 if contact.face == contact.right else -1.0
+    face, at = m.nodes[contact.face], contact.face - base
+    for k in range(n + 1):
+        force[k] = side * (face.spring * m.rows[nodes + at, k] + face.dashpot * m.rows[at, k])
+    force[0] -= side * face.push
+    for e in range(ends):
+        end = m.ends[first_end + e]
+        if end.node == contact.face:
+            z = side * end.impedance
+            for k in range(n):
+                force[k] += z * (m.rows[2 * nodes + e, k] - m.waves[e, k])
+    for other in range(junction.first_contact, c):  # the forces of the others of this face were found before
+        there = m.contacts[other]
+        if there.left == contact.face or there.right == contact.face:
+            push = side if there.left == contact.face else -side
+            row = m.rows[2 * (nodes + ends) + other - junction.first_contact]
+            for k in range(n + 1):
+                force[k] += push * row[k]
+
+
+@PART
+def fill_rows(m: Memory, j: int, half: float, longest: int, n: int) -> int:
+    """Write all rows of a record after the velocities of its nodes; return the number of coefficients."""
+    junction = m.junctions[j]
+    base, first_end = junction.first_node, junction.first_end
+    nodes, ends = junction.last_node - base, junction.last_end - first_end
+    n = max(n, longest)
+    for i in range(nodes):
+        node = m.nodes[base + i]
+        m.rows[i, n] = 0.0
+        if m.nodes[node.group].place < 0:
+            integrate(m.rows[i], n, half, node.u, m.rows[nodes + i])
+        elif node.group != base + i:
+            for k in range(n + 1):
+                m.rows[nodes + i, k] = m.rows[nodes + node.group - base, k]
+    for i in range(nodes):
+        node = m.nodes[base + i]
+        if m.nodes[node.group].place >= 0:  # what springs tie has its displacement from them
+            m.rows[nodes + i, 0] += node.u
+    for e in range(ends):
+        end = m.ends[first_end + e]
+        row, v, wave = m.rows[2 * nodes + e], m.rows[end.node - base], m.waves[e]
+        for k in range(n):
+            row[k] = v[k] - wave[k]
+        row[n] = 0.0
+        integrate(row, n, half, end.carried, m.rows[2 * nodes + ends + e])
+    for c in range(junction.first_contact, junction.last_contact):
+        contact = m.contacts[c]
+        force = m.rows[2 * (nodes + ends) + c - junction.first_contact]
+        for k in range(n + 1):
+            force[k] = 0.0
+        if contact.closed == 1:
+            a, b = contact.left - base, contact.right - base
+            if contact.stiffness >= 0.0:
+                for k in range(n + 1):
+                    force[k] = contact.stiffness * (m.rows[nodes + a, k] - m.rows[nodes + b, k])
+                    force[k] += contact.damping * (m.rows[a, k] - m.rows[b, k])
+                force[0] -= contact.stiffness * contact.gap
+            else:
+                balance(m, j, c, n, force)
+    return n + 1
