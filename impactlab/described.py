@@ -68,6 +68,11 @@ def rods_of(scene: Scene) -> list[Rod]:
     return [body for body in scene.bodies.values() if isinstance(body, Rod)]
 
 
+def beams_of(scene: Scene) -> list[str]:
+    """Return the names of the elastic bodies that are no rods."""
+    return [name for name, body in scene.bodies.items() if isinstance(body, ElasticBody) and not isinstance(body, Rod)]
+
+
 def on_end(body: Body, point: Point | Probe) -> bool:
     """Return whether a place is no inner point of a rod or a beam."""
     return not isinstance(body, ElasticBody) or point.x in (0.0, body.length)

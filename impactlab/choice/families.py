@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from impactlab.choice.times import echoes, rise_time
 from impactlab.contact.power_law import Hertz
 from impactlab.described import (
+    beams_of,
     has_one_answer,
     is_a_delay_line,
     is_coupled,
@@ -233,6 +234,8 @@ def _damping_time(scene: Scene, name: str) -> float:
 def serving(scene: Scene) -> tuple[list[Family], str]:
     """Return the families that serve a scene, and why the exact solver does not ("" where it does)."""
     families, why = [], ""
+    if beams := beams_of(scene):
+        return [], f"what is known of descriptions is of rods, and '{beams[0]}' is a beam"
     try:
         families.append(exact(scene))
     except (CaseError, PairingError) as error:

@@ -20,8 +20,24 @@ from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.penalty import Penalty
 from impactlab.contact.power_law import Hertz, HuntCrossley
 from impactlab.contact.wave_identification import WaveIdentification
+from impactlab.errors import CaseError
 from impactlab.models.continuous import Continuous
-from impactlab.scene import Contact, End, Mass, Point, Probe, Rayleigh, Rod, Scene, Segment, StepRule, Wall
+from impactlab.models.finite_element import FiniteElement
+from impactlab.scene import (
+    Beam,
+    BeamSegment,
+    Contact,
+    End,
+    Mass,
+    Point,
+    Probe,
+    Rayleigh,
+    Rod,
+    Scene,
+    Segment,
+    StepRule,
+    Wall,
+)
 
 SEGMENT = Segment(0.3, 9e-4, 2.1e11, 7900.0)
 TWO = (Segment(0.1, 9e-4, 2.1e11, 7900.0), Segment(0.2, 5e-4, 7e10, 2700.0))
@@ -285,3 +301,15 @@ def test_two_runs_with_the_special_step_do_not_stand_for_each_other():
     apart = difference(simulate.run(lucky.scene(800)), simulate.run(mesh.scene(800)), damped)
     assert expected[0] < 1e-3
     assert expected[1] >= 0.9 * apart > 3e-3
+
+
+def test_beams_are_not_chosen_for():
+    """Nothing is known of their errors: a family of rods or of rigid bodies would refine the step alone."""
+    segment = BeamSegment(length=1.0, area=3e-4, inertia=8e-9, young=2.1e11, density=7850.0)
+    beam = Beam("beam", (segment,), End("clamped"), End("clamped"), model=FiniteElement(20))
+    contact = Contact(Point("ball", 0.0, "ball"), Point("beam", 0.5, "beam"), 0.0, Hertz(1e8))
+    bodies = {"ball": Mass("ball", 0.1, 1.0), "beam": beam}
+    scene = Scene("s", bodies, (contact,), 1e-3, None, StepRule(points_per_period=10.0))
+    assert reference.find(scene) is None
+    with pytest.raises(CaseError, match="'beam' is a beam"):
+        simulate.run(dataclasses.replace(scene, tolerance=1e-3))
