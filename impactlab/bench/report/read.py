@@ -119,8 +119,6 @@ def read_table(path: Path) -> tuple[Row, ...]:
         If the file is not the table of a bench; the message names the line and the column.
     """
     path = Path(path)
-    if not path.exists():
-        raise CaseError(f"there is no table {str(path)!r}", remedy="Give the table.csv of a bench.")
     reader = csv.DictReader(io.StringIO(_text(path), newline=""))
     missing = [name for name in NEEDED if name not in (reader.fieldnames or ())]
     if missing:
