@@ -140,6 +140,15 @@ def test_the_columns_stand_in_their_order_and_a_new_metric_joins() -> None:
     assert names[-5:] == ("code", "machine", "python", "numpy", "scipy", "numba")[-5:]
 
 
+def test_a_number_of_numpy_is_a_number_in_the_table(case: Case) -> None:
+    """A run that failed at an instant that numpy worked out left ``np.float64(0.25)``, and the table was unreadable."""
+    known = records(case)
+    known["ax1"]["summary"]["status"] = "failed"
+    known["ax1"]["summary"]["reached"] = {"time": np.float64(0.25)}
+    [row] = csv.DictReader(io.StringIO(table.as_csv(table.rows(CELLS[:1], known, {}))))
+    assert row["reached_time"] == "0.25"
+
+
 def test_the_document_has_the_summaries_under_the_names_of_the_cells(case: Case) -> None:
     document = table.document("standard", CELLS, records(case), {})
     assert document["schema_version"] == 1
