@@ -20,7 +20,7 @@ from impactlab.casefile import Case
 from impactlab.history import ContactSpan
 from impactlab.reference import Reference
 from impactlab.report import style
-from impactlab.scene import Rod, Scene, Wall
+from impactlab.scene import ElasticBody, Rod, Scene, Wall
 
 HERE = Path(__file__).resolve().parent
 CASES = HERE.parent / "cases"
@@ -111,8 +111,8 @@ def leaves(line: Line) -> str:
     for name, body in line.scene.bodies.items():
         if isinstance(body, Wall) or body.velocity == 0.0:
             continue
-        ends = (body.left, body.right) if isinstance(body, Rod) else ()
-        if any(end.kind in ("clamped", "spring", "dashpot") for end in ends):
+        ends = (body.left, body.right) if isinstance(body, ElasticBody) else ()
+        if any(end.kind not in ("free", "mass") for end in ends):
             return "-"
         mass = body.mass + sum(end.value for end in ends if end.kind == "mass")
         velocity = float(history.evaluate([history.duration], f"momentum:{name}")[0]) / mass

@@ -9,7 +9,7 @@ from typing import Any
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.integrators.base import AbstractScheme
 from impactlab.models.base import AbstractRodModel
-from impactlab.scene import Body, Contact, ElasticBody, Mass, Point, Probe, Rod, Scene, StepRule
+from impactlab.scene import Beam, Body, Contact, ElasticBody, Mass, Point, Probe, Rod, Scene, StepRule
 from impactlab.types import Relative
 
 
@@ -101,6 +101,15 @@ def is_a_delay_line(scene: Scene) -> bool:
     return bool(rods) and plain and struck_on_ends(scene)
 
 
+def bare_beam(scene: Scene, point: Point) -> bool:
+    """Return whether the face of a contact is a beam that carries no mass there."""
+    body = scene.bodies[point.body]
+    if not isinstance(body, Beam):
+        return False
+    ends = [end for end, x in ((body.left, 0.0), (body.right, body.length)) if x == point.x]
+    return not any(end.kind == "mass" and end.value > 0.0 for end in ends)
+
+
 def has_one_answer(scene: Scene) -> bool:
     """Return whether the physics of a scene says how its contacts end.
 
@@ -115,6 +124,7 @@ def has_one_answer(scene: Scene) -> bool:
                 return False
             continue
         gap, slack = first_gap(scene, number)
-        if gap < -slack or not (massless(scene, contact.left) or massless(scene, contact.right)):
+        sides = (contact.left, contact.right)
+        if gap < -slack or not any(massless(scene, point) or bare_beam(scene, point) for point in sides):
             return False
     return True

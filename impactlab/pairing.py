@@ -5,13 +5,15 @@ from __future__ import annotations
 import math
 import re
 
+import numpy as np
+
 from impactlab.bases.base import AbstractBasis
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import PairingError
 from impactlab.integrators.base import AbstractAdaptive, AbstractIntegrator
-from impactlab.models.base import Operators
+from impactlab.models.base import AbstractRodModel, Operators
 from impactlab.plugins import parts_inside
-from impactlab.scene import Body, Contact, ElasticBody, Rod, Scene
+from impactlab.scene import Beam, Body, Contact, ElasticBody, Rod, Scene
 from impactlab.types import Level
 
 
@@ -109,9 +111,23 @@ def energy_bound(scene: Scene, integrator: AbstractIntegrator) -> float:
 
 
 def gains_of(body: Body) -> float:
-    """Return the energy gain that a body's description declares: that of the parts inside it."""
+    """Return the energy gain that a body's description declares: of the parts inside it, of a beam its rounding."""
     model = body.model if isinstance(body, ElasticBody) else None
-    return sum(part.gains_energy for part in parts_inside(model) if isinstance(part, AbstractBasis)) if model else 0.0
+    if model is None:
+        return 0.0
+    inside = sum(part.gains_energy for part in parts_inside(model) if isinstance(part, AbstractBasis))
+    return inside + (rounding_of(body, model) if isinstance(body, Beam) else 0.0)
+
+
+def rounding_of(beam: Beam, model: AbstractRodModel) -> float:
+    """Return the energy that rounding may give the mesh of a beam, over that of its slow bending.
+
+    Its stiffness holds 12 EI/h3 where the beam as a whole bends with EI/L3: sums of products lose (L/h)3 of their last
+    digits. Fifty roundings were enough for twenty thousand steps on 800 elements.
+    """
+    if not (model.steps and model.has_mesh):
+        return 0.0
+    return 50.0 * float(np.finfo(float).eps) * (beam.length / model.element_length(beam)) ** 3
 
 
 def check_events(scene: Scene, integrator: AbstractIntegrator) -> None:

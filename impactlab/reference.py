@@ -124,19 +124,25 @@ def uncertainty(coarse: float, fine: float) -> float:
 
 
 def _refined(scene: Scene, budget: float) -> Reference | None:
+    from impactlab.described import beams_of
+
+    if beams_of(scene):
+        from impactlab import reference_beams
+
+        return reference_beams.refined(scene, budget)
     best: Reference | None = None
     left = budget
     for way in _ways(scene):
         if best is not None and best.uncertainty <= 10.0 * WANTED:
             break
-        for found, spent in _levels(way, left):
+        for found, spent in levels(way, left):
             left -= spent
-            if found is not None and found.uncertainty <= WORST:
+            if found is not None and is_known(found):
                 best = found if best is None or found.uncertainty < best.uncertainty else best
     return best
 
 
-def _levels(way: Way, budget: float) -> Iterator[tuple[Reference | None, float]]:
+def levels(way: Way, budget: float) -> Iterator[tuple[Reference | None, float]]:
     """Give the answer after each level with the seconds that the level was to take, until wanted or spent."""
     from impactlab import simulate
 
@@ -152,7 +158,7 @@ def _levels(way: Way, budget: float) -> Iterator[tuple[Reference | None, float]]
             return
         found = None
         if before is not None:
-            second = _differences(before, history, fine)
+            second = differences(before, history, fine)
             if first:
                 worst = least_known(first, second)
                 told = {name: max(first.get(name, math.inf), value) for name, value in second.items()}
@@ -180,7 +186,7 @@ def _witnessed(found: Reference, way: Way, fineness: int) -> Reference:
     for part in (4, 2):
         scene = way.witness(max(2, fineness // part))
         try:
-            apart.append(_differences(simulate.run(scene), found.history, scene))
+            apart.append(differences(simulate.run(scene), found.history, scene))
         except (ImpactlabError, ArithmeticError):  # nothing stands for the answer
             return found._replace(uncertainty=math.inf)
     judged = [name for name in JUDGED if name in apart[1]]
@@ -192,7 +198,13 @@ def _witnessed(found: Reference, way: Way, fineness: int) -> Reference:
     return found._replace(uncertainty=max(found.uncertainty, doubt), uncertainties=told)
 
 
-def _differences(coarse: AbstractHistory, fine: AbstractHistory, scene: Scene) -> dict[str, float]:
+def is_known(found: Reference) -> bool:
+    """Return whether an answer is known well enough to judge by."""
+    return found.uncertainty <= WORST
+
+
+def differences(coarse: AbstractHistory, fine: AbstractHistory, scene: Scene) -> dict[str, float]:
+    """Return the metrics of one answer against another; inf for event times where their events differ in number."""
     from impactlab import metrics
 
     known = metrics.installed()
@@ -213,9 +225,9 @@ def least_known(first: Mapping[str, float], second: Mapping[str, float]) -> floa
 
 def _ways(scene: Scene) -> Iterator[Way]:
     """Give the descriptions that may serve a scene, the best first; none where the physics has no single answer."""
-    from impactlab.described import beams_of, has_one_answer, is_a_delay_line, is_coupled, rods_of
+    from impactlab.described import has_one_answer, is_a_delay_line, is_coupled, rods_of
 
-    if not has_one_answer(scene) or beams_of(scene):
+    if not has_one_answer(scene):
         return
     rods = rods_of(scene)
     if not rods:

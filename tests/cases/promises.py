@@ -58,6 +58,15 @@ def at(channel: str, time: float = np.inf, unit: float = 1.0) -> Reading:
     return lambda history: float(history.evaluate([min(time, history.duration)], channel)[0]) * unit
 
 
+def when_largest(history: AbstractHistory, channel: str) -> float:
+    """Return when a channel is largest [s], between its samples by a parabola."""
+    t = np.linspace(0.0, history.duration, 4001)
+    values = history.evaluate(t, channel)
+    i = int(np.argmax(values))
+    before, here, after = values[i - 1 : i + 2]
+    return float(t[i] + 0.5 * (t[1] - t[0]) * (before - after) / (before - 2.0 * here + after))
+
+
 T = "T"
 US = 1e-6
 HAMMER = at("velocity:hammer")
@@ -79,6 +88,18 @@ PROMISES: Mapping[str, tuple[Promise, ...]] = {
         Promise("3530.41", peak()),
         Promise("-1.582741", at("velocity:ball")),
     ),
+    "beam_on_three_stops": (
+        Promise("5818.32", opened(0, "first|beam.at(0.2)"), US),
+        Promise("0.603233", impulse(0)),
+        Promise("161.188", peak(0)),
+        Promise("199.607", close(1), US),
+        Promise("4783.24", opened(0, "second|beam.at(0.5)"), US),
+        Promise("0.450098", impulse(1)),
+        Promise("596.723", close(2), US),
+        Promise("6169.21", opened(2), US),
+        Promise("0.561949", impulse(2)),
+        Promise("160.875", peak(2)),
+    ),
     "bouncing_bar": (Promise("266.667", impulse(0)), Promise("500", peak(1))),
     "chain_of_bars": (Promise("20000", peak(2)), Promise("100", opened(0), US), Promise("2", impulse(1))),
     "chain_of_bars/gaps": (Promise("70", close(1), US), Promise("140", close(2), US)),
@@ -96,6 +117,17 @@ PROMISES: Mapping[str, tuple[Promise, ...]] = {
     "dead_weight_preload": (
         Promise("0.144949", close(0, "hammer|weight")),
         Promise("2.449490", at("velocity:hammer", 0.1449489742)),
+    ),
+    "falling_cantilever": (
+        Promise("24577.64", close(0), US),
+        Promise("33749.76", opened(0), US),
+        Promise("0.1387899", impulse(0)),
+        Promise("27.645", peak(0)),
+        Promise("34561.04", close(1), US),
+        Promise("40088.73", opened(1), US),
+        Promise("0.1065770", impulse(1)),
+        Promise("89402.7", close(2), US),
+        Promise("95466.8", close(3), US),
     ),
     "far_end": (Promise("1.290157", opened(0), T), Promise("-0.365751", HAMMER)),
     "far_end/light": (Promise("1.132550", opened(0), T), Promise("-0.105120", HAMMER)),
@@ -129,6 +161,35 @@ PROMISES: Mapping[str, tuple[Promise, ...]] = {
         Promise("3652.80", peak()),
         Promise("-0.625864", at("velocity:ball")),
         Promise("16.6341", lambda history: float(history.energy.booked["contact"][-1]), 1e-3),
+    ),
+    "mass_on_cantilever_middle": (
+        Promise("924.778", opened(0), US),
+        Promise("222.978", peak(0)),
+        Promise("0.1154239", impulse(0)),
+        Promise("983.272", close(1), US),
+        Promise("1637.670", opened(1), US),
+        Promise("88.2655", peak(1)),
+        Promise("0.03287933", impulse(1)),
+        Promise("-0.483032", HAMMER),
+    ),
+    "mass_on_cantilever_middle/ball": (
+        Promise("314.103", opened(0), US),
+        Promise("597.39", peak(0)),
+        Promise("887.17", close(1), US),
+        Promise("1092.82", opened(1), US),
+    ),
+    "mass_on_cantilever_tip": (
+        Promise("464.542", opened(0), US),
+        Promise("271.567", peak(0)),
+        Promise("0.0363204", impulse(0)),
+        Promise("479.397", close(1), US),
+        Promise("634.265", opened(1), US),
+        Promise("953.684", close(2), US),
+        Promise("1198.656", opened(2), US),
+        Promise("4031.84", close(3), US),
+        Promise("6991.51", close(7), US),
+        Promise("7160.40", opened(7), US),
+        Promise("-0.55498", HAMMER),
     ),
     "mass_ratios": (
         Promise("1.533834", opened(0), T),
@@ -185,6 +246,16 @@ PROMISES: Mapping[str, tuple[Promise, ...]] = {
         Promise("0.491055", at("velocity:ram")),
     ),
     "rod_between_walls": (Promise("200", close(0), US), Promise("7899.367", peak(1))),
+    "rod_on_beam": (
+        Promise("109.4232", opened(0), US),
+        Promise("1090.26", peak(0)),
+        Promise("0.0601140", impulse(0)),
+        Promise("289.223", close(1), US),
+        Promise("351.498", opened(1), US),
+        Promise("311.07", peak(1)),
+        Promise("0.0110996", impulse(1)),
+        Promise("0.109830", at("momentum:rod", unit=1.0 / 0.08)),
+    ),
     "rod_on_rod": (
         Promise("26666.67", peak()),
         Promise("280", opened(0), US),
@@ -215,6 +286,37 @@ PROMISES: Mapping[str, tuple[Promise, ...]] = {
         Promise("2.162843", opened(1, "rod.right|right"), 116.373782025236e-6),
         Promise("78276.57", peak()),
     ),
+    "sphere_on_beam": (
+        Promise("4.97714", peak()),
+        Promise("72.6", lambda history: when_largest(history, "force:sphere|beam.at(0.07675)"), US),
+        Promise("156.402", opened(0), US),
+        Promise("4.34231", impulse(), 1e-4),
+        Promise("-0.302324", at("velocity:sphere", unit=100.0)),
+    ),
+    "sphere_on_long_beam": (
+        Promise("434.540", opened(0), US),
+        Promise("9.0079", peak(0)),
+        Promise("1.474024", impulse(0), 1e-3),
+        Promise("1336.87", close(1), US),
+        Promise("1782.11", opened(1), US),
+        Promise("10.298", peak(1)),
+        Promise("2.12703", impulse(1), 1e-3),
+        Promise("2798.33", close(2), US),
+        Promise("3221.70", opened(2), US),
+        Promise("5.604", peak(2)),
+        Promise("1.65712", impulse(2), 1e-3),
+        Promise("-0.97126", at("velocity:sphere", unit=100.0)),
+    ),
+    "sphere_on_short_beam": (
+        Promise("92.0315", peak()),
+        Promise("108.106", opened(0), US),
+        Promise("-0.545152", at("velocity:sphere", unit=10.0)),
+    ),
+    "sphere_on_short_beam/euler_bernoulli": (
+        Promise("92.3854", peak()),
+        Promise("109.638", opened(0), US),
+        Promise("-0.552168", at("velocity:sphere", unit=10.0)),
+    ),
     "step_loaded_rod": (
         Promise("31.74603", at("displacement:rod@0", 116.373782025236e-6), US),
         Promise("0.3174603", at("energy:rod", 116.373782025236e-6)),
@@ -228,6 +330,15 @@ PROMISES: Mapping[str, tuple[Promise, ...]] = {
         Promise("199.85", opened(1), US),
         Promise("199.916667", close(2), US),
         Promise("24000", peak(1)),
+    ),
+    "tube_between_stops": (
+        Promise("1024.459", close(0), US),
+        Promise("1761.397", opened(0), US),
+        Promise("0.0623974", impulse(0)),
+        Promise("2881.94", close(1), US),
+        Promise("5347.79", opened(1), US),
+        Promise("13518.88", close(0, "below|tube.right"), US),
+        Promise("19389.43", close(3, "below|tube.right"), US),
     ),
     "two_material_rod": (Promise("118.4905", opened(0), US), Promise("7899.367", peak())),
     "two_rods": (Promise("77.5825", opened(0), US), Promise("0.474", impulse()), Promise("6109.624", peak())),

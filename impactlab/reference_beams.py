@@ -1,0 +1,170 @@
+"""What a scene with a beam is judged by: modes that move exactly and a mesh, each refined, each checked by the other."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator
+
+from impactlab.errors import CaseError
+from impactlab.reference import JUDGED, Reference, Way, differences, is_known, levels
+from impactlab.scene import Beam, Rod, Scene, StepRule
+
+STEPS = 20  # in the shortest of the scene's times, per unit of fineness
+MESHED = 400  # elements behind modes where no closed form is known: they are worked out densely
+CHECKING = 3e-5  # uncertainty at which the second answer is good enough to check the first
+DISAGREE = 3.0  # times what both answers claim to be off by: from here on it is their difference that is known
+
+
+def refined(scene: Scene, budget: float) -> Reference | None:
+    """Return the better of two refined answers, or None where none converges.
+
+    Two descriptions that share nothing but the physics are refined: modes under exact steps, and beam elements under
+    the midpoint rule. Where both converge, and differ by more than they claim, that difference is the uncertainty.
+    """
+    found = []
+    for way in ways(scene):
+        last = None
+        for each, spent in levels(way, budget):
+            budget -= spent
+            last = each if each is not None else last
+            if found and each is not None and each.uncertainty <= CHECKING:
+                break
+        if last is not None:
+            found.append(last)
+    known = [each for each in found if is_known(each)]
+    if not known:
+        return None
+    best = min(known, key=lambda each: each.uncertainty)
+    others = [each for each in known if each is not best]
+    return _checked(best, others[0], scene) if others else best
+
+
+def _checked(best: Reference, other: Reference, scene: Scene) -> Reference | None:
+    apart = differences(other.history, best.history, scene)
+    told = dict(best.uncertainties)
+    for name, value in apart.items():
+        if value > DISAGREE * (told.get(name, best.uncertainty) + other.uncertainties.get(name, other.uncertainty)):
+            told[name] = max(value, told.get(name, 0.0))
+    uncertainty = max([best.uncertainty, *(told[name] for name in JUDGED if name in told)])
+    found = f"{best.found}, checked by {other.found}"
+    checked = best._replace(uncertainty=uncertainty, uncertainties=told, found=found)
+    return checked if is_known(checked) else None
+
+
+def beams_of(scene: Scene) -> list[Beam]:
+    """Return the beams of a scene."""
+    return [body for body in scene.bodies.values() if isinstance(body, Beam)]
+
+
+def slowest_time(beam: Beam) -> float:
+    """Return L2 sqrt(rho A/EI) of a beam [s], from its whole length and its softest piece: about its first period."""
+    return max(beam.length**2 * math.sqrt(s.density * s.area / s.bending_stiffness) for s in beam.segments)
+
+
+def scale(scene: Scene) -> float:
+    """Return the shortest of the times on which a scene changes [s]: its own, its beams', and those of its contacts."""
+    from impactlab.choice.times import rise_time
+
+    contacts = [STEPS * rise_time(scene, contact) for contact in scene.contacts]
+    return min([scene.duration, *(slowest_time(beam) for beam in beams_of(scene)), *contacts])
+
+
+def ways(scene: Scene) -> Iterator[Way]:
+    """Give the descriptions that may serve a scene with beams.
+
+    None where a hard contact meets an Euler-Bernoulli beam: the faces then part and meet again the more often the finer
+    the description, and nothing converges.
+    """
+    from impactlab.described import has_one_answer
+
+    singular = any(
+        isinstance(body := scene.bodies[point.body], Beam) and body.theory == "euler_bernoulli"
+        for contact in scene.contacts
+        if contact.law.hard
+        for point in (contact.left, contact.right)
+    )
+    if singular or not has_one_answer(scene):
+        return
+    if not any(is_lossy(beam) for beam in beams_of(scene)) and all(is_a_line(scene, rod) for rod in rods_of(scene)):
+        yield _modal(scene)
+    yield _meshed(scene)
+
+
+def is_lossy(beam: Beam) -> bool:
+    """Return whether a beam or its ends lose energy, which exact modes do not know."""
+    return beam.is_damped or any(end.kind in ("dashpot", "infinite") for end in (beam.left, beam.right))
+
+
+def rods_of(scene: Scene) -> list[Rod]:
+    """Return the rods of a scene."""
+    return [body for body in scene.bodies.values() if isinstance(body, Rod)]
+
+
+def is_a_line(scene: Scene, rod: Rod) -> bool:
+    """Return whether a rod of a scene may be a stepped delay line beside modes of beams."""
+    places = [
+        point.x for contact in scene.contacts for point in (contact.left, contact.right) if point.body == rod.name
+    ]
+    places += [probe.x for probe in scene.probes if probe.body == rod.name]
+    plain = not scene.gravity and not rod.is_damped and len(rod.segments) == 1
+    return plain and all(x in (0.0, rod.length) for x in places)
+
+
+def has_closed_modes(beam: Beam) -> bool:
+    """Return whether the modes of a beam are known without a mesh."""
+    from impactlab.bases.beam_modes import BeamModes
+
+    try:
+        BeamModes(beam, 2)
+    except CaseError:
+        return False
+    return True
+
+
+def modal_scene(scene: Scene, modes: int, dt: float) -> Scene:
+    """Return the scene with its beams in so many modes, its rods as delay lines, under exact steps of dt [s]."""
+    from impactlab.contact.addition_deletion import AdditionDeletion
+    from impactlab.described import described
+    from impactlab.integrators.exact_modal import ExactModal
+    from impactlab.models.continuous import Continuous
+    from impactlab.models.modal import Modal
+
+    modelled = described(scene, Continuous(), ExactModal(), StepRule(dt=dt), AdditionDeletion())
+    bodies = dict(modelled.bodies)
+    for beam in beams_of(scene):
+        closed = has_closed_modes(beam)
+        held = sum({"clamped": 2, "pinned": 1}.get(end.kind, 0) for end in (beam.left, beam.right))
+        elements = min(4 * modes, MESHED)
+        model = Modal(modes=modes) if closed else Modal(elements=elements, modes=min(modes, 2 * elements - held - 2))
+        bodies[beam.name] = dataclasses.replace(beam, model=model)
+    return dataclasses.replace(modelled, bodies=bodies)
+
+
+def _modal(scene: Scene) -> Way:
+    shortest, count = scale(scene), len(beams_of(scene))
+    lines = min((0.5 * rod.round_trip for rod in rods_of(scene)), default=math.inf)
+
+    def dt(n: int) -> float:
+        return min(shortest / (STEPS * n), lines)
+
+    return Way(
+        "modes under exact steps:",
+        lambda n: modal_scene(scene, n, dt(n)),
+        lambda n: (3e-7 + 1.5e-9 * count * n) * scene.duration / dt(n),
+    )
+
+
+def _meshed(scene: Scene) -> Way:
+    from impactlab.contact.addition_deletion import AdditionDeletion
+    from impactlab.described import described
+    from impactlab.integrators.midpoint import Midpoint
+    from impactlab.models.finite_element import FiniteElement
+
+    shortest, count = scale(scene), sum(isinstance(body, Beam | Rod) for body in scene.bodies.values())
+    rule = lambda n: StepRule(dt=shortest / (STEPS * n))  # noqa: E731 - one line of a way
+    return Way(
+        "consistent mesh under the midpoint rule, elements:",
+        lambda n: described(scene, FiniteElement(n), Midpoint(), rule(n), AdditionDeletion()),
+        lambda n: (3e-7 + 5e-8 * count * n) * STEPS * n * scene.duration / shortest,
+    )
