@@ -1,0 +1,55 @@
+"""The page on the first force: its numbers are those of the runs, on a sample, and its words are true."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+PAGE = (DOCS / "beams-first-force.md").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def script() -> Any:
+    spec = importlib.util.spec_from_file_location("docs_first_force", DOCS / "beams_first_force.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def printed() -> dict[int, list[float]]:
+    """Return the numbers of the table, by the number of modes."""
+    lines = re.findall(r"^\| (\d+) \| (.*) \|$", PAGE, re.MULTILINE)
+    return {int(modes): [float(cell.split()[0]) for cell in rest.split(" | ")] for modes, rest in lines}
+
+
+def test_the_table_is_what_the_runs_give(script: Any) -> None:
+    """To one in the last digit printed."""
+    table = printed()
+    assert tuple(table) == script.COUNTS
+    for modes in (20, 80):
+        shear, plain = script.modal("timoshenko", modes), script.modal("euler_bernoulli", modes)
+        waves = script.waves(np.array([0.5, 1.0]) * shear.period)[-1]
+        law = script.endless(np.array([plain.period]))[0]
+        assert [table[modes][k] for k in (1, 2, 4, 5)] == pytest.approx(
+            [shear.first, waves, plain.first, law], abs=0.006
+        )
+
+
+def test_the_words_are_true(script: Any) -> None:
+    table = printed()
+    forces = np.array([table[modes][1] for modes in script.COUNTS])
+    assert np.all(np.diff(forces) > 0.0)
+    assert 1.0 < forces[-1] < 1.06  # levels off a few percent above
+    plain = np.array([table[modes][4] for modes in script.COUNTS])
+    assert plain[1:] / plain[:-1] == pytest.approx(2.0, rel=0.05)  # doubles with the number of modes
+    times = np.geomspace(1e-5, script.LAST, 20)
+    assert script.waves(times) == pytest.approx(script.endless(times), rel=0.06)
+    assert script.waves(np.array([4e-9, 8e-9]))[0] == pytest.approx(1.0, rel=1e-3)
