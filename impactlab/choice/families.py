@@ -59,6 +59,7 @@ class Family:
     witness: Callable[[int], Scene] | None = None  # the same off the special step, where the family has that
     witness_error: Callable[[int], float] = lambda _n: 0.0  # at most, of the witness
     finest: int = 10_000_000
+    multiple: int = 1  # that a fineness is of
 
     def words(self, fineness: int) -> str:
         """Return the candidate for people."""
@@ -79,7 +80,11 @@ class Family:
         needed = free = self.fineness_for(error)
         while self.seconds(2 * free) <= NEXT_TO_NOTHING * FIXED_S and free < self.finest:
             free *= 2
-        return max(needed, free)
+        return self.whole(max(needed, free))
+
+    def whole(self, fineness: int) -> int:
+        """Return the next fineness that the family may have."""
+        return -(-fineness // self.multiple) * self.multiple
 
 
 def exact_cost(scene: Scene) -> float:
@@ -169,6 +174,9 @@ def _delay_line(scene: Scene) -> Family:
         order=2.0,
         safety=2.0,
         setup_s=SETUP_LINE_S,
+        # Half of it is even: transits of other rods are often whole multiples of half the shortest, and a wave that
+        # arrives between two steps is less exact. Even and odd numbers of steps would not lie on one line.
+        multiple=4,
     )
 
 

@@ -277,6 +277,7 @@ def _judge(search: Search, tolerance: float) -> None:
     search.next = max(family.coarsest, math.ceil(min(needed, MOST_GROWTH * trials[-1].fineness)))
     if not met:
         search.next = max(search.next, math.ceil(1.5 * trials[-1].fineness))
+    search.next = family.whole(search.next)
     # What is cheaper by little is not worth a run of its own.
     if met and family.seconds(min(met)) <= DEAR * family.seconds(search.next):
         search.closed = DONE
