@@ -313,7 +313,6 @@ def test_beams_are_not_chosen_for():
     contact = Contact(Point("ball", 0.0, "ball"), Point("beam", 0.5, "beam"), 0.0, Hertz(1e8))
     bodies = {"ball": Mass("ball", 0.1, 1.0), "beam": beam}
     scene = Scene("s", bodies, (contact,), 1e-3, None, StepRule(points_per_period=10.0))
-    assert reference.find(scene) is None
     with pytest.raises(CaseError, match="'beam' is a beam"):
         simulate.run(dataclasses.replace(scene, tolerance=1e-3))
 
