@@ -76,8 +76,6 @@ def _words(
             return f"{given} has no kind. Allowed: {_tags(context)}", "Write kind: and one of these."
         case "union_tag_invalid":
             tag = str(context.get("tag", ""))
-            if tag == "beam":
-                return "'beam' is not available in this version. Allowed: " + _tags(context), "Use a rod."
             hint = closest(tag, _tags(context).split(", "))
             return f"{shown(tag)} is not a kind of body.{hint} Allowed: {_tags(context)}", "Change the kind."
         case "literal_error":
