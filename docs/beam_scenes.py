@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import sys
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import mpmath
@@ -67,13 +69,24 @@ def struck(
     velocity: float = 1.0,
     step: StepRule = TEN,
     integrator: AbstractIntegrator = ExactModal(),  # noqa: B008
+    snapshots: tuple[float, ...] = (),
 ) -> AbstractHistory:
     """Return the history of a mass that strikes a body at x [m] from below, or from the left."""
     contact = Contact(Point("mass", 0.0, "mass"), Point(body.name, x, "face"), 0.0, law)
     bodies = {"mass": Mass("mass", mass, velocity), body.name: replace(body, model=model)}
     probes = (Probe(body.name, x, "displacement"),)
     return simulate.run(
-        Scene("struck", bodies, (contact,), duration, integrator, step, round_trip=body.round_trip, probes=probes)  # type: ignore[arg-type]
+        Scene(
+            "struck",
+            bodies,
+            (contact,),
+            duration,
+            integrator,
+            step,
+            round_trip=body.round_trip,
+            probes=probes,
+            snapshots=snapshots,
+        )  # type: ignore[arg-type]
     )
 
 
@@ -112,3 +125,14 @@ def love(mass: float, lateral: float, t: Array) -> Array:
         return mass / (mass * s + resistance)
 
     return np.array([float(mpmath.invertlaplace(transform, time, method="talbot", degree=60)) for time in t])
+
+
+def love_rod(modes: int, lateral: float) -> Any:
+    """Return the plugin's model of a Love rod in its modes, installed or beside these docs; ``lateral`` is nu r [m]."""
+    folder = Path(__file__).resolve().parents[1] / "plugins" / "impactlab-love-rod"
+    sys.path.append(str(folder))
+    try:
+        from impactlab_love_rod.model import LoveRod
+    finally:
+        sys.path.remove(str(folder))
+    return LoveRod(modes=modes, poisson=0.3, radius_of_gyration=lateral / 0.3)

@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
-from beam_scenes import RESISTANCE, beam, love, rod, sheared, slender, struck
-from impactlab_love_rod.model import LoveRod
+from beam_scenes import RESISTANCE, beam, love, love_rod, rod, sheared, slender, struck
 
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.contact.dispersive_identification import DispersiveIdentification
@@ -37,7 +36,6 @@ GENERAL, BARE = DispersiveIdentification(), DispersiveIdentification(residual=Fa
 PHASE, GROUP = ModalMessengers(accept=ANY), ModalMessengers(speed="group", accept=ANY)
 SLENDER, SHEARED = "euler_bernoulli", "timoshenko"
 LATERAL = 0.009  # m, nu r of the Love rod: 0.3 times 30 mm
-LOVE = {"radius_of_gyration": LATERAL / 0.3}
 
 
 class Place(NamedTuple):
@@ -51,7 +49,7 @@ class Place(NamedTuple):
 
 PLACES = (
     Place("uniform rod, end", rod(), Modal(None, 20), 0.0),
-    Place("Love rod, end", rod(), LoveRod(modes=20, **LOVE), 0.0),
+    Place("Love rod, end", rod(), love_rod(20, LATERAL), 0.0),
     Place("pinned slender beam, middle", beam(0.3, "pinned", "pinned"), Modal(None, 20), 0.15),
     Place("pinned Timoshenko beam, middle", beam(0.3, "pinned", "pinned", SHEARED), Modal(None, 20), 0.15),
     Place("slender cantilever, middle", beam(0.3, "clamped", "free"), Modal(None, 20), 0.15),
@@ -133,7 +131,7 @@ def problems() -> tuple[Problem, ...]:
     return (
         Problem("uniform rod", body, lambda n: Modal(None, n), body.mass, 0.0, trip, bar, (10, 40, 100)),
         Problem(
-            "Love rod", body, lambda n: LoveRod(modes=n, **LOVE), body.mass, 0.0, trip,
+            "Love rod", body, lambda n: love_rod(n, LATERAL), body.mass, 0.0, trip,
             lambda t: love(body.mass, LATERAL, t), (10, 40, 100),
         ),
         long_beam(SLENDER, False), long_beam(SLENDER, True), long_beam(SHEARED, False), long_beam(SHEARED, True),

@@ -14,6 +14,7 @@ VERDICTS = {
 }
 SECTIONS = {
     "1": "Section 1, Introduction: the classical methods",
+    "2": "Section 2, the assumptions",
     "3": "Section 3, St. Venant's solution and the second period of contact",
     "4": "Section 4, the new method",
     "5": "Section 5, numerical simulation",

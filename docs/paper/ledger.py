@@ -12,7 +12,8 @@ import sys
 from collections import Counter
 from pathlib import Path
 
-import claims_method  # noqa: F401 - registers its rows
+import claims_dispersive  # noqa: F401 - registers its rows
+import claims_method  # noqa: F401
 import claims_results  # noqa: F401
 import claims_theory  # noqa: F401
 import claims_waves  # noqa: F401

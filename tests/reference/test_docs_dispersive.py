@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
-pytest.importorskip("impactlab_love_rod", reason="the page compares the Love rod of the plugin")
 
 
 @pytest.fixture(scope="module")
