@@ -184,6 +184,46 @@ def test_first_kick_vanishes_with_the_modes(found: Any) -> None:
         assert found["first_kick"].values[f"modes_{modes}"] == pytest.approx(2.0 / (1.0 + 2.0 * modes), rel=1e-12)
 
 
+# Transverse and dispersive waves.
+
+
+def test_a_struck_beam_moves_where_the_impulse_is_only_with_all_modes(found: Any) -> None:
+    # phi_i^2 = 2/m at the middle of a pinned beam for odd i, else 0; half a thousandth of a beam is the grid of widths.
+    values = found["local_jump"].values
+    assert values["run"] == pytest.approx(0.0, abs=1e-12)
+    assert values["width_320"] == pytest.approx(values["width_40"] / 8.0, abs=1e-3)
+    assert values["far_320"] == pytest.approx(values["far_40"] / 8.0, rel=0.05)
+    assert found["whole_system_moves"].values["far"] > 0.1
+
+
+def test_ritz_vectors_beat_mode_shapes_on_struck_beams(found: Any) -> None:
+    assert min(found["ritz_vectors"].values.values()) > 2.0
+
+
+def test_a_free_tip_has_a_near_field(found: Any) -> None:
+    # Second and third derivative of exp(i k x) + r exp(-i k x) + b exp(k x) vanish: r = -i or i, |b| = |1 - i|.
+    values = found["reflection_with_near_field"].values
+    assert values["reflected"] == pytest.approx(1.0, abs=1e-12)
+    assert abs(values["phase"]) == pytest.approx(0.5, abs=1e-12)
+    assert values["near"] == pytest.approx(math.sqrt(2.0), abs=1e-12)
+    assert values["tip"] == pytest.approx(2.0 * math.sqrt(2.0), abs=1e-12)
+
+
+def test_messengers_serve_where_modes_are_standing_waves_seen_from_a_crest(found: Any) -> None:
+    assert found["messengers_on_love_rod"].values["missed"] < 1e-11
+    beams = found["messengers_on_beams"].values
+    assert beams["inner"] < 1e-11
+    assert min(beams["tip_10"], beams["tip_40"]) > 0.5
+    assert beams["gain_group"] > 3.0 * beams["gain_phase"] > 0.01
+    assert max(found["general_form"].values.values()) < 0.01
+
+
+def test_a_sphere_touches_a_long_beam_several_times(found: Any) -> None:
+    values = found["succession_on_beams"].values
+    assert values["contacts"] == values["contacts_mesh"] == 3
+    assert values["impulse"] == pytest.approx(values["impulse_mesh"], abs=1e-4)
+
+
 # The committed pages.
 
 
