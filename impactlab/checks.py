@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from impactlab import beam_warnings
 from impactlab.errors import StepError
 from impactlab.grazing import grazing_kick, near_grazing
 from impactlab.history import AbstractHistory, Warned
@@ -32,6 +33,7 @@ def warn(
 ) -> None:
     """Add the warnings that only the finished run can tell."""
     history.warnings.extend(unresolved(scene, built, history, dt))
+    history.warnings.extend(beam_warnings.warnings(scene, built, history, dt))
     history.warnings.extend(overlapping(scene, history))
     for span in history.contacts:
         if span.kicks is not None and span.kicks > MANY_KICKS:

@@ -39,6 +39,8 @@ def progress() -> Iterator[Callable[[str, float], None]]:
 
 def summary_text(summary: Mapping[str, Any]) -> str:
     """Return the summary of a run for people."""
+    from impactlab.collisions import sentence
+
     method = summary["method"]
     models = ", ".join(f"{name} {model['kind']}" for name, model in method["models"].items()) or "rigid bodies"
     laws = ", ".join(law["kind"] for law in method["laws"]) or "no contact"
@@ -52,6 +54,7 @@ def summary_text(summary: Mapping[str, Any]) -> str:
         peak = "no force history" if span["peak_force"] is None else f"peak {_number(span['peak_force'])} N"
         kicks = f" in {span['kicks']} kicks" if span.get("kicks") is not None else ""
         lines.append(f"  contact   {span['contact']}: impulse {_number(span['impulse'])} N s{kicks}, {peak}")
+    lines += [f"  collision {sentence(each)}" for each in summary["collisions"][:MOST_EVENTS]]
     for name, body in summary["final"]["bodies"].items():
         lines.append(f"  at end    {name}: " + ", ".join(f"{key} {_number(value)}" for key, value in body.items()))
     energy = summary["energy"]

@@ -70,6 +70,16 @@ def scale(scene: Scene) -> float:
     return min([scene.duration, *(slowest_time(beam) for beam in beams_of(scene)), *contacts])
 
 
+def is_singular(scene: Scene) -> bool:
+    """Return whether a hard contact meets an Euler-Bernoulli beam."""
+    return any(
+        isinstance(body := scene.bodies[point.body], Beam) and body.theory == "euler_bernoulli"
+        for contact in scene.contacts
+        if contact.law.hard
+        for point in (contact.left, contact.right)
+    )
+
+
 def ways(scene: Scene) -> Iterator[Way]:
     """Give the descriptions that may serve a scene with beams.
 
@@ -78,13 +88,7 @@ def ways(scene: Scene) -> Iterator[Way]:
     """
     from impactlab.described import has_one_answer
 
-    singular = any(
-        isinstance(body := scene.bodies[point.body], Beam) and body.theory == "euler_bernoulli"
-        for contact in scene.contacts
-        if contact.law.hard
-        for point in (contact.left, contact.right)
-    )
-    if singular or not has_one_answer(scene):
+    if is_singular(scene) or not has_one_answer(scene):
         return
     beams = beams_of(scene)
     sheared = any(beam.theory == "timoshenko" for beam in beams)

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from impactlab import metrics
+from impactlab.collisions import agreements, collisions
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.history import AbstractHistory, ContactSpan, Event
 from impactlab.pairing import kind_of
@@ -74,6 +75,7 @@ def summarise(
         "method": method(scene, history),
         "events": [_event(event) for event in history.events],
         "contacts": [_contact(span) for span in history.contacts],
+        "collisions": [dataclasses.asdict(each) for each in collisions(scene, history)],
         "final": final(scene, history),
         "energy": energy(history),
         "probes": {probe.channel: extremes(history, probe.channel) for probe in scene.probes},
@@ -194,6 +196,7 @@ def comparison(
         "schema_version": SCHEMA_VERSION,
         "case": case_name,
         "reference": reference_name,
+        "collisions": agreements(rows := list(rows)),
         "rows": [{"name": name, "summary": dict(summary)} for name, summary in rows],
     }
 
@@ -321,4 +324,5 @@ def table(comparison: Mapping[str, Any]) -> str:
     reference = comparison["reference"]
     title = f"{comparison['case']}: {len(rows)} methods" + (f" against {reference}" if reference else "")
     rule = "  ".join("-" * width for width in widths)
-    return "\n".join([title, "", aligned(headings()), rule, *(aligned(line) for line in body)])
+    counted = [each["text"] for each in comparison.get("collisions", ())]
+    return "\n".join([title, "", aligned(headings()), rule, *(aligned(line) for line in body), *counted])

@@ -11,6 +11,7 @@ from impactlab.casefile.formula import Formula
 from impactlab.casefile.points import Face, check_place, find_body, length_of, read_face
 from impactlab.casefile.schema import CHOSEN, BeamBlock, CaseBlock, ElasticBlock, RodBlock, RoundTrips, WallBlock
 from impactlab.casefile.sections import check_section, check_shear, pieces_of
+from impactlab.casefile.stops import stops_leave_room
 from impactlab.casefile.words import listed, shown
 from impactlab.errors import CaseError
 from impactlab.scene import Profile, Table
@@ -309,6 +310,7 @@ RULES: tuple[Callable[[CaseBlock], None], ...] = (
     _contacts_join_two_bodies,
     _faces_look_at_each_other,
     _held_ends_are_not_struck,
+    stops_leave_room,
     _gaps_are_open,
     _order_is_possible,
     _round_trips_have_a_rod,

@@ -242,8 +242,10 @@ def _damping_time(scene: Scene, name: str) -> float:
 def serving(scene: Scene) -> tuple[list[Family], str]:
     """Return the families that serve a scene, and why the exact solver does not ("" where it does)."""
     families, why = [], ""
-    if beams := beams_of(scene):
-        return [], f"what is known of descriptions is of rods, and '{beams[0]}' is a beam"
+    if beams_of(scene):
+        from impactlab.choice import beam_families
+
+        return beam_families.serving(scene)
     try:
         families.append(exact(scene))
     except (CaseError, PairingError) as error:

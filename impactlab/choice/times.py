@@ -6,14 +6,14 @@ import math
 
 from impactlab.contact.power_law import AbstractHystereticLaw, Hertz
 from impactlab.contact_facts import impedance_of, stiffness_of
-from impactlab.scene import Contact, Mass, Point, Rod, Scene
+from impactlab.scene import Contact, ElasticBody, Mass, Point, Rod, Scene
 
 MOST_ECHOES = 1e7
 
 
 def speed_of(scene: Scene) -> float:
     """Return the velocity with which the bodies of a scene meet [m/s]: that at the start, or what loads may give."""
-    velocities = [body.velocity for body in scene.bodies.values() if isinstance(body, Mass | Rod)]
+    velocities = [body.velocity for body in scene.bodies.values() if isinstance(body, Mass | ElasticBody)]
     given = max(velocities, default=0.0) - min(*velocities, 0.0, 0.0)
     pushed = [abs(rod.end_force) / rod.segments[0].impedance for rod in scene.bodies.values() if isinstance(rod, Rod)]
     strained = [_strain_speed(body) for body in scene.bodies.values() if isinstance(body, Rod)]

@@ -101,6 +101,7 @@ def findings(comparison: Mapping[str, Any]) -> list[str]:
         sentences.append(
             f"{_names(gained)} gained more than 1 % of the energy in play, {worst['name']} most ({cell(share)} %)."
         )
+    sentences += [f"{each['text']}." for each in comparison.get("collisions", ())]
     failed = [row for row in comparison["rows"] if row not in done]
     if failed:
         sentences.append(f"No result: {_names(failed)}; the table says why.")

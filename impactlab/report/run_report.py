@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from impactlab.collisions import sentence
 from impactlab.history import AbstractHistory
 from impactlab.reference import Reference
 from impactlab.report import balance, facts, fields, plots
@@ -125,6 +126,7 @@ def findings(summary: Mapping[str, Any]) -> list[str]:
             f"{span['contact'].replace('|', ' and ')}: in contact from {facts.when(span['start'], summary)} to {end}, "
             f"impulse {facts.si(span['impulse'], 'N·s')}{kicks}{peak}."
         )
+    sentences += [f"Collision of {sentence(each)}." for each in summary["collisions"][:FEW]]
     errors = summary["errors"]
     if errors and errors["mass_displacement"] is not None:
         off = cell(100 * errors["mass_displacement"])

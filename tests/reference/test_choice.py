@@ -306,15 +306,35 @@ def test_two_runs_with_the_special_step_do_not_stand_for_each_other():
     assert expected[1] >= 0.9 * apart > 3e-3
 
 
-def test_beams_are_not_chosen_for():
-    """Nothing is known of their errors: a family of rods or of rigid bodies would refine the step alone."""
-    segment = BeamSegment(length=1.0, area=3e-4, inertia=8e-9, young=2.1e11, density=7850.0)
-    beam = Beam("beam", (segment,), End("clamped"), End("clamped"), model=FiniteElement(20))
-    contact = Contact(Point("ball", 0.0, "ball"), Point("beam", 0.5, "beam"), 0.0, Hertz(1e8))
-    bodies = {"ball": Mass("ball", 0.1, 1.0), "beam": beam}
-    scene = Scene("s", bodies, (contact,), 1e-3, None, StepRule(points_per_period=10.0))
-    with pytest.raises(CaseError, match="'beam' is a beam"):
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3])
+@pytest.mark.parametrize("theory", ["euler_bernoulli", "timoshenko"])
+def test_beams_are_chosen_for(theory, tolerance):
+    """The run keeps its tolerance against a converged answer, which two independent descriptions find."""
+    scene = ball_on_beam(Hertz(1e8), theory)
+    judge = reference.find(scene)
+    assert ", checked by " in judge.found
+    assert judge.uncertainty < 1e-5
+    history = simulate.run(dataclasses.replace(scene, tolerance=tolerance))
+    assert history.choice.met
+    assert difference(history, judge.history, scene) <= tolerance
+
+
+def test_a_hard_contact_on_a_beam_that_does_not_shear_is_not_chosen_for():
+    """Its contacts multiply with the fineness: no answer converges."""
+    scene = ball_on_beam(AdditionDeletion(), "euler_bernoulli")
+    assert reference.find(scene) is None
+    with pytest.raises(CaseError, match="ever more often"):
         simulate.run(dataclasses.replace(scene, tolerance=1e-3))
+
+
+def ball_on_beam(law, theory):
+    shear = {"shear_stiffness": 2e7, "rotary_inertia": 6.28e-5} if theory == "timoshenko" else {}
+    segment = BeamSegment(length=1.0, area=3e-4, inertia=8e-9, young=2.1e11, density=7850.0, **shear)
+    ends = End("clamped"), End("clamped")
+    beam = Beam("beam", (segment,), *ends, model=FiniteElement(20), theory=theory)
+    contact = Contact(Point("ball", 0.0, "ball"), Point("beam", 0.5, "beam"), 0.0, law)
+    bodies = {"ball": Mass("ball", 0.1, 1.0), "beam": beam}
+    return Scene("s", bodies, (contact,), 1e-3, None, StepRule(points_per_period=10.0))
 
 
 def test_rods_whose_transits_are_no_multiples_keep_what_is_stated():

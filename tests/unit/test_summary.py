@@ -203,7 +203,7 @@ def two_rows() -> dict[str, Any]:
 
 def test_a_comparison_keeps_its_failed_rows() -> None:
     both = two_rows()
-    assert list(both) == ["schema_version", "case", "reference", "rows"]
+    assert list(both) == ["schema_version", "case", "reference", "collisions", "rows"]
     assert [row["name"] for row in both["rows"]] == ["base", "hopeless"]
     base, hopeless = table_rows(both)
     assert hopeless["failure"] == "refused: no such pair"

@@ -1,0 +1,123 @@
+"""Collisions: their sub-impacts found, dated and summed; what methods agree on, and what they do not."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+
+import impactlab as il
+from impactlab.collisions import agreements, collisions, sentence, slowest_period
+from impactlab.contact.addition_deletion import AdditionDeletion
+from impactlab.contact.penalty import Penalty
+from impactlab.described import described
+from impactlab.integrators.exact_modal import ExactModal
+from impactlab.integrators.midpoint import Midpoint
+from impactlab.models.finite_element import FiniteElement
+from impactlab.models.modal import Modal
+from impactlab.scene import Contact, Mass, Point, Scene, StepRule, Wall
+from tests.cases.support import case_of
+
+
+def two_models(label: str, modes: int = 40, elements: int = 60) -> list[il.scene.Scene]:
+    scene = case_of(label).scene()
+    step = scene.step
+    fine = described(scene, FiniteElement(elements), Midpoint(), step)
+    return [described(scene, Modal(modes=modes), ExactModal(), step), fine]
+
+
+def summaries(label: str) -> list[tuple[str, dict[str, object]]]:
+    from impactlab.summary import summarise
+
+    named = zip(("modes", "elements"), two_models(label), strict=True)
+    return [(name, summarise(label, scene, il.run(scene))) for name, scene in named]
+
+
+def test_the_three_blows_of_the_larger_sphere_are_one_collision() -> None:
+    """Its numbers are those of the sub-impacts, and of the sphere before and after: nothing is lost to a scheme."""
+    case = case_of("sphere_on_long_beam")
+    scene, history = case.scene(), il.run(case)
+    (one,) = collisions(scene, history)
+    assert one.sub_impacts == len(history.contacts) == 3
+    assert one.start == 0.0
+    assert one.end == history.contacts[-1].end
+    assert one.impulse == sum(span.impulse for span in history.contacts)
+    assert one.peak_force == max(span.peak_force for span in history.contacts)
+    assert one.in_contact == pytest.approx(sum(span.end - span.start for span in history.contacts))
+    mass, end = scene.bodies["sphere"].mass, history.evaluate([history.duration], "velocity:sphere")[0]
+    assert one.striker == "sphere"
+    assert one.approach_speed == 0.01
+    assert one.exit_speed == pytest.approx(-end, rel=1e-9)
+    assert one.restitution == pytest.approx(-end / 0.01, rel=1e-9)
+    assert one.impulse == pytest.approx(mass * (0.01 - end), rel=1e-9)
+    assert one.energy_lost == pytest.approx(0.5 * mass * (0.01**2 - end**2), rel=1e-9)
+    # The beam gets it; its energy is read between records, 1e-3 of the little that it has at the end.
+    assert one.energy_given == pytest.approx(one.energy_lost, rel=1e-3)
+    assert 1e-6 < one.largest_gap < 1e-5
+    assert "3 sub-impacts" in sentence(dataclasses.asdict(one))
+
+
+@pytest.mark.parametrize(
+    ("label", "count"), [("sphere_on_long_beam", 3), ("mass_on_cantilever_middle", 2), ("sphere_on_beam", 1)]
+)
+def test_two_models_agree_on_count_and_impulse(label: str, count: int) -> None:
+    """Elements and modes share nothing but the physics."""
+    (said,) = agreements(summaries(label))
+    assert said["resolved"]
+    assert set(said["counts"].values()) == {count}
+    assert said["impulses_within"] < 1e-3
+    assert f"number of sub-impacts {count} by all 2 methods" in said["text"]
+
+
+def test_a_hard_hammer_on_a_cantilever_has_no_resolved_count() -> None:
+    """Said by a comparison of two models, and by each run alone."""
+    case = case_of("mass_on_cantilever_middle").with_("contacts.0.law", kind="addition_deletion")
+    rows = []
+    from impactlab.summary import summarise
+
+    for modes in (20, 40):
+        scene = dataclasses.replace(
+            described(case.scene(), Modal(modes=modes), ExactModal(), StepRule(dt=1e-6), AdditionDeletion()),
+            events="located",
+        )
+        history = il.run(scene)
+        codes = {warned.code: warned.text for warned in history.warnings}
+        assert "t^-1/2" in codes["singular_force"]
+        assert "not resolved" in codes["sub_impacts"]
+        rows.append((f"modes {modes}", summarise("hard", scene, history)))
+    (said,) = agreements(rows)
+    assert not said["resolved"]
+    assert said["impulses_within"] is None
+    counts = said["counts"]
+    assert f"not resolved: {counts['modes 20']} by modes 20, {counts['modes 40']} by modes 40" in said["text"]
+
+
+def test_rigid_bodies_part_for_good() -> None:
+    """A mass that bounces on a spring under its weight collides anew each time, with the restitution 1."""
+    bodies = {"floor": Wall("floor"), "ball": Mass("ball", 1.0, 0.0)}
+    contact = Contact(Point("floor", 0.0, "floor"), Point("ball", 0.0, "ball"), 0.05, Penalty(1e6))
+    scene = Scene("s", bodies, (contact,), 0.8, ExactModal(), StepRule(dt=1e-5), gravity=-9.81)
+    found = collisions(scene, il.run(scene))
+    assert len(found) >= 3
+    assert [each.sub_impacts for each in found] == [1] * len(found)
+    assert all(each.restitution == pytest.approx(1.0, abs=1e-3) for each in found if each.end is not None)
+    assert found[0].approach_speed == pytest.approx((2.0 * 9.81 * 0.05) ** 0.5, rel=1e-3)
+
+
+def test_the_period_of_a_cantilever() -> None:
+    """The first root of cos z cosh z = -1 is 1.8751040687; a rod clamped at one end has the period 4 L/c."""
+    beam = case_of("mass_on_cantilever_tip").scene().bodies["beam"]
+    piece = beam.segments[0]
+    omega = 1.8751040687**2 / 0.3**2 * (piece.bending_stiffness / (piece.density * piece.area)) ** 0.5
+    scene = case_of("mass_on_cantilever_tip").scene()
+    assert slowest_period(scene, "beam") == pytest.approx(2.0 * 3.141592653589793 / omega, rel=1e-9)
+    assert slowest_period(scene, "hammer") == 0.0
+    assert slowest_period(case_of("axial_impact").scene(), "rod") == pytest.approx(2.0 * 116.373782e-6, rel=1e-6)
+
+
+def test_the_summary_and_the_screen_tell_collisions(capsys: pytest.CaptureFixture[str]) -> None:
+    from impactlab.console import summary_text
+
+    (_, summary), _ = summaries("sphere_on_beam")
+    assert summary["collisions"][0]["sub_impacts"] == 1
+    assert "collision sphere|beam: 1 sub-impact, 0 s to 0.000156" in summary_text(summary)
