@@ -44,7 +44,8 @@ def summary_text(summary: Mapping[str, Any]) -> str:
     method = summary["method"]
     models = ", ".join(f"{name} {model['kind']}" for name, model in method["models"].items()) or "rigid bodies"
     laws = ", ".join(law["kind"] for law in method["laws"]) or "no contact"
-    integrator = method["integrator"]["kind"] if method["integrator"] else "no steps"
+    unsaid = "no steps" if method["dt"] is None else "steps of its own"
+    integrator = method["integrator"]["kind"] if method["integrator"] else unsaid
     lines = [
         f"{summary['case']}: {summary['status']}",
         f"  method    {models}; {laws}; {integrator}; dt {_number(method['dt'])} s",

@@ -58,18 +58,24 @@ def check_heavy_faces(scene: Scene, integrator: AbstractIntegrator) -> list[str]
                 remedy="Use law velocity_complementarity or penalty, or integrator moreau_jean.",
                 path=f"contacts.{number}.law",
             )
-        if integrator.load_point > 0.0 and scene.events == "dated":
+        if integrator.load_point > 0.0 and scene.events == "dated" and not on_continuous_beam(scene, contact):
             found.append(contact.name)
     return found
 
 
+def on_continuous_beam(scene: Scene, contact: Contact) -> bool:
+    """Return whether one face of a contact is a beam that steps by itself, whose face has no mass."""
+    bodies = (scene.bodies[point.body] for point in (contact.left, contact.right))
+    return any(isinstance(body, Beam) and body.model is not None and not body.model.steps for body in bodies)
+
+
 def check_continuous(law: AbstractContactLaw, path: str, beam: bool) -> None:
     """Raise `PairingError` where a law that is asked step by step needs what a continuous body has not."""
-    if Level.IMPULSE in law.needs:
+    if Level.IMPULSE in law.needs and not (beam and law.closes_by_force):
         raise PairingError(
             f"law '{kind_of(law)}' gives impulses, and the mass that they would strike "
             f"{'on a continuous beam' if beam else 'at the end of a continuous rod'} is zero",
-            remedy="Use finite_element or modal, or law dispersive_identification or penalty."
+            remedy="Use finite_element or modal, or law addition_deletion, dispersive_identification or penalty."
             if beam
             else "Use finite_element or modal, or law wave_identification, addition_deletion or penalty.",
             path=path,
@@ -95,7 +101,8 @@ def check_system(integrator: AbstractIntegrator, body: str, system: Operators) -
 
 def constraint_gains(scene: Scene, contact: Contact, integrator: AbstractIntegrator) -> bool:
     """Return whether a hard position constraint gains energy without bound in a scene."""
-    return contact.law.holds_position and integrator.hard_constraint_gains and scene.events == "dated"
+    gains = contact.law.holds_position and integrator.hard_constraint_gains and scene.events == "dated"
+    return gains and not on_continuous_beam(scene, contact)
 
 
 def energy_bound(scene: Scene, integrator: AbstractIntegrator) -> float:

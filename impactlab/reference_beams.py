@@ -6,8 +6,8 @@ import dataclasses
 import math
 from collections.abc import Iterator
 
-from impactlab.errors import CaseError
-from impactlab.reference import JUDGED, Reference, Way, differences, is_known, levels
+from impactlab.errors import CaseError, ImpactlabError
+from impactlab.reference import COARSEST, JUDGED, Reference, Way, differences, is_known, levels
 from impactlab.scene import Beam, Rod, Scene, StepRule
 
 STEPS = 20  # in the shortest of the scene's times, per unit of fineness
@@ -23,7 +23,7 @@ def refined(scene: Scene, budget: float) -> Reference | None:
     the midpoint rule. Where both converge, and differ by more than they claim, that difference is the uncertainty.
     """
     found: list[Reference] = []
-    for way in ways(scene):
+    for way in every_way(scene):
         last = None
         for each, spent in levels(way, budget):
             budget -= spent
@@ -80,8 +80,38 @@ def is_singular(scene: Scene) -> bool:
     )
 
 
+def every_way(scene: Scene) -> Iterator[Way]:
+    """Give the descriptions that may judge a scene with beams: those of `ways`, and continuous beams.
+
+    These go first where fronts count, under hard contacts; alone where a beam goes on for ever, of which the layers of
+    a mesh only come near.
+    """
+    from impactlab.described import has_one_answer
+
+    beams = beams_of(scene)
+    endless = any(is_endless(beam) for beam in beams)
+    if (endless or any(contact.law.hard for contact in scene.contacts)) and has_one_answer(scene):
+        continuous = all(is_continuous(beam) for beam in beams) and all(is_a_line(scene, rod) for rod in rods_of(scene))
+        way = _waves(scene)
+        if continuous and _serves(way):
+            yield way
+            if endless:
+                return
+    yield from ways(scene)
+
+
+def _serves(way: Way) -> bool:
+    from impactlab import simulate
+
+    try:
+        simulate.prepare(way.scene(COARSEST))
+    except ImpactlabError:
+        return False
+    return True
+
+
 def ways(scene: Scene) -> Iterator[Way]:
-    """Give the descriptions that may serve a scene with beams.
+    """Give the descriptions in coordinates that may serve a scene with beams.
 
     None where a hard contact meets an Euler-Bernoulli beam: the faces then part and meet again the more often the finer
     the description, and nothing converges.
@@ -90,14 +120,24 @@ def ways(scene: Scene) -> Iterator[Way]:
 
     if is_singular(scene) or not has_one_answer(scene):
         return
-    beams = beams_of(scene)
-    sheared = any(beam.theory == "timoshenko" for beam in beams)
+    sheared = any(beam.theory == "timoshenko" for beam in beams_of(scene))
     if sheared:  # near a force it gives way over no length at all: modes converge as 1/n, elements at once
         yield _meshed(scene)
-    if not any(is_lossy(beam) for beam in beams) and all(is_a_line(scene, rod) for rod in rods_of(scene)):
+    if not any(is_lossy(beam) for beam in beams_of(scene)) and all(is_a_line(scene, rod) for rod in rods_of(scene)):
         yield _modal(scene)
     if not sheared:
         yield _meshed(scene)
+
+
+def is_endless(beam: Beam) -> bool:
+    """Return whether a beam goes on for ever."""
+    return "infinite" in (beam.left.kind, beam.right.kind)
+
+
+def is_continuous(beam: Beam) -> bool:
+    """Return whether a beam may be continuous; what else speaks against it, its description tells."""
+    uniform = len(beam.segments) == 1 and beam.tension == 0.0 and not beam.is_damped
+    return uniform and (beam.theory == "timoshenko" or is_endless(beam))
 
 
 def is_lossy(beam: Beam) -> bool:
@@ -161,6 +201,31 @@ def _modal(scene: Scene) -> Way:
         "modes under exact steps:",
         lambda n: modal_scene(scene, n, dt(n)),
         lambda n: (3e-7 + 1.5e-9 * count * n) * scene.duration / dt(n),
+    )
+
+
+def _waves(scene: Scene) -> Way:
+    from impactlab.contact.addition_deletion import AdditionDeletion
+    from impactlab.described import described
+    from impactlab.models.continuous import Continuous
+
+    shortest, beams = scale(scene), beams_of(scene)
+    sheared = [beam for beam in beams if beam.theory == "timoshenko"]
+    shortest = min([shortest / STEPS, *(beam.length / beam.segments[0].shear_speed for beam in sheared)])
+    spans = [
+        beam.length / beam.segments[0].shear_speed
+        + (1.8 * scene.duration if is_endless(beam) else 0.0)  # c1/c2 of steel, what is beyond the ends
+        for beam in sheared
+    ]
+
+    def seconds(n: int) -> float:
+        dt = shortest / n
+        return (6e-7 * len(beams) + 1.6e-8 * sum(spans) / dt) * scene.duration / dt
+
+    return Way(
+        "continuous beams, steps in the shortest of the scene's times:",
+        lambda n: described(scene, Continuous(), None, StepRule(dt=shortest / n), AdditionDeletion()),
+        seconds,
     )
 
 

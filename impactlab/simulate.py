@@ -25,8 +25,9 @@ from impactlab.pairing import (
     check_system,
     constraint_gains,
     kind_of,
+    on_continuous_beam,
 )
-from impactlab.scene import Beam, Contact, ElasticBody, Rod, Scene
+from impactlab.scene import Contact, ElasticBody, Rod, Scene
 from impactlab.stepping.assembly import Assembly
 from impactlab.stepping.messengers import check_messengers
 from impactlab.stepping.preparation import (
@@ -158,8 +159,7 @@ def prepare(scene: Scene) -> Plan:
     for number, contact in enumerate(scene.contacts):
         check_law(contact.law, integrator, f"contacts.{number}.law")
         if not all_steps(scene, contact):
-            on_beam = any(isinstance(scene.bodies[point.body], Beam) for point in (contact.left, contact.right))
-            check_continuous(contact.law, f"contacts.{number}.law", on_beam)
+            check_continuous(contact.law, f"contacts.{number}.law", on_continuous_beam(scene, contact))
     check_events(scene, integrator)
     built = build_bodies(scene)
     limits = {}

@@ -76,7 +76,7 @@ class Port(ctypes.Structure):
         ("pushed_per_push", ctypes.c_double),  # the same per push over the step
         ("gap_per_push", ctypes.c_double),  # gap at the end per push over the step
         ("rate_per_push", ctypes.c_double),  # 1/s, gap rate at the end per push over the step
-        ("jump_in_force", ctypes.c_double),  # 1 where the scheme's F dt already holds a closing jump, else 0
+        ("jump_in_force", ctypes.c_double),  # 1 where F dt already holds a closing jump, else 0
         ("projects_first", ctypes.c_double),  # 1 where a projection moves the scheme's predictor, 0 the end of the step
         ("in_contact", ctypes.c_double),  # 1 after a step with contact, else 0
         ("left", Side),

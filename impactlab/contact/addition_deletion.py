@@ -31,6 +31,7 @@ class AdditionDeletion(AbstractContactLaw):
     citations = ("WuHaug1990", "HughesTaylorSackmanCurnierKanoknukulchai1976")
     hard = True
     holds_position = True
+    closes_by_force = True
 
     serves_massless = True
 

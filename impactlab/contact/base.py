@@ -40,6 +40,7 @@ class AbstractContactLaw(ABC):
     )
     serves_massless: ClassVar[bool] = False  # True: it answers a massless face by its flexibility (`Port.flexibility`)
     holds_position: ClassVar[bool] = False  # True: a hard position constraint, which makes some schemes gain energy
+    closes_by_force: ClassVar[bool] = False  # True: it needs no impulse where `Port.jump_in_force` says so
     smooth: ClassVar[bool] = False  # True: the force follows from gap and rate alone; steps may have any length
     noted: ClassVar[tuple[Noted, ...]] = ()  # what it counts in its memory and the run tells as warnings
     why_failed: ClassVar[str] = "a contact law gave no answer"  # text of the StepError where the reply is failed

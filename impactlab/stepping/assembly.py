@@ -10,6 +10,7 @@ import numpy as np
 from impactlab.errors import PairingError
 from impactlab.integrators.base import AbstractIntegrator, Stepper
 from impactlab.models.base import AbstractDiscreteModel, Phases
+from impactlab.models.self_stepping import AbstractSelfStepping
 from impactlab.pointers import DERIVE, FREE, MEASURE, RETIME, LawAddress, kernel_address, records
 from impactlab.scene import Contact, Mass, Scene
 from impactlab.stepping.memory import (
@@ -323,7 +324,12 @@ class Assembly:
             port.parameters[: len(given.parameters)] = given.parameters
             port.memory[: len(given.memory)] = given.memory
             port.load_point = self.integrator.load_point
-            port.jump_in_force = float(self.integrator.jump_in_force)
+            # Where a continuous body is struck there is no mass to take an impulse: a force closes the contact.
+            own = any(
+                isinstance(self.built[point.body].model, AbstractSelfStepping)
+                for point in (contact.left, contact.right)
+            )
+            port.jump_in_force = float(self.integrator.jump_in_force or own)
             port.projects_first = float(self.integrator.projects_first)
             yields = [self._yield_beyond(point.body, point.x) for point in (contact.left, contact.right)]
             port.flexibility = sum(

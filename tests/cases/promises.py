@@ -192,6 +192,11 @@ PROMISES: Mapping[str, tuple[Promise, ...]] = {
         Promise("7160.40", opened(7), US),
         Promise("-0.55498", HAMMER),
     ),
+    "mass_on_infinite_beam": (
+        Promise("0.427584", at("velocity:hammer", 1.0e-4)),
+        Promise("0.170578", HAMMER),
+        Promise("0.0714991", impulse()),
+    ),
     "mass_ratios": (
         Promise("1.533834", opened(0), T),
         Promise("2.124623", close(1), T),

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.contact.dispersive_identification import DispersiveIdentification
 from impactlab.contact.power_law import Hertz
@@ -20,7 +21,7 @@ from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.timoshenko_waves import TimoshenkoWaves
 from impactlab.models.two_grids import centres, coupling
-from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point, Probe, Scene, StepRule
+from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point, Probe, Rod, Scene, Segment, StepRule
 from impactlab.simulate import prepare, run
 
 EXACT = Continuous()
@@ -56,6 +57,33 @@ def test_the_first_force_of_a_hard_mass(x: float, ways: float) -> None:
     first = float(history.evaluate([0.0], "force:hammer|beam")[0])
     assert first == pytest.approx(ways * Z, rel=1e-2)
     assert first == pytest.approx(ways * Z / (1.0 + ways * Z * history.dt / 0.05), rel=1e-12)
+
+
+@pytest.mark.parametrize("held", [FREE, End("clamped")])
+def test_a_constraint_on_positions_keeps_the_energy(held: End) -> None:
+    """Faces that stay together take nothing; within the first step the mass slows by half of F dt/M on the mean."""
+    history = run(scene(beam(right=held), 1e-7, 2e-4, law=AdditionDeletion()))
+    first = float(history.evaluate([0.0], "force:hammer|beam")[0])
+    assert first == pytest.approx(2.0 * Z / (1.0 + Z * history.dt / 0.05), rel=1e-12)
+    book = history.energy
+    assert book.largest_gain < 1e-12
+    assert book.largest_loss < 1e-12
+    assert not history.warnings or all(warned.code == "near_grazing" for warned in history.warnings)
+
+
+def test_a_rod_on_a_beam_meets_both_impedances() -> None:
+    """F = v0/(1/Z_rod + 1/(2 Z)) from the first step on, until a wave comes back or rotation answers."""
+    segment = Segment(0.3, 1e-4, YOUNG, RHO)
+    rod = Rod("rod", (segment,), FREE, FREE, velocity=1.0, model=EXACT)
+    case = scene(beam(), 1e-8, 2e-7, law=AdditionDeletion())
+    contact = dataclasses.replace(case.contacts[0], left=Point("rod", 0.3, "rod.right"))
+    for law in (AdditionDeletion(), DispersiveIdentification()):
+        pair = dataclasses.replace(contact, law=law)
+        history = run(
+            dataclasses.replace(case, bodies={"rod": rod, "beam": beam()}, contacts=(pair,), probes=(), round_trip=1e-4)
+        )
+        first = float(history.evaluate([0.0], "force:rod.right|beam")[0])
+        assert first == pytest.approx(1.0 / (1.0 / segment.impedance + 0.5 / Z), rel=1e-12)
 
 
 def test_the_wave_front_is_sharp_and_on_time() -> None:
