@@ -153,9 +153,11 @@ def plates(comparison: Mapping[str, Any], shown: Sequence[Trace], scene: Scene) 
             balance.energy_balance(shown, scene),
         )
     )
-    for body in fields.rods(scene) if scene.snapshots else ():
-        words = f"Along the rod at the snapshots, one row per method.{dark}"
-        figures.append(Plate(f"stress_{body}", f"Stress in {body}", words, fields.snapshots(shown, scene, body)))
+    for body, described in fields.elastic(scene).items() if scene.snapshots else ():
+        load = fields.load_of(described)
+        words = f"Along the {described.kind} at the snapshots, one row per method.{dark}"
+        title = f"{load.replace('_', ' ').capitalize()} in {body}"
+        figures.append(Plate(f"{load}_{body}", title, words, fields.snapshots(shown, scene, body)))
     return figures
 
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from impactlab.report.style import scaled
-from impactlab.scene import Body, End, Mass, Rod, Scene
+from impactlab.scene import Beam, Body, End, Mass, Scene, Wall
 from impactlab.summary import cell, in_round_trips, model_label
 
 CLOSE = 1.02  # errors within 2 % of each other are said together
@@ -38,13 +38,28 @@ def scene_facts(scene: Scene) -> list[tuple[str, str]]:
 def _body(body: Body) -> str:
     if isinstance(body, Mass):
         return f"rigid mass, {si(body.mass, 'kg')}, {si(body.velocity, 'm/s') if body.velocity else 'at rest'}"
-    if not isinstance(body, Rod):
+    if isinstance(body, Wall):
         return "rigid wall"
+    if isinstance(body, Beam):
+        return _beam(body)
     pieces = "; ".join(
         f"{si(s.length, 'm')} long, Z = {si(s.impedance, 'N s/m')}, c = {s.wave_speed:.4g} m/s" for s in body.segments
     )
     moving = f", {si(body.velocity, 'm/s')}" if body.velocity else ""
     return f"elastic rod, {pieces}, {si(body.mass, 'kg')}{moving}; left {_end(body.left)}, right {_end(body.right)}"
+
+
+def _beam(beam: Beam) -> str:
+    theory = "Timoshenko" if beam.theory == "timoshenko" else "Euler-Bernoulli"
+    pieces = "; ".join(
+        f"{si(s.length, 'm')} long, EI = {si(s.bending_stiffness, 'N m²')}, {s.density * s.area:.4g} kg/m"
+        + (f", kGA = {si(s.shear_stiffness, 'N')}" if math.isfinite(s.shear_stiffness) else "")
+        for s in beam.segments
+    )
+    pulled = f", under {si(beam.tension, 'N')} of tension" if beam.tension else ""
+    moving = f", {si(beam.velocity, 'm/s')}" if beam.velocity else ""
+    ends = f"left {_end(beam.left)}, right {_end(beam.right)}"
+    return f"{theory} beam, {pieces}, {si(beam.mass, 'kg')}{pulled}{moving}; {ends}"
 
 
 def _end(end: End) -> str:

@@ -1,4 +1,4 @@
-"""Figures of fields along a rod: snapshots, and the waves in the plane of place and time."""
+"""Figures of fields along rods and beams: snapshots, and the waves in the plane of place and time."""
 
 from __future__ import annotations
 
@@ -11,14 +11,16 @@ import numpy as np
 from impactlab.history import AbstractHistory, Field
 from impactlab.metrics import midpoints
 from impactlab.report.style import GRID, INK, MUTED, Margins, Trace, clock, drawn, exact_of, grid, scaled, time_axis
-from impactlab.scene import Rod, Scene
+from impactlab.scene import ElasticBody, Rod, Scene
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-UNITS = {"displacement": "m", "velocity": "m/s", "strain": "", "stress": "Pa", "force": "N"}
+UNITS = {"displacement": "m", "velocity": "m/s", "strain": "", "stress": "Pa", "force": "N", "rotation": "rad"}
+UNITS |= {"bending_moment": "N m", "shear_force": "N"}
 INSTANTS, PLACES = 720, 121  # of the image of the waves
-LETTERS = {"displacement": "u", "velocity": "v", "strain": "ε", "stress": "σ", "force": "N"}
+LETTERS = {"displacement": "u", "velocity": "v", "strain": "ε", "stress": "σ", "force": "N", "rotation": "θ"}
+LETTERS |= {"bending_moment": "M", "shear_force": "V"}
 
 
 def rods(scene: Scene) -> dict[str, Rod]:
@@ -26,10 +28,20 @@ def rods(scene: Scene) -> dict[str, Rod]:
     return {name: body for name, body in scene.bodies.items() if isinstance(body, Rod)}
 
 
+def elastic(scene: Scene) -> dict[str, ElasticBody]:
+    """Return the rods and beams of a scene by name."""
+    return {name: body for name, body in scene.bodies.items() if isinstance(body, ElasticBody)}
+
+
+def load_of(body: ElasticBody) -> str:
+    """Return the quantity that tells how a body is loaded: the stress in a rod, the bending moment in a beam."""
+    return "stress" if isinstance(body, Rod) else "bending_moment"
+
+
 @drawn
-def snapshots(traces: Sequence[Trace], scene: Scene, body: str, quantity: str = "stress") -> Figure:
-    """Return a quantity along a rod at the times of ``scene.snapshots``: a row per trace, a column per time."""
-    length, time = rods(scene)[body].length, clock(scene)
+def snapshots(traces: Sequence[Trace], scene: Scene, body: str) -> Figure:
+    """Return the load along a body at the times of ``scene.snapshots``: a row per trace, a column per time."""
+    length, time, quantity = elastic(scene)[body].length, clock(scene), load_of(elastic(scene)[body])
     rows, columns = len(traces), len(scene.snapshots)
     margins = Margins(across=0.22, down=0.34)
     figure, axes = grid(rows, columns, 2.0 if rows == 1 else 0.85, margins, share=True)

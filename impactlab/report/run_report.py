@@ -103,9 +103,9 @@ def history_arrays(history: AbstractHistory, scene: Scene) -> dict[str, Any]:
         "energy/total": book.total,
         "energy/balance": book.balance,
     }
-    for body in fields.rods(scene):
+    for body, described in fields.elastic(scene).items():
         for instant in scene.snapshots:
-            for quantity in ("displacement", "velocity", "stress"):
+            for quantity in ("displacement", "velocity", fields.load_of(described)):
                 field = history.field(body, instant, quantity)
                 arrays[f"field/x:{body}"] = field.x
                 arrays[f"field/{quantity}:{body}@{instant:.6g}"] = field.values
@@ -174,12 +174,13 @@ def plates(trace: Trace, scene: Scene) -> list[Plate]:
         )
     )
     known = dark if answer == "exact" else ""
-    for body in fields.rods(scene) if scene.snapshots else ():
+    for body, described in fields.elastic(scene).items() if scene.snapshots else ():
+        load = fields.load_of(described)
         shown.append(
             Plate(
-                f"stress_{body}",
-                f"Stress in {body}",
-                f"Along the rod at the snapshots.{known}",
+                f"{load}_{body}",
+                f"{load.replace('_', ' ').capitalize()} in {body}",
+                f"Along the {described.kind} at the snapshots.{known}",
                 fields.snapshots([trace], scene, body),
             )
         )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from impactlab.report.beam_sketch import beam_sketch
 from impactlab.scene import Body, Mass, Rod, Scene
 
 HEIGHT, MIDDLE = 120.0, 52.0  # of the drawing, and of the axis of the bodies
@@ -11,7 +12,9 @@ MASS, WALL, ROD, GAP, MARGIN = 52.0, 14.0, 420.0, 26.0, 56.0  # widths
 
 
 def sketch(scene: Scene) -> str:
-    """Return the drawing, or nothing for a scene whose bodies do not stand one behind the other, end to end."""
+    """Return the drawing, or nothing for a scene whose bodies neither stand end to end nor strike beams."""
+    if drawn := beam_sketch(scene):
+        return drawn
     chain = _chain(scene)
     if not chain:
         return ""

@@ -15,7 +15,7 @@ from impactlab.scene import ElasticBody
 from impactlab.stepping import dating
 from impactlab.stepping.assembly import Assembly
 from impactlab.stepping.memory import SAMPLED
-from impactlab.types import Quantity
+from impactlab.types import QUANTITIES_OF_BEAM, QUANTITIES_OF_ROD, Quantity
 
 
 class Channel(NamedTuple):
@@ -114,7 +114,7 @@ class RecordedHistory(AbstractHistory):
         states = assembly.memory.snapshot_state[number]
         state = (1.0 - share) * states[0] + share * states[1]
         x = model.grid()
-        known: dict[str, Quantity] = {q: q for q in ("displacement", "velocity", "strain", "stress", "force")}
+        known: dict[str, Quantity] = {q: q for q in (*QUANTITIES_OF_ROD, *QUANTITIES_OF_BEAM)}
         rows = np.array([model.row(float(place), known[quantity]) for place in x])
         return Field(x, np.asarray(rows @ assembly.state_of(body, state, velocities=moves)))
 
