@@ -1,4 +1,4 @@
-"""Writes dispersive-waves.md, its tables and its figures, from runs: ``python docs/dispersive.py [--out DIR]``."""
+"""Writes dispersive-waves.md from its head, tables and figures from runs: ``python docs/dispersive.py [--out DIR]``."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 HERE = Path(__file__).resolve().parent
-PAGE = "dispersive-waves.md"
+PAGE, HEAD = "dispersive-waves.md", "dispersive-waves.head.md"
 ANY = 1e9  # share of a miss: nothing is refused
 GENERAL, BARE = DispersiveIdentification(), DispersiveIdentification(residual=False)
 PHASE, GROUP = ModalMessengers(accept=ANY), ModalMessengers(speed="group", accept=ANY)
@@ -249,6 +249,45 @@ def rebound() -> str:
     return table(["scene", "method", "velocity of the mass at the end", "contacts", "energy"], rows)
 
 
+BOUND_MODELS = {
+    "one element": FiniteElement(1),
+    "40 elements": FiniteElement(40),
+    "one mode": Modal(None, 1),
+    "10 modes": Modal(None, 10),
+}
+
+
+def bounds() -> str:
+    """Return the largest gains and losses of the general form on the rod, over mass ratios, far ends and steps."""
+    import bounds as of_rods
+
+    from impactlab.integrators.bathe import Bathe
+    from impactlab.integrators.exact_modal import ExactModal
+    from impactlab.integrators.newmark import Newmark
+
+    rows = []
+    for law, kind in ((BARE, "no"), (GENERAL, "yes")):
+        for name, model in BOUND_MODELS.items():
+            cells = []
+            for scheme in (Newmark(), ExactModal(), Bathe()):
+                worst = of_rods.worst(
+                    of_rods.struck(model, law, scheme, StepRule(points_per_period=points), alpha, far)
+                    for points in (3.2, 4.0, 10.0)
+                    for alpha in (1e-3, 0.1, 1.0, 100.0)
+                    for far in ("clamped", "free")
+                )
+                cells += ["refused", "-"] if worst is None else [share(worst.above), share(worst.loss)]
+            rows.append([name, kind, *cells])
+    return table(
+        [
+            "model",
+            "residual",
+            *(f"{name}: {what}" for name in ("newmark", "exact_modal", "bathe") for what in ("gain", "loss")),
+        ],
+        rows,
+    )
+
+
 @drawn
 def picture(lines: dict[str, tuple[list[float], list[float]]]) -> Figure:
     """Return the figure: what single messengers miss, and what the step does at a tip."""
@@ -311,133 +350,6 @@ def slowing() -> Figure:
     return figure
 
 
-CHOICES = (
-    (
-        "The speed of a mode: phase or group?",
-        "phase, c_i = w_i/k_i, with k_i by the theory of the segment at the face; of two waves of one "
-        "frequency (Timoshenko, high up) the slower one",
-        "`speed: group`: the second table below; it is not the free motion, anywhere but on the uniform rod, "
-        "where both are c",
-    ),
-    (
-        "Which wave of a standing mode?",
-        "the one that heads for the face; at an inner point those from both sides, halved",
-        "-",
-    ),
-    (
-        "Which stress, on a beam?",
-        "the force through the section (shear force): for a wave of phase speed c it is rho A c times the "
-        "velocity, by m u'' = Q', on rods and beams alike",
-        "the bending moment is in phase with the deflection, not with the velocity: it separates nothing",
-    ),
-    (
-        "A point beyond the end of the body?",
-        "refused, with the step that would do",
-        "a wave that is yet to be reflected is not there to be read",
-    ),
-    (
-        "The impedance of the face?",
-        "what the same modes answer to a force (`balance: modes`)",
-        "1/Z of the place (`balance: impedance`) fails with the few modes that a step resolves, third table; "
-        "a slender beam has none",
-    ),
-    (
-        "How a new wave is shared among modes?",
-        "by the equations of motion: one force, phi_i of it to mode i",
-        "a balance for each mode alone would start d waves of rho c v0 each, d times the force",
-    ),
-)
-
-TEXT = """\
-# Dispersive waves at a contact
-
-<!-- Written by `python docs/dispersive.py`; edit that script, not this page. -->
-
-On a uniform rod every wave travels at c, and one messenger at c dt from the face tells what will arrive there in the
-next step (EscalonaMayoDominguez1999, Section 4). On a beam, or on a rod whose lateral inertia counts (Love's rod),
-waves of each length have a speed of their own. The source proposes to read each mode by its own messenger:
-
-> with dispersive effects, several points 1 have to be used, as many as the number of modes used in the solution of the
-> problem. At the modes, just the velocity and stress associated with the mode in question have to be taken into account
-> to make the force balance and to calculate the reflected wave in the next step.
-
-It shows no formula and no result. Two laws stand for it here: `dispersive_identification`, the general form, and
-`modal_messengers`, the sketch as we read it. `wave_identification` on a beam is refused, with the names of both.
-
-## The general form
-
-All that can arrive at a face within a step is the free motion of the body. So the law asks its body for the velocity V
-that the face would have at the end of the step without contact, and for what the face answers to a force of the step,
-Y; over modes Y is the sum of phi_i² sin(w_i dt)/w_i. The balance with the other side gives
-F = (V_left - V_right)/(Y_left + Y_right), never negative. Nothing in it needs a wave speed, an impedance or modes: it
-serves every body and every scheme that answers by velocities. `residual: true` (the default) lets the modes that are
-left out yield statically: the force of a touch rises over a few steps instead of standing high in the first one, and
-the face of the rod of the source comes out five times better; the velocity of the mass is as good without it.
-
-On the uniform rod with all its modes, V is what the one messenger reads and Y is 1/Z for every step up to a round
-trip: the law of the source. With d modes Y is (2/pi) Si(w_max dt) of that.
-
-## The sketch, and where it leaves a choice
-
-{choices}
-
-A mode's reading is its free motion over the step **only if** the mode, seen from the face, is one standing wave with
-its crest there, cos(k x) to both sides or on the only side there is. That holds at the ends of rods, also of Love's; at
-every inner point of a pinned beam, where modes are sines and the slopes left and right cancel; and nearly so at inner
-points of any beam, where the near fields of its ends have died out. At the **tip** of a beam half of the deflection is
-near field, and the tip turns: the reading misses about as much as the mode does in the step, and a shorter step does
-not change that share.
-
-What the messengers miss, over what the modes do to the face in a step (20 modes, points in the shortest period;
-analytic modes but for the last row, where the stresses of the mesh are too coarse):
-
-{messengers}
-
-`modal_messengers` works that number out before the first step. It warns above 1 % (`messengers_apart`) and refuses
-above `accept` (60 % unless given): at a tip one has to ask for it.
-
-![What single messengers miss, and what that does at a tip](figures/dispersive_messengers.svg)
-
-## What a miss does
-
-Less than one should think, because the next step starts from what the face really did: both faces get one velocity but
-for the turn of a wave within a step. So the law still converges at a tip, there even with the smaller error. What it
-pays is energy: it gains some, in proportion to the step, where the general form's gain falls with its square; with
-group speeds it gains five times as much. Long slender beam struck at its tip, 25 modes; error of the mass's position
-against the limit of small steps, and energy gained:
-
-{orders}
-
-## Both laws against closed forms
-
-Root mean square error of the velocity of the mass, in units of v0, and energy gained (+) or lost (-) without being
-booked. Uniform rod: the continuous solution over one round trip. Love rod (nu r = 9 mm): its Laplace transform,
-inverted. Beams of 2 m under a mass of a twentieth of theirs: erfcx(kappa sqrt t) on the endless slender beam, the
-transform on the endless Timoshenko beam. Ten points in the shortest period.
-
-{laws}
-
-On rods and at inner points the sketch *is* the general form without residual, to rounding. The face of a Love rod has
-a mass of its own, rho A nu r: a hard mass that strikes it loses velocity at once. A slender beam has no finite first
-force, so that each halving of the step and doubling of the modes shows more of it.
-
-![A mass on a long beam](figures/dispersive_slowing.svg)
-
-The same on the rod of the source over three round trips, relative error of the mass's position:
-
-{impedance}
-
-## A whole collision
-
-A mass of half the beam's on beams of 0.3 m, until it has left. Hard contacts on beams open and close many times. How
-often is **not resolved**: the count follows modes and steps, and with it the velocity in the second digit, by any law.
-A Hertz contact makes the scene regular. Where the sketch fails is in the last line of each: by group speeds it makes
-a quarter to half of the energy in play anew, and still leaves with a velocity that looks right.
-
-{rebound}
-"""
-
-
 def main() -> None:
     """Write page and figures."""
     parser = argparse.ArgumentParser(description="Write dispersive-waves.md and its figures.")
@@ -445,13 +357,17 @@ def main() -> None:
     out: Path = parser.parse_args().out
     (out / "figures").mkdir(parents=True, exist_ok=True)
     text, lines = orders()
-    filled = TEXT.format(
-        choices=table(("open in the sketch", "taken here", "what the other choice gives"), CHOICES),
-        messengers=messengers(),
-        orders=text,
-        laws=laws_compared(),
-        impedance=impedance(),
-        rebound=rebound(),
+    filled = (
+        (HERE / HEAD)
+        .read_text(encoding="utf-8")
+        .format(
+            messengers=messengers(),
+            orders=text,
+            laws=laws_compared(),
+            impedance=impedance(),
+            rebound=rebound(),
+            bounds=bounds(),
+        )
     )
     (out / PAGE).write_text(filled, encoding="utf-8")
     save(picture(lines), out / "figures", "dispersive_messengers")

@@ -182,3 +182,14 @@ def test_each_mode_s_messenger_tells_its_free_motion() -> None:
     one, other = struck(ModalMessengers(), 30, 2e-4), struck(DispersiveIdentification(residual=False), 30, 2e-4)
     apart = one.evaluate(t, "position:hammer") - other.evaluate(t, "position:hammer")
     assert np.max(np.abs(apart)) < 1e-15  # m, of 1e-5: rounding of seven hundred steps
+
+
+def test_the_general_law_serves_the_mesh_too() -> None:
+    # Without modes nor messengers: the law asks the scheme. 300 bars, against the transform, as above.
+    trip = 2.0 * PIECE.length / PIECE.wave_speed
+    model = LoveRod(300, radius_of_gyration=RADIUS)
+    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0, DispersiveIdentification())
+    bodies = {"hammer": Mass("hammer", PIECE.mass, 1.0), "rod": rod(model)}
+    seen = simulate.run(Scene("struck", bodies, (contact,), trip, Newmark(), StepRule(dt=3e-7)))
+    for place in (0.1, 0.5, 0.9):
+        assert float(seen.evaluate(place * trip, "velocity:hammer")) == pytest.approx(slowed(place * trip), abs=4e-3)
