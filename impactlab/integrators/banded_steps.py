@@ -42,6 +42,24 @@ def pull(n: int, bandwidth: int, springs: Array, u: Array, force: Array) -> None
 
 
 @HELPER
+def solve_three(n: int, pivot: Array, lower: Array, x: Array) -> None:
+    """Solve a factorised system of three bands in place, as beams have: values are handed on in registers."""
+    one, two, three = lower[:n], lower[n : 2 * n], lower[2 * n : 3 * n]
+    far, middling = x[0], x[1] - one[0] * x[0]
+    near = x[2] - one[1] * middling - two[0] * far
+    x[1], x[2] = middling, near
+    for i in range(n - 3):
+        rest = x[i + 3] - three[i] * far - two[i + 1] * middling - one[i + 2] * near
+        far, middling, near = middling, near, rest
+        x[i + 3] = rest
+    far, middling, near = 0.0, 0.0, 0.0
+    for i in range(n - 1, -1, -1):
+        rest = x[i] * pivot[i] - three[i] * far - two[i] * middling - one[i] * near
+        far, middling, near = middling, near, rest
+        x[i] = rest
+
+
+@HELPER
 def solve(n: int, bandwidth: int, pivot: Array, lower: Array, x: Array) -> None:
     """Solve a factorised system in place; ``pivot`` holds 1/D, ``lower`` the bands of the other factor, flat.
 
@@ -69,6 +87,9 @@ def solve(n: int, bandwidth: int, pivot: Array, lower: Array, x: Array) -> None:
             x[above], x[below] = down, up
         if 2 * middle == n:
             x[0] = x[0] * pivot[0] - lower[0] * x[1]
+        return
+    if bandwidth == 3 and n > 3:
+        solve_three(n, pivot, lower, x)
         return
     for i in range(n):
         rest = x[i]

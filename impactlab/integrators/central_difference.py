@@ -10,6 +10,7 @@ import numpy as np
 
 from impactlab.banded import grounded, multiply, widened
 from impactlab.errors import PairingError
+from impactlab.integrators import beam_steps
 from impactlab.integrators.base import AbstractIntegrator, Stepper
 from impactlab.integrators.packing import has_coupled_damping
 from impactlab.models.base import Operators
@@ -146,13 +147,21 @@ class CentralDifference(AbstractIntegrator):
         internal = system.load - damping * system.velocity - multiply(stiffness, system.displacement)
         # Velocities start half a step early, so that the first full step is centred at t = 0.
         before = system.velocity - 0.5 * dt * internal / mass
-        header = np.array([n_dof, bandwidth, dt, np.any(damping), np.any(system.load), np.any(ground)], float)
+        marks = (float(np.any(damping)), float(np.any(system.load)))
+        header = np.array([n_dof, bandwidth, dt, *marks, np.any(ground)], float)
         bands = stiffness[1:].ravel() if bandwidth > 1 else np.zeros(0)
         arrays = (gain, chain, keep, gain * system.load, ground, mass, system.load, bands)
+        steps, parameters = (free, measure), np.concatenate((header, *arrays))
+        beam = beam_steps.beam_row(stiffness)
+        if beam is not None:
+            steps = beam_steps.free, beam_steps.measure
+            parameters = beam_steps.packed(
+                beam, dt, np.array([gain, keep, gain * system.load, mass, system.load]), marks
+            )
         return Stepper(
-            free=free,
-            measure=measure,
-            parameters=np.concatenate((header, *arrays)),
+            free=steps[0],
+            measure=steps[1],
+            parameters=parameters,
             state=np.concatenate((system.displacement, before)),
             force_response=force_response,
             impulse_response=impulse_response,

@@ -1,0 +1,297 @@
+"""The step loop on beams against hand-written compiled loops of the same schemes with the same recorded output.
+
+A hard mass on the tip of a cantilever, lumped beam elements, constraint addition-deletion, by central difference and by
+Newmark's method. The hand-written loops walk over the same element coefficients, 12 EI/h^3/(1 + Phi) and EI/h each; at
+every step they keep what the package records, and they take the energies and momenta as often. Newmark's is factorised
+before its first step, so are its answers to a unit of force and of impulse. Times are minima of interleaved runs, in
+time of the processor. A line through the meshes tells what a step costs on any mesh, and what it costs per element; a
+second run of four times the steps tells whether the time is linear in them.
+
+    python benchmarks/beams.py [--elements 100 400 1600] [--repeats 40] [--scheme newmark]
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+from step_loop import line, time_loop
+
+from impactlab.contact.addition_deletion import AdditionDeletion
+from impactlab.integrators.base import AbstractIntegrator
+from impactlab.integrators.central_difference import CentralDifference
+from impactlab.integrators.newmark import Newmark
+from impactlab.models.beam_elements import matrices
+from impactlab.models.finite_element import FiniteElement
+from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point, Scene, StepRule
+from impactlab.simulate import Plan, prepare
+from impactlab.stepping.assembly import SAMPLES
+
+STRIKER = 0.05  # kg
+STEEL = BeamSegment(0.3, 1e-4, 2.1e11, 7900.0, inertia=1e-8 / 12, shear_stiffness=6.7e6, rotary_inertia=7900.0e-8 / 12)
+# Central difference close below its limit of pi points in the shortest period; Newmark's steps are four times
+# that period: the shorter they are, the more touches there are, and the sooner rounding decides one of them.
+SCHEMES: dict[str, tuple[AbstractIntegrator, float]] = {
+    "central_difference": (CentralDifference(), 3.5),
+    "newmark": (Newmark(), 0.25),
+}
+STEPS = 3000
+
+
+class Coefficients(NamedTuple):
+    """What a hand-written loop knows of a beam, clamped on its right."""
+
+    shear: Any  # (n_elements,) 12 EI/h^3/(1 + Phi), N/m
+    bending: Any  # (n_elements,) EI/h, N m
+    half: float  # m, half an element
+    mass: Any  # (2 n_elements,)
+
+
+@numba.njit(fastmath={"reassoc", "contract"})  # type: ignore[untyped-decorator]
+def take_off(shear: Any, bending: Any, half: float, u: Any, gain: Any, v: Any) -> None:
+    """Take gain times the forces of all elements off ``v``; the last one ends in the clamp."""
+    n = shear.size
+    before, turn = 0.0, 0.0
+    for e in range(n - 1):
+        w, theta, next_w, next_theta = u[2 * e], u[2 * e + 1], u[2 * e + 2], u[2 * e + 3]
+        force = shear[e] * (next_w - w - half * (theta + next_theta))
+        moment = bending[e] * (next_theta - theta)
+        v[2 * e] += gain[2 * e] * (force - before)
+        v[2 * e + 1] += gain[2 * e + 1] * (half * (force + before) + moment - turn)
+        before, turn = force, moment
+    w, theta = u[2 * n - 2], u[2 * n - 1]
+    force, moment = shear[n - 1] * (-w - half * theta), -bending[n - 1] * theta
+    v[2 * n - 2] += gain[2 * n - 2] * (force - before)
+    v[2 * n - 1] += gain[2 * n - 1] * (half * (force + before) + moment - turn)
+
+
+@numba.njit(fastmath={"reassoc", "contract"})  # type: ignore[untyped-decorator]
+def stored(shear: Any, bending: Any, half: float, u: Any, other: Any) -> float:
+    """Return u K other over all elements."""
+    n, energy = shear.size, 0.0
+    for e in range(n - 1):
+        a, b, c, d = u[2 * e], u[2 * e + 1], u[2 * e + 2], u[2 * e + 3]
+        p, q, r, s = other[2 * e], other[2 * e + 1], other[2 * e + 2], other[2 * e + 3]
+        energy += shear[e] * (c - a - half * (b + d)) * (r - p - half * (q + s)) + bending[e] * (d - b) * (s - q)
+    a, b, p, q = u[2 * n - 2], u[2 * n - 1], other[2 * n - 2], other[2 * n - 1]
+    return energy + shear[n - 1] * (a + half * b) * (p + half * q) + bending[n - 1] * b * q
+
+
+@numba.njit(fastmath={"reassoc", "contract"})  # type: ignore[untyped-decorator]
+def by_hand(
+    shear: Any, bending: Any, half: float, mass: Any, striker: float, state: Any, out: Any, energies: Any,
+    dt: float, stride: int,
+) -> None:  # fmt: skip
+    """Leapfrog; the multiplier keeps the mass off the tip; one row of ``out`` per step."""
+    u, v, before = state[0], state[1], state[2]
+    n = u.size
+    gain = dt / mass
+    um, vm = 0.0, 1.0
+    pliancy = dt * dt * (1.0 / striker + 1.0 / mass[0])
+    sample = 0
+    for step in range(out.shape[0]):
+        take_off(shear, bending, half, u, gain, v)
+        for i in range(n):
+            u[i] += dt * v[i]
+        um += dt * vm
+        force = max(0.0, (um - u[0]) / pliancy)
+        um -= dt * dt * force / striker
+        vm -= dt * force / striker
+        u[0] += dt * dt * force / mass[0]
+        v[0] += dt * force / mass[0]
+        row = out[step]
+        row[0], row[1], row[2] = (step + 1) * dt, force, u[0] - um
+        row[3], row[4], row[5], row[6], row[7], row[8] = um, vm, u[0], v[0], um, vm
+        if (step + 1) % stride == 0:
+            energy, momentum = 0.0, 0.0
+            for i in range(n):
+                energy += mass[i] * v[i] * v[i]
+                before[i] = u[i] - dt * v[i]
+            for i in range(0, n, 2):
+                momentum += mass[i] * v[i]
+            energy += stored(shear, bending, half, u, before)
+            energies[sample, 0], energies[sample, 1] = 0.5 * energy, momentum
+            energies[sample, 2], energies[sample, 3] = 0.5 * striker * vm * vm, striker * vm
+            sample += 1
+
+
+@numba.njit(fastmath={"reassoc", "contract"})  # type: ignore[untyped-decorator]
+def newmark_by_hand(  # noqa: C901 - all in one, as one writes it by hand
+    shear: Any, bending: Any, half: float, mass: Any, striker: float, pivot: Any, lower: Any, answers: Any,
+    state: Any, out: Any, energies: Any, dt: float, stride: int,
+) -> None:  # fmt: skip
+    """Newmark's method with average acceleration, factorised M + dt^2 K/4 = L D L^T.
+
+    ``pivot`` holds 1/D, ``lower`` the three bands of L below its diagonal; the answers hold u, v, a after a step, per
+    force over it and per impulse at its start, as far as they are not zero, shape (2, 3, reach). The multiplier closes
+    the gap at the end of a step; an impulse on touch takes the approach away. One row of ``out`` per step.
+    """
+    u, v, a = state[0], state[1], state[2]
+    n = u.size
+    ones = np.ones(n)
+    early, later = 0.25 * dt * dt, 0.5 * dt
+    one, two, three = lower[0], lower[1], lower[2]
+    um, vm, closed = 0.0, 1.0, False
+    gap, rate = u[0] - um, v[0] - vm
+    per_force = answers[0, 0, 0] + 0.5 * dt * dt / striker
+    per_impulse = answers[1, 0, 0] + dt / striker
+    sample = 0
+    for step in range(out.shape[0]):
+        for i in range(n):
+            u[i] += dt * v[i] + early * a[i]
+            v[i] += later * a[i]
+            a[i] = 0.0
+        take_off(shear, bending, half, u, ones, a)
+        p, q, r = 0.0, 0.0, 0.0
+        for i in range(3):
+            found = a[i]
+            if i > 0:
+                found -= one[i - 1] * p
+            if i > 1:
+                found -= two[i - 2] * q
+            a[i] = found
+            p, q, r = found, p, q
+        for i in range(3, n):
+            found = a[i] - one[i - 1] * p - two[i - 2] * q - three[i - 3] * r
+            a[i] = found
+            p, q, r = found, p, q
+        p, q, r = 0.0, 0.0, 0.0
+        for i in range(n - 1, -1, -1):
+            found = a[i] * pivot[i] - one[i] * p - two[i] * q - three[i] * r
+            a[i] = found
+            p, q, r = found, p, q
+        for i in range(n):
+            u[i] += early * a[i]
+            v[i] += later * a[i]
+        um += dt * vm
+        force, impulse, free_gap = 0.0, 0.0, u[0] - um
+        if not closed and gap <= 0.0 and rate < 0.0:
+            closed = True
+            impulse = -rate / (1.0 / striker + 1.0 / mass[0])
+            free_gap += per_impulse * impulse
+        if closed:
+            force = max(0.0, -free_gap / per_force)
+            closed = force > 0.0 or impulse > 0.0
+            for i in range(answers.shape[2]):
+                u[i] += force * answers[0, 0, i] + impulse * answers[1, 0, i]
+                v[i] += force * answers[0, 1, i] + impulse * answers[1, 1, i]
+                a[i] += force * answers[0, 2, i] + impulse * answers[1, 2, i]
+            um -= (0.5 * dt * force + impulse) * dt / striker
+            vm -= (dt * force + impulse) / striker
+        gap, rate = u[0] - um, v[0] - vm
+        row = out[step]
+        row[0], row[1], row[2] = (step + 1) * dt, force, gap
+        row[3], row[4], row[5], row[6], row[7], row[8] = um, vm, u[0], v[0], um, vm
+        if (step + 1) % stride == 0:
+            energy, momentum = stored(shear, bending, half, u, u), 0.0
+            for i in range(n):
+                energy += mass[i] * v[i] * v[i]
+            for i in range(0, n, 2):
+                momentum += mass[i] * v[i]
+            energies[sample, 0], energies[sample, 1] = 0.5 * energy, momentum
+            energies[sample, 2], energies[sample, 3] = 0.5 * striker * vm * vm, striker * vm
+            sample += 1
+
+
+def planned(elements: int, scheme: str, steps: int) -> Plan:
+    """Return the case, prepared."""
+    integrator, points = SCHEMES[scheme]
+    beam = Beam(
+        "beam", (STEEL,), End("free"), End("clamped"), theory="timoshenko", model=FiniteElement(elements, "lumped")
+    )
+    contact = Contact(Point("hammer", 0.0, "hammer"), Point("beam", 0.0, "beam.left"), 0.0, AdditionDeletion())
+    bodies = {"hammer": Mass("hammer", STRIKER, 1.0), "beam": beam}
+    highest = beam.model.build_beam(beam, 0.0).operators().highest_frequency  # type: ignore[union-attr]
+    dt = 2.0 * np.pi / highest / points
+    scene = Scene("beams", bodies, (contact,), steps * dt, integrator, StepRule(dt=dt), round_trip=beam.round_trip)
+    return prepare(scene)
+
+
+def time_by_hand(plan: Plan, elements: int) -> tuple[float, Any]:
+    """Return what the same steps take in the hand-written loop [s], and what it recorded."""
+    assert plan.dt is not None
+    system, stepper = plan.built["beam"].system, plan.steppers["beam"]
+    h = STEEL.length / elements
+    known = matrices(STEEL, h).stiffness
+    bending = STEEL.bending_stiffness / h
+    body = np.full(elements, known[0, 0]), np.full(elements, bending), 0.5 * h, system.mass[0]
+    n = system.load.size
+    out, energies, state = np.zeros((plan.steps, 9)), np.zeros((SAMPLES + 1, 4)), np.zeros((3, n))
+    out.fill(0.0)
+    stride = -(-plan.steps // SAMPLES)
+    if isinstance(plan.integrator, Newmark):
+        loop: Any = newmark_by_hand
+        given = (*factorised(plan), state)
+    else:
+        loop, given = by_hand, (state,)
+        assert stepper.jump.size
+    began = time.thread_time()
+    loop(*body, STRIKER, *given, out, energies, plan.dt, stride)
+    return time.thread_time() - began, out
+
+
+def factorised(plan: Plan) -> tuple[Any, Any, Any]:
+    """Return 1/D and the bands of L (3, n), and the stepper's answers to force and impulse (2, 3, reach)."""
+    from scipy.linalg import cholesky_banded
+
+    assert plan.dt is not None
+    system, stepper = plan.built["beam"].system, plan.steppers["beam"]
+    matrix = 0.25 * plan.dt**2 * system.stiffness
+    matrix[0] += system.mass[0]
+    root = cholesky_banded(matrix, lower=True)
+    answers = np.array([each[0].reshape(3, -1) for each in (stepper.force_response, stepper.impulse_response)])
+    size = np.abs(answers) / np.abs(answers).max(axis=2, keepdims=True)
+    reach = 1 + int(np.flatnonzero((size > 1e-20).any(axis=(0, 1)))[-1])
+    return root[0] ** -2, np.ascontiguousarray(root[1:] / root[0]), np.ascontiguousarray(answers[:, :, :reach])
+
+
+def measure(elements: int, repeats: int, scheme: str, steps: int = STEPS) -> dict[str, float]:
+    """Return steps, the least times [s] of both loops, their ratio, and how far their forces differ."""
+    plan = planned(elements, scheme, steps)
+    ours, theirs, difference = [], [], 0.0
+    for _ in range(repeats + 1):
+        spent, assembly = time_loop(plan)
+        ours.append(spent)
+        spent, out = time_by_hand(plan, elements)
+        theirs.append(spent)
+        kept = assembly.memory.record[1 : plan.steps + 1, 1]
+        difference = float(np.abs(kept - out[:, 1]).max() / np.abs(out[:, 1]).max())
+    return {
+        "elements": elements,
+        "steps": plan.steps,
+        "loop_s": min(ours[1:]),
+        "by_hand_s": min(theirs[1:]),
+        "ratio": min(ours[1:]) / min(theirs[1:]),
+        "difference": difference,
+    }
+
+
+def main() -> None:
+    """Print one row per scheme and mesh."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
+    parser.add_argument("--elements", type=int, nargs="+", default=[100, 400, 1600])
+    parser.add_argument("--repeats", type=int, default=40)
+    parser.add_argument("--scheme", choices=SCHEMES, nargs="+", default=list(SCHEMES))
+    arguments = parser.parse_args()
+    for scheme in arguments.scheme:
+        print(f"{scheme}\nelements   steps   loop us/step   by hand us/step   ratio   largest difference of force")
+        rows = []
+        for elements in arguments.elements:
+            row = measure(elements, arguments.repeats, scheme)
+            rows.append(row)
+            ours, theirs = (1e6 * row[name] / row["steps"] for name in ("loop_s", "by_hand_s"))
+            costs = f"{ours:14.3f} {theirs:17.3f} {row['ratio']:7.2f}"
+            print(f"{elements:8d} {row['steps']:7.0f} {costs} {row['difference']:12.1e}")
+        if len(rows) > 1:
+            for name in ("loop_s", "by_hand_s"):
+                fixed, slope = line(rows, name)
+                print(f"{name}: {fixed:.3f} us per step on any mesh, {slope:.3f} ns per element and step")
+        longer = measure(arguments.elements[0], max(2, arguments.repeats // 4), scheme, 4 * STEPS)
+        print(f"four times the steps take {longer['loop_s'] / rows[0]['loop_s']:.2f} times the time\n")
+
+
+if __name__ == "__main__":
+    main()

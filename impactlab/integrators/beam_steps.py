@@ -1,0 +1,200 @@
+"""The compiled leapfrog step of a row of beam elements, node by node.
+
+A beam element without load inside stores a s^2/2 + b d^2/2, where s = w2 - w1 - l (theta1 + theta2) shears it and d =
+theta2 - theta1 bends it: a = 12 EI/h^3/(1 + Phi), l = h/2, b = EI/h. Elements of one kind in a row make a run, of which
+these three are known once. What a stiffness holds beyond that stands at single nodes: what holds the ends, and under
+tension what resists each rotation. Forces come from differences of deflections, so that a body far from where it began
+feels little rounding of its travel.
+
+Parameters: a header of 24 numbers (n, dt, marks, first whole node, nodes, runs, then what holds the ends), then gain,
+keep, push, mass and load, the rest at the rotations, and the runs.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numba
+import numpy as np
+
+from impactlab.banded import multiply
+from impactlab.pointers import FAST
+from impactlab.types import Array
+
+HEADER = 24
+RUN = 4  # numbers of a run: elements, a, l, b
+ROUNDING = 1e-14  # of a diagonal entry: what taking elements out of it leaves of nothing
+ALIKE = 1e-9  # of a force: how well the parts must give the forces of the whole
+HELPER: Any = numba.njit(cache=True, fastmath=FAST)
+
+
+class BeamRow(NamedTuple):
+    """A stiffness taken apart."""
+
+    lead: int  # coordinates before the first whole node: 1 where the rotation of a pinned end stands alone
+    nodes: int  # whole ones
+    ends: Array  # (12,) what holds the first and the last whole node, then a lone rotation beyond each: own, coupling
+    rest: Array  # (nodes,) stiffness of rotations to the ground
+    runs: Array  # (n_runs, RUN)
+
+
+@HELPER
+def along(
+    count: int, a: float, arm: float, b: float, x: Array, gain: Array, rate: Array, before: float, turn: float
+) -> tuple[float, float]:
+    """Add the forces of a run of elements to the rates, given those of the element before; return those of the last."""
+    for e in range(count):
+        w, theta, next_w, next_theta = x[2 * e], x[2 * e + 1], x[2 * e + 2], x[2 * e + 3]
+        force = a * (next_w - w - arm * (theta + next_theta))
+        moment = b * (next_theta - theta)
+        rate[2 * e] += gain[2 * e] * (force - before)
+        rate[2 * e + 1] += gain[2 * e + 1] * (arm * (force + before) + moment - turn)
+        before, turn = force, moment
+    return before, turn
+
+
+def free(parameters: Array, state: Array) -> None:
+    """Step without contact: v += dt M^-1 (load - K u - C (v_old + v_new)/2), then u += dt v."""
+    n, dt, damped, loaded = int(parameters[0]), parameters[1], parameters[2], parameters[3]
+    rested, lead, nodes, runs = parameters[4], int(parameters[5]), int(parameters[6]), int(parameters[7])
+    ends, arrays = parameters[8:20], parameters[24:]
+    gain, keep, push = arrays[:n], arrays[n : 2 * n], arrays[2 * n : 3 * n]
+    rest, table = arrays[5 * n : 5 * n + nodes], arrays[5 * n + nodes :]
+    u, v = state[:n], state[n : 2 * n]
+    if damped != 0.0:
+        for i in range(n):
+            v[i] *= keep[i]
+    before, turn, lever, done = 0.0, 0.0, 0.0, lead
+    for run in range(runs):
+        count, a, arm, b = int(table[4 * run]), table[4 * run + 1], table[4 * run + 2], table[4 * run + 3]
+        v[done + 1] += gain[done + 1] * (lever - arm) * before
+        lever = arm
+        before, turn = along(count, a, arm, b, u[done:], gain[done:], v[done:], before, turn)
+        done += 2 * count
+    v[done] -= gain[done] * before
+    v[done + 1] += gain[done + 1] * (lever * before - turn)
+    if rested != 0.0:
+        x, rate, push_of = u[lead:], v[lead:], gain[lead:]
+        for k in range(nodes):
+            rate[2 * k + 1] -= push_of[2 * k + 1] * rest[k] * x[2 * k + 1]
+    for end in range(2):
+        i = done if end else lead
+        v[i] -= gain[i] * (ends[3 * end] * u[i] + ends[3 * end + 1] * u[i + 1])
+        v[i + 1] -= gain[i + 1] * (ends[3 * end + 1] * u[i] + ends[3 * end + 2] * u[i + 1])
+        lone = n - 1 if end else 0
+        own, of_w, of_theta = ends[6 + 3 * end], ends[7 + 3 * end], ends[8 + 3 * end]
+        if own != 0.0:
+            v[lone] -= gain[lone] * (own * u[lone] + of_w * u[i] + of_theta * u[i + 1])
+            v[i] -= gain[i] * of_w * u[lone]
+            v[i + 1] -= gain[i + 1] * of_theta * u[lone]
+    if loaded != 0.0:
+        for i in range(n):
+            v[i] += push[i]
+    for i in range(n):
+        u[i] += dt * v[i]
+
+
+def measure(parameters: Array, state: Array, out: Array) -> None:
+    """Write the energy that leapfrog conserves, v M v/2 + u_old K u/2 [J], and its work of the load [J]."""
+    n, dt, loaded = int(parameters[0]), parameters[1], parameters[3]
+    rested, lead, nodes, runs = parameters[4], int(parameters[5]), int(parameters[6]), int(parameters[7])
+    ends, arrays = parameters[8:20], parameters[24:]
+    mass, load = arrays[3 * n : 4 * n], arrays[4 * n : 5 * n]
+    rest, table = arrays[5 * n : 5 * n + nodes], arrays[5 * n + nodes :]
+    u, v = state[:n], state[n : 2 * n]
+    energy, work, done = 0.0, 0.0, lead
+    for i in range(n):
+        energy += mass[i] * v[i] * v[i]
+    for run in range(runs):
+        count, a, arm, b = int(table[4 * run]), table[4 * run + 1], table[4 * run + 2], table[4 * run + 3]
+        x, rate = u[done:], v[done:]
+        for e in range(count):
+            sheared = x[2 * e + 2] - x[2 * e] - arm * (x[2 * e + 1] + x[2 * e + 3])
+            bent = x[2 * e + 3] - x[2 * e + 1]
+            shearing = rate[2 * e + 2] - rate[2 * e] - arm * (rate[2 * e + 1] + rate[2 * e + 3])
+            bending = rate[2 * e + 3] - rate[2 * e + 1]
+            energy += a * sheared * (sheared - dt * shearing) + b * bent * (bent - dt * bending)
+        done += 2 * count
+    if rested != 0.0:
+        x, rate = u[lead:], v[lead:]
+        for k in range(nodes):
+            energy += rest[k] * x[2 * k + 1] * (x[2 * k + 1] - dt * rate[2 * k + 1])
+    for end in range(2):
+        i = done if end else lead
+        lone = n - 1 if end else 0
+        w, theta, own = u[i], u[i + 1], u[lone]
+        old_w, old_theta, old_own = w - dt * v[i], theta - dt * v[i + 1], own - dt * v[lone]
+        energy += ends[3 * end] * w * old_w + ends[3 * end + 2] * theta * old_theta
+        energy += ends[3 * end + 1] * (w * old_theta + theta * old_w)
+        if ends[6 + 3 * end] != 0.0:
+            energy += ends[6 + 3 * end] * own * old_own
+            energy += ends[7 + 3 * end] * (own * old_w + w * old_own)
+            energy += ends[8 + 3 * end] * (own * old_theta + theta * old_own)
+    if loaded != 0.0:
+        for i in range(n):
+            work += load[i] * (u[i] - 0.5 * dt * v[i])
+    out[0], out[1] = 0.5 * energy, work
+
+
+def beam_row(stiffness: Array) -> BeamRow | None:
+    """Return a banded stiffness as that of a row of beam elements, or None where it is none."""
+    n = stiffness.shape[1]
+    if len(stiffness) != 4 or n < 8:
+        return None
+    own, first, second, third = stiffness
+    # A deflection acts on the next node's rotation, three places on; a rotation on nothing that far.
+    lead = 0 if np.any(third[::2]) else 1
+    nodes = (n - lead) // 2
+    at = lead + 2 * np.arange(nodes - 1)  # deflections on the left of whole elements
+    if np.any(second[at] >= 0.0):
+        return None
+    a, arm = -second[at], first[at + 1] / second[at]
+    b = a * arm**2 - second[at + 1]
+    rest = _without(stiffness, at, (a, arm, b))
+    rest[0][np.abs(rest[0]) < ROUNDING * own] = 0.0
+    rest[1][np.abs(rest[1]) < ROUNDING * np.abs(first).max()] = 0.0
+    ends = [number for w in (lead, lead + 2 * nodes - 2) for number in (rest[0, w], rest[1, w], rest[0, w + 1])]
+    ends += [own[0], first[0], second[0]] if lead else [0.0] * 3
+    ends += [own[-1], second[n - 3], first[n - 2]] if (n - lead) % 2 else [0.0] * 3
+    turns = rest[0, lead + 1 : lead + 2 * nodes : 2].copy()
+    turns[[0, -1]] = 0.0
+    unlike = np.any(np.diff(np.array([a, arm, b]), axis=1) != 0.0, axis=0)
+    heads = np.concatenate(([0], np.flatnonzero(unlike) + 1))
+    counts = np.diff(np.append(heads, a.size))
+    row = BeamRow(lead, nodes, np.array(ends), turns, np.column_stack((counts, a[heads], arm[heads], b[heads])))
+    # Two displacements without any symmetry tell whether that is all of it.
+    for shift in (0.5, 2.0):
+        moved = np.sin(shift + np.arange(n) ** 1.1)
+        parameters = packed(row, 1.0, np.array([np.ones(n), np.ones(n), np.zeros(n), np.ones(n), np.zeros(n)]), (0, 0))
+        state = np.concatenate((moved, np.zeros(n)))
+        free(parameters, state)
+        size = multiply(np.abs(stiffness), np.abs(moved))
+        if np.any(np.abs(state[n:] + multiply(stiffness, moved)) > ALIKE * size):
+            return None
+    return row
+
+
+def packed(row: BeamRow, dt: float, each: Array, marks: tuple[float, float]) -> Array:
+    """Return the parameters of the kernels.
+
+    ``each`` holds gain, keep, push, mass and load, (5, n); ``marks`` say whether anything damps, and anything loads.
+    """
+    header = np.zeros(HEADER)
+    header[:8] = (each.shape[1], dt, *marks, np.any(row.rest), row.lead, row.nodes, len(row.runs))
+    header[8:20] = row.ends
+    return np.concatenate((header, each.ravel(), row.rest, row.runs.ravel()))
+
+
+def _without(stiffness: Array, at: Array, element: tuple[Array, Array, Array]) -> Array:
+    """Return what is left of a stiffness without the elements whose left deflections are at these coordinates."""
+    (a, arm, b), rest = element, stiffness.copy()
+    for w in (at, at + 2):
+        rest[0, w] -= a
+        rest[0, w + 1] -= a * arm**2 + b
+    rest[1, at] -= a * arm
+    rest[1, at + 2] += a * arm
+    rest[1, at + 1] += a * arm
+    rest[2, at] += a
+    rest[2, at + 1] -= a * arm**2 - b
+    rest[3, at] -= a * arm
+    return np.asarray(rest)
