@@ -52,6 +52,7 @@ PLACES = (
     Place("Love rod, end", rod(), love_rod(20, LATERAL), 0.0),
     Place("pinned slender beam, middle", beam(0.3, "pinned", "pinned"), Modal(None, 20), 0.15),
     Place("pinned Timoshenko beam, middle", beam(0.3, "pinned", "pinned", SHEARED), Modal(None, 20), 0.15),
+    Place("the same, 80 modes", beam(0.3, "pinned", "pinned", SHEARED), Modal(None, 80), 0.15),
     Place("slender cantilever, middle", beam(0.3, "clamped", "free"), Modal(None, 20), 0.15),
     Place("slender cantilever, tip", beam(0.3, "clamped", "free"), Modal(None, 20), 0.3),
     Place("Timoshenko cantilever, tip", beam(0.3, "clamped", "free", SHEARED), Modal(None, 20), 0.3),
@@ -294,10 +295,10 @@ def picture(lines: dict[str, tuple[list[float], list[float]]]) -> Figure:
     figure, [[left, right]] = grid(1, 2, 2.7, Margins(across=0.8))
     chosen = (
         (2, "phase", 0, 0.05),
-        (6, "phase", 2, 0.66),
-        (5, "phase", 1, 0.5),
+        (7, "phase", 2, 0.66),
+        (6, "phase", 1, 0.5),
         (2, "group", 3, 1.05),
-        (5, "group", 4, 1.5),
+        (6, "group", 4, 1.5),
     )
     for number, speed, colour, height in chosen:
         points = np.geomspace(3.0, 100.0, 12)
