@@ -22,6 +22,7 @@ from impactlab.scene import StepRule
 SCRIPT = Path(__file__).resolve().parents[2] / "docs" / "matrix.py"
 TRIPS = 1.2  # of the wave: the touch, the loading twice over
 LAW, SCHEME, MODEL = "penalty", "newmark", "modal 100/40"
+BEAM = "beam: modal 20/20"
 
 
 def loaded() -> Any:
@@ -39,6 +40,9 @@ SAMPLE = [
     *((MODEL, LAW, scheme) for scheme in matrix.schemes()),
     *((MODEL, law, SCHEME) for law in matrix.laws()),
     *((model, "addition_deletion", "midpoint, located") for model in matrix.models()),
+    *((BEAM, "hertz", scheme) for scheme in matrix.schemes()),
+    *((BEAM, law, SCHEME) for law in matrix.laws()),
+    *((model, "hertz", SCHEME) for model in matrix.beam_models()),
 ]
 
 
@@ -77,6 +81,10 @@ def test_no_cell_crashes_hangs_or_returns_a_number_that_is_not_finite() -> None:
     assert counts["completed"] > len(cells) // 2
     # Those are explicit, and the remedy they tell, a smaller step, is true.
     for cell in (cell for cell, each in found.items() if each.status == "failed"):
+        if cell[0].startswith(matrix.BEAM):
+            # A multiplier kept from step to step is a hard contact, and on this beam none converges.
+            assert cell[1] == "augmented_lagrangian", cell
+            continue
         scene = matrix.scene_of(*cell, TRIPS)
         assert scene.step.courant == 0.5, cell
         simulate.run(dataclasses.replace(scene, step=StepRule(courant=0.3)))
