@@ -12,13 +12,13 @@ from impactlab.casefile import Case
 from impactlab.casefile.document import Document, Kind, read_document
 from impactlab.casefile.words import closest, listed, shown
 from impactlab.errors import CaseError
-from impactlab.scene import Scene
+from impactlab.scene import Beam, Scene
 
 BUILT_IN = Path(__file__).with_name("grid.yaml")
 
 GRID = Kind("a grid has the keys schema_version and families", "Write families: {NAME: {...}}.")
 PARTS = ("law", "model", "integrator", "step")  # blocks that a family may give
-SCENES = ("any", "without_steps", "with_steps")
+SCENES = ("any", "without_steps", "with_steps", "beams")
 KEYS = ("for", *PARTS, "events", "settings", "scenes", "sibling_of", "levels")
 
 
@@ -38,15 +38,18 @@ class Family:
     step: Mapping[str, Any] | None = None
     events: str | None = None
     settings: Mapping[str, Any] = field(default_factory=dict)  # dotted path in the case -> value
-    scenes: str = "any"  # without_steps: those the continuous model solves from event to event; with_steps: the others
+    scenes: str = "any"  # without_steps: those solved from event to event; with_steps: the others; beams: with a beam
     sibling_of: str | None = None  # the family that differs by its special step c dt = h alone
     levels: tuple[Mapping[str, Any], ...] = ({},)  # path -> value each, coarse to fine
     own: bool = False  # a method of the case itself: its settings are all it says
 
     def serves(self, scene: Scene) -> bool:
         """Return whether the family says anything about a scene."""
-        without = all(contact.law.hard or contact.law.is_spring for contact in scene.contacts)
-        return self.scenes == "any" or without == (self.scenes == "without_steps")
+        bent = any(isinstance(body, Beam) for body in scene.bodies.values())
+        if self.scenes in ("any", "beams"):
+            return bent or self.scenes == "any"
+        without = not bent and all(contact.law.hard or contact.law.is_spring for contact in scene.contacts)
+        return without == (self.scenes == "without_steps")
 
     def values(self, scene: Scene, level: Mapping[str, Any]) -> dict[str, Any]:
         """Return the method that a level makes for a scene: dotted path to value, as under ``methods`` of a case."""

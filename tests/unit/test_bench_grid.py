@@ -163,3 +163,15 @@ def test_the_grid_on_its_page_is_one(tmp_path: Path) -> None:
     page = (CASES.parent / "docs" / "bench.md").read_text()
     (family,) = read_grid(written(tmp_path, page.partition("```yaml\n")[2].partition("```")[0]))
     assert family == next(each for each in read_grid(BUILT_IN) if each.name == family.name)
+
+
+def test_families_of_beams_serve_scenes_with_beams_alone() -> None:
+    """And the exact solver of rods is not asked for a beam, whatever its contact."""
+    families = {family.name: family for family in read_grid(BUILT_IN)}
+    beam = load_case(CASES / "mass_on_cantilever_middle.yaml").scene()
+    rod = load_case(CASES / "axial_impact.yaml").scene()
+    for name in ("beam_modes", "beam_elements", "beam_explicit"):
+        assert families[name].serves(beam)
+        assert not families[name].serves(rod)
+    assert not families["exact"].serves(beam)
+    assert families["exact"].serves(rod)
