@@ -304,7 +304,7 @@ def picture(lines: dict[str, tuple[list[float], list[float]]]) -> Figure:
         points = np.geomspace(3.0, 100.0, 12)
         place = PLACES[number]
         left.semilogx(points, [missed(place, float(n), speed) for n in points], color=PALETTE[colour])  # type: ignore[arg-type]
-        left.text(12.0, height, f"{place.name}, {speed} speed", color=PALETTE[colour], fontsize=7.5)
+        left.text(7.0, height, f"{place.name}, {speed} speed", color=PALETTE[colour], fontsize=7.5)
     left.set_ylim(-0.05, 2.3)
     left.set_xlabel("points in the shortest period")
     left.set_ylabel("missed, over what the modes do in a step")
