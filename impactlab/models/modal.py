@@ -115,9 +115,10 @@ class Modal(AbstractRodModel):
     def _count(self, mesh: AbstractMesh) -> int:
         """Return how many coordinates beside the rigid motion are kept; raise where the mesh has not so many."""
         n_dof = mesh.mass.shape[1]
-        if n_dof > MOST + 1:
+        if n_dof > MOST + len(mesh.motions):
             raise CaseError(
-                f"a mesh of {n_dof} coordinates is too large for its modes. Allowed: elements times order up to {MOST}",
+                f"a mesh of {n_dof} coordinates is too large for its modes. "
+                f"Allowed: elements times order up to {MOST // len(mesh.motions)}",
                 remedy="Give fewer elements, or use finite_element.",
                 path="solve.model.elements",
             )

@@ -16,6 +16,7 @@ from impactlab.bases.shapes import constraint_modes, pieces, still_free, struck
 from impactlab.bases.striker_attached import StrikerAttached
 from impactlab.bases.substructured import Substructured
 from impactlab.contact.addition_deletion import AdditionDeletion
+from impactlab.errors import CaseError
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.models.base import Face
 from impactlab.models.beam_mesh import BeamMesh
@@ -98,3 +99,23 @@ def test_a_beam_without_contacts_keeps_its_rigid_motions(basis):
     shares = reduced.shapes.T @ full(body.mass) @ motions
     assert np.abs(reduced.shapes @ shares - motions).max() < 1e-10 * np.abs(motions).max()
     assert np.count_nonzero(reduced.frequencies == 0.0) == 2
+
+
+def test_a_mesh_too_large_for_its_modes_says_how_many_elements_are_allowed():
+    with pytest.raises(CaseError, match="elements times order up to 1000"):
+        Modal(1100, 10).build_beam(Beam("beam", (STEEL,), End("free"), End("free")), 0.0)
+
+
+@pytest.mark.parametrize(
+    ("basis", "modes", "needed"), [(CraigBampton(), 0, None), (Substructured(pieces=6, others=2), 3, 19)]
+)
+def test_too_few_coordinates_for_a_beam_are_refused_with_a_number(basis, modes, needed):
+    body = mesh("free", "free")
+    faces = (Face(0.0, 0, 0.1),)
+    if needed is None:
+        # The constraint mode and the turn about the struck place are the two rigid motions themselves.
+        assert basis.span(body, modes, faces).shapes.shape[1] == 2
+        return
+    with pytest.raises(CaseError, match=f"needs {needed} modes or more"):
+        basis.span(body, modes, faces)
+    assert basis.span(body, needed, faces).shapes.shape[1] == needed + 2
