@@ -132,13 +132,17 @@ def _allowed_at(keys: list[str], data: Any, allowed: Iterable[str] | type[BaseMo
         return list(allowed)
     models: list[type[BaseModel]] = [allowed]
     for key in keys:
-        data = data[int(key)] if isinstance(data, (list, tuple)) else data[key]
-        fields = [model.model_fields[key].annotation for model in models if key in model.model_fields]
+        fields = [model.model_fields[key].annotation for model in _of_kind(models, data) if key in model.model_fields]
         if fields:
             models = [model for field in fields for model in _models_in(field)]
+        data = data[int(key)] if isinstance(data, (list, tuple)) else data[key]
+    return [name for model in _of_kind(models, data) for name in model.model_fields]
+
+
+def _of_kind(models: list[type[BaseModel]], data: Any) -> list[type[BaseModel]]:
+    """Return those models that a block of that kind is read by."""
     kind = data.get("kind") if isinstance(data, dict) else None
-    chosen = [model for model in models if _kind_of(model) in (None, kind)] or models
-    return [name for model in chosen for name in model.model_fields]
+    return [model for model in models if _kind_of(model) in (None, kind)] or models
 
 
 def _models_in(annotation: Any) -> list[type[BaseModel]]:

@@ -15,6 +15,7 @@ njit: Any = numba.njit
 PART = njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
 INLINE = njit(inline="always", error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
+STIFFEST = 1e4  # rate in a of which the recurrence may lose that many roundings; pivoting over blocks does not
 LARGEST = 8.0  # entry of a block of the recurrence: what cancels then is as much larger than what remains
 
 
@@ -110,10 +111,14 @@ def system(a: Array, b: Array, n: int, first: Array, order: int, y: Array) -> No
 
 @PART
 def steps_down(a: Array, b: Array, n: int, order: int, p: Array) -> bool:
-    """Write y_k = p_k y_{k-1} + r_k, n rows of n + 1 entries per k; return False where an entry is too large.
+    """Write y_k = p_k y_{k-1} + r_k, n rows of n + 1 entries per k; return False where that would lose digits.
 
     Pivots are sought within a block only: where functions swing fast, a block may be nearly singular and p_k is large.
     """
+    for i in range(n):
+        for m in range(n):
+            if not abs(a[i, m]) <= STIFFEST:
+                return False
     w: Array = table(n, 2 * n + 1)
     for k in range(order - 1, 0, -1):
         half = 0.5 / k

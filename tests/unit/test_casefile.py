@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from impactlab import CaseError, load_case
-from impactlab.scene import End, Mass, Rod, Wall
+from impactlab.scene import ElasticBody, End, Mass, Wall
 
 CASE = """\
 schema_version: 1
@@ -335,4 +335,4 @@ def test_shipped_cases_load_with_all_their_methods():
         for variant in case.variant_names:
             for name in case.method_names:
                 scene = case.variant(variant).method(name).scene()
-                assert any(isinstance(body, Rod) for body in scene.bodies.values())
+                assert any(isinstance(body, ElasticBody) for body in scene.bodies.values())
