@@ -35,8 +35,8 @@ class WaveIdentification(AbstractContactLaw):
     hard = True
     fixed_step = True
     trial_at_end = True
-    # Measured: 0.43 on two 2-node elements (docs/bounds.md), 0.4954 with four Ritz vectors of 27 elements. On spectral elements of order 4 and more it may gain the whole
-    # energy; such runs end as failed.
+    # Measured: 0.43 on two 2-node elements (docs/bounds.md), 0.4954 with four Ritz vectors of 27 elements. On spectral
+    # elements of order 4 and more it may gain the whole energy; such runs end as failed.
     gains_energy = 0.55
 
     residual: bool = option(True, description="add the quasi-static stress of the modes left out to the messenger's")
