@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
@@ -32,7 +34,7 @@ class Place(NamedTuple):
 class ContinuousHistory(AbstractHistory):
     """The exact history of a scene; also answers places on a rod that no probe named.
 
-    Spans, energies and warnings are worked out when first asked for.
+    The march has written waves and events down; what is asked for is made of them when it is first asked for.
     """
 
     def __init__(self, scene: Scene, layout: Layout, log: Log, duration: float) -> None:
@@ -40,22 +42,47 @@ class ContinuousHistory(AbstractHistory):
         self.duration = duration
         self.scene = scene
         self.layout = layout
-        self.signals = Signals(layout, log)
+        self._log = log
         self.cost = Cost(steps=int(log.tally[2]))
-        names = [contact.name for contact in scene.contacts]
-        self._contact = {names[place]: c for c, place in enumerate(layout.places)}
-        self._speed = float(log.scale[0])
-        self._exact_x = {probe.channel: probe.x for probe in scene.probes}
-        count = int(log.tally[1])
-        self._dated = sorted(
-            (float(log.event_time[k]), k, names[layout.places[log.event_contact[k]]], bool(log.event_kind[k]))
-            for k in range(count)
-            if log.event_time[k] <= duration
-        )
-        self.events = tuple(Event(t, name, "close" if closes else "open") for t, _, name, closes in self._dated)
+        self._events: tuple[Event, ...] | None = None
         self._spans: tuple[ContactSpan, ...] | None = None
         self._book: EnergyBook | None = None
         self._warned: list[Warned] | None = None
+
+    @cached_property
+    def signals(self) -> Signals:
+        """The waves and forces as functions of time."""
+        return Signals(self.layout, self._log)
+
+    @cached_property
+    def _contact(self) -> dict[str, int]:
+        return {self.scene.contacts[place].name: c for c, place in enumerate(self.layout.places)}
+
+    @cached_property
+    def _speed(self) -> float:
+        return float(self._log.scale[0])
+
+    @cached_property
+    def _exact_x(self) -> dict[str, float]:
+        return {probe.channel: probe.x for probe in self.scene.probes}
+
+    @property
+    def events(self) -> tuple[Event, ...]:
+        """Closings and openings in order of time."""
+        if self._events is None:
+            log, names = self._log, [self.scene.contacts[place].name for place in self.layout.places]
+            found = zip(log.event_time, log.event_contact, log.event_kind, strict=True)
+            dated = sorted(
+                (float(time), number, names[contact], bool(closes))
+                for number, (time, contact, closes) in enumerate(islice(found, int(log.tally[1])))
+                if time <= self.duration
+            )
+            self._events = tuple(Event(time, name, "close" if closes else "open") for time, _, name, closes in dated)
+        return self._events
+
+    @events.setter
+    def events(self, events: tuple[Event, ...]) -> None:
+        self._events = events
 
     @property
     def contacts(self) -> tuple[ContactSpan, ...]:
