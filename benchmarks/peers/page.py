@@ -21,7 +21,8 @@ Made by `python -m benchmarks.peers.compare --out docs/peers.md` with the `[peer
 with `--from docs/peers.json`. {machine};
 {versions}.
 {repeats} interleaved repeats, time of the processor in one thread: the least, and in brackets how far the middle one
-lies above it. {noise}
+lies above it. A run below 0.1 s follows an untimed one of the same program each time, so that none pays for caches that
+another emptied. {noise}
 
 ## What was asked for
 
