@@ -1,9 +1,9 @@
-"""Writes tables and figures of benchmarks.md from the stored table: ``python docs/bench.py [--out DIR] [--check]``.
+"""Writes tables and figures of the pages of the bench from stored tables: ``python docs/bench.py [--out DIR] [--check]``.
 
-Nothing is run: bench/table.csv.gz holds every row of one bench. After `impactlab bench --out DIR` put its table there
-by ``python docs/bench.py --store DIR/table.csv``, which also writes page and figures. Each part stands between two
-comments in the page; the text around it is kept. ``--check`` writes nothing and fails where the page is not what the
-table gives.
+Nothing is run: bench/table.csv.gz (rods: benchmarks.md) and bench/beams.csv.gz (benchmarks-beams.md) hold every row of
+one bench each. After `impactlab bench --out DIR` put its table there by ``python docs/bench.py --page rods --store
+DIR/table.csv``, which also writes page and figures. Each part stands between two comments in the page; the text around
+it is kept. ``--check`` writes nothing and fails where a page is not what its table gives.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import re
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from impactlab.bench.report import energy, overview
 from impactlab.bench.report.automatic import automatic_sheet
@@ -34,8 +34,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 HERE = Path(__file__).resolve().parent
-PAGE = HERE / "benchmarks.md"
-TABLE = HERE / "bench" / "table.csv.gz"
 COLOURS = 64  # of a PNG: enough for lines and letters, a third of the bytes
 CLOSE_UP = ("axial_impact", "two_material_rod")  # the scenes that are shown closely: a uniform rod, and one that is not
 
@@ -104,50 +102,85 @@ FIGURES: dict[str, Callable[[Bench], Figure]] = {
 }
 
 
-def filled(page: str, bench: Bench) -> str:
-    """Return the page with all its parts written anew."""
-    for name, part in PARTS.items():
+BEAM_PARTS = tuple(name for name in PARTS if name != "special")  # no step is special where waves disperse
+BEAM_FIGURES: dict[str, Callable[[Bench], Figure]] = {
+    "bench_beams_map": lambda bench: overview.chart(bench.scenes, BOTH, 1e-3),
+    "bench_beams_slender": lambda bench: precision(bench.scene("sphere_on_beam"), NORMS[0], bench.look),
+    "bench_beams_sheared": lambda bench: precision(bench.scene("sphere_on_short_beam"), NORMS[0], bench.look),
+    "bench_beams_cantilever": lambda bench: precision(bench.scene("mass_on_cantilever_tip"), NORMS[0], bench.look),
+}
+
+
+class Page(NamedTuple):
+    """A page, the table that it is made from, and its figures."""
+
+    name: str
+    table: Path
+    parts: Sequence[str]
+    figures: Mapping[str, Callable[[Bench], Figure]]
+
+    @property
+    def path(self) -> Path:
+        """Where it stands."""
+        return HERE / self.name
+
+
+PAGES = {
+    "rods": Page("benchmarks.md", HERE / "bench" / "table.csv.gz", tuple(PARTS), FIGURES),
+    "beams": Page("benchmarks-beams.md", HERE / "bench" / "beams.csv.gz", BEAM_PARTS, BEAM_FIGURES),
+}
+
+
+def filled(text: str, bench: Bench, parts: Sequence[str]) -> str:
+    """Return the text of a page with its parts written anew."""
+    for name in parts:
         pattern = re.compile(rf"(<!-- table: {name} -->\n).*?(\n<!-- end of table -->)", re.DOTALL)
-        if not pattern.search(page):
-            raise SystemExit(f"{PAGE.name} has no place for '{name}'")
-        text = part(bench)
-        page = pattern.sub(lambda match, text=text: f"{match[1]}{text}{match[2]}", page)  # type: ignore[misc]
-    return page
+        if not pattern.search(text):
+            raise SystemExit(f"the page has no place for '{name}'")
+        part = PARTS[name](bench)
+        text = pattern.sub(lambda match, part=part: f"{match[1]}{part}{match[2]}", text)  # type: ignore[misc]
+    return text
 
 
 @drawn
-def write_figures(folder: Path, bench: Bench) -> None:
+def write_figures(folder: Path, bench: Bench, figures: Mapping[str, Callable[[Bench], Figure]]) -> None:
     """Write the figures as PNG files of few colours."""
     from PIL import Image
 
     folder.mkdir(parents=True, exist_ok=True)
-    for name, draw in FIGURES.items():
+    for name, draw in figures.items():
         buffer = io.BytesIO()
         draw(bench).savefig(buffer, format="png", dpi=140, metadata={"Software": None})
         Image.open(buffer).convert("RGB").quantize(COLOURS).save(folder / f"{name}.png", optimize=True)
 
 
 def main() -> int:
-    """Write page and figures, or check the page."""
-    parser = argparse.ArgumentParser(description="Write benchmarks.md and its figures from the stored table.")
+    """Write pages and figures, or check the pages."""
+    parser = argparse.ArgumentParser(description="Write the pages of the bench and their figures from stored tables.")
     parser.add_argument("--out", type=Path, default=HERE, help="folder of what is written")
-    parser.add_argument("--table", type=Path, default=TABLE, help="the table, CSV, plain or compressed")
-    parser.add_argument("--store", type=Path, metavar="TABLE", help="store this table first, for --table")
-    parser.add_argument("--check", action="store_true", help="write nothing; fail where the page has changed")
+    parser.add_argument("--page", choices=sorted(PAGES), help="one page alone; all if not given")
+    parser.add_argument("--store", type=Path, metavar="TABLE", help="store this table of a bench first, for --page")
+    parser.add_argument("--check", action="store_true", help="write nothing; fail where a page has changed")
     options = parser.parse_args()
     if options.store is not None:
-        options.table.parent.mkdir(parents=True, exist_ok=True)
-        options.table.write_bytes(stored(options.store))
-    bench, old = Bench(options.table), PAGE.read_text(encoding="utf-8")
-    new = filled(old, bench)
-    if options.check:
-        print("page unchanged" if old == new else "page changed: run docs/bench.py")
-        return 0 if old == new else 1
-    options.out.mkdir(parents=True, exist_ok=True)
-    (options.out / PAGE.name).write_text(new, encoding="utf-8")
-    write_figures(options.out / "figures", bench)
-    print(f"{len(PARTS)} tables, {len(FIGURES)} figures: {options.out / PAGE.name}")
-    return 0
+        if options.page is None:
+            parser.error("--store needs --page: which table is it?")
+        PAGES[options.page].table.write_bytes(stored(options.store))
+    changed = 0
+    for name, page in PAGES.items():
+        if options.page not in (None, name):
+            continue
+        bench, old = Bench(page.table), page.path.read_text(encoding="utf-8")
+        new = filled(old, bench, page.parts)
+        if options.check:
+            print(f"{page.name} unchanged" if old == new else f"{page.name} changed: run docs/bench.py")
+            changed += old != new
+            continue
+        options.out.mkdir(parents=True, exist_ok=True)
+        (options.out / page.name).write_text(new, encoding="utf-8")
+        write_figures(options.out / "figures", bench, page.figures)
+        print(f"{len(page.figures)} figures: {options.out / page.name}")
+    return 1 if changed else 0
 
 
 if __name__ == "__main__":
