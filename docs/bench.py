@@ -1,4 +1,4 @@
-"""Writes tables and figures of the pages of the bench from stored tables: ``python docs/bench.py [--out DIR] [--check]``.
+"""Writes tables and figures of the bench's pages from stored tables: ``python docs/bench.py [--out DIR] [--check]``.
 
 Nothing is run: bench/table.csv.gz (rods: benchmarks.md) and bench/beams.csv.gz (benchmarks-beams.md) hold every row of
 one bench each. After `impactlab bench --out DIR` put its table there by ``python docs/bench.py --page rods --store
