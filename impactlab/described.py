@@ -68,9 +68,9 @@ def rods_of(scene: Scene) -> list[Rod]:
     return [body for body in scene.bodies.values() if isinstance(body, Rod)]
 
 
-def beams_of(scene: Scene) -> list[str]:
-    """Return the names of the elastic bodies that are no rods."""
-    return [name for name, body in scene.bodies.items() if isinstance(body, ElasticBody) and not isinstance(body, Rod)]
+def beams_of(scene: Scene) -> list[Beam]:
+    """Return the beams of a scene."""
+    return [body for body in scene.bodies.values() if isinstance(body, Beam)]
 
 
 def on_end(body: Body, point: Point | Probe) -> bool:

@@ -6,6 +6,7 @@ import dataclasses
 import math
 from collections.abc import Iterator
 
+from impactlab.described import beams_of, described, has_one_answer
 from impactlab.errors import CaseError, ImpactlabError
 from impactlab.reference import COARSEST, JUDGED, Reference, Way, differences, is_known, levels
 from impactlab.scene import Beam, Rod, Scene, StepRule
@@ -52,11 +53,6 @@ def _checked(best: Reference, other: Reference, scene: Scene) -> Reference | Non
     return checked if is_known(checked) else None
 
 
-def beams_of(scene: Scene) -> list[Beam]:
-    """Return the beams of a scene."""
-    return [body for body in scene.bodies.values() if isinstance(body, Beam)]
-
-
 def slowest_time(beam: Beam) -> float:
     """Return L2 sqrt(rho A/EI) of a beam [s], from its whole length and its softest piece: about its first period."""
     return max(beam.length**2 * math.sqrt(s.density * s.area / s.bending_stiffness) for s in beam.segments)
@@ -86,8 +82,6 @@ def every_way(scene: Scene) -> Iterator[Way]:
     These go first where fronts count, under hard contacts; alone where a beam goes on for ever, of which the layers of
     a mesh only come near.
     """
-    from impactlab.described import has_one_answer
-
     beams = beams_of(scene)
     endless = any(is_endless(beam) for beam in beams)
     if (endless or any(contact.law.hard for contact in scene.contacts)) and has_one_answer(scene):
@@ -116,8 +110,6 @@ def ways(scene: Scene) -> Iterator[Way]:
     None where a hard contact meets an Euler-Bernoulli beam: the faces then part and meet again the more often the finer
     the description, and nothing converges.
     """
-    from impactlab.described import has_one_answer
-
     if is_singular(scene) or not has_one_answer(scene):
         return
     sheared = any(beam.theory == "timoshenko" for beam in beams_of(scene))
@@ -174,7 +166,6 @@ def has_closed_modes(beam: Beam) -> bool:
 def modal_scene(scene: Scene, modes: int, dt: float) -> Scene:
     """Return the scene with its beams in so many modes, its rods as delay lines, under exact steps of dt [s]."""
     from impactlab.contact.addition_deletion import AdditionDeletion
-    from impactlab.described import described
     from impactlab.integrators.exact_modal import ExactModal
     from impactlab.models.continuous import Continuous
     from impactlab.models.modal import Modal
@@ -206,7 +197,6 @@ def _modal(scene: Scene) -> Way:
 
 def _waves(scene: Scene) -> Way:
     from impactlab.contact.addition_deletion import AdditionDeletion
-    from impactlab.described import described
     from impactlab.models.continuous import Continuous
 
     shortest, beams = scale(scene), beams_of(scene)
@@ -231,7 +221,6 @@ def _waves(scene: Scene) -> Way:
 
 def _meshed(scene: Scene) -> Way:
     from impactlab.contact.addition_deletion import AdditionDeletion
-    from impactlab.described import described
     from impactlab.integrators.midpoint import Midpoint
     from impactlab.models.finite_element import FiniteElement
 

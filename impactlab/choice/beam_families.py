@@ -7,8 +7,9 @@ as for rods they decide where trials begin, and never what error is stated.
 from __future__ import annotations
 
 from impactlab.choice.families import FIXED_S, Family
+from impactlab.described import beams_of
 from impactlab.reference import Way
-from impactlab.reference_beams import beams_of, is_singular, ways
+from impactlab.reference_beams import is_singular, ways
 from impactlab.scene import Scene
 
 SETUP_S = 5e-3  # s, modes or a mesh with its rows
