@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 
-from impactlab.types import Array
+from impactlab.types import Array, Quantity
 
 if TYPE_CHECKING:
     from impactlab.models.base import Face
     from impactlab.models.meshed import AbstractMesh
+    from impactlab.scene import Profile
 
 
 class Span(NamedTuple):
@@ -20,6 +21,27 @@ class Span(NamedTuple):
     uncoupled: bool = False  # they are eigenvectors of the mesh, mass-normalised, rigid motion first
     residual: bool = False  # the static answer of what is left out acts at the contacts as a spring without mass
     closed: tuple[int, Array] | None = None  # number of a contact, and the shapes (n_mesh_dof, n) while it is closed
+
+
+class Coordinates(Protocol):
+    """Uncoupled, mass-normalised coordinates of a body, however they were found: what a modal body is made of."""
+
+    frequencies: Array  # (n_dof,) rad/s; exactly zero for rigid motions
+
+    def row(self, x: float, quantity: Quantity) -> Array:
+        """Return the quantity at x [m] of each coordinate, shape (n_dof,)."""
+
+    def static(self, x: float, quantity: Quantity, face: float) -> float:
+        """Return the static answer of the whole body at x per unit force at ``face`` [m]."""
+
+    def project(self, profile: Profile) -> Array:
+        """Return the coordinates of a displacement profile, shape (n_dof,)."""
+
+    def project_uniform(self) -> Array:
+        """Return the momentum of each coordinate at unit velocity, shape (n_dof,)."""
+
+    def grid(self) -> Array:
+        """Return the places at which fields are given, shape (n,) [m]."""
 
 
 class AbstractBasis(ABC):

@@ -6,9 +6,7 @@ from typing import Literal, final
 
 import numpy as np
 
-from impactlab.bases.analytic import AnalyticBasis
-from impactlab.bases.base import Span
-from impactlab.bases.beam_modes import BeamModes
+from impactlab.bases.base import Coordinates, Span
 from impactlab.bases.reduced import ReducedMesh, products
 from impactlab.errors import PairingError
 from impactlab.models.base import AbstractDiscreteModel, Face, Operators, Phases, end_load
@@ -29,7 +27,7 @@ class ModalBody(AbstractDiscreteModel):
     rod : Rod
     gravity : float
         m/s2, along +x.
-    basis : ReducedMesh or AnalyticBasis
+    basis : Coordinates
     paper_rule : bool
         ``points_per_period`` counts the continuous rod's period (the paper's Eq. 24) if the rod is uniform; else that
         of the highest frequency kept.
@@ -44,7 +42,7 @@ class ModalBody(AbstractDiscreteModel):
         self,
         rod: ElasticBody,
         gravity: float,
-        basis: ReducedMesh | AnalyticBasis | BeamModes,
+        basis: Coordinates,
         paper_rule: bool,
         massless: tuple[float, ...] = (),
         phases: Phases | None = None,

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -120,6 +122,19 @@ def face_velocity_per_force(scene: Scene, steppers: dict[str, Stepper], number: 
     return float(stepper.force_response[place, n_dof : 2 * n_dof] @ stepper.face_rows[place])
 
 
+@contextmanager
+def placed_at(path: str) -> Iterator[None]:
+    """Give the errors of a law the path of its contact, in front of the field that they name."""
+    try:
+        yield
+    except (PairingError, CaseError) as error:
+        if not error.path:
+            error.path = path
+        elif not error.path.startswith("solve"):
+            error.path = f"{path}.{error.path}"
+        raise
+
+
 def check_explicit_spring(
     scene: Scene,
     facts: Facts,
@@ -134,7 +149,8 @@ def check_explicit_spring(
     if integrator.load_point > 0.0:
         return
     for number, contact in enumerate(scene.contacts):
-        stiffness = contact.law.stiffest(*facts[number], dt)
+        with placed_at(f"contacts.{number}.law"):
+            stiffness = contact.law.stiffest(*facts[number], dt)
         pliancy = dt * sum(face_velocity_per_force(scene, steppers, number, side) for side in (0, 1))
         if stiffness * pliancy > 4.0:
             stable = dt * 2.0 / math.sqrt(stiffness * pliancy)
@@ -192,14 +208,8 @@ def start_law(contact: Contact, facts: tuple[SideFacts, SideFacts], path: str, d
                 remedy="Use addition_deletion, or a model whose faces have mass.",
                 path=path,
             )
-    try:
+    with placed_at(path):
         start = contact.law.begin(facts[0], facts[1], dt)
-    except (PairingError, CaseError) as error:
-        if not error.path:
-            error.path = path
-        elif not error.path.startswith("solve"):
-            error.path = f"{path}.{error.path}"
-        raise
     for what, asked, room in (
         ("parameters", start.parameters, PARAMETERS),
         ("memory", start.memory, MEMORY),
