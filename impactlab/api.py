@@ -175,20 +175,27 @@ def failure(case_name: str, error: BaseException) -> dict[str, Any]:
         "schema_version": 1,
         "case": case_name,
         "status": "refused" if refused else "failed",
-        "error": {
-            "kind": type(error).__name__,
-            "file": (error.file or None) if isinstance(error, ImpactlabError) else None,
-            "line": error.line if isinstance(error, ImpactlabError) else None,
-            "path": (error.path or None) if isinstance(error, ImpactlabError) else None,
-            "text": error.text if isinstance(error, ImpactlabError) else _said(error),
-            "remedy": (error.remedy or None) if isinstance(error, ImpactlabError) else None,
-        },
+        "error": _fault(error),
     }
+    if isinstance(error, ImpactlabError) and error.others:
+        document["more_errors"] = [_fault(other) for other in error.others]
     if isinstance(error, StepError):
         document["reached"] = {"time": error.time, "step": error.step}
         if error.history is not None:
             document["reached"]["events"] = [event._asdict() for event in error.history.events]
     return document
+
+
+def _fault(error: BaseException) -> dict[str, Any]:
+    ours = isinstance(error, ImpactlabError)
+    return {
+        "kind": type(error).__name__,
+        "file": (error.file or None) if ours else None,
+        "line": error.line if ours else None,
+        "path": (error.path or None) if ours else None,
+        "text": error.text if ours else _said(error),
+        "remedy": (error.remedy or None) if ours else None,
+    }
 
 
 def _said(error: BaseException) -> str:

@@ -19,7 +19,8 @@ def say(text: str) -> None:
 
 def answer(document: Any) -> None:
     """Print one JSON document on standard output; a number that is not finite becomes null."""
-    print(json.dumps(_finite(document), indent=1, allow_nan=False, ensure_ascii=False), flush=True)
+    text = json.dumps(_finite(document), indent=1, allow_nan=False, ensure_ascii=False)
+    print(text.encode("utf-8", "backslashreplace").decode("utf-8"), flush=True)  # the name of a file may be no text
 
 
 @contextlib.contextmanager

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -9,7 +10,7 @@ if TYPE_CHECKING:
 
 
 class ImpactlabError(Exception):
-    """Something a user can mend; carries the place of the fault.
+    """A fault that a user can fix; carries its place.
 
     Parameters
     ----------
@@ -32,6 +33,8 @@ class ImpactlabError(Exception):
         self.path = path
         self.file = file
         self.line = line
+        self.given_by = ""  # the option or function that gave the value, where it does not stand in the file
+        self.others: tuple[ImpactlabError, ...] = ()  # faults of the same file that were found with this one
 
     def located(self, file: str, line: int | None) -> ImpactlabError:
         """Return the same error with the file and line filled in (in place; kept if already known)."""
@@ -43,10 +46,24 @@ class ImpactlabError(Exception):
     def __str__(self) -> str:
         place = ""
         if self.file:
-            place = f"{self.file}:{self.line}: " if self.line is not None else f"{self.file}: "
+            line = f":{self.line}" if self.line is not None else ""
+            place = f"{self.file}{line}{f', given by {self.given_by}' if self.given_by else ''}: "
         where = f"{self.path}: " if self.path else ""
-        remedy = f"\n{self.remedy}" if self.remedy else ""
+        count = len(self.others)
+        more = f"({count} more fault{'s' if count > 1 else ''} after this one.)" if count else ""
+        remedy = "".join(f"\n{text}" for text in (" ".join((self.remedy, more)).strip(),) if text)
         return f"{place}{where}{self.text}{remedy}"
+
+
+def combined(errors: Sequence[ImpactlabError]) -> ImpactlabError:
+    """Return the first of several faults of one file, which holds the others; each place and text counts once."""
+    found: dict[tuple[str, str], ImpactlabError] = {}
+    for error in errors:
+        for each in (error, *error.others):
+            found.setdefault((each.path, each.text), each)
+    first, *others = found.values()
+    first.others = tuple(others)
+    return first
 
 
 class CaseError(ImpactlabError):

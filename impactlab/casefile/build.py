@@ -9,7 +9,7 @@ from impactlab.casefile.check import faces_of, reference_rod, shape_of
 from impactlab.casefile.parts import read_part
 from impactlab.casefile.schema import BeamBlock, CaseBlock, MassBlock, RodBlock, RoundTrips
 from impactlab.casefile.sections import beam_segments
-from impactlab.errors import CaseError
+from impactlab.errors import CaseError, ImpactlabError
 from impactlab.plugins import INTEGRATORS, LAWS, MODELS, Registry
 from impactlab.scene import (
     Beam,
@@ -73,6 +73,22 @@ def build_scene(case: CaseBlock, name: str, registry: Registry) -> Scene:
         round_trip=round_trip,
         tolerance=case.solve.tolerance,
     )
+
+
+def part_faults(case: CaseBlock, registry: Registry) -> list[ImpactlabError]:
+    """Return the faults of all models, laws and integrators that a case names."""
+    named = [(block.law, f"contacts.{number}.law", LAWS) for number, block in enumerate(case.contacts)]
+    if case.solve.tolerance is None:
+        named += [(case.solve.model, "solve.model", MODELS), (case.solve.integrator, "solve.integrator", INTEGRATORS)]
+        named += [(block, f"solve.models.{name}", MODELS) for name, block in case.solve.models.items()]
+    found = []
+    for block, path, group in named:
+        if block is not None:
+            try:
+                read_part(block, path, group, registry)
+            except ImpactlabError as error:
+                found.append(error)
+    return found
 
 
 def _body(case: CaseBlock, name: str, registry: Registry) -> Body:

@@ -10,14 +10,14 @@ from typing import Any
 from pydantic import ValidationError
 
 from impactlab import plugins
-from impactlab.casefile.build import build_scene
+from impactlab.casefile.build import build_scene, part_faults
 from impactlab.casefile.check import check
-from impactlab.casefile.document import Document, read_document
+from impactlab.casefile.document import Document, check_texts, read_document
 from impactlab.casefile.edit import edited, with_method, with_values, with_variant
 from impactlab.casefile.faults import case_error
 from impactlab.casefile.resolve import resolve
 from impactlab.casefile.schema import CaseBlock
-from impactlab.errors import CaseError, ImpactlabError
+from impactlab.errors import CaseError, ImpactlabError, combined
 from impactlab.scene import Scene
 
 
@@ -80,11 +80,19 @@ class Case:
             raise CaseError("with_() takes a value or fields, not both", remedy="Give one of the two.", path=path)
         return self.with_settings([(path, fields or value)])
 
-    def with_settings(self, settings: Iterable[tuple[str, Any]]) -> Case:
-        """Return a variant with several values changed, (path, value) each, in order; checked once all are in place."""
+    def with_settings(self, settings: Iterable[tuple[str, Any]], by: str = "with_()") -> Case:
+        """Return a variant with several values changed, (path, value) each, in order; checked once all are in place.
+
+        ``by`` is the option or function that gave them, for messages.
+        """
         document = self.document
         for path, value in settings:
-            document = self._located(edited, document, path, value, replace=False)
+            try:
+                document = edited(document, path, value, replace=False, by=by)
+            except ImpactlabError as error:
+                error.given_by = by
+                error.located(self.file, None)
+                raise
         variant = _make(self.name, self.file, document, self.registry)
         return replace(variant, method_name=self.method_name, variant_name=self.variant_name, written=self.written)
 
@@ -133,7 +141,7 @@ class Case:
 
     def place(self, error: ImpactlabError) -> ImpactlabError:
         """Return an error that was raised later, with the file, and the line of its path, filled in."""
-        return error.located(self.file, self.locate(error.path))
+        return _placed(error, self.file, self.document)
 
     def _located(self, change: Any, *given: Any, **options: Any) -> Document:
         try:
@@ -170,9 +178,26 @@ def case_of(name: str, file: str, document: Document, *, registry: plugins.Regis
     return _make(name, file, document, registry or plugins.registry())
 
 
+def given_by(document: Document, path: str) -> str:
+    """Return the option that gave the value of a path, a block that holds it, or a key in it; "" if the file did."""
+    keys = tuple(path.split("."))
+    for given, name in document.given.items():
+        if keys[: len(given)] == given or (given[:-1] == keys and path):
+            return name
+    return ""
+
+
+def _placed(error: ImpactlabError, file: str, document: Document) -> ImpactlabError:
+    for each in (error, *error.others):
+        if not each.file:
+            each.given_by = each.given_by or given_by(document, each.path)
+        each.located(file, locate(document, each.path))
+    return error
+
+
 def locate(document: Document, path: str) -> int | None:
-    """Return the line of a path, or of the nearest key above it."""
-    if not path:
+    """Return the line of a path, or of the nearest key above it; None for a value that is not from the file."""
+    if not path or given_by(document, path):
         return None
     keys = tuple(path.split("."))
     while keys and keys not in document.lines:
@@ -182,13 +207,17 @@ def locate(document: Document, path: str) -> int | None:
 
 def _make(name: str, file: str, document: Document, registry: plugins.Registry) -> Case:
     try:
+        check_texts(document.data)
         try:
             checked = CaseBlock.model_validate(document.data)
         except ValidationError as error:
             raise case_error(error, document.data, allowed=CaseBlock) from error
-        check(checked)
-        scene = build_scene(checked, name, registry)
+        try:
+            check(checked)
+            scene = build_scene(checked, name, registry)
+        except ImpactlabError as error:
+            raise combined([error, *part_faults(checked, registry)]) from error
     except ImpactlabError as error:
-        error.located(file, locate(document, error.path))
+        _placed(error, file, document)
         raise
     return Case(name, file, document, registry, checked, scene)

@@ -13,7 +13,7 @@ from impactlab.casefile.schema import CHOSEN, BeamBlock, CaseBlock, ElasticBlock
 from impactlab.casefile.sections import check_section, check_shear, pieces_of
 from impactlab.casefile.stops import stops_leave_room
 from impactlab.casefile.words import listed, shown
-from impactlab.errors import CaseError
+from impactlab.errors import CaseError, combined
 from impactlab.scene import Profile, Table
 from impactlab.types import QUANTITIES_OF_BEAM, QUANTITIES_OF_ROD
 
@@ -26,9 +26,15 @@ class Faces(NamedTuple):
 
 
 def check(case: CaseBlock) -> None:
-    """Raise `CaseError` at the first thing that cannot be."""
+    """Raise the `CaseError` of the first rule that the case breaks; it holds those of the other rules."""
+    faults = []
     for rule in RULES:
-        rule(case)
+        try:
+            rule(case)
+        except CaseError as error:
+            faults.append(error)
+    if faults:
+        raise combined(faults)
 
 
 def faces_of(case: CaseBlock, number: int) -> Faces:

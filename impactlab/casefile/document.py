@@ -9,8 +9,9 @@ from __future__ import annotations
 import json
 import re
 import tomllib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from impactlab.casefile.words import closest, shown
@@ -48,6 +49,7 @@ class Document(NamedTuple):
 
     data: dict[str, Any]
     lines: dict[Keys, int | None]
+    given: Mapping[Keys, str] = MappingProxyType({})  # values that do not stand in the file: the option that gave each
 
 
 def read_document(path: Path, kind: Kind = CASE) -> Document:
@@ -318,6 +320,24 @@ def _check_keys(data: Any) -> None:
     for value in inner:
         if isinstance(value, (dict, list)):
             _check_keys(value)
+
+
+def check_texts(data: Any, path: Keys = ()) -> None:
+    """Raise `CaseError` where a text holds half of a character (a lone surrogate), which no output can show."""
+    if isinstance(data, str):
+        try:
+            data.encode("utf-8")
+        except UnicodeEncodeError:
+            raise CaseError(
+                f"{shown(data)} holds half of a character", remedy="Remove what is not text.", path=_dotted(path)
+            ) from None
+    elif isinstance(data, dict):
+        for key, value in data.items():
+            check_texts(key, path)
+            check_texts(value, (*path, key))
+    elif isinstance(data, list):
+        for number, value in enumerate(data):
+            check_texts(value, (*path, str(number)))
 
 
 def _dotted(path: Keys) -> str:

@@ -14,7 +14,9 @@ from impactlab.casefile.words import closest, shown
 from impactlab.errors import CaseError
 
 
-def edited(document: Document, path: str, value: Any, *, replace: bool, origin: Keys | None = None) -> Document:
+def edited(
+    document: Document, path: str, value: Any, *, replace: bool, origin: Keys | None = None, by: str = "with_()"
+) -> Document:
     """Return the document with one value changed.
 
     Blocks are merged, unless ``replace`` is asked for, their kind changes, or they hold one of several alternatives
@@ -32,6 +34,8 @@ def edited(document: Document, path: str, value: Any, *, replace: bool, origin: 
         Whether a block replaces the old block instead of merging with it.
     origin : tuple of str, optional
         Where in the file the value stands; without it, it comes from outside and has no line.
+    by : str
+        The option or function that gives a value from outside, for messages.
     """
     keys = tuple(path.split("."))
     if not all(keys) or len(keys) > DEEPEST or len(path) > LONGEST_KEY or not path.isprintable():
@@ -57,7 +61,8 @@ def edited(document: Document, path: str, value: Any, *, replace: bool, origin: 
     for dropped in _replaced(keys, value):
         if isinstance(data.get("solve"), dict) and dropped in data["solve"]:
             del data["solve"][dropped]
-    return Document(data, lines)
+    given = {known: name for known, name in document.given.items() if known[: len(keys)] != keys}
+    return Document(data, lines, given if origin is not None else {**given, keys: by})
 
 
 def _replaced(keys: Keys, value: Any) -> set[str]:
@@ -200,5 +205,5 @@ def read_setting(text: str) -> tuple[str, Any]:
     try:
         return path.strip(), parse_value(value.strip())
     except CaseError as error:
-        error.path, error.line = path.strip(), None
+        error.path, error.line, error.given_by = path.strip(), None, "--set"
         raise

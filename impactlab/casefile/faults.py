@@ -1,4 +1,4 @@
-"""Turns what pydantic found into one error of ours: where, what was given, what is allowed, what to do."""
+"""Turns the faults that pydantic finds into one error of ours: where, what was given, what is allowed, what to do."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from impactlab.casefile.words import closest, listed, shown
-from impactlab.errors import CaseError
+from impactlab.errors import CaseError, ImpactlabError, combined
 
 _BLOCK = "a block of keys"
 _NEEDED = {
@@ -27,8 +27,8 @@ _REMEDY = "Mend the value; `impactlab schema` lists every key with its unit."
 
 def case_error(
     error: ValidationError, data: Any, prefix: str = "", allowed: Iterable[str] | type[BaseModel] = ()
-) -> CaseError:
-    """Return the first fault as an error of the case; unknown keys come first, for they explain missing ones.
+) -> ImpactlabError:
+    """Return the first fault as an error of the case, which holds the others; unknown keys explain missing ones.
 
     Parameters
     ----------
@@ -42,15 +42,15 @@ def case_error(
         The keys that may stand in ``data``.
     """
     faults = sorted(error.errors(include_url=False), key=lambda fault: fault["type"] != "extra_forbidden")
-    fault = faults[0]
-    keys = _yaml_path(fault["loc"], data, fault["type"])
-    if fault["type"] == "union_tag_invalid":
-        keys.append("kind")
+    return combined([_one(fault, data, prefix, allowed) for fault in faults])
+
+
+def _one(fault: ErrorDetails, data: Any, prefix: str, allowed: Iterable[str] | type[BaseModel]) -> CaseError:
+    keys = _yaml_path(fault["loc"], data, fault["type"], allowed)
     path = ".".join(part for part in (prefix, *keys) if part)
+    if fault["type"] == "union_tag_invalid":
+        path += ".kind"
     text, remedy = _words(fault, keys, data, allowed)
-    more = len(faults) - 1
-    if more:
-        remedy += f" ({more} more fault{'s' if more > 1 else ''} after this one.)"
     return CaseError(text, remedy=remedy, path=path)
 
 
@@ -107,18 +107,53 @@ def _tags(context: Any) -> str:
     return listed(str(context.get("expected_tags", "'mass', 'rod', 'wall'")).replace("'", "").split(", "))
 
 
-def _yaml_path(loc: Iterable[int | str], data: Any, kind: str) -> list[str]:
-    """Leave out the tags that pydantic puts into its locations."""
+def _yaml_path(
+    loc: Iterable[int | str], data: Any, kind: str, allowed: Iterable[str] | type[BaseModel] = ()
+) -> list[str]:
+    """Leave out the tags that pydantic puts into its locations: one for each block that is read by its kind.
+
+    A tag may be the name of a key, too (the mass of a mass): so the types are followed, not the names alone.
+    """
     steps = list(loc)
     keys: list[str] = []
+    annotation: Any = allowed if isinstance(allowed, type) else None
     for place, step in enumerate(steps):
         last = place == len(steps) - 1
+        tagged = _by_kind(annotation)
+        if step in tagged:
+            annotation = tagged[str(step)]
+            continue
+        annotation = _inside(annotation, step)
         if _stands_in(step, data):
             data = data[step]
             keys.append(str(step))
         elif last and kind == "missing":
             keys.append(str(step))
     return keys
+
+
+def _by_kind(annotation: Any) -> dict[str, type[BaseModel]]:
+    """Return the blocks that may stand at one place, by their kind; none where the kind does not decide."""
+    if typing.get_origin(annotation) is typing.Annotated:
+        annotation = typing.get_args(annotation)[0]
+    if typing.get_origin(annotation) not in (typing.Union, types.UnionType):
+        return {}
+    blocks = [(member, _kind_of(member)) for member in typing.get_args(annotation) if _is_block(member)]
+    return {kind: block for block, kind in blocks if kind is not None}
+
+
+def _inside(annotation: Any, step: int | str) -> Any:
+    """Return the type of what stands under a key or a number in a value of a type; None where it is not known."""
+    annotation = _only(annotation)
+    arguments = typing.get_args(annotation)
+    if typing.get_origin(annotation) is dict:
+        return arguments[1]
+    if typing.get_origin(annotation) is tuple:
+        return arguments[0]
+    if _is_block(annotation):
+        field = annotation.model_fields.get(str(step))
+        return None if field is None else field.annotation
+    return None
 
 
 def _stands_in(step: int | str, data: Any) -> bool:
@@ -128,27 +163,36 @@ def _stands_in(step: int | str, data: Any) -> bool:
 
 
 def _allowed_at(keys: list[str], data: Any, allowed: Iterable[str] | type[BaseModel]) -> list[str]:
+    """Return the keys that may stand in the block at a path; of a block whose kind is not known, those of all kinds."""
     if not isinstance(allowed, type):
         return list(allowed)
-    models: list[type[BaseModel]] = [allowed]
+    annotation: Any = allowed
     for key in keys:
-        fields = [model.model_fields[key].annotation for model in _of_kind(models, data) if key in model.model_fields]
-        if fields:
-            models = [model for field in fields for model in _models_in(field)]
-        data = data[int(key)] if isinstance(data, (list, tuple)) else data[key]
-    return [name for model in _of_kind(models, data) for name in model.model_fields]
+        step: Any = int(key) if isinstance(data, (list, tuple)) else key
+        annotation, data = _inside(_of_kind(annotation, data), step), data[step]
+    found = _of_kind(annotation, data)
+    blocks = _by_kind(found).values() or [each for each in (_only(found),) if _is_block(each)]
+    return [name for block in blocks for name in block.model_fields]
 
 
-def _of_kind(models: list[type[BaseModel]], data: Any) -> list[type[BaseModel]]:
-    """Return those models that a block of that kind is read by."""
+def _of_kind(annotation: Any, data: Any) -> Any:
+    """Return the one block that a value of that kind is read by, where the type allows several."""
     kind = data.get("kind") if isinstance(data, dict) else None
-    return [model for model in models if _kind_of(model) in (None, kind)] or models
+    return _by_kind(annotation).get(kind, annotation) if isinstance(kind, str) else annotation
 
 
-def _models_in(annotation: Any) -> list[type[BaseModel]]:
-    if isinstance(annotation, type) and not isinstance(annotation, types.GenericAlias):
-        return [annotation] if issubclass(annotation, BaseModel) else []
-    return [model for inner in typing.get_args(annotation) for model in _models_in(inner)]
+def _only(annotation: Any) -> Any:
+    """Return the type that an optional one allows beside nothing; None where there are several."""
+    if typing.get_origin(annotation) is typing.Annotated:
+        annotation = typing.get_args(annotation)[0]
+    if typing.get_origin(annotation) in (typing.Union, types.UnionType):
+        members = [member for member in typing.get_args(annotation) if member is not types.NoneType]
+        return members[0] if len(members) == 1 else None
+    return annotation
+
+
+def _is_block(annotation: Any) -> bool:
+    return isinstance(annotation, type) and typing.get_origin(annotation) is None and issubclass(annotation, BaseModel)
 
 
 def _kind_of(model: type[BaseModel]) -> str | None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, load
-from impactlab.cli.reporting import Left, reporting
+from impactlab.cli.reporting import Left, code_of, reporting
 
 if TYPE_CHECKING:
     from impactlab.errors import ImpactlabError
@@ -22,7 +22,13 @@ def check(
         from impactlab import api, console, simulate
         from impactlab.errors import ImpactlabError
 
-        loaded = load(case, sets, method, variant)
+        try:
+            loaded = load(case, sets, method, variant)
+        except ImpactlabError as error:
+            if not as_json:
+                console.say(listing(error))
+                raise Left(code_of(error)) from None
+            raise
         names = (method,) if method is not None else loaded.method_names
         plans: dict[str, dict[str, Any]] = {}
         faults: list[tuple[str, ImpactlabError]] = []
@@ -43,6 +49,13 @@ def check(
         console.answer(document) if as_json else print(console.tree_text(_brief(document)))
         if faults:
             raise Left(2)
+
+
+def listing(error: ImpactlabError) -> str:
+    """Return all faults that were found together, one after the other."""
+    faults = (error, *error.others)
+    error.others = ()
+    return "\n".join(str(each) for each in faults)
 
 
 def choose(

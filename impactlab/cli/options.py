@@ -40,4 +40,4 @@ def load(file: Path, sets: list[str] | None, method: str | None, variant: str | 
         loaded = loaded.variant(variant)
     if method is not None:
         loaded = loaded.method(method)
-    return loaded.with_settings([read_setting(setting) for setting in sets]) if sets else loaded
+    return loaded.with_settings([read_setting(setting) for setting in sets], by="--set") if sets else loaded

@@ -1,0 +1,105 @@
+"""Faults of values given with ``--set``: the key that is wrong is named, and no line of the file is blamed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import impactlab as il
+from impactlab.casefile.edit import read_setting
+from impactlab.cli import app
+from impactlab.errors import CaseError, ImpactlabError
+
+AXIAL = Path(__file__).resolve().parents[2] / "cases" / "axial_impact.yaml"
+SEVERAL = """\
+schema_version: 1
+bodies:
+  hammer: {kind: mass, mass: 2.133, velocity: 1.0, wight: 3}
+  rod: {kind: rod, lenght: 3, area: 1 cm^2, material: {young: -1, density: 3}}
+solve: {duration: 3}
+"""
+SEVERAL_PARTS = """\
+schema_version: 1
+bodies:
+  hammer: {kind: mass, mass: 1, velocity: 1}
+  rod: {kind: rod, length: 1, area: 1, material: {young: 1, density: 1}}
+contacts:
+  - {between: [hammer, rod.lft], law: {kind: penalti}}
+solve: {duration: 3, integrator: {kind: newmark, beta: -1}}
+"""
+
+
+def refusal(setting: str) -> ImpactlabError:
+    """Return the error of the paper's case with one setting of the command line."""
+    with pytest.raises(ImpactlabError) as caught:
+        il.load_case(AXIAL).with_settings([read_setting(setting)], by="--set")
+    return caught.value
+
+
+@pytest.mark.parametrize(
+    ("setting", "path", "text"),
+    [
+        ("bodies.hammer.wight=3", "bodies.hammer.wight", "the key 'wight' is not known here."),
+        ("bodies.hammer.velocity=1.0 kg", "bodies.hammer.velocity", "'1.0 kg' has a unit of another dimension"),
+        ("bodies.hammer.mass=0", "bodies.hammer.mass", "0 kg is out of range"),
+        ("bodies.mass={kind: mass, mass: 1, mas: 2}", "bodies.mass.mas", "Did you mean 'mass'?"),
+        ("bodies.mass={kind: mass, mass: 0}", "bodies.mass.mass", "0 kg is out of range"),
+        ("bodies.rod.rod=1", "bodies.rod.rod", "the key 'rod' is not known here."),
+        ("bodies.beam={kind: beam, beam: 1}", "bodies.beam.beam", "the key 'beam' is not known here."),
+        ("bodies.wall={kind: wall, mass: 1}", "bodies.wall.mass", "the key 'mass' is not known here."),
+        ("bodies.rod.material.mass=1", "bodies.rod.material.mass", "the key 'mass' is not known here."),
+        ("bodies.rod.ends.left={spring: 1 kg}", "bodies.rod.ends.left", "'1 kg' has a unit of another dimension"),
+        ("bodies.hammer.kind=mas", "bodies.hammer.kind", "'mas' is not a kind of body. Did you mean 'mass'?"),
+        ("contacts.7.gap=0", "contacts.7.gap", "'7' is not an entry of this list."),
+        ("contacts.0.law={kind: penalty, stifness: 1}", "contacts.0.law.stifness", "Did you mean 'stiffness'?"),
+    ],
+)
+def test_the_wrong_key_is_named_and_no_line_of_the_file(setting: str, path: str, text: str) -> None:
+    error = refusal(setting)
+    assert (error.path, error.line, error.given_by) == (path, None, "--set")
+    assert text in error.text
+    assert str(error).startswith(f"{AXIAL}, given by --set: {path}: ")
+
+
+def test_a_missing_mass_is_named_once(tmp_path: Path) -> None:
+    file = tmp_path / "bad.yaml"
+    file.write_text("schema_version: 1\nbodies:\n  mass: {kind: mass}\nsolve: {duration: 1}\n", encoding="utf-8")
+    with pytest.raises(CaseError, match="this key is missing") as caught:
+        il.load_case(file)
+    assert caught.value.path == "bodies.mass.mass"
+
+
+def test_a_value_of_the_file_keeps_its_line_beside_a_setting() -> None:
+    case = il.load_case(AXIAL).with_settings([read_setting("gravity=0.0")], by="--set")
+    error = case.place(CaseError("wrong", path="bodies.hammer.mass"))
+    assert error.line is not None
+    assert error.given_by == ""
+
+
+@pytest.mark.parametrize(
+    ("text", "paths"),
+    [
+        (SEVERAL, ("bodies.hammer.wight", "bodies.rod.lenght", "bodies.rod.material.young")),
+        (SEVERAL_PARTS, ("contacts.0.between.1", "contacts.0.law.kind", "solve.integrator.beta")),
+    ],
+)
+def test_check_lists_all_faults_of_a_file_at_once(tmp_path: Path, text: str, paths: tuple[str, ...]) -> None:
+    file = tmp_path / "bad.yaml"
+    file.write_text(text, encoding="utf-8")
+    answered = CliRunner().invoke(app, ["check", str(file)])
+    assert answered.exit_code == 2
+    for path in paths:
+        assert f"{path}: " in answered.stderr
+    assert "more fault" not in answered.stderr
+
+
+def test_a_lone_surrogate_is_refused_with_its_place(tmp_path: Path) -> None:
+    file = tmp_path / "bad.json"
+    file.write_text(
+        '{"schema_version": 1, "title": "\\ud800", "bodies": {}, "solve": {"duration": 1}}', encoding="utf-8"
+    )
+    answered = CliRunner().invoke(app, ["check", str(file)])
+    assert answered.exit_code == 2
+    assert "title: '\\ud800' holds half of a character" in answered.stderr
