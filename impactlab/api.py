@@ -187,15 +187,12 @@ def failure(case_name: str, error: BaseException) -> dict[str, Any]:
 
 
 def _fault(error: BaseException) -> dict[str, Any]:
-    ours = isinstance(error, ImpactlabError)
-    return {
-        "kind": type(error).__name__,
-        "file": (error.file or None) if ours else None,
-        "line": error.line if ours else None,
-        "path": (error.path or None) if ours else None,
-        "text": error.text if ours else _said(error),
-        "remedy": (error.remedy or None) if ours else None,
-    }
+    if not isinstance(error, ImpactlabError):
+        place: dict[str, Any] = {"file": None, "line": None, "path": None, "text": _said(error), "remedy": None}
+    else:
+        place = {"file": error.file or None, "line": error.line, "path": error.path or None, "text": error.text}
+        place["remedy"] = error.remedy or None
+    return {"kind": type(error).__name__, **place}
 
 
 def _said(error: BaseException) -> str:
