@@ -9,8 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from impactlab.frame import groups, touched_in
 from impactlab.history import AbstractHistory
-from impactlab.metrics import force_channels, largest, midpoints
+from impactlab.metrics import ZERO, force_channels, largest, midpoints
 from impactlab.momentum import Seen, balance, is_free, moving_mass
 from impactlab.scene import ElasticBody, Mass, Scene
 from impactlab.types import Array
@@ -38,13 +39,17 @@ def exit_velocity(history: AbstractHistory, reference: AbstractHistory, scene: S
     """Return the error of the velocity with which a body leaves, over the largest speed of all; the largest.
 
     A body's velocity is its momentum at the end of the run over its mass; bodies that something holds are left out.
-    The largest speed is that of the reference, over those bodies and the run. None where there is no such body.
+    The largest speed is that of the reference, over those bodies and the run, in the frame of the bodies that interact
+    (`impactlab.frame`; the frame at rest where no contact was closed). None where there is no such body.
     """
     bodies = list(free_bodies(scene, history, reference))
     t = midpoints(scene.duration)
     end = np.array([scene.duration])
-    speeds = [float(np.max(np.abs(_velocity(reference, body, t)))) for body in bodies]
-    scale = max(speeds, default=0.0)
+    frames = {name: group for group in groups(scene, touched_in(reference)) for name in group.bodies}
+    within = [_velocity(reference, body, t) - frames[body.name].velocity_at(t) for body in bodies]
+    scale = max((float(np.max(np.abs(speeds))) for speeds in within), default=0.0)
+    fastest = max((float(np.max(np.abs(_velocity(reference, body, t)))) for body in bodies), default=0.0)
+    scale = scale if scale > ZERO * fastest else fastest
     if scale == 0.0:
         return None
     return largest(

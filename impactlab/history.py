@@ -40,11 +40,21 @@ class ContactSpan(NamedTuple):
     kicks: int | None = None  # impulse laws only
 
 
+class CarriedEnergy(NamedTuple):
+    """Energy that bodies carry in a motion common to all that interact, and cannot give to each other."""
+
+    kinetic: float  # J, of the centres of mass at t = 0
+    work: Array  # (n,) J, of loads on the common motion
+
+
+DRIFT_ROUNDING = 1e-13  # of the energy of all bodies: what a difference of such energies leaves below is rounding
+
+
 @dataclass(frozen=True)
 class EnergyBook:
     """Energies over the run and the balance inside it (units J; gain and loss are shares of the scale).
 
-    What is worked out from them is kept, for several checks ask for it.
+    The balance is the same in every frame of reference; the scale is that of the bodies' own frame.
     """
 
     time: Array  # (n,) s, the instants at which energies were taken
@@ -52,6 +62,7 @@ class EnergyBook:
     stored: Array  # (n,) held by contacts
     booked: dict[str, Array]  # name -> (n,) losses booked so far: contact, ends, unresolved; never negative
     work: Array  # (n,) work of gravity and end forces so far
+    carried: CarriedEnergy | None = None  # by free bodies in a common motion (`impactlab.frame`); None: nothing
 
     @cached_property
     def total(self) -> Array:
@@ -65,9 +76,30 @@ class EnergyBook:
         return np.asarray(total - total[0])
 
     @cached_property
+    def at_stake(self) -> float:
+        """Energy that the bodies can give to each other, or that loads give them, the larger [J]; 0 if both are zero.
+
+        It is measured in the frame of the centre of mass of what interacts. Bodies that only drift have none there:
+        then it is that of the drift.
+        """
+        start = float(np.abs(self.total[0]))
+        whole = max(start, float(np.max(np.abs(self.work), initial=0.0)))
+        if self.carried is None:
+            return whole
+        inside = max(0.0, start - self.carried.kinetic)
+        inside = max(inside, float(np.max(np.abs(self.work - self.carried.work), initial=0.0)))
+        return inside if inside > DRIFT_ROUNDING * whole else whole
+
+    @cached_property
+    def rounding(self) -> float:
+        """Energy of all bodies and work of loads, over the scale: rounding errors of the balance grow with it."""
+        whole = max(float(np.abs(self.total[0])), float(np.max(np.abs(self.work), initial=0.0)))
+        return max(1.0, whole / self.scale)
+
+    @cached_property
     def scale(self) -> float:
-        """Initial energy or largest work of loads, the larger; 1 J if both are zero: gains are shares of it."""
-        return max(float(self.total[0]), float(np.max(np.abs(self.work), initial=0.0))) or 1.0
+        """`at_stake`; 1 J if that is zero [J]: gains and losses are shares of it."""
+        return self.at_stake or 1.0
 
     @cached_property
     def final_error(self) -> float:

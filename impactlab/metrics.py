@@ -14,6 +14,7 @@ from typing import NamedTuple, cast
 import numpy as np
 
 from impactlab.errors import PluginError
+from impactlab.frame import drift, touched_in
 from impactlab.history import AbstractHistory, Event, Warned
 from impactlab.plugins import METRICS, Registry, registry
 from impactlab.scene import Contact, ElasticBody, Mass, Point, Scene
@@ -57,16 +58,20 @@ def _face_channels(scene: Scene, name: Callable[[Point], str], kind: type[Mass |
 ZERO = 1e-12  # of the values: a reference below it is zero
 
 
-def relative_l2(values: Array, reference: Array) -> float | None:
+def relative_l2(values: Array, reference: Array, drift: Array | None = None) -> float | None:
     """Return |values - reference| / |reference| on equal cells, arrays of shape (cells,).
 
-    None where the reference is zero throughout, NaN where values are NaN.
+    None where the reference is zero throughout, NaN where values are NaN. With a ``drift`` (`impactlab.frame.drift`,
+    same shape) the scale is |reference - drift|: that of the motion within the frame of the bodies that interact. Where
+    that is zero, a body only drifts, and the scale is |reference|.
     """
-    size = float(np.linalg.norm(reference))
+    size, own = float(np.linalg.norm(reference)), float(np.linalg.norm(values))
     # A reference that is this much smaller than what is compared with it is zero but for its own rounding.
-    if size == 0.0 or size <= ZERO * float(np.linalg.norm(values)):
+    if size == 0.0 or size <= ZERO * own:
         return None
-    return float(np.linalg.norm(values - reference)) / size
+    within = size if drift is None else float(np.linalg.norm(reference - drift))
+    scale = within if within > ZERO * max(size, own) else size
+    return float(np.linalg.norm(values - reference)) / scale
 
 
 def largest(values: Iterable[float | None]) -> float | None:
@@ -82,14 +87,36 @@ def _largest_l2(
     return largest(relative_l2(history.evaluate(t, name), reference.evaluate(t, name)) for name in names)
 
 
+def displacement_error(
+    history: AbstractHistory, reference: AbstractHistory, scene: Scene, name: str, t: Array
+) -> float | None:
+    """Return the relative L2 error of a displacement channel at equal cells t [s], shape (cells,).
+
+    The scale is the displacement of the reference in the frame of the bodies that interact in it, so the error is the
+    same however fast they all fly along together. Where a wall or a held body interacts, or no contact was closed, it is
+    the displacement itself.
+    """
+    touched = touched_in(reference)
+    moved = drift(scene, name, t, touched) if touched else None
+    return relative_l2(history.evaluate(t, name), reference.evaluate(t, name), moved)
+
+
 def mass_displacement(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
-    """Return the relative L2 error of the displacement of the masses in contacts, the largest."""
-    return _largest_l2(history, reference, scene, mass_channels(scene))
+    """Return the relative L2 error of the displacement of the masses in contacts, the largest.
+
+    Of free bodies the scale is that in their frame; see `displacement_error`.
+    """
+    t = midpoints(scene.duration)
+    return largest(displacement_error(history, reference, scene, name, t) for name in mass_channels(scene))
 
 
 def face_displacement(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
-    """Return the relative L2 error of the displacement of the rod faces in contacts and of loaded ends."""
-    return _largest_l2(history, reference, scene, face_channels(scene))
+    """Return the relative L2 error of the displacement of the faces in contacts and of loaded ends, the largest.
+
+    Of free bodies the scale is that in their frame; see `displacement_error`.
+    """
+    t = midpoints(scene.duration)
+    return largest(displacement_error(history, reference, scene, name, t) for name in face_channels(scene))
 
 
 def force(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from impactlab.adaptive.record import Record
 from impactlab.errors import ImpactlabError
+from impactlab.frame import carried_energy, touched_in
 from impactlab.history import AbstractHistory, Array, ContactSpan, Cost, EnergyBook, Event, Field
 from impactlab.stepping.recorded import Channel, read_channel
 from impactlab.types import Quantity
@@ -62,6 +63,7 @@ class AdaptiveHistory(AbstractHistory):
                 "unresolved": np.zeros(len(samples)),
             },
             work=work - work[0],
+            carried=carried_energy(system.scene, sampled, touched_in(self)),
         )
         for number, name in enumerate(system.built):
             momentum = np.array([energies.momentum[number] for _, energies, _, _ in samples])

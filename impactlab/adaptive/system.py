@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from functools import cached_property
 from typing import NamedTuple
@@ -12,6 +13,7 @@ from scipy.sparse import csr_array, diags_array
 
 from impactlab.adaptive.law import Touch
 from impactlab.banded import grounded, multiply, widened
+from impactlab.frame import drift_velocities, own_velocity
 from impactlab.momentum import moving_mass
 from impactlab.scene import Contact, ElasticBody, Point, Scene, Wall
 from impactlab.sides import side_facts
@@ -20,6 +22,7 @@ from impactlab.stepping.preparation import BuiltBody, start_law
 from impactlab.types import Array, Quantity, Start
 
 STRIDE = np.finfo(float).eps ** (1.0 / 3.0)  # of the scales, of a central difference
+DRIFT_FLOOR = 1e-6  # of the speed of a common drift, whose rounding hides what is slower; then the drift is the scale
 TOUCHING = 1e-12  # of the travels of the scene: faces nearer than this touch
 
 
@@ -117,9 +120,10 @@ class System:
     def _scales(self) -> None:
         """Set what is large in this scene: speed, time, force, and the scale of every entry of the state.
 
-        The speed is the largest of: a body's own, that of its strain energy at the start, gravity over the run, that of
-        the wave that an end force sends. A coordinate's share of it is the root mean square over the coordinates of a
-        body that moves with it. Travels are those within the shortest period of the bodies, or the run.
+        The speed is the largest of: a body's own in the frame of the bodies that may interact, that of its strain
+        energy at the start, gravity over the run, that of the wave that an end force sends. A coordinate's share of it
+        is the root mean square over the coordinates of a body that moves with it. Travels are those within the shortest
+        period of the bodies, or the run.
         """
         scene, n = self.scene, self.n_dof
         masses = {name: moving_mass(body) for name, body in scene.bodies.items() if not isinstance(body, Wall)}
@@ -129,12 +133,16 @@ class System:
             if isinstance(body, ElasticBody):
                 speeds.append(abs(body.left.force) / body.segments[0].impedance)
                 speeds.append(abs(body.right.force) / body.segments[-1].impedance)
-        for name, energy in zip(self.built, at_start.bodies, strict=True):
-            if name in masses:
-                speeds.append(float(np.sqrt(2.0 * max(0.0, energy) / masses[name])))
+        energies, frames = dict(zip(self.built, at_start.bodies.tolist(), strict=True)), drift_velocities(scene)
+        drifting = max(map(abs, frames.values()), default=0.0)
+        speeds.append(DRIFT_FLOOR * drifting)
+        for name, mass in masses.items():
+            drift = frames[name]
+            carried = drift * (own_velocity(scene.bodies[name]) - 0.5 * drift)
+            speeds.append(math.sqrt(2.0 * max(0.0, energies[name] / mass - carried)))
         lightest, heaviest = min(masses.values(), default=1.0), max(masses.values(), default=1.0)
         speeds.append(float(np.sqrt(2.0 * at_start.stored / lightest)))
-        self.speed = max(speeds) or 1.0
+        self.speed = max(speeds) if max(speeds) > DRIFT_FLOOR * drifting else drifting or 1.0
         highest = max((body.system.highest_frequency for body in self.built.values()), default=0.0)
         self.time = min(scene.duration, 1.0 / highest) if highest > 0.0 else scene.duration
         self.force = heaviest * self.speed / self.time

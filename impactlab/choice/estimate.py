@@ -4,21 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from impactlab.checks import energy_at_stake
+from impactlab.checks import gain_of
 from impactlab.history import AbstractHistory
-from impactlab.metrics import face_channels, impulse, mass_channels, midpoints, relative_l2
+from impactlab.metrics import displacement_error, face_channels, impulse, mass_channels, midpoints
 from impactlab.scene import Scene
 
 CELLS = 1000  # of the midpoint rule: fewer than a summary takes, as an estimate needs no third digit
 
 
 def difference(one: AbstractHistory, other: AbstractHistory, scene: Scene) -> float:
-    """Return the largest relative difference of displacements and impulses, over those of ``other``."""
+    """Return the largest relative difference of displacements and impulses, over those of ``other`` in their frame."""
     t = midpoints(scene.duration, CELLS)
-    found = [
-        relative_l2(one.evaluate(t, name), other.evaluate(t, name))
-        for name in (*mass_channels(scene), *face_channels(scene))
-    ]
+    found = [displacement_error(one, other, scene, name, t) for name in (*mass_channels(scene), *face_channels(scene))]
     found.append(impulse(one, other, scene))
     known = [value for value in found if value is not None]
     return max(known) if known and np.all(np.isfinite(known)) else float("inf")
@@ -45,4 +42,4 @@ def order_seen(steps: list[float], ratios: list[float]) -> float:
 
 def energy_gain(history: AbstractHistory) -> float:
     """Return the energy that a run gained, over the energy at stake."""
-    return history.energy.largest_gain * history.energy.scale / energy_at_stake(history)
+    return gain_of(history)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cached_property
 from itertools import islice
 from typing import NamedTuple
@@ -13,6 +14,7 @@ from impactlab.errors import CaseError
 from impactlab.exact.energies import energy_book
 from impactlab.exact.network import Layout, Link, Log
 from impactlab.exact.signals import Signals
+from impactlab.frame import carried_energy, touched_in
 from impactlab.grazing import near_grazing
 from impactlab.history import AbstractHistory, ContactSpan, Cost, EnergyBook, Event, Field, Warned
 from impactlab.scene import Mass, Rod, Scene
@@ -99,7 +101,8 @@ class ContinuousHistory(AbstractHistory):
     def energy(self) -> EnergyBook:
         """Energies at every break and on an equal grid."""
         if self._book is None:
-            self._book = energy_book(self.scene, self.layout, self.signals, self.duration)
+            book = energy_book(self.scene, self.layout, self.signals, self.duration)
+            self._book = replace(book, carried=carried_energy(self.scene, book.time, touched_in(self)))
         return self._book
 
     @energy.setter

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from impactlab.errors import ImpactlabError
+from impactlab.frame import carried_energy, touched_in
 from impactlab.history import AbstractHistory, Array, ContactSpan, Cost, EnergyBook, Event, Field
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.scene import ElasticBody
@@ -82,9 +83,9 @@ class RecordedHistory(AbstractHistory):
         clock = self.assembly.clock
         if clock.step < self.assembly.steps:
             self.duration = min(self.duration, clock.time)
-        self._read_energy()
         self._read_channels()
         self._read_events()
+        self._read_energy()
 
     def channels(self) -> tuple[str, ...]:
         return tuple(self._channels)
@@ -169,6 +170,7 @@ class RecordedHistory(AbstractHistory):
                 "unresolved": sample[:, 5],
             },
             work=work - work[:1].sum(),
+            carried=carried_energy(self.assembly.scene, sample[:, 0], touched_in(self)),
         )
 
     def _read_events(self) -> None:

@@ -1,0 +1,126 @@
+"""A collision is the same in every frame: what is measured of it may not depend on a common drift of the bodies."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from impactlab import metrics
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.contact.energy_conserving import EnergyConserving
+from impactlab.contact.penalty import Penalty
+from impactlab.frame import carried_energy, drift, drift_velocities, groups
+from impactlab.integrators.base import AbstractIntegrator
+from impactlab.integrators.generalised_alpha import GeneralisedAlpha
+from impactlab.integrators.newmark import Newmark
+from impactlab.models.continuous import Continuous
+from impactlab.models.finite_element import FiniteElement
+from impactlab.scene import Body, Contact, ElasticBody, End, Mass, Point, Rod, Scene, Segment, StepRule, Wall
+from impactlab.simulate import run
+
+STEEL = Segment(0.3, 9e-4, 2.1e11, 7850.0)
+
+
+def train(
+    drift: float,
+    law: AbstractContactLaw,
+    integrator: AbstractIntegrator,
+    trips: float = 6.0,
+    gravity: float = 0.0,
+    force: float = 0.0,
+) -> Scene:
+    """Two free steel rods, the left one 1 m/s faster than the right one."""
+    one = Rod("one", (STEEL,), End("free", force=force), End("free"), drift + 1.0, model=FiniteElement(40, "lumped"))
+    longer = dataclasses.replace(STEEL, length=0.45)
+    two = Rod("two", (longer,), End("free"), End("free"), drift, model=FiniteElement(40, "lumped"))
+    contact = Contact(Point("one", 0.3, "one.right"), Point("two", 0.0, "two.left"), 0.0, law)
+    bodies: dict[str, Body] = {"one": one, "two": two}
+    return Scene(
+        "train",
+        bodies,
+        (contact,),
+        trips * one.round_trip,
+        integrator,
+        StepRule(dt=7.27e-7),
+        gravity=gravity,
+        round_trip=one.round_trip,
+    )
+
+
+def gain_of(velocity: float) -> float:
+    """Return the gain of energy of a run, over that in play."""
+    return run(train(velocity, EnergyConserving(), GeneralisedAlpha())).energy.largest_gain
+
+
+def test_energy_created_is_reported_alike_in_a_moving_frame() -> None:
+    assert gain_of(0.0) > 5.0
+    assert gain_of(10.0) == pytest.approx(gain_of(0.0), rel=0.05)
+
+
+def test_gravity_and_a_load_on_a_train_give_its_frame_no_more_energy() -> None:
+    # Free fall: the work of gravity on the drift is no energy that a collision could lose or gain.
+    falling = run(train(50.0, Penalty(1e9), Newmark(), gravity=9.81))
+    resting = run(train(0.0, Penalty(1e9), Newmark()))
+    assert falling.energy.scale == pytest.approx(resting.energy.scale, rel=1e-9)
+    pushed, alone = (train(v, Penalty(1e9), Newmark(), gravity=g, force=1e5) for v, g in ((50.0, 9.81), (0.0, 0.0)))
+    works = []
+    for scene in (pushed, alone):
+        book = run(scene).energy
+        works.append(np.max(np.abs(book.work - carried_energy(scene, book.time).work)))
+    assert drift_velocities(alone)["one"] == pytest.approx(0.4)
+    assert works[0] == pytest.approx(works[1], rel=1e-7)
+
+
+@pytest.mark.parametrize("velocity", [0.0, 10.0, 1000.0])
+def test_errors_do_not_shrink_in_a_moving_frame(velocity: float) -> None:
+    scene = train(velocity, Penalty(2e9), Newmark(), trips=3.0)
+    exact = run(
+        dataclasses.replace(
+            scene,
+            integrator=None,
+            bodies={
+                name: dataclasses.replace(body, model=Continuous())
+                for name, body in scene.bodies.items()
+                if isinstance(body, ElasticBody)
+            },
+        )
+    )
+    history = run(scene)
+    at_rest = ERRORS.setdefault("face", metrics.face_displacement(history, exact, scene))
+    assert at_rest is not None
+    assert metrics.face_displacement(history, exact, scene) == pytest.approx(at_rest, rel=1e-3)
+    leaving = metrics.installed()["exit_velocity"]
+    first = ERRORS.setdefault("exit", leaving(history, exact, scene))
+    assert leaving(history, exact, scene) == pytest.approx(first, rel=1e-3)
+
+
+ERRORS: dict[str, float | None] = {}
+
+
+def balls(*contacts: tuple[str, str], wall: bool = False) -> Scene:
+    bodies: dict[str, Body] = {name: Mass(name, 1.0 + n, 2.0 * n) for n, name in enumerate("abc")}
+    bodies |= {"wall": Wall("wall")} if wall else {}
+    joined = tuple(Contact(Point(a, 0.0, a), Point(b, 0.0, b), 0.0, Penalty(1e6)) for a, b in contacts)
+    return Scene("balls", bodies, joined, 1.0, None, StepRule(dt=1e-3), gravity=3.0)
+
+
+def test_bodies_joined_by_contacts_share_a_frame_and_a_wall_holds_it() -> None:
+    assert {group.bodies for group in groups(balls(("a", "b")))} == {("a", "b"), ("c",)}
+    assert drift_velocities(balls(("a", "b"))) == {"a": 4.0 / 3.0, "b": 4.0 / 3.0, "c": 4.0}
+    held = balls(("a", "b"), ("b", "wall"), wall=True)
+    assert drift_velocities(held) == {"a": 0.0, "b": 0.0, "c": 4.0, "wall": 0.0}
+    # A wall that nobody reached holds nobody.
+    assert drift_velocities(held, {"a|b"})["a"] == 4.0 / 3.0
+    t = np.array([0.0, 2.0])
+    assert drift(held, "position:c", t).tolist() == [0.0, 14.0]
+    assert drift(held, "position:a", t).tolist() == [0.0, 0.0]
+
+
+def test_bodies_that_only_drift_keep_the_energy_of_their_drift_as_scale() -> None:
+    scene = dataclasses.replace(
+        balls(), bodies={"a": Mass("a", 2.0, 3.0)}, gravity=0.0, integrator=None, step=StepRule(dt=0.1)
+    )
+    assert math.isclose(run(scene).energy.scale, 9.0)
