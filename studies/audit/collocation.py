@@ -1,0 +1,225 @@
+"""One step of a network by Gauss collocation: points, waves that arrive, contacts in their present state."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from audit.network import BARE, DASHPOT, FIXED, HARD, HEAVY, Network
+from audit.tables import STAGES, Array, gauss
+
+OPEN, PRESSED, SLACK = 0, 1, 2
+POINTS, WEIGHTS, LAGRANGE, COLLOCATION, TOP = gauss()
+
+
+class Net(NamedTuple):
+    """A network as arrays."""
+
+    kind: Array  # of nodes
+    mass: Array
+    spring: Array
+    dashpot: Array
+    force: Array
+    load: Array  # impedance at each node
+    node: Array  # of each end of a piece: left ends are even
+    impedance: Array
+    transit: Array
+    before: Array  # half the initial velocity of each piece
+    left: Array  # of contacts
+    right: Array
+    law: Array
+    gap: Array
+    parameters: Array
+    gravity: float
+
+
+class Stage(NamedTuple):
+    """Working memory of a step."""
+
+    arriving: Array  # (stages, ends) velocity waves that reach the ends
+    pushed: Array  # (stages, nodes) force of these on the nodes
+    u: Array  # (stages, nodes), in the frame that falls
+    v: Array
+    force: Array  # (stages, contacts)
+    trial: Array
+    gap: Array
+    rate: Array  # of indentation
+    dv: Array  # (stages, nodes) accelerations of heavy points
+
+
+def arrays_of(net: Network) -> Net:
+    """Return a network as arrays."""
+    nodes, pieces, touches = net.nodes, net.pieces, net.touches
+    load = np.zeros(len(nodes))
+    for piece in pieces:
+        for end in (piece.left, piece.right):
+            load[end] += piece.impedance
+    return Net(
+        np.array([n.kind for n in nodes]),
+        np.array([n.mass for n in nodes]),
+        np.array([n.spring for n in nodes]),
+        np.array([n.dashpot for n in nodes]),
+        np.array([n.force for n in nodes]),
+        load,
+        np.array([end for p in pieces for end in (p.left, p.right)], dtype=np.int64),
+        np.array([p.impedance for p in pieces]),
+        np.array([p.transit for p in pieces]),
+        np.array([0.5 * p.velocity for p in pieces]),
+        np.array([t.left for t in touches]),
+        np.array([t.right for t in touches]),
+        np.array([t.law for t in touches]),
+        np.array([t.gap for t in touches]),
+        np.array([t.parameters for t in touches]).reshape(-1, 3),
+        float(net.gravity),
+    )
+
+
+def memory_of(net: Net) -> Stage:
+    """Return working memory for a step."""
+    n, c, e = len(net.kind), len(net.left), len(net.node)
+    return Stage(*(np.zeros((STAGES, size)) for size in (e, n, n, n, c, c, c, c, n)))
+
+
+@njit(cache=True)
+def respond(net, mode, approach, t, u, v, pushed, force, trial, gap, rate, dv):  # type: ignore[no-untyped-def]
+    """Fill velocities of massless points, accelerations of heavy ones and contact forces at one instant."""
+    g, fall = net.gravity * t, 0.5 * net.gravity * t * t
+    for i in range(net.kind.size):
+        if net.kind[i] == BARE:
+            given = pushed[i] + net.force[i] - net.spring[i] * (u[i] + fall) - net.dashpot[i] * g
+            v[i] = given / (net.load[i] + net.dashpot[i])
+        elif net.kind[i] == HEAVY:
+            given = pushed[i] + net.force[i] - net.spring[i] * (u[i] + fall) - net.dashpot[i] * (v[i] + g)
+            dv[i] = (given - net.load[i] * v[i]) / net.mass[i]
+        else:
+            v[i], u[i] = -g, -fall
+    for c in range(net.left.size):
+        a, b = net.left[c], net.right[c]
+        ya = 1.0 / (net.load[a] + net.dashpot[a]) if net.kind[a] == BARE else 0.0
+        yb = 1.0 / (net.load[b] + net.dashpot[b]) if net.kind[b] == BARE else 0.0
+        gap[c] = net.gap[c] + u[b] - u[a]
+        free = v[a] - v[b]
+        if net.law[c] == HARD:
+            trial[c] = free / (ya + yb)
+        elif net.law[c] == DASHPOT:
+            k, d = net.parameters[c, 0], net.parameters[c, 1]
+            trial[c] = (-k * gap[c] + d * free) / (1.0 + d * (ya + yb))
+        else:
+            p = net.parameters[c, 0] * max(0.0, -gap[c]) ** net.parameters[c, 1]
+            q = p * net.parameters[c, 2] / approach[c]
+            trial[c] = (p + q * free) / (1.0 + q * (ya + yb))
+        force[c] = trial[c] if mode[c] == PRESSED else 0.0
+        rate[c] = free - (ya + yb) * force[c]
+        if mode[c] == PRESSED:
+            if net.kind[a] == BARE:
+                v[a] -= ya * force[c]
+            elif net.kind[a] == HEAVY:
+                dv[a] -= force[c] / net.mass[a]
+            if net.kind[b] == BARE:
+                v[b] += yb * force[c]
+            elif net.kind[b] == HEAVY:
+                dv[b] += force[c] / net.mass[b]
+
+
+@njit(cache=True)
+def gather(net, stage, t, step, count, times, steps, waves, hints):  # type: ignore[no-untyped-def]
+    """Fill the waves that arrive at the stages of a step from the pieces stored so far."""
+    stage.pushed[:] = 0.0
+    for e in range(net.node.size):
+        piece = e // 2
+        for s in range(STAGES):
+            then = t + POINTS[s] * step - net.transit[piece]
+            if then < 0.0:
+                wave = net.before[piece]
+            else:
+                m = hints[e]
+                while m > 0 and times[m] > then:
+                    m -= 1
+                while m < count - 1 and times[m] + steps[m] < then:
+                    m += 1
+                hints[e] = m
+                theta, wave = (then - times[m]) / steps[m], 0.0
+                for j in range(STAGES):
+                    value = LAGRANGE[j, STAGES - 1]
+                    for k in range(STAGES - 2, -1, -1):
+                        value = value * theta + LAGRANGE[j, k]
+                    wave += value * waves[m, e ^ 1, j]
+            stage.arriving[s, e] = wave
+            stage.pushed[s, net.node[e]] += 2.0 * net.impedance[piece] * wave
+
+
+@njit(cache=True)
+def collocate(net, stage, mode, approach, t, step, u0, v0, small):  # type: ignore[no-untyped-def]
+    """Solve the stages by fixed-point iteration; return whether it converged."""
+    n = net.kind.size
+    dv = stage.dv
+    dv[:] = 0.0
+    for s in range(STAGES):
+        stage.v[s] = v0
+        stage.u[s] = u0
+    last = np.inf
+    for turn in range(40):
+        change = 0.0
+        for i in range(n):
+            if net.kind[i] == FIXED:
+                continue
+            for s in range(STAGES):
+                du, w = 0.0, 0.0
+                for j in range(STAGES):
+                    du += COLLOCATION[s, j] * stage.v[j, i]
+                    w += COLLOCATION[s, j] * dv[j, i]
+                if net.kind[i] == HEAVY:
+                    w = v0[i] + step * w
+                    change = max(change, abs(w - stage.v[s, i]))
+                    stage.v[s, i] = w
+                du = u0[i] + step * du
+                change = max(change, abs(du - stage.u[s, i]) / step)
+                stage.u[s, i] = du
+        for s in range(STAGES):
+            now = t + POINTS[s] * step
+            respond(
+                net, mode, approach, now, stage.u[s], stage.v[s], stage.pushed[s], stage.force[s], stage.trial[s],
+                stage.gap[s], stage.rate[s], dv[s],
+            )  # fmt: skip
+        if turn > 2 and change <= small:
+            return True
+        if turn > 8 and change > 0.7 * last:
+            return change <= 100.0 * small
+        last = change
+    return False
+
+
+@njit(cache=True)
+def at(values, theta):  # type: ignore[no-untyped-def]
+    """Return the polynomial through values at the stages, at theta."""
+    found = 0.0
+    for j in range(STAGES):
+        value = LAGRANGE[j, STAGES - 1]
+        for k in range(STAGES - 2, -1, -1):
+            value = value * theta + LAGRANGE[j, k]
+        found += value * values[j]
+    return found
+
+
+@njit(cache=True)
+def slopes(values, theta):  # type: ignore[no-untyped-def]
+    """Return the first and second derivative by theta of the polynomial through values at the stages."""
+    first, second = 0.0, 0.0
+    for j in range(STAGES):
+        for k in range(1, STAGES):
+            first += k * LAGRANGE[j, k] * theta ** (k - 1) * values[j]
+            if k > 1:
+                second += k * (k - 1) * LAGRANGE[j, k] * theta ** (k - 2) * values[j]
+    return first, second
+
+
+@njit(cache=True)
+def gained(values, theta):  # type: ignore[no-untyped-def]
+    """Return the integral from 0 to theta of the polynomial through values at the stages."""
+    found = 0.0
+    for j in range(STAGES):
+        for k in range(STAGES):
+            found += LAGRANGE[j, k] / (k + 1) * theta ** (k + 1) * values[j]
+    return found

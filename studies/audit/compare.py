@@ -1,0 +1,89 @@
+"""Relative errors of one answer against the truth: displacements, impulses, peak forces."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from audit.tables import Array
+
+if TYPE_CHECKING:
+    from audit.truth import Truth
+
+NEAR = 0.05  # of a round trip (of a contact's own length, among rigid bodies) left out around a jump of the force
+WEAK = 1e-6  # of the largest impulse: a contact below it is not compared
+
+JUDGED = ("displacement", "impulse", "peak")
+
+
+class Answer(Protocol):
+    """Anything with the series and sums of a truth."""
+
+    displacements: dict[str, Array]
+    forces: dict[str, Array]
+    impulses: dict[str, float]
+
+
+def errors(found: Answer, truth: Truth, tolerance: float) -> dict[str, float]:
+    """Return errors by quantity: in the frame of the centre of mass, in that of the ground, impulses, peak forces."""
+    return {
+        "displacement": displacement(found, truth, truth.centre),
+        "displacement_ground": displacement(found, truth, None),
+        "impulse": impulse(found, truth),
+        "peak": peak(found, truth, tolerance),
+    }
+
+
+def displacement(found: Answer, truth: Truth, centre: float | None) -> float:
+    """Return the largest relative L2 error of the displacements, less the motion of the centre of mass."""
+    drift = 0.0 if centre is None else centre * truth.times
+    worst = 0.0
+    scale = max(float(np.linalg.norm(u - drift)) for u in truth.displacements.values())
+    for name, u in truth.displacements.items():
+        size = float(np.linalg.norm(u - drift))
+        if size <= 1e-9 * scale or size == 0.0:
+            continue
+        worst = _larger(worst, float(np.linalg.norm(found.displacements[name] - u)) / size)
+    return worst
+
+
+def impulse(found: Answer, truth: Truth) -> float:
+    """Return the largest relative error of the impulses of the contacts."""
+    worst, most = 0.0, max((abs(j) for j in truth.impulses.values()), default=0.0)
+    for name, j in truth.impulses.items():
+        if abs(j) > WEAK * most:
+            worst = _larger(worst, abs(found.impulses[name] - j) / abs(j))
+        elif most > 0.0:
+            worst = _larger(worst, abs(found.impulses[name] - j) / most)
+    return worst
+
+
+def peak(found: Answer, truth: Truth, tolerance: float) -> float:
+    """Return the largest error of a contact's largest force over the largest of all, away from jumps of the force."""
+    most = max((float(np.max(f)) for f in truth.forces.values()), default=0.0)
+    if most <= 0.0:
+        return 0.0
+    worst = 0.0
+    for name, force in truth.forces.items():
+        kept = away(truth, name, force, 0.2 * tolerance * most)
+        if kept.any():
+            worst = _larger(worst, abs(float(np.max(found.forces[name][kept]) - np.max(force[kept]))) / most)
+    return worst
+
+
+def away(truth: Truth, name: str, force: Array, least: float) -> np.ndarray:
+    """Return which samples are away from the jumps of a force that are larger than `least`."""
+    kept = np.ones(len(truth.times), bool)
+    width = NEAR * truth.round_trip
+    if not math.isfinite(width):
+        width = NEAR * float(np.count_nonzero(force > 0.0)) * (truth.times[1] - truth.times[0])
+    for time, size in truth.jumps[name]:
+        if abs(size) > least:
+            kept &= np.abs(truth.times - time) > width
+    return kept
+
+
+def _larger(worst: float, value: float) -> float:
+    return math.nan if math.isnan(value) or math.isnan(worst) else max(worst, value)

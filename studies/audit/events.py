@@ -1,0 +1,104 @@
+"""Where within a step a contact changes its state: closes, opens, lets go or presses again."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from audit.collocation import OPEN, POINTS, PRESSED, SLACK, at, gained
+from audit.network import HARD
+from audit.tables import STAGES
+
+LOOKS = 24
+
+
+@njit(cache=True)
+def margin(net, mode, gap, trial, c, small_gap, small_force):  # type: ignore[no-untyped-def]
+    """Return a number that is negative where the state of a contact no longer holds."""
+    if mode[c] == OPEN:
+        return gap / small_gap + 1.0
+    if net.law[c] == HARD:
+        return trial / small_force + 1.0
+    if mode[c] == SLACK:
+        return min(1.0 - trial / small_force, 1.0 - gap / small_gap)
+    return min(trial / small_force + 1.0, 1.0 - gap / small_gap)
+
+
+@njit(cache=True)
+def margin_at(net, stage, mode, c, theta, step, u0, small_gap, small_force):  # type: ignore[no-untyped-def]
+    """Return the margin of a contact at a share theta of the step."""
+    a, b = net.left[c], net.right[c]
+    gap = net.gap[c] + u0[b] - u0[a] + step * gained(stage.v[:, b] - stage.v[:, a], theta)
+    return margin(net, mode, gap, at(stage.trial[:, c], theta), c, small_gap, small_force)
+
+
+@njit(cache=True)
+def first_change(net, stage, mode, step, u0, small_gap, small_force):  # type: ignore[no-untyped-def]
+    """Return the contact that first changes its state within the step and the share of the step; -1 where none does."""
+    found, where = -1, 2.0
+    for c in range(net.left.size):
+        bad = margin_at(net, stage, mode, c, 1.0, step, u0, small_gap, small_force) < 0.0
+        for s in range(STAGES):
+            held = margin(net, mode, stage.gap[s, c], stage.trial[s, c], c, small_gap, small_force)
+            bad = bad or held < 0.0
+        if not bad:
+            continue
+        low, high = 0.0, 0.0
+        for look in range(LOOKS + 1):
+            high = look / LOOKS
+            if margin_at(net, stage, mode, c, high, step, u0, small_gap, small_force) < 0.0:
+                break
+            low = high
+        if high > 0.0:
+            for _ in range(60):
+                middle = 0.5 * (low + high)
+                if margin_at(net, stage, mode, c, middle, step, u0, small_gap, small_force) < 0.0:
+                    high = middle
+                else:
+                    low = middle
+        if high < where:
+            found, where = c, high
+    return found, where
+
+
+@njit(cache=True)
+def change(net, stage, mode, approach, floors, c, theta, step, u0, small_gap):  # type: ignore[no-untyped-def]
+    """Give a contact its next state; theta is the share of the step at which it changes."""
+    a, b = net.left[c], net.right[c]
+    gap = net.gap[c] + u0[b] - u0[a] + step * gained(stage.v[:, b] - stage.v[:, a], theta)
+    if mode[c] == OPEN:
+        mode[c] = PRESSED
+        approach[c] = max(floors[c], at(stage.rate[:, c], theta))
+        return 1
+    if net.law[c] == HARD or gap > 0.5 * small_gap:
+        mode[c] = OPEN
+    elif mode[c] == PRESSED:
+        mode[c] = SLACK
+    else:
+        mode[c] = PRESSED
+    return 0
+
+
+@njit(cache=True)
+def roughness(net, stage, top):  # type: ignore[no-untyped-def]
+    """Return the largest leading Legendre coefficient of the velocities: the error of a step's polynomials."""
+    worst = 0.0
+    for i in range(net.kind.size):
+        value = 0.0
+        for s in range(STAGES):
+            value += top[s] * stage.v[s, i]
+        worst = max(worst, abs(value))
+    return worst
+
+
+@njit(cache=True)
+def ends_of(stage, c):  # type: ignore[no-untyped-def]
+    """Return the force of a contact right at the start and the end of the step, and its largest value in it."""
+    first, last = at(stage.force[:, c], 0.0), at(stage.force[:, c], 1.0)
+    most = max(first, last)
+    for s in range(STAGES):
+        most = max(most, stage.force[s, c])
+    return first, last, most
+
+
+__all__ = ["POINTS", "change", "ends_of", "first_change", "np", "roughness"]

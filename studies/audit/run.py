@@ -1,0 +1,78 @@
+"""Runs random cases with a tolerance beside independent programs: ``PYTHONPATH=studies python -m audit.run``.
+
+Options: ``--count N`` cases of each family, ``--seed S``, ``--families a,b`` (also ``scan`` and ``scan_rods``, which
+have no seed), ``--jobs J``, ``--out FILE`` (one row of CSV a run). ``--show FAMILY NUMBER`` prints one case as JSON.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import json
+import multiprocessing
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from audit import scenes, summary
+from audit.measure import COLUMNS, measured, quiet
+
+FIXED = {"scan": scenes.scan, "scan_rods": scenes.scan_rods}
+
+
+def cases(families: list[str], seed: int, count: int) -> Iterator[scenes.Drawn]:
+    """Give the cases of all families, in turns."""
+    for name in families:
+        if name in FIXED:
+            yield from FIXED[name]()
+    for number in range(count):
+        for name in families:
+            if name not in FIXED:
+                yield scenes.draw(name, seed, number)
+
+
+def written(row: dict[str, Any]) -> dict[str, Any]:
+    """Return a row with as many digits as are read."""
+    return {name: f"{value:.4g}" if isinstance(value, float) else value for name, value in row.items()}
+
+
+def run(options: argparse.Namespace, families: list[str]) -> list[dict[str, Any]]:
+    """Run all cases and write their rows as they come."""
+    rows = []
+    with Path(options.out).open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.DictWriter(stream, COLUMNS)
+        writer.writeheader()
+        drawn = cases(families, options.seed, options.count)
+        with multiprocessing.get_context("spawn").Pool(options.jobs, maxtasksperchild=500) as pool:
+            for row in pool.imap(measured, drawn, chunksize=3):
+                rows.append(written(row))
+                writer.writerow(rows[-1])
+                stream.flush()
+    return rows
+
+
+def main() -> int:
+    """Run what the command line asks for."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("--count", type=int, default=20)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--families", default=",".join(scenes.FAMILIES))
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--out", default="audit.csv")
+    parser.add_argument("--show", nargs=2, metavar=("FAMILY", "NUMBER"))
+    options = parser.parse_args()
+    quiet()
+    if options.show:
+        family, place = options.show[0], int(options.show[1])
+        drawn = list(FIXED[family]())[place] if family in FIXED else scenes.draw(family, options.seed, place)
+        print(json.dumps(drawn.doc, indent=1))
+        return 0
+    rows = run(options, options.families.split(","))
+    print(summary.table(rows))
+    print("\n".join(summary.worst(rows)))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

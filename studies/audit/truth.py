@@ -1,0 +1,132 @@
+"""The independent answer to a scene of rods without damping and rigid bodies, with its own uncertainty."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from audit.collocation import Net, arrays_of, memory_of
+from audit.march import DONE, FULL, Out, Rule, march
+from audit.network import DASHPOT, FIXED, POWER, Network, read
+from audit.tables import STAGES, Array
+
+SAMPLES = 6000  # middles of equal cells of the run, as in the metrics
+MOST_STEPS = 60_000
+LEVELS = ((1e-6, 1.0), (3e-8, 1.7), (2e-9, 3.0))  # roughness over the speed, and by how much steps are shorter
+WANTED = 1e-6  # uncertainty at which refining ends
+
+
+@dataclass
+class Truth:
+    """Displacements and forces at the middles of equal cells, impulses and jumps; how well all that is known."""
+
+    times: Array
+    displacements: dict[str, Array]  # channel -> (samples,)
+    forces: dict[str, Array]  # contact -> (samples,)
+    impulses: dict[str, float]
+    peaks: dict[str, float]
+    jumps: dict[str, list[tuple[float, float]]]  # contact -> (time, size)
+    centre: float | None  # velocity of the centre of mass where nothing is held [m/s]
+    round_trip: float
+    contacts: int
+    uncertainty: dict[str, float] = field(default_factory=dict)  # by quantity, relative
+
+
+class NotKnownError(Exception):
+    """There is no truth: the program does not serve the scene, or did not come to an end."""
+
+
+def scales(net: Network) -> tuple[float, float]:
+    """Return a speed of the scene and the longest step that resolves its own times [m/s, s]."""
+    speed = max([abs(n.velocity) for n in net.nodes] + [abs(p.velocity) for p in net.pieces] + [0.0])
+    speed = max(speed, abs(net.gravity) * net.duration)
+    load = min([p.impedance for p in net.pieces], default=math.inf)
+    push = max([abs(n.force) for n in net.nodes], default=0.0)
+    return max(speed, push / load if math.isfinite(load) else 0.0), net.duration / 150.0
+
+
+def softest(net: Network, arrays: Net) -> float:
+    """Return the least force per speed that a side of a contact puts up over the run [N s/m]."""
+    sides = [side for touch in net.touches for side in (touch.left, touch.right)]
+    put_up = [arrays.load[n] + net.nodes[n].mass / net.duration for n in sides if net.nodes[n].kind != FIXED]
+    return float(min(put_up))
+
+
+def walk(net: Network, rough: float, finer: float) -> tuple[Net, Out]:
+    """Return what a march writes, with a roughness relative to the speed and the longest step over `finer`."""
+    arrays = arrays_of(net)
+    speed, longest = scales(net)
+    rule = Rule(longest / finer, rough * speed, speed, speed * softest(net, arrays))
+    steps = 4000
+    while True:
+        ends, contacts, nodes = len(arrays.node), len(arrays.left), len(arrays.kind)
+        out = Out(
+            np.zeros(steps),
+            np.zeros(steps),
+            np.zeros((steps, ends, STAGES)),
+            np.zeros((ends, 4 * steps)),
+            np.zeros((SAMPLES, nodes)),
+            np.zeros((SAMPLES, contacts)),
+            np.zeros(contacts),
+            np.zeros(contacts),
+            np.zeros(contacts, np.int64),
+            np.zeros((20000, 3)),
+            np.zeros(3, np.int64),
+        )
+        velocity = np.array([n.velocity for n in net.nodes])
+        ended = march(arrays, rule, net.duration, memory_of(arrays), out, np.zeros(nodes), velocity)
+        if ended == DONE:
+            return arrays, out
+        if ended != FULL or steps > MOST_STEPS:
+            raise NotKnownError("stuck" if ended != FULL else "too many steps")
+        steps *= 4
+
+
+def answer(net: Network, out: Out) -> Truth:
+    """Return a march in the words of a history."""
+    times = (np.arange(SAMPLES) + 0.5) * (net.duration / SAMPLES)
+    fall = 0.5 * net.gravity * times**2
+    names = [touch.name for touch in net.touches]
+    jumps: dict[str, list[tuple[float, float]]] = {name: [] for name in names}
+    for time, contact, size in out.jumps[: out.counts[1]]:
+        jumps[names[int(contact)]].append((float(time), float(size)))
+    return Truth(
+        times,
+        {name: out.u[:, node] + fall for name, node in net.channels.items()},
+        {name: out.force[:, c] for c, name in enumerate(names)},
+        {name: float(out.impulse[c]) for c, name in enumerate(names)},
+        {name: float(out.peak[c]) for c, name in enumerate(names)},
+        jumps,
+        net.centre_velocity() if net.is_free else None,
+        net.round_trip,
+        int(out.touches.sum()),
+    )
+
+
+def solve(doc: dict[str, object]) -> Truth:
+    """Return the answer to a case of rods without damping and rigid bodies; two marches say how well it is known.
+
+    Raises
+    ------
+    NotKnownError
+        Where the scene is not served, or a march does not end.
+    """
+    from audit.compare import errors
+
+    try:
+        net = read(doc)
+    except (ValueError, KeyError) as error:
+        raise NotKnownError(f"not served: {error}") from error
+    before = answer(net, walk(net, *LEVELS[0])[1])
+    for level in LEVELS[1:]:
+        found = answer(net, walk(net, *level)[1])
+        found.uncertainty = errors(before, found, tolerance=1e-4)
+        if max(found.uncertainty.values()) <= WANTED:
+            break
+        before = found
+    return found
+
+
+__all__ = ["DASHPOT", "FIXED", "POWER", "NotKnownError", "Truth", "answer", "solve", "walk"]
