@@ -160,6 +160,7 @@ def collocate(net, stage, mode, approach, t, step, u0, v0, small):  # type: igno
         stage.v[s] = v0
         stage.u[s] = u0
     last = np.inf
+    small += 1e-15 * np.abs(u0).max() / step  # the rounding of displacements
     for turn in range(40):
         change = 0.0
         for i in range(n):
@@ -183,10 +184,10 @@ def collocate(net, stage, mode, approach, t, step, u0, v0, small):  # type: igno
                 net, mode, approach, now, stage.u[s], stage.v[s], stage.pushed[s], stage.force[s], stage.trial[s],
                 stage.gap[s], stage.rate[s], dv[s],
             )  # fmt: skip
-        if turn > 2 and change <= small:
+        if turn > 0 and change <= small:
             return True
         if turn > 8 and change > 0.7 * last:
-            return change <= 100.0 * small
+            return bool(change <= 100.0 * small)
         last = change
     return False
 

@@ -29,23 +29,22 @@ class Answer(Protocol):
 def errors(found: Answer, truth: Truth, tolerance: float) -> dict[str, float]:
     """Return errors by quantity: in the frame of the centre of mass, in that of the ground, impulses, peak forces."""
     return {
-        "displacement": displacement(found, truth, truth.centre),
-        "displacement_ground": displacement(found, truth, None),
+        "displacement": displacement(found, truth, True),
+        "displacement_ground": displacement(found, truth, False),
         "impulse": impulse(found, truth),
         "peak": peak(found, truth, tolerance),
     }
 
 
-def displacement(found: Answer, truth: Truth, centre: float | None) -> float:
-    """Return the largest relative L2 error of the displacements, less the motion of the centre of mass."""
-    drift = 0.0 if centre is None else centre * truth.times
+def displacement(found: Answer, truth: Truth, within: bool) -> float:
+    """Return the largest relative L2 error of the displacements; the scale is the motion less that of its frame."""
     worst = 0.0
-    scale = max(float(np.linalg.norm(u - drift)) for u in truth.displacements.values())
     for name, u in truth.displacements.items():
-        size = float(np.linalg.norm(u - drift))
-        if size <= 1e-9 * scale or size == 0.0:
-            continue
-        worst = _larger(worst, float(np.linalg.norm(found.displacements[name] - u)) / size)
+        whole = float(np.linalg.norm(u))
+        size = float(np.linalg.norm(u - truth.drift[name])) if within else whole
+        size = size if size > 1e-9 * whole else whole
+        if size > 0.0:
+            worst = _larger(worst, float(np.linalg.norm(found.displacements[name] - u)) / size)
     return worst
 
 

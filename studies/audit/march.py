@@ -31,7 +31,7 @@ from audit.network import HEAVY
 from audit.tables import STAGES, Array
 
 DONE, FULL, STUCK = 0, 1, 2
-MERGE = 1e-10  # of the duration: fronts nearer than this are one
+MERGE = 1e-3  # times the roughness over the speed, of the duration: fronts nearer than this are one
 TOGGLES = 200  # changes of contacts without progress
 
 
@@ -115,7 +115,7 @@ def march(net, rule, duration, stage, out, u0, v0):  # noqa: C901 - one loop, on
     t, m, sample, jumps, toggles, changes = 0.0, 0, 0, 0, 0, 0
     longest = min(rule.longest, net.transit.min()) if ends else rule.longest
     wanted, strongest = 0.01 * longest, 0.0
-    merge = MERGE * duration
+    merge = MERGE * rule.rough / rule.speed * duration
     while t < duration - merge:
         if m >= out.times.size:
             out.counts[0], out.counts[1], out.counts[2] = m, jumps, changes
@@ -136,7 +136,7 @@ def march(net, rule, duration, stage, out, u0, v0):  # noqa: C901 - one loop, on
             turns += 1
             if ends:
                 gather(net, stage, t, step, m, out.times, out.steps, out.waves, hints)
-            good = collocate(net, stage, mode, approach, t, step, u0, v0, 1e-15 * rule.speed)
+            good = collocate(net, stage, mode, approach, t, step, u0, v0, 2e-15 * rule.speed)
             rough = roughness(net, stage, TOP)
             if turns > 60:
                 return STUCK

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Collection
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 FIXED, HEAVY, BARE = 0, 1, 2
 HARD, DASHPOT, POWER = 0, 1, 2
@@ -73,22 +74,59 @@ class Network:
     pieces: list[Piece] = field(default_factory=list)
     touches: list[Touch] = field(default_factory=list)
     channels: dict[str, int] = field(default_factory=dict)  # displacements that are compared: name -> node
-    body_of: dict[int, str] = field(default_factory=dict)  # a node of a channel -> its body
+    body_of: dict[str, str] = field(default_factory=dict)  # a channel -> its body
     duration: float = 0.0
     gravity: float = 0.0
     round_trip: float = math.nan
 
-    @property
-    def is_free(self) -> bool:
-        """Whether nothing but contacts acts on the bodies: no wall, no clamp, no spring, dashpot or force."""
-        loose = all(node.kind != FIXED and node.spring == node.dashpot == node.force == 0.0 for node in self.nodes)
-        return loose and self.gravity == 0.0
 
-    def centre_velocity(self) -> float:
-        """Velocity of the centre of mass at the start [m/s]."""
-        masses = [(node.mass, node.velocity) for node in self.nodes if node.kind == HEAVY]
-        masses += [(p.area * p.density * p.length, p.velocity) for p in self.pieces]
-        return sum(m * v for m, v in masses) / sum(m for m, _ in masses)
+class Frame(NamedTuple):
+    """The motion of the centre of mass of bodies that touch each other: V t + g t^2/2."""
+
+    velocity: float
+    gravity: float
+
+
+def frames(doc: Doc, touched: Collection[str]) -> dict[str, Frame]:
+    """Return the frame of each body: that of the centre of mass of what it meets, at rest where anything holds that.
+
+    A wall joins no bodies, but holds those that touch it; ``touched`` are the names of contacts that were closed.
+    """
+    bodies = doc["bodies"]
+    group = {name: {name} for name in bodies}
+    held = {name for name, body in bodies.items() if body["kind"] == "wall" or _is_held(body)}
+    for contact in doc["contacts"]:
+        if "|".join(contact["between"]) not in touched:
+            continue
+        a, b = (label.partition(".")[0] for label in contact["between"])
+        walls = [name for name in (a, b) if bodies[name]["kind"] == "wall"]
+        if walls:
+            held.update((a, b))
+            continue
+        joined = group[a] | group[b]
+        for name in joined:
+            group[name] = joined
+    found = {}
+    for name, names in group.items():
+        if names & held:
+            found[name] = Frame(0.0, 0.0)
+            continue
+        masses = [(mass_of(bodies[n]) + _ridden(bodies[n]), float(bodies[n].get("velocity", 0.0))) for n in names]
+        found[name] = Frame(sum(m * v for m, v in masses) / sum(m for m, _ in masses), float(doc.get("gravity", 0.0)))
+    return found
+
+
+def _ends(body: Doc) -> list[Doc]:
+    ends = [body.get("ends", {}).get(side, "free") for side in ("left", "right")]
+    return [{end: True} if isinstance(end, str) else end for end in ends]
+
+
+def _is_held(body: Doc) -> bool:
+    return any(kind not in ("free", "mass", "force") for end in _ends(body) for kind in end)
+
+
+def _ridden(body: Doc) -> float:
+    return sum(float(end.get("mass", 0.0)) for end in _ends(body))
 
 
 def segments_of(rod: Doc) -> list[Doc]:
@@ -198,8 +236,8 @@ def read(doc: Doc) -> Network:
         )
         for (name, x), node in zip(pair, (left, right), strict=True):
             if doc["bodies"][name]["kind"] != "wall":
-                net.channels[channel_of(name, x, doc)] = node
-                net.body_of[node] = name
+                channel = channel_of(name, x, doc)
+                net.channels[channel], net.body_of[channel] = node, name
     _check(net)
     return net
 
