@@ -27,7 +27,9 @@ from impactlab.pairing import (
     kind_of,
     on_continuous_beam,
 )
+from impactlab.precision import beyond, in_precision
 from impactlab.scene import Contact, ElasticBody, Rod, Scene
+from impactlab.sizes import check_bodies, check_records
 from impactlab.stepping.assembly import Assembly
 from impactlab.stepping.messengers import check_messengers
 from impactlab.stepping.preparation import (
@@ -141,11 +143,15 @@ def prepare(scene: Scene) -> Plan:
     if scene.tolerance is not None:
         from impactlab.choice import first_guess
 
-        return prepare(first_guess(scene))
+        with in_precision("the first guess of a description", "solve.tolerance"):
+            guess = first_guess(scene)
+        return prepare(guess)
     if is_exact(scene):
         from impactlab.exact.bonds import check
 
-        check(scene)
+        check_records(scene, scene.records)
+        with in_precision("the contacts of the scene", "contacts"):
+            check(scene)
         return Plan(scene, None, 0, {}, {}, (), None, () if scene.integrator is None else (UNUSED,))
     if isinstance(scene.integrator, AbstractAdaptive) and rods_step(scene) is not False:
         return prepare_adaptive(scene, scene.integrator)
@@ -161,6 +167,7 @@ def prepare(scene: Scene) -> Plan:
         if not all_steps(scene, contact):
             check_continuous(contact.law, f"contacts.{number}.law", on_continuous_beam(scene, contact))
     check_events(scene, integrator)
+    check_bodies(scene)
     built = build_bodies(scene)
     limits = {}
     for name, body in built.items():
@@ -168,8 +175,13 @@ def prepare(scene: Scene) -> Plan:
             limits[name] = body.model.longest_step
         else:
             check_system(integrator, name, body.system)
-            limits[name] = integrator.limit(body.system)
-    dt = fitted_step(resolve_step(scene, built), built)
+            with in_precision(f"the longest stable step of '{name}'", f"bodies.{name}", body.body):
+                limits[name] = integrator.limit(body.system)
+    with in_precision("the step", "solve.step"):
+        dt = fitted_step(resolve_step(scene, built), built)
+        count = scene.duration / dt
+    if not 0.0 < dt < math.inf:
+        raise beyond("the step", "solve.step")
     name = min(limits, key=lambda key: limits[key])
     if dt > limits[name] * (1.0 + 1e-9):
         raise CaseError(
@@ -178,11 +190,14 @@ def prepare(scene: Scene) -> Plan:
             remedy=f"Give dt: {limits[name]:.6g} or less, fewer elements or modes, or integrator newmark.",
             path="solve.step",
         )
-    steps = math.ceil(scene.duration / dt - 1e-9)
-    if steps > MOST_STEPS:
+    if not count <= MOST_STEPS:
         raise CaseError(
-            f"{steps} steps are too many", remedy="Give a longer step or a shorter duration.", path="solve.step"
+            f"{count:.3g} steps of {dt:.3g} s are too many. Allowed: {MOST_STEPS}",
+            remedy="Give a longer step or a shorter duration.",
+            path="solve.step",
         )
+    steps = math.ceil(count - 1e-9)
+    check_records(scene, steps)
     steppers = prepare_steppers(scene, built, integrator, dt)
     facts = facts_of(scene, built, steppers)
     scene = acting_laws(scene, facts)
@@ -215,11 +230,14 @@ def prepare_adaptive(scene: Scene, integrator: AbstractAdaptive) -> Plan:
     from impactlab.adaptive.system import System
 
     check_smooth(scene, integrator)
+    check_bodies(scene)
+    check_records(scene, scene.records)
     built = build_bodies(scene)
     for name, body in built.items():
         check_ordinary(integrator, name, body.system)
     given = scene.step.dt is not None or scene.step.courant is not None
-    march = March(System(scene, built), integrator, resolve_step(scene, built) if given else None)
+    with in_precision("the system of equations", "solve.integrator"):
+        march = March(System(scene, built), integrator, resolve_step(scene, built) if given else None)
     return Plan(scene, None, 0, built, {}, (), None, (), march)
 
 

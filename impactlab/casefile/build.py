@@ -11,6 +11,7 @@ from impactlab.casefile.schema import BeamBlock, CaseBlock, MassBlock, RodBlock,
 from impactlab.casefile.sections import beam_segments
 from impactlab.errors import CaseError, ImpactlabError
 from impactlab.plugins import INTEGRATORS, LAWS, MODELS, Registry
+from impactlab.ranges import check_scales
 from impactlab.scene import (
     Beam,
     Body,
@@ -58,7 +59,7 @@ def build_scene(case: CaseBlock, name: str, registry: Registry) -> Scene:
                 path=f"snapshots.{number}",
             )
     step = case.solve.step
-    return Scene(
+    scene = Scene(
         name=name,
         bodies=bodies,
         contacts=contacts,
@@ -73,6 +74,8 @@ def build_scene(case: CaseBlock, name: str, registry: Registry) -> Scene:
         round_trip=round_trip,
         tolerance=case.solve.tolerance,
     )
+    check_scales(scene)
+    return scene
 
 
 def part_faults(case: CaseBlock, registry: Registry) -> list[ImpactlabError]:

@@ -14,6 +14,7 @@ from impactlab.casefile.sections import check_section, check_shear, pieces_of
 from impactlab.casefile.stops import stops_leave_room
 from impactlab.casefile.words import listed, shown
 from impactlab.errors import CaseError, combined
+from impactlab.ranges import range_of
 from impactlab.scene import Profile, Table
 from impactlab.types import QUANTITIES_OF_BEAM, QUANTITIES_OF_ROD
 
@@ -102,10 +103,13 @@ def _shapes_are_finite(case: CaseBlock) -> None:
             )
         shape = shape_of(body)
         values = shape(np.linspace(0.0, length, 1001)) if shape else np.zeros(2)
-        if not np.all(np.isfinite(values)):
+        largest = range_of("m").most
+        if not np.all(np.isfinite(values)) or np.max(np.abs(values)) > largest:
+            finite = np.all(np.isfinite(values))
             raise CaseError(
-                f"{shown(body.displacement)} is not a finite number everywhere on the {body.kind}, 0 to {length:g} m",
-                remedy="Mend the formula (a division by zero, or the root of a negative number).",
+                f"{shown(body.displacement)} is not a {f'number up to {largest:g} m' if finite else 'finite number'} "
+                f"everywhere on the {body.kind}, 0 to {length:g} m",
+                remedy="Fix the formula (a division by zero, the root of a negative number, a factor too large).",
                 path=path,
             )
         for side, value in (("left", values[0]), ("right", values[-1])):

@@ -18,6 +18,7 @@ from pydantic_core import PydanticCustomError, core_schema
 from impactlab.casefile.formula import Formula, parse
 from impactlab.casefile.units import takes_texts, to_si
 from impactlab.casefile.words import closest, shown
+from impactlab.ranges import COUNTS, Range, range_of
 from impactlab.scene import End, Table
 from impactlab.types import Relative
 
@@ -148,15 +149,27 @@ class Allowed:
         number = given.get("relative")
         if set(given) != {"relative"} or isinstance(number, bool) or not isinstance(number, numbers.Real):
             raise refuse(f"{shown(value)} is not allowed here. Allowed: {self.words_of_allowed()}")
-        return Relative(self._limited(_finite(number)))
+        return Relative(self._limited(_finite(number), COUNTS))
 
-    def _limited(self, number: float) -> float:
+    def _limited(self, number: float, sizes: Range | None = None) -> float:
         for key, limit in self.limits:
             if not _LIMIT_TESTS[key](number, limit):
                 unit = "" if self.unit == "1" else f" {self.unit}"
                 # Six digits would show a number just beyond its limit as the limit itself.
                 given = f"{number:g}" if not _LIMIT_TESTS[key](float(f"{number:g}"), limit) else repr(number)
                 raise refuse(f"{given}{unit} is out of range. Allowed: {self.words_of_allowed()}")
+        return self._in_range(number, sizes or range_of(self.unit))
+
+    def _in_range(self, number: float, sizes: Range) -> float:
+        """Return a number whose size can be computed with, or refuse it (`impactlab.ranges`)."""
+        if self.whole and not self.number:
+            return number
+        least, most = sizes
+        positive = any(key in ("gt", "ge") and limit >= 0.0 for key, limit in self.limits)
+        if abs(number) > most or (positive and 0.0 < number < least):
+            unit = "" if self.unit == "1" else f" {self.unit}"
+            words = f"{least:g} to {most:g}" if positive else f"sizes up to {most:g}"
+            raise refuse(f"{number:g}{unit} is beyond the numbers a case may hold. Allowed: {words}{unit}")
         return number
 
 

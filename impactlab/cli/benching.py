@@ -37,11 +37,15 @@ def bench(
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder of the rows and the table.")] = Path(
         "out/bench"
     ),
-    jobs: Annotated[int, typer.Option("--jobs", metavar="N", min=0, help="Processes; 0 for one per core.")] = 1,
-    repeats: Annotated[int, typer.Option("--repeats", metavar="N", min=1, help="Of a timed run, at most.")] = 9,
+    jobs: Annotated[
+        int, typer.Option("--jobs", metavar="N", min=0, max=1024, help="Processes; 0 for one per core.")
+    ] = 1,
+    repeats: Annotated[
+        int, typer.Option("--repeats", metavar="N", min=1, max=1000, help="Of a timed run, at most.")
+    ] = 9,
     no_timing: Annotated[bool, typer.Option("--no-timing", help="Leave out the times.")] = False,
     time_limit: Annotated[
-        float, typer.Option("--time-limit", metavar="S", min=0.001, help="Seconds after which a run has hung.")
+        float, typer.Option("--time-limit", metavar="S", min=0.001, max=1e6, help="Seconds after which a run has hung.")
     ] = 60.0,
     no_report: Annotated[bool, typer.Option("--no-report", help="Leave out figures, tables and pages.")] = False,
     table: Annotated[

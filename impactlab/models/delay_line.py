@@ -12,6 +12,7 @@ from impactlab.integrators.base import Stepper
 from impactlab.models.base import Operators
 from impactlab.models.self_stepping import AbstractSelfStepping
 from impactlab.scene import End, Rod
+from impactlab.sizes import check_cells
 from impactlab.types import Array, Quantity
 
 MODES = 100  # what `points_per_period` counts on a rod without mesh or modes
@@ -142,6 +143,7 @@ class DelayLine(AbstractSelfStepping):
                 remedy=f"Give dt: {self.transit:.6g} or less.",
                 path="solve.step",
             )
+        check_cells(self.transit / dt, self._rod.name)
         impedance, speed, rod = self._segment.impedance, self._segment.wave_speed, self._rod
         whole = max(1, math.floor(self.transit / dt * (1.0 + 1e-12)))
         share = max(0.0, self.transit / dt - whole)

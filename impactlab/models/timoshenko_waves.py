@@ -16,6 +16,7 @@ from impactlab.models.delay_line import MODES
 from impactlab.models.self_stepping import AbstractSelfStepping
 from impactlab.models.two_grids import Coupling, centres, coupling, factor
 from impactlab.scene import Beam, End, Probe
+from impactlab.sizes import check_cells
 from impactlab.types import QUANTITIES_OF_BEAM, Array, Quantity
 
 CELLS = 2_000_000  # at most, of one family
@@ -144,6 +145,7 @@ class TimoshenkoWaves(AbstractSelfStepping):
         return self._stations
 
     def stepper(self, ports: Array, dt: float) -> Stepper:
+        check_cells(self._beam.length / (min(self._speeds) * dt), self._beam.name)
         shear, bend = (self._grid(speed, dt, number == 0) for number, speed in enumerate(self._speeds))
         segment = self._beam.segments[0]
         # With the impedance and EI as given, a speed that fits the grid changes masses, by no more than the misfit.

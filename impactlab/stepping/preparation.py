@@ -16,6 +16,7 @@ from impactlab.models.base import AbstractDiscreteModel, Face, Operators
 from impactlab.models.continuous_bodies import continuous_body
 from impactlab.models.rigid import RigidBody
 from impactlab.models.self_stepping import AbstractSelfStepping
+from impactlab.precision import beyond, check_finite, in_precision
 from impactlab.scene import Beam, Body, Contact, ElasticBody, Mass, Point, Rod, Scene, Wall
 from impactlab.sides import side_facts
 from impactlab.types import MEMORY, PARAMETERS, READINGS, Arriving, Quantity, Reading, SideFacts, Start
@@ -53,17 +54,24 @@ def build_bodies(scene: Scene) -> dict[str, BuiltBody]:
             if body.model is None:
                 raise CaseError(f"'{name}' has no model", path="solve.model", remedy="Give solve.model.")
             faces = faces_of(scene, name)
-            if not body.model.steps:
-                model = continuous_body(scene, body, faces)
-            elif isinstance(body, Beam):
-                model = body.model.build_beam(body, scene.gravity, faces)
-            elif isinstance(body, Rod):
-                model = body.model.build(body, scene.gravity, faces)
+            with in_precision(f"the description of '{name}'", f"bodies.{name}", body):
+                if not body.model.steps:
+                    model = continuous_body(scene, body, faces)
+                elif isinstance(body, Beam):
+                    model = body.model.build_beam(body, scene.gravity, faces)
+                elif isinstance(body, Rod):
+                    model = body.model.build(body, scene.gravity, faces)
         elif isinstance(body, Mass):
             model = RigidBody(body.mass, body.velocity, scene.gravity)
         else:
             model = RigidBody(None, 0.0, 0.0)
-        built[name] = BuiltBody(body, model, model.operators())
+        with in_precision(f"the matrices of '{name}'", f"bodies.{name}", body):
+            built[name] = BuiltBody(body, model, model.operators())
+        system = built[name].system
+        matrices = system.mass, system.damping, system.stiffness, system.load, system.displacement, system.velocity
+        check_finite(f"the matrices of '{name}'", f"bodies.{name}", body, *matrices)
+        frequencies = np.array([system.highest_frequency, system.rule_frequency])
+        check_finite(f"the highest frequency of '{name}'", f"bodies.{name}", body, frequencies)
     return built
 
 
@@ -107,9 +115,14 @@ def prepare_stepper(
     rows = [model.row(point.x, "displacement") for point in points if point.body == name]
     rows += [model.row(push.x, push.quantity) for push in pushes if push.body == name]
     ports = np.array(rows).reshape(len(rows), system.load.size)
-    if isinstance(model, AbstractSelfStepping):
-        return model.stepper(ports, dt)
-    return integrator.prepare(system._replace(momentum=model.momentum_row()), ports, dt)
+    what, path, body = f"the steps of '{name}'", f"bodies.{name}", scene.bodies[name]
+    with in_precision(what, path, body):
+        if isinstance(model, AbstractSelfStepping):
+            stepper = model.stepper(ports, dt)
+        else:
+            stepper = integrator.prepare(system._replace(momentum=model.momentum_row()), ports, dt)
+    check_finite(what, path, body, stepper.parameters, stepper.state, stepper.force_response, stepper.impulse_response)
+    return stepper
 
 
 def face_velocity_per_force(scene: Scene, steppers: dict[str, Stepper], number: int, side: int) -> float:
@@ -126,11 +139,12 @@ def face_velocity_per_force(scene: Scene, steppers: dict[str, Stepper], number: 
 def placed_at(path: str) -> Iterator[None]:
     """Give the errors of a law the path of its contact, in front of the field that they name."""
     try:
-        yield
+        with in_precision("the contact", ""):
+            yield
     except (PairingError, CaseError) as error:
         if not error.path:
             error.path = path
-        elif not error.path.startswith("solve"):
+        elif not error.path.startswith(("solve", "bodies", "contacts")):
             error.path = f"{path}.{error.path}"
         raise
 
@@ -152,6 +166,8 @@ def check_explicit_spring(
         with placed_at(f"contacts.{number}.law"):
             stiffness = contact.law.stiffest(*facts[number], dt)
         pliancy = dt * sum(face_velocity_per_force(scene, steppers, number, side) for side in (0, 1))
+        if not math.isfinite(stiffness * pliancy):
+            raise beyond("the contact", f"contacts.{number}.law")
         if stiffness * pliancy > 4.0:
             stable = dt * 2.0 / math.sqrt(stiffness * pliancy)
             raise CaseError(
@@ -164,7 +180,11 @@ def check_explicit_spring(
 
 def facts_of(scene: Scene, built: dict[str, BuiltBody], steppers: dict[str, Stepper]) -> Facts:
     """Return what the law of each contact may know of its two sides."""
-    return tuple(_facts(scene, built, steppers, number) for number in range(len(scene.contacts)))
+    found = []
+    for number in range(len(scene.contacts)):
+        with placed_at(f"contacts.{number}"):
+            found.append(_facts(scene, built, steppers, number))
+    return tuple(found)
 
 
 def _facts(
@@ -186,9 +206,10 @@ def _facts(
 
 def acting_laws(scene: Scene, facts: Facts) -> Scene:
     """Return the scene with the laws that act on its faces, massless or not."""
-    contacts = [
-        replace(contact, law=contact.law.acting(*known)) for contact, known in zip(scene.contacts, facts, strict=True)
-    ]
+    contacts = []
+    for number, (contact, known) in enumerate(zip(scene.contacts, facts, strict=True)):
+        with placed_at(f"contacts.{number}.law"):
+            contacts.append(replace(contact, law=contact.law.acting(*known)))
     return replace(scene, contacts=tuple(contacts))
 
 

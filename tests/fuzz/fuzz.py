@@ -21,7 +21,7 @@ ROOT = Path(__file__).resolve().parents[2]
 Row = dict[str, Any]
 
 
-def work(seed: int, first: int, count: int) -> None:
+def work(seed: int, first: int, count: int, runs: int) -> None:
     """Answer a run of mutants, one line of JSON each on standard output, told before and after."""
     from impactlab import api, console  # noqa: F401 - imported before memory is measured
     from tests.fuzz.answers import answer
@@ -30,16 +30,17 @@ def work(seed: int, first: int, count: int) -> None:
     answer(mutant(0, 0), 0)
     for number in range(first, first + count):
         print(json.dumps({"begun": number}), flush=True)
-        found = answer(mutant(seed, number), number)
+        found = answer(mutant(seed, number), number, bool(runs))
         print(json.dumps({"done": number, **found._asdict()}), flush=True)
 
 
-def shard(seed: int, first: int, count: int, hung_s: float = HUNG_S) -> list[Row]:
+def shard(seed: int, first: int, count: int, runs: bool = False, hung_s: float = HUNG_S) -> list[Row]:
     """Return one row per mutant, answered in a process that is started again where it hangs or dies."""
     rows: list[Row] = []
     last = first + count
     while first < last:
-        command = [sys.executable, "-m", "tests.fuzz.fuzz", "--work", str(seed), str(first), str(last - first)]
+        command = [sys.executable, "-m", "tests.fuzz.fuzz", "--work"]
+        command += [str(each) for each in (seed, first, last - first, int(runs))]
         process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT)
         lines: queue.Queue[str | None] = queue.Queue()
         errors: list[str] = []
@@ -91,14 +92,14 @@ def _read_all(stream: Any, texts: list[str]) -> None:
     texts.append(stream.read())
 
 
-def fuzz(seed: int, count: int, jobs: int, first: int = 0) -> list[Row]:
+def fuzz(seed: int, count: int, jobs: int, first: int = 0, runs: bool = False) -> list[Row]:
     """Return the rows of ``count`` mutants of a seed, answered by ``jobs`` processes."""
     from concurrent.futures import ThreadPoolExecutor
 
     share = -(-count // jobs)
     starts = [(first + k * share, min(share, count - k * share)) for k in range(jobs) if k * share < count]
     with ThreadPoolExecutor(jobs) as pool:
-        return [row for rows in pool.map(lambda each: shard(seed, *each), starts) for row in rows]
+        return [row for rows in pool.map(lambda each: shard(seed, *each, runs), starts) for row in rows]
 
 
 def main() -> None:
@@ -108,14 +109,15 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=1000)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--work", type=int, nargs=3)
+    parser.add_argument("--work", type=int, nargs=4)
+    parser.add_argument("--runs", action="store_true", help="run the mutants, if only shortly")
     parser.add_argument("--rows", type=Path)
     given = parser.parse_args()
     if given.work:
         work(*given.work)
         return
     began = time.perf_counter()
-    rows = fuzz(given.seed, given.count, given.jobs, given.first)
+    rows = fuzz(given.seed, given.count, given.jobs, given.first, given.runs)
     print(dict(collections.Counter(row["outcome"] for row in rows)), f"{time.perf_counter() - began:.0f} s")
     for key in ("seconds", "megabytes"):
         worst = sorted(rows, key=lambda row, k=key: -row[k])[:8]

@@ -256,7 +256,7 @@ def _of_another_scale(data: Any, chance: random.Random) -> Any:
     ]
     for path, value in chance.sample(found, min(len(found), chance.choice((0, 1, 1, 2, 3, 6)))):
         holder = _at(data, path[:-1])
-        wide = chance.choice((3.0, 6.0, 12.0, 25.0, 150.0, 300.0))
+        wide = chance.choice((0.5, 2.0, 4.0, 6.0, 9.0, 15.0, 25.0, 300.0))
         try:
             number = value * 10.0 ** chance.uniform(-wide, wide)
         except OverflowError:

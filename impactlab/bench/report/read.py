@@ -7,6 +7,7 @@ import gzip
 import io
 import json
 import math
+import zlib
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
@@ -108,6 +109,7 @@ class Row(NamedTuple):
 NEEDED = ("case", "method", "status", "displacement", "impulse", "solve_s", "setup_s", "steps", "unknowns")
 """Columns without which nothing can be told; others may be missing."""
 FIELDS = {name: hint for name, hint in get_type_hints(Row).items() if name != "more"}
+LARGEST_TABLE = 100_000_000  # bytes, unpacked: some 200,000 rows
 
 
 def read_table(path: Path) -> tuple[Row, ...]:
@@ -120,23 +122,41 @@ def read_table(path: Path) -> tuple[Row, ...]:
     """
     path = Path(path)
     reader = csv.DictReader(io.StringIO(_text(path), newline=""))
-    missing = [name for name in NEEDED if name not in (reader.fieldnames or ())]
+    try:
+        names = reader.fieldnames or ()
+    except csv.Error as error:
+        raise CaseError(f"{path.name}: {str(error)[:80]}", remedy="Give a table.csv of a bench.") from None
+    missing = [name for name in NEEDED if name not in names]
     if missing:
         raise CaseError(
             f"{path.name} is not the table of a bench: it has no column {', '.join(missing)}",
             remedy="Give the table.csv that `impactlab bench --out DIR` wrote.",
         )
-    rows = tuple(_row(cells, path.name, reader.line_num) for cells in reader)
+    try:
+        rows = tuple(_row(cells, path.name, reader.line_num) for cells in reader)
+    except csv.Error as error:
+        raise CaseError(f"{path.name}: {str(error)[:80]}", file=path.name, line=reader.line_num) from None
     if not rows:
         raise CaseError(f"{path.name} holds no row", remedy="Run `impactlab bench` first.")
     return rows
 
 
 def _text(path: Path) -> str:
+    if path.exists() and not path.is_file():
+        kind = "is a folder" if path.is_dir() else "is no regular file"
+        raise CaseError(f"{str(path)!r} {kind}", remedy="Give a table.csv of a bench.")
     try:
-        raw = path.read_bytes()
-        return (gzip.decompress(raw) if raw.startswith(GZIP) else raw).decode("utf-8-sig")
-    except (OSError, EOFError) as error:
+        with path.open("rb") as stream:
+            packed = stream.read(len(GZIP)) == GZIP
+        with gzip.open(path) if packed else path.open("rb") as stream:
+            raw = stream.read(LARGEST_TABLE + 1)
+        if len(raw) > LARGEST_TABLE:
+            raise CaseError(
+                f"{path.name} holds more than {LARGEST_TABLE} bytes, the most a table may have",
+                remedy="Give a table.csv of a bench.",
+            )
+        return raw.decode("utf-8-sig")
+    except (OSError, EOFError, zlib.error) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise CaseError(f"cannot read {str(path)!r}: {reason}", remedy="Give a table.csv of a bench.") from None
     except UnicodeDecodeError:

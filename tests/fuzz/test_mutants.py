@@ -1,0 +1,46 @@
+"""Whatever a case holds, it is accepted or refused: no other exception, no hang, no death, within 1 s and 200 MB.
+
+Time is that of the processor; memory is by how much the resident memory of the process grows at most while a mutant is
+answered, as Linux counts it (VmHWM, set back before each).
+"""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+
+from tests.fuzz.fuzz import Row, fuzz
+
+LARGEST_MB = 200.0
+COUNT = int(os.environ.get("IMPACTLAB_MUTANTS", "8000"))
+SEED = int(os.environ.get("IMPACTLAB_MUTANTS_SEED", "20"))
+
+
+def escaped(rows: list[Row]) -> list[Row]:
+    """Return the rows of mutants that were neither accepted nor refused."""
+    return [row for row in rows if row["outcome"] not in ("accepted", "refused")]
+
+
+def check_rows(rows: list[Row], count: int) -> None:
+    """Check that all mutants were answered, in little memory, and that both answers occur."""
+    assert [row["number"] for row in rows] == list(range(count))
+    assert not escaped(rows), escaped(rows)[0]
+    assert max(row["megabytes"] for row in rows) <= LARGEST_MB
+    assert {row["outcome"] for row in rows} == {"accepted", "refused"}
+
+
+def test_mutants_are_accepted_or_refused() -> None:
+    check_rows(fuzz(seed=1, count=200, jobs=1), 200)
+
+
+@pytest.mark.slow
+def test_thousands_of_mutants_are_accepted_or_refused() -> None:
+    check_rows(fuzz(SEED, COUNT, jobs=2), COUNT)
+
+
+@pytest.mark.slow
+def test_mutants_run_or_fail_with_a_word() -> None:
+    count = COUNT // 10
+    rows = fuzz(SEED, count, jobs=2, runs=True)
+    assert not escaped(rows), escaped(rows)[0]
