@@ -12,7 +12,8 @@ SHALLOW = 0.10  # of the largest gap of the flight so far: a minimum below nearl
 SHORT = 0.07  # round trips: a contact shorter than this nearly did not happen
 SLOW = 0.1  # of the fastest rate of a flight, whose square is the share of its way that is left to go
 SAMPLES = 512  # of the gap per round trip
-MOST_SAMPLES = 50_000
+MOST_SAMPLES = 50_000  # of a flight
+MOST_OF_RUN = 1_000_000  # of all flights together
 
 
 def near_grazing(history: AbstractHistory, contact_name: str, round_trip: float, dt: float = 0.0) -> str | None:
@@ -45,11 +46,12 @@ def near_grazing(history: AbstractHistory, contact_name: str, round_trip: float,
     touches = [(span.start, history.duration if span.end is None else span.end) for span in spans]
     if text := _slow_meeting(history, contact_name, touches, round_trip, dt):
         return text
+    most = min(MOST_SAMPLES, MOST_OF_RUN // max(1, len(spans)))
     for number, span in enumerate(spans):
         if span.end is None:
             continue
         until = spans[number + 1].start if number + 1 < len(spans) else history.duration
-        count = int(min(MOST_SAMPLES, 16 + SAMPLES * (until - span.end) / round_trip))
+        count = int(min(16 + most, 16 + SAMPLES * (until - span.end) / round_trip))
         t = np.linspace(span.end, until, count)
         gap = history.evaluate(t, f"gap:{contact_name}")
         largest = np.maximum.accumulate(gap)
@@ -82,11 +84,12 @@ def _slow_meeting(
 ) -> str | None:
     """Return the text for the first touch (start, end) whose faces come to rest against each other, or None."""
     before = 0.0
+    most = min(MOST_SAMPLES, MOST_OF_RUN // max(1, len(touches)))
     for start, end in touches:
         begin, before = before, end
         if start - begin <= max(10.0 * dt, SHORT * round_trip):
             continue  # touches in quick series: faces that chatter, not that fly
-        count = int(min(MOST_SAMPLES, 16 + SAMPLES * (start - begin) / round_trip))
+        count = int(min(16 + most, 16 + SAMPLES * (start - begin) / round_trip))
         gap = history.evaluate(np.linspace(begin, start, count), f"gap:{contact_name}")
         rates = np.diff(gap)
         if np.max(gap) > 0.0 and 0.0 < -rates[-1] < SLOW * np.max(np.abs(rates)):

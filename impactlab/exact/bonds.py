@@ -9,8 +9,8 @@ import numpy as np
 
 from impactlab.errors import CaseError, PairingError
 from impactlab.models.delay_line import dispersed
-from impactlab.scene import End, Mass, Point, Rayleigh, Rod, Scene
-from impactlab.sides import side_facts
+from impactlab.scene import Contact, End, Mass, Point, Rayleigh, Rod, Scene
+from impactlab.sides import segment_at, side_facts
 
 NO_OVERLAP = 1.0e-9  # of the initial displacements: the gap that a preload closes is typed in with so many digits
 
@@ -57,6 +57,16 @@ def massless(scene: Scene, point: Point) -> bool:
     """Return whether the face of a contact is the bare end of a rod."""
     end = end_of(scene, point)
     return end is not None and end.kind != "clamped" and not (end.kind == "mass" and end.value > 0.0)
+
+
+def wave_impedance(scene: Scene, contact: Contact, side: int) -> float:
+    """Return the impedance of the rod at one face of a contact [N s/m], 0 left or 1 right; inf without a rod."""
+    point = (contact.left, contact.right)[side]
+    body = scene.bodies[point.body]
+    if not isinstance(body, Rod):
+        return math.inf
+    ends = 1 if point.x in (0.0, body.length) else 2
+    return ends * segment_at(body.segments, point.x).impedance
 
 
 def check(scene: Scene) -> list[Bond]:
@@ -134,9 +144,10 @@ def with_faces(scene: Scene, bonds: list[Bond]) -> list[Bond]:
         found = None
         for number in waiting:
             contact = scene.contacts[number]
-            for side, point in enumerate((contact.left, contact.right)):
-                if found is None and massless(scene, point) and busy.count(key(number, side)) == 1:
-                    found = number, side
+            sides = enumerate((contact.left, contact.right))
+            free = [side for side, point in sides if massless(scene, point) and busy.count(key(number, side)) == 1]
+            if found is None and free:  # a force is known best from the face that gives way most
+                found = number, min(free, key=lambda side: wave_impedance(scene, contact, side))
         if found is None:
             names = " and ".join(scene.contacts[number].name for number in waiting)
             raise CaseError(

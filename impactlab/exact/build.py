@@ -156,8 +156,12 @@ def assemble(
     ordered_pairs = [pairs[c] for c in contact_order]
     faces, scales = [], []
     for c, (a, b) in zip(contact_order, ordered_pairs, strict=True):
-        faces.append(-1 if bonds[c].face is None else int(node_new[(a, b)[bonds[c].face or 0]]))
-        scale = max(sum(z[e] for e, n in enumerate(end_nodes) if n == side) for side in (a, b))
+        face = bonds[c].face
+        node = -1 if face is None else (a, b)[face]
+        faces.append(-1 if face is None else int(node_new[node]))
+        sides = [sum(z[e] for e, n in enumerate(end_nodes) if n == side) for side in (a, b)]
+        shared = sum(node in pair for pair in ordered_pairs) != 1  # its forces come from those of others too
+        scale = max(sides) if face is None or shared else sides[face]
         scales.append(scale if scale > 0.0 else bonds[c].rigid_scale(nodes.mass[a], nodes.mass[b]))
     tolerance = MERGE * 2.0 * min(transit)
     node_junction = np.array(junction, dtype=np.int64)[node_order]

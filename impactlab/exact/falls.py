@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from impactlab.exact.kernel import DEPTH, PART, ZERO, first_fall
+from impactlab.exact.kernel import DEPTH, PART, ZERO, first_fall, restrict
 from impactlab.exact.memory import Memory
 
 CLOSE, OPEN = 1, 0
 ROUNDED = 1.0e-14  # of displacements and velocities: how far rounding may have moved them
+# Least force of a touch, over that below which a closed contact counts as unloaded (ZERO of the largest that the rods
+# could give): 1e-11 of it in all. Ten times apart, so that rounding cannot close again at once what it has opened.
+MIN_TOUCH = 10.0
 
 
 @PART
@@ -33,6 +36,31 @@ def yielding(m: Memory, c: int) -> float:
         if group.group_mass == 0.0:
             more += contact.damping / group.drag
     return float(more)
+
+
+@PART
+def resting(m: Memory, j: int, c: int, n: int, place: float) -> bool:
+    """Return whether faces that meet at a place in [-1, 1] approach too slowly for a force from there on.
+
+    The force of a touch is the speed of approach times the impedance of the faces; a face with mass does not yield.
+    """
+    state, junction, contact = m.state[0], m.junctions[j], m.contacts[c]
+    base = junction.first_node
+    compliance = 0.0
+    for side in (contact.left, contact.right):
+        group = m.nodes[m.nodes[side].group]
+        if group.group_mass == 0.0:
+            compliance += 1.0 / group.drag
+    slow = MIN_TOUCH * ZERO * state.fastest * contact.impedance * compliance
+    a, b = contact.left - base, contact.right - base
+    trial, rate = m.stack[DEPTH], m.stack[0]
+    for k in range(n):
+        trial[k] = m.rows[a, k] - m.rows[b, k]
+    size = restrict(trial, n, place, 1.0, rate)
+    approach = rate[0]
+    for k in range(1, size):
+        approach += abs(rate[k])
+    return bool(approach <= slow)
 
 
 @PART
@@ -72,12 +100,16 @@ def next_event(m: Memory, j: int, n: int) -> float:
                 for k in range(n):
                     trial[k] = sign * (m.rows[nodes + b, k] - m.rows[nodes + a, k])
                 trial[0] += sign * contact.gap
+                if contact.stiffness < 0.0 and gap < 0.0:
+                    floor -= gap  # faces that rest on each other may lie behind each other by rounding
             if way == 1:
                 floor = no_force * (1.0 + yielding(m, c))
                 for k in range(n):
                     pull = contact.damping * (m.rows[b, k] - m.rows[a, k])
                     trial[k] = pull - contact.stiffness * trial[k]
             x = first_fall(trial, n, floor, m.stack)
+            if x <= 1.0 and contact.closed == 0 and contact.stiffness < 0.0 and resting(m, j, c, n, x):
+                continue
             if x < place:
                 place = x
                 state.contact = -1 if behind and way == 0 else c

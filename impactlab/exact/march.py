@@ -10,10 +10,11 @@ from __future__ import annotations
 import numpy as np
 
 from impactlab import pointers
-from impactlab.exact import falls, kernel, memory, nodes, tied
+from impactlab.exact import falls, kernel, memory, merging, nodes, tied
 from impactlab.exact.falls import next_event
 from impactlab.exact.kernel import DEPTH, ENTRY, PART, ROOM, chopped, restrict
 from impactlab.exact.memory import Memory
+from impactlab.exact.merging import joined
 from impactlab.exact.network import Log, Network
 from impactlab.exact.nodes import fill_rows, solve_nodes
 from impactlab.pointers import drop_stale, entered
@@ -54,7 +55,9 @@ def arrivals(m: Memory, j: int, t0: float, t1: float) -> int:
             trial[k] = m.pool[at + k]
         n = chopped(trial, n, 0.0)
         wave = m.waves[e - junction.first_end]
-        if abs(begin - t0) <= state.tolerance and abs(stop - t1) <= state.tolerance:
+        if n == 1:
+            wave[0] = trial[0]
+        elif abs(begin - t0) <= state.tolerance and abs(stop - t1) <= state.tolerance:
             for k in range(n):
                 wave[k] = trial[k]
         else:
@@ -73,9 +76,20 @@ def keep(m: Memory, j: int, t0: float, t1: float, n: int) -> None:
     state, junction = m.state[0], m.junctions[j]
     nodes, ends = junction.last_node - junction.first_node, junction.last_end - junction.first_end
     height = 2 * nodes + 2 * ends + junction.last_contact - junction.first_contact
-    piece = m.pieces[len(m.pieces) // len(m.junctions) * j + junction.records]
-    piece.start, piece.stop, piece.size, piece.offset = t0, t1, n, state.pool_used
+    last = len(m.pieces) // len(m.junctions) * j + junction.records - 1
+    whole = joined(m, j, t0, t1, n)
     at = state.pool_used
+    if whole > 0:
+        piece = m.pieces[last]
+        n = whole
+        if n <= piece.size:
+            at = piece.offset
+    else:
+        piece = m.pieces[last + 1]
+        piece.start = t0
+        junction.records += 1
+        junction.broken = 0
+    piece.stop, piece.size, piece.offset = t1, n, at
     for i in range(height):
         total = 0.0
         bound = 0.0
@@ -92,8 +106,7 @@ def keep(m: Memory, j: int, t0: float, t1: float, n: int) -> None:
             state.farthest = max(state.farthest, 0.01 * bound)
         elif 2 * nodes + ends <= i < 2 * nodes + 2 * ends:
             m.ends[junction.first_end + i - 2 * nodes - ends].carried = total
-    state.pool_used = at
-    junction.records += 1
+    state.pool_used = max(state.pool_used, at)
     junction.clock = t1
 
 
@@ -105,6 +118,7 @@ def happen(m: Memory, j: int, t: float) -> bool:
     event = m.events[state.events]
     event.time, event.contact, event.kind = t, state.contact, state.kind
     state.events += 1
+    junction.broken = 1
     if t > junction.burst + 1e3 * state.tolerance:
         junction.burst = t
         junction.bursts = 0
@@ -175,7 +189,7 @@ def advance(m: Memory) -> int:
             return int(status)
 
 
-drop_stale(advance, falls, kernel, memory, nodes, pointers)
+drop_stale(advance, falls, kernel, memory, merging, nodes, pointers)
 
 
 def springs(net: Network) -> bool:

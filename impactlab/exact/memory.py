@@ -41,6 +41,7 @@ class JunctionRecord(ctypes.Structure):
         *((f"{which}_{kind}", INTEGER) for kind in ("node", "end", "contact") for which in ("first", "last")),
         ("records", INTEGER),  # so far
         ("bursts", INTEGER),  # events in the present series
+        ("broken", INTEGER),  # 1 from an event on until the next piece
         ("clock", REAL),  # s, time reached
         ("burst", REAL),  # s, start of the present series of events
     ]

@@ -14,7 +14,7 @@ from numba.core.caching import FunctionCache
 from numpy.polynomial import chebyshev
 
 from impactlab import pointers
-from impactlab.exact import falls, kernel, linear, march, nodes, tied
+from impactlab.exact import falls, kernel, linear, march, merging, nodes, tied
 from impactlab.pointers import COMPILED
 
 
@@ -174,7 +174,7 @@ def test_cache_goes_when_a_module_it_was_made_of_changes(tmp_path):
 
 def test_the_march_names_every_module_it_is_made_of():
     named = {
-        march.advance: {module.__name__ for module in (falls, kernel, nodes, pointers)},
+        march.advance: {module.__name__ for module in (falls, kernel, merging, nodes, pointers)},
         tied.coupled: {kernel.__name__, linear.__name__},
     }
     for entry_point, modules in named.items():

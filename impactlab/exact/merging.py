@@ -1,0 +1,149 @@
+"""Pieces joined over a break at which nothing breaks, compiled: resampling at the zeros of a Chebyshev polynomial.
+
+A wave front that has passed a node many times, or has met its like, leaves a break in the records without a jump. Every
+break travels on and breaks what it meets; joined pieces keep their number to that of the fronts that are there.
+"""
+
+from __future__ import annotations
+
+from impactlab.exact.falls import rounded_force
+from impactlab.exact.kernel import COSINES, PART, ROOM, SIDE, WAVES, WAVES_AT, value
+from impactlab.exact.memory import Memory, PieceRecord
+from impactlab.types import Array
+
+MAX_JUMP = 2.0e-15  # of the largest velocity: ten roundings; a break at which less jumps is none
+FORCE_TOL = (
+    1.0e-2  # of the force below which a contact has none: the same jump in a force, and the rounding of a spring
+)
+MOST_POINTS = 36  # of a joined piece: half of what a piece may have, so that it can still be integrated and cut
+
+
+@PART
+def jump_floor(m: Memory, j: int, row: int, n: int) -> float:
+    """Return the jump of a row below which it has none; negative for rows that are integrals of others."""
+    state, junction = m.state[0], m.junctions[j]
+    nodes, ends = junction.last_node - junction.first_node, junction.last_end - junction.first_end
+    if row < nodes or 2 * nodes <= row < 2 * nodes + ends:
+        return float(MAX_JUMP * state.fastest)
+    if row >= 2 * (nodes + ends):
+        return float(FORCE_TOL * rounded_force(m, j, junction.first_contact + row - 2 * (nodes + ends), n))
+    return -1.0
+
+
+@PART
+def breaks(m: Memory, at: int, size: int, row: Array, n: int, widths: Array, floor: float) -> int:
+    """Return how many coefficients two neighbouring series need above the floor, 0 where value or slope jump.
+
+    The earlier one is pool[at : at + size], the later one row[:n]; ``widths`` are their lengths.
+    """
+    before = after = 0.0
+    rise = fall = 0.0
+    needed = 1
+    sign = 1.0
+    for k in range(max(size, n)):
+        early = m.pool[at + k] if k < size else 0.0
+        late = row[k] if k < n else 0.0
+        before += early
+        after += sign * late
+        rise += k * k * early
+        fall -= k * k * sign * late
+        sign = -sign
+        if max(abs(early), abs(late)) > 0.1 * floor:
+            needed = k + 1
+    if not abs(after - before) <= floor:
+        return 0
+    bend = abs(rise / widths[0] - fall / widths[1]) * (widths[0] + widths[1])
+    return needed if bend <= floor * (1.0 + needed * needed) * 8.0 else 0
+
+
+@PART
+def resampled(m: Memory, old: PieceRecord, row: int, t0: float, t1: float, n: int, points: int, floor: float) -> bool:
+    """Write a row over both pieces into the table of waves; return whether so many points hold it to the floor."""
+    out = m.waves[row]
+    at, size = old.offset + row * old.size, old.size
+    early, late = m.pool[at : at + size], m.rows[row]
+    middle, half = 0.5 * (old.start + t1), 0.5 * (t1 - old.start)
+    before, after = 0.5 * (t0 - old.start), 0.5 * (t1 - t0)
+    for k in range(ROOM):
+        out[k] = 0.0
+    for i in range(points):
+        t = middle + half * COSINES[(2 * i + 1) * (ROOM // points)]
+        f = value(early, size, (t - old.start) / before - 1.0) if t < t0 else value(late, n, 1.0 - (t1 - t) / after)
+        place = WAVES_AT[points] + i * points
+        for k in range(points):
+            out[k] += f * WAVES[place + k]
+    out[0] /= points
+    for k in range(1, points):
+        out[k] *= 2.0 / points
+    if floor < 0.0:
+        return True
+    for k in range(points - 3, points):
+        if abs(out[k]) > floor:
+            return False
+    for i in range(3):  # what lies between two points, at the start and in the middle of both
+        x = float(i - 1)
+        place = (old.start + before * (1.0 + x) - middle) / half
+        if abs(value(out, points, place) - value(early, size, x)) > 4.0 * floor:
+            return False
+        place = (t0 + after * (1.0 + x) - middle) / half
+        if abs(value(out, points, place) - value(late, n, x)) > 4.0 * floor:
+            return False
+    return True
+
+
+@PART
+def stretched(m: Memory, old: PieceRecord, nodes: int, ends: int, height: int, t1: float) -> None:
+    """Write the rows of a piece of constant waves as they go on to t1."""
+    half = 0.5 * (t1 - old.start)
+    for i in range(height):
+        at = old.offset + i * old.size
+        source = i if i < nodes or 2 * nodes <= i else i - nodes
+        if 2 * nodes + ends <= i < 2 * (nodes + ends):
+            source = i - ends
+        if source == i:
+            m.rows[i, 0], m.rows[i, 1] = m.pool[at], 0.0
+        else:
+            first = 0.0
+            sign = 1.0
+            for k in range(old.size):
+                first += sign * m.pool[at + k]
+                sign = -sign
+            rate = m.pool[old.offset + source * old.size]
+            m.rows[i, 0], m.rows[i, 1] = first + half * rate, half * rate
+
+
+@PART
+def joined(m: Memory, j: int, t0: float, t1: float, n: int) -> int:
+    """Write the rows of the last piece and of [t0, t1] as one; return its coefficients, 0 where they remain two."""
+    junction = m.junctions[j]
+    nodes, ends = junction.last_node - junction.first_node, junction.last_end - junction.first_end
+    height = 2 * nodes + 2 * ends + junction.last_contact - junction.first_contact
+    old = m.pieces[len(m.pieces) // len(m.junctions) * j + junction.records - 1]
+    if junction.broken == 1 or old.stop <= 0.0:
+        return 0
+    widths = m.stack[0]
+    widths[0], widths[1] = t0 - old.start, t1 - t0
+    needed = 1
+    for i in range(2 * nodes + ends - 1, height + 2 * nodes + ends - 1):  # waves first: they are what jumps
+        row = i if i < height else i - height
+        floor = jump_floor(m, j, row, n)
+        if floor >= 0.0:
+            here = breaks(m, old.offset + row * old.size, old.size, m.rows[row], n, widths, floor)
+            if here == 0:
+                return 0
+            needed = max(needed, here)
+    if needed == 1:
+        stretched(m, old, nodes, ends, height, t1)
+        return 2
+    points = SIDE
+    while points < needed + 4 or ROOM % points != 0:
+        points += SIDE
+    if points > MOST_POINTS:
+        return 0
+    for row in range(height):
+        if not resampled(m, old, row, t0, t1, n, points, jump_floor(m, j, row, n)):
+            return 0
+    for row in range(height):
+        for k in range(points):
+            m.rows[row, k] = m.waves[row, k]
+    return points

@@ -1,0 +1,78 @@
+"""Trains of rods whose contact forces die out, and rods that bounce on: solved to the end, right, at linear cost."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from impactlab.exact.solve import solve
+from impactlab.scene import Wall
+from tests.reference.exact_scenes import Hard, point, rod, scene
+from tests.reference.trains import Train, compare, random_train
+from tests.reference.trains import rod as bar
+
+STEEL, ALUMINIUM = (2.1e11, 7850.0), (7.0e10, 2700.0)
+
+
+def hopkinson(area):
+    """Steel bars of 1 m and 201 mm2, a striker of 0.2 m at 10 m/s, an aluminium specimen of 8 mm."""
+    c, slow = (STEEL[0] / STEEL[1]) ** 0.5, (ALUMINIUM[0] / ALUMINIUM[1]) ** 0.5
+    rods = (
+        bar("striker", *STEEL, 201.06e-6, round(0.2 / c / 2e-9), 10.0),
+        bar("incident", *STEEL, 201.06e-6, round(1.0 / c / 2e-9)),
+        bar("specimen", *ALUMINIUM, area, round(0.008 / slow / 2e-9)),
+        bar("transmission", *STEEL, 201.06e-6, round(1.0 / c / 2e-9)),
+    )
+    return Train(rods, 0.0, 10.0, (0.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize("area", [10e-6, 78.54e-6, 150e-6, 201.06e-6, 260e-6])
+def test_forces_that_die_out_open_no_contact_again_and_again(area):
+    history = solve(hopkinson(area).scene(600e-6))
+    assert history.duration == 600e-6
+    # a contact that has died out stays as it is: what follows are the returns of the waves from the ends of the bars
+    assert len(history.events) < 40
+    book = history.energy
+    assert np.max(np.abs(book.balance)) < 1e-12 * book.total[0]
+
+
+@pytest.mark.parametrize("area", [78.54e-6, 150e-6])
+def test_a_train_is_one_rod_while_it_holds_together(area):
+    found = compare(hopkinson(area), 600e-6)
+    assert found.together > 350e-6  # the pulse has passed the specimen
+    assert found.segments_force < 1e-11
+    assert found.segments_displacement < 1e-11
+    assert found.lattice_displacement < 1e-4
+    assert found.lattice_impulse < 1e-4
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(16))
+def test_random_trains_against_one_rod_and_a_lattice(seed):
+    found = compare(random_train(np.random.default_rng(1000 + seed)))
+    assert found.segments_force < 1e-11
+    assert found.segments_displacement < 1e-11
+    assert found.lattice_displacement < 1e-3  # first order in steps of 0.5 ns, between which touches fall
+    assert found.lattice_impulse < 1e-3
+    assert found.energy < 1e-12
+
+
+def between_walls(contacts):
+    """A rod that flies between two walls (units c = Z = L = 1, gaps of 4, velocity 1) over so many contacts."""
+    body, left, right = rod(velocity=1.0), Wall("left"), Wall("right")
+    pairs = [(point(left), point(body, "left"), 4.0, Hard()), (point(body, "right"), point(right), 4.0, Hard())]
+    return scene([body, left, right], pairs, 4.0 + 10.0 * contacts - 8.0 + 4.0)
+
+
+@pytest.mark.parametrize("contacts", [100, 1000, pytest.param(10_000, marks=pytest.mark.slow)])
+def test_a_contact_costs_the_same_after_many_others(contacts):
+    history = solve(between_walls(contacts))
+    assert len(history.contacts) == contacts
+    assert history.cost.steps < 15 * contacts
+    assert int(np.sum(history._log.records)) < 4 * contacts
+    book = history.energy
+    assert np.max(np.abs(book.balance)) < 1e-10 * book.total[0]
+    # a rod meets each wall with its velocity for one round trip, 8 of flight apart
+    starts = np.array([span.start for span in history.contacts])
+    assert starts == pytest.approx(4.0 + 10.0 * np.arange(contacts), rel=1e-12)
+    assert [span.impulse for span in history.contacts] == pytest.approx([2.0] * contacts, rel=1e-12)
