@@ -61,7 +61,7 @@ def groups(scene: Scene, touched: Collection[str] | None = None) -> tuple[Group,
         else:
             leader[first(left)] = first(right)
     members: dict[str, list[str]] = {}
-    for name in scene.bodies:
+    for name in scene.in_order:
         members.setdefault(first(name), []).append(name)
     return tuple(_group(scene, names, held) for names in members.values())
 

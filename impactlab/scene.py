@@ -276,6 +276,15 @@ class Scene:
     tolerance: float | None = None  # relative, on displacements and impulses; models and step are then to be chosen
 
     @property
+    def in_order(self) -> dict[str, Body]:
+        """Bodies by their first contact, then by name: an order that does not depend on how the case is written.
+
+        Sums over several bodies follow it, so that their bits do not change with the order of keys.
+        """
+        touching = [point.body for contact in self.contacts for point in (contact.left, contact.right)]
+        return {name: self.bodies[name] for name in dict.fromkeys((*touching, *sorted(self.bodies)))}
+
+    @property
     def loaded_ends(self) -> tuple[Probe, ...]:
         """Displacements of the ends of rods and beams on which forces act: recorded like those of faces in contact."""
         rods = [body for body in self.bodies.values() if isinstance(body, ElasticBody)]

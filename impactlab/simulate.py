@@ -232,7 +232,8 @@ def prepare_adaptive(scene: Scene, integrator: AbstractAdaptive) -> Plan:
     check_smooth(scene, integrator)
     check_bodies(scene)
     check_records(scene, scene.records)
-    built = build_bodies(scene)
+    unordered = build_bodies(scene)
+    built = {name: unordered[name] for name in scene.in_order}
     for name, body in built.items():
         check_ordinary(integrator, name, body.system)
     given = scene.step.dt is not None or scene.step.courant is not None

@@ -179,7 +179,7 @@ class March:
         scene = self.system.scene
         impulses: Array = self.state[self.system.impulses]
         _, samples = self.record.energies
-        for number, (name, body) in enumerate(scene.bodies.items()):
+        for number, (name, body) in enumerate(scene.in_order.items()):
             if not is_free(body):
                 continue
             momenta = [float(energies.momentum[number]) for _, energies, _, _ in samples]

@@ -27,7 +27,7 @@ TOUCHING = 1e-12  # of the travels of the scene: faces nearer than this touch
 
 
 class Energies(NamedTuple):
-    """Energies and momenta at one instant, bodies in the order of the scene."""
+    """Energies and momenta at one instant, bodies in the order of the system."""
 
     bodies: Array  # (n_bodies,) J
     stored: float  # J

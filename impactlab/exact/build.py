@@ -86,7 +86,7 @@ def build(scene: Scene) -> tuple[Layout, Log]:
     end_nodes: list[int] = []
     impedance: list[float] = []
     transit: list[float] = []
-    for name, body in scene.bodies.items():
+    for name, body in scene.in_order.items():
         if isinstance(body, Rod):
             x = cuts(body, scene)
             shape = [0.0] * len(x) if body.displacement is None else [float(u) for u in body.displacement(np.array(x))]

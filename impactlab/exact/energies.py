@@ -131,7 +131,7 @@ def energy_book(scene: Scene, layout: Layout, signals: Signals, duration: float)
     t = sample_times(signals, layout, duration)
     bodies: dict[str, Array] = {}
     work = np.zeros_like(t)
-    for name, body in scene.bodies.items():
+    for name, body in scene.in_order.items():
         if isinstance(body, Mass):
             node = layout.nodes[name][0]
             bodies[name] = 0.5 * body.mass * signals.velocity(node)(t) ** 2

@@ -158,10 +158,12 @@ class RecordedHistory(AbstractHistory):
 
     def _read_energy(self) -> None:
         sample = self.assembly.memory.sample[: self.assembly.clock.n_samples]
-        work = sample[:, SAMPLED + 1 :: 3].sum(axis=1)
+        columns = {name: SAMPLED + 3 * number for number, name in enumerate(self.assembly.built)}
+        ordered = {name: columns[name] for name in self.assembly.scene.in_order}
+        work = sample[:, [column + 1 for column in ordered.values()]].sum(axis=1)
         self.energy = EnergyBook(
             time=sample[:, 0],
-            bodies={name: sample[:, SAMPLED + 3 * number] for number, name in enumerate(self.assembly.built)},
+            bodies={name: sample[:, column] for name, column in ordered.items()},
             stored=sample[:, 1],
             booked={
                 "contact": sample[:, 2],
