@@ -11,6 +11,8 @@ import numpy as np
 from numpy import float64
 from numpy.typing import ArrayLike, NDArray
 
+from impactlab.errors import ImpactlabError
+
 if TYPE_CHECKING:
     import xarray
 
@@ -144,12 +146,36 @@ class Field(NamedTuple):
     values: Array  # (n,)
 
 
+END_ROUNDING = 1e-9  # of the duration: a time this little outside a run is its start or its end
+
+
+def within_run(t: ArrayLike, duration: float) -> Array:
+    """Return times as an array, those outside [0, duration] by rounding moved into it, same shape as t [s].
+
+    Raises
+    ------
+    ImpactlabError
+        If a time lies further outside, or is not a number.
+    """
+    times = np.asarray(t, float)
+    slack = END_ROUNDING * duration
+    outside = times[~((times >= -slack) & (times <= duration + slack))]
+    if outside.size:
+        raise ImpactlabError(
+            f"{float(outside.flat[0]):.6g} s lies outside the run, 0 to {duration:.6g} s",
+            remedy="Give times of the run, or run the case with a longer duration.",
+            path="solve.duration",
+        )
+    return np.asarray(np.clip(times, 0.0, duration))
+
+
 class AbstractHistory(ABC):
     """A run, computed or exact. To write one, supply the four abstract methods and set the fields.
 
     1. ``channels``: the names that ``evaluate`` answers.
-    2. ``evaluate``: values of a channel at any times in [0, duration]. At a jump the value after it is given.
-    3. ``field``: a quantity along a body at one time.
+    2. ``evaluate``: values of a channel at any times in [0, duration]. At a jump the value after it is given. Times
+       outside the run are refused (`within_run`).
+    3. ``field``: a quantity along a body at one time of the run.
     4. ``jumps``: the instants at which a channel jumps, for norms that stay away from them.
 
     Channels: ``displacement|velocity|strain|stress|force:body@x`` (x as %.6g m), ``position:body`` and
@@ -171,11 +197,23 @@ class AbstractHistory(ABC):
 
     @abstractmethod
     def evaluate(self, t: ArrayLike, channel: str) -> Array:
-        """Return the channel at the times t [s], same shape as t, SI units; NaN where the method has no answer."""
+        """Return the channel at the times t [s], same shape as t, SI units; NaN where the method has no answer.
+
+        Raises
+        ------
+        ImpactlabError
+            If a time lies outside [0, duration] by more than rounding, or the channel was not recorded.
+        """
 
     @abstractmethod
     def field(self, body: str, t: float, quantity: str) -> Field:
-        """Return a quantity (displacement, velocity, strain, stress or force) along a body at time t [s]."""
+        """Return a quantity (displacement, velocity, strain, stress or force) along a body at time t [s].
+
+        Raises
+        ------
+        ImpactlabError
+            If t lies outside [0, duration] by more than rounding, or is no snapshot of a stepped run.
+        """
 
     @abstractmethod
     def jumps(self, channel: str) -> Array:

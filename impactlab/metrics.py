@@ -93,8 +93,8 @@ def displacement_error(
     """Return the relative L2 error of a displacement channel at equal cells t [s], shape (cells,).
 
     The scale is the displacement of the reference in the frame of the bodies that interact in it, so the error is the
-    same however fast they all fly along together. Where a wall or a held body interacts, or no contact was closed, it is
-    the displacement itself.
+    same however fast they all fly along together. Where a wall or a held body interacts, or no contact was closed, it
+    is the displacement itself.
     """
     touched = touched_in(reference)
     moved = drift(scene, name, t, touched) if touched else None

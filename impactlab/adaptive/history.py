@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from impactlab.adaptive.record import Record
 from impactlab.errors import ImpactlabError
 from impactlab.frame import carried_energy, touched_in
-from impactlab.history import AbstractHistory, Array, ContactSpan, Cost, EnergyBook, Event, Field
+from impactlab.history import AbstractHistory, Array, ContactSpan, Cost, EnergyBook, Event, Field, within_run
 from impactlab.stepping.recorded import Channel, read_channel
 from impactlab.types import Quantity
 
@@ -80,6 +80,7 @@ class AdaptiveHistory(AbstractHistory):
         system = self._record.system
         if body not in system.built:
             raise ImpactlabError(f"no body '{body}'; bodies: {', '.join(system.built)}")
+        within_run(t, self.duration)
         kept = [state for time, state in self._record.snapshots if np.isclose(time, t, rtol=1e-12, atol=0.0)]
         if not kept:
             given = ", ".join(f"{time:.6g}" for time, _ in self._record.snapshots) or "none"

@@ -16,7 +16,7 @@ from impactlab.exact.network import Layout, Link, Log
 from impactlab.exact.signals import Signals
 from impactlab.frame import carried_energy, touched_in
 from impactlab.grazing import near_grazing
-from impactlab.history import AbstractHistory, ContactSpan, Cost, EnergyBook, Event, Field, Warned
+from impactlab.history import AbstractHistory, ContactSpan, Cost, EnergyBook, Event, Field, Warned, within_run
 from impactlab.scene import Mass, Rod, Scene
 from impactlab.types import Array
 
@@ -165,9 +165,8 @@ class ContinuousHistory(AbstractHistory):
         return tuple(dict.fromkeys(names))
 
     def evaluate(self, t: ArrayLike, channel: str) -> Array:
-        times = np.asarray(t, dtype=float)
-        flat = np.clip(times.ravel(), 0.0, self.duration)
-        return np.asarray(self._answer(flat, channel).reshape(times.shape))
+        times = within_run(t, self.duration)
+        return np.asarray(self._answer(times.ravel(), channel).reshape(times.shape))
 
     def _answer(self, t: Array, channel: str) -> Array:
         quantity, _, rest = channel.partition(":")
@@ -250,7 +249,7 @@ class ContinuousHistory(AbstractHistory):
         x = np.linspace(0.0, rod.length, FIELD_POINTS)
         values = np.empty_like(x)
         links = self.layout.links[body]
-        time = np.clip(float(t), 0.0, self.duration)
+        time = float(within_run(t, self.duration))
         for i, link in enumerate(links):
             mine = (x >= link.x) & ((x < link.x + link.length) | (i == len(links) - 1))
             ways = np.clip((x[mine] - link.x) / link.wave_speed, 0.0, link.transit)

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from impactlab.errors import ImpactlabError
 from impactlab.frame import carried_energy, touched_in
-from impactlab.history import AbstractHistory, Array, ContactSpan, Cost, EnergyBook, Event, Field
+from impactlab.history import AbstractHistory, Array, ContactSpan, Cost, EnergyBook, Event, Field, within_run
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.scene import ElasticBody
 from impactlab.stepping import dating
@@ -36,11 +36,7 @@ def read_channel(channels: Mapping[str, Channel], duration: float, t: ArrayLike,
             path="probes",
         )
     times, values, stepped = channels[channel]
-    t = np.asarray(t, float)
-    slack = 1e-9 * duration
-    if t.size and (t.min() < -slack or t.max() > duration + slack):
-        outside = float(t.min() if t.min() < -slack else t.max())
-        raise ImpactlabError(f"{outside:.6g} s lies outside the run, 0 to {duration:.6g} s")
+    t = within_run(t, duration)
     if not stepped:
         return np.asarray(np.interp(t, times, values))
     # A value holds on [time before, its own time): at a jump the value after it is given.
@@ -97,6 +93,7 @@ class RecordedHistory(AbstractHistory):
         assembly, scene = self.assembly, self.assembly.scene
         if body not in scene.bodies:
             raise ImpactlabError(f"no body '{body}'; bodies: {', '.join(scene.bodies)}")
+        within_run(t, self.duration)
         times = np.array([snapshot.time for snapshot in assembly.snapshots[: assembly.clock.n_snapshots]])
         near = np.flatnonzero(np.isclose(times, t, rtol=1e-12, atol=0.0))
         if near.size == 0:
