@@ -9,7 +9,7 @@ from typing import Any
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.integrators.base import AbstractScheme
 from impactlab.models.base import AbstractRodModel
-from impactlab.scene import Beam, Body, Contact, ElasticBody, Mass, Point, Probe, Rod, Scene, StepRule
+from impactlab.scene import Beam, Body, Contact, ElasticBody, Mass, Point, Probe, Rod, Scene, StepRule, Wall
 from impactlab.types import Relative
 
 
@@ -113,18 +113,35 @@ def bare_beam(scene: Scene, point: Point) -> bool:
 def has_one_answer(scene: Scene) -> bool:
     """Return whether the physics of a scene says how its contacts end.
 
-    How two masses part is a matter of a restitution, and an overlap one of a stiffness: a hard contact has neither. A
-    law of impulses that stands for no hard contact has no force to refine.
+    How two masses part is a matter of a restitution, and an overlap one of a stiffness: a hard contact has neither.
+    Masses that meet through one face without mass between them strike each other as two masses do. A law of impulses
+    that stands for no hard contact has no force to refine.
     """
-    from impactlab.exact.bonds import first_gap, massless
+    from impactlab.exact.bonds import balanced, first_gap, massless
 
-    for number, contact in enumerate(scene.contacts):
-        if not contact.law.hard:
-            if not contact.law.answers_force:
-                return False
-            continue
+    hard = [number for number, contact in enumerate(scene.contacts) if contact.law.hard]
+    for number in hard:
         gap, slack = first_gap(scene, number)
-        sides = (contact.left, contact.right)
-        if gap < -slack or not any(massless(scene, point) or bare_beam(scene, point) for point in sides):
+        if gap < -slack:
             return False
-    return True
+    if any(not contact.law.hard and not contact.law.answers_force for contact in scene.contacts):
+        return False
+    _, unknown = balanced(scene, without_second_stops(scene, hard), lambda *at: massless(*at) or bare_beam(*at))
+    return not unknown
+
+
+def without_second_stops(scene: Scene, hard: list[int]) -> list[int]:
+    """Return contacts without those that cannot be closed while another is: of a face with room between two walls."""
+    kept: list[int] = []
+    room: dict[tuple[str, float, bool], float] = {}
+    for number in hard:
+        contact = scene.contacts[number]
+        walls = [isinstance(scene.bodies[point.body], Wall) for point in (contact.left, contact.right)]
+        face = contact.right if walls[0] else contact.left
+        opposite = room.get((face.body, face.x, not walls[0]))
+        if any(walls) and opposite is not None and contact.gap + opposite > 0.0:
+            continue
+        if any(walls):
+            room[face.body, face.x, walls[0]] = contact.gap
+        kept.append(number)
+    return kept

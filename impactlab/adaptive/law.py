@@ -8,6 +8,8 @@ from typing import NamedTuple
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.types import MEMORY, Port, Reply, Start
 
+OVERFLOWN = 1e150  # N or J: no step that meets it is accepted, and its square is still a number
+
 
 class LawFailed(Exception):  # noqa: N818 - it never leaves the package
     """A law gave no answer, or raised."""
@@ -40,7 +42,11 @@ class Touch:
         self._remembered = ctypes.addressof(self.port) + Port.memory.offset
 
     def ask(self, gap: float, rate: float) -> Reply:
-        """Return the law's reply at a gap [m] and its rate [m/s]; the record is written again by the next question."""
+        """Return the law's reply at a gap [m] and its rate [m/s]; the record is written again by the next question.
+
+        A trial stage of a step that is far too long may reach an overlap whose force no number holds: it is then
+        `OVERFLOWN`, so that the solver rejects the step and takes a shorter one.
+        """
         port, reply = self.port, self.reply
         port.gap = port.free_gap = gap
         port.gap_rate = port.free_gap_rate = rate
@@ -49,6 +55,8 @@ class Touch:
         ctypes.memmove(ctypes.addressof(reply) + Reply.memory.offset, self._remembered, 8 * MEMORY)
         try:
             self._respond(port, reply)
+        except OverflowError:
+            reply.force = reply.trial = reply.stored = OVERFLOWN
         except Exception as raised:
             raise LawFailed(f"a contact law raised {type(raised).__name__}: {raised}") from raised
         if reply.failed:

@@ -93,14 +93,16 @@ class March:
         system = self.system
         duration = system.scene.duration
         longest = min(self.longest, duration - self.time)
-        return self.integrator.solver(
-            Problem(system.rates, system.jacobian, self.time, duration, self.state, system.scale, longest)
-        )
+        with np.errstate(over="ignore", invalid="ignore"):
+            return self.integrator.solver(
+                Problem(system.rates, system.jacobian, self.time, duration, self.state, system.scale, longest)
+            )
 
     def _step(self, solver: Any) -> Any:
         """Take one step; return the solver, or None where an event asks for a new one."""
         begin = self.time
-        reason = solver.step()
+        with np.errstate(over="ignore", invalid="ignore"):  # of trial stages, which are rejected
+            reason = solver.step()
         self.steps += 1
         if solver.status == "failed" or not np.all(np.isfinite(solver.y)):
             self._fail(

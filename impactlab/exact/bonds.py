@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -125,39 +126,50 @@ def first_gap(scene: Scene, number: int) -> tuple[float, float]:
 
 
 def with_faces(scene: Scene, bonds: list[Bond]) -> list[Bond]:
-    """Return the bonds with the bare face of each hard contact whose balance gives its force, and their order.
+    """Return the bonds with the bare face of each hard contact whose balance gives its force, and their order."""
+    bonds = list(bonds)
+    found, waiting = balanced(scene, [number for number, kind in enumerate(bonds) if kind.stiffness < 0.0], massless)
+    if waiting:
+        names = " and ".join(scene.contacts[number].name for number in waiting)
+        raise CaseError(
+            f"contacts {names} press bodies with mass against each other through faces without mass; "
+            "how they part after a hard impact is a matter of a restitution, which a hard contact has not",
+            path=f"contacts.{waiting[-1]}",
+            remedy="Use penalty for one of them, or give each face one contact.",
+        )
+    for turn, (number, side) in enumerate(found.items(), start=1):
+        bonds[number] = bonds[number]._replace(face=side, turn=turn)
+    return bonds
+
+
+def balanced(
+    scene: Scene, hard: Iterable[int], bare: Callable[[Scene, Point], bool]
+) -> tuple[dict[int, int], list[int]]:
+    """Return the side of each hard contact whose bare face gives its force, in order, and the contacts without one.
 
     Several contacts may share a bare face (a striker on two rods side by side). Their forces follow one after the
     other, each from a face on which no other force is still unknown. Where none is left, two bodies with mass (or
-    walls) meet through bare faces: they would strike each other as two masses do.
+    walls) meet through bare faces: they would strike each other as two masses do. ``bare`` is whether a face has no
+    mass.
     """
-    bonds = list(bonds)
-    waiting = [number for number, kind in enumerate(bonds) if kind.stiffness < 0.0]
+    waiting, found = list(hard), dict[int, int]()
 
     def key(number: int, side: int) -> tuple[str, float]:
         point = (scene.contacts[number].left, scene.contacts[number].right)[side]
         return point.body, point.x
 
-    turn = 0
     while waiting:
         busy = [key(number, side) for number in waiting for side in range(2)]
-        found = None
+        following: tuple[int, int] | None = None
         for number in waiting:
             contact = scene.contacts[number]
             sides = enumerate((contact.left, contact.right))
-            free = [side for side, point in sides if massless(scene, point) and busy.count(key(number, side)) == 1]
-            if found is None and free:  # a force is known best from the face that gives way most
-                found = number, min(free, key=lambda side: wave_impedance(scene, contact, side))
-        if found is None:
-            names = " and ".join(scene.contacts[number].name for number in waiting)
-            raise CaseError(
-                f"contacts {names} press bodies with mass against each other through faces without mass; "
-                "how they part after a hard impact is a matter of a restitution, which a hard contact has not",
-                path=f"contacts.{waiting[-1]}",
-                remedy="Use penalty for one of them, or give each face one contact.",
-            )
-        number, side = found
-        turn += 1
-        bonds[number] = bonds[number]._replace(face=side, turn=turn)
+            free = [side for side, point in sides if bare(scene, point) and busy.count(key(number, side)) == 1]
+            if following is None and free:  # a force is known best from the face that gives way most
+                following = number, min(free, key=lambda side: wave_impedance(scene, contact, side))
+        if following is None:
+            break
+        number, side = following
+        found[number] = side
         waiting.remove(number)
-    return bonds
+    return found, waiting

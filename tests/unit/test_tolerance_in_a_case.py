@@ -8,6 +8,7 @@ import pytest
 
 import impactlab as il
 from impactlab.contact.power_law import Hertz
+from impactlab.described import has_one_answer
 from impactlab.errors import CaseError
 
 TEXT = """
@@ -161,3 +162,38 @@ def test_two_masses_in_hard_contact_are_refused(tmp_path):
         il.run(il.load_case(file))
     assert caught.value.path == "solve.tolerance"
     assert caught.value.line is not None
+
+
+BARE_FACE = """
+schema_version: 1
+bodies:
+  one: {kind: mass, mass: 2.0, velocity: 1.0}
+  two: {kind: mass, mass: 1.0, velocity: -1.0}
+  rod: {kind: rod, length: 0.3, area: 9.0e-4, material: {young: 2.1e11, density: 7900}}
+contacts:
+  - {between: [one, rod.PLACE]}
+  - {between: [SECOND]}
+solve: {duration: 1.0e-4, tolerance: 1.0e-3}
+"""
+
+
+@pytest.mark.parametrize(
+    ("place", "second"),
+    [("left", "two, rod.left"), ("at(0.1)", "rod.at(0.1), two")],
+)
+def test_masses_that_meet_through_one_bare_face_are_refused(tmp_path, place, second):
+    file = tmp_path / "case.yaml"
+    file.write_text(BARE_FACE.replace("PLACE", place).replace("SECOND", second), encoding="utf-8")
+    with pytest.raises(CaseError, match="a matter of a restitution") as caught:
+        il.run(il.load_case(file))
+    assert "Give the contact a law with a stiffness or a restitution" in str(caught.value)
+
+
+def test_a_face_between_two_stops_with_room_has_one_answer(tmp_path):
+    file = tmp_path / "case.yaml"
+    text = BARE_FACE.replace("two: {kind: mass, mass: 1.0, velocity: -1.0}", "two: {kind: wall}")
+    text = text.replace("one: {kind: mass, mass: 2.0, velocity: 1.0}", "one: {kind: wall}")
+    text = text.replace("[one, rod.PLACE]", "[one, rod.at(0.1)], gap: 1.0e-6")
+    text = text.replace("[SECOND]", "[rod.at(0.1), two], gap: 1.0e-6").replace("7900}}", "7900}, velocity: 1.0}")
+    file.write_text(text, encoding="utf-8")
+    assert has_one_answer(il.load_case(file).scene())
