@@ -14,6 +14,7 @@ from impactlab.history import AbstractHistory, Warned
 from impactlab.models.self_stepping import AbstractSelfStepping
 from impactlab.momentum import Seen, balance, is_free
 from impactlab.pairing import energy_bound
+from impactlab.precision import LOST_DIGITS
 from impactlab.resolution import unresolved
 from impactlab.scene import ElasticBody, Mass, Point, Scene
 from impactlab.stepping.assembly import Assembly
@@ -123,7 +124,7 @@ def raise_failure(status: int, assembly: Assembly, history: AbstractHistory) -> 
             time=time,
             step=step,
             history=history,
-            remedy="This is a fault of a part, not of the case; please report it.",
+            remedy=LOST_DIGITS,
         )
     check_momentum(assembly, history)
     bound = energy_bound(assembly.scene, assembly.integrator)
@@ -140,7 +141,7 @@ def check_gain(history: AbstractHistory, bound: float, time: float, step: int, r
             time=time,
             step=step,
             history=history,
-            remedy="This is a fault of a part, not of the case; please report it.",
+            remedy=LOST_DIGITS,
         )
     gain = gain_of(history)
     allowed = bound + ROUNDING * history.energy.rounding
@@ -189,5 +190,5 @@ def check_momentum(assembly: Assembly, history: AbstractHistory) -> None:
                 time=reached,
                 step=assembly.clock.step,
                 history=history,
-                remedy="This is a fault of a part, not of the case; please report it.",
+                remedy=LOST_DIGITS,
             )

@@ -20,6 +20,11 @@ TOGETHER = (
 )
 LOST = ("infs or NaNs", "Maximum allowed size", "not positive definite", "illegal value", "did not converge")
 
+LOST_DIGITS = (
+    "Give a smaller step, or bring masses, stiffnesses and times nearer to one another: they leave no digits. Where "
+    "they are ordinary, a part does not keep what it should; `impactlab plugins --check NAME` examines one."
+)
+
 
 @contextmanager
 def in_precision(what: str, path: str, body: Body | None = None) -> Iterator[None]:

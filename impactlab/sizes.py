@@ -17,12 +17,13 @@ if TYPE_CHECKING:
 
 MEMORY = 2e9  # bytes
 BUILT = 0.1  # of it, for the matrices and steppers of all bodies
-MESH = 60.0  # numbers a coordinate of a mesh: nodes, materials, three matrices and their factors
-BAND = 12.0  # numbers a coordinate and band
+MESH = 44.0  # numbers a coordinate of a mesh: nodes, materials, three matrices and their factors
+BAND = 9.0  # numbers a coordinate and band
 PORT = 8.0  # numbers a coordinate and contact: its row, its responses
-DENSE = 8.0  # square matrices of the mesh behind modes
+DENSE = 5.0  # square matrices of the mesh behind modes
 CELL = 14.0  # numbers a cell of a delay line or of a beam's characteristics
 NUMBER = 8.0  # bytes
+MOST_BEAM_MODES = 5000  # analytic ones, 0.15 ms each
 
 
 def memory_limit() -> float:
@@ -107,14 +108,20 @@ def _described(body: ElasticBody, ports: int) -> tuple[float, float, str]:
         count = float(each * elements * model.order + each)
         bands = 4 if each == 2 else model.order + 1
         text = f"{elements} elements" + (f" of order {model.order}" if model.order > 1 else "")
-        return count, count * (MESH * each + BAND * bands + PORT * ports), text
+        return count, count * (MESH + BAND * bands + PORT * ports), text
     if isinstance(model, Modal) and model.elements is not None:
         count = float(each * max(model.elements, len(body.segments)) * model.order + each)
         modes = min(float(model.modes or count), count)
         return modes, DENSE * count**2 + PORT * ports * modes, f"{model.elements} elements behind modes"
     if isinstance(model, Modal):
+        if each == 2 and (model.modes or 1) > MOST_BEAM_MODES:
+            raise CaseError(
+                f"{model.modes} modes of a beam, each of which is sought. Allowed: up to {MOST_BEAM_MODES}",
+                remedy="Give fewer.",
+                path="solve.model.modes",
+            )
         modes = float(model.modes or 1)
-        return modes, modes * (MESH * each + PORT * ports), f"{model.modes} modes"
+        return modes, modes * (MESH + PORT * ports), f"{model.modes} modes"
     return 0.0, 0.0, ""
 
 

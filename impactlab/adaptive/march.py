@@ -18,6 +18,7 @@ from impactlab.errors import StepError
 from impactlab.history import ContactSpan, Event
 from impactlab.integrators.base import AbstractAdaptive, Problem
 from impactlab.momentum import Seen, balance, is_free
+from impactlab.precision import LOST_DIGITS
 from impactlab.scene import ElasticBody
 from impactlab.types import Array
 
@@ -197,5 +198,5 @@ class March:
             time=self.time,
             step=self.steps,
             history=self.history,
-            remedy="This is a fault of a part, not of the case; please report it.",
+            remedy=LOST_DIGITS,
         )

@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 
 from tests.fuzz.mutants import Mutant, originals
 
-
 MOST_STEPS = 1000.0  # of a short run
 MOST_UNKNOWNS = 500
 
