@@ -29,7 +29,7 @@ from impactlab.pairing import (
 )
 from impactlab.precision import beyond, in_precision
 from impactlab.scene import Contact, ElasticBody, Rod, Scene
-from impactlab.sizes import check_bodies, check_records
+from impactlab.sizes import check_bodies, check_fields, check_records
 from impactlab.stepping.assembly import Assembly
 from impactlab.stepping.messengers import check_messengers
 from impactlab.stepping.preparation import (
@@ -199,6 +199,8 @@ def prepare(scene: Scene) -> Plan:
     steps = math.ceil(count - 1e-9)
     check_records(scene, steps)
     steppers = prepare_steppers(scene, built, integrator, dt)
+    unknowns = {name: body.system.load.size for name, body in built.items()}
+    check_fields(scene, sum(stepper.state.size for stepper in steppers.values()), unknowns)
     facts = facts_of(scene, built, steppers)
     scene = acting_laws(scene, facts)
     check_explicit_spring(scene, facts, steppers, integrator, dt)
@@ -236,6 +238,8 @@ def prepare_adaptive(scene: Scene, integrator: AbstractAdaptive) -> Plan:
     built = {name: unordered[name] for name in scene.in_order}
     for name, body in built.items():
         check_ordinary(integrator, name, body.system)
+    unknowns = {name: body.system.load.size for name, body in built.items()}
+    check_fields(scene, 2 * sum(unknowns.values()), unknowns)
     given = scene.step.dt is not None or scene.step.courant is not None
     with in_precision("the system of equations", "solve.integrator"):
         march = March(System(scene, built), integrator, resolve_step(scene, built) if given else None)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from impactlab.errors import CaseError
@@ -89,6 +90,16 @@ def check_records(scene: Scene, steps: float) -> None:
     check_memory(
         2.0 * kept * columns, f"{kept:.3g} records of {columns:g} numbers", "solve.records", "Give fewer.", 1.0 - BUILT
     )
+
+
+def check_fields(scene: Scene, state: int, unknowns: Mapping[str, int]) -> None:
+    """Raise `CaseError` where snapshots of so many numbers a state, or the rows of the probes, are too large."""
+    numbers = 2.0 * len(scene.snapshots) * state
+    check_memory(
+        numbers, f"{len(scene.snapshots)} snapshots of {state} numbers", "snapshots", "Take fewer.", 1.0 - BUILT
+    )
+    rows = float(sum(unknowns.get(probe.body, 0) for probe in scene.probes))
+    check_memory(rows, f"{len(scene.probes)} probes", "probes", "Give fewer.", 1.0 - BUILT)
 
 
 def check_cells(cells: float, name: str) -> None:

@@ -18,6 +18,8 @@ from impactlab.casefile.words import closest, shown
 from impactlab.errors import CaseError
 
 LARGEST_FILE = 1_000_000  # bytes
+MOST_LINES = 50_000
+MOST_VALUES = 25_000  # keys, list entries and values: YAML takes some 40 us for each
 DEEPEST = 24  # levels of nesting
 LONGEST_KEY = 120  # characters
 LARGEST_VALUE = 10_000  # characters of a value given on the command line
@@ -86,6 +88,12 @@ def _text(path: Path) -> str:
             f"the file is larger than {LARGEST_FILE} bytes, the most a case may have",
             remedy="A case describes a scene; keep measured series outside it.",
         )
+    lines = raw.count(b"\n")
+    if lines > MOST_LINES:
+        raise CaseError(
+            f"the file has {lines} lines; at most {MOST_LINES} are allowed",
+            remedy="A case describes a scene; keep measured series outside it.",
+        )
     try:
         return raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -131,6 +139,7 @@ def parse_json(text: str, kind: Kind = CASE) -> Document:
     except ValueError as error:
         raise CaseError(f"not JSON: {str(error)[:120]}") from error
     _check_keys(data)
+    _check_count(data)
     lines: dict[Keys, int | None] = {}
     try:
         _yaml_value(text, lines)  # JSON is YAML; read again for the lines alone
@@ -142,6 +151,8 @@ def parse_json(text: str, kind: Kind = CASE) -> Document:
 def parse_toml(text: str, kind: Kind = CASE) -> Document:
     """Return a TOML text as a document."""
     _limit_brackets(text)
+    if text.count("=") + text.count(",") > MOST_VALUES:
+        raise _too_many()
     dotted = _DOTTED.search(text)
     if dotted:
         raise _too_deep(text.count("\n", 0, dotted.start()) + 1)
@@ -211,6 +222,26 @@ def _too_deep(line: int) -> CaseError:
     return CaseError(f"nested deeper than {DEEPEST} levels, the most a case may have", remedy=_REMEDY, line=line)
 
 
+def _too_many(line: int | None = None) -> CaseError:
+    return CaseError(
+        f"more than {MOST_VALUES} values, the most a case may have",
+        remedy="A case describes a scene; keep measured series outside it.",
+        line=line,
+    )
+
+
+def _check_count(data: Any) -> None:
+    """Raise `CaseError` where data hold too many values."""
+    count, waiting = 0, [data]
+    while waiting:
+        value = waiting.pop()
+        count += 1
+        if isinstance(value, (dict, list)):
+            waiting.extend(value.values() if isinstance(value, dict) else value)
+        if count > MOST_VALUES:
+            raise _too_many()
+
+
 def _yaml_value(text: str, lines: dict[Keys, int | None]) -> Any:
     from ruamel.yaml import YAML
     from ruamel.yaml.error import MarkedYAMLError, YAMLError
@@ -234,6 +265,7 @@ class _Composer:
 
     def __init__(self, events: Iterator[Any], lines: dict[Keys, int | None]) -> None:
         self.events = events
+        self.count = 0
         self.lines = lines
 
     def document(self) -> Any:
@@ -256,6 +288,9 @@ class _Composer:
     def node(self, event: Any, path: Keys, depth: int) -> Any:
         kind = type(event).__name__
         line = event.start_mark.line + 1
+        self.count += 1
+        if self.count > MOST_VALUES:
+            raise _too_many(line)
         if kind == "AliasEvent":
             raise CaseError(f"the alias *{str(event.anchor)[:20]}", remedy="Write the value out again.", line=line)
         if event.anchor is not None:

@@ -41,7 +41,9 @@ def edited(
     if not all(keys) or len(keys) > DEEPEST or len(path) > LONGEST_KEY or not path.isprintable():
         raise CaseError(f"{shown(path)} is not a path", remedy="Write keys with dots between, as in solve.step.dt.")
     value = plain(value, path)
-    data = copy.deepcopy(document.data)
+    # Methods and variants are many, and nothing changes one of another name.
+    kept = {"methods", "variants"} - {keys[0]}
+    data = {key: block if key in kept else copy.deepcopy(block) for key, block in document.data.items()}
     lines: dict[Keys, int | None] = dict(document.lines)
     holder = _holder(data, keys, path)
     last = _key_in(holder, keys[-1], path)
@@ -200,7 +202,7 @@ def with_values(document: Document, block: str, name: str, values: Mapping[str, 
 def read_setting(text: str) -> tuple[str, Any]:
     """Return path and value of a setting ``PATH=VALUE`` of the command line; the value is YAML."""
     path, equals, value = text.partition("=")
-    if not equals or not path.strip():
+    if not equals or not path.strip() or not path.isprintable():
         raise CaseError(f"--set {shown(text)} is not PATH=VALUE", remedy="Write it as --set solve.step.dt=1e-7.")
     try:
         return path.strip(), parse_value(value.strip())

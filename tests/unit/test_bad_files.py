@@ -45,6 +45,11 @@ DELAYED = """\
     law: {kind: hertz, stiffness: 1e9}
 solve: {duration: 1e-12, model: {kind: continuous}, step: {dt: 1e-14}}
 """
+TAKEN = f"""\
+    law: {{kind: addition_deletion}}
+solve: {{duration: 1e-6, model: {{kind: finite_element, elements: 20000}}, step: {{dt: 1e-8}}}}
+snapshots: [{", ".join(["1e-8"] * 10_000)}]
+"""
 HUGE, TINY = "1.0e300", "1.0e-300"
 
 # What is replaced, by what, and words of the message: numbers beyond what can be computed with.
@@ -87,6 +92,7 @@ SIZES = [
     ("elements: 20", "elements: 1000000, order: 12", "1000000 elements of order 12 of 'rod' take about"),
     ("elements: 20", "elements: 1" + "0" * 30, "solve.model.elements"),
     (METHOD, ADAPTIVE, "20000 elements under an adaptive integrator, whose matrices are full, of 'rod' take about"),
+    (METHOD, TAKEN, "snapshots: 10000 snapshots of 60003 numbers take about 9.6 GB. Allowed: 1.8 GB"),
     (METHOD, DELAYED, "steps in the transit of 'rod' take about"),
 ]
 
@@ -105,6 +111,10 @@ FILES = [
     ("two documents", "a: 1\n---\nb: 1", ".yaml", "second document"),
     ("a tab", "a:\n\t- 1", ".yaml", "not YAML"),
     ("control characters", "a: \x01", ".yaml", "not YAML"),
+    ("lists without end", "schema_version: 1\nx: [" + "1," * 30_000 + "1]", ".yaml", "more than 25000 values"),
+    ("JSON without end", '{"x": [' + "1," * 30_000 + "1]}", ".json", "more than 25000 values"),
+    ("TOML without end", "x = [" + "1," * 30_000 + "1]", ".toml", "more than 25000 values"),
+    ("lines without end", "#\n" * 60_000, ".yaml", "the file has 60000 lines; at most 50000 are allowed"),
     ("a binary file", "\x00\x01\x02", ".yaml", "not YAML"),
     ("another ending", GOOD, ".txt", "is not a case file by its ending"),
 ]
