@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import impactlab as il
-from audit import compare, truth
+from audit import answers, compare
 from audit.scenes import Drawn
 from audit.tables import Array
 from impactlab.casefile.case import case_of
@@ -32,7 +32,7 @@ class Seen:
     impulses: dict[str, float]
 
 
-def seen(history: Any, answer: truth.Truth) -> Seen:
+def seen(history: Any, answer: answers.Truth) -> Seen:
     """Return a history at the instants of the truth."""
     return Seen(
         {name: history.evaluate(answer.times, name) for name in answer.displacements},
@@ -72,8 +72,8 @@ def measured(drawn: Drawn) -> dict[str, Any]:
     row.update(warned=" ".join(codes), solve_s=history.cost.solve_s, choosing_s=choice.choosing_s)
     began = clock.perf_counter()
     try:
-        answer = truth.solve(drawn.doc)
-    except truth.NotKnownError as error:
+        answer = answers.solve(drawn.doc)
+    except answers.NotKnownError as error:
         row.update(known=0, note=str(error)[:160], truth_s=clock.perf_counter() - began)
         return row
     row["truth_s"] = clock.perf_counter() - began

@@ -122,7 +122,8 @@ def _ends(body: Doc) -> list[Doc]:
 
 
 def _is_held(body: Doc) -> bool:
-    return any(kind not in ("free", "mass", "force") for end in _ends(body) for kind in end)
+    grounded = body.get("damping", {}).get("mass", 0.0) > 0.0
+    return grounded or any(kind not in ("free", "mass", "force") for end in _ends(body) for kind in end)
 
 
 def _ridden(body: Doc) -> float:
@@ -139,13 +140,27 @@ def length_of(rod: Doc) -> float:
     return float(sum(s["length"] for s in segments_of(rod)))
 
 
+def section_of(segment: Doc) -> tuple[float, float, float]:
+    """Return area, second moment and shear factor of a beam's section."""
+    section = segment["section"]
+    if "width" in section:
+        b, h = section["width"], section["height"]
+        return b * h, b * h**3 / 12.0, section.get("shear_factor", 5.0 / 6.0)
+    if "diameter" in section:
+        d = section["diameter"]
+        return math.pi * d * d / 4.0, math.pi * d**4 / 64.0, section.get("shear_factor", 0.9)
+    return section["area"], section["inertia"], section.get("shear_factor", float("nan"))
+
+
 def mass_of(body: Doc) -> float:
     """Return the mass of a body without its end masses [kg]; inf of a wall."""
     if body["kind"] == "wall":
         return math.inf
     if body["kind"] == "mass":
         return float(body["mass"])
-    return float(sum(s["length"] * s["area"] * s["material"]["density"] for s in segments_of(body)))
+    areas = [section_of(s)[0] if body["kind"] == "beam" else s["area"] for s in segments_of(body)]
+    pairs = zip(segments_of(body), areas, strict=True)
+    return float(sum(s["length"] * area * s["material"]["density"] for s, area in pairs))
 
 
 def place_of(label: str, doc: Doc) -> tuple[str, float]:

@@ -16,9 +16,8 @@ from pathlib import Path
 from typing import Any
 
 from audit import scenes, summary
+from audit.families import FAMILIES, FIXED, draw
 from audit.measure import COLUMNS, measured, quiet
-
-FIXED = {"scan": scenes.scan, "scan_rods": scenes.scan_rods}
 
 
 def cases(families: list[str], seed: int, count: int) -> Iterator[scenes.Drawn]:
@@ -29,7 +28,7 @@ def cases(families: list[str], seed: int, count: int) -> Iterator[scenes.Drawn]:
     for number in range(count):
         for name in families:
             if name not in FIXED:
-                yield scenes.draw(name, seed, number)
+                yield draw(name, seed, number)
 
 
 def written(row: dict[str, Any]) -> dict[str, Any]:
@@ -57,7 +56,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--count", type=int, default=20)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--families", default=",".join(scenes.FAMILIES))
+    parser.add_argument("--families", default=",".join(FAMILIES))
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--out", default="audit.csv")
     parser.add_argument("--show", nargs=2, metavar=("FAMILY", "NUMBER"))
@@ -65,7 +64,7 @@ def main() -> int:
     quiet()
     if options.show:
         family, place = options.show[0], int(options.show[1])
-        drawn = list(FIXED[family]())[place] if family in FIXED else scenes.draw(family, options.seed, place)
+        drawn = list(FIXED[family]())[place] if family in FIXED else draw(family, options.seed, place)
         print(json.dumps(drawn.doc, indent=1))
         return 0
     rows = run(options, options.families.split(","))

@@ -295,21 +295,6 @@ def dashpot(rng: Random, tolerance: float) -> Doc:
     return on_rods(rng, dashpot_on_rods, tolerance)
 
 
-FAMILIES: dict[str, Callable[[Random, float], Doc]] = {
-    "exact": lambda rng, tolerance: on_rods(rng, hard_or_spring, tolerance),
-    "power_law": lambda rng, tolerance: on_rods(rng, power_on_rods, tolerance),
-    "rigid": lambda rng, tolerance: rigid(rng, compliant, tolerance),
-    "dashpot": dashpot,
-}
-
-
-def draw(family: str, seed: int, number: int) -> Drawn:
-    """Return one case of a family; the tolerances take turns."""
-    code = list(family.encode())
-    rng = np.random.default_rng([seed, number, *code])
-    return Drawn(family, number, FAMILIES[family](rng, TOLERANCES[number % len(TOLERANCES)]))
-
-
 def scan() -> Iterator[Drawn]:
     """Give a ball that meets a wall with spring and dashpot, over 41 gaps, three damping ratios, three tolerances."""
     gaps = [0.0, *(digits(3e-6 * 1.13**i * (1.0 + 0.37 * math.sin(12.9 * i)), 4) for i in range(40))]

@@ -12,7 +12,7 @@ STUDIES = str(Path(__file__).resolve().parents[2] / "studies")
 if STUDIES not in sys.path:
     sys.path.insert(0, STUDIES)
 
-from audit import compare, measure, scenes, truth  # noqa: E402
+from audit import compare, families, measure, scenes, truth  # noqa: E402
 
 import impactlab as il  # noqa: E402
 
@@ -36,7 +36,7 @@ def test_truth_has_the_closed_form_of_a_spring_and_dashpot(zeta: float) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("number", range(20))
 def test_exact_solver_and_truth_agree(number: int) -> None:
-    doc = scenes.draw("exact", 20, number).doc
+    doc = families.draw("exact", 20, number).doc
     try:
         answer = truth.solve(doc)
     except truth.NotKnownError:

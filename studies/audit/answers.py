@@ -1,0 +1,25 @@
+"""Which independent program answers a scene."""
+
+from __future__ import annotations
+
+from audit import smooth, truth
+from audit.network import Doc, segments_of
+from audit.truth import NotKnownError, Truth
+
+
+def is_smooth(doc: Doc) -> bool:
+    """Return whether a scene has beams or damped rods, whose waves do not keep their shape."""
+    for body in doc["bodies"].values():
+        if body["kind"] == "beam" or "damping" in body:
+            return True
+        if body["kind"] == "rod" and any(s["material"].get("viscosity") for s in segments_of(body)):
+            return True
+    return False
+
+
+def solve(doc: Doc) -> Truth:
+    """Return the independent answer; raises `NotKnownError` where there is none."""
+    return smooth.solve(doc) if is_smooth(doc) else truth.solve(doc)
+
+
+__all__ = ["NotKnownError", "Truth", "solve"]
