@@ -17,10 +17,12 @@ from typing import Any
 
 import numpy as np
 
+from impactlab.frame import own_velocity
 from impactlab.history import AbstractHistory, ContactSpan
 from impactlab.scene import Beam, ElasticBody, Mass, Rod, Scene, Wall
 
 CANTILEVER = 2.0 * math.pi / 1.8751040687119611**2  # period of a cantilever over L2 sqrt(rho A/EI)
+MIN_APPROACH = 1e-9  # of the fastest body or of the exit speed: a slower approach is the rounding of mean speeds
 LOOKS = 64  # at a gap in each opening
 MOST_LOOKS = 100_000
 
@@ -47,7 +49,7 @@ class Collision:
     striker: str  # the rigid body, else the one that moved at the start
     approach_speed: float | None  # m/s
     exit_speed: float | None  # m/s, positive when they part
-    restitution: float | None  # exit speed over approach speed: the apparent one, of the whole collision
+    restitution: float | None  # exit over approach speed, of the whole collision; None without an approach
     energy_lost: float | None  # J, by the striker
     energy_given: float | None  # J, to the other body
 
@@ -105,7 +107,9 @@ def _collision(scene: Scene, history: AbstractHistory, pair: tuple[str, str], sp
     approach = None if before is None else sign * before
     leaves = None if after is None else -sign * after
     lost, given = (_energy_change(scene, history, name, start, until) for name in (striker, other))
-    meets = approach is not None and approach > 0.0
+    fastest = max((abs(own_velocity(body)) for body in scene.bodies.values()), default=0.0)
+    slowest = MIN_APPROACH * max(fastest, abs(leaves or 0.0))
+    meets = approach is not None and approach > slowest
     return Collision(
         bodies="|".join(pair),
         sub_impacts=sum(1 if span.kicks is None else span.kicks for span in spans),

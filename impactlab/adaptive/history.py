@@ -11,6 +11,7 @@ from impactlab.adaptive.record import Record
 from impactlab.errors import ImpactlabError
 from impactlab.frame import carried_energy, touched_in
 from impactlab.history import AbstractHistory, Array, ContactSpan, Cost, EnergyBook, Event, Field, within_run
+from impactlab.noise_floor import above_noise
 from impactlab.stepping.recorded import Channel, read_channel
 from impactlab.types import Quantity
 
@@ -36,8 +37,6 @@ class AdaptiveHistory(AbstractHistory):
     def finish(self, events: list[Event], spans: list[ContactSpan]) -> None:
         """Build channels and energies from what was recorded."""
         system, table = self._record.system, self._record.table
-        self.events = tuple(sorted(events, key=lambda event: event.time))
-        self.contacts = tuple(sorted(spans, key=lambda span: span.start))
         times, contacts = table[:, 0], system.scene.contacts
         steps = np.diff(times)
         for number, contact in enumerate(contacts):
@@ -46,6 +45,8 @@ class AdaptiveHistory(AbstractHistory):
             self._channels[f"gap:{contact.name}"] = Channel(times, table[:, 1 + len(contacts) + number], False)
         for number, name in enumerate(self._record.names):
             self._channels[name] = Channel(times, table[:, 1 + 2 * len(contacts) + number], False)
+        events.sort(key=lambda event: event.time)
+        self.events, self.contacts = above_noise(system.scene, events, spans)
         sampled, samples = self._record.energies
         work = np.array([energies.work for _, energies, _, _ in samples])
         self.energy = EnergyBook(

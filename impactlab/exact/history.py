@@ -17,6 +17,7 @@ from impactlab.exact.signals import Signals
 from impactlab.frame import carried_energy, touched_in
 from impactlab.grazing import near_grazing
 from impactlab.history import AbstractHistory, ContactSpan, Cost, EnergyBook, Event, Field, Warned, within_run
+from impactlab.noise_floor import above_noise
 from impactlab.scene import Mass, Rod, Scene
 from impactlab.types import Array
 
@@ -72,25 +73,30 @@ class ContinuousHistory(AbstractHistory):
     def events(self) -> tuple[Event, ...]:
         """Closings and openings in order of time."""
         if self._events is None:
-            log, names = self._log, [self.scene.contacts[place].name for place in self.layout.places]
-            found = zip(log.event_time, log.event_contact, log.event_kind, strict=True)
-            dated = sorted(
-                (float(time), number, names[contact], bool(closes))
-                for number, (time, contact, closes) in enumerate(islice(found, int(log.tally[1])))
-                if time <= self.duration
-            )
-            self._events = tuple(Event(time, name, "close" if closes else "open") for time, _, name, closes in dated)
+            self._events, self._spans = above_noise(self.scene, self._dated, self._find_spans())
         return self._events
 
     @events.setter
     def events(self, events: tuple[Event, ...]) -> None:
         self._events = events
 
+    @cached_property
+    def _dated(self) -> tuple[Event, ...]:
+        """All closings and openings in order of time, with those that are noise."""
+        log, names = self._log, [self.scene.contacts[place].name for place in self.layout.places]
+        found = zip(log.event_time, log.event_contact, log.event_kind, strict=True)
+        dated = sorted(
+            (float(time), number, names[contact], bool(closes))
+            for number, (time, contact, closes) in enumerate(islice(found, int(log.tally[1])))
+            if time <= self.duration
+        )
+        return tuple(Event(time, name, "close" if closes else "open") for time, _, name, closes in dated)
+
     @property
     def contacts(self) -> tuple[ContactSpan, ...]:
         """Periods of contact in order of their start, with impulse [N s] and peak force [N]."""
         if self._spans is None:
-            self._spans = self._find_spans()
+            self._events, self._spans = above_noise(self.scene, self._dated, self._find_spans())
         return self._spans
 
     @contacts.setter
@@ -129,7 +135,7 @@ class ContinuousHistory(AbstractHistory):
         spans = []
         for name, contact in self._contact.items():
             began: float | None = None
-            for event in self.events:
+            for event in self._dated:
                 if event.contact != name:
                     continue
                 if event.kind == "close":

@@ -12,6 +12,7 @@ from impactlab.errors import ImpactlabError
 from impactlab.frame import carried_energy, touched_in
 from impactlab.history import AbstractHistory, Array, ContactSpan, Cost, EnergyBook, Event, Field, within_run
 from impactlab.integrators.base import AbstractIntegrator
+from impactlab.noise_floor import above_noise
 from impactlab.scene import ElasticBody
 from impactlab.stepping import dating
 from impactlab.stepping.assembly import Assembly
@@ -203,5 +204,6 @@ class RecordedHistory(AbstractHistory):
                 total = sum(impulse for _, impulse in given)
                 name = assembly.scene.contacts[number].name
                 spans.append(ContactSpan(name, given[0][0], given[-1][0], total, None, given[0][1], len(given)))
-        self.events = tuple(sorted(events, key=lambda event: event.time))
-        self.contacts = tuple(sorted(spans, key=lambda span: span.start))
+        events.sort(key=lambda event: event.time)
+        steps = self.duration / assembly.dt
+        self.events, self.contacts = above_noise(assembly.scene, events, spans, steps)

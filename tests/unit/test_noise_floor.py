@@ -1,0 +1,135 @@
+"""Touches made by rounding, or before any wave, are no contacts; the smallest real ones are."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import pytest
+
+from impactlab.collisions import collisions
+from impactlab.contact.addition_deletion import AdditionDeletion
+from impactlab.contact.penalty import Penalty
+from impactlab.history import ContactSpan, Event
+from impactlab.integrators.adaptive import Adaptive
+from impactlab.integrators.central_difference import CentralDifference
+from impactlab.integrators.exact_modal import ExactModal
+from impactlab.integrators.newmark import Newmark
+from impactlab.models.continuous import Continuous
+from impactlab.models.finite_element import FiniteElement
+from impactlab.models.modal import Modal
+from impactlab.noise_floor import MIN_SHARE, above_noise, first_arrivals, share_of
+from impactlab.scene import Body, Contact, End, Mass, Point, Rod, Scene, Segment, StepRule, Wall
+from impactlab.simulate import run
+
+STEEL = Segment(0.2, 3e-4, 2.1e11, 7900.0)
+TRANSIT = 0.2 / STEEL.wave_speed
+
+
+def chain(model: Any, integrator: Any, law: Any, dt: float = 2e-7) -> Scene:
+    """A moving rod and two at rest, which touch each other with a gap of zero."""
+    bodies: dict[str, Body] = {
+        name: Rod(name, (STEEL,), End("free"), End("free"), 10.0 if name == "a" else 0.0, model=model) for name in "abc"
+    }
+    contacts = tuple(
+        Contact(Point(a, 0.2, f"{a}.right"), Point(b, 0.0, f"{b}.left"), 0.0, law) for a, b in ("ab", "bc")
+    )
+    return Scene("chain", bodies, contacts, 3.5 * TRANSIT, integrator, StepRule(dt=dt), round_trip=2.0 * TRANSIT)
+
+
+SPRING = Penalty(2e9)
+DESCRIPTIONS = {
+    "implicit": (FiniteElement(40), Newmark(), SPRING),
+    "implicit, hard": (FiniteElement(40), Newmark(), AdditionDeletion()),
+    "modal": (Modal(None, 20), ExactModal(), SPRING),
+    "explicit": (FiniteElement(40, "lumped"), CentralDifference(), AdditionDeletion()),
+    "adaptive": (FiniteElement(20), Adaptive(relative_tolerance=1e-6), SPRING),
+    "exact": (Continuous(), None, SPRING),
+}
+
+
+@pytest.mark.parametrize("name", DESCRIPTIONS)
+def test_a_gap_of_zero_behind_the_first_contact_is_not_touched_before_a_wave_arrives(name: str) -> None:
+    scene = chain(*DESCRIPTIONS[name])
+    history = run(scene)
+    behind = [event.time for event in history.events if event.contact == "b.right|c.left"]
+    assert behind[0] >= 0.998 * TRANSIT
+    assert behind[0] <= 1.3 * TRANSIT
+    largest = max(span.impulse for span in history.contacts)
+    assert min(span.impulse for span in history.contacts) > MIN_SHARE * largest
+    # The impulses of a contact still add up to the momentum that its bodies have got.
+    given = sum(span.impulse for span in history.contacts if span.contact == "b.right|c.left")
+    assert given == pytest.approx(float(history.evaluate(scene.duration, "momentum:c")), rel=1e-6)
+    closings = sum(event.kind == "close" for event in history.events)
+    assert closings == len(history.contacts)
+    for blow in collisions(scene, history):
+        assert blow.restitution is None or 0.0 <= blow.restitution < 2.5
+
+
+def test_waves_reach_contacts_at_rest_over_the_way_between_them() -> None:
+    scene = chain(*DESCRIPTIONS["exact"])
+    assert first_arrivals(scene) == {"a.right|b.left": 0.0, "b.right|c.left": pytest.approx(TRANSIT)}
+    damped = dataclasses.replace(STEEL, viscosity=1e3)
+    body = dataclasses.replace(scene.bodies["b"], segments=(damped,))
+    assert first_arrivals(dataclasses.replace(scene, bodies={**scene.bodies, "b": body}))["b.right|c.left"] == 0.0
+    pushed = dataclasses.replace(scene.bodies["c"], right=End("free", force=1.0))
+    still = {**scene.bodies, "a": dataclasses.replace(scene.bodies["a"], velocity=0.0), "c": pushed}
+    loaded = first_arrivals(dataclasses.replace(scene, bodies=still))
+    assert loaded == {"b.right|c.left": pytest.approx(TRANSIT), "a.right|b.left": pytest.approx(2.0 * TRANSIT)}
+    assert set(first_arrivals(dataclasses.replace(scene, gravity=9.81)).values()) == {0.0}
+
+
+def balls(*pairs: tuple[str, str]) -> Scene:
+    names = dict.fromkeys(name for pair in pairs for name in pair)
+    bodies: dict[str, Body] = {
+        name: Wall(name) if name == "wall" else Mass(name, 1.0, 1.0 + n) for n, name in enumerate(names)
+    }
+    contacts = tuple(Contact(Point(a, 0.0, a), Point(b, 0.0, b), 0.0, Penalty(1e6)) for a, b in pairs)
+    return Scene("balls", bodies, contacts, 1.0, None, StepRule(dt=1e-3))
+
+
+def touches(contact: str, *spans: tuple[float, float | None, float]) -> tuple[list[Event], list[ContactSpan]]:
+    """Return the events and spans of one contact from (start, end, impulse)."""
+    events = [Event(t, contact, k) for a, b, _ in spans for t, k in ((a, "close"), (b, "open")) if t is not None]  # type: ignore[arg-type]
+    return events, [ContactSpan(contact, a, b, p, 10.0 * p) for a, b, p in spans]
+
+
+def test_touches_by_rounding_are_left_out_and_their_impulses_are_kept() -> None:
+    found = touches("a|b", (0.0, 0.1, 1.0), (0.2, 0.3, 1e-13), (0.4, 0.5, 2e-10), (0.6, None, 3e-12))
+    events, spans = above_noise(balls(("a", "b")), *found)
+    assert [(span.start, span.end) for span in spans] == [(0.0, 0.1), (0.4, 0.5)]
+    assert [event.time for event in events] == [0.0, 0.1, 0.4, 0.5]
+    assert spans[1].impulse == 2e-10 + 1e-13 + 3e-12
+    # A touch that nothing else of its contact can stand for is left out all the same.
+    events, spans = above_noise(
+        balls(("a", "b"), ("b", "c")),
+        *(x + y for x, y in zip(touches("a|b", (0.0, 0.1, 1.0)), touches("b|c", (0.2, 0.3, 1.85e-298)), strict=True)),
+    )
+    assert [span.contact for span in spans] == ["a|b"]
+    assert {event.contact for event in events} == {"a|b"}
+
+
+def test_a_small_contact_elsewhere_is_not_noise_of_a_large_one() -> None:
+    hammer, pellet = touches("a|b", (0.0, 0.1, 1e3)), touches("c|d", (0.0, 0.1, 1e-12))
+    both = [x + y for x, y in zip(hammer, pellet, strict=True)]
+    assert len(above_noise(balls(("a", "b"), ("c", "d")), *both)[1]) == 2
+    # A wall in common joins no bodies, a body in common does.
+    walled = [x + y for x, y in zip(hammer, touches("c|wall", (0.0, 0.1, 1e-12)), strict=True)]
+    assert len(above_noise(balls(("a", "b"), ("b", "wall"), ("c", "wall")), *walled)[1]) == 2
+    joined = [x + y for x, y in zip(hammer, touches("b|c", (0.2, 0.3, 1e-12)), strict=True)]
+    assert len(above_noise(balls(("a", "b"), ("b", "c")), *joined)[1]) == 1
+
+
+def test_kicks_by_rounding_are_not_counted() -> None:
+    events = [Event(0.1 * n, "a|b", "impulse", p) for n, p in enumerate((1e-20, 1.0, 2.0, 1e-15))]
+    span = ContactSpan("a|b", 0.0, 0.3, 3.0, None, 1e-20, 4)
+    left, spans = above_noise(balls(("a", "b")), events, [span])
+    assert [event.impulse for event in left] == [1.0, 2.0]
+    assert (spans[0].kicks, spans[0].first_impulse, spans[0].start, spans[0].impulse) == (2, 1.0, 0.1, 3.0)
+
+
+def test_the_floor_follows_the_steps_of_a_run() -> None:
+    assert share_of(0.0) == share_of(100.0) == MIN_SHARE
+    assert share_of(1e5) == pytest.approx(8e5 * np.finfo(float).eps)
+    assert share_of(1e30) == 1e-8
