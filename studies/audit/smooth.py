@@ -88,7 +88,7 @@ def forces(system: System, ops: Operators, free: Array, held: Contacts) -> Array
 
 
 def first_touch(gap: Array) -> float:
-    """Return the first share of the step at which a gap, given at the knots, is zero from above; inf where it is not."""
+    """Return the first share of the step at which a gap, given at the knots, falls to zero; inf where it does not."""
     monomials = SPREAD @ gap
     thetas = np.linspace(0.0, 1.0, 33)
     values = np.polynomial.polynomial.polyval(thetas, monomials)
@@ -140,7 +140,7 @@ def walk(doc: Doc, count: int, steps: int) -> Truth:
             step *= again  # cut at the touch of a dashpot
             continue
         motion = free + np.einsum("iscdk,dk->isc", ops.row_forced, force)
-        record(system, held, force, t, step, duration)
+        record(system, held, force, t, step)
         last = np.searchsorted(times, t + step, side="right") if t + step < duration * (1.0 - 1e-12) else SAMPLES
         theta = (times[sample:last] - t) / step
         powers = theta[None, :] ** np.arange(len(KNOTS))[:, None]
@@ -210,7 +210,7 @@ def settle(system: System, ops: Operators, free: Array, start: Array, held: Cont
     return force, math.inf
 
 
-def record(system: System, held: Contacts, force: Array, t: float, step: float, duration: float) -> None:
+def record(system: System, held: Contacts, force: Array, t: float, step: float) -> None:
     """Add a step to impulses, peaks and jumps."""
     held.impulse += step * force @ WEIGHTS
     first = force @ LAGRANGE[:, 0]

@@ -28,7 +28,7 @@ def damped(rng: Random, tolerance: float) -> Doc:
 
 
 def soften(rng: Random, body: Doc, share: float, viscous: bool, trip: float) -> None:
-    """Give a rod damping in proportion to its stiffness, by its material or as a whole; its ends are free or clamped."""
+    """Give a rod damping in proportion to its stiffness, by its material or as a whole, and ends free or clamped."""
     for side, end in list(body.get("ends", {}).items()):
         if isinstance(end, dict):
             body["ends"][side] = "clamped"
