@@ -166,7 +166,8 @@ def _number(value: Any) -> str:
 def say_if_compiling() -> None:
     """Say on standard error that the first run on a machine takes longer, and why."""
     from impactlab import pointers
+    from impactlab.kernel_cache import is_kept
     from impactlab.stepping import loop
 
-    if pointers.COMPILED and not pointers.is_cached(loop.advance_dated):
+    if pointers.COMPILED and not is_kept(loop.advance_dated):
         say("compiling the loops: once on this machine, up to a minute ...")

@@ -6,9 +6,10 @@ from typing import Any
 
 import numba
 
+from impactlab.kernel_cache import kept
 from impactlab.pointers import FAST
 
 njit: Any = numba.njit
-ENTRY = njit(cache=True, _nrt=False, fastmath=FAST)
-PART = njit(cache=True, _nrt=False, fastmath=FAST, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+ENTRY: Any = kept(_nrt=False, fastmath=FAST)
+PART: Any = kept(_nrt=False, fastmath=FAST, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 INLINE = njit(inline="always", _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)

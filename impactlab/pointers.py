@@ -7,25 +7,27 @@ machine call. With NUMBA_DISABLE_JIT=1 an address is the number of a Python func
 from __future__ import annotations
 
 import ctypes
-import pickle
 import sys
 from collections.abc import Callable
 from functools import cache
 from operator import attrgetter
-from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numba
 import numpy as np
-from numba import cfunc, from_dtype, types
-from numba.core import caching, cgutils
+from numba import from_dtype, types
+from numba.core import cgutils
+from numba.core.ccallback import CFunc
+from numba.core.sigutils import normalize_signature
 from numba.extending import intrinsic
 
+from impactlab.kernel_cache import cache_of
 from impactlab.types import PORT, REPLY, Port, Reply
 
 config: Any = numba.config
 type_of: Any = numba.typeof
+CALLBACK: Any = CFunc
+normalised: Any = normalize_signature
 COMPILED = not config.DISABLE_JIT
 
 VECTOR = types.float64[::1]
@@ -66,44 +68,6 @@ else:
         _plain[address](*arguments)
 
 
-CACHE_FAULTS = (EOFError, pickle.UnpicklingError, ValueError, AttributeError, ImportError, IndexError)
-
-
-def cache_folder(function: Callable[..., Any]) -> Path:
-    """Return where numba keeps what it compiled of a function."""
-    cache: Any = caching.FunctionCache
-    return Path(cache(function).cache_path)
-
-
-def is_cached(entry: Any) -> bool:
-    """Return whether a compiled function is on disk, so that the first call need not compile it."""
-    function = getattr(entry, "py_func", entry)
-    return any(cache_folder(function).glob(f"{Path(function.__code__.co_filename).stem}.{function.__name__}-*.nbc"))
-
-
-def drop_cache(function: Callable[..., Any]) -> None:
-    """Delete what numba cached on disk for a function and its neighbours: a truncated file would stop every run."""
-    for kept in cache_folder(function).glob("*.nb[ic]"):
-        kept.unlink(missing_ok=True)
-
-
-def drop_stale(entry: Any, *modules: ModuleType) -> bool:
-    """Drop the cache of a compiled function where a module that it takes parts or constants from is newer.
-
-    Numba itself looks at the function's own file only. Returns whether anything was dropped.
-    """
-    if not COMPILED:
-        return False
-    function = getattr(entry, "py_func", entry)
-    newest = max(Path(str(module.__file__)).stat().st_mtime for module in modules)
-    folder = cache_folder(function)
-    kept = folder.glob(f"{Path(function.__code__.co_filename).stem}.*.nb[ic]")
-    if all(path.stat().st_mtime >= newest for path in kept):
-        return False
-    drop_cache(function)
-    return True
-
-
 @cache
 def load_array_functions() -> None:
     """Let numba load its array functions, as it does before it compiles or reads its cache, but without scipy's BLAS.
@@ -123,15 +87,9 @@ def load_array_functions() -> None:
 
 
 def entered(entry: Any, *arguments: Any) -> Any:
-    """Call a compiled function; where its cache on disk is damaged, drop it and compile again."""
-    if not COMPILED:
-        return entry(*arguments)
-    if not entry.overloads:
+    """Call a compiled function; the first time numba's array functions are loaded before, in the quicker way."""
+    if COMPILED and not entry.overloads:
         load_array_functions()
-        try:
-            entry.compile(tuple(type_of(argument) for argument in arguments))
-        except CACHE_FAULTS:
-            drop_cache(entry.py_func)
     return entry(*arguments)
 
 
@@ -141,13 +99,10 @@ def compiled(function: Callable[..., None], signature: Any) -> Any:
     if known is not None:
         return known[1]
     load_array_functions()
-    try:
-        made = cfunc(signature, cache=True, fastmath=FAST)(function)
-    except CACHE_FAULTS:
-        drop_cache(function)
-        made = cfunc(signature, cache=True, fastmath=FAST)(function)
-    except RuntimeError:  # no place to cache, e.g. a function typed at a prompt
-        made = cfunc(signature, fastmath=FAST)(function)
+    options = {"fastmath": FAST}
+    made = CALLBACK(function, normalised(signature), locals={}, options=options)
+    made._cache = cache_of(function, options)
+    made.compile()
     _compiled[function, id(signature)] = signature, made
     return made
 

@@ -12,6 +12,7 @@ from typing import Any
 import numba
 import numpy as np
 
+from impactlab.kernel_cache import kept
 from impactlab.types import Array
 
 ROOM = 72  # coefficients a piece may have; the numbers of points below divide it
@@ -35,7 +36,7 @@ LOW, HIGH, SIZE, WIDTH = ROOM, ROOM + 1, ROOM + 2, ROOM + 3  # columns of such a
 
 # Nothing below allocates, so nothing counts references; only what is called from Python has a wrapper for it.
 njit: Any = numba.njit
-ENTRY = njit(cache=True, _nrt=False, error_model="numpy")
+ENTRY: Any = kept(_nrt=False, error_model="numpy")
 PART = njit(_nrt=False, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 

@@ -9,15 +9,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from impactlab import pointers
-from impactlab.exact import falls, kernel, memory, merging, nodes, tied
+from impactlab.exact import kernel, tied
 from impactlab.exact.falls import next_event
 from impactlab.exact.kernel import DEPTH, ENTRY, PART, ROOM, chopped, restrict
 from impactlab.exact.memory import Memory
 from impactlab.exact.merging import joined
 from impactlab.exact.network import Log, Network
 from impactlab.exact.nodes import fill_rows, solve_nodes
-from impactlab.pointers import drop_stale, entered
+from impactlab.pointers import entered
 
 INLINE = kernel.njit(inline="always", _nrt=False, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
 DONE, MORE_RECORDS, MORE_POOL, MORE_EVENTS, TOO_MANY, UNRESOLVED = 0, 1, 2, 3, 4, 5
@@ -187,9 +186,6 @@ def advance(m: Memory) -> int:
         status = interval(m, j)
         if status != DONE:
             return int(status)
-
-
-drop_stale(advance, falls, kernel, memory, merging, nodes, pointers)
 
 
 def springs(net: Network) -> bool:

@@ -8,11 +8,10 @@ import numba
 import numpy as np
 from numba import types
 
-from impactlab.exact import kernel, linear, memory
 from impactlab.exact.kernel import ORDER
 from impactlab.exact.linear import INLINE, PART, eliminate, solved, table
 from impactlab.exact.memory import Memory
-from impactlab.pointers import COMPILED, drop_stale, kernel_address
+from impactlab.pointers import COMPILED, kernel_address
 from impactlab.types import Array
 
 typeof: Any = numba.typeof
@@ -147,9 +146,6 @@ def coupled(m: Memory, j: int, half: float) -> None:
                     total += combine[i, q] * b[heavy + q - n, k]
                 m.rows[g - junction.first_node, k] = total
                 m.rows[nodes + g - junction.first_node, k] = half * y[heavy + i, k]
-
-
-drop_stale(coupled, kernel, linear, memory)
 
 
 _address: dict[bool, int] = {}  # one entry: memories differ in size and never in type, and to type one takes 0.3 ms

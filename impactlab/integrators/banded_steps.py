@@ -12,13 +12,12 @@ from __future__ import annotations
 
 from typing import Any
 
-import numba
-
+from impactlab.kernel_cache import kept
 from impactlab.pointers import FAST
 from impactlab.types import Array
 
 HEADER = 16
-HELPER: Any = numba.njit(cache=True, fastmath=FAST)
+HELPER: Any = kept(fastmath=FAST)
 
 
 @HELPER

@@ -14,10 +14,10 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 
 from impactlab.banded import multiply
+from impactlab.kernel_cache import kept
 from impactlab.pointers import FAST
 from impactlab.types import Array
 
@@ -25,7 +25,7 @@ HEADER = 24
 RUN = 4  # numbers of a run: elements, a, l, b
 ROUNDING = 1e-14  # of a diagonal entry: what taking elements out of it leaves of nothing
 ALIKE = 1e-9  # of a force: how well the parts must give the forces of the whole
-HELPER: Any = numba.njit(cache=True, fastmath=FAST)
+HELPER: Any = kept(fastmath=FAST)
 
 
 class BeamRow(NamedTuple):

@@ -15,15 +15,14 @@ from __future__ import annotations
 
 from typing import Any
 
-import numba
-
+from impactlab.kernel_cache import kept
 from impactlab.pointers import FAST
 from impactlab.types import Array
 
 HEAD, PER_END, PER_COORDINATE = 11, 5, 3  # entries of the parameters: before the ends, of an end, of a coordinate
 ENDS = 10  # entries of the state: four ends, and what is gone
 DEFLECTION, ROTATION, MOMENT, SHEAR = 0, 1, 2, 3  # kinds of coordinates
-HELPER: Any = numba.njit(cache=True, fastmath=FAST)
+HELPER: Any = kept(fastmath=FAST)
 
 
 @HELPER

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from impactlab.kernels import ENTRY, PART
-from impactlab.pointers import call, drop_stale
-from impactlab.stepping import answers, compliance, dating, loop, phases
+from impactlab.pointers import call
 from impactlab.stepping.answers import moved_by
 from impactlab.stepping.compliance import compliances
 from impactlab.stepping.dating import OPEN, TOUCHED, note
@@ -189,6 +188,3 @@ def advance_located(m: Memory, dt: float, last_step: int, stride: int, sample_st
         if (clock.step % sample_stride == 0 or clock.step == clock.steps) and not sample(m):
             return NOT_FINITE
     return DONE
-
-
-drop_stale(advance_located, loop, answers, compliance, dating, phases)

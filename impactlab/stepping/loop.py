@@ -8,8 +8,7 @@ objects, and its helpers are copied into it.
 from __future__ import annotations
 
 from impactlab.kernels import ENTRY, INLINE, PART
-from impactlab.pointers import call, drop_stale
-from impactlab.stepping import answers, compliance, dating, phases
+from impactlab.pointers import call
 from impactlab.stepping.answers import answer as answer_them
 from impactlab.stepping.answers import ask, moved_by
 from impactlab.stepping.compliance import compliances, pushed_values, row_times_state
@@ -247,7 +246,3 @@ def start(m: Memory) -> None:
         change_phases(m)
     keep(m)
     sample(m)
-
-
-for entry in (advance_dated, start):
-    drop_stale(entry, answers, compliance, dating, phases)

@@ -2,19 +2,12 @@
 
 from __future__ import annotations
 
-import os
-import time
-from pathlib import Path
-from types import ModuleType
-
 import numba
 import numpy as np
 import pytest
-from numba.core.caching import FunctionCache
 from numpy.polynomial import chebyshev
 
-from impactlab import pointers
-from impactlab.exact import falls, kernel, linear, march, merging, nodes, tied
+from impactlab.exact import kernel, linear
 from impactlab.pointers import COMPILED
 
 
@@ -150,45 +143,3 @@ def test_elimination_with_full_last_rows():
     w = np.hstack([matrix, right])
     eliminate(w, size, size + 2, band + 1, 2)
     assert matrix @ w[:, size:] == pytest.approx(right, abs=1e-11)
-
-
-@pytest.mark.skipif(not COMPILED, reason="nothing is compiled")
-def test_cache_goes_when_a_module_it_was_made_of_changes(tmp_path):
-    source = tmp_path / "kept.py"
-    source.write_text("import numba\n\n\n@numba.njit(cache=True)\ndef twice(x):\n    return 2 * x\n")
-    module = ModuleType("kept")
-    module.__file__ = str(source)
-    exec(compile(source.read_text(), str(source), "exec"), module.__dict__)
-    part = ModuleType("part")
-    part.__file__ = str(tmp_path / "part.py")
-    (tmp_path / "part.py").write_text("")
-    module.twice(1)
-    folder = Path(FunctionCache(module.twice.py_func).cache_path)
-    assert list(folder.glob("kept.*"))
-    assert not pointers.drop_stale(module.twice, part)
-    later = time.time() + 10.0
-    os.utime(tmp_path / "part.py", (later, later))
-    assert pointers.drop_stale(module.twice, part)
-    assert not list(folder.glob("kept.*"))
-
-
-def test_the_march_names_every_module_it_is_made_of():
-    named = {
-        march.advance: {module.__name__ for module in (falls, kernel, merging, nodes, pointers)},
-        tied.coupled: {kernel.__name__, linear.__name__},
-    }
-    for entry_point, modules in named.items():
-        seen, waiting, files = set(), [getattr(entry_point, "py_func", entry_point)], set()
-        while waiting:
-            function = waiting.pop()
-            if function in seen:
-                continue
-            seen.add(function)
-            files.add(function.__module__)
-            for name in function.__code__.co_names:
-                used = function.__globals__.get(name)
-                used = getattr(used, "py_func", used)
-                if hasattr(used, "__code__") and used.__module__.startswith("impactlab"):
-                    waiting.append(used)
-        own = getattr(entry_point, "py_func", entry_point).__module__
-        assert files - {own} <= modules

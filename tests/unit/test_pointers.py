@@ -26,7 +26,7 @@ print(run(scene).contacts[0].impulse.hex())
 def test_a_truncated_cache_is_dropped_and_compiled_again(tmp_path: Path) -> None:
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
     first = subprocess.run([sys.executable, "-c", SCRIPT], env=environment, capture_output=True, text=True, check=True)
-    cached = list(tmp_path.rglob("*.nb[ic]"))
+    cached = list(tmp_path.rglob("*.nbc"))
     assert len(cached) > 4
     for path in cached:
         path.write_bytes(path.read_bytes()[:40])

@@ -1,0 +1,192 @@
+"""Disk cache of compiled kernels: addressed by content, verified by checksum, never trusted.
+
+The name of a file holds a digest of the kernel: its bytecode, all functions and constants that it takes from elsewhere,
+its compiler options, numba and the processor. The first bytes of the file are a digest of that identity and of its
+content. So a file that is stale, damaged, swapped for another or of another machine is not used.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+import pickle
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from types import CodeType, FunctionType, ModuleType
+from typing import Any
+from uuid import uuid4
+
+import llvmlite
+import numba
+import numpy as np
+from numba.core.caching import FunctionCache, NullCache
+from numba.core.serialize import dumps
+
+DIGEST = 32  # bytes of a SHA-256
+SHORT = 16  # hexadecimal digits of a digest in a file name
+FOREIGN = ("numba", "numpy", "math", "cmath", "builtins", "llvmlite", "ctypes")  # known by the version of numba
+# What may go wrong in rebuilding a kernel that its checksum has let pass: the file is then compiled again.
+FAULTS = (EOFError, pickle.UnpicklingError, ValueError, TypeError, AttributeError, ImportError, IndexError, KeyError)
+
+
+def fingerprint(function: Callable[..., Any], options: Mapping[str, Any]) -> str:
+    """Return a digest of a kernel: bytecode, options, and all functions and constants that it takes from elsewhere."""
+    seen: dict[int, Any] = {}
+    parts = [f"numba {numba.__version__} llvmlite {llvmlite.__version__} numpy {np.__version__}", _text(options, seen)]
+    return hashlib.sha256("\n".join([*parts, _text(function, seen)]).encode()).hexdigest()
+
+
+def _text(value: Any, seen: dict[int, Any], names: tuple[str, ...] = ()) -> str:
+    """Return a value as text that differs where the compiled code may differ, the same in every process."""
+    match value:
+        case None | bool() | int() | float() | complex() | str() | bytes() | np.generic():
+            return f"{type(value).__name__} {value!r}"
+        case np.ndarray():
+            return f"array {value.dtype} {value.shape} {hashlib.sha256(value.tobytes()).hexdigest()}"
+        case tuple() | list():
+            return f"[{', '.join(_text(item, seen) for item in value)}]"
+        case set() | frozenset():
+            return f"{{{', '.join(sorted(_text(item, seen) for item in value))}}}"
+        case Mapping():
+            return f"{{{', '.join(sorted(f'{key}: {_text(item, seen)}' for key, item in value.items()))}}}"
+        case CodeType():
+            inside = [value.co_code.hex(), *value.co_names, *value.co_varnames, *value.co_freevars]
+            return f"code {inside} {_text(value.co_consts, seen)}"
+        case ModuleType():
+            if value.__name__.partition(".")[0] in FOREIGN:
+                return f"module {value.__name__}"
+            used = {name: vars(value)[name] for name in names if name in vars(value)}
+            return f"module {value.__name__} {_text(used, seen)}"
+        case type():
+            return f"type {value.__module__}.{value.__qualname__}"
+    # A dispatcher, a C callback, an intrinsic: the function that it was made of.
+    for attribute in ("py_func", "_pyfunc", "_defn"):
+        inner = getattr(value, attribute, None)
+        if isinstance(inner, FunctionType):
+            return f"{type(value).__name__} {_text(getattr(value, 'targetoptions', None), seen)} {_text(inner, seen)}"
+    return _function(value, seen) if isinstance(value, FunctionType) else f"object {type(value).__qualname__}"
+
+
+def _function(function: FunctionType, seen: dict[int, Any]) -> str:
+    if id(function) in seen or function.__module__.partition(".")[0] in FOREIGN:
+        return f"function {function.__module__}.{function.__qualname__}"
+    seen[id(function)] = function  # kept, so that its id stays its own
+    names = _names(function.__code__)
+    used = {name: function.__globals__[name] for name in names if name in function.__globals__}
+    cells = [cell.cell_contents for cell in function.__closure__ or ()]
+    taken = ", ".join(f"{name}: {_text(value, seen, names)}" for name, value in sorted(used.items()))
+    return f"{_text(function.__code__, seen)} {_text(function.__defaults__, seen)} {_text(cells, seen)} {taken}"
+
+
+def _names(code: CodeType) -> tuple[str, ...]:
+    """Return the names that a code object and those inside it look up."""
+    inner = [name for const in code.co_consts if isinstance(const, CodeType) for name in _names(const)]
+    return tuple(sorted({*code.co_names, *inner}))
+
+
+Cache: Any = FunctionCache
+
+
+class KernelFile:
+    """The files of one kernel: one for each signature and processor, in numba's folder for it."""
+
+    def __init__(self, folder: Path, base: str, function: Callable[..., Any], options: Mapping[str, Any]) -> None:
+        self.folder, self.base, self._function, self._options = folder, base, function, options
+        self._print = ""
+
+    @property
+    def fingerprint(self) -> str:
+        """Digest of the kernel; made when it is first compiled, for then all that it calls is defined."""
+        self._print = self._print or fingerprint(self._function, self._options)
+        return self._print
+
+    def exists(self) -> bool:
+        """Return whether the kernel as it is now was kept, for whatever signature."""
+        return any(path.is_file() for path in self.folder.glob(f"{self.base}.*.{self.fingerprint[:SHORT]}.nbc"))
+
+    def load(self, key: Any) -> Any:
+        """Return what was kept under a key of numba's; None where there is none that is whole and its own."""
+        path, identity = self._place(key)
+        try:
+            data = path.read_bytes()
+        except OSError:
+            return None
+        if data[:DIGEST] != hashlib.sha256(identity + data[DIGEST:]).digest():
+            return None
+        return pickle.loads(data[DIGEST:])  # noqa: S301 - verified above to be this kernel, written here
+
+    def save(self, key: Any, value: Any) -> None:
+        """Keep a compiled kernel, in place of what was kept of its older versions; where that fails it is not kept."""
+        path, identity = self._place(key)
+        payload = dumps(value)
+        draft = path.with_name(f"{path.name}.{os.getpid()}.{uuid4().hex[:8]}.tmp")
+        try:
+            draft.write_bytes(hashlib.sha256(identity + payload).digest() + payload)
+            draft.replace(path)
+        except OSError:  # a full disk, a folder in its place: the run goes on with what it compiled
+            with contextlib.suppress(OSError):
+                draft.unlink()
+            return
+        for older in self.folder.glob(f"{path.name.rsplit('.', 2)[0]}.*.nbc"):
+            if older != path:
+                with contextlib.suppress(OSError):
+                    older.unlink()
+
+    def flush(self) -> None:
+        """Forget what was kept of this kernel."""
+        for path in self.folder.glob(f"{self.base}.*.nbc"):
+            path.unlink(missing_ok=True)
+
+    def _place(self, key: Any) -> tuple[Path, bytes]:
+        signature, machine, _ = key
+        called = hashlib.sha256(f"{signature} {machine}".encode()).hexdigest()
+        name = f"{self.base}.{called[:SHORT]}.{self.fingerprint[:SHORT]}.nbc"
+        return self.folder / name, f"{self.base} {called} {self.fingerprint}".encode()
+
+
+class KernelCache(Cache):  # type: ignore[misc] # of numba, some versions of which have types
+    """Numba's cache of one function, with our files."""
+
+    def __init__(self, function: Callable[..., Any], options: Mapping[str, Any]) -> None:
+        super().__init__(function)
+        self._cache_file = KernelFile(Path(self._cache_path), self._impl.filename_base, function, options)
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Return the compiled function of a signature, None where it must be compiled."""
+        try:
+            return super().load_overload(sig, target_context)
+        except FAULTS:
+            return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep the compiled function of a signature where there is a place for it."""
+        with contextlib.suppress(OSError):
+            super().save_overload(sig, data)
+
+
+def cache_of(function: Callable[..., Any], options: Mapping[str, Any]) -> Any:
+    """Return the disk cache of a function; one that keeps nothing where there is no place, as at a prompt."""
+    try:
+        return KernelCache(function, options)
+    except (RuntimeError, OSError):
+        return NullCache()
+
+
+def kept(**options: Any) -> Callable[[Callable[..., Any]], Any]:
+    """Return the decorator that compiles a function with these options of numba's, kept on disk."""
+    compiling: Any = numba.njit(**options)
+
+    def decorated(function: Callable[..., Any]) -> Any:
+        made = compiling(function)
+        if isinstance(getattr(made, "py_func", None), FunctionType):  # not with compilation switched off
+            made._cache = cache_of(function, options)
+        return made
+
+    return decorated
+
+
+def is_kept(entry: Any) -> bool:
+    """Return whether a kernel as it is now is on disk, so that its first call need not compile it."""
+    files = getattr(getattr(entry, "_cache", None), "_cache_file", None)
+    return isinstance(files, KernelFile) and files.exists()

@@ -1,0 +1,128 @@
+"""The disk cache of compiled kernels: whatever stands in its files, a run gives the same bits or compiles again."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from types import FunctionType
+
+import numpy as np
+import pytest
+
+from impactlab.kernel_cache import KernelFile, fingerprint
+from tests.unit.test_pointers import SCRIPT
+
+KEY = ("signature", "machine", "bytecode")
+SCALE = 2.0
+
+
+def helper(x: float) -> float:
+    return SCALE * x
+
+
+def kernel(x: float) -> float:
+    return helper(x) + 1.0
+
+
+def with_globals(function: FunctionType, **changed: object) -> FunctionType:
+    """Return a function that finds other things under some global names."""
+    return FunctionType(function.__code__, {**function.__globals__, **changed}, function.__name__)
+
+
+def other_helper(x: float) -> float:
+    return SCALE * x + 1e-9
+
+
+def test_a_kernel_keeps_its_old_code_when_a_function_or_constant_that_it_uses_changes() -> None:
+    def digest(changed: FunctionType) -> str:
+        return fingerprint(changed, {"fastmath": {"reassoc", "contract"}})
+
+    first = digest(kernel)
+    assert digest(with_globals(kernel)) == first
+    assert digest(with_globals(kernel, helper=other_helper)) != first
+    assert digest(with_globals(kernel, helper=with_globals(helper, SCALE=3.0))) != first
+    assert digest(with_globals(kernel, helper=with_globals(helper, SCALE=np.ones(2)))) != first
+    assert fingerprint(kernel, {"fastmath": {"contract"}}) != first
+    assert fingerprint(kernel, {"fastmath": {"contract", "reassoc"}}) == first
+
+
+@pytest.fixture
+def kept(tmp_path: Path) -> KernelFile:
+    made = KernelFile(tmp_path, "loop.kernel-1.py311", kernel, {})
+    made.save(KEY, b"code of the kernel")
+    return made
+
+
+def only(folder: Path) -> Path:
+    (path,) = folder.glob("loop.kernel-1.*.nbc")
+    return path
+
+
+def test_a_kernel_is_read_back(kept: KernelFile) -> None:
+    assert kept.load(KEY) == b"code of the kernel"
+    assert kept.exists()
+    assert kept.load(("another signature", *KEY[1:])) is None
+
+
+def test_a_kernel_swapped_for_another_is_called(tmp_path: Path, kept: KernelFile) -> None:
+    other = KernelFile(tmp_path, "loop.other-9.py311", other_helper, {})
+    other.save(KEY, b"code of another kernel")
+    (foreign,) = tmp_path.glob("loop.other-9.*")
+    only(tmp_path).write_bytes(foreign.read_bytes())
+    assert kept.load(KEY) is None
+
+
+@pytest.mark.parametrize("damage", [lambda data: data[:40], lambda data: b"", lambda data: data[:-1] + b"\0"])
+def test_a_damaged_kernel_is_called(tmp_path: Path, kept: KernelFile, damage: Callable[[bytes], bytes]) -> None:
+    path = only(tmp_path)
+    path.write_bytes(damage(path.read_bytes()))
+    assert kept.load(KEY) is None
+    kept.save(KEY, b"compiled again")
+    assert kept.load(KEY) == b"compiled again"
+
+
+def test_a_folder_in_the_place_of_a_kernel_ends_the_run(tmp_path: Path, kept: KernelFile) -> None:
+    path = only(tmp_path)
+    path.unlink()
+    path.mkdir()
+    (path / "occupied").touch()
+    assert kept.load(KEY) is None
+    kept.save(KEY, b"compiled again")
+    assert [each.name for each in tmp_path.iterdir()] == [path.name]
+
+
+def test_kernels_of_older_code_stay_on_disk_for_good(tmp_path: Path, kept: KernelFile) -> None:
+    newer = KernelFile(tmp_path, "loop.kernel-1.py311", other_helper, {})
+    assert not newer.exists()
+    newer.save(KEY, b"code of the newer kernel")
+    assert kept.load(KEY) is None
+    assert only(tmp_path).is_file()
+
+
+def in_fresh_process(folder: Path, seed: str = "0") -> subprocess.CompletedProcess[str]:
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(folder), "PYTHONHASHSEED": seed}
+    return subprocess.run([sys.executable, "-c", SCRIPT], env=environment, capture_output=True, text=True, check=False)
+
+
+@pytest.mark.slow
+def test_kernels_that_changed_places_or_became_folders_end_the_process(tmp_path: Path) -> None:
+    first = in_fresh_process(tmp_path)
+    assert first.returncode == 0, first.stderr[-2000:]
+    files = sorted(tmp_path.rglob("*.nbc"))
+    assert len(files) > 4
+    contents = [path.read_bytes() for path in files]
+    stamps = [path.stat().st_mtime_ns for path in files]
+    assert in_fresh_process(tmp_path, seed="1").stdout == first.stdout
+    assert [path.stat().st_mtime_ns for path in files] == stamps  # nothing was compiled again
+    for path, other in zip(files, contents[1:] + contents[:1], strict=True):
+        path.write_bytes(other)
+    swapped = in_fresh_process(tmp_path)
+    assert (swapped.returncode, swapped.stdout) == (0, first.stdout), swapped.stderr[-2000:]
+    for path in files:
+        path.unlink()
+        path.mkdir()
+    folders = in_fresh_process(tmp_path)
+    assert (folders.returncode, folders.stdout) == (0, first.stdout), folders.stderr[-2000:]
