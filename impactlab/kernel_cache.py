@@ -86,6 +86,7 @@ def _names(code: CodeType) -> tuple[str, ...]:
 
 
 Cache: Any = FunctionCache
+pickled: Any = dumps
 
 
 class KernelFile:
@@ -119,7 +120,7 @@ class KernelFile:
     def save(self, key: Any, value: Any) -> None:
         """Keep a compiled kernel, in place of what was kept of its older versions; where that fails it is not kept."""
         path, identity = self._place(key)
-        payload = dumps(value)
+        payload: bytes = pickled(value)
         draft = path.with_name(f"{path.name}.{os.getpid()}.{uuid4().hex[:8]}.tmp")
         try:
             draft.write_bytes(hashlib.sha256(identity + payload).digest() + payload)
