@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from impactlab.choice.times import echoes, rise_time
+from impactlab.choice.times import rise_time
 from impactlab.contact.power_law import Hertz
 from impactlab.described import (
     beams_of,
@@ -31,15 +31,13 @@ from impactlab.descriptions import (
     is_special,
 )
 from impactlab.errors import CaseError, PairingError
-from impactlab.scene import Mass, Rod, Scene
+from impactlab.scene import Scene
 
 EXACT_ERROR = 1e-9  # told of the exact solver, which is good to 1e-12 but for instants near a grazing touch
 FIXED_S = 1.5e-4  # s, that any stepped run takes
 NEXT_TO_NOTHING = 1.5
 RESOLVING = 100  # elements a rod that damped fronts must be as wide as, to count as smooth
 SETUP_EXACT_S, SETUP_LINE_S, SETUP_MESH_S = 1.5e-3, 6e-4, 8e-4
-EXACT_FIXED_S, PER_ECHO_S, PER_RELAXED_S = 1.5e-5, 5e-7, 1e-6
-PER_SPRING_S, PER_SPRUNG_MASS_S = 4e-6, 1.2e-5
 
 
 @dataclass(frozen=True)
@@ -89,21 +87,9 @@ class Family:
 
 def exact_cost(scene: Scene) -> float:
     """Return the predicted seconds of the exact solver; raises where it does not serve."""
-    from impactlab.exact.bonds import check
+    from impactlab.exact.cost import predicted_s
 
-    check(scene)
-    per_echo = PER_ECHO_S
-    for contact in scene.contacts:
-        bodies = [scene.bodies[point.body] for point in (contact.left, contact.right)]
-        if not contact.law.hard:
-            sprung = any(isinstance(body, Mass) for body in bodies)
-            per_echo = max(per_echo, PER_SPRUNG_MASS_S if sprung else PER_SPRING_S)
-        elif not all(isinstance(body, Rod) for body in bodies):
-            per_echo = max(per_echo, PER_RELAXED_S)
-    for rod in rods_of(scene):
-        kinds = {rod.left.kind, rod.right.kind}
-        per_echo = max(per_echo, PER_SPRING_S if "spring" in kinds else PER_RELAXED_S if "mass" in kinds else 0.0)
-    return EXACT_FIXED_S + per_echo * echoes(scene)
+    return predicted_s(scene)
 
 
 def exact(scene: Scene) -> Family:

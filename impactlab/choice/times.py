@@ -1,4 +1,4 @@
-"""The times that say how fine a description must be: of contacts, of waves, of their echoes."""
+"""The times that say how fine a description must be: of contacts, of waves."""
 
 from __future__ import annotations
 
@@ -7,8 +7,6 @@ import math
 from impactlab.contact.power_law import AbstractHystereticLaw, Hertz
 from impactlab.contact_facts import impedance_of, stiffness_of
 from impactlab.scene import Contact, ElasticBody, Mass, Point, Rod, Scene
-
-MOST_ECHOES = 1e7
 
 
 def speed_of(scene: Scene) -> float:
@@ -74,35 +72,3 @@ def _tangent(stiffness: float, exponent: float, speed: float, mass: float, give:
         depths.append((speed / give / stiffness) ** (1.0 / exponent))
     depth = min(depths, default=0.0)
     return exponent * stiffness * depth ** (exponent - 1.0) if depth > 0.0 else math.nan
-
-
-def echoes(scene: Scene) -> float:
-    """Return about how many instants there are at which a wave front reaches a node: what the exact solver walks over.
-
-    Every sum of travel times is one, as long as it lies within the run; travel times that are whole multiples of one
-    time have no more sums than that.
-    """
-    ways = [segment.length / segment.wave_speed for rod in _rods(scene) for segment in rod.segments]
-    nodes = len(ways) + len(_rods(scene)) + len(scene.contacts)
-    sums = 1.0
-    for rank, way in enumerate(sorted(ways, reverse=True), 1):
-        sums *= 1.0 + scene.duration / way / rank
-        if sums > MOST_ECHOES:
-            break
-    return nodes * min(sums, _commensurate(ways, scene.duration), MOST_ECHOES)
-
-
-def _commensurate(ways: list[float], duration: float) -> float:
-    """Return how many multiples of the common measure of the travel times the run holds; inf where there is none."""
-    measure = max(ways, default=duration)
-    for way in ways:
-        a, b = measure, way
-        while b > 1e-9 * measure:
-            a, b = b, math.fmod(a, b)
-            b = 0.0 if a - b < 1e-9 * measure else b
-        measure = a
-    return duration / measure if measure > 1e-6 * duration else math.inf
-
-
-def _rods(scene: Scene) -> list[Rod]:
-    return [body for body in scene.bodies.values() if isinstance(body, Rod)]

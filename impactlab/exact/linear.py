@@ -180,8 +180,11 @@ def recurrence(a: Array, b: Array, n: int, first: Array, order: int, y: Array) -
 
 
 @INLINE
-def solved(a: Array, force: Array, first: Array, y: Array, speed: float) -> bool:
-    """Solve y' = a y + force with as many coefficients as are needed; return whether ORDER of them are enough."""
+def solved(a: Array, force: Array, first: Array, y: Array, speed: float, spent: Array) -> bool:
+    """Solve y' = a y + force with as many coefficients as are needed; return whether ORDER of them are enough.
+
+    The multiplications that it took, about, are added to spent[0, 0].
+    """
     n = len(a)
     needed = 1
     for i in range(n):
@@ -189,7 +192,9 @@ def solved(a: Array, force: Array, first: Array, y: Array, speed: float) -> bool
     order = min(ORDER, n + 16)
     while True:
         if needed + 4 <= order or order == ORDER:
+            spent[0, 0] += order * n * n * (3.0 * n + 8.0)
             if not recurrence(a, force, n, first[0], order, y):
+                spent[0, 0] += order * n * 6.0 * n * n * 3.0
                 system(a, force, n, first[0], order, y)
             size = speed
             tail = 0.0

@@ -19,9 +19,8 @@ from impactlab.exact.nodes import fill_rows, solve_nodes
 from impactlab.pointers import entered
 
 INLINE = kernel.njit(inline="always", _nrt=False, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
-DONE, MORE_RECORDS, MORE_POOL, MORE_EVENTS, TOO_MANY, UNRESOLVED = 0, 1, 2, 3, 4, 5
+DONE, MORE_RECORDS, MORE_POOL, MORE_EVENTS, TOO_MANY, UNRESOLVED, PAUSED = 0, 1, 2, 3, 4, 5, 6
 BURST = 64  # events within 1e3 merge tolerances that count as endless
-INTERVALS = 3_000_000
 
 
 @PART
@@ -61,6 +60,7 @@ def arrivals(m: Memory, j: int, t0: float, t1: float) -> int:
                 wave[k] = trial[k]
         else:
             width = stop - begin
+            state.work += 2 * n * n
             n = restrict(trial, n, 2.0 * (t0 - begin) / width - 1.0, 2.0 * (t1 - begin) / width - 1.0, wave)
         for k in range(n, ROOM):
             wave[k] = 0.0
@@ -141,6 +141,7 @@ def interval(m: Memory, j: int) -> int:
         if half <= state.tolerance:
             return UNRESOLVED
     n = fill_rows(m, j, half, longest, n)
+    state.work += 4 * n * (junction.last_node - junction.first_node + junction.last_end - junction.first_end)
     place = next_event(m, j, n)
     event = t1 if place > 1.0 else t0 + half * (place + 1.0)
     if place <= 1.0 and event < t1:
@@ -148,6 +149,7 @@ def interval(m: Memory, j: int) -> int:
             nodes, ends = junction.last_node - junction.first_node, junction.last_end - junction.first_end
             trial = m.stack[DEPTH]
             for i in range(2 * nodes + 2 * ends + junction.last_contact - junction.first_contact):
+                state.work += 2 * n * n
                 # A row keeps its degree: zeros at its end would become rounding, and waves grow with every event.
                 kept = restrict(m.rows[i], chopped(m.rows[i], n, 0.0), -1.0, place, trial)
                 for k in range(n):
@@ -180,8 +182,8 @@ def advance(m: Memory) -> int:
             return MORE_POOL
         if state.events >= len(m.events):
             return MORE_EVENTS
-        if state.intervals > INTERVALS:
-            return TOO_MANY
+        if state.intervals >= state.most:
+            return PAUSED
         state.intervals += 1
         status = interval(m, j)
         if status != DONE:

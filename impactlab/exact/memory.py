@@ -29,8 +29,10 @@ class StateRecord(ctypes.Structure):
         ("pool_used", INTEGER),
         ("events", INTEGER),
         ("intervals", INTEGER),
+        ("most", INTEGER),  # intervals before the march returns
         ("fastest", REAL),  # m/s, largest velocity
         ("farthest", REAL),  # m, length below 1e-12 of which a gap is none
+        ("work", REAL),  # multiplications so far, about
     ]
 
 

@@ -60,6 +60,7 @@ def breaks(m: Memory, at: int, size: int, row: Array, n: int, widths: Array, flo
 def resampled(m: Memory, old: PieceRecord, row: int, t0: float, t1: float, n: int, points: int, floor: float) -> bool:
     """Write a row over both pieces into the table of waves; return whether so many points hold it to the floor."""
     out = m.waves[row]
+    m.state[0].work += points * (n + points)
     at, size = old.offset + row * old.size, old.size
     early, late = m.pool[at : at + size], m.rows[row]
     middle, half = 0.5 * (old.start + t1), 0.5 * (t1 - old.start)

@@ -74,8 +74,9 @@ class Log(NamedTuple):
     event_time: Array  # (room,) s
     event_contact: Integers  # (room,)
     event_kind: Integers  # (room,) 1 close, 0 open
-    tally: Integers  # (3,) pool used, events, intervals
+    tally: Integers  # (4,) pool used, events, intervals, intervals before the march returns
     scale: Array  # (2,) largest velocity [m/s], length below 1e-12 of which a gap is none [m]
+    work: Array  # (1,) multiplications so far, about
 
 
 @dataclass(frozen=True)
@@ -120,6 +121,7 @@ def log_of(net: Network, u: Array, v: Array, room: int, pool: int, events: int) 
     nodes, node = records(NodeRecord, len(net.mass))
     ends, end = records(EndRecord, len(net.transit))
     contacts, contact = records(ContactRecord, len(net.left))
+    state["most"] = np.iinfo(np.int64).max
     state["gravity"], state["duration"], state["tolerance"] = net.gravity, net.duration, net.tolerance
     junction["burst"] = -np.inf
     for kind, of in (("node", net.node_of), ("end", net.end_of), ("contact", net.contact_of)):
@@ -138,14 +140,15 @@ def log_of(net: Network, u: Array, v: Array, room: int, pool: int, events: int) 
         0, states, junctions, nodes, ends, contacts, None, None, np.empty(pool),
         tables[0], tables[1], tables[2], np.zeros((DEPTH + 1, WIDTH)),
     )  # fmt: skip
-    tally = np.ndarray((3,), np.int64, state, StateRecord.pool_used.offset)
+    tally = np.ndarray((4,), np.int64, state, StateRecord.pool_used.offset)
     scale = np.ndarray((2,), np.float64, state, StateRecord.fastest.offset)
+    work = np.ndarray((1,), np.float64, state, StateRecord.work.offset)
     none, nothing = np.zeros((count, 0)), np.zeros((count, 0), np.int64)
     never, no_event = np.zeros(0), np.zeros(0, np.int64)
     return widened(
         Log(
             memory, junction["clock"], node["u"], node["v"], junction["records"],
-            none, none, nothing, nothing, memory.pool, never, no_event, no_event, tally, scale,
+            none, none, nothing, nothing, memory.pool, never, no_event, no_event, tally, scale, work,
         ), room, events,
     )  # fmt: skip
 
@@ -173,7 +176,8 @@ def widened(log: Log, room: int, events: int) -> Log:
 def grown(log: Log, pieces: bool, pool: bool, events: bool) -> Log:
     """Return the log with twice the room where asked."""
     if pool:
-        wider = np.concatenate([log.pool, np.empty_like(log.pool)])
+        wider = np.empty(2 * len(log.pool))
+        wider[: len(log.pool)] = log.pool
         log = log._replace(pool=wider, memory=log.memory._replace(pool=wider))
     room, dated = log.start.shape[1], len(log.event_time)
     return widened(log, 2 * room if pieces else room, 2 * dated if events else dated)

@@ -101,8 +101,10 @@ def solve_nodes(m: Memory, j: int, half: float, longest: int) -> int:
                 rate = half * group.drag / group.group_mass
                 order = HALF_ORDER if longest <= EASY and rate <= EASY_RATE else ORDER
                 relax(rate, load, node.v, order, out, m.stack)
+                state.work += 16 * order
                 if order < ORDER and tail(out, order) > CHOP * state.fastest:
                     order = ORDER
+                    state.work += 16 * order
                     relax(rate, load, node.v, order, out, m.stack)
                 if tail(out, order) > RESOLVED * state.fastest:
                     return 0

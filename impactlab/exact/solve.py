@@ -14,6 +14,7 @@ from impactlab.scene import Scene
 
 DIGITS = 1e-6  # of the energy in play: a balance that is off by more is no rounding
 MOST_FLOATS = 60_000_000  # of stored coefficients: half a gigabyte
+MOST_INTERVALS = 3_000_000
 
 
 def serves(scene: Scene) -> str | None:
@@ -50,11 +51,12 @@ def solve(scene: Scene) -> ContinuousHistory:
     layout, log = build(scene)
     coupled = march.springs(layout.network)
     ready = clock.perf_counter()
+    log.tally[3] = MOST_INTERVALS
     while True:
         status = march.march(log, coupled)
         if status == march.DONE:
             break
-        if status in (march.TOO_MANY, march.UNRESOLVED) or len(log.pool) > MOST_FLOATS:
+        if status in (march.TOO_MANY, march.UNRESOLVED, march.PAUSED) or len(log.pool) > MOST_FLOATS:
             stop(scene, layout, log, status == march.UNRESOLVED)
         log = grown(log, status == march.MORE_RECORDS, status == march.MORE_POOL, status == march.MORE_EVENTS)
     history = ContinuousHistory(scene, layout, log, scene.duration)

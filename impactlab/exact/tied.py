@@ -132,7 +132,10 @@ def coupled(m: Memory, j: int, half: float) -> None:
     for i in range(moving):
         add_row(a, force, heavy + i, 1.0, combine[i], n, heavy, b)
     state.resolved = 0
-    if not solved(a, force, first, y, state.fastest):
+    spent = table(1, 1)
+    resolved = solved(a, force, first, y, state.fastest, spent)
+    state.work += spent[0, 0]
+    if not resolved:
         return
     state.resolved = 1
     for g in range(junction.first_node, junction.last_node):

@@ -14,10 +14,10 @@ from impactlab import load_case, metrics, reference, simulate, summary
 from impactlab.api import physics_of
 from impactlab.choice import search
 from impactlab.choice.estimate import difference, order_seen, remainder
-from impactlab.choice.families import serving
+from impactlab.choice.families import exact_cost, serving
 from impactlab.choice.ladder import choose
 from impactlab.choice.text import _number, choice_lines, ladder_text
-from impactlab.choice.times import echoes, rise_time
+from impactlab.choice.times import rise_time
 from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.penalty import Penalty
 from impactlab.contact.power_law import Hertz, HuntCrossley
@@ -268,16 +268,14 @@ def test_a_remainder_is_that_of_a_power():
     assert remainder(steps[1], 1.6, 1.7) == pytest.approx(errors[40], rel=1e-12)
 
 
-def test_echoes_count_sums_of_travel_times():
-    """One piece sends an echo a transit; two of times 1 and 2 have no more than one of 1, irrational ones many more."""
-    one = echoes(struck(AdditionDeletion(), trips=10.0))
-    longer = echoes(struck(AdditionDeletion(), trips=20.0))
-    assert longer == pytest.approx(2.0 * one, rel=0.1)
-    whole = (SEGMENT, dataclasses.replace(SEGMENT, length=0.6))
-    skew = (SEGMENT, dataclasses.replace(SEGMENT, length=0.3 * 2.0**0.5))
-    assert echoes(struck(AdditionDeletion(), trips=10.0, segments=whole)) < 0.5 * echoes(
-        struck(AdditionDeletion(), trips=10.0, segments=skew)
-    )
+def test_the_predicted_cost_of_the_exact_solver_follows_its_wave_fronts():
+    """Twice the time is twice the fronts of one piece; of two pieces, irrational transits make many more than whole."""
+    one = exact_cost(struck(AdditionDeletion(), trips=1e4))
+    assert exact_cost(struck(AdditionDeletion(), trips=2e4)) == pytest.approx(2.0 * one, rel=0.1)
+    whole = (SEGMENT, dataclasses.replace(SEGMENT, length=0.6, area=2e-3))
+    skew = (SEGMENT, dataclasses.replace(SEGMENT, length=0.3 * 2.0**0.5, area=2e-3))
+    costs = [exact_cost(struck(AdditionDeletion(), trips=30.0, segments=each)) for each in (whole, skew)]
+    assert costs[0] < 0.5 * costs[1]
 
 
 def test_rise_times_are_those_of_the_contact():

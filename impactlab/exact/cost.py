@@ -1,0 +1,52 @@
+"""The cost of the exact solver, predicted: the start of the march counted, the rest extrapolated as a power of time.
+
+Counted are intervals and multiplications, never seconds: the same scene always has the same prediction.
+"""
+
+from __future__ import annotations
+
+import math
+
+from impactlab.exact.build import build
+from impactlab.exact.network import Log, grown
+from impactlab.scene import Scene
+
+# Seconds, fitted to 150 random scenes (benchmarks/exact_cost.py) on one core of a machine of 2023 with nothing beside.
+FIXED_S = 6.0e-6
+INTERVAL_S = 4.0e-7  # an interval of a junction
+WORK_S = 1.0e-9  # a multiplication
+NUMBER_S = 2.0e-9  # a number kept
+PILOT_S = 4.0e-3  # s of predicted solving that are counted: most scenes of the suite take less in all
+FIRST = 128  # intervals up to the first count; each further one comes at twice as many
+STEEPEST = 6.0  # power of time with which the cost may grow: fronts in rods of four or more incommensurate transits
+
+
+def spent(log: Log) -> float:
+    """Return the predicted seconds of all that a march has done."""
+    return FIXED_S + INTERVAL_S * float(log.tally[2]) + WORK_S * float(log.work[0]) + NUMBER_S * float(log.tally[0])
+
+
+def predicted_s(scene: Scene) -> float:
+    """Return the predicted seconds of `impactlab.exact.solve.solve`; raises `CaseError` where it does not serve."""
+    from impactlab.exact import march
+
+    layout, log = build(scene)
+    coupled = march.springs(layout.network)
+    counts: list[tuple[float, float]] = []  # (time reached, seconds)
+    while True:
+        log.tally[3] = FIRST * 2 ** len(counts)
+        status = march.march(log, coupled)
+        if status == march.PAUSED:
+            counts.append((float(min(log.clock)), spent(log)))
+            if counts[-1][1] > PILOT_S:
+                break
+        elif status in (march.MORE_RECORDS, march.MORE_POOL, march.MORE_EVENTS):
+            log = grown(log, status == march.MORE_RECORDS, status == march.MORE_POOL, status == march.MORE_EVENTS)
+        else:
+            return spent(log)
+    reached, cost = counts[-1]
+    before, less = counts[-2] if len(counts) > 1 else (0.0, 0.0)
+    power = 1.0
+    if 0.0 < before < reached and less > 0.0:
+        power = min(max(1.0, math.log(cost / less) / math.log(reached / before)), STEEPEST)
+    return cost * (scene.duration / reached) ** power if reached > 0.0 else math.inf
