@@ -51,8 +51,8 @@ def largest(found: dict[str, float]) -> float:
     return max(found[name] for name in compare.JUDGED)
 
 
-def measured(drawn: Drawn) -> dict[str, Any]:
-    """Return the row of one case."""
+def ran(drawn: Drawn) -> tuple[dict[str, Any], Any]:
+    """Return the row of one case so far, and its history where the run ended."""
     row: dict[str, Any] = dict.fromkeys(COLUMNS, "")
     tolerance = drawn.doc["solve"]["tolerance"]
     row.update(family=drawn.family, number=drawn.number, tolerance=tolerance)
@@ -61,15 +61,29 @@ def measured(drawn: Drawn) -> dict[str, Any]:
         history = il.run(case_for(drawn.doc))
     except ImpactlabError as error:
         row.update(status="refused" if not hasattr(error, "step") else "failed", note=str(error)[:160])
-        return row
+        return row, None
     except Exception as error:  # noqa: BLE001 - whatever ends a run is a row of the study
         row.update(status="error", note=f"{type(error).__name__}: {error}"[:160])
-        return row
+        return row, None
     row["wall_s"] = clock.perf_counter() - began
     choice = history.choice
     row.update(status="ran", chosen=choice.chosen, stated=choice.expected_error, met=int(choice.met))
     codes = sorted({warning.code for warning in history.warnings})
     row.update(warned=" ".join(codes), solve_s=history.cost.solve_s, choosing_s=choice.choosing_s)
+    return row, history
+
+
+def timed(drawn: Drawn) -> dict[str, Any]:
+    """Return the row of one case without the truth."""
+    return ran(drawn)[0]
+
+
+def measured(drawn: Drawn) -> dict[str, Any]:
+    """Return the row of one case."""
+    row, history = ran(drawn)
+    if history is None:
+        return row
+    tolerance = drawn.doc["solve"]["tolerance"]
     began = clock.perf_counter()
     try:
         answer = answers.solve(drawn.doc)

@@ -1,7 +1,10 @@
 """Runs random cases with a tolerance beside independent programs: ``PYTHONPATH=studies python -m audit.run``.
 
 Options: ``--count N`` cases of each family, ``--seed S``, ``--families a,b`` (also ``scan`` and ``scan_rods``, which
-have no seed), ``--jobs J``, ``--out FILE`` (one row of CSV a run). ``--show FAMILY NUMBER`` prints one case as JSON.
+have no seed), ``--jobs J``, ``--out FILE`` (one row of CSV a run), ``--refs`` for converged references in place of
+runs, ``--cost-only`` to leave the truth out (to measure another version of the package on the same cases). Without a
+run: ``--show FAMILY NUMBER`` prints one case as JSON; ``--page FILE`` fills the tables of docs/audit.md from the rows
+of ``--out``, with ``--refs`` those of the references; ``--before FILE`` adds the cost of another version.
 """
 
 from __future__ import annotations
@@ -15,9 +18,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from audit import scenes, summary
+from audit import references, scenes, summary
 from audit.families import FAMILIES, FIXED, draw
-from audit.measure import COLUMNS, measured, quiet
+from audit.measure import COLUMNS, measured, quiet, timed
 
 
 def cases(families: list[str], seed: int, count: int) -> Iterator[scenes.Drawn]:
@@ -39,16 +42,31 @@ def written(row: dict[str, Any]) -> dict[str, Any]:
 def run(options: argparse.Namespace, families: list[str]) -> list[dict[str, Any]]:
     """Run all cases and write their rows as they come."""
     rows = []
+    work, columns = (references.claimed, references.COLUMNS) if options.refs else (measured, COLUMNS)
+    work = timed if options.cost_only else work
     with Path(options.out).open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.DictWriter(stream, COLUMNS)
+        writer = csv.DictWriter(stream, columns)
         writer.writeheader()
         drawn = cases(families, options.seed, options.count)
         with multiprocessing.get_context("spawn").Pool(options.jobs, maxtasksperchild=500) as pool:
-            for row in pool.imap(measured, drawn, chunksize=3):
+            for row in pool.imap(work, drawn, chunksize=3):
                 rows.append(written(row))
                 writer.writerow(rows[-1])
                 stream.flush()
     return rows
+
+
+def fill(options: argparse.Namespace) -> None:
+    """Fill the tables of the page from rows of before."""
+    page, rows = Path(options.page), summary.load(Path(options.out))
+    if options.refs:
+        summary.fill(page, "references", references.table(rows))
+        return
+    summary.fill(page, "tolerances", summary.table(rows))
+    said = [f"- {line}" for line in summary.worst(rows)] or ["No run is beyond its tolerance."]
+    summary.fill(page, "beyond", "\n".join(said))
+    if options.before:
+        summary.fill(page, "cost", summary.cost(rows, summary.load(Path(options.before))))
 
 
 def main() -> int:
@@ -59,7 +77,11 @@ def main() -> int:
     parser.add_argument("--families", default=",".join(FAMILIES))
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--out", default="audit.csv")
+    parser.add_argument("--refs", action="store_true")
+    parser.add_argument("--cost-only", action="store_true")
     parser.add_argument("--show", nargs=2, metavar=("FAMILY", "NUMBER"))
+    parser.add_argument("--page")
+    parser.add_argument("--before")
     options = parser.parse_args()
     quiet()
     if options.show:
@@ -67,9 +89,15 @@ def main() -> int:
         drawn = list(FIXED[family]())[place] if family in FIXED else draw(family, options.seed, place)
         print(json.dumps(drawn.doc, indent=1))
         return 0
+    if options.page:
+        fill(options)
+        return 0
     rows = run(options, options.families.split(","))
-    print(summary.table(rows))
-    print("\n".join(summary.worst(rows)))
+    if options.before:
+        print(summary.cost(rows, summary.load(Path(options.before))))
+    told = references if options.refs else summary
+    print(told.table(rows))
+    print("\n".join(told.worst(rows)))
     return 0
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -70,15 +70,40 @@ def line(name: str, rows: list[Row]) -> list[str]:
     ]
 
 
-def table(rows: Iterable[Row]) -> str:
-    """Return the table by family as Markdown."""
+def markdown(heads: Sequence[str], line: Callable[[str, list[Row]], list[str]], rows: Iterable[Row]) -> str:
+    """Return a table with one line a family, and one for all."""
     rows = list(rows)
     families = list(dict.fromkeys(row["family"] for row in rows))
     lines = [line(name, [row for row in rows if row["family"] == name]) for name in families]
     if len(families) > 1:
         lines.append(line("all", rows))
-    cells = [list(HEADS), ["---"] * len(HEADS), *lines]
-    return "\n".join(f"| {' | '.join(row)} |" for row in cells)
+    return "\n".join(f"| {' | '.join(row)} |" for row in [list(heads), ["---"] * len(heads), *lines])
+
+
+def table(rows: Iterable[Row]) -> str:
+    """Return the table by family as Markdown."""
+    return markdown(HEADS, line, rows)
+
+
+def cost(rows: list[Row], before: list[Row]) -> str:
+    """Return the table of medians of cost beside those of another version on the same cases."""
+    known = {(row["family"], str(row["number"])): row for row in before}
+
+    def beside(name: str, some: list[Row]) -> list[str]:
+        pairs = [(row, known.get((row["family"], str(row["number"])))) for row in some]
+        both = [(a, b) for a, b in pairs if b is not None and a["status"] == b["status"] == "ran"]
+        cells = [name, str(len(both))]
+        for key in ("solve_s", "wall_s"):
+            new, old = ([1e3 * number(pair[i], key) for pair in both] for i in (0, 1))
+            ratio = np.median([x / y for x, y in zip(new, old, strict=True)])
+            cells += [f"{np.median(old):.2f}", f"{np.median(new):.2f}", f"{np.median(new) / np.median(old):.2f}"]
+            cells.append(f"{ratio:.2f}")
+        return cells
+
+    heads = ["family", "runs"]
+    for what in ("solving", "choosing and solving"):
+        heads += [f"{what}: median before [ms]", "now [ms]", "ratio", "median of ratios"]
+    return markdown(heads, beside, rows)
 
 
 def worst(rows: Iterable[Row], count: int = 15) -> list[str]:
@@ -98,8 +123,8 @@ def worst(rows: Iterable[Row], count: int = 15) -> list[str]:
 
 def fill(page: Path, name: str, text: str) -> None:
     """Put a table between its marks in a page."""
-    marks = re.compile(rf"(<!-- table: {re.escape(name)} -->\n).*?(\n<!-- end of table -->)", re.DOTALL)
+    marks = re.compile(rf"(<!-- table: {re.escape(name)} -->\n).*?(<!-- end of table -->)", re.DOTALL)
     before = page.read_text(encoding="utf-8")
     if not marks.search(before):
         raise ValueError(f"{page} has no table {name!r}")
-    page.write_text(marks.sub(lambda found: found.group(1) + text + found.group(2), before), encoding="utf-8")
+    page.write_text(marks.sub(lambda found: f"{found.group(1)}{text}\n{found.group(2)}", before), encoding="utf-8")

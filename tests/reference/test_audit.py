@@ -1,36 +1,132 @@
-"""Random scenes against independent programs: the programs themselves, and runs with a tolerance beside them."""
+"""Random scenes against independent programs: the programs against each other, and the package beside them."""
 
 from __future__ import annotations
 
+import copy
 import math
 import sys
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 STUDIES = str(Path(__file__).resolve().parents[2] / "studies")
 if STUDIES not in sys.path:
     sys.path.insert(0, STUDIES)
 
-from audit import compare, families, measure, scenes, truth  # noqa: E402
+from audit import answers, compare, families, measure, references, scenes, smooth, summary, truth  # noqa: E402
 
 import impactlab as il  # noqa: E402
 
 
-def ball_on_wall(gap: float, zeta: float) -> scenes.Doc:
-    """Return a ball of 1 kg at 1 m/s before a wall with k = 1 MN/m."""
-    law = {"kind": "penalty", "stiffness": 1.0e6, "damping": 2000.0 * zeta}
+def ball_on_wall(law: scenes.Doc, gap: float = 7.767e-5, tolerance: float = 1e-8) -> scenes.Doc:
+    """Return a ball of 1 kg at 1 m/s before a wall."""
     bodies = {"ball": {"kind": "mass", "mass": 1.0, "velocity": 1.0}, "wall": {"kind": "wall"}}
-    return scenes.finished(bodies, [{"between": ["ball", "wall"], "gap": gap, "law": law}], 5e-3, 1e-8)
+    return scenes.finished(bodies, [{"between": ["ball", "wall"], "gap": gap, "law": law}], 5e-3, tolerance)
 
 
 @pytest.mark.parametrize("zeta", [0.1, 0.6, 0.9])
 def test_truth_has_the_closed_form_of_a_spring_and_dashpot(zeta: float) -> None:
-    answer = truth.solve(ball_on_wall(7.767e-5, zeta))
+    answer = truth.solve(ball_on_wall({"kind": "penalty", "stiffness": 1.0e6, "damping": 2000.0 * zeta}))
     exit_speed = math.exp(-2.0 * zeta * math.acos(zeta) / math.sqrt(1.0 - zeta**2))
     assert answer.impulses["ball|wall"] == pytest.approx(1.0 + exit_speed, rel=1e-10)
     assert len(answer.jumps["ball|wall"]) == 1
     assert answer.jumps["ball|wall"][0] == pytest.approx((7.767e-5, 2000.0 * zeta), rel=1e-9)
+
+
+def test_truth_has_the_restitution_of_khulief_and_shabana() -> None:
+    answer = truth.solve(ball_on_wall({"kind": "khulief_shabana", "stiffness": 1.0e6, "restitution": 0.37}))
+    assert answer.impulses["ball|wall"] == pytest.approx(1.37, rel=1e-10)
+
+
+def test_truth_agrees_with_an_integrator_of_order_eight() -> None:
+    k, n, factor, gap = 3.0e8, 1.7, 0.45, 2e-4
+    law = {"kind": "hunt_crossley", "stiffness": k, "exponent": n, "restitution": 1.0 - factor / 1.5}
+    answer = truth.solve(ball_on_wall(law, gap))
+
+    def rate(t: float, y: np.ndarray) -> list[float]:
+        push = k * max(0.0, y[0]) ** n * (1.0 + factor * y[1])
+        return [y[1], -max(0.0, push)]
+
+    parted: Any = lambda t, y: y[0] + 1e-300 if t > 0.0 else 1.0  # noqa: E731
+    parted.terminal, parted.direction = True, -1.0
+    found = solve_ivp(rate, (0.0, 5e-3), [0.0, 1.0], method="DOP853", rtol=1e-12, atol=1e-18, events=parted)
+    assert answer.impulses["ball|wall"] == pytest.approx(1.0 - found.y[1, -1], rel=1e-8)
+    late = answer.displacements["position:ball"][-1]
+    assert late == pytest.approx(gap + found.y[1, -1] * (answer.times[-1] - gap - found.t[-1]), rel=1e-7)
+
+
+def ball_on_bar() -> scenes.Doc:
+    """Return a ball that strikes a steel bar through Hunt and Crossley's law."""
+    steel = {"young": 2.1e11, "density": 7900.0}
+    bodies = {
+        "ball": {"kind": "mass", "mass": 0.065, "velocity": 2.0},
+        "bar": {"kind": "rod", "length": 0.5, "area": 1.13e-4, "material": steel},
+    }
+    law = {"kind": "hunt_crossley", "stiffness": 1.9e10, "restitution": 0.7}
+    return scenes.finished(bodies, [{"between": ["ball", "bar.left"], "law": law}], 3.8e-4, 1e-3)
+
+
+def test_two_programs_agree_on_a_bar() -> None:
+    waves, modes = truth.solve(ball_on_bar()), smooth.solve(ball_on_bar())
+    assert waves.impulses["ball|bar.left"] == pytest.approx(0.1706812, rel=1e-6)  # until the wave is back: cases/
+    found = compare.errors(modes, waves, 1e-4)
+    assert found["displacement"] < 3e-5
+    assert found["impulse"] < 1e-6
+    assert found["peak"] < 3e-4
+
+
+def test_modes_have_the_impact_on_a_beam_of_timoshenko() -> None:
+    steel = {"young": 2.157463e11, "density": 7960.0, "poisson": 0.3}
+    beam = {"kind": "beam", "length": 0.1535, "section": {"width": 0.01, "height": 0.01}, "material": steel}
+    bodies = {
+        "sphere": {"kind": "mass", "mass": 0.0333427700300997, "velocity": 0.01},
+        "beam": {**beam, "ends": {"left": "pinned", "right": "pinned"}},
+    }
+    law = {"kind": "hertz", "stiffness": 1.5805589743589745e10}
+    contact = {"between": ["sphere", "beam.at(0.07675)"], "law": law}
+    answer = smooth.solve(scenes.finished(bodies, [contact], 2e-4, 1e-3))
+    assert answer.impulses["sphere|beam.at(0.07675)"] == pytest.approx(4.34231e-4, rel=2e-6)
+    assert answer.peaks["sphere|beam.at(0.07675)"] == pytest.approx(4.97714, rel=1e-5)
+
+
+def test_errors_do_not_hang_on_a_common_speed() -> None:
+    doc, fast = ball_on_bar(), copy.deepcopy(ball_on_bar())
+    fast["bodies"]["ball"]["velocity"] += 30.0
+    fast["bodies"]["bar"]["velocity"] = 30.0
+    slow_truth, fast_truth = truth.solve(doc), truth.solve(fast)
+    for answer in (slow_truth, fast_truth):
+        shifted = copy.deepcopy(answer)
+        shifted.displacements["position:ball"] = shifted.displacements["position:ball"] + 1e-7
+        answer.uncertainty = compare.errors(shifted, answer, 1e-4)
+    assert fast_truth.uncertainty["displacement"] == pytest.approx(slow_truth.uncertainty["displacement"], rel=1e-3)
+    assert fast_truth.uncertainty["displacement_ground"] < 0.1 * slow_truth.uncertainty["displacement_ground"]
+
+
+def test_same_seed_gives_same_cases() -> None:
+    for family in families.FAMILIES:
+        one, same, other = (families.draw(family, seed, 4).doc for seed in (1, 1, 2))
+        assert one == same != other
+    assert len(list(scenes.scan())) == 369
+
+
+def test_row_says_silent_and_warned_apart() -> None:
+    row = measure.measured(next(iter(scenes.scan())))
+    assert row["status"] == "ran"
+    assert str(row["known"]) == "1"
+    silent = {**row, "true": 2.0 * row["tolerance"], "met": 1, "warned": ""}
+    warned = {**silent, "met": 0, "warned": "tolerance_not_met"}
+    cells = summary.line("scan", [silent, warned, {**row, "true": 0.0}])
+    assert cells[4:6] == ["1", "1"]
+
+
+def test_references_that_claim_too_much_are_counted() -> None:
+    row = references.claimed(families.draw("rigid", 3, 0))
+    assert references.is_judged(row)
+    boast = {**row, "claimed": 1e-9, "true": 1e-4, "uncertainty": 1e-10}
+    assert references.line("rigid", [boast])[4] == "0"
 
 
 @pytest.mark.slow
@@ -47,3 +143,20 @@ def test_exact_solver_and_truth_agree(number: int) -> None:
         contact.setdefault("law", {"kind": "addition_deletion"})
     found = compare.errors(measure.seen(il.run(measure.case_for(doc)), answer), answer, 1e-4)
     assert max(found.values()) <= 1e-6 + 3.0 * max(answer.uncertainty.values())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("family", ["power_law", "dashpot"])
+def test_waves_and_modes_agree(family: str) -> None:
+    agreed = 0
+    for number in range(12):
+        doc = families.draw(family, 21, number).doc
+        held = [end for body in doc["bodies"].values() for end in body.get("ends", {}).values()]
+        if any(body["kind"] == "rod" for body in doc["bodies"].values()) and not any("dashpot" in e for e in held):
+            waves = answers.solve(doc)
+            modes = smooth.walk(doc, 14, 800)
+            found = compare.errors(modes, waves, 1e-4)
+            assert found["displacement"] < 3e-3
+            assert found["impulse"] < 3e-3
+            agreed += 1
+    assert agreed >= 4
