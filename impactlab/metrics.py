@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import bisect
 import contextlib
+import sys
 from collections.abc import Callable, Iterable, Mapping
 from typing import NamedTuple, cast
 
@@ -326,23 +327,32 @@ ORDER = (
 """The order in which a summary names the metrics; those of plugins follow by name."""
 
 
-def installed(parts: Registry | None = None) -> dict[str, Metric]:
-    """Return the metrics of the entry-point group ``impactlab.metrics`` by name, in the order of a summary.
+def installed(asked: Iterable[str] = (), parts: Registry | None = None) -> dict[str, Metric]:
+    """Return impactlab's own metrics and those of plugins that are asked for, by name, in the order of a summary.
 
-    One that cannot be used is left out; `impactlab plugins` says why.
+    A plugin's metric that nobody asked for is not even imported.
+
+    Raises
+    ------
+    PluginError
+        If a metric that is asked for is not installed, or cannot be used.
     """
     known = registry() if parts is None else parts
-    names = known.names(METRICS)
-    if parts is None and not names:
+    own = Registry(entry for entry in known.entries if entry.group == METRICS.name and is_own(entry.value))
+    if parts is None and not own.entries:
         raise PluginError(
             "no metric is registered, not even impactlab's own: it was installed before it had any",
             remedy="Install impactlab again (pip install .).",
         )
-    found: dict[str, Metric] = {}
-    for name in (*(name for name in ORDER if name in names), *(name for name in names if name not in ORDER)):
-        with contextlib.suppress(PluginError):
-            found[name] = cast(Metric, known.load(METRICS, name))
-    return found
+    names = {entry.name for entry in own.entries} | set(asked)
+    ordered = (*(name for name in ORDER if name in names), *sorted(names.difference(ORDER)))
+    # Of a name that a plugin registered, too, impactlab's own is meant.
+    return {name: cast(Metric, (own if name in own.names(METRICS) else known).load(METRICS, name)) for name in ordered}
+
+
+def is_own(module: str) -> bool:
+    """Return whether a module, or what an entry point names, is part of impactlab itself."""
+    return module.partition(":")[0].strip().partition(".")[0] == "impactlab"
 
 
 def errors(
@@ -363,11 +373,11 @@ def errors(
     scene : Scene
         The scene of ``history``; gives contacts, duration and T.
     metrics : mapping, optional
-        Name to metric; those installed if not given. A plugin's metric that raises, or answers no number, leaves a
-        warning ``metric_failed`` on ``history`` and None here.
+        Name to metric; if not given impactlab's own and those that the scene names. A plugin's metric that raises,
+        tries to leave or returns no number leaves a warning ``metric_failed`` on ``history`` and None here.
     """
     found: dict[str, str | float | None] = {"reference": reference_name}
-    for name, metric in (installed() if metrics is None else metrics).items():
+    for name, metric in (installed(scene.metrics) if metrics is None else metrics).items():
         found[name] = _measured(name, metric, history, reference, scene)
     return found
 
@@ -375,12 +385,14 @@ def errors(
 def _measured(
     name: str, metric: Metric, history: AbstractHistory, reference: AbstractHistory, scene: Scene
 ) -> float | None:
-    if metric.__module__.partition(".")[0] == "impactlab":
+    if is_own(metric.__module__):
         return metric(history, reference, scene)
     try:
-        value = metric(history, reference, scene)
-        return value if value is None or isinstance(value, int) else float(value)
-    except Exception as error:  # noqa: BLE001 - a stranger's metric may raise anything; the run is none the worse
-        text = f"metric {name}: {type(error).__name__}: {str(error)[:200]}"
+        with contextlib.redirect_stdout(sys.stderr):  # its output may not get into a JSON document
+            value = metric(history, reference, scene)
+            return value if value is None or isinstance(value, int) else float(value)
+    except (Exception, SystemExit) as error:  # noqa: BLE001 - the run goes on without a number from it
+        home = metric.__module__.partition(".")[0]
+        text = f"metric {name} of {home}: {type(error).__name__}: {str(error)[:200]}"
         history.warnings.append(Warned("metric_failed", text))
         return None

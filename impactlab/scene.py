@@ -273,6 +273,7 @@ class Scene:
     snapshots: tuple[float, ...] = ()  # s
     round_trip: float = float("nan")  # s, of the body named in round_trips_of; NaN without a rod or beam
     records: int = RECORDS  # instants kept: a run of more steps keeps every second, third ... one
+    metrics: tuple[str, ...] = ()  # names of metrics of plugins to be measured beside impactlab's own
     tolerance: float | None = None  # relative, on displacements and impulses; models and step are then to be chosen
 
     @property

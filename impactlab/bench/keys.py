@@ -126,14 +126,16 @@ def numeric_environment() -> dict[str, str]:
 
 
 def strangers(*scenes: Scene) -> set[str]:
-    """Return the top modules of the parts of scenes, and of the metrics installed, that are not impactlab's own."""
+    """Return the top modules of the parts of scenes, and the metrics that they name, but impactlab's own."""
     parts: list[Any] = []
     for scene in scenes:
         parts += [contact.law for contact in scene.contacts] + [scene.integrator]
         parts += [body.model for body in scene.bodies.values() if isinstance(body, ElasticBody)]
     parts += [inner for part in parts if part is not None for inner in plugins.parts_inside(part)]
     modules = {type(part).__module__.partition(".")[0] for part in parts if part is not None}
-    modules |= {top(entry) for entry in plugins.registry().entries if entry.group == METRICS.name}
+    asked = {name for scene in scenes for name in scene.metrics}
+    measured = (entry for entry in plugins.registry().entries if entry.group == METRICS.name and entry.name in asked)
+    modules |= {top(entry) for entry in measured}
     return modules - {"impactlab", "builtins"}
 
 

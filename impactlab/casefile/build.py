@@ -9,8 +9,8 @@ from impactlab.casefile.check import faces_of, reference_rod, shape_of
 from impactlab.casefile.parts import read_part
 from impactlab.casefile.schema import BeamBlock, CaseBlock, MassBlock, RodBlock, RoundTrips
 from impactlab.casefile.sections import beam_segments
-from impactlab.errors import CaseError, ImpactlabError
-from impactlab.plugins import INTEGRATORS, LAWS, MODELS, Registry
+from impactlab.errors import CaseError, ImpactlabError, PluginError
+from impactlab.plugins import INTEGRATORS, LAWS, METRICS, MODELS, Registry
 from impactlab.ranges import check_scales
 from impactlab.scene import (
     Beam,
@@ -58,6 +58,12 @@ def build_scene(case: CaseBlock, name: str, registry: Registry) -> Scene:
                 remedy="Take the snapshot earlier, or run longer.",
                 path=f"snapshots.{number}",
             )
+    for number, metric in enumerate(case.metrics):
+        try:
+            registry.load(METRICS, metric)
+        except PluginError as error:
+            error.path = f"metrics.{number}"
+            raise
     step = case.solve.step
     scene = Scene(
         name=name,
@@ -71,6 +77,7 @@ def build_scene(case: CaseBlock, name: str, registry: Registry) -> Scene:
         gravity=case.gravity,
         probes=tuple(Probe(probe.body, probe.at, probe.quantity) for probe in case.probes),  # type: ignore[arg-type]
         snapshots=tuple(case.snapshots),
+        metrics=tuple(dict.fromkeys(case.metrics)),
         round_trip=round_trip,
         tolerance=case.solve.tolerance,
     )

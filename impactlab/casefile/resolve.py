@@ -37,6 +37,7 @@ def resolve(case: CaseBlock, scene: Scene) -> dict[str, Any]:
         "gravity": scene.gravity,
         "probes": [{"body": probe.body, "at": probe.x, "quantity": probe.quantity} for probe in scene.probes],
         "snapshots": list(scene.snapshots),
+        **({"metrics": list(scene.metrics)} if scene.metrics else {}),
         "methods": list(case.methods),
         "variants": list(case.variants),
         "derived": _derived(scene),

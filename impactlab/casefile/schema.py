@@ -297,6 +297,9 @@ class CaseBlock(Block):
     )
     probes: tuple[ProbeBlock, ...] = Field(default=(), max_length=1000, description="what to record")
     snapshots: tuple[Instant, ...] = Field(default=(), max_length=10000, description="times of fields [s]")
+    metrics: tuple[Name, ...] = Field(
+        default=(), max_length=100, description="metrics of plugins to measure; impactlab's own are always measured"
+    )
     methods: dict[Name, dict[str, Any]] = Field(
         default={}, max_length=1000, description="named ways to solve it: {dotted.path: value} each"
     )

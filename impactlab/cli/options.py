@@ -29,8 +29,19 @@ Variant = Annotated[
     typer.Option("--variant", metavar="NAME", help="One of the variants of the case.", show_default=False),
 ]
 
+Metrics = Annotated[
+    list[str] | None,
+    typer.Option("--metric", metavar="NAME", help="Measure a plugin's metric, too.", show_default=False),
+]
 
-def load(file: Path, sets: list[str] | None, method: str | None, variant: str | None = None) -> Case:
+
+def load(
+    file: Path,
+    sets: list[str] | None,
+    method: str | None,
+    variant: str | None = None,
+    metrics: list[str] | None = None,
+) -> Case:
     """Return the case that a command names, its variant and method chosen, its values set."""
     from impactlab.casefile import load_case
     from impactlab.casefile.edit import read_setting
@@ -40,4 +51,8 @@ def load(file: Path, sets: list[str] | None, method: str | None, variant: str | 
         loaded = loaded.variant(variant)
     if method is not None:
         loaded = loaded.method(method)
-    return loaded.with_settings([read_setting(setting) for setting in sets], by="--set") if sets else loaded
+    if sets:
+        loaded = loaded.with_settings([read_setting(setting) for setting in sets], by="--set")
+    if metrics:
+        loaded = loaded.with_settings([("metrics", [*loaded.checked.metrics, *metrics])], by="--metric")
+    return loaded

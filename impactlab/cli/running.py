@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from impactlab.cli.options import CaseFile, Json, Method, Out, Sets, Variant, load
+from impactlab.cli.options import CaseFile, Json, Method, Metrics, Out, Sets, Variant, load
 from impactlab.cli.reporting import Left, code_of, reporting, words
 
 
@@ -20,6 +20,7 @@ def run(
         bool,
         typer.Option("--reference", help="Where no exact answer serves, take the time for a converged one."),
     ] = False,
+    metric: Metrics = None,
     as_json: Json = False,
 ) -> None:
     """Run one case: its summary on the screen, history and figures in DIR."""
@@ -27,7 +28,7 @@ def run(
         from impactlab import api, console, output
         from impactlab.reference import CHEAP, THOROUGH
 
-        loaded = load(case, sets, method, variant)
+        loaded = load(case, sets, method, variant, metric)
         if out is not None:
             output.check_target(out)
         with console.progress() as show:
@@ -58,13 +59,14 @@ def compare(
     sets: Sets = None,
     variant: Variant = None,
     out: Out = None,
+    metric: Metrics = None,
     as_json: Json = False,
 ) -> None:
     """Run several methods on one case: one table, one set of figures, errors against the exact answer."""
     with reporting(case, as_json):
         from impactlab import api, console, output
 
-        loaded = load(case, sets, None, variant)
+        loaded = load(case, sets, None, variant, metric)
         names = [name.strip() for name in methods.split(",") if name.strip()] if methods is not None else None
         if out is not None:
             output.check_target(out)

@@ -171,3 +171,61 @@ def test_a_case_that_asks_for_a_broken_one_is_refused_by_name(site, tmp_path, na
     assert document["status"] == "refused"
     assert text in said
     assert "Traceback" not in said
+
+
+METRICS_OF_STRANGERS = {
+    "loud": "print('{not json')\n    return 3.5",
+    "leaving": "raise SystemExit('goodbye')",
+    "raising": "raise ValueError('no answer')",
+    "no_number": "return 'much'",
+    "hanging": "while True: pass",
+    "force": "return 1e9",  # the name of one of impactlab's own
+}
+
+
+@pytest.fixture(scope="module")
+def measured(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder on the path with one distribution for each metric; each prints when it is imported."""
+    folder = tmp_path_factory.mktemp("metrics")
+    for name, body in METRICS_OF_STRANGERS.items():
+        text = (
+            f'import sys\nsys.stderr.write("imported {name}")\ndef metric(h, r, s):\n    """A metric."""\n    {body}\n'
+        )
+        install(folder, f"dist-{name}", f"of_{name}", text, f"[impactlab.metrics]\n{name} = of_{name}:metric\n")
+    return folder
+
+
+def summary(site: Path, tmp_path: Path, *arguments: str, extra: str = "") -> tuple[dict[str, object], str]:
+    case = tmp_path / "case.yaml"
+    case.write_text(CASE.format(law="penalty, stiffness: 1.0e6") + extra)
+    done = impactlab(site, "run", str(case), "--json", *arguments)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout), done.stderr
+
+
+def test_a_metric_that_hangs_exits_or_prints_touches_runs_that_do_not_name_it(measured: Path, tmp_path: Path) -> None:
+    document, said = summary(measured, tmp_path)
+    assert "imported" not in said
+    assert not set(METRICS_OF_STRANGERS) - {"force"} & set(document["errors"])  # type: ignore[call-overload]
+    assert document["errors"]["force"] < 1.0  # type: ignore[index]
+
+
+def test_a_metric_that_is_named_and_misbehaves_ends_the_run_or_spoils_its_document(
+    measured: Path, tmp_path: Path
+) -> None:
+    document, said = summary(measured, tmp_path, "--metric", "leaving", extra="metrics: [loud, raising, no_number]\n")
+    errors: dict[str, object] = document["errors"]  # type: ignore[assignment]
+    assert [errors[name] for name in ("loud", "raising", "no_number", "leaving")] == [3.5, None, None, None]
+    assert "hanging" not in errors
+    texts = [each["text"] for each in document["warnings"] if each["code"] == "metric_failed"]  # type: ignore[attr-defined]
+    assert len(texts) == 3
+    assert "metric leaving of of_leaving: SystemExit: goodbye" in texts
+    assert "{not json" in said
+
+
+def test_a_metric_that_is_not_installed_is_named_with_its_line(measured: Path, tmp_path: Path) -> None:
+    case = tmp_path / "case.yaml"
+    case.write_text(CASE.format(law="penalty, stiffness: 1.0e6") + "metrics: [lod]\n")
+    done = impactlab(measured, "run", str(case), "--json")
+    assert done.returncode == 2
+    assert ":7: metrics.0: 'lod' is not a metric. Did you mean 'loud'?" in done.stderr
