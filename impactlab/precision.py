@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 TOGETHER = (
     1e12  # ratio of two quantities of one kind in one matrix; a factorisation loses as many digits of its sixteen
 )
+NOTED = 6.0  # decades from which on a ratio is named as the likely cause
 LOST = ("infs or NaNs", "Maximum allowed size", "not positive definite", "illegal value", "did not converge")
 
 LOST_DIGITS = (
@@ -55,9 +56,10 @@ def beyond(what: str, path: str, body: Body | None = None) -> CaseError:
     text = f"{what} cannot be computed in double precision"
     remedy = "Bring the sizes of masses, stiffnesses, dampings and times nearer to one another; check their units."
     if isinstance(body, ElasticBody):
-        words, ratio, path = max(ratios(body), key=lambda each: abs(_decades(each[1])))
-        text += f"; furthest from the body's own is {words}, {ratio:.3g} times. Allowed: about "
-        text += f"{1.0 / TOGETHER:g} to {TOGETHER:g}"
+        words, ratio, place = max(ratios(body), key=lambda each: abs(_decades(each[1])))
+        if abs(_decades(ratio)) > NOTED:
+            text += f"; furthest from the body's own is {words}: {ratio:.3g} times. Allowed: about "
+            text, path = text + f"{1.0 / TOGETHER:g} to {TOGETHER:g}", place
     return CaseError(text, remedy=remedy, path=path)
 
 
@@ -70,19 +72,19 @@ def ratios(body: ElasticBody) -> Iterator[tuple[str, float, str]]:
     stiffness = piece.young * piece.area / whole
     if isinstance(body, Beam) and isinstance(piece, BeamSegment):
         stiffness = piece.bending_stiffness / whole**3
-        yield "the tension, over EI/L2,", abs(body.tension) * whole**2 / piece.bending_stiffness, f"{path}.tension"
+        yield "the tension over EI/L2", abs(body.tension) * whole**2 / piece.bending_stiffness, f"{path}.tension"
         yield "L2 A/I", whole**2 * piece.area / piece.inertia, f"{path}.section"
     own = {"mass": body.mass, "spring": stiffness, "dashpot": piece.impedance}
     for side in ("left", "right"):
         end = getattr(body, side)
         if end.kind in own and end.value > 0.0:
             yield f"the {end.kind} at the {side} end", end.value / own[end.kind], f"{path}.ends.{side}"
-    yield "the damping by mass, over a round trip,", body.damping.mass * trip, f"{path}.damping.mass"
-    yield "the damping by stiffness, over a round trip,", body.damping.stiffness / trip, f"{path}.damping.stiffness"
+    yield "the damping by mass over a round trip", body.damping.mass * trip, f"{path}.damping.mass"
+    yield "the damping by stiffness over a round trip", body.damping.stiffness / trip, f"{path}.damping.stiffness"
     for number, each in enumerate(body.segments):
         place = f"{path}.segments.{number}" if len(body.segments) > 1 else path
         yield (
-            "the viscosity, over E and a round trip,",
+            "the viscosity over E and a round trip",
             each.viscosity / each.young / trip,
             f"{place}.material.viscosity",
         )

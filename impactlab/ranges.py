@@ -42,6 +42,7 @@ RANGES = {
 }
 OTHERS = Range(1e-30, 1e60)  # of units with an option in them, as N/m^n
 COUNTS = Range(1e-12, 1e12)  # of numbers without a unit
+PERIODS_IN_A_STEP = 1e6  # times 1/omega of the highest frequency: its square, 1e12, stands beside 1 in one matrix
 WAVE_SPEED = Range(1e-6, 1e12)  # m/s
 BENDING = Range(1e-40, 1e40)  # N m2
 SEGMENTS_APART = (
@@ -84,9 +85,13 @@ def _within(value: float, allowed: Range, text: str, unit: str, path: str) -> No
 
 def _apart(body: ElasticBody, path: str) -> None:
     """Raise `CaseError` where the pieces of a body are too unlike to stand in one matrix."""
+    from impactlab.scene import BeamSegment
+
+    bending = [each.bending_stiffness / each.length**3 for each in body.segments if isinstance(each, BeamSegment)]
     for text, values in (
-        ("impedances", [piece.impedance for piece in body.segments]),
-        ("travel times", [piece.length / piece.wave_speed for piece in body.segments]),
+        ("masses", [piece.mass for piece in body.segments]),
+        ("stiffnesses EA/L", [piece.young * piece.area / piece.length for piece in body.segments]),
+        ("stiffnesses EI/L3", bending or [1.0]),
     ):
         ratio = max(values) / min(values)
         if not ratio <= SEGMENTS_APART or math.isinf(ratio):

@@ -28,6 +28,7 @@ from impactlab.pairing import (
     on_continuous_beam,
 )
 from impactlab.precision import beyond, in_precision
+from impactlab.ranges import PERIODS_IN_A_STEP
 from impactlab.scene import Contact, ElasticBody, Rod, Scene
 from impactlab.sizes import check_bodies, check_fields, check_records
 from impactlab.stepping.assembly import Assembly
@@ -135,6 +136,34 @@ def all_steps(scene: Scene, contact: Contact) -> bool:
     return all(not isinstance(body, ElasticBody) or body.model is None or body.model.steps for body in bodies)
 
 
+def _chosen_step(scene: Scene, built: dict[str, BuiltBody]) -> tuple[float, float]:
+    """Return the step [s] and how many there are in the run; raise `CaseError` where it is no positive number."""
+    with in_precision("the step", "solve.step"):
+        dt = fitted_step(resolve_step(scene, built), built)
+        count = scene.duration / dt
+    if not 0.0 < dt < math.inf:
+        raise beyond("the step", "solve.step")
+    return dt, count
+
+
+def check_step(scene: Scene, built: dict[str, BuiltBody], dt: float) -> None:
+    """Raise `CaseError` where a step is too long for the matrices of a body, or too short for the run."""
+    for name, body in built.items():
+        if body.system.highest_frequency * dt > PERIODS_IN_A_STEP:
+            raise CaseError(
+                f"a step of {dt:.3g} s is {body.system.highest_frequency * dt:.3g} times 1/omega of the highest "
+                f"frequency of '{name}'. Allowed: up to {PERIODS_IN_A_STEP:g}",
+                remedy="Give a smaller step, or fewer elements or modes.",
+                path="solve.step",
+            )
+    if not scene.duration / dt <= MOST_STEPS:
+        raise CaseError(
+            f"{scene.duration / dt:.3g} steps of {dt:.3g} s are too many. Allowed: {MOST_STEPS}",
+            remedy="Give a longer step or a shorter duration.",
+            path="solve.step",
+        )
+
+
 def prepare(scene: Scene) -> Plan:
     """Return what a run will do, or raise the error that stops it before its first step.
 
@@ -177,11 +206,7 @@ def prepare(scene: Scene) -> Plan:
             check_system(integrator, name, body.system)
             with in_precision(f"the longest stable step of '{name}'", f"bodies.{name}", body.body):
                 limits[name] = integrator.limit(body.system)
-    with in_precision("the step", "solve.step"):
-        dt = fitted_step(resolve_step(scene, built), built)
-        count = scene.duration / dt
-    if not 0.0 < dt < math.inf:
-        raise beyond("the step", "solve.step")
+    dt, count = _chosen_step(scene, built)
     name = min(limits, key=lambda key: limits[key])
     if dt > limits[name] * (1.0 + 1e-9):
         raise CaseError(
@@ -190,12 +215,7 @@ def prepare(scene: Scene) -> Plan:
             remedy=f"Give dt: {limits[name]:.6g} or less, fewer elements or modes, or integrator newmark.",
             path="solve.step",
         )
-    if not count <= MOST_STEPS:
-        raise CaseError(
-            f"{count:.3g} steps of {dt:.3g} s are too many. Allowed: {MOST_STEPS}",
-            remedy="Give a longer step or a shorter duration.",
-            path="solve.step",
-        )
+    check_step(scene, built, dt)
     steps = math.ceil(count - 1e-9)
     check_records(scene, steps)
     steppers = prepare_steppers(scene, built, integrator, dt)

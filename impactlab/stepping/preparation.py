@@ -194,13 +194,14 @@ def _facts(
     facts = []
     for side, point in enumerate((contact.left, contact.right)):
         body = built[point.body]
-        known = side_facts(scene, point, face_velocity_per_force(scene, steppers, number, side))
-        facts.append(
-            known._replace(
-                flexibility=dict(body.system.massless).get(point.x, 0.0),
-                left_out=body.model.left_out(point.x, "displacement", point.x),
+        with in_precision(f"the static compliance of '{point.body}'", f"bodies.{point.body}", body.body):
+            known = side_facts(scene, point, face_velocity_per_force(scene, steppers, number, side))
+            facts.append(
+                known._replace(
+                    flexibility=dict(body.system.massless).get(point.x, 0.0),
+                    left_out=body.model.left_out(point.x, "displacement", point.x),
+                )
             )
-        )
     return facts[0], facts[1]
 
 
