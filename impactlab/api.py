@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
-from collections.abc import Callable, Sequence
+import warnings
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from impactlab.casefile import Case
-from impactlab.errors import ImpactlabError, StepError
-from impactlab.history import AbstractHistory
+from impactlab.errors import ImpactlabError, RunWarning, StepError
+from impactlab.history import SERIOUS, AbstractHistory
 from impactlab.reference import CHEAP, THOROUGH, Reference
 from impactlab.reference import content as reference_content
 from impactlab.scene import Body, ElasticBody, Scene
@@ -66,6 +68,9 @@ class Comparison:
 def run(case: Case | Scene, progress: Progress | None = None) -> AbstractHistory:
     """Return the history of a case or a scene.
 
+    A history whose answer is in doubt issues a `RunWarning`, once for each of its serious warnings: it misses its
+    tolerance (``history.choice.met`` is False), or it gained energy. All warnings stand in ``history.warnings``.
+
     Parameters
     ----------
     case : Case or Scene
@@ -78,17 +83,29 @@ def run(case: Case | Scene, progress: Progress | None = None) -> AbstractHistory
     CaseError, PairingError, PluginError
         Before the first step; of a case they carry file and line.
     StepError
-        If the run fails on the way; it carries what was reached.
+        If the run fails on the way, or more than doubles the energy of its bodies; it carries what was reached.
     """
     from impactlab import simulate
 
     scene = case.scene() if isinstance(case, Case) else case
     try:
-        return simulate.run(scene, progress=progress)
+        history = simulate.run(scene, progress=progress)
     except ImpactlabError as error:
         if isinstance(case, Case):
             case.place(error)
         raise
+    for warned in history.warnings:
+        if warned.code in SERIOUS:
+            warnings.warn(f"{warned.code}: {warned.text}", RunWarning, stacklevel=2)
+    return history
+
+
+@contextlib.contextmanager
+def warnings_kept() -> Iterator[None]:
+    """Issue no `RunWarning` inside: for callers that show the warnings of a history themselves."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RunWarning)
+        yield
 
 
 def physics_of(case: Case) -> Scene:
@@ -214,7 +231,8 @@ def _row(case: Case, name: str, references: dict[Any, Reference | None], progres
     try:
         variant = case.method(name)
         scene = variant.scene()
-        history = run(variant, progress)
+        with warnings_kept():
+            history = run(variant, progress)
         physics = physics_of(variant)
         key = reference_content(physics)
         if key not in references:

@@ -24,7 +24,7 @@ from impactlab.types import Port
 
 NOTED_LOSS = 0.1  # of the energy, that nothing booked: schemes that damp lose some, but this much is not the mesh's
 NOTED_GAIN = 0.02  # of the energy: from here on a gain is told, also where the parts declare more
-MAX_GAIN = 1e12  # of the energy: from here on a run has diverged, also where its parts declare no bound
+MAX_GAIN = 1.0  # of the energy: a run that more than doubles it is failed, also where its parts declare no bound
 ROUNDING = 1e-9  # of the energy of all bodies: what thousands of steps round off; in a drift more of that in play
 NOTED_OVERLAP = 0.1  # of the travel of the faces, where a law says that they do not overlap
 KEPT_MOMENTUM = 1e-9  # of the momentum in play: schemes keep linear sums to rounding
@@ -134,7 +134,10 @@ def raise_failure(status: int, assembly: Assembly, history: AbstractHistory) -> 
 
 
 def check_gain(history: AbstractHistory, bound: float, time: float, step: int, remedy: str) -> None:
-    """Raise `StepError` where the energy grew beyond what the parts declare, or its balance is not a number."""
+    """Raise `StepError` where the energy grew beyond what the parts declare, or its balance is not a number.
+
+    A run that more than doubles the energy of its bodies is no motion of theirs, whatever its parts declare.
+    """
     if not np.all(np.isfinite(history.energy.balance)):
         raise StepError(
             "the balance of energy is not a finite number: a law stored or lost what is none",
@@ -146,7 +149,7 @@ def check_gain(history: AbstractHistory, bound: float, time: float, step: int, r
     gain = gain_of(history)
     allowed = bound + ROUNDING * history.energy.rounding
     if gain > min(allowed, MAX_GAIN):
-        declared = f"these parts declare at most {bound:.3g}" if gain > allowed else "that is no motion any more"
+        declared = f"these parts declare at most {bound:.3g}" if gain > allowed else "no run may more than double it"
         raise StepError(
             f"energy grew by {gain:.3g} of the energy in play, and {declared}",
             time=time,

@@ -223,7 +223,9 @@ def agreements(rows: Iterable[tuple[str, Mapping[str, Any]]]) -> list[dict[str, 
     """
     found: dict[str, dict[str, list[Mapping[str, Any]]]] = {}
     for name, summary in rows:
-        if summary.get("status") != "completed" or any(span.get("kicks") for span in summary["contacts"]):
+        if summary.get("status") not in ("completed", "tolerance_not_met") or any(
+            span.get("kicks") for span in summary["contacts"]
+        ):
             continue
         for each in summary.get("collisions", ()):
             found.setdefault(each["bodies"], {}).setdefault(name, []).append(each)

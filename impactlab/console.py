@@ -9,7 +9,8 @@ import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
-MOST_EVENTS = 12  # shown to people; a law of impulses may have thousands
+MAX_LINES = 12  # of events, contacts or collisions that people are shown; a law of impulses may have thousands
+FIRST_LINES, LAST_LINES = 5, 2  # of a longer list
 
 
 def say(text: str) -> None:
@@ -41,22 +42,25 @@ def progress() -> Iterator[Callable[[str, float], None]]:
 def summary_text(summary: Mapping[str, Any]) -> str:
     """Return the summary of a run for people."""
     from impactlab.collisions import sentence
+    from impactlab.history import SERIOUS
 
     method = summary["method"]
     models = ", ".join(f"{name} {model['kind']}" for name, model in method["models"].items()) or "rigid bodies"
     laws = ", ".join(law["kind"] for law in method["laws"]) or "no contact"
+    serious = [warned for warned in summary["warnings"] if warned["code"] in SERIOUS]
     unsaid = "no steps" if method["dt"] is None else "steps of its own"
     integrator = method["integrator"]["kind"] if method["integrator"] else unsaid
     lines = [
         f"{summary['case']}: {summary['status']}",
+        *(f"  warning   {warned['code']}: {warned['text']}" for warned in serious),
         f"  method    {models}; {laws}; {integrator}; dt {_number(method['dt'])} s",
     ]
-    lines += _events(summary["events"])
-    for span in summary["contacts"]:
-        peak = "no force history" if span["peak_force"] is None else f"peak {_number(span['peak_force'])} N"
-        kicks = f" in {span['kicks']} kicks" if span.get("kicks") is not None else ""
-        lines.append(f"  contact   {span['contact']}: impulse {_number(span['impulse'])} N s{kicks}, {peak}")
-    lines += [f"  collision {sentence(each)}" for each in summary["collisions"][:MOST_EVENTS]]
+    lines += _shortened(summary["events"], _event, "events", lambda event: event.get("impulse"))
+    lines += _shortened(summary["contacts"], _contact, "contacts", lambda span: span["impulse"])
+    collisions = summary["collisions"]
+    lines += _shortened(
+        collisions, lambda each: f"  collision {sentence(each)}", "collisions", lambda each: each["impulse"]
+    )
     for name, body in summary["final"]["bodies"].items():
         lines.append(f"  at end    {name}: " + ", ".join(f"{key} {_number(value)}" for key, value in body.items()))
     energy = summary["energy"]
@@ -84,7 +88,9 @@ def summary_text(summary: Mapping[str, Any]) -> str:
         f"  cost      {cost['steps']} steps, {_number(cost['setup_s'])} s to set up, "
         f"{_number(cost['solve_s'])} s to solve"
     )
-    lines += [f"  warning   {warned['code']}: {warned['text']}" for warned in summary["warnings"]]
+    lines += [
+        f"  warning   {warned['code']}: {warned['text']}" for warned in summary["warnings"] if warned not in serious
+    ]
     return "\n".join(lines)
 
 
@@ -139,10 +145,31 @@ def _finite(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def _events(events: Sequence[Mapping[str, Any]]) -> list[str]:
-    lines = [f"  {event['kind']:8}  {_number(event['time'])} s  {event['contact']}" for event in events[:MOST_EVENTS]]
-    left = len(events) - len(lines)
-    return [*lines, f"            and {left} more events (see --json)"] if left else lines
+def _event(event: Mapping[str, Any]) -> str:
+    return f"  {event['kind']:8}  {_number(event['time'])} s  {event['contact']}"
+
+
+def _contact(span: Mapping[str, Any]) -> str:
+    peak = "no force history" if span["peak_force"] is None else f"peak {_number(span['peak_force'])} N"
+    kicks = f" in {span['kicks']} kicks" if span.get("kicks") is not None else ""
+    return f"  contact   {span['contact']}: impulse {_number(span['impulse'])} N s{kicks}, {peak}"
+
+
+def _shortened(
+    entries: Sequence[Mapping[str, Any]],
+    line: Callable[[Mapping[str, Any]], str],
+    name: str,
+    impulse: Callable[[Mapping[str, Any]], float | None],
+) -> list[str]:
+    """Return one line per entry; of many the first and last ones, and a count of those between with their impulses."""
+    if len(entries) <= MAX_LINES:
+        return [line(entry) for entry in entries]
+    between = entries[FIRST_LINES : len(entries) - LAST_LINES]
+    impulses = [value for value in map(impulse, between) if value is not None]
+    within = f", impulses {_number(min(impulses))} to {_number(max(impulses))} N s" if impulses else ""
+    first, last = entries[:FIRST_LINES], entries[-LAST_LINES:]
+    rest = f"            ... {len(between)} more {name}{within} (all of them: --json)"
+    return [*map(line, first), rest, *map(line, last)]
 
 
 def _options(options: Mapping[str, Any]) -> str:

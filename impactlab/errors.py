@@ -78,6 +78,10 @@ class PluginError(ImpactlabError):
     """A part is not installed, is broken, or two parts have one name."""
 
 
+class RunWarning(UserWarning):
+    """A run came to its end, and its answer is in doubt: it misses its tolerance, or gained energy."""
+
+
 class StepError(ImpactlabError):
     """A run failed on the way; what was reached is kept.
 

@@ -126,6 +126,9 @@ class Warned(NamedTuple):
     text: str
 
 
+SERIOUS = ("tolerance_not_met", "energy_gain")  # codes of warnings that put the answer in doubt: shown first
+
+
 @dataclass
 class Cost:
     """What a run cost."""

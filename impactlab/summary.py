@@ -22,6 +22,7 @@ from impactlab.scene import Beam, ElasticBody, Mass, Rod, Scene
 from impactlab.types import Relative
 
 SCHEMA_VERSION = 1
+COMPLETED, TOLERANCE_NOT_MET = "completed", "tolerance_not_met"  # statuses of runs that came to their end
 PROBE_POINTS = 6001  # instants at which the extremes of a probe are sought, besides both sides of its jumps
 VAGUE = 0.02  # uncertainty of a metric of the reference, in its own unit, beyond which no error is told
 KNOWN_BY = {
@@ -70,7 +71,7 @@ def summarise(
     summary = {
         "schema_version": SCHEMA_VERSION,
         "case": case_name,
-        "status": "completed",
+        "status": status_of(history),
         "round_trip": scene.round_trip,
         "method": method(scene, history),
         "events": [_event(event) for event in history.events],
@@ -85,6 +86,16 @@ def summarise(
         "warnings": [{"code": warned.code, "text": warned.text} for warned in history.warnings],
     }
     return {key: plain(value) for key, value in summary.items()}
+
+
+def status_of(history: AbstractHistory) -> str:
+    """Return the status of a run that came to its end: ``completed`` or ``tolerance_not_met``."""
+    return COMPLETED if history.choice is None or history.choice.met else TOLERANCE_NOT_MET
+
+
+def has_numbers(status: str | None) -> bool:
+    """Return whether a run of a status came to its end and has numbers."""
+    return status in (COMPLETED, TOLERANCE_NOT_MET)
 
 
 def errors(history: AbstractHistory, reference: Reference, scene: Scene) -> dict[str, Any]:
@@ -231,7 +242,7 @@ def table_rows(comparison: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 def _table_row(name: str, summary: Mapping[str, Any]) -> dict[str, Any]:
     row: dict[str, Any] = dict.fromkeys(COLUMNS) | {"method": name}
-    if summary["status"] != "completed":
+    if not has_numbers(summary["status"]):
         reason = " ".join(str(summary.get("error", {}).get("text", "")).split())
         return row | {"failure": f"{summary['status']}: {reason}".strip(": ")}
     used, errors = summary["method"], summary["errors"] or {}

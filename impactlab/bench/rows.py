@@ -52,7 +52,8 @@ def record(case: Case, references: References) -> dict[str, Any]:
     """Return the record of a case whose method is in place, but for ``asked``; raises what the run raises."""
     from impactlab.summary import plain, summarise
 
-    history = api.run(case)
+    with api.warnings_kept():
+        history = api.run(case)
     physics = api.physics_of(case)
     reference = references.of(physics)
     scene = case.scene()

@@ -10,6 +10,7 @@ from typing import Any
 
 from impactlab.bench.cells import Cell
 from impactlab.metrics import ORDER
+from impactlab.summary import has_numbers
 
 NORMS = ORDER[: ORDER.index("events_extra") + 1]  # the first columns of errors, in the order of a summary
 LAST = ("momentum_error", "force_oscillation")  # metrics that stand beside the energies
@@ -85,7 +86,7 @@ def _row(cell: Cell, record: Mapping[str, Any], times: Mapping[str, Any]) -> dic
     row: dict[str, Any] = {**cell._asdict(), "settings": json.dumps(cell.settings, ensure_ascii=False)}
     row |= {"status": summary["status"], "metrics": {}, **record["environment"]}
     row |= _method(record["asked"]) if record["asked"] else {}
-    if summary["status"] != "completed":
+    if not has_numbers(summary["status"]):
         error = summary.get("error") or {}
         row |= {"reason": _line(error.get("text")), "remedy": _line(error.get("remedy"))}
         return row | {"reached_time": (summary.get("reached") or {}).get("time")}

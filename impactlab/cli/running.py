@@ -31,7 +31,7 @@ def run(
         loaded = load(case, sets, method, variant, metric)
         if out is not None:
             output.check_target(out)
-        with console.progress() as show:
+        with console.progress() as show, api.warnings_kept():
 
             def tell(fraction: float) -> None:
                 if fraction == 0.0:  # nothing stands against the run any more
@@ -48,6 +48,8 @@ def run(
                 write_run(draft, summary, history, loaded.scene(), judge, loaded.title, loaded.source)
             console.say(f"written: {out}")
         console.answer(summary) if as_json else print(console.summary_text(summary))
+        if summary["status"] != "completed":
+            raise Left(1)
 
 
 def compare(
@@ -65,6 +67,7 @@ def compare(
     """Run several methods on one case: one table, one set of figures, errors against the exact answer."""
     with reporting(case, as_json):
         from impactlab import api, console, output
+        from impactlab.history import SERIOUS
 
         loaded = load(case, sets, None, variant, metric)
         names = [name.strip() for name in methods.split(",") if name.strip()] if methods is not None else None
@@ -76,9 +79,12 @@ def compare(
         for row in comparison.rows:
             if row.error is not None:
                 console.say(f"{row.name} {row.summary['status']}: {words(row.error)}")
+            for warned in row.summary.get("warnings", ()):
+                if warned["code"] in SERIOUS:
+                    console.say(f"{row.name} {warned['code']}: {warned['text']}")
         code = _code_of_rows(comparison)
         document = comparison.document
-        if out is not None and code == 0:
+        if out is not None and comparison.histories:
             from impactlab.report.compare_report import write_comparison
 
             console.say(f"drawing figures for {out} ...")
@@ -100,6 +106,10 @@ def compare(
 
 
 def _code_of_rows(comparison: Any) -> int:
-    """A comparison is done if any method ended; otherwise it fails as its first method did."""
+    """A comparison is done if any method ended as it should; otherwise it fails as its first method did."""
+    if any(row.summary["status"] == "completed" for row in comparison.rows):
+        return 0
+    if any(row.error is None for row in comparison.rows):
+        return 1
     errors = [row.error for row in comparison.rows if row.error is not None]
     return code_of(errors[0]) if errors and len(errors) == len(comparison.rows) else 0

@@ -8,7 +8,7 @@ from typing import Any
 
 from impactlab.report.style import scaled
 from impactlab.scene import Beam, Body, End, Mass, Scene, Wall
-from impactlab.summary import cell, in_round_trips, model_label
+from impactlab.summary import cell, has_numbers, in_round_trips, model_label
 
 CLOSE = 1.02  # errors within 2 % of each other are said together
 
@@ -99,7 +99,7 @@ def _value(value: Any) -> str:
 
 def findings(comparison: Mapping[str, Any]) -> list[str]:
     """Return what the numbers of a comparison say, one sentence each."""
-    done = [row for row in comparison["rows"] if row["summary"]["status"] == "completed"]
+    done = [row for row in comparison["rows"] if has_numbers(row["summary"]["status"])]
     judged = [row for row in done if row["summary"]["errors"]]
     sentences = []
     if judged:

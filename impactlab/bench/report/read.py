@@ -16,7 +16,8 @@ from typing import Any, NamedTuple, get_type_hints
 from impactlab.errors import CaseError
 
 COMPLETED = "completed"
-STATUSES = (COMPLETED, "refused", "failed", "hung", "crashed")
+ENDED = (COMPLETED, "tolerance_not_met")  # with all their numbers
+STATUSES = (*ENDED, "refused", "failed", "hung", "crashed")
 BASE = "base"  # name of the scene that a case describes without a variant
 GZIP = b"\x1f\x8b"  # how a compressed file begins
 
@@ -93,7 +94,7 @@ class Row(NamedTuple):
     @property
     def completed(self) -> bool:
         """Return whether the run came to its end."""
-        return self.status == COMPLETED
+        return self.status in ENDED
 
     @property
     def stepless(self) -> bool:

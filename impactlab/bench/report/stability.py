@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from impactlab.bench.report.read import COMPLETED, Row, read_table
+from impactlab.bench.report.read import Row, read_table
 from impactlab.bench.report.verdicts import WRONG, Verdict, faults, told, verdict, worst_error
 from impactlab.bench.report.write import STABILITY, write_pages
 
@@ -148,7 +148,7 @@ def ledger(row: Row | None) -> str:
     """Return the largest gain and loss of a run over its initial energy, or what became of it."""
     if row is None:
         return ""
-    if row.status != COMPLETED:
+    if not row.completed:
         return row.status
     return f"{row.energy_gain or 0.0:.1e}, {row.energy_loss or 0.0:.1e}"
 

@@ -104,7 +104,7 @@ def _share(standing: Standing) -> str:
 
 def _failed(scenes: Sequence[SceneRows], method: str) -> str:
     rows = [row for scene in scenes for row in scene.rows if row.method == method]
-    return str(sum(row.status not in (COMPLETED, "refused") for row in rows))
+    return str(sum(not row.completed and row.status != "refused" for row in rows))
 
 
 def _firsts(rows: Sequence[tuple[str, ...]]) -> frozenset[tuple[int, int]]:
@@ -182,7 +182,7 @@ def excluded(scenes: Sequence[SceneRows], norm: Norm) -> list[tuple[str, str, st
 
 def failures(scenes: Sequence[SceneRows]) -> int:
     """Return how many runs failed, hung or crashed."""
-    return sum(row.status not in (COMPLETED, "refused") for scene in scenes for row in scene.rows)
+    return sum(not row.completed and row.status != "refused" for scene in scenes for row in scene.rows)
 
 
 def refusals(table: Sequence[Standing]) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from enum import Enum
 
-from impactlab.bench.report.read import COMPLETED, Row
+from impactlab.bench.report.read import Row
 
 WRONG = 0.2  # error of displacement or impulse from which a completed run must have said what is wrong
 BALANCE = 0.02  # of the momentum in play, which a summary reads between records; the run checks it to 1e-9 itself
@@ -23,6 +23,7 @@ TELLING = (
     "overlap",
     "slow_touch",
     "soft_contact",
+    "tolerance_not_met",
 )
 """Codes of warnings that say what may be wrong with the answer of a run."""
 
@@ -84,7 +85,7 @@ def verdict(row: Row) -> Verdict:
     """Return the verdict on a row."""
     if any(violations(row)):
         return Verdict.VIOLATION
-    if row.status != COMPLETED:
+    if not row.completed:
         return Verdict.REFUSED if row.status == "refused" else Verdict.FAILED
     error = worst_error(row)
     if error is None:
