@@ -20,7 +20,7 @@ def widened(banded: Array, bandwidth: int) -> Array:
 def full(banded: Array) -> Array:
     """Return the symmetric matrix of a lower banded form, shape (n, n)."""
     matrix = np.diag(banded[0])
-    for offset in range(1, banded.shape[0]):
+    for offset in range(1, min(banded.shape)):  # a beam of one element has more bands than coordinates
         matrix += np.diag(banded[offset, :-offset], -offset) + np.diag(banded[offset, :-offset], offset)
     return matrix
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import dataclasses
+import math
 import random
 import time
 import traceback
@@ -70,34 +70,38 @@ def check(mutant: Mutant, chance: random.Random, treat: Callable[[Any], None]) -
     for kind, name in ways:
         try:
             chosen = case if name is None else case.method(name) if kind == "method" else case.variant(name)
-            treat(chosen.scene())
+            treat(chosen)
         except ImpactlabError as error:
             case.place(error)
             refusals.append(str(error))
     return "\n".join(refusals) or None
 
 
-def _prepared(scene: Any) -> None:
+def _prepared(case: Any) -> None:
     from impactlab import simulate
 
-    simulate.prepare(scene)
+    simulate.prepare(case.scene())
 
 
-def _run_shortly(scene: Any) -> None:
-    """Run a scene that takes few steps, or as much of it as takes few."""
-    from impactlab import simulate
-    from impactlab.choice.times import echoes
+def _run_shortly(case: Any) -> None:
+    """Run a case that takes few steps, or as much of it as takes few, and summarise it."""
+    from impactlab import api, simulate
+    from impactlab.console import summary_text
 
-    if scene.tolerance is not None:
-        _prepared(scene)
-        return
+    scene = case.scene()
     plan = simulate.prepare(scene)
-    steps = plan.steps if plan.dt is not None else echoes(scene) if plan.march is None else 1.0
+    if scene.tolerance is not None:
+        return
+    steps = float(plan.steps)
+    if plan.dt is None:  # an exact run or an adaptive one: waves through the shortest piece
+        pieces = [piece for body in scene.bodies.values() for piece in getattr(body, "segments", ())]
+        steps = 50.0 * scene.duration / min((piece.length / piece.wave_speed for piece in pieces), default=math.inf)
     if steps > MOST_STEPS:
-        scene = dataclasses.replace(scene, duration=scene.duration * MOST_STEPS / steps, snapshots=())
+        case = case.with_settings([("solve.duration", scene.duration * MOST_STEPS / steps), ("snapshots", [])])
     unknowns = sum(body.system.load.size for body in plan.built.values())
     if unknowns <= MOST_UNKNOWNS:
-        simulate.run(scene)
+        summary, _ = api.summarised(case, api.run(case), 0.05)
+        summary_text(summary)
 
 
 def _few(names: tuple[str, ...], count: int, chance: random.Random) -> list[str]:

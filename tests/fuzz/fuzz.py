@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 HUNG_S = 20.0
+COMPILING_S = 120.0  # a first run compiles its law and its scheme
 ROOT = Path(__file__).resolve().parents[2]
 Row = dict[str, Any]
 
@@ -34,9 +35,10 @@ def work(seed: int, first: int, count: int, runs: int) -> None:
         print(json.dumps({"done": number, **found._asdict()}), flush=True)
 
 
-def shard(seed: int, first: int, count: int, runs: bool = False, hung_s: float = HUNG_S) -> list[Row]:
+def shard(seed: int, first: int, count: int, runs: bool = False) -> list[Row]:
     """Return one row per mutant, answered in a process that is started again where it hangs or dies."""
     rows: list[Row] = []
+    hung_s = COMPILING_S if runs else HUNG_S
     last = first + count
     while first < last:
         command = [sys.executable, "-m", "tests.fuzz.fuzz", "--work"]

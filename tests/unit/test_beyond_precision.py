@@ -85,3 +85,12 @@ def test_no_product_of_allowed_numbers_overflows(unit: str, sizes: tuple[float, 
     least, most = sizes
     assert least**4 > 0.0, unit
     assert most**8 < np.inf, unit
+
+
+@pytest.mark.parametrize("basis", ["eigenvectors", "craig_bampton"])
+def test_a_pinned_beam_of_one_element_has_its_modes(basis: str) -> None:
+    case = il.load_case(CASES / "sphere_on_beam.yaml")
+    case = case.with_("solve.model", {"kind": "modal", "elements": 1, "modes": 2, "basis": basis})
+    beam = simulate.prepare(case.scene()).built["beam"]
+    assert beam.system.stiffness.shape[1] == 2
+    assert np.all(np.isfinite(beam.system.stiffness))
