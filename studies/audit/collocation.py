@@ -83,44 +83,47 @@ def memory_of(net: Net) -> Stage:
 
 
 @njit(cache=True)
-def respond(net, mode, approach, t, u, v, pushed, force, trial, gap, rate, dv):  # type: ignore[no-untyped-def]
-    """Fill velocities of massless points, accelerations of heavy ones and contact forces at one instant."""
-    g, fall = net.gravity * t, 0.5 * net.gravity * t * t
-    for i in range(net.kind.size):
-        if net.kind[i] == BARE:
-            given = pushed[i] + net.force[i] - net.spring[i] * (u[i] + fall) - net.dashpot[i] * g
-            v[i] = given / (net.load[i] + net.dashpot[i])
-        elif net.kind[i] == HEAVY:
-            given = pushed[i] + net.force[i] - net.spring[i] * (u[i] + fall) - net.dashpot[i] * (v[i] + g)
-            dv[i] = (given - net.load[i] * v[i]) / net.mass[i]
-        else:
-            v[i], u[i] = -g, -fall
-    for c in range(net.left.size):
-        a, b = net.left[c], net.right[c]
-        ya = 1.0 / (net.load[a] + net.dashpot[a]) if net.kind[a] == BARE else 0.0
-        yb = 1.0 / (net.load[b] + net.dashpot[b]) if net.kind[b] == BARE else 0.0
-        gap[c] = net.gap[c] + u[b] - u[a]
-        free = v[a] - v[b]
-        if net.law[c] == HARD:
-            trial[c] = free / (ya + yb)
-        elif net.law[c] == DASHPOT:
-            k, d = net.parameters[c, 0], net.parameters[c, 1]
-            trial[c] = (-k * gap[c] + d * free) / (1.0 + d * (ya + yb))
-        else:
-            p = net.parameters[c, 0] * max(0.0, -gap[c]) ** net.parameters[c, 1]
-            q = p * net.parameters[c, 2] / approach[c]
-            trial[c] = (p + q * free) / (1.0 + q * (ya + yb))
-        force[c] = trial[c] if mode[c] == PRESSED else 0.0
-        rate[c] = free - (ya + yb) * force[c]
-        if mode[c] == PRESSED:
-            if net.kind[a] == BARE:
-                v[a] -= ya * force[c]
-            elif net.kind[a] == HEAVY:
-                dv[a] -= force[c] / net.mass[a]
-            if net.kind[b] == BARE:
-                v[b] += yb * force[c]
-            elif net.kind[b] == HEAVY:
-                dv[b] += force[c] / net.mass[b]
+def respond(net, stage, mode, approach, t, step):  # type: ignore[no-untyped-def]
+    """Fill velocities of massless points, accelerations of heavy ones and contact forces at all stages."""
+    u, v, dv, trial, gap = stage.u, stage.v, stage.dv, stage.trial, stage.gap
+    kind, load, dashpot = net.kind, net.load, net.dashpot
+    for s in range(STAGES):
+        now = t + POINTS[s] * step
+        g, fall = net.gravity * now, 0.5 * net.gravity * now * now
+        for i in range(kind.size):
+            if kind[i] == FIXED:
+                v[s, i], u[s, i] = -g, -fall
+                continue
+            given = stage.pushed[s, i] + net.force[i] - net.spring[i] * (u[s, i] + fall) - dashpot[i] * g
+            if kind[i] == BARE:
+                v[s, i] = given / (load[i] + dashpot[i])
+            else:
+                dv[s, i] = (given - (load[i] + dashpot[i]) * v[s, i]) / net.mass[i]
+        for c in range(net.left.size):
+            a, b = net.left[c], net.right[c]
+            ya = 1.0 / (load[a] + dashpot[a]) if kind[a] == BARE else 0.0
+            yb = 1.0 / (load[b] + dashpot[b]) if kind[b] == BARE else 0.0
+            gap[s, c] = net.gap[c] + u[s, b] - u[s, a]
+            free = v[s, a] - v[s, b]
+            if net.law[c] == HARD:
+                trial[s, c] = free / (ya + yb)
+            elif net.law[c] == DASHPOT:
+                k, d = net.parameters[c, 0], net.parameters[c, 1]
+                trial[s, c] = (-k * gap[s, c] + d * free) / (1.0 + d * (ya + yb))
+            else:
+                p = net.parameters[c, 0] * max(0.0, -gap[s, c]) ** net.parameters[c, 1]
+                q = p * net.parameters[c, 2] / approach[c]
+                trial[s, c] = (p + q * free) / (1.0 + q * (ya + yb))
+            force = trial[s, c] if mode[c] == PRESSED else 0.0
+            stage.force[s, c], stage.rate[s, c] = force, free - (ya + yb) * force
+            if kind[a] == BARE:
+                v[s, a] -= ya * force
+            elif kind[a] == HEAVY:
+                dv[s, a] -= force / net.mass[a]
+            if kind[b] == BARE:
+                v[s, b] += yb * force
+            elif kind[b] == HEAVY:
+                dv[s, b] += force / net.mass[b]
 
 
 @njit(cache=True)
@@ -154,36 +157,31 @@ def gather(net, stage, t, step, count, times, steps, waves, hints):  # type: ign
 def collocate(net, stage, mode, approach, t, step, u0, v0, small):  # type: ignore[no-untyped-def]
     """Solve the stages by fixed-point iteration; return whether it converged."""
     n = net.kind.size
-    dv = stage.dv
-    dv[:] = 0.0
+    stage.dv[:] = 0.0
     for s in range(STAGES):
         stage.v[s] = v0
         stage.u[s] = u0
+    v, u, dv, kind = stage.v, stage.u, stage.dv, net.kind
     last = np.inf
     small += 1e-15 * np.abs(u0).max() / step  # the rounding of displacements
     for turn in range(40):
         change = 0.0
         for i in range(n):
-            if net.kind[i] == FIXED:
+            if kind[i] == FIXED:
                 continue
             for s in range(STAGES):
                 du, w = 0.0, 0.0
                 for j in range(STAGES):
-                    du += COLLOCATION[s, j] * stage.v[j, i]
+                    du += COLLOCATION[s, j] * v[j, i]
                     w += COLLOCATION[s, j] * dv[j, i]
-                if net.kind[i] == HEAVY:
+                if kind[i] == HEAVY:
                     w = v0[i] + step * w
-                    change = max(change, abs(w - stage.v[s, i]))
-                    stage.v[s, i] = w
+                    change = max(change, abs(w - v[s, i]))
+                    v[s, i] = w
                 du = u0[i] + step * du
-                change = max(change, abs(du - stage.u[s, i]) / step)
-                stage.u[s, i] = du
-        for s in range(STAGES):
-            now = t + POINTS[s] * step
-            respond(
-                net, mode, approach, now, stage.u[s], stage.v[s], stage.pushed[s], stage.force[s], stage.trial[s],
-                stage.gap[s], stage.rate[s], dv[s],
-            )  # fmt: skip
+                change = max(change, abs(du - u[s, i]) / step)
+                u[s, i] = du
+        respond(net, stage, mode, approach, t, step)
         if turn > 0 and change <= small:
             return True
         if turn > 8 and change > 0.7 * last:
