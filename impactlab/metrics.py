@@ -316,6 +316,7 @@ ORDER = (
     "force_away_from_jumps",
     "force_graph",
     "impulse",
+    "peak_force",
     "event_times",
     "events_missed",
     "events_extra",

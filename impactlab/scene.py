@@ -26,6 +26,9 @@ Profile = Callable[[NDArray[float64]], NDArray[float64]]
 """A quantity as a function of x [m], shape (n,) to shape (n,)."""
 
 RECORDS = 20_000  # instants that a run keeps unless the case says otherwise
+Counted = Literal["displacements", "impulses", "peak_forces"]
+COUNTED: tuple[Counted, ...] = ("displacements", "impulses", "peak_forces")
+"""Quantities whose largest relative error counts against a tolerance."""
 
 
 @dataclass(frozen=True)
@@ -274,7 +277,20 @@ class Scene:
     round_trip: float = float("nan")  # s, of the body named in round_trips_of; NaN without a rod or beam
     records: int = RECORDS  # instants kept: a run of more steps keeps every second, third ... one
     metrics: tuple[str, ...] = ()  # names of metrics of plugins to be measured beside impactlab's own
-    tolerance: float | None = None  # relative, on displacements and impulses; models and step are then to be chosen
+    tolerance: float | None = None  # relative error allowed; models and step are then to be chosen
+    tolerance_on: tuple[Counted, ...] = COUNTED  # the quantities whose errors the tolerance bounds
+
+    @property
+    def force_jumps(self) -> bool:
+        """Whether a contact force may jump, by its law or as a front arrives."""
+        return self.fronts_at_start or any(contact.law.force_jumps for contact in self.contacts)
+
+    @property
+    def fronts_at_start(self) -> bool:
+        """Whether waves with a front set out at t = 0: from an end force, or from an end that holds a moving body."""
+        moving = [body for body in self.bodies.values() if isinstance(body, ElasticBody) and body.velocity != 0.0]
+        held = any(end.kind in ("clamped", "dashpot") for body in moving for end in (body.left, body.right))
+        return held or bool(self.loaded_ends)
 
     @property
     def in_order(self) -> dict[str, Body]:

@@ -80,6 +80,7 @@ def build_scene(case: CaseBlock, name: str, registry: Registry) -> Scene:
         metrics=tuple(dict.fromkeys(case.metrics)),
         round_trip=round_trip,
         tolerance=case.solve.tolerance,
+        tolerance_on=tuple(dict.fromkeys(case.solve.tolerance_on)),  # type: ignore[arg-type]
     )
     check_scales(scene)
     return scene

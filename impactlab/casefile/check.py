@@ -254,6 +254,12 @@ def _models_name_rods(case: CaseBlock) -> None:
 
 def _tolerance_stands_alone(case: CaseBlock) -> None:
     if case.solve.tolerance is None:
+        if "tolerance_on" in case.solve.model_fields_set:
+            raise CaseError(
+                "given without tolerance, which it refines",
+                remedy="Give solve.tolerance as well, or remove this key.",
+                path="solve.tolerance_on",
+            )
         return
     for key in CHOSEN:
         if key in case.solve.model_fields_set:

@@ -74,7 +74,7 @@ def _replaced(keys: Keys, value: Any) -> set[str]:
     given = {keys[1]: value} if len(keys) > 1 else value if isinstance(value, dict) else {}
     if given.get("tolerance") is not None:
         return set(CHOSEN) - set(given)
-    return {"tolerance"} if set(given) & set(CHOSEN) else set()
+    return {"tolerance", "tolerance_on"} if set(given) & set(CHOSEN) else set()
 
 
 def plain(value: Any, path: str = "") -> Any:

@@ -16,7 +16,7 @@ def resolve(case: CaseBlock, scene: Scene) -> dict[str, Any]:
     """Return the case in SI with its defaults, and under ``derived`` what follows from it."""
     solve: dict[str, Any] = {"duration": scene.duration, "records": scene.records}
     if scene.tolerance is not None:
-        solve["tolerance"] = scene.tolerance
+        solve |= {"tolerance": scene.tolerance, "tolerance_on": list(scene.tolerance_on)}
     else:
         solve |= _described(case, scene)
     return {

@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from impactlab.casefile.values import BEAM_END, END, SHAPE, Allowed, quantity, refuse, words
 from impactlab.casefile.values import Reader as Reader
 from impactlab.casefile.words import shown
-from impactlab.scene import RECORDS, End
+from impactlab.scene import COUNTED, RECORDS, End
 from impactlab.types import QUANTITIES_OF_BEAM, QUANTITIES_OF_ROD
 
 QUANTITIES = tuple(dict.fromkeys((*QUANTITIES_OF_ROD, *QUANTITIES_OF_BEAM)))
@@ -256,8 +256,14 @@ class SolveBlock(Block):
     round_trips_of: str | None = Field(default=None, description="whose 2L/c is the round trip; the first rod or beam")
     tolerance: Annotated[float | None, TOLERANCE] = Field(
         default=None,
-        description="relative error allowed of displacements and impulses: model, integrator, step, events and the law "
-        "of hard contacts are then chosen automatically",
+        description="relative error allowed: model, integrator, step, events and the law of hard contacts are then "
+        "chosen automatically",
+    )
+    tolerance_on: tuple[Annotated[str, words(*COUNTED)], ...] = Field(
+        default=COUNTED,
+        min_length=1,
+        description="quantities whose largest relative error the tolerance bounds; peak forces are compared away from "
+        "jumps of the force, by 0.05 T",
     )
     model: PartBlock = Field(
         default={"kind": "modal", "elements": 100, "modes": 40}, description="description of the rods and beams"

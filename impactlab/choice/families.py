@@ -31,6 +31,7 @@ from impactlab.descriptions import (
     is_special,
 )
 from impactlab.errors import CaseError, PairingError
+from impactlab.refine.extrapolation import RATIO
 from impactlab.scene import Scene
 
 EXACT_ERROR = 1e-9  # told of the exact solver, which is good to 1e-12 but for instants near a grazing touch
@@ -80,6 +81,12 @@ class Family:
             free *= 2
         return self.whole(max(needed, free))
 
+    def coarser(self, fineness: int) -> tuple[int, int]:
+        """Return two lower values of fineness, rising, by the golden section; half the coarsest is the least."""
+        second = self.whole(max(round(fineness / RATIO), self.coarsest // 2 + 1))
+        first = self.whole(max(round(second / RATIO), self.coarsest // 3))
+        return (first, second) if first < second else (second, self.whole(second + 1))
+
     def whole(self, fineness: int) -> int:
         """Return the next fineness that the family may have."""
         return -(-fineness // self.multiple) * self.multiple
@@ -121,7 +128,7 @@ def stepped(scene: Scene) -> Iterator[Family]:
     if not hard and stepped_law and is_a_delay_line(scene) and without_places(scene) == scene:
         yield _delay_line(scene)
     coupled = any(is_coupled(rod) for rod in rods)
-    jumps = hard or bool(scene.loaded_ends)  # of velocity, at a touch or where a force sets in: fronts on the mesh
+    jumps = scene.force_jumps  # fronts on the mesh
     if not coupled:
         yield _explicit(scene, jumps, 1.0 if jumps and is_special(scene) else ORDINARY)
     yield _implicit(scene, jumps)
@@ -140,7 +147,7 @@ def _rigid(scene: Scene) -> Family:
         lambda n: FIXED_S + 2.5e-7 * n,
         lambda n: (duration / n) ** 2 / (rise * duration),
         order=2.0,
-        safety=2.0,
+        safety=3.0,
         setup_s=SETUP_LINE_S,
         coarsest=40,
     )

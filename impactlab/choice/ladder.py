@@ -6,9 +6,9 @@ import dataclasses
 import math
 from typing import TYPE_CHECKING, Any
 
-from impactlab.choice.estimate import difference
 from impactlab.choice.record import Rung
 from impactlab.choice.search import Search, searched, searches_of
+from impactlab.refine.quantities import difference
 from impactlab.scene import Scene
 from impactlab.summary import method, plain
 

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from impactlab.choice.estimate import difference, energy_gain, order_seen, remainder
+from impactlab.checks import energy_at_stake
 from impactlab.choice.families import EXACT_ERROR, Family, serving
 from impactlab.choice.record import Choice, Rung, Verdict
 from impactlab.errors import CaseError, ImpactlabError, StepError
 from impactlab.history import AbstractHistory, Warned
+from impactlab.refine.extrapolation import MIN_ORDER, Differences, Estimate, finest_error
+from impactlab.refine.quantities import difference, distances
 from impactlab.scene import Scene
 
 BUDGET = 3.0  # s of predicted solving that may go into one choice
@@ -24,6 +25,9 @@ HEAD_START = 1.25  # of the exact solver before what promises to be a little fas
 NEARLY_AS_CHEAP = 1.25  # within this ratio of predicted cost the run with less error is preferred
 MOST_TRIALS = 8  # of one family
 MOST_CHOOSING = 10.0  # times the solving of a run may go into choosing it
+MOST_FAILS = 3  # trials of a family that may fail, each followed by one of twice the fineness
+MIN_STEPS = 6  # in a period of contact: with fewer of them no order shows
+MIN_SHARE = 1e-2  # of the impulse of a contact: shorter periods of contact that give less need no such resolution
 DONE = "done"  # a family that needs no further run
 
 Progress = Callable[[float], None]
@@ -46,8 +50,15 @@ class Search:
 
     family: Family
     next: int
+    scene: Scene
     trials: list[Trial] = field(default_factory=list)
     closed: str = ""
+    fails: int = 0  # trials that ended as failed
+
+    @property
+    def tried(self) -> set[int]:
+        """Fineness of the runs so far."""
+        return {trial.fineness for trial in self.trials}
 
     @property
     def cost(self) -> float:
@@ -78,8 +89,8 @@ def run(scene: Scene, progress: Progress | None = None) -> AbstractHistory:
     """Return the history of the cheapest description that keeps the scene's tolerance; its ``choice`` says why.
 
     Where the exact solver serves and no stepped description promises to be much faster, it is taken without a trial.
-    Else candidates are run, the one with the least predicted cost first, each beside one of half its fineness: the
-    estimate is their difference over 2^order - 1, times a safety factor. The finer run is the answer.
+    Else candidates are run, the one with the least predicted cost first, each beside two that are coarser: the
+    estimate is extrapolated from three resolutions by the order that they show, times a safety factor.
 
     Raises
     ------
@@ -133,9 +144,16 @@ def searched(
         left -= search.cost
         try:
             found = _tried(search, tolerance, progress)
+        except StepError as error:
+            failed.append(error)
+            search.fails += 1
+            search.next = search.family.whole(2 * search.next)
+            if search.fails > MOST_FAILS:
+                search.closed = f"failed: {error.text}"
+            continue
         except ImpactlabError as error:
             failed.append(error)
-            search.closed = f"{'failed' if isinstance(error, StepError) else 'refused'}: {error.text}"
+            search.closed = f"refused: {error.text}"
             continue
         for trial in found:
             if best is None or _better((search, trial), best, tolerance):
@@ -192,7 +210,7 @@ def _rung(family: Family, fineness: int, trial: Trial | None, verdict: Verdict, 
 def searches_of(scene: Scene) -> tuple[list[Search], str]:
     """Return a search for every family that serves a scene, and why the exact solver does not ("" where it does)."""
     families, why = serving(scene)
-    return [Search(family, family.start_for(scene.tolerance or 0.0)) for family in families], why
+    return [Search(family, family.start_for(scene.tolerance or 0.0), scene) for family in families], why
 
 
 def _nothing(why: str) -> CaseError:
@@ -216,7 +234,7 @@ def _better(one: tuple[Search, Trial], best: tuple[Search, Trial], tolerance: fl
 
 
 def _tried(search: Search, tolerance: float, progress: Progress | None) -> list[Trial]:
-    """Run a family at the fineness that it needs, and at half of it the first time; set what it needs next."""
+    """Run a family at the fineness that it needs, the first time at two coarser ones too; set the next fineness."""
     from impactlab import simulate
 
     family = search.family
@@ -228,11 +246,10 @@ def _tried(search: Search, tolerance: float, progress: Progress | None) -> list[
         search.closed = DONE
         return [trial]
     new = []
-    if not search.trials:
-        half = max(family.coarsest // 2, search.next // 2)
-        new.append(_run(search, half, progress))
-        if search.next <= half:
-            search.next = 2 * half
+    if len(search.trials) < 2:
+        first, second = family.coarser(search.next)
+        search.next = max(search.next, family.whole(second + 1))
+        new += [_run(search, each, progress) for each in (first, second) if each not in search.tried]
     new.append(_run(search, search.next, progress))
     _judge(search, tolerance)
     return new
@@ -250,39 +267,82 @@ def _run(search: Search, fineness: int, progress: Progress | None) -> Trial:
 
 
 def _judge(search: Search, tolerance: float) -> None:
-    """Estimate the error of every run of a family by its neighbours, and say how fine it must be."""
+    """Estimate the error of every run of a family from its three finest, and the fineness that the tolerance needs."""
     family, trials = search.family, search.trials
-    scene = family.scene(trials[-1].fineness)
-    pairs = list(itertools.pairwise(trials))
-    steps = [difference(a.history, b.history, scene) for a, b in pairs]
-    ratios = [b.fineness / a.fineness for a, b in pairs]
-    order = family.order
-    if len(trials) > 2:
-        order = max(0.3, min(order, order_seen(steps[-2:], ratios[-2:])))
-    finest = max(remainder(steps[-1], ratios[-1], order), _beyond_witness(search) / family.safety)
-    errors = [finest]
-    for step in reversed(steps):
-        errors.append(errors[-1] + step)
-    for trial, error in zip(reversed(trials), errors, strict=True):
-        trial.expected, trial.reason = family.safety * error, ""
+    finest = trials[-1]
+    estimates = estimated([(trial.fineness, trial.history) for trial in trials], search.scene, family.order)
+    doubt = _beyond_witness(search)
+    for trial, (apart, estimate) in zip(trials, estimates, strict=True):
+        trial.expected, trial.reason = max(apart + family.safety * estimate.error, doubt), ""
         gain = energy_gain(trial.history) / GAIN
         if gain > max(trial.expected, tolerance):
             trial.expected, trial.reason = gain, f"gains {GAIN * gain:.2g} of the energy at stake"
+        elif not resolves_contacts(trial.history, search.scene):
+            trial.expected, trial.reason = math.inf, f"fewer than {MIN_STEPS} steps in a period of contact"
         elif trial.expected > tolerance:
             trial.reason = f"expected error {trial.expected:.2g} beyond the tolerance"
-    needed = trials[-1].fineness * MARGIN * (family.safety * max(finest, 1e-300) / tolerance) ** (1.0 / order)
-    if not math.isfinite(needed) or trials[-1].expected > family.safety * finest:
-        needed = 2.0 * trials[-1].fineness
+    last = estimates[-1][1]
+    needed = finest.fineness * MARGIN * (family.safety * max(last.error, 1e-300) / tolerance) ** (1.0 / last.order)
+    if not math.isfinite(needed) or not finest.expected <= family.safety * last.error:
+        needed = 2.0 * finest.fineness
     met = [trial.fineness for trial in trials if trial.expected <= tolerance]
-    search.next = max(family.coarsest, math.ceil(min(needed, MOST_GROWTH * trials[-1].fineness)))
+    search.next = max(family.coarsest, math.ceil(min(needed, MOST_GROWTH * finest.fineness)))
     if not met:
-        search.next = max(search.next, math.ceil(1.5 * trials[-1].fineness))
+        search.next = max(search.next, math.ceil(1.5 * finest.fineness))
     search.next = family.whole(search.next)
-    # What is cheaper by little is not worth a run of its own.
+    # A run that is cheaper by little is not worth the time of another trial.
     if met and family.seconds(min(met)) <= DEAR * family.seconds(search.next):
         search.closed = DONE
-    if len(trials) > MOST_TRIALS or (not met and trials[-1].fineness >= family.finest):
+    if len(trials) > MOST_TRIALS or (not met and finest.fineness >= family.finest):
         search.closed = "does not converge to the tolerance"
+
+
+def estimated(runs: list[tuple[int, AbstractHistory]], scene: Scene, order: float) -> list[tuple[float, Estimate]]:
+    """Estimate the errors of runs of rising fineness, three or more.
+
+    Returns
+    -------
+    list of (float, Estimate)
+        For each run the distance to the finest run and the estimated error of that one, in the quantity in which their
+        sum is largest.
+    """
+    last = len(runs) - 1
+    three = (last - 2, last - 1, last)
+    fineness = (float(runs[three[0]][0]), float(runs[three[1]][0]), float(runs[three[2]][0]))
+    found = []
+    for pairs in distances([history for _, history in runs], scene):
+        apart = Differences(pairs[three[0], three[1]], pairs[three[0], last], pairs[three[1], last])
+        found.append((pairs, finest_error(apart, fineness, order)))
+    if not found:
+        return [(math.inf, Estimate(math.inf, MIN_ORDER))] * len(runs)
+    return [
+        max(
+            ((pairs[number, last] if number < last else 0.0, estimate) for pairs, estimate in found),
+            key=lambda each: each[0] + each[1].error,
+        )
+        for number in range(len(runs))
+    ]
+
+
+def resolves_contacts(history: AbstractHistory, scene: Scene) -> bool:
+    """Return whether each period of contact under a compliant law spans enough steps for the order to show."""
+    if history.dt is None:
+        return True
+    for contact in scene.contacts:
+        if contact.law.hard or not contact.law.answers_force:
+            continue
+        spans = [span for span in history.contacts if span.contact == contact.name]
+        total = sum(span.impulse for span in spans)
+        for span in spans:
+            counts = span.impulse > MIN_SHARE * total
+            if counts and span.end is not None and span.end - span.start < MIN_STEPS * history.dt:
+                return False
+    return True
+
+
+def energy_gain(history: AbstractHistory) -> float:
+    """Return the energy that a run gained, over the energy at stake."""
+    return history.energy.largest_gain * history.energy.scale / energy_at_stake(history)
 
 
 def _beyond_witness(search: Search) -> float:
@@ -304,6 +364,7 @@ def _words_of_estimate(family: Family, history: AbstractHistory) -> str:
     if not family.unit:
         return "solved from event to event: exact but for rounding and for touches that nearly miss"
     return (
-        f"the difference of two resolutions over ratio^{family.order:g} - 1, times a safety of {family.safety:g}; "
+        f"three resolutions, extrapolated by the order they show (at most {family.order:g}), times a safety of "
+        f"{family.safety:g}; "
         f"the run gained {energy_gain(history):.1g} of the energy at stake"
     )

@@ -75,6 +75,11 @@ class AbstractContactLaw(ABC):
         """
         return None
 
+    @property
+    def force_jumps(self) -> bool:
+        """Whether the force jumps when the faces meet at a speed, as that of a dashpot or of a hard contact."""
+        return self.hard
+
     def restitutions(self) -> Restitution | None:
         """Return the restitution between rigid bodies where the law has one; a summary tells it."""
         return None

@@ -43,6 +43,10 @@ class KhuliefShabana(AbstractContactLaw):
         None, unit="kg", above=0.0, description="mass m that meets the contact; null: m1 m2/(m1 + m2) of the bodies"
     )
 
+    @property
+    def force_jumps(self) -> bool:
+        return self.restitution < 1.0
+
     def spring(self, left: SideFacts, right: SideFacts, dt: float) -> tuple[float, float]:
         stiffness = Penalty(self.stiffness).spring(left, right, dt)[0]
         mass = self.effective_mass

@@ -20,6 +20,9 @@ class Penalty(AbstractContactLaw):
     that any stiffness is stable under an implicit scheme. Stored and lost energy are those of the same step. On a
     massless face the spring stands in series with the face's flexibility.
 
+    The dashpot's force jumps at a touch. In the step of the touch it is the penetration at the end of the step that
+    gives the dashpot's impulse, c times that, so that the order of the scheme holds wherever the touch falls.
+
     References
     ----------
     EscalonaMayoDominguez1999, Section 1 ("contact element technique").
@@ -38,6 +41,11 @@ class Penalty(AbstractContactLaw):
     damping: float | Relative = option(
         0.0, unit="N s/m", at_least=0.0, description="dashpot; relative to the impedance Z, the smaller of two rods"
     )
+
+    @property
+    def force_jumps(self) -> bool:
+        given = self.damping.relative if isinstance(self.damping, Relative) else self.damping
+        return given > 0.0
 
     def spring(self, left: SideFacts, right: SideFacts, dt: float) -> tuple[float, float]:
         rods = [facts for facts in (left, right) if facts.kind == "rod"]
@@ -76,18 +84,26 @@ class Penalty(AbstractContactLaw):
         if port.load_point == 0.0:
             # The force acts at the start of the step; the rates of its two half steps straddle it.
             rate, rate_pliancy = 0.5 * (port.gap_rate + port.free_gap_rate), 0.5 * port.rate_per_force
-            reply.trial = -(stiffness * gap + damping * rate) / (1.0 + damping * rate_pliancy)
+            dash = damping
+            if port.in_contact == 0.0 and gap < 0.0 and port.gap_rate * port.dt <= gap:
+                # The first force after a touch stands for the time since the touch and half a step more.
+                dash *= 0.5 + gap / (port.gap_rate * port.dt)
+            reply.trial = -(stiffness * gap + dash * rate) / (1.0 + dash * rate_pliancy)
             if gap < 0.0 and reply.trial > 0.0:
                 rate += rate_pliancy * reply.trial
                 reply.force = reply.trial
                 reply.in_contact = 1.0
                 reply.stored = 0.5 * stiffness * gap * min(0.0, free_gap + pliancy * reply.force)
-                reply.dissipated = damping * rate * rate * port.dt
+                reply.dissipated = dash * rate * rate * port.dt
                 reply.offset = -port.parameters[2] * min(0.0, free_gap + pliancy * reply.force)
         elif port.load_point == 1.0:
             # The force is that of the penetration and its rate at the end of the step.
-            pressed = stiffness * free_gap + damping * port.free_gap_rate
-            reply.trial = -pressed / (1.0 + stiffness * pliancy + damping * port.rate_per_force)
+            dash = damping
+            if port.in_contact == 0.0 and gap >= 0.0 and free_gap < 0.0:
+                # The first force after a touch stands for the time since the touch and half a step more.
+                dash *= 0.5 + free_gap / (free_gap - gap)
+            pressed = stiffness * free_gap + dash * port.free_gap_rate
+            reply.trial = -pressed / (1.0 + stiffness * pliancy + dash * port.rate_per_force)
             reply.dissipated = (
                 0.0  # what a spring keeps that lets go between two ends of steps is an error of the scheme
             )
@@ -104,36 +120,39 @@ class Penalty(AbstractContactLaw):
             dash = damping * pliancy / port.dt
             spring = 0.5 * stiffness * pliancy
             square = 1.0 + dash + spring
-            linear = -(free_gap + gap + 2.0 * dash * gap)
-            constant = free_gap * gap + dash * gap * gap
-            if gap < 0.0:
+            held = 0.0
+            if gap >= 0.0:
+                # The dashpot gives its force times the time since the touch: c times the penetration at the end.
+                linear = -(free_gap + gap + dash * gap)
+                end = (-linear - math.sqrt(linear * linear - 4.0 * square * free_gap * gap)) / (2.0 * square)
+                reply.force = reply.trial = (end - free_gap) / pliancy
+                reply.in_contact = 1.0
+                reply.stored = 0.5 * stiffness * end * end
+                # Force times way, less the energy of the spring.
+                reply.dissipated = dash * end * (end - gap) / pliancy
+                reply.offset = -port.parameters[2] * end
+            else:
                 # As if the spring also pulled: the answer that stays in contact is linear.
                 end = (free_gap + (dash - spring) * gap) / square
+                # The signed force dates the opening: that of a spring that could pull.
+                reply.trial = -(0.5 * stiffness * (gap + end) + damping * (end - gap) / port.dt)
                 if end > 0.0:
-                    constant -= spring * gap * gap
+                    linear = -(free_gap + gap + 2.0 * dash * gap)
+                    constant = free_gap * gap + dash * gap * gap - spring * gap * gap
                     square -= spring
                     end = (-linear + math.sqrt(max(0.0, linear * linear - 4.0 * square * constant))) / (2.0 * square)
-            else:
-                if constant > 0.0:
-                    # Touched so late in the step that a dashpot over the whole of it would prevent the touch.
-                    dash = 0.0
-                    square, linear, constant = 1.0 + spring, -(free_gap + gap), free_gap * gap
-                end = (-linear - math.sqrt(max(0.0, linear * linear - 4.0 * square * constant))) / (2.0 * square)
-            # The signed force dates the opening: that of a spring that could pull.
-            bound_end = (free_gap + (dash - spring) * gap) / square
-            reply.trial = -(0.5 * stiffness * (gap + bound_end) + damping * (bound_end - gap) / port.dt)
-            force = (end - free_gap) / pliancy
-            if gap < 0.0 and end < 0.0 and dash + spring < 1.0:
-                force = reply.trial  # the same, without the rounding of two gaps over a small pliancy
-            if force > 0.0 and min(gap, end) < 0.0:
-                reply.force = force
-                reply.in_contact = 1.0 if end < 0.0 else 0.0
-                held = min(end, 0.0)
-                reply.stored = 0.5 * stiffness * held * held
-                reply.dissipated = dash * (end - gap) ** 2 / pliancy
-                reply.offset = -port.parameters[2] * held
-            elif gap < 0.0:
-                # Let go before it is relaxed: its dashpot takes up what it gives as it follows the face.
-                reply.stored = 0.5 * stiffness * min(free_gap, 0.0) ** 2
-                reply.dissipated = max(0.0, port.memory[0] - reply.stored)
+                force = (end - free_gap) / pliancy
+                if end < 0.0 and dash + spring < 1.0:
+                    force = reply.trial  # the same, without the rounding of two gaps over a small compliance
+                if force > 0.0:
+                    reply.force = force
+                    reply.in_contact = 1.0 if end < 0.0 else 0.0
+                    held = min(end, 0.0)
+                    reply.stored = 0.5 * stiffness * held * held
+                    reply.dissipated = dash * (end - gap) ** 2 / pliancy
+                    reply.offset = -port.parameters[2] * held
+                else:
+                    # Let go before it is relaxed: its dashpot takes up the energy that it gives as it follows the face.
+                    reply.stored = 0.5 * stiffness * min(free_gap, 0.0) ** 2
+                    reply.dissipated = max(0.0, port.memory[0] - reply.stored)
         reply.memory[0] = reply.stored

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from impactlab.choice.estimate import difference, order_seen, remainder
 
 from impactlab import load_case, metrics, reference, simulate, summary
 from impactlab.api import physics_of
 from impactlab.choice import search
-from impactlab.choice.estimate import difference, order_seen, remainder
 from impactlab.choice.families import exact_cost, serving
 from impactlab.choice.ladder import choose
 from impactlab.choice.text import _number, choice_lines, ladder_text

@@ -1,0 +1,1 @@
+"""Errors of a run from runs of other resolutions: for the automatic choice and for converged references."""

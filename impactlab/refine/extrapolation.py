@@ -1,0 +1,86 @@
+"""Richardson extrapolation from three resolutions, with the order of convergence that they show.
+
+The estimate trusts no order that has not shown: the declared order is an upper bound, and each of the three pairs of
+runs gives an estimate of its own. Ratios of fineness near the golden section keep steps and elements of the three runs
+from being multiples of each other, so that touches and fronts fall at other places within a step in each of them.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+MIN_ORDER = 0.5  # least order that the estimate assumes; slower convergence counts as none
+MAX_ORDER = 8.0  # largest order searched for
+RATIO = 0.5 * (1.0 + math.sqrt(5.0))  # of fineness between neighbours: no step is a multiple of another
+
+
+class Differences(NamedTuple):
+    """Distances between three runs of rising fineness, all in the same relative unit."""
+
+    coarse_middle: float
+    coarse_fine: float
+    middle_fine: float
+
+
+class Estimate(NamedTuple):
+    """Error of the finest of three runs, and the order it was estimated with."""
+
+    error: float
+    order: float
+
+
+def finest_error(found: Differences, fineness: tuple[float, float, float], order: float) -> Estimate:
+    """Estimate the error of the finest of three runs.
+
+    Parameters
+    ----------
+    found : Differences
+        Distances of the runs in one quantity.
+    fineness : (float, float, float)
+        Of the three runs, rising.
+    order : float
+        Declared order of convergence, an upper bound of the order used.
+
+    Returns
+    -------
+    Estimate
+        The largest of the estimates by each pair; inf where the differences do not shrink.
+
+    References
+    ----------
+    Roache1998 (grid convergence index: three grids, observed order of convergence).
+    """
+    if not all(math.isfinite(value) for value in found):
+        return Estimate(math.inf, MIN_ORDER)
+    coarse, fine = fineness[2] / fineness[0], fineness[2] / fineness[1]
+    p = min(order, observed_order(found, coarse, fine))
+    error = max(
+        found.coarse_fine / (coarse**p - 1.0),
+        found.middle_fine / (fine**p - 1.0),
+        found.coarse_middle / (coarse**p - fine**p),
+    )
+    return Estimate(error, p)
+
+
+def observed_order(found: Differences, coarse: float, fine: float) -> float:
+    """Return the order p of errors C n^-p that explains the distances of two runs from the finest.
+
+    Parameters
+    ----------
+    found : Differences
+        Distances of the runs.
+    coarse, fine : float
+        Fineness of the finest run over that of the coarse and of the middle one.
+
+    Returns
+    -------
+    float
+        Root of (coarse^p - 1)/(fine^p - 1) = coarse_fine/middle_fine, within [`MIN_ORDER`, `MAX_ORDER`].
+    """
+    wanted = found.coarse_fine / max(found.middle_fine, 1e-300)
+    low, high = MIN_ORDER, MAX_ORDER
+    for _ in range(40):
+        p = 0.5 * (low + high)
+        low, high = (p, high) if (coarse**p - 1.0) / (fine**p - 1.0) < wanted else (low, p)
+    return low
