@@ -104,14 +104,13 @@ def _fronts(history: AbstractHistory, scene: Scene, contact: Contact) -> Array:
 
 def _time_unit(history: AbstractHistory, scene: Scene, contact: Contact) -> float:
     """Return T, or the longest period of contact where no body has waves [s]."""
-    if math.isfinite(scene.round_trip):
-        return scene.round_trip
-    lengths = [
-        (history.duration if span.end is None else span.end) - span.start
-        for span in history.contacts
-        if span.contact == contact.name
-    ]
-    return max(lengths, default=0.0)
+    return scene.round_trip if math.isfinite(scene.round_trip) else longest_contact(history, contact)
+
+
+def longest_contact(history: AbstractHistory, contact: Contact) -> float:
+    """Return the length of the longest period of contact [s]; 0 without one."""
+    spans = (span for span in history.contacts if span.contact == contact.name)
+    return max(((history.duration if span.end is None else span.end) - span.start for span in spans), default=0.0)
 
 
 def _joined(intervals: Array) -> Array:

@@ -7,7 +7,7 @@ import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from impactlab.checks import energy_at_stake
+from impactlab.checks import gain_of
 from impactlab.choice.families import EXACT_ERROR, Family, serving
 from impactlab.choice.record import Choice, Rung, Verdict
 from impactlab.errors import CaseError, ImpactlabError, StepError
@@ -274,7 +274,7 @@ def _judge(search: Search, tolerance: float) -> None:
     doubt = _beyond_witness(search)
     for trial, (apart, estimate) in zip(trials, estimates, strict=True):
         trial.expected, trial.reason = max(apart + family.safety * estimate.error, doubt), ""
-        gain = energy_gain(trial.history) / GAIN
+        gain = gain_of(trial.history) / GAIN
         if gain > max(trial.expected, tolerance):
             trial.expected, trial.reason = gain, f"gains {GAIN * gain:.2g} of the energy at stake"
         elif not resolves_contacts(trial.history, search.scene):
@@ -340,11 +340,6 @@ def resolves_contacts(history: AbstractHistory, scene: Scene) -> bool:
     return True
 
 
-def energy_gain(history: AbstractHistory) -> float:
-    """Return the energy that a run gained, over the energy at stake."""
-    return history.energy.largest_gain * history.energy.scale / energy_at_stake(history)
-
-
 def _beyond_witness(search: Search) -> float:
     """Return how much further the finest run lies from one off the special step than that one may be wrong.
 
@@ -366,5 +361,5 @@ def _words_of_estimate(family: Family, history: AbstractHistory) -> str:
     return (
         f"three resolutions, extrapolated by the order they show (at most {family.order:g}), times a safety of "
         f"{family.safety:g}; "
-        f"the run gained {energy_gain(history):.1g} of the energy at stake"
+        f"the run gained {gain_of(history):.1g} of the energy at stake"
     )

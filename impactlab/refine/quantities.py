@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from impactlab.frame import drift, touched_in
 from impactlab.history import AbstractHistory
 from impactlab.metrics import ZERO, face_channels, mass_channels, midpoints
-from impactlab.peaks import find_peak, near_jumps, smooth_force
-from impactlab.scene import Scene
+from impactlab.peaks import find_peak, longest_contact, near_jumps, smooth_force
+from impactlab.scene import Contact, Scene
 from impactlab.types import Array
 
 CELLS = 1000  # of the midpoint rule: fewer than a summary takes, as an estimate needs no third digit
-AROUND_PEAK = (-0.01, -0.005, 0.0, 0.005, 0.01)  # of the longest period of contact: instants around a peak
 MIN_IMPULSE = 1e-9  # of the largest impulse: contacts that give less are rounding and have no relative error
+AROUND_PEAK = (-0.01, -0.005, 0.0, 0.005, 0.01)  # of the longest period of contact: instants around a peak
+
+Pairs = dict[tuple[int, int], float]
+"""Relative distances of runs, by their places in a sequence."""
 
 
-def distances(histories: Sequence[AbstractHistory], scene: Scene) -> list[dict[tuple[int, int], float]]:
+def distances(histories: Sequence[AbstractHistory], scene: Scene) -> list[Pairs]:
     """Return the relative distances of all pairs of runs, one mapping for each quantity of the scene's tolerance.
 
     Parameters
@@ -30,76 +35,80 @@ def distances(histories: Sequence[AbstractHistory], scene: Scene) -> list[dict[t
     Returns
     -------
     list of dict
-        Of each displacement, impulse and peak force: pair of places in ``histories`` to relative distance, inf where a
-        value is not finite. Quantities that are zero in the finest run are left out.
+        Of each displacement, impulse and peak force; inf where a value is not finite. Displacements are measured in the
+        frame of the bodies that interact (`impactlab.frame`). Quantities that are zero in the last run are left out.
     """
-    found = [_pairs(values) for values in _values(histories, scene)]
-    return [pairs for pairs in found if pairs]
-
-
-def _values(histories: Sequence[AbstractHistory], scene: Scene) -> list[list[Array]]:
-    """Return for each quantity its values in each run: shape (CELLS,) of a displacement, (1,) of the others."""
-    values = []
+    found: list[Pairs] = []
     if "displacements" in scene.tolerance_on:
-        t = midpoints(scene.duration, CELLS)
-        values += [
-            [np.asarray(history.evaluate(t, name)) for history in histories]
-            for name in (*mass_channels(scene), *face_channels(scene))
-        ]
-    forces = [contact for contact in scene.contacts if contact.law.answers_force]
+        found += _displacements(histories, scene)
     if "impulses" in scene.tolerance_on:
-        impulses = [
-            [sum(span.impulse for span in history.contacts if span.contact == contact.name) for history in histories]
-            for contact in scene.contacts
-        ]
-        most = max((each[-1] for each in impulses), default=0.0)
-        values += [[np.array([one]) for one in each] for each in impulses if each[-1] > MIN_IMPULSE * most]
+        found += _impulses(histories, scene)
     if "peak_forces" in scene.tolerance_on:
-        values += [_near_peaks(histories, scene, contact) for contact in forces]
-    return values
+        found += _peaks(histories, scene)
+    return found
 
 
-def _near_peaks(histories: Sequence[AbstractHistory], scene: Scene, contact: Contact) -> list[Array]:
-    """Return the force of a contact in each run [N], shape (n,), close to the peaks of all of them.
+def difference(one: AbstractHistory, other: AbstractHistory, scene: Scene) -> float:
+    """Return the largest relative difference of two runs in the quantities of the tolerance, over the second one."""
+    return max((pairs[0, 1] for pairs in distances((one, other), scene)), default=math.inf)
+
+
+def _displacements(histories: Sequence[AbstractHistory], scene: Scene) -> Iterator[Pairs]:
+    """Give the distances of the displacements of faces, relative L2 over [0, duration]."""
+    t, touched = midpoints(scene.duration, CELLS), touched_in(histories[-1])
+    for name in (*mass_channels(scene), *face_channels(scene)):
+        values = [history.evaluate(t, name) for history in histories]
+        largest = max(float(np.linalg.norm(each)) for each in values)
+        size = float(np.linalg.norm(values[-1]))
+        if size <= ZERO * largest:  # zero except for rounding
+            continue
+        within = float(np.linalg.norm(values[-1] - drift(scene, name, t, touched))) if touched else size
+        yield _pairs(values, within if within > ZERO * largest else size, None)
+
+
+def _impulses(histories: Sequence[AbstractHistory], scene: Scene) -> Iterator[Pairs]:
+    """Give the distances of the total impulses of contacts."""
+    given = [
+        [np.array([sum(s.impulse for s in history.contacts if s.contact == contact.name)]) for history in histories]
+        for contact in scene.contacts
+    ]
+    least = MIN_IMPULSE * max((float(values[-1][0]) for values in given), default=0.0)
+    for values in given:
+        if values[-1][0] > least:
+            yield _pairs(values, float(values[-1][0]), None)
+
+
+def _peaks(histories: Sequence[AbstractHistory], scene: Scene) -> Iterator[Pairs]:
+    """Give the distances of the forces of contacts close to their peaks.
 
     Two peaks may agree by luck while the forces around them ring; the forces at several instants do not.
     """
+    for contact in scene.contacts:
+        if contact.law.answers_force:
+            yield from _near_peak(histories, scene, contact)
+
+
+def _near_peak(histories: Sequence[AbstractHistory], scene: Scene, contact: Contact) -> Iterator[Pairs]:
     left_out = near_jumps(histories[-1], scene, contact)
     peaks = [find_peak(history, contact, left_out) for history in histories]
-    if peaks[-1].force == 0.0:
-        return [np.zeros(1) for _ in histories]
-    longest = max(
-        (
-            (history.duration if span.end is None else span.end) - span.start
-            for history in histories[-1:]
-            for span in history.contacts
-            if span.contact == contact.name
-        ),
-        default=0.0,
-    )
-    t = np.concatenate([peak.time + longest * np.array(AROUND_PEAK) for peak in peaks])
-    t = np.clip(t, 0.0, histories[-1].duration)
+    if peaks[-1].force <= 0.0:
+        return
+    away = longest_contact(histories[-1], contact) * np.array(AROUND_PEAK)
+    t = np.clip(np.concatenate([peak.time + away for peak in peaks]), 0.0, histories[-1].duration)
     for start, end in left_out:
         t = t[(t <= start) | (t >= end)]
-    return [smooth_force(history, t, f"force:{contact.name}") for history in histories]
+    values = [smooth_force(history, t, f"force:{contact.name}") for history in histories]
+    yield _pairs(values, peaks[-1].force, math.inf)
 
 
-def _pairs(values: list[Array], norm: float) -> dict[tuple[int, int], float]:
-    sizes = [float(np.linalg.norm(each, norm)) for each in values]
-    if sizes[-1] <= ZERO * max(sizes):  # zero except for rounding
-        return {}
-    size = sizes[-1]
+def _pairs(values: Sequence[Array], scale: float, norm: float | None) -> Pairs:
+    """Return the norms of all differences over a scale."""
     return {
-        (i, j): _finite(float(np.linalg.norm(values[i] - values[j], norm)) / size)
+        (i, j): _finite(float(np.linalg.norm(values[i] - values[j], norm)) / scale)
         for j in range(len(values))
         for i in range(j)
     }
 
 
 def _finite(value: float) -> float:
-    return value if np.isfinite(value) else float("inf")
-
-
-def difference(one: AbstractHistory, other: AbstractHistory, scene: Scene) -> float:
-    """Return the largest relative difference of two runs in the quantities of the tolerance, over the second one."""
-    return max((pairs[0, 1] for pairs in distances((one, other), scene)), default=float("inf"))
+    return value if math.isfinite(value) else math.inf
