@@ -43,9 +43,7 @@ def find_peak(history: AbstractHistory, contact: Contact, left_out: Array) -> Pe
     """Return the largest force of a contact outside intervals of time, shape (k, 2) [s]; 0 N where nothing is left."""
     name = f"force:{contact.name}"
     spans = sorted((span for span in history.contacts if span.contact == contact.name), key=lambda each: -each.impulse)
-    grids = [midpoints(history.duration, GRID), np.ravel(left_out)]
-    if history.dt is None:
-        grids.append(history.jumps(name))
+    grids = [midpoints(history.duration, GRID), history.jumps(name), np.ravel(left_out)]
     for span in spans[:MAX_SPANS]:
         end = history.duration if span.end is None else span.end
         grids.append(span.start + midpoints(end - span.start, PER_SPAN))
@@ -55,7 +53,7 @@ def find_peak(history: AbstractHistory, contact: Contact, left_out: Array) -> Pe
         t = t[(t <= start) | (t >= end)]
     if not t.size:
         return Peak(0.0, 0.0)
-    values = smooth_force(history, t, name)
+    values = history.evaluate(t, name)
     at = int(np.argmax(values))
     return Peak(float(t[at]), max(0.0, float(values[at])))
 

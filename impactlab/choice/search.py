@@ -12,18 +12,18 @@ from impactlab.choice.families import EXACT_ERROR, Family, serving
 from impactlab.choice.record import Choice, Rung, Verdict
 from impactlab.errors import CaseError, ImpactlabError, StepError
 from impactlab.history import AbstractHistory, Warned
-from impactlab.refine.extrapolation import MIN_ORDER, Differences, Estimate, finest_error
+from impactlab.refine.extrapolation import Differences, Estimate, finest_error
 from impactlab.refine.quantities import difference, distances
 from impactlab.scene import Scene
 
 BUDGET = 3.0  # s of predicted solving that may go into one choice
 DEAR = 1.6  # a run that keeps the tolerance is taken unless another promises to solve this many times faster
 GAIN = 10.0  # a run that gains energy, over that at stake, is expected to be wrong by no less than this part of it
-MOST_GROWTH = 8.0  # of the fineness from trial to trial
+MOST_GROWTH = 2.6  # of the fineness from trial to trial: across a longer step no order shows
 MARGIN = 1.1  # on the fineness that an estimate asks for
 HEAD_START = 1.25  # of the exact solver before what promises to be a little faster
 NEARLY_AS_CHEAP = 1.25  # within this ratio of predicted cost the run with less error is preferred
-MOST_TRIALS = 8  # of one family
+MOST_TRIALS = 12  # of one family
 MOST_CHOOSING = 10.0  # times the solving of a run may go into choosing it
 MOST_FAILS = 3  # trials of a family that may fail, each followed by one of twice the fineness
 MIN_STEPS = 6  # in a period of contact: with fewer of them no order shows
@@ -282,7 +282,8 @@ def _judge(search: Search, tolerance: float) -> None:
         elif trial.expected > tolerance:
             trial.reason = f"expected error {trial.expected:.2g} beyond the tolerance"
     last = estimates[-1][1]
-    needed = finest.fineness * MARGIN * (family.safety * max(last.error, 1e-300) / tolerance) ** (1.0 / last.order)
+    # By the declared order: one that has not shown yet may still do so, and a run too fine is dearer than a trial more.
+    needed = finest.fineness * MARGIN * (family.safety * max(last.error, 1e-300) / tolerance) ** (1.0 / family.order)
     if not math.isfinite(needed) or not finest.expected <= family.safety * last.error:
         needed = 2.0 * finest.fineness
     met = [trial.fineness for trial in trials if trial.expected <= tolerance]
@@ -314,7 +315,7 @@ def estimated(runs: list[tuple[int, AbstractHistory]], scene: Scene, order: floa
         apart = Differences(pairs[three[0], three[1]], pairs[three[0], last], pairs[three[1], last])
         found.append((pairs, finest_error(apart, fineness, order)))
     if not found:
-        return [(math.inf, Estimate(math.inf, MIN_ORDER))] * len(runs)
+        return [(math.inf, Estimate(math.inf, order))] * len(runs)
     return [
         max(
             ((pairs[number, last] if number < last else 0.0, estimate) for pairs, estimate in found),

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-MIN_ORDER = 0.5  # least order that the estimate assumes; slower convergence counts as none
+LEAST_SHARE = 0.5  # of the declared order: the least that the estimate assumes
 MAX_ORDER = 8.0  # largest order searched for
 RATIO = 0.5 * (1.0 + math.sqrt(5.0))  # of fineness between neighbours: no step is a multiple of another
 
@@ -52,9 +52,9 @@ def finest_error(found: Differences, fineness: tuple[float, float, float], order
     Roache1998 (grid convergence index: three grids, observed order of convergence).
     """
     if not all(math.isfinite(value) for value in found):
-        return Estimate(math.inf, MIN_ORDER)
+        return Estimate(math.inf, LEAST_SHARE * order)
     coarse, fine = fineness[2] / fineness[0], fineness[2] / fineness[1]
-    p = min(order, observed_order(found, coarse, fine))
+    p = min(order, max(LEAST_SHARE * order, observed_order(found, coarse, fine)))
     error = max(
         found.coarse_fine / (coarse**p - 1.0),
         found.middle_fine / (fine**p - 1.0),
@@ -76,10 +76,10 @@ def observed_order(found: Differences, coarse: float, fine: float) -> float:
     Returns
     -------
     float
-        Root of (coarse^p - 1)/(fine^p - 1) = coarse_fine/middle_fine, within [`MIN_ORDER`, `MAX_ORDER`].
+        Root of (coarse^p - 1)/(fine^p - 1) = coarse_fine/middle_fine, at most `MAX_ORDER`; 0 where there is none.
     """
     wanted = found.coarse_fine / max(found.middle_fine, 1e-300)
-    low, high = MIN_ORDER, MAX_ORDER
+    low, high = 0.0, MAX_ORDER
     for _ in range(40):
         p = 0.5 * (low + high)
         low, high = (p, high) if (coarse**p - 1.0) / (fine**p - 1.0) < wanted else (low, p)

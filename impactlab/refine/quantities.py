@@ -10,13 +10,12 @@ import numpy as np
 from impactlab.frame import drift, touched_in
 from impactlab.history import AbstractHistory
 from impactlab.metrics import ZERO, face_channels, mass_channels, midpoints
-from impactlab.peaks import find_peak, longest_contact, near_jumps, smooth_force
+from impactlab.peaks import find_peak, near_jumps, smooth_force
 from impactlab.scene import Contact, Scene
 from impactlab.types import Array
 
 CELLS = 1000  # of the midpoint rule: fewer than a summary takes, as an estimate needs no third digit
 MIN_IMPULSE = 1e-9  # of the largest impulse: contacts that give less are rounding and have no relative error
-AROUND_PEAK = (-0.01, -0.005, 0.0, 0.005, 0.01)  # of the longest period of contact: instants around a peak
 
 Pairs = dict[tuple[int, int], float]
 """Relative distances of runs, by their places in a sequence."""
@@ -79,7 +78,7 @@ def _impulses(histories: Sequence[AbstractHistory], scene: Scene) -> Iterator[Pa
 
 
 def _peaks(histories: Sequence[AbstractHistory], scene: Scene) -> Iterator[Pairs]:
-    """Give the distances of the forces of contacts close to their peaks.
+    """Give the distances of the forces of contacts at the instants of the peaks of all runs.
 
     Two peaks may agree by luck while the forces around them ring; the forces at several instants do not.
     """
@@ -93,11 +92,15 @@ def _near_peak(histories: Sequence[AbstractHistory], scene: Scene, contact: Cont
     peaks = [find_peak(history, contact, left_out) for history in histories]
     if peaks[-1].force <= 0.0:
         return
-    away = longest_contact(histories[-1], contact) * np.array(AROUND_PEAK)
-    t = np.clip(np.concatenate([peak.time + away for peak in peaks]), 0.0, histories[-1].duration)
+    t = np.array([peak.time for peak in peaks])
     for start, end in left_out:
         t = t[(t <= start) | (t >= end)]
-    values = [smooth_force(history, t, f"force:{contact.name}") for history in histories]
+    name = f"force:{contact.name}"
+    # After a jump the force is steep, so that the stairs of its steps count; else they are no error of the peak.
+    if contact.law.force_jumps:
+        values = [history.evaluate(t, name) for history in histories]
+    else:
+        values = [smooth_force(history, t, name) for history in histories]
     yield _pairs(values, peaks[-1].force, math.inf)
 
 
