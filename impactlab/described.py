@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.integrators.base import AbstractScheme
 from impactlab.models.base import AbstractRodModel
-from impactlab.scene import Beam, Body, Contact, ElasticBody, Mass, Point, Probe, Rod, Scene, StepRule, Wall
+from impactlab.scene import Beam, Body, Contact, ElasticBody, Mass, Point, Probe, Rod, Scene, Segment, StepRule, Wall
 from impactlab.types import Relative
+
+SAME_PLACE = 1e-9  # of a segment: a contact this near to its end is on it
 
 
 def described(
@@ -87,6 +90,33 @@ def struck_on_ends(scene: Scene) -> bool:
 def is_coupled(rod: Rod) -> bool:
     """Return whether the rod has dampers between its places, which an explicit scheme does not serve."""
     return rod.damping.stiffness > 0.0 or any(segment.viscosity > 0.0 for segment in rod.segments)
+
+
+def split_at_contacts(scene: Scene) -> Scene:
+    """Return the scene with segments of rods cut at their inner contacts, so that meshes have nodes there.
+
+    A force inside an element moves its place by too little: the compliance that is missing is of the first order in the
+    length of the element, and depends on where in it the force acts.
+    """
+    bodies = dict(scene.bodies)
+    for rod in rods_of(scene):
+        points = (point for contact in scene.contacts for point in (contact.left, contact.right))
+        places = sorted({point.x for point in points if point.body == rod.name and not on_end(rod, point)})
+        bodies[rod.name] = dataclasses.replace(rod, segments=tuple(_cut(rod.segments, places)))
+    return dataclasses.replace(scene, bodies=bodies)
+
+
+def _cut(segments: Sequence[Segment], places: Sequence[float]) -> Iterator[Segment]:
+    """Give the segments cut at places along the rod [m], rising."""
+    start = 0.0
+    for segment in segments:
+        end, left = start + segment.length, segment.length
+        for place in places:
+            if start < place < end and SAME_PLACE * segment.length < min(place - start, end - place):
+                yield dataclasses.replace(segment, length=place - start)
+                start, left = place, end - place
+        yield dataclasses.replace(segment, length=left)
+        start = end
 
 
 def shortest_transit(scene: Scene) -> float:

@@ -225,10 +225,11 @@ def least_known(first: Mapping[str, float], second: Mapping[str, float]) -> floa
 
 def _ways(scene: Scene) -> Iterator[Way]:
     """Give the descriptions that may serve a scene, the best first; none where the physics has no single answer."""
-    from impactlab.described import has_one_answer, is_a_delay_line, is_coupled, rods_of
+    from impactlab.described import has_one_answer, is_a_delay_line, is_coupled, rods_of, split_at_contacts
 
     if not has_one_answer(scene):
         return
+    scene = split_at_contacts(scene)
     rods = rods_of(scene)
     if not rods:
         yield _rigid(scene)

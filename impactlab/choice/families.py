@@ -19,6 +19,7 @@ from impactlab.described import (
     is_coupled,
     rods_of,
     shortest_transit,
+    split_at_contacts,
     without_places,
 )
 from impactlab.descriptions import (
@@ -31,6 +32,7 @@ from impactlab.descriptions import (
     is_special,
 )
 from impactlab.errors import CaseError, PairingError
+from impactlab.models.elements import elements_per_segment
 from impactlab.refine.extrapolation import RATIO
 from impactlab.scene import Scene
 
@@ -119,6 +121,7 @@ def stepped(scene: Scene) -> Iterator[Family]:
     """Give the families that step and serve a scene; none where its physics has no single answer."""
     if not has_one_answer(scene):
         return
+    scene = split_at_contacts(scene)
     rods = rods_of(scene)
     if not rods:
         yield _rigid(scene)
@@ -132,6 +135,15 @@ def stepped(scene: Scene) -> Iterator[Family]:
     if not coupled:
         yield _explicit(scene, jumps, 1.0 if jumps and is_special(scene) else ORDINARY)
     yield _implicit(scene, jumps)
+
+
+def shortest_element(scene: Scene, elements: int) -> float:
+    """Return the time of a wave through the shortest element of meshes with so many elements a rod [s]."""
+    return min(
+        segment.length / segment.wave_speed / count
+        for rod in rods_of(scene)
+        for segment, count in zip(rod.segments, elements_per_segment(rod.segments, elements), strict=True)
+    )
 
 
 def _rise(scene: Scene) -> float:
@@ -192,7 +204,7 @@ def _explicit(scene: Scene, jumps: bool, courant: float) -> Family:
         f"lumped mesh, central difference at courant {courant:g}",
         "elements a rod",
         lambda n: as_lumped_mesh(scene, n, courant),
-        lambda n: FIXED_S + (1.5e-7 + 0.9e-9 * rods * n) * n * scene.duration / (courant * shortest),
+        lambda n: FIXED_S + (1.5e-7 + 0.9e-9 * rods * n) * scene.duration / (courant * shortest_element(scene, n)),
         error,
         order,
         safety,
@@ -218,7 +230,7 @@ def _implicit(scene: Scene, jumps: bool) -> Family:
         "consistent mesh, midpoint rule at courant 1/2",
         "elements a rod",
         lambda n: as_consistent_mesh(scene, n),
-        lambda n: FIXED_S + (3e-7 + 7e-9 * len(rods) * n) * 2.0 * n * scene.duration / shortest,
+        lambda n: FIXED_S + (3e-7 + 7e-9 * len(rods) * n) * 2.0 * scene.duration / shortest_element(scene, n),
         error,
         2.0 if not jumps or damped > 0.0 else 1.0,
         safety=2.0 if not jumps or 10.0 * damped > shortest / RESOLVING else 4.0,
