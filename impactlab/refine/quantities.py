@@ -11,7 +11,7 @@ from impactlab.frame import drift, touched_in
 from impactlab.history import AbstractHistory
 from impactlab.metrics import ZERO, face_channels, mass_channels, midpoints
 from impactlab.peaks import find_peak, near_jumps, smooth_force
-from impactlab.scene import Contact, Scene
+from impactlab.scene import Scene
 from impactlab.types import Array
 
 CELLS = 1000  # of the midpoint rule: fewer than a summary takes, as an estimate needs no third digit
@@ -78,30 +78,24 @@ def _impulses(histories: Sequence[AbstractHistory], scene: Scene) -> Iterator[Pa
 
 
 def _peaks(histories: Sequence[AbstractHistory], scene: Scene) -> Iterator[Pairs]:
-    """Give the distances of the forces of contacts at the instants of the peaks of all runs.
+    """Give the distances of the peak forces of contacts.
 
-    Two peaks may agree by luck while the forces around them ring; the forces at several instants do not.
+    Two peaks may agree by luck while the forces around them ring; the forces at the instants of all peaks do not. The
+    force of a dashpot decays steeply from its jump, so that the stairs of a stepped force count, as they are reported.
     """
     for contact in scene.contacts:
-        if contact.law.answers_force:
-            yield from _near_peak(histories, scene, contact)
-
-
-def _near_peak(histories: Sequence[AbstractHistory], scene: Scene, contact: Contact) -> Iterator[Pairs]:
-    left_out = near_jumps(histories[-1], scene, contact)
-    peaks = [find_peak(history, contact, left_out) for history in histories]
-    if peaks[-1].force <= 0.0:
-        return
-    t = np.array([peak.time for peak in peaks])
-    for start, end in left_out:
-        t = t[(t <= start) | (t >= end)]
-    name = f"force:{contact.name}"
-    # After a jump the force is steep, so that the stairs of its steps count; else they are no error of the peak.
-    if contact.law.force_jumps:
-        values = [history.evaluate(t, name) for history in histories]
-    else:
-        values = [smooth_force(history, t, name) for history in histories]
-    yield _pairs(values, peaks[-1].force, math.inf)
+        if not contact.law.answers_force:
+            continue
+        name, left_out = f"force:{contact.name}", near_jumps(histories[-1], scene, contact)
+        peaks = [find_peak(history, contact, left_out) for history in histories]
+        if peaks[-1].force <= 0.0:
+            continue
+        if contact.law.force_jumps and not contact.law.hard:
+            values = [np.array([peak.force]) for peak in peaks]
+        else:
+            t = np.array([peak.time for peak in peaks])
+            values = [smooth_force(history, t, name) for history in histories]
+        yield _pairs(values, peaks[-1].force, math.inf)
 
 
 def _pairs(values: Sequence[Array], scale: float, norm: float | None) -> Pairs:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 import pickle
 from pathlib import Path
 
 import numpy as np
 import pytest
-from impactlab.choice.estimate import difference, order_seen, remainder
 
 from impactlab import load_case, metrics, reference, simulate, summary
 from impactlab.api import physics_of
@@ -25,6 +25,8 @@ from impactlab.contact.wave_identification import WaveIdentification
 from impactlab.errors import CaseError
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
+from impactlab.refine.extrapolation import Differences, finest_error, observed_order
+from impactlab.refine.quantities import difference
 from impactlab.scene import (
     Beam,
     BeamSegment,
@@ -121,7 +123,7 @@ def test_a_mesh_states_an_error_that_it_keeps(mass):
         scene = struck(AdditionDeletion(), tolerance, mass=mass, trips=3.0)
         exact, *stepped = serving(scene)[0]
         mesh = next(family for family in stepped if family.name.startswith("lumped mesh"))
-        _, trial = search.searched([search.Search(mesh, mesh.start_for(tolerance))], tolerance, [])
+        _, trial = search.searched([search.Search(mesh, mesh.start_for(tolerance), scene)], tolerance, [])
         assert trial.expected <= tolerance
         assert difference(trial.history, simulate.run(exact.scene(0)), scene) <= trial.expected
 
@@ -134,7 +136,7 @@ def test_a_step_load_sends_fronts_as_a_hard_touch_does():
     loaded = dataclasses.replace(scene, tolerance=1e-2)
     judge = simulate.run(serving(loaded)[0][0].scene(0))
     for family in serving(loaded)[0][1:]:
-        _, trial = search.searched([search.Search(family, family.start_for(1e-2))], 1e-2, [])
+        _, trial = search.searched([search.Search(family, family.start_for(1e-2), loaded)], 1e-2, [])
         assert difference(trial.history, judge, loaded) <= trial.expected
 
 
@@ -261,11 +263,22 @@ def test_predictions_fall_with_fineness_and_costs_rise():
             assert n == family.coarsest or family.safety * family.error(n - max(2, n // 8)) > 1e-3
 
 
-def test_a_remainder_is_that_of_a_power():
+def test_an_extrapolated_error_is_that_of_a_power():
     errors = {n: 3.0 * n**-1.7 for n in (10, 25, 40)}
-    steps = [errors[10] - errors[25], errors[25] - errors[40]]
-    assert order_seen(steps, [2.5, 1.6]) == pytest.approx(1.7, rel=1e-6)
-    assert remainder(steps[1], 1.6, 1.7) == pytest.approx(errors[40], rel=1e-12)
+    apart = Differences(errors[10] - errors[25], errors[10] - errors[40], errors[25] - errors[40])
+    assert observed_order(apart, 4.0, 1.6) == pytest.approx(1.7, rel=1e-6)
+    found = finest_error(apart, (10.0, 25.0, 40.0), 2.0)
+    assert found.order == pytest.approx(1.7, rel=1e-6)
+    assert found.error == pytest.approx(errors[40], rel=1e-6)
+
+
+def test_an_order_that_has_not_shown_is_not_trusted():
+    """Two resolutions agree by luck; the third shows that they do."""
+    apart = Differences(1e-2, 1e-2, 1e-6)
+    assert finest_error(apart, (10.0, 16.0, 26.0), 2.0).error > 1e-3
+    growing = Differences(1e-3, 5e-3, 4e-3)
+    assert finest_error(growing, (10.0, 16.0, 26.0), 2.0).error > 4e-3
+    assert finest_error(growing._replace(middle_fine=math.inf), (10.0, 16.0, 26.0), 2.0).error == math.inf
 
 
 def test_the_predicted_cost_of_the_exact_solver_follows_its_wave_fronts():
@@ -295,11 +308,12 @@ def test_two_runs_with_the_special_step_do_not_stand_for_each_other():
     expected = []
     for scene in (damped, heavier):
         mesh, lucky = (next(f for f in serving(s)[0] if f.name.endswith("courant 1")) for s in (damped, scene))
-        found = search.Search(mesh, 800)
-        found.trials = [search.Trial(n, simulate.run(lucky.scene(n)), np.inf) for n in (400, 800)]
+        found = search.Search(mesh, 800, scene)
+        found.trials = [search.Trial(n, simulate.run(lucky.scene(n)), np.inf) for n in (300, 490, 800)]
         search._judge(found, 1e-2)
         expected.append(found.trials[-1].expected)
-    apart = difference(simulate.run(lucky.scene(800)), simulate.run(mesh.scene(800)), damped)
+    judged = dataclasses.replace(damped, tolerance_on=("displacements", "impulses"))
+    apart = difference(simulate.run(lucky.scene(800)), simulate.run(mesh.scene(800)), judged)
     assert expected[0] < 1e-3
     assert expected[1] >= 0.9 * apart > 3e-3
 

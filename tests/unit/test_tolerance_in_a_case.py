@@ -145,7 +145,7 @@ def test_a_method_may_ask_for_a_tolerance(tmp_path):
 
 def test_resolved_values_name_the_tolerance_alone(tmp_path):
     resolved = load(tmp_path).resolved()
-    assert set(resolved["solve"]) == {"duration", "records", "tolerance"}
+    assert set(resolved["solve"]) == {"duration", "records", "tolerance", "tolerance_on"}
     assert resolved["solve"]["tolerance"] == 1e-3
     assert "law" not in resolved["contacts"][0]
 
