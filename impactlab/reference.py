@@ -68,7 +68,7 @@ def find(scene: Scene, budget: float = THOROUGH) -> Reference | None:
     if exact.serves(scene) is None:
         name = HARD if all(contact.law.hard for contact in scene.contacts) else SPRING
         try:
-            return Reference(name, exact.solve(scene))
+            return Reference(name, exact.solve(scene, whole=True))
         except StepError:  # the run that asked for a reference is none the worse
             pass
     return converged(scene, budget)

@@ -33,7 +33,7 @@ def link_energy(layout: Layout, signals: Signals, link: Link, t: Array) -> Array
     total = np.zeros_like(t)
     for end in (link.left_end, link.right_end):
         wave, carried = signals.wave(end), signals.carried(end)
-        total += wave.integral(t, True) - wave.integral(t - lag, True)
+        total += wave.between(t - lag, t)
         if g != 0.0:  # on the way a wave gains g/2 times its age
             first = -carried(t - lag) * lag + carried.integral(t, False) - carried.integral(t - lag, False)
             total += g * first + g * g * lag**3 / 12.0
@@ -127,8 +127,12 @@ class SpringContact:
 
 def energy_book(scene: Scene, layout: Layout, signals: Signals, duration: float) -> EnergyBook:
     """Return the energies of a history at its breaks and on an equal grid."""
+    return energies_at(scene, layout, signals, sample_times(signals, layout, duration))
+
+
+def energies_at(scene: Scene, layout: Layout, signals: Signals, t: Array) -> EnergyBook:
+    """Return the energies at times t [s], (n,); work and losses are those since t[0]."""
     net = layout.network
-    t = sample_times(signals, layout, duration)
     bodies: dict[str, Array] = {}
     work = np.zeros_like(t)
     for name, body in scene.in_order.items():
@@ -150,11 +154,11 @@ def energy_book(scene: Scene, layout: Layout, signals: Signals, duration: float)
     ends = np.zeros_like(t)
     for held in np.flatnonzero(net.dashpot > 0.0):
         velocity = signals.velocity(int(held))
-        spent = velocity.integral(t, True) - velocity.integral(np.zeros(1), True)
+        spent = velocity.integral(t, True) - velocity.integral(t[:1], True)
         ends += net.dashpot[held] * spent
     springs = [SpringContact(layout, signals, c) for c in range(len(net.left)) if net.stiffness[c] >= 0.0]
     stored = sum((spring.held(t) for spring in springs), np.zeros_like(t))
-    lost = sum((spring.lost(t) for spring in springs), np.zeros_like(t))
+    lost = sum((spring.lost(t) - spring.lost(t[:1]) for spring in springs), np.zeros_like(t))
     return EnergyBook(t, bodies, stored, {"contact": lost, "ends": ends, "unresolved": np.zeros_like(t)}, work)
 
 
@@ -169,7 +173,7 @@ def gravity_work(layout: Layout, signals: Signals, name: str, t: Array) -> Array
             carried = signals.carried(end)
             inside = carried.integral(t, False) - carried.integral(t - link.transit, False)
             total += z * g * (inside - inside[0])
-        total += z * g * 0.5 * g * link.transit**2 * t
+        total += z * g * 0.5 * g * link.transit**2 * (t - t[0])
     for node in layout.nodes[name]:
         mass = float(net.mass[node])
         if 0.0 < mass < np.inf:

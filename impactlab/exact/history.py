@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
 from itertools import islice
@@ -13,7 +14,7 @@ from numpy.typing import ArrayLike
 from impactlab.errors import CaseError
 from impactlab.exact.energies import energy_book
 from impactlab.exact.network import Layout, Link, Log
-from impactlab.exact.signals import Signals
+from impactlab.exact.signals import Signal, Signals
 from impactlab.frame import carried_energy, touched_in
 from impactlab.grazing import near_grazing
 from impactlab.history import AbstractHistory, ContactSpan, Cost, EnergyBook, Event, Field, Warned, within_run
@@ -40,12 +41,15 @@ class ContinuousHistory(AbstractHistory):
     The march has written waves and events down; what is asked for is made of them when it is first asked for.
     """
 
-    def __init__(self, scene: Scene, layout: Layout, log: Log, duration: float) -> None:
+    def __init__(
+        self, scene: Scene, layout: Layout, log: Log, duration: float, first_carried: Mapping[int, float] | None = None
+    ) -> None:
         self.dt = None
         self.duration = duration
         self.scene = scene
         self.layout = layout
         self._log = log
+        self._first_carried = first_carried  # where the log begins later than one transit before t = 0
         self.cost = Cost(steps=int(log.tally[2]))
         self._events: tuple[Event, ...] | None = None
         self._spans: tuple[ContactSpan, ...] | None = None
@@ -73,7 +77,7 @@ class ContinuousHistory(AbstractHistory):
     def events(self) -> tuple[Event, ...]:
         """Closings and openings in order of time."""
         if self._events is None:
-            self._events, self._spans = above_noise(self.scene, self._dated, self._find_spans())
+            self._events, self._spans = above_noise(self.scene, self.dated, self._find_spans())
         return self._events
 
     @events.setter
@@ -81,7 +85,7 @@ class ContinuousHistory(AbstractHistory):
         self._events = events
 
     @cached_property
-    def _dated(self) -> tuple[Event, ...]:
+    def dated(self) -> tuple[Event, ...]:
         """All closings and openings in order of time, with those that are noise."""
         log, names = self._log, [self.scene.contacts[place].name for place in self.layout.places]
         found = zip(log.event_time, log.event_contact, log.event_kind, strict=True)
@@ -96,7 +100,7 @@ class ContinuousHistory(AbstractHistory):
     def contacts(self) -> tuple[ContactSpan, ...]:
         """Periods of contact in order of their start, with impulse [N s] and peak force [N]."""
         if self._spans is None:
-            self._events, self._spans = above_noise(self.scene, self._dated, self._find_spans())
+            self._events, self._spans = above_noise(self.scene, self.dated, self._find_spans())
         return self._spans
 
     @contacts.setter
@@ -135,7 +139,7 @@ class ContinuousHistory(AbstractHistory):
         spans = []
         for name, contact in self._contact.items():
             began: float | None = None
-            for event in self._dated:
+            for event in self.dated:
                 if event.contact != name:
                     continue
                 if event.kind == "close":
@@ -246,7 +250,17 @@ class ContinuousHistory(AbstractHistory):
         """Constant of the displacement of a link: its left end at t = 0."""
         shape = rod.displacement
         start = 0.0 if shape is None else float(shape(np.array([link.x]))[0])
-        return start - float(self.signals.carried(link.right_end)(np.array([-link.transit]))[0])
+        return start - self.carried_before(link)
+
+    def carried_before(self, link: Link) -> float:
+        """Return the time integral of the wave of a link's right end, one transit before t = 0 [m]."""
+        if self._first_carried is not None:
+            return self._first_carried[link.right_end]
+        return float(self.signals.carried(link.right_end)(np.array([-link.transit]))[0])
+
+    def force(self, name: str) -> Signal:
+        """Return the force of a contact as a function of time [N]."""
+        return self.signals.force(self._contact[name])
 
     def field(self, body: str, t: float, quantity: str) -> Field:
         rod = self.scene.bodies.get(body)

@@ -77,6 +77,9 @@ class Log(NamedTuple):
     tally: Integers  # (4,) pool used, events, intervals, intervals before the march returns
     scale: Array  # (2,) largest velocity [m/s], length below 1e-12 of which a gap is none [m]
     work: Array  # (1,) multiplications so far, about
+    source: Integers  # (ends,) junction of the peer
+    cursor: Integers  # (ends,) record of it that is arriving
+    heights: Integers  # (junctions,) rows of a record
 
 
 @dataclass(frozen=True)
@@ -149,6 +152,7 @@ def log_of(net: Network, u: Array, v: Array, room: int, pool: int, events: int) 
         Log(
             memory, junction["clock"], node["u"], node["v"], junction["records"],
             none, none, nothing, nothing, memory.pool, never, no_event, no_event, tally, scale, work,
+            end["source"], end["cursor"], before[1:] - before[:-1],
         ), room, events,
     )  # fmt: skip
 
@@ -181,3 +185,32 @@ def grown(log: Log, pieces: bool, pool: bool, events: bool) -> Log:
         log = log._replace(pool=wider, memory=log.memory._replace(pool=wider))
     room, dated = log.start.shape[1], len(log.event_time)
     return widened(log, 2 * room if pieces else room, 2 * dated if events else dated)
+
+
+def without(log: Log, before: float, until: float) -> Log:
+    """Return the log without the records that end before a time, and without the events up to another [s]."""
+    count = len(log.clock)
+    used, parts = 0, []
+    dropped = np.zeros(count, np.int64)
+    for j in range(count):
+        n = int(log.records[j])
+        first = min(int(np.searchsorted(log.stop[j, :n], before)), n - 1)
+        sizes, offsets = log.size[j, first:n].copy(), log.offset[j, first:n].copy()
+        rows = log.heights[j]
+        for size, offset in zip(sizes.tolist(), offsets.tolist(), strict=True):
+            parts.append(log.pool[offset : offset + rows * size].copy())
+        for column in (log.start, log.stop, log.size):
+            column[j, : n - first] = column[j, first:n].copy()
+        log.offset[j, : n - first] = used + rows * np.concatenate([[0], np.cumsum(sizes)[:-1]])
+        used += rows * int(np.sum(sizes))
+        log.records[j] = n - first
+        dropped[j] = first
+    log.pool[:used] = np.concatenate(parts)
+    log.cursor[:] -= dropped[log.source]
+    log.tally[0] = used
+    events = int(log.tally[1])
+    later = np.flatnonzero(log.event_time[:events] > until)
+    for column in (log.event_time, log.event_contact, log.event_kind):
+        column[: len(later)] = column[later]
+    log.tally[1] = len(later)
+    return log

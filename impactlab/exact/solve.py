@@ -10,11 +10,16 @@ from impactlab.errors import CaseError, PairingError, StepError
 from impactlab.exact.build import build
 from impactlab.exact.history import ContinuousHistory
 from impactlab.exact.network import Layout, Log, grown
+from impactlab.exact.thinned import ThinnedHistory, Thinner
 from impactlab.scene import Scene
+from impactlab.sizes import NUMBER, in_bytes, memory_limit
 
 DIGITS = 1e-6  # of the energy in play: a balance that is off by more is no rounding
-MOST_FLOATS = 60_000_000  # of stored coefficients: half a gigabyte
-MOST_INTERVALS = 3_000_000
+KEPT = 0.1  # of the memory allowed, for all waves of a run; beyond it they are read at the instants kept and dropped
+WHOLE = 0.25  # of it, where every wave is needed: a reference is read at any time
+PIECE_NUMBERS = 4  # of a piece, beside its coefficients
+TURN = 200_000  # intervals between two looks at the memory
+MOST_INTERVALS = 30_000_000  # some minutes: an interval takes 0.5 to 10 us
 
 
 def serves(scene: Scene) -> str | None:
@@ -26,12 +31,15 @@ def serves(scene: Scene) -> str | None:
     return None
 
 
-def solve(scene: Scene) -> ContinuousHistory:
+def solve(scene: Scene, whole: bool = False) -> ContinuousHistory | ThinnedHistory:
     """Return the exact history of a scene.
 
     Each end of a rod emits a wave and receives what the other end emitted one transit earlier. Between breaks
     every signal is one Chebyshev piece; nodes with mass or springs obey linear differential equations, solved
     spectrally; events are first zeros found by isolation. There is no time step.
+
+    A run of more waves than a tenth of the memory allowed holds is read at its ``records`` instants while it goes on
+    (`impactlab.exact.thinned`), except where it is to be kept ``whole``.
 
     Raises
     ------
@@ -51,22 +59,38 @@ def solve(scene: Scene) -> ContinuousHistory:
     layout, log = build(scene)
     coupled = march.springs(layout.network)
     ready = clock.perf_counter()
-    log.tally[3] = MOST_INTERVALS
+    most = (WHOLE if whole else KEPT) * memory_limit() / NUMBER
+    thinner: Thinner | None = None
     while True:
+        log.tally[3] = min(int(log.tally[2]) + TURN, MOST_INTERVALS)
         status = march.march(log, coupled)
         if status == march.DONE:
             break
-        if status in (march.TOO_MANY, march.UNRESOLVED, march.PAUSED) or len(log.pool) > MOST_FLOATS:
-            stop(scene, layout, log, status == march.UNRESOLVED)
-        log = grown(log, status == march.MORE_RECORDS, status == march.MORE_POOL, status == march.MORE_EVENTS)
-    history = ContinuousHistory(scene, layout, log, scene.duration)
+        if status in (march.TOO_MANY, march.UNRESOLVED) or log.tally[2] >= MOST_INTERVALS:
+            stop(scene, layout, log, reason(scene, layout, log, status), thinner)
+        if status in (march.MORE_RECORDS, march.MORE_POOL) and 2 * room(log) > most:
+            if whole:
+                stop(scene, layout, log, _too_large(log, most), thinner)
+            thinner = thinner or Thinner(scene, layout, log)
+            log = thinner.take(log)
+            if 2 * log.tally[0] > len(log.pool) or 2 * int(np.max(log.records)) > log.start.shape[1]:
+                stop(scene, layout, log, _too_large(log, most), thinner)
+        elif status != march.PAUSED:
+            log = grown(log, status == march.MORE_RECORDS, status == march.MORE_POOL, status == march.MORE_EVENTS)
+    history: ContinuousHistory | ThinnedHistory
+    history = thinner.finish(log, scene.duration) if thinner else ContinuousHistory(scene, layout, log, scene.duration)
     history.cost.setup_s = ready - began
     history.cost.solve_s = clock.perf_counter() - ready
     check_balance(history)
     return history
 
 
-def check_balance(history: ContinuousHistory) -> None:
+def room(log: Log) -> int:
+    """Return the numbers that a log has room for."""
+    return len(log.pool) + PIECE_NUMBERS * log.start.size
+
+
+def check_balance(history: ContinuousHistory | ThinnedHistory) -> None:
     """Raise `StepError` where the energy of an exact history does not balance: its digits are lost."""
     book = history.energy
     given = max(float(np.abs(book.total[0])), float(np.abs(book.work).max()))
@@ -82,16 +106,51 @@ def check_balance(history: ContinuousHistory) -> None:
         )
 
 
-def stop(scene: Scene, layout: Layout, log: Log, unresolved: bool) -> None:
+def reason(scene: Scene, layout: Layout, log: Log, status: int) -> tuple[str, str]:
+    """Return why a march cannot go on, and the remedy."""
+    from impactlab.exact import march
+
+    if status == march.TOO_MANY:
+        name = scene.contacts[int(layout.places[int(log.event_contact[int(log.tally[1]) - 1])])].name
+        return (
+            f"contact {name} opens and closes more than {march.BURST} times at one instant",
+            f"Give that contact the law penalty, or end the run before {min(log.clock):.6g} s. "
+            "Bars that stay together are better described as one rod with segments.",
+        )
+    if status == march.UNRESOLVED:
+        return (
+            "the motion of a mass or a spring is too fast for the shortest time that can be resolved, "
+            f"{layout.network.tolerance:.2g} s",
+            "Give a larger mass or a softer spring, or a model that steps.",
+        )
+    return (
+        f"wave fronts have cut the run into {MOST_INTERVALS:,} intervals; every front is split at each step of a rod",
+        _shorter(log),
+    )
+
+
+def _too_large(log: Log, most: float) -> tuple[str, str]:
+    return (
+        f"the wave fronts between two echoes take more than {in_bytes(NUMBER * most)}: every front is split at each "
+        "step of a rod and at each contact",
+        _shorter(log),
+    )
+
+
+def _shorter(log: Log) -> str:
+    return (
+        f"Give a duration of at most {min(log.clock):.6g} s, or solve.tolerance in place of a model, or a model that "
+        "steps."
+    )
+
+
+def stop(scene: Scene, layout: Layout, log: Log, why: tuple[str, str], thinner: Thinner | None) -> None:
     """Raise the `StepError` of a march that has no end, with what was reached."""
     reached = float(min(log.clock))
-    history = ContinuousHistory(scene, layout, log, reached) if reached > 0.0 else None
-    text = "the exact solution could not be resolved" if unresolved else "contacts or waves come without end"
-    raise StepError(
-        text,
-        time=reached,
-        step=int(log.tally[2]),
-        history=history,
-        path="solve.model",
-        remedy="Give a shorter duration, softer springs, or a model that steps.",
-    )
+    history: ContinuousHistory | ThinnedHistory | None = None
+    if thinner is not None:
+        history = thinner.finish(log, reached)
+    elif reached > 0.0:
+        history = ContinuousHistory(scene, layout, log, reached)
+    text, remedy = why
+    raise StepError(text, time=reached, step=int(log.tally[2]), history=history, path="solve.model", remedy=remedy)

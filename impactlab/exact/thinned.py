@@ -1,0 +1,206 @@
+"""Exact runs with more waves than memory may hold: read window by window at the instants that a run keeps.
+
+Of a wave that has been read, no more is kept than the march needs: one transit of the longest rod piece.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from impactlab.errors import CaseError
+from impactlab.exact.energies import energies_at
+from impactlab.exact.history import QUANTITIES, ContinuousHistory
+from impactlab.exact.network import Layout, Log, without
+from impactlab.frame import carried_energy, touched_in
+from impactlab.history import AbstractHistory, ContactSpan, Cost, EnergyBook, Event, Field, within_run
+from impactlab.noise_floor import above_noise
+from impactlab.scene import ElasticBody, Probe, Rod, Scene
+from impactlab.types import Array
+
+ENERGIES = 1000  # instants of the energy book, at most
+
+
+@final
+class ThinnedHistory(AbstractHistory):
+    """An exact history read at equal instants: channels are lines between them, forces their means.
+
+    Instants, events, periods of contact and energies are exact; places without a probe are not kept, and fields at
+    snapshots alone.
+    """
+
+    def __init__(self, scene: Scene, duration: float, time: Array, values: dict[str, Array]) -> None:
+        self.dt = None
+        self.duration = duration
+        self.scene = scene
+        self.time = time  # (n,) s
+        self.values = values  # channel -> (n,); of a force its time integral [N s]
+        self.fields: dict[tuple[str, str, float], Field] = {}
+        self.cost = Cost()
+        self.events = ()
+        self.contacts = ()
+        self.warnings = []
+
+    def channels(self) -> tuple[str, ...]:
+        return tuple(self.values)
+
+    def evaluate(self, t: ArrayLike, channel: str) -> Array:
+        times = within_run(t, self.duration)
+        if channel not in self.values:
+            raise CaseError(
+                f"'{channel}' is not a channel of this history: the run was too long to keep all of its waves",
+                remedy=f"Name a probe there, or give a shorter duration. Channels: {', '.join(self.values)}.",
+            )
+        row = self.values[channel]
+        if not channel.startswith("force:") or "|" not in channel:
+            return np.asarray(np.interp(times, self.time, row))
+        means = np.diff(row) / np.diff(self.time)
+        return np.asarray(means[np.clip(np.searchsorted(self.time, times, side="right") - 1, 0, len(means) - 1)])
+
+    def field(self, body: str, t: float, quantity: str) -> Field:
+        for (name, kind, time), found in self.fields.items():
+            if (name, kind) == (body, quantity) and abs(time - t) <= 1e-9 * self.duration:
+                return found
+        raise CaseError(
+            f"the field '{quantity}' of '{body}' at {t:g} s is not kept: the run was too long to keep all of its waves",
+            remedy="Name that instant in snapshots, or give a shorter duration.",
+        )
+
+    def jumps(self, channel: str) -> Array:
+        return np.zeros(0)
+
+
+class Thinner:
+    """Reads the windows of a march one after the other."""
+
+    def __init__(self, scene: Scene, layout: Layout, log: Log) -> None:
+        self.scene, self.layout = scene, layout
+        self.grid = np.linspace(0.0, scene.duration, scene.records + 1)
+        self.every = max(1, scene.records // ENERGIES)
+        self.begun, self.taken = 0.0, 0
+        first = ContinuousHistory(scene, layout, log, float(min(log.clock)))
+        links = [link for pieces in layout.links.values() for link in pieces]
+        self.first_carried = {link.right_end: first.carried_before(link) for link in links}
+        self.values = {name: np.zeros(len(self.grid)) for name in (*first.channels(), *_faces(scene))}
+        self.impulses = {contact.name: 0.0 for contact in scene.contacts}
+        self.events: list[Event] = []
+        self.spans: list[ContactSpan] = []
+        self.open: dict[str, ContactSpan] = {}
+        self.books: list[EnergyBook] = []
+        self.spent: dict[str, float] = {}
+        self.fields: dict[tuple[str, str, float], Field] = {}
+
+    def take(self, log: Log) -> Log:
+        """Read all that is known of every junction and return the log without it."""
+        until = float(min(log.clock))
+        self._read(log, until)
+        longest = float(np.max(self.layout.network.transit))
+        log = without(log, until - longest - 4.0 * self.layout.network.tolerance, until)
+        self.begun = until
+        return log
+
+    def finish(self, log: Log, duration: float) -> ThinnedHistory:
+        """Read the rest and return the history up to ``duration`` [s]."""
+        self._read(log, duration)
+        kept = min(self.taken, len(self.grid))
+        time, values = self.grid[:kept], {name: row[:kept] for name, row in self.values.items()}
+        history = ThinnedHistory(self.scene, duration, time, values)
+        rest = list(self.open.values())
+        spans = tuple(sorted((*self.spans, *rest), key=lambda span: (span.start, span.contact)))
+        history.events, history.contacts = above_noise(self.scene, tuple(self.events), spans)
+        book = _joined(self.books)
+        history.energy = replace(book, carried=carried_energy(self.scene, book.time, touched_in(history)))
+        history.fields = self.fields
+        history.cost.steps = int(log.tally[2])
+        return history
+
+    def _read(self, log: Log, until: float) -> None:
+        window = ContinuousHistory(self.scene, self.layout, log, until, self.first_carried)
+        last = until >= self.scene.duration
+        upto = len(self.grid) if last else int(np.searchsorted(self.grid, until))
+        t = self.grid[self.taken : upto]
+        forces = {f"force:{contact.name}": contact.name for contact in self.scene.contacts}
+        for name, row in self.values.items():
+            if name in forces:
+                row[self.taken : upto] = self._impulse(window, forces[name], t)
+            else:
+                row[self.taken : upto] = window.evaluate(t, name)
+        self._contacts(window, until)
+        for name in self.impulses:
+            self.impulses[name] = float(self._impulse(window, name, np.array([until]))[0])
+        self._energies(window, t[-self.taken % self.every :: self.every], until, last)
+        for time in self.scene.snapshots:
+            if self.begun <= time < until or (last and time >= until):
+                for body in self.scene.bodies.values():
+                    for kind in QUANTITIES if isinstance(body, Rod) else ():
+                        self.fields[body.name, kind, time] = window.field(body.name, time, kind)
+        self.taken = upto
+
+    def _impulse(self, window: ContinuousHistory, name: str, t: Array) -> Array:
+        force = window.force(name)
+        return np.asarray(
+            self.impulses[name] + force.integral(t, False) - force.integral(np.array([self.begun]), False)
+        )
+
+    def _contacts(self, window: ContinuousHistory, until: float) -> None:
+        """Date the events of the window, and add its part of impulse and peak to every period of contact."""
+        dated = window.dated
+        self.events += dated
+        for name in self.impulses:
+            for event in (event for event in dated if event.contact == name):
+                if event.kind == "close":
+                    self.open[name] = ContactSpan(name, event.time, None, 0.0, 0.0)
+                elif name in self.open:
+                    span = self._longer(window, self.open.pop(name), event.time)
+                    self.spans.append(span._replace(end=event.time))
+            if name in self.open:
+                self.open[name] = self._longer(window, self.open[name], until)
+
+    def _longer(self, window: ContinuousHistory, span: ContactSpan, until: float) -> ContactSpan:
+        begin = max(span.start, self.begun)
+        force = window.force(span.contact)
+        slack = force.tolerance
+        first = int(np.searchsorted(force.stop, begin + slack))
+        chosen = np.arange(first, int(np.searchsorted(force.start, until - slack)))
+        if len(chosen) == 0:
+            return span
+        pushed = float(np.diff(force.integral(np.array([begin, until]), False))[0])
+        peak = max(span.peak_force or 0.0, force.peak(chosen))
+        return span._replace(impulse=span.impulse + pushed, peak_force=peak)
+
+    def _energies(self, window: ContinuousHistory, t: Array, until: float, last: bool) -> None:
+        times = np.unique([self.begun, *t, until])
+        book = energies_at(self.scene, self.layout, window.signals, times)
+        spent = self.spent
+        work = book.work + spent.get("work", 0.0)
+        booked = {name: row + spent.get(name, 0.0) for name, row in book.booked.items()}
+        self.spent = {"work": float(work[-1])} | {name: float(row[-1]) for name, row in booked.items()}
+        end = len(times) if last else -1  # the last instant is the first of the next window
+        bodies = {name: row[:end] for name, row in book.bodies.items()}
+        booked = {name: row[:end] for name, row in booked.items()}
+        self.books.append(EnergyBook(times[:end], bodies, book.stored[:end], booked, work[:end]))
+
+
+def _faces(scene: Scene) -> list[str]:
+    """Return the channels of the faces in contact."""
+    points = [point for contact in scene.contacts for point in (contact.left, contact.right)]
+    rods = [point for point in points if isinstance(scene.bodies[point.body], ElasticBody)]
+    return [Probe(point.body, point.x, kind).channel for point in rods for kind in ("displacement", "velocity")]
+
+
+def _joined(books: list[EnergyBook]) -> EnergyBook:
+    """Return the books of windows that follow one another as one."""
+
+    def row(parts: list[Array]) -> Array:
+        return np.concatenate(parts)
+
+    return EnergyBook(
+        row([book.time for book in books]),
+        {name: row([book.bodies[name] for book in books]) for name in books[0].bodies},
+        row([book.stored for book in books]),
+        {name: row([book.booked[name] for book in books]) for name in books[0].booked},
+        row([book.work for book in books]),
+    )

@@ -1,0 +1,90 @@
+"""Exact runs of more waves than memory may hold: read at their instants, and equal there to the whole run."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from impactlab.contact.penalty import Penalty
+from impactlab.errors import StepError
+from impactlab.exact.history import ContinuousHistory
+from impactlab.exact.solve import solve
+from impactlab.exact.thinned import ThinnedHistory
+from impactlab.scene import Probe, Wall
+from tests.reference.exact_scenes import CLAMPED, FREE, Hard, point, rod, scene, struck
+
+
+def bouncing():
+    """A rod that falls on a wall again and again, from a spring above."""
+    body, floor = rod(velocity=0.0), Wall("floor")
+    pairs = [(point(body, "right"), point(floor), 3.0, Hard())]
+    probes = [Probe("rod", 0.3, "displacement"), Probe("rod", 0.0, "stress")]
+    return scene([body, floor], pairs, 300.0, gravity=1e-2, probes=probes)
+
+
+def ringing():
+    """A clamped rod that a mass strikes and leaves."""
+    return struck(1.0, 3000.0, probes=[Probe("rod", 0.0, "displacement"), Probe("rod", 0.5, "velocity")])
+
+
+def sprung():
+    """A mass between a rod and a damped spring on a wall."""
+    law = Penalty(stiffness=0.3, damping=0.05)
+    bar, wall = rod(right=CLAMPED), Wall("wall")
+    hammer = struck(1.0, 1.0).bodies["hammer"]
+    pairs = [(point(wall), point(hammer), 0.5, law), (point(hammer), point(bar, "left"), 0.0, Hard())]
+    return scene([wall, hammer, bar], pairs, 100.0)
+
+
+@pytest.mark.parametrize("make", [bouncing, ringing, sprung])
+def test_a_run_beyond_its_memory_is_the_whole_run_at_its_instants(make, monkeypatch):
+    case = make()
+    case = dataclasses.replace(case, records=500, snapshots=(0.1003 * case.duration, 0.8006 * case.duration))
+    whole = solve(case)
+    assert isinstance(whole, ContinuousHistory)
+    monkeypatch.setenv("IMPACTLAB_MEMORY", "9e6")
+    thin = solve(case)
+    assert isinstance(thin, ThinnedHistory)
+    t = np.linspace(0.0, case.duration, 501)
+    for channel in whole.channels():
+        if channel.startswith("force:") and "|" in channel:
+            continue
+        exact = whole.evaluate(t, channel)
+        assert thin.evaluate(t, channel) == pytest.approx(exact, abs=1e-9 * max(1.0, np.max(np.abs(exact)))), channel
+    assert thin.events == whole.events
+    assert len(thin.contacts) == len(whole.contacts) > 1
+    for one, other in zip(thin.contacts, whole.contacts, strict=True):
+        assert one.impulse == pytest.approx(other.impulse, rel=1e-9, abs=1e-12)
+        assert one.peak_force == pytest.approx(other.peak_force, rel=1e-9)
+    for contact in case.contacts:  # forces are means: their sum is the impulse
+        middle = 0.5 * (t[1:] + t[:-1])
+        pushed = float(np.sum(thin.evaluate(middle, f"force:{contact.name}")) * (t[1] - t[0]))
+        spans = sum(span.impulse for span in thin.contacts if span.contact == contact.name)
+        assert pushed == pytest.approx(spans, rel=1e-9, abs=1e-12)
+    assert np.max(np.abs(thin.energy.balance)) < 1e-10 * thin.energy.scale
+    lost = [float(history.energy.booked["contact"][-1]) for history in (thin, whole)]
+    assert lost[0] == pytest.approx(lost[1], rel=1e-9)
+    for time in case.snapshots:
+        there = whole.field("rod", time, "displacement")
+        assert thin.field("rod", time, "displacement").values == pytest.approx(there.values, abs=1e-9)
+
+
+def test_the_remedy_for_too_many_fronts_works(monkeypatch):
+    # three transits without a common measure: fronts grow with the cube of the time
+    bars = rod("rod", 1.0, right=FREE)
+    first = bars.segments[0]
+    lengths = (1.0, 2.0**0.5 / 3.0, 3.0**0.5 / 5.0, 5.0**0.5 / 7.0)
+    skew = tuple(dataclasses.replace(first, length=length, area=1.0 + k) for k, length in enumerate(lengths))
+    bars = dataclasses.replace(bars, segments=skew)
+    hammer = struck(1.0, 1.0).bodies["hammer"]
+    case = scene([hammer, bars], [(point(hammer), point(bars, "left"), 0.0, Hard())], 1e4)
+    monkeypatch.setenv("IMPACTLAB_MEMORY", "2e7")
+    with pytest.raises(StepError) as stopped:
+        solve(case)
+    text = str(stopped.value)
+    assert "fronts" in text
+    assert "2 MB" in text
+    reached = float(text.split("duration of at most ")[1].split(" s")[0])
+    assert solve(dataclasses.replace(case, duration=reached)).duration == reached
