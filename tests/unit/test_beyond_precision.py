@@ -94,3 +94,9 @@ def test_a_pinned_beam_of_one_element_has_its_modes(basis: str) -> None:
     beam = simulate.prepare(case.scene()).built["beam"]
     assert beam.system.stiffness.shape[1] == 2
     assert np.all(np.isfinite(beam.system.stiffness))
+
+
+@pytest.mark.parametrize(("unit", "sizes"), sorted(RANGES.items()))
+def test_the_page_of_conventions_lists_the_ranges(unit: str, sizes: tuple[float, float]) -> None:
+    page = (CASES.parent / "docs" / "conventions.md").read_text(encoding="utf-8")
+    assert f"| {unit} | {sizes[0]:g} | {sizes[1]:g} |\n" in page
