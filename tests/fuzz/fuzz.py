@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import collections
 import json
+import os
 import queue
 import subprocess
 import sys
@@ -16,7 +17,8 @@ import time
 from pathlib import Path
 from typing import Any
 
-HUNG_S = 20.0
+HUNG_S = 20.0  # of the processor
+WAITING = 15.0  # times as long on the clock, where the machine is busy, or the process waits for ever
 COMPILING_S = 120.0  # a first run compiles its law and its scheme
 ROOT = Path(__file__).resolve().parents[2]
 Row = dict[str, Any]
@@ -52,11 +54,14 @@ def shard(seed: int, first: int, count: int, runs: bool = False) -> list[Row]:
         ]
         for thread in threads:
             thread.start()
-        begun, ended = None, ""
+        begun, ended, spent, since = None, "", 0.0, 0.0
         while True:
             try:
-                line = lines.get(timeout=hung_s if begun is not None else 180.0)
+                line = lines.get(timeout=5.0)
             except queue.Empty:
+                used = _processor_s(process.pid) - spent
+                if begun is None or (used < hung_s and time.monotonic() - since < WAITING * hung_s):
+                    continue
                 ended = "hung"
                 process.kill()
                 break
@@ -64,7 +69,7 @@ def shard(seed: int, first: int, count: int, runs: bool = False) -> list[Row]:
                 break
             row = json.loads(line)
             if "begun" in row:
-                begun = row["begun"]
+                begun, spent, since = row["begun"], _processor_s(process.pid), time.monotonic()
             else:
                 rows.append({"number": row.pop("done"), **row})
                 first = rows[-1]["number"] + 1
@@ -82,6 +87,15 @@ def shard(seed: int, first: int, count: int, runs: bool = False) -> list[Row]:
         elif "Traceback" in printed or "Exception ignored" in printed:
             rows.append({"number": -1, "outcome": "printed", "text": printed[-3000:], "seconds": 0.0, "megabytes": 0.0})
     return rows
+
+
+def _processor_s(pid: int) -> float:
+    """Return the processor time of a process [s], whatever else the machine does; 0 of one that has ended."""
+    try:
+        fields = Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
+    except (OSError, ProcessLookupError):
+        return 0.0
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def _read(stream: Any, lines: queue.Queue[str | None]) -> None:
