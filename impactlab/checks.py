@@ -13,7 +13,7 @@ from impactlab.grazing import grazing_kick, near_grazing
 from impactlab.history import AbstractHistory, Warned
 from impactlab.models.self_stepping import AbstractSelfStepping
 from impactlab.momentum import Seen, balance, is_free
-from impactlab.pairing import energy_bound
+from impactlab.pairing import energy_bound, kind_of
 from impactlab.precision import LOST_DIGITS
 from impactlab.resolution import unresolved
 from impactlab.scene import ElasticBody, Mass, Point, Scene
@@ -27,6 +27,7 @@ NOTED_GAIN = 0.02  # of the energy: from here on a gain is told, also where the 
 MAX_GAIN = 1.0  # of the energy: a run that more than doubles it is failed, also where its parts declare no bound
 ROUNDING = 1e-9  # of the energy of all bodies: what thousands of steps round off; in a drift more of that in play
 NOTED_OVERLAP = 0.1  # of the travel of the faces, where a law says that they do not overlap
+NEGATIVE_LOSS = 1e-6  # of the energy in play: losses below zero that no rounding leaves
 KEPT_MOMENTUM = 1e-9  # of the momentum in play: schemes keep linear sums to rounding
 MANY_KICKS = 100  # of an impulse law, from which the count says nothing any more
 
@@ -126,11 +127,25 @@ def raise_failure(status: int, assembly: Assembly, history: AbstractHistory) -> 
             history=history,
             remedy=LOST_DIGITS,
         )
+    check_losses(assembly, history)
     check_momentum(assembly, history)
     bound = energy_bound(assembly.scene, assembly.integrator)
     cut = assembly.scene.events == "dated" and assembly.integrator.any_dt
     remedy = f"Give a smaller step, or a softer contact{', or events: located' if cut else ''}."
     check_gain(history, bound, time, step, remedy)
+
+
+def check_losses(assembly: Assembly, history: AbstractHistory) -> None:
+    """Raise `StepError` where a law replied losses below zero: energy from nowhere that its book takes for balanced."""
+    for contact, record in zip(assembly.scene.contacts, assembly.contacts, strict=True):
+        if -record.negative > NEGATIVE_LOSS * energy_at_stake(history):
+            raise StepError(
+                f"{contact.name}: law '{kind_of(contact.law)}' replied losses of {record.negative:.6g} J, below zero",
+                time=assembly.clock.time,
+                step=assembly.clock.step,
+                history=history,
+                remedy="This is a fault of the law: its 'dissipated' and 'unresolved' may not be negative.",
+            )
 
 
 def check_gain(history: AbstractHistory, bound: float, time: float, step: int, remedy: str) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 
 import numpy as np
 
@@ -12,14 +11,14 @@ from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import PairingError
 from impactlab.integrators.base import AbstractAdaptive, AbstractIntegrator
 from impactlab.models.base import AbstractRodModel, Operators
-from impactlab.plugins import parts_inside
+from impactlab.plugins import name_of, parts_inside
 from impactlab.scene import Beam, Body, Contact, ElasticBody, Rod, Scene
 from impactlab.types import Level
 
 
 def kind_of(part: object) -> str:
-    """Return the name by which a case file asks for a part: its class in snake case."""
-    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", type(part).__name__).lower()
+    """Return the name by which a case file asks for a part: the registered one, else its class in snake case."""
+    return name_of(type(part))
 
 
 def check_law(law: AbstractContactLaw, integrator: AbstractIntegrator, path: str) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import inspect
+import re
 import sys
 from collections.abc import Callable, Iterable
 from difflib import get_close_matches
@@ -67,6 +68,19 @@ def installed_entries() -> tuple[Entry, ...]:
     return tuple(found)
 
 
+_names: dict[Any, str] = {}  # parts that were loaded, and the name of each in cases
+
+
+def snake_case(part: type[Any] | Callable[..., Any]) -> str:
+    """Return the name of a class in snake case: ``crush_box`` of ``CrushBox``."""
+    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", part.__name__).lower()
+
+
+def name_of(part: type[Any]) -> str:
+    """Return the name under which a class is registered; its name in snake case where no registry loaded it."""
+    return _names.get(part) or snake_case(part)
+
+
 class Registry:
     """The parts that may be named in a case.
 
@@ -113,8 +127,10 @@ class Registry:
         if fault:
             raise PluginError(
                 f"{name!r} of {entry.distribution} ({entry.value}) cannot serve as {group.noun}: {fault}",
-                remedy="Mend the plugin (see `impactlab plugins`), or uninstall it.",
+                remedy="Fix the plugin (see `impactlab plugins`), or uninstall it.",
             )
+        if _names.get(part) != snake_case(part):
+            _names[part] = name
         return part  # type: ignore[no-any-return]
 
     def listing(self) -> tuple[Listed, ...]:

@@ -80,5 +80,6 @@ def date(m: Memory, time: float, dt: float) -> None:
             port.memory[k] = reply.memory[k]
         m.clock[0].lost_contact += reply.dissipated
         m.clock[0].lost_unresolved += reply.unresolved
+        contact.negative += min(reply.dissipated, 0.0) + min(reply.unresolved, 0.0)
     if len(m.phases) > 0:
         change_phases(m)

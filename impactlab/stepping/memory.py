@@ -65,6 +65,7 @@ class ContactRecord(ctypes.Structure):
         ("last_event", REAL),  # s
         ("sum_force", REAL),  # N s, since the last record
         ("total", REAL),  # N s, force times time and impulses, since t = 0
+        ("negative", REAL),  # J, sum of the losses below zero that the law replied; zero of a law that keeps its word
     ]
 
 

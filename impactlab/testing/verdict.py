@@ -13,11 +13,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from impactlab.casefile.parts import describe_part, plain_value, read_part
-from impactlab.errors import PluginError
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.errors import CaseError, PairingError, PluginError, StepError
 from impactlab.pairing import kind_of
-from impactlab.plugins import GROUPS, METRICS, Group, Registry, describe
+from impactlab.plugins import GROUPS, LAWS, METRICS, Group, Registry, describe
 from impactlab.testing.contracts import SUITES, suite_of
-from impactlab.testing.measures import MEASURES, Measured
+from impactlab.testing.measures import MEASURES, Measured, partners, struck, walked
+
+WITHIN = "it reads and writes within its memory"
 
 
 class Property(NamedTuple):
@@ -108,7 +111,7 @@ def verdict(name: str, registry: Registry) -> Verdict:
             properties.append(Property("it can be made with its options", shown, reason_of(error)))
             continue
         properties += [found._replace(options=shown) for found in properties_of(part, group, name, registry)]
-        if number == 0:
+        if number == 0 and not any(found.text == WITHIN and found.reason for found in properties):
             measured = tuple(MEASURES[group](part)) if group in MEASURES else ()
     return Verdict(group, name, home, describe(kind), tuple(properties), measured)
 
@@ -145,6 +148,8 @@ def properties_of(part: Any, group: Group, name: str, registry: Registry) -> Ite
         ("it goes by the name of its class", lambda: _named(part, name)),
         ("a case file can give its options", lambda: _given(part, group, name, registry)),
     ]
+    if group is LAWS:
+        checks.append((WITHIN, lambda: _within_its_memory(part)))
     return tried(part, group, checks)
 
 
@@ -181,6 +186,22 @@ def reason_of(error: Exception) -> str:
 
 def _named(part: Any, name: str) -> None:
     assert kind_of(part) == name, f"the class name makes {kind_of(part)!r} in summaries, cases ask for {name!r}"
+
+
+def _within_its_memory(law: AbstractContactLaw) -> None:
+    """Check every index of a law in a whole impact; compiled, one beyond its records would end the process."""
+    kind: Any = type(law)
+    facts = {"compiled": False, "__module__": kind.__module__, "__doc__": kind.__doc__}
+    plain: Any = type(kind.__name__, (kind,), facts)
+    options = {field.name: getattr(law, field.name) for field in dataclasses.fields(kind) if field.init}
+    try:
+        integrator, model = partners(law)
+        walked(struck(model, plain(**options), integrator))
+    except (PairingError, CaseError):
+        return  # no scene to try it in; the figures say why
+    except StepError as error:
+        if isinstance(error.__cause__, IndexError):
+            raise IndexError(f"beyond the records of a law: {error.__cause__}") from error
 
 
 def _given(part: Any, group: Group, name: str, registry: Registry) -> None:

@@ -12,14 +12,17 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from impactlab import PluginError, plugins
+from impactlab import PluginError, StepError, plugins
 from impactlab.cli import app
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.integrators.base import AbstractIntegrator, Stepper
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
+from impactlab.pairing import kind_of
 from impactlab.plugins import INTEGRATORS, LAWS, METRICS, MODELS, Entry, Group, Registry, installed_entries, registry
+from impactlab.scene import Contact, Mass, Point, Scene, StepRule, Wall
+from impactlab.simulate import run
 from impactlab.testing import verdict as checking
 from impactlab.testing.verdict import Verdict, find, verdict
 from impactlab.types import Level, Start, option
@@ -67,6 +70,41 @@ class Raises(Spring):
 
 
 @dataclasses.dataclass(frozen=True)
+class Misnomer(Spring):
+    """A spring that is registered under another name."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Beyond(Spring):
+    """A spring that counts its steps of contact in the wrong place, far beyond its memory."""
+
+    compiled = True
+
+    @staticmethod
+    def respond(port: Any, reply: Any) -> None:
+        if port.gap < 0.0:
+            reply.force = reply.trial = -port.parameters[0] * port.gap
+            reply.in_contact = 1.0
+            reply.stored = 0.5 * port.parameters[0] * port.gap**2
+            reply.memory[0] = port.memory[0] + 1.0
+            if port.memory[0] > 3.0:
+                reply.memory[1_000_000_000 * int(port.memory[0])] = 1.0
+
+
+@dataclasses.dataclass(frozen=True)
+class Generous(Spring):
+    """A spring that replies losses below zero, and a force to match them."""
+
+    @staticmethod
+    def respond(port: Any, reply: Any) -> None:
+        if port.gap < 0.0:
+            reply.force = reply.trial = -port.parameters[0] * port.gap
+            reply.in_contact = 1.0
+            reply.stored = 0.5 * port.parameters[0] * port.gap**2
+            reply.dissipated = -1e-3 * reply.stored
+
+
+@dataclasses.dataclass(frozen=True)
 class Overstated(AbstractIntegrator):
     """A scheme of order two that says it has order three, and a limit that is too long."""
 
@@ -106,7 +144,9 @@ PARTS: dict[str, tuple[Group, type[Any]]] = {
     "raises": (LAWS, Raises),
     "overstated": (INTEGRATORS, Overstated),
     "soft": (MODELS, Soft),
-    "misnamed": (LAWS, Spring),
+    "misnamed": (LAWS, Misnomer),
+    "beyond": (LAWS, Beyond),
+    "generous": (LAWS, Generous),
 }
 
 
@@ -180,11 +220,28 @@ def test_a_model_that_is_too_soft_is_found(found):
     }
 
 
-def test_a_name_that_is_not_that_of_the_class_is_found(found):
-    wrong = failed(verdict("misnamed", found))
-    assert wrong["it goes by the name of its class"] == (
-        "the class name makes 'spring' in summaries, cases ask for 'misnamed'"
+def test_a_part_under_another_name_than_its_class_is_reported_under_a_name_that_no_case_can_load(found):
+    assert kind_of(found.load(LAWS, "misnamed")(2e6)) == "misnamed"
+    assert "it goes by the name of its class" not in failed(verdict("misnamed", found))
+
+
+def test_a_law_that_writes_beyond_its_memory_ends_the_process(found):
+    result = verdict("beyond", found)
+    assert "beyond the records of a law" in failed(result)["it reads and writes within its memory"]
+    assert result.measured == ()
+
+
+def test_a_law_with_losses_below_zero_passes_its_check_and_its_runs(found):
+    assert (
+        "reply.dissipated >= 0.0"
+        in failed(verdict("generous", found))["it never pulls and never books a negative loss"]
     )
+    bodies = {"ball": Mass("ball", 1.0, 1.0), "wall": Wall("wall")}
+    law = found.load(LAWS, "generous")(2e6)
+    contact = Contact(Point("ball", 0.0, "ball"), Point("wall", 0.0, "wall"), 0.0, law)
+    scene = Scene("generous", bodies, (contact,), 5e-3, ExactModal(), StepRule(dt=1e-5))
+    with pytest.raises(StepError, match=r"ball\|wall: law 'generous' replied losses of -\S+ J, below zero"):
+        run(scene)
 
 
 def test_names_of_several_kinds_need_a_prefix(found):
