@@ -131,7 +131,8 @@ def raise_failure(status: int, assembly: Assembly, history: AbstractHistory) -> 
     check_momentum(assembly, history)
     bound = energy_bound(assembly.scene, assembly.integrator)
     cut = assembly.scene.events == "dated" and assembly.integrator.any_dt
-    remedy = f"Give a smaller step, or a softer contact{', or events: located' if cut else ''}."
+    own = dict.fromkeys(contact.law.gain_remedy for contact in assembly.scene.contacts if contact.law.gain_remedy)
+    remedy = " ".join(own) or f"Give a smaller step, or a softer contact{', or events: located' if cut else ''}."
     check_gain(history, bound, time, step, remedy)
 
 

@@ -45,6 +45,7 @@ class AbstractContactLaw(ABC):
     noted: ClassVar[tuple[Noted, ...]] = ()  # what it counts in its memory and the run tells as warnings
     why_failed: ClassVar[str] = "a contact law gave no answer"  # text of the StepError where the reply is failed
     gains_energy: ClassVar[float] = 0.0  # declared bound on the energy gain, relative; inf where there is none
+    gain_remedy: ClassVar[str] = ""  # remedy of a run that gained too much; "" where a smaller step or softness helps
 
     @abstractmethod
     def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:

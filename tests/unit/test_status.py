@@ -21,6 +21,8 @@ from impactlab.errors import RunWarning, StepError
 from impactlab.history import Warned
 from impactlab.summary import summarise, table
 
+CASES = Path(__file__).parents[2] / "cases"
+
 CASE = """
 schema_version: 1
 bodies:
@@ -151,3 +153,16 @@ def test_a_gain_of_energy_is_told_first_and_to_python(tmp_path: Path, monkeypatc
     monkeypatch.setattr(simulate, "run", lambda *_, **__: history)
     with pytest.warns(RunWarning, match="energy_gain: energy grew by 30 %"):
         il.run(case)
+
+
+@pytest.mark.parametrize("integrator", ["moreau_jean", "central_difference"])
+def test_augmentations_that_leave_an_overlap_on_a_beam_name_a_remedy_that_helps(integrator: str) -> None:
+    case = il.load_case(CASES / "sphere_on_beam.yaml").with_("solve.integrator", {"kind": integrator})
+    case = case.with_("solve.step", {"points_per_period": 10.0})
+    augmented = {"kind": "augmented_lagrangian", "stiffness": 1.6e7}
+    with pytest.raises(StepError, match="energy grew by") as failed:
+        il.run(case.with_("contacts.0.law", augmented))
+    assert "a hundred times the stiffness and 100 augmentations" in failed.value.remedy
+    assert "law addition_deletion" in failed.value.remedy
+    for remedy in (augmented | {"stiffness": 1.6e9, "augmentations": 100}, {"kind": "addition_deletion"}):
+        assert il.run(case.with_("contacts.0.law", remedy)).energy.largest_gain < 1e-3
