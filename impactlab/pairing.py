@@ -21,6 +21,19 @@ def kind_of(part: object) -> str:
     return name_of(type(part))
 
 
+def check_stepless(scene: Scene) -> None:
+    """Raise `PairingError` where a model of a plugin says that it does not step: nothing would build it."""
+    for name, body in scene.bodies.items():
+        if isinstance(body, ElasticBody) and body.model is not None and not body.model.steps:
+            kind = type(body.model)
+            if not kind.__module__.startswith("impactlab."):
+                raise PairingError(
+                    f"model '{kind_of(body.model)}' of '{name}' says steps = False, and nothing would build it",
+                    remedy="Give the model coordinates to step in, or use model continuous.",
+                    path=f"solve.models.{name}",
+                )
+
+
 def check_law(law: AbstractContactLaw, integrator: AbstractIntegrator, path: str) -> None:
     """Raise `PairingError` where the integrator does not offer what the law needs."""
     missing = law.needs - integrator.serves

@@ -65,6 +65,8 @@ def find(scene: Scene, budget: float = THOROUGH) -> Reference | None:
     """
     from impactlab.exact import solve as exact
 
+    if any(theories(scene)):
+        return None
     if exact.serves(scene) is None:
         name = HARD if all(contact.law.hard for contact in scene.contacts) else SPRING
         try:
@@ -72,6 +74,15 @@ def find(scene: Scene, budget: float = THOROUGH) -> Reference | None:
         except StepError:  # the run that asked for a reference is none the worse
             pass
     return converged(scene, budget)
+
+
+def theories(scene: Scene) -> tuple[str, ...]:
+    """Return the theory of waves that each body's model declares, empty where it is the body's own.
+
+    The references solve the body's own theory, so that none answers for a model of another.
+    """
+    bodies = (body for body in scene.bodies.values() if isinstance(body, ElasticBody))
+    return tuple("" if body.model is None else body.model.theory for body in bodies)
 
 
 def content(scene: Scene) -> Any:
@@ -85,7 +96,16 @@ def content(scene: Scene) -> Any:
     ]
     contacts = [(contact.left, contact.right, contact.gap, contact.overlap_allowed) for contact in scene.contacts]
     laws = tuple(None if contact.law.hard else contact.law for contact in scene.contacts)
-    return (tuple(bodies), tuple(contacts), laws, scene.duration, scene.gravity, scene.probes, scene.snapshots)
+    return (
+        theories(scene),
+        tuple(bodies),
+        tuple(contacts),
+        laws,
+        scene.duration,
+        scene.gravity,
+        scene.probes,
+        scene.snapshots,
+    )
 
 
 _kept: OrderedDict[Any, Reference | None] = OrderedDict()

@@ -22,6 +22,7 @@ from impactlab.pairing import (
     check_law,
     check_ordinary,
     check_smooth,
+    check_stepless,
     check_system,
     constraint_gains,
     kind_of,
@@ -175,6 +176,7 @@ def prepare(scene: Scene) -> Plan:
         with in_precision("the first guess of a description", "solve.tolerance"):
             guess = first_guess(scene)
         return prepare(guess)
+    check_stepless(scene)
     if is_exact(scene):
         from impactlab.exact.bonds import check
 

@@ -83,7 +83,7 @@ class System:
         self._stiffness, self._damping = sparse(self.stiffness), sparse(self.damping)
         self._damped = bool(np.any(self.damping))
         # Coordinates of bodies that are damped inside; the dashpots of the others stand at ends.
-        inside = [any(within for *_, within in dashpots(system.damping)) for system in systems]
+        inside = [any(within for *_, within in dashpots(system.damping, system.damped_inside)) for system in systems]
         self._inside = np.repeat(inside, sizes)
         self.inverse = inverse_of(self.mass)
         self.gaps = np.array([contact.gap for contact in scene.contacts])

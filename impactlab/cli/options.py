@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -33,6 +34,27 @@ Metrics = Annotated[
     list[str] | None,
     typer.Option("--metric", metavar="NAME", help="Measure a plugin's metric, too.", show_default=False),
 ]
+
+
+def command_line(
+    command: str,
+    case: Path,
+    sets: list[str] | None,
+    method: str | None,
+    variant: str | None,
+    metrics: list[str] | None,
+    *others: str,
+) -> str:
+    """Return the command that repeats a run, as a shell takes it; its output folder is left to be named."""
+    words = ["impactlab", command, str(case)]
+    for option, values in (
+        ("--variant", [variant]),
+        ("--method", [method]),
+        ("--set", sets or []),
+        ("--metric", metrics or []),
+    ):
+        words += [word for value in values if value is not None for word in (option, value)]
+    return shlex.join([*words, *others]) + " --out DIR"
 
 
 def load(

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from impactlab.cli.options import CaseFile, Json, Method, Metrics, Out, Sets, Variant, load
+from impactlab.cli.options import CaseFile, Json, Method, Metrics, Out, Sets, Variant, command_line, load
 from impactlab.cli.reporting import Left, code_of, reporting, words
 
 
@@ -45,7 +45,8 @@ def run(
 
             console.say(f"drawing figures for {out} ...")
             with output.output_folder(out) as draft:
-                write_run(draft, summary, history, loaded.scene(), judge, loaded.title, loaded.source)
+                again = command_line("run", case, sets, method, variant, metric, *["--reference"] * reference)
+                write_run(draft, summary, history, loaded.scene(), judge, loaded.title, loaded.source, again)
             console.say(f"written: {out}")
         console.answer(summary) if as_json else print(console.summary_text(summary))
         if summary["status"] != "completed":
@@ -87,6 +88,7 @@ def compare(
         if out is not None and comparison.histories:
             from impactlab.report.compare_report import write_comparison
 
+            named = [] if methods is None else ["--methods", methods]
             console.say(f"drawing figures for {out} ...")
             with output.output_folder(out) as draft:
                 write_comparison(
@@ -98,6 +100,7 @@ def compare(
                     loaded.title,
                     loaded.source,
                     comparison.references,
+                    command_line("compare", case, sets, None, variant, metric, *named),
                 )
             console.say(f"written: {out}")
         console.answer(document) if as_json else print(comparison)

@@ -16,7 +16,7 @@ from impactlab.exact.memory import Memory
 from impactlab.exact.merging import joined
 from impactlab.exact.network import Log, Network
 from impactlab.exact.nodes import fill_rows, solve_nodes
-from impactlab.pointers import entered
+from impactlab.pointers import COMPILED, entered, load_array_functions, type_of
 
 INLINE = kernel.njit(inline="always", _nrt=False, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
 DONE, MORE_RECORDS, MORE_POOL, MORE_EVENTS, TOO_MANY, UNRESOLVED, PAUSED = 0, 1, 2, 3, 4, 5, 6
@@ -193,6 +193,15 @@ def advance(m: Memory) -> int:
 def springs(net: Network) -> bool:
     """Return whether any node or contact of a network is held by a spring."""
     return bool(np.any(net.stiffness >= 0.0) or np.any(net.spring > 0.0))
+
+
+def compile_for(log: Log, coupled: bool) -> None:
+    """Load or compile the code for a memory: that is set-up, and no part of solving."""
+    if coupled:
+        tied.address(log.memory)
+    if COMPILED and not advance.overloads:
+        load_array_functions()
+        advance.compile((type_of(log.memory),))
 
 
 def march(log: Log, coupled: bool) -> int:

@@ -58,6 +58,7 @@ def solve(scene: Scene, whole: bool = False) -> ContinuousHistory | ThinnedHisto
     began = clock.perf_counter()
     layout, log = build(scene)
     coupled = march.springs(layout.network)
+    march.compile_for(log, coupled)
     ready = clock.perf_counter()
     most = (WHOLE if whole else KEPT) * memory_limit() / NUMBER
     thinner: Thinner | None = None

@@ -45,6 +45,7 @@ class Operators(NamedTuple):
     modes: bool  # mass and stiffness are diagonal
     massless: tuple[tuple[float, float], ...] = ()  # places x [m] of faces without mass, and their flexibility [m/N]
     phases: Phases | None = None
+    damped_inside: bool | None = None  # whether damping acts inside the body; None: as found from the matrix
     momentum: Array | None = None  # (n_dof,) the model's momentum row, set where the stepper is prepared
 
 
@@ -96,7 +97,8 @@ def end_load(model: AbstractDiscreteModel, body: ElasticBody) -> Array:
 class AbstractRodModel(ABC):
     """A choice of description for a rod, or a beam, as a case file gives it: a frozen dataclass of options."""
 
-    steps: ClassVar[bool] = True  # False: the continuous model, which need not step
+    steps: ClassVar[bool] = True  # False: impactlab's continuous model, which need not step; no plugin's may say so
+    theory: ClassVar[str] = ""  # of waves, if not the body's own: no reference answers for it
     citations: ClassVar[tuple[str, ...]] = ()
     examples: ClassVar[tuple[Mapping[str, Any], ...]] = ({},)  # options that its contract suite tries, one by one
 

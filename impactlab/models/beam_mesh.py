@@ -90,6 +90,7 @@ class BeamMesh(AbstractMesh):
             highest_frequency=highest,
             rule_frequency=highest,
             diagonal_mass=self.lumped,
+            damped_inside=True if self.beam.is_damped else None,
             modes=False,
         )
 

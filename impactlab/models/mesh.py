@@ -115,6 +115,7 @@ class Mesh(AbstractMesh):
             highest_frequency=highest,
             rule_frequency=highest,
             diagonal_mass=self.lumped,
+            damped_inside=True if self.rod.is_damped else None,
             modes=False,
             massless=tuple((x, self.left_out(x, "displacement", x)) for x in self.places),
         )

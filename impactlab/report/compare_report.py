@@ -28,6 +28,7 @@ def write_comparison(
     title: str = "",
     source: str = "",
     references: Mapping[str, AbstractHistory] | None = None,
+    command: str = "",
 ) -> None:
     """Write comparison.json, table.md, table.csv, figures/*.svg and *.png, and index.html into an empty folder.
 
@@ -75,7 +76,7 @@ def write_comparison(
             for warned in row["summary"].get("warnings", ())
         ],
         commands=[
-            f"impactlab compare {file_of(case)} --methods {names} --out DIR",
+            command or f"impactlab compare {file_of(case)} --methods {names} --out DIR",
             f"impactlab cite {file_of(case, variant=False)}",
         ],
         files=[

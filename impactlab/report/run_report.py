@@ -32,6 +32,7 @@ def write_run(
     reference: Reference | None,
     title: str = "",
     source: str = "",
+    command: str = "",
 ) -> None:
     """Write summary.json, history.npz, figures/*.svg and *.png, and index.html into an empty folder.
 
@@ -45,6 +46,8 @@ def write_run(
         The answer the errors were measured against.
     title, source : str
         What the case says of itself.
+    command : str
+        The command line that made the run; that of the plain case if not given.
     """
     out_dir = Path(out_dir)
     (out_dir / "summary.json").write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
@@ -67,7 +70,7 @@ def write_run(
         figures=plates(trace, scene),
         warnings=[(name, warned["code"], warned["text"]) for warned in summary["warnings"]],
         commands=[
-            f"impactlab run {file_of(summary['case'])} --out DIR",
+            command or f"impactlab run {file_of(summary['case'])} --out DIR",
             f"impactlab cite {file_of(summary['case'], variant=False)}",
         ],
         files=[

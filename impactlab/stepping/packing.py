@@ -24,10 +24,12 @@ def flat(arrays: list[Array]) -> tuple[Floats, Ints]:
     return np.concatenate([array.ravel() for array in arrays] or [np.zeros(0)]), starts
 
 
-def dashpots(damping: Array) -> list[tuple[int, int, float, bool]]:
+def dashpots(damping: Array, damped_inside: bool | None) -> list[tuple[int, int, float, bool]]:
     """Return a banded damping matrix as dashpots: coordinate, other one (-1: the ground), damping, inside or not.
 
-    v C v is the sum of c (v_i - v_j)^2 over the pairs, with c = -C_ij, and of the row sums times v_i^2.
+    ``damped_inside`` is what the model declares (`Operators`); without it more than two dashpots, or any between
+    coordinates, are inside. v C v is the sum of c (v_i - v_j)^2 over the pairs, with c = -C_ij, and of the row sums
+    times v_i^2.
     """
     n_dof = damping.shape[1]
     ground, found = damping[0].copy(), []
@@ -40,7 +42,7 @@ def dashpots(damping: Array) -> list[tuple[int, int, float, bool]]:
     ground[np.abs(ground) <= 1e-13 * np.abs(damping[0])] = 0.0
     found += [(int(i), -1, float(ground[i])) for i in np.flatnonzero(ground)]
     # Dashpots at the ends of a rod are two at most.
-    inside = len(found) > 2 or any(other >= 0 for _, other, _ in found)
+    inside = len(found) > 2 or any(other >= 0 for _, other, _ in found) if damped_inside is None else damped_inside
     return [(*dashpot, inside) for dashpot in found]
 
 

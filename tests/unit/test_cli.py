@@ -272,3 +272,32 @@ def test_several_settings_are_checked_once_all_are_in_place():
     result = invoke("check", AXIAL, *settings, "--json")
     assert result.exit_code == 0, result.output
     assert json.loads(result.stdout)["resolved"]["contacts"][0]["law"]["stiffness"] == 2.0e13
+
+
+def test_the_page_repeats_a_run_without_its_settings(tmp_path):
+    out, law = tmp_path / "out", "contacts.0.law={kind: penalty, stiffness: 1e9}"
+    arguments = [AXIAL, "--method", "modal_10", "--set", law, "--set", "solve.duration=1e-4"]
+    done = invoke("run", *arguments, "--out", str(out))
+    assert done.exit_code == 0, done.output
+    expected = f"impactlab run {AXIAL} --method modal_10 --set &#39;{law}&#39; --set solve.duration=1e-4 --out DIR"
+    assert expected in (out / "index.html").read_text()
+
+
+def test_loading_compiled_code_is_timed_as_solving(monkeypatch):
+    """Nothing is left to load, or to compile, when the clock of an exact run starts."""
+    from impactlab.exact import march
+    from impactlab.exact.kernel import ENTRY
+    from impactlab.pointers import COMPILED
+
+    loaded_at_first_call: list[bool] = []
+    real = march.march
+
+    def spied(log, coupled):
+        loaded_at_first_call.append(not COMPILED or bool(march.advance.overloads))
+        return real(log, coupled)
+
+    if COMPILED:  # as in a fresh process
+        monkeypatch.setattr(march, "advance", ENTRY(march.advance.py_func))
+    monkeypatch.setattr(march, "march", spied)
+    api.run(load_case(AXIAL).method("continuous"))
+    assert loaded_at_first_call[0]

@@ -42,6 +42,8 @@ class LoveRod(AbstractRodModel):
         {"modes": 20},
     )
 
+    theory = "love"
+
     elements: int = option(100, at_least=1, at_most=10_000_000, description="elements over the whole rod")
     poisson: float = option(0.3, at_least=0.0, below=0.5, description="Poisson's ratio")
     radius_of_gyration: float | None = option(
