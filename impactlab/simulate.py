@@ -33,6 +33,7 @@ from impactlab.ranges import PERIODS_IN_A_STEP
 from impactlab.scene import Contact, ElasticBody, Rod, Scene
 from impactlab.sizes import check_bodies, check_fields, check_records
 from impactlab.stepping.assembly import Assembly
+from impactlab.stepping.closed_limit import check_closed
 from impactlab.stepping.messengers import check_messengers
 from impactlab.stepping.preparation import (
     BuiltBody,
@@ -229,6 +230,7 @@ def prepare(scene: Scene) -> Plan:
     starts = start_laws(scene, facts, dt)
     warnings += check_messengers(scene, built, starts)
     pushes = pushes_of(scene, built, starts)
+    check_closed(scene, built, starts, pushes, integrator, dt)
     if pushes:
         steppers = prepare_steppers(scene, built, integrator, dt, pushes)
     warnings += constraint_warnings(scene, integrator) + list(misfit_warnings(built, dt))

@@ -69,6 +69,13 @@ class AbstractContactLaw(ABC):
         spring = self.spring(left, right, dt)
         return 0.0 if spring is None else spring[0]
 
+    def closed_gains(self, start: Start) -> tuple[float, float] | None:
+        """Return force per overlap [N/m] and push per gap of a closed contact that also pushes along its readings.
+
+        None where the law does not push, or where its force is not S less a share of the gap (see `closed_limit`).
+        """
+        return None
+
     def spring(self, left: SideFacts, right: SideFacts, dt: float) -> tuple[float, float] | None:
         """Return stiffness [N/m] and damping [N s/m] where the law is a constant spring and dashpot, else None.
 

@@ -51,6 +51,10 @@ class Nitsche(AbstractContactLaw):
         pushed = tuple((Reading(side, 0.0, "force"), 1.0 / len(rods)) for side, _ in rods)  # type: ignore[arg-type]
         return Start(parameters=(compliance, float(self.theta)), pushed=pushed)
 
+    def closed_gains(self, start: Start) -> tuple[float, float]:
+        compliance, theta = start.parameters[:2]
+        return 1.0 / compliance, theta
+
     def stiffest(self, left: SideFacts, right: SideFacts, dt: float) -> float:
         return 1.0 / self.begin(left, right, dt).parameters[0]
 
