@@ -166,6 +166,12 @@ def march(net, rule, duration, stage, out, u0, v0):  # noqa: C901 - one loop, on
                 fresh[node], always[node] = True, True
             continue
         toggles = 0
+        # What reaches one side of a closed contact goes on from the other side, too.
+        for _ in range(contacts):
+            for c in range(contacts):
+                a, b = net.left[c], net.right[c]
+                if mode[c] == PRESSED and (fresh[a] or fresh[b]):
+                    fresh[a], fresh[b] = True, True
         out.times[m], out.steps[m] = t, step
         for i in range(nodes):
             if fresh[i]:

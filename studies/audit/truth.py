@@ -13,7 +13,7 @@ from audit.network import FIXED, Doc, Frame, Network, frames, read
 from audit.tables import STAGES, Array
 
 SAMPLES = 6000  # middles of equal cells of the run, as in the metrics
-MOST_STEPS = 200_000
+MOST_STEPS = 60_000
 LEVELS = (
     (3e-5, 0.8),
     (1e-5, 1.0),

@@ -129,34 +129,46 @@ def test_references_that_claim_too_much_are_counted() -> None:
     assert references.line("rigid", [boast])[4] == "0"
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("number", [number for number in range(20) if number != 17])  # 17: the exact solver stops
-def test_exact_solver_and_truth_agree(number: int) -> None:
-    doc = families.draw("exact", 20, number).doc
-    try:
-        answer = truth.solve(doc)
-    except truth.NotKnownError:
-        return
+def exactly(doc: scenes.Doc) -> scenes.Doc:
+    """Return a case under the exact solver."""
     del doc["solve"]["tolerance"]
     doc["solve"]["model"] = {"kind": "continuous"}
     for contact in doc["contacts"]:
         contact.setdefault("law", {"kind": "addition_deletion"})
-    found = compare.errors(measure.seen(il.run(measure.case_for(doc)), answer), answer, 1e-4)
+    return doc
+
+
+def test_fronts_pass_through_closed_contacts() -> None:
+    doc = families.draw("exact", 5, 4).doc  # three rods in a row: a contact that grazes tells
+    answer = truth.solve(doc)
+    found = compare.errors(measure.seen(il.run(measure.case_for(exactly(doc))), answer), answer, 1e-4)
+    assert found["displacement"] < 1e-5
+    assert found["impulse"] < 1e-5
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [number for number in range(40) if number not in (17, 20)])  # it stops there
+def test_exact_solver_and_truth_agree(number: int) -> None:
+    doc = families.draw("exact", 20, number).doc
+    doc["solve"]["tolerance"] = 1e-4
+    answer = truth.solve(doc)
+    found = compare.errors(measure.seen(il.run(measure.case_for(exactly(doc))), answer), answer, 1e-4)
     assert max(found.values()) <= 1e-6 + 3.0 * max(answer.uncertainty.values())
+    assert max(answer.uncertainty.values()) <= 1e-5
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("family", ["power_law", "dashpot"])
 def test_waves_and_modes_agree(family: str) -> None:
     agreed = 0
-    for number in range(12):
+    for number in range(16):
         doc = families.draw(family, 21, number).doc
         held = [end for body in doc["bodies"].values() for end in body.get("ends", {}).values()]
-        if any(body["kind"] == "rod" for body in doc["bodies"].values()) and not any("dashpot" in e for e in held):
-            waves = answers.solve(doc)
-            modes = smooth.walk(doc, 14, 800)
-            found = compare.errors(modes, waves, 1e-4)
+        waves = any(body["kind"] == "rod" for body in doc["bodies"].values())
+        # A mesh sends noise ahead of fronts, to which a second contact with hysteresis would answer.
+        if waves and len(doc["contacts"]) == 1 and not any("dashpot" in end for end in held):
+            found = compare.errors(smooth.walk(doc, 14, 800), answers.solve(doc), 1e-4)
             assert found["displacement"] < 3e-3
-            assert found["impulse"] < 3e-3
+            assert found["impulse"] < 3e-4
             agreed += 1
-    assert agreed >= 4
+    assert agreed >= 3
