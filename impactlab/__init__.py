@@ -5,6 +5,8 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from impactlab.environment import check_environment
+
 if TYPE_CHECKING:
     from impactlab.api import Comparison, compare, run
     from impactlab.casefile import Case, load_case
@@ -43,6 +45,7 @@ def __getattr__(name: str) -> Any:
     # Loaded on first use, so that `import impactlab` and `impactlab --help` stay quick.
     if name not in _HOMES:
         raise AttributeError(f"module 'impactlab' has no attribute {name!r}")
+    check_environment()
     return getattr(import_module(_HOMES[name]), name)
 
 

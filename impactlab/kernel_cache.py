@@ -11,6 +11,7 @@ import contextlib
 import hashlib
 import os
 import pickle
+import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
@@ -23,6 +24,7 @@ import numpy as np
 from numba.core.caching import FunctionCache, NullCache
 from numba.core.serialize import dumps
 
+DAY = 86400.0  # s, after which a half-written file is left over
 DIGEST = 32  # bytes of a SHA-256
 SHORT = 16  # hexadecimal digits of a digest in a file name
 FOREIGN = ("numba", "numpy", "math", "cmath", "builtins", "llvmlite", "ctypes")  # known by the version of numba
@@ -129,6 +131,10 @@ class KernelFile:
             with contextlib.suppress(OSError):
                 draft.unlink()
             return
+        for left in self.folder.glob(f"{self.base}.*.tmp"):  # of processes that were killed
+            with contextlib.suppress(OSError):
+                if time.time() - left.stat().st_mtime > DAY:
+                    left.unlink()
         for older in self.folder.glob(f"{path.name.rsplit('.', 2)[0]}.*.nbc"):
             if older != path:
                 with contextlib.suppress(OSError):

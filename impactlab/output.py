@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import contextlib
 import os
+import platform
 import shutil
 import tempfile
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
 from impactlab.errors import CaseError
 
+DRAFT = ".impactlab-"  # in the names of folders that are being written; host and process follow
+DAY = 86400.0  # s, after which a draft of another machine, or of a number that a process has again, is left over
 MANIFEST = ".impactlab"
 """Names the files that impactlab wrote into a folder, so that only such a folder is ever replaced."""
 
@@ -39,7 +43,9 @@ def output_folder(folder: Path) -> Iterator[Path]:
     """Give a temporary folder to write in; on success it takes the place of ``folder``, else nothing remains."""
     check_target(folder)
     target = folder.absolute()
-    draft = Path(tempfile.mkdtemp(prefix=f".{target.name}.", dir=target.parent))
+    sweep(target.parent)
+    prefix = f".{target.name[:100]}{DRAFT}{_host()}-{os.getpid()}."
+    draft = Path(tempfile.mkdtemp(prefix=prefix, dir=target.parent))
     try:
         yield draft
         names = sorted(_files(draft))
@@ -47,7 +53,7 @@ def output_folder(folder: Path) -> Iterator[Path]:
         draft.chmod(0o777 & ~_umask())
         if target.exists():
             check_target(target)  # it may have changed while the run went on
-            old = Path(tempfile.mkdtemp(prefix=f".{target.name}.", dir=target.parent))
+            old = Path(tempfile.mkdtemp(prefix=prefix, dir=target.parent))
             target.replace(old / "old")
             draft.replace(target)
             shutil.rmtree(old)
@@ -56,6 +62,32 @@ def output_folder(folder: Path) -> Iterator[Path]:
     except BaseException:
         shutil.rmtree(draft, ignore_errors=True)
         raise
+
+
+def sweep(parent: Path) -> None:
+    """Delete drafts beside an output folder that a killed run left behind."""
+    for path in parent.glob(f".*{DRAFT}*"):
+        host, _, number = path.name.rpartition(DRAFT)[2].partition(".")[0].rpartition("-")
+        with contextlib.suppress(OSError):
+            old = time.time() - path.lstat().st_mtime > DAY
+            if old or (host == _host() and number.isdigit() and not _is_running(int(number))):
+                shutil.rmtree(path, ignore_errors=True)
+
+
+def _host() -> str:
+    return "".join(letter for letter in platform.node() if letter.isalnum())[:40] or "host"
+
+
+def _is_running(number: int) -> bool:
+    if os.name != "posix":  # there os.kill would end it
+        return True
+    try:
+        os.kill(number, 0)
+    except ProcessLookupError:
+        return False
+    except (OSError, OverflowError):
+        return True
+    return True
 
 
 def _files(folder: Path) -> set[str]:

@@ -35,6 +35,8 @@ app.command()(cases.new)
 
 def main() -> None:
     """Run the command line and leave with its exit code."""
+    if "--help" not in sys.argv:
+        _check_surroundings()
     try:
         app()
     except KeyboardInterrupt:
@@ -47,3 +49,21 @@ def main() -> None:
 
             print_failure(None, CaseError("the command line is wrong", remedy="See standard error, or --help."))
         raise
+
+
+def _check_surroundings() -> None:
+    """Leave with 2 where the process has no room, or settings of others are wrong; nothing heavy is imported."""
+    from impactlab.environment import check_environment
+    from impactlab.errors import ImpactlabError
+
+    try:
+        check_environment()
+    except ImpactlabError as error:
+        print(error, file=sys.stderr)
+        if "--json" in sys.argv:
+            import json
+
+            places = dict.fromkeys(("file", "line", "path"))
+            told = {"kind": type(error).__name__, **places, "text": error.text, "remedy": error.remedy}
+            print(json.dumps({"schema_version": 1, "case": "", "status": "refused", "error": told}, indent=1))
+        raise Left(2) from None
