@@ -15,6 +15,7 @@ MAX_JUMP = 2.0e-15  # of the largest velocity: ten roundings; a break at which l
 FORCE_TOL = (
     1.0e-2  # of the force below which a contact has none: the same jump in a force, and the rounding of a spring
 )
+FEW = 200  # intervals: in shorter runs, to join waves that are not constant takes longer than it saves
 MOST_POINTS = 36  # of a joined piece: half of what a piece may have, so that it can still be integrated and cut
 
 
@@ -120,7 +121,7 @@ def joined(m: Memory, j: int, t0: float, t1: float, n: int) -> int:
     nodes, ends = junction.last_node - junction.first_node, junction.last_end - junction.first_end
     height = 2 * nodes + 2 * ends + junction.last_contact - junction.first_contact
     old = m.pieces[len(m.pieces) // len(m.junctions) * j + junction.records - 1]
-    if junction.broken == 1 or old.stop <= 0.0:
+    if junction.broken == 1 or old.stop <= 0.0 or (m.state[0].intervals < FEW and max(n, old.size) > 2):
         return 0
     widths = m.stack[0]
     widths[0], widths[1] = t0 - old.start, t1 - t0

@@ -60,23 +60,26 @@ def solve(scene: Scene, whole: bool = False) -> ContinuousHistory | ThinnedHisto
     coupled = march.springs(layout.network)
     march.compile_for(log, coupled)
     ready = clock.perf_counter()
-    most = (WHOLE if whole else KEPT) * memory_limit() / NUMBER
     thinner: Thinner | None = None
+    log.tally[3] = TURN
     while True:
-        log.tally[3] = min(int(log.tally[2]) + TURN, MOST_INTERVALS)
         status = march.march(log, coupled)
         if status == march.DONE:
             break
         if status in (march.TOO_MANY, march.UNRESOLVED) or log.tally[2] >= MOST_INTERVALS:
             stop(scene, layout, log, reason(scene, layout, log, status), thinner)
-        if status in (march.MORE_RECORDS, march.MORE_POOL) and 2 * room(log) > most:
+        if status == march.PAUSED:
+            log.tally[3] += TURN
+            continue
+        most = (WHOLE if whole else KEPT) * memory_limit() / NUMBER
+        if status != march.MORE_EVENTS and 2 * room(log) > most:
             if whole:
                 stop(scene, layout, log, _too_large(log, most), thinner)
             thinner = thinner or Thinner(scene, layout, log)
             log = thinner.take(log)
             if 2 * log.tally[0] > len(log.pool) or 2 * int(np.max(log.records)) > log.start.shape[1]:
                 stop(scene, layout, log, _too_large(log, most), thinner)
-        elif status != march.PAUSED:
+        else:
             log = grown(log, status == march.MORE_RECORDS, status == march.MORE_POOL, status == march.MORE_EVENTS)
     history: ContinuousHistory | ThinnedHistory
     history = thinner.finish(log, scene.duration) if thinner else ContinuousHistory(scene, layout, log, scene.duration)
@@ -140,7 +143,7 @@ def _too_large(log: Log, most: float) -> tuple[str, str]:
 
 def _shorter(log: Log) -> str:
     return (
-        f"Give a duration of at most {min(log.clock):.6g} s, or solve.tolerance in place of a model, or a model that "
+        f"Give a duration of at most {0.9 * min(log.clock):.3g} s, or solve.tolerance in place of a model, or a model that "
         "steps."
     )
 

@@ -53,7 +53,8 @@ def test_a_run_beyond_its_memory_is_the_whole_run_at_its_instants(make, monkeypa
             continue
         exact = whole.evaluate(t, channel)
         assert thin.evaluate(t, channel) == pytest.approx(exact, abs=1e-9 * max(1.0, np.max(np.abs(exact)))), channel
-    assert thin.events == whole.events
+    assert [event[1:] for event in thin.events] == [event[1:] for event in whole.events]
+    assert [event.time for event in thin.events] == pytest.approx([event.time for event in whole.events], rel=1e-12)
     assert len(thin.contacts) == len(whole.contacts) > 1
     for one, other in zip(thin.contacts, whole.contacts, strict=True):
         assert one.impulse == pytest.approx(other.impulse, rel=1e-9, abs=1e-12)
