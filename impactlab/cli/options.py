@@ -46,7 +46,7 @@ def command_line(
     *others: str,
 ) -> str:
     """Return the command that repeats a run, as a shell takes it; its output folder is left to be named."""
-    words = ["impactlab", command, str(case)]
+    words = ["impactlab", command, case.name]
     for option, values in (
         ("--variant", [variant]),
         ("--method", [method]),

@@ -279,7 +279,7 @@ def test_the_page_repeats_a_run_without_its_settings(tmp_path):
     arguments = [AXIAL, "--method", "modal_10", "--set", law, "--set", "solve.duration=1e-4"]
     done = invoke("run", *arguments, "--out", str(out))
     assert done.exit_code == 0, done.output
-    expected = f"impactlab run {AXIAL} --method modal_10 --set &#39;{law}&#39; --set solve.duration=1e-4 --out DIR"
+    expected = f"impactlab run axial_impact.yaml --method modal_10 --set &#39;{law}&#39; --set solve.duration=1e-4 --out DIR"
     assert expected in (out / "index.html").read_text()
 
 
