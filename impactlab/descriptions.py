@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import Literal
 
 from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.described import described, rods_of, shortest_transit
+from impactlab.integrators.adaptive import Adaptive
 from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.midpoint import Midpoint
@@ -32,15 +34,21 @@ def as_lumped_mesh(scene: Scene, elements: int, courant: float) -> Scene:
     return described(scene, FiniteElement(elements, "lumped"), CentralDifference(), rule, AdditionDeletion())
 
 
-def as_consistent_mesh(scene: Scene, elements: int) -> Scene:
-    """Return the scene on 2-node bars of consistent mass under the midpoint rule, half an element in a step."""
-    return described(scene, FiniteElement(elements), Midpoint(), StepRule(courant=0.5), AdditionDeletion())
+def as_implicit_mesh(scene: Scene, elements: int, mass: Literal["consistent", "lumped"] = "consistent") -> Scene:
+    """Return the scene on 2-node bars under the midpoint rule, half an element in a step."""
+    return described(scene, FiniteElement(elements, mass), Midpoint(), StepRule(courant=0.5), AdditionDeletion())
 
 
 def as_rigid_bodies(scene: Scene, steps: int) -> Scene:
     """Return a scene without rods in so many steps, its bodies moved exactly under a constant force."""
     rule = StepRule(dt=scene.duration / steps)
     return dataclasses.replace(scene, integrator=ExactModal(), step=rule, events="dated", tolerance=None)
+
+
+def as_adaptive_bodies(scene: Scene, tolerance: float) -> Scene:
+    """Return a scene without rods under adaptive steps between located events, with a relative tolerance."""
+    integrator, rule = Adaptive(relative_tolerance=max(tolerance, 1e-12)), StepRule(points_per_period=10.0)
+    return dataclasses.replace(scene, integrator=integrator, step=rule, events="dated", tolerance=None)
 
 
 def is_special(scene: Scene) -> bool:

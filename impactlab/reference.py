@@ -5,11 +5,12 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections import OrderedDict
-from collections.abc import Callable, Iterator, Mapping
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, Literal, NamedTuple
 
 from impactlab.errors import ImpactlabError, StepError
 from impactlab.history import AbstractHistory
+from impactlab.refine.extrapolation import RATIO, Differences, finest_error
 from impactlab.scene import RECORDS, ElasticBody, Scene
 
 # Names in summaries: the exact hard contact, the exact spring and dashpot of the case itself, the converged answer.
@@ -22,10 +23,15 @@ EASY = 0.02  # s, unless the next level costs less than this
 WORST = 1e-2  # uncertainty beyond which there is no reference
 READ = 1e-7  # of a value: what two histories may share that are read on lines between at most 20000 records
 COARSEST = 50  # elements, or steps in the shortest transit
-NEARER = 0.75  # of a distance: what converges in proportion to the mesh halves it
+FIRST = 0.7  # of the budget that the first description may take
+CHECKING = 3e-5  # uncertainty at which the second answer is good enough to check the first
+UNWITNESSED = 3.0  # times less known: an answer without a second one
+SAFETY = 3.0  # on the error that three levels show (docs/audit.md: claimed against true over random scenes)
+TIGHTER = 4.0  # the tolerance of adaptive steps falls as fineness to minus this
 JUDGED = ("mass_displacement", "face_displacement", "impulse")
 """The metrics by which a reference converges; their largest uncertainty is that of the reference."""
-TOLD = ("force", "force_away_from_jumps", "event_times")  # metrics whose uncertainty is kept beside
+SMOOTH = (*JUDGED, "peak_force")
+TOLD = ("peak_force", "force", "force_away_from_jumps", "event_times")  # metrics whose uncertainty is kept beside
 MOST_KEPT = 12  # converged references in memory
 
 
@@ -48,7 +54,7 @@ class Way(NamedTuple):
     words: str
     scene: Callable[[int], Scene]
     seconds: Callable[[int], float]
-    witness: Callable[[int], Scene] | None = None  # the same off the special step c dt = h, where the way has that
+    order: float = 2.0  # of displacements and impulses in the fineness, at most
 
 
 def find(scene: Scene, budget: float = THOROUGH) -> Reference | None:
@@ -132,90 +138,107 @@ def converged(scene: Scene, budget: float = THOROUGH) -> Reference | None:
     return _kept[key]
 
 
-def uncertainty(coarse: float, fine: float) -> float:
-    """Return the uncertainty of the finest of three levels from the two differences between neighbours.
-
-    Differences that shrink by r leave a remainder of fine/(r - 1); where they shrink faster than by half, the last
-    difference itself, as one fast step may be luck. Where they do not shrink nothing is known. Below `READ` none goes.
-    """
-    if fine <= READ:
-        return max(READ, min(coarse, 2.0 * READ))
-    return math.inf if coarse <= fine else max(fine, fine / (coarse / fine - 1.0))
-
-
 def _refined(scene: Scene, budget: float) -> Reference | None:
-    from impactlab.described import beams_of
+    """Return the better of two refined answers, or None where none converges.
 
-    if beams_of(scene):
-        from impactlab import reference_beams
-
-        return reference_beams.refined(scene, budget)
-    best: Reference | None = None
-    left = budget
+    Two descriptions that share nothing but the physics are refined; where they differ by more than they claim, that
+    difference is the uncertainty. An answer that no second one stands beside counts as `UNWITNESSED` times less known.
+    """
+    found: list[Reference] = []
     for way in _ways(scene):
-        if best is not None and best.uncertainty <= 10.0 * WANTED:
+        last, share = None, budget if found else FIRST * budget
+        for each, spent in levels(way, share):
+            budget -= spent
+            last = each if each is not None else last
+            if found and each is not None and each.uncertainty <= max(CHECKING, 3.0 * found[0].uncertainty):
+                break
+        if last is not None and is_known(last):
+            found.append(last)
+        if len(found) == 2:
             break
-        for found, spent in levels(way, left):
-            left -= spent
-            if found is not None and is_known(found):
-                best = found if best is None or found.uncertainty < best.uncertainty else best
-    return best
+    if not found:
+        return None
+    best = min(found, key=lambda each: each.uncertainty)
+    other = next((each for each in found if each is not best), None)
+    checked = _less_known(best, UNWITNESSED) if other is None else _beside(best, other, scene)
+    return checked if is_known(checked) else None
+
+
+def _less_known(found: Reference, factor: float) -> Reference:
+    told = {name: factor * value for name, value in found.uncertainties.items()}
+    return found._replace(uncertainty=factor * found.uncertainty, uncertainties=told)
+
+
+def _beside(best: Reference, other: Reference, scene: Scene) -> Reference:
+    """Return an answer with the uncertainty that a second one leaves it."""
+    told = dict(best.uncertainties)
+    for name, value in differences(other.history, best.history, scene).items():
+        claimed = told.get(name, best.uncertainty) + other.uncertainties.get(name, other.uncertainty)
+        if value > claimed:
+            told[name] = value
+    uncertainty = max([best.uncertainty, *(told[name] for name in JUDGED if name in told)])
+    return best._replace(uncertainty=uncertainty, uncertainties=told, found=f"{best.found}, checked by {other.found}")
 
 
 def levels(way: Way, budget: float) -> Iterator[tuple[Reference | None, float]]:
-    """Give the answer after each level with the seconds that the level was to take, until wanted or spent."""
+    """Give the answer after each level with the seconds that the level was to take, until wanted or spent.
+
+    From level to level the fineness grows by the golden section, so that no step is a multiple of another; the error of
+    the last of three is extrapolated with the order that they show.
+    """
     from impactlab import simulate
 
-    before: AbstractHistory | None = None
-    first: dict[str, float] = {}
+    runs: list[tuple[int, AbstractHistory]] = []
+    nearer: dict[str, float] = {}  # of the two runs before the last
     fineness, spent = COARSEST, 0.0
     while spent + way.seconds(fineness) <= budget:
         spent += way.seconds(fineness)
         try:
             fine = way.scene(fineness)
-            history = simulate.run(fine)
+            runs.append((fineness, simulate.run(fine)))
         except (ImpactlabError, ArithmeticError):
             return
         found = None
-        if before is not None:
-            second = differences(before, history, fine)
-            if first:
-                worst = least_known(first, second)
-                told = {name: max(first.get(name, math.inf), value) for name, value in second.items()}
-                told |= {name: min(worst, told[name]) for name in JUDGED if name in told}
-                found = _witnessed(Reference(CONVERGED, history, worst, told, f"{way.words} {fineness}"), way, fineness)
-            first = second
+        if len(runs) > 1:
+            last = differences(runs[-2][1], runs[-1][1], fine)
+            if len(runs) > 2:
+                apart = {"coarse_middle": nearer, "coarse_fine": differences(runs[-3][1], runs[-1][1], fine)}
+                told = uncertainties(apart | {"middle_fine": last}, [n for n, _ in runs[-3:]], way.order)
+                worst = max((told[name] for name in JUDGED if name in told), default=math.inf)
+                found = Reference(CONVERGED, runs[-1][1], worst, told, f"{way.words} {fineness}")
+            nearer = last
         yield found, way.seconds(fineness)
-        before, fineness = history, 2 * fineness
+        runs = runs[-2:]
+        fineness = round(RATIO * fineness)
         if found is not None and found.uncertainty <= (WANTED if way.seconds(fineness) > EASY else READ):
             return
 
 
-def _witnessed(found: Reference, way: Way, fineness: int) -> Reference:
-    """Return an answer with what meshes off the special step say of it, where it was found on that step alone.
+def uncertainties(
+    apart: Mapping[str, Mapping[str, float]], fineness: Sequence[float], order: float
+) -> dict[str, float]:
+    """Return the uncertainty of the finest of three runs by metric, from the metrics of their differences.
 
-    Answers with c dt = h share what flatters them, so that two may agree by luck. Meshes of an ordinary step converge
-    slower, but to the truth: where the finer of two does not come nearer to the answer, the answer is no better known
-    than by their distance.
+    Parameters
+    ----------
+    apart : mapping
+        Metrics of each pair: keys are the fields of `impactlab.refine.extrapolation.Differences`.
+    fineness : sequence of float
+        Of the three runs, rising.
+    order : float
+        Declared order of displacements and impulses; events and forces are of the first order at most.
+
+    Returns
+    -------
+    dict
+        Estimated error times `SAFETY`, never below `READ`; inf of a metric that a pair lacks.
     """
-    from impactlab import simulate
-
-    if way.witness is None or not found.uncertainty <= WORST:
-        return found
-    apart = []
-    for part in (4, 2):
-        scene = way.witness(max(2, fineness // part))
-        try:
-            apart.append(differences(simulate.run(scene), found.history, scene))
-        except (ImpactlabError, ArithmeticError):  # nothing stands for the answer
-            return found._replace(uncertainty=math.inf)
-    judged = [name for name in JUDGED if name in apart[1]]
-    name = max(judged, key=lambda each: apart[1][each], default="")
-    if not name or apart[1][name] <= max(found.uncertainty, NEARER * apart[0].get(name, math.inf)):
-        return found
-    doubt = apart[1][name]
-    told = {each: max(value, doubt) if each in JUDGED else value for each, value in found.uncertainties.items()}
-    return found._replace(uncertainty=max(found.uncertainty, doubt), uncertainties=told)
+    found = {}
+    for name in apart["middle_fine"]:
+        pairs = Differences(*(apart[field].get(name, math.inf) for field in Differences._fields))
+        error = finest_error(pairs, (fineness[0], fineness[1], fineness[2]), order if name in SMOOTH else 1.0).error
+        found[name] = max(READ, SAFETY * error)
+    return found
 
 
 def is_known(found: Reference) -> bool:
@@ -234,32 +257,29 @@ def differences(coarse: AbstractHistory, fine: AbstractHistory, scene: Scene) ->
     return {name: float(value) for name, value in found.items() if value is not None}
 
 
-def least_known(first: Mapping[str, float], second: Mapping[str, float]) -> float:
-    """Return the uncertainty of the metric that is least known: it must converge itself, whatever the others do."""
-    judged = [name for name in JUDGED if name in second]
-    if not judged:
-        return math.inf
-    name = max(judged, key=lambda each: second[each])
-    return uncertainty(first.get(name, math.inf), second[name])
-
-
 def _ways(scene: Scene) -> Iterator[Way]:
     """Give the descriptions that may serve a scene, the best first; none where the physics has no single answer."""
-    from impactlab.described import has_one_answer, is_a_delay_line, is_coupled, rods_of, split_at_contacts
+    from impactlab.described import beams_of, has_one_answer, is_a_delay_line, is_coupled, rods_of, split_at_contacts
 
+    if beams_of(scene):
+        from impactlab import reference_beams
+
+        yield from reference_beams.every_way(scene)
+        return
     if not has_one_answer(scene):
         return
     scene = split_at_contacts(scene)
     rods = rods_of(scene)
     if not rods:
-        yield _rigid(scene)
+        yield from _rigid(scene)
         return
     hard = any(contact.law.hard for contact in scene.contacts)
     if not hard and is_a_delay_line(scene):
         yield _delay_line(scene, len(rods))
     if hard and not any(is_coupled(rod) for rod in rods):
         yield _explicit(scene, len(rods))
-    yield _implicit(scene, len(rods))
+    yield _implicit(scene, len(rods), "consistent")
+    yield _implicit(scene, len(rods), "lumped")
 
 
 def _delay_line(scene: Scene, rods: int) -> Way:
@@ -276,7 +296,7 @@ def _delay_line(scene: Scene, rods: int) -> Way:
 
 def _explicit(scene: Scene, rods: int) -> Way:
     from impactlab.described import shortest_transit
-    from impactlab.descriptions import ORDINARY, as_lumped_mesh
+    from impactlab.descriptions import as_lumped_mesh
 
     # On a rod of one wave speed, and wherever pieces share their elements by travel time without a remainder, waves go
     # one element in a step: no dispersion.
@@ -285,23 +305,31 @@ def _explicit(scene: Scene, rods: int) -> Way:
         "lumped mesh at courant 1, elements:",
         lambda n: as_lumped_mesh(scene, n, 1.0),
         lambda n: 6e-9 * rods * n * n * scene.duration / shortest,
-        lambda n: as_lumped_mesh(scene, n, ORDINARY),
     )
 
 
-def _implicit(scene: Scene, rods: int) -> Way:
+def _implicit(scene: Scene, rods: int, mass: Literal["consistent", "lumped"]) -> Way:
     from impactlab.described import shortest_transit
-    from impactlab.descriptions import as_consistent_mesh
+    from impactlab.descriptions import as_implicit_mesh
 
     shortest = shortest_transit(scene)
     return Way(
-        "consistent mesh at courant 1/2, elements:",
-        lambda n: as_consistent_mesh(scene, n),
+        f"{mass} mesh at courant 1/2, elements:",
+        lambda n: as_implicit_mesh(scene, n, mass),
         lambda n: 16e-9 * rods * n * n * scene.duration / shortest,
+        order=1.0 if scene.force_jumps else 2.0,
     )
 
 
-def _rigid(scene: Scene) -> Way:
-    from impactlab.descriptions import as_rigid_bodies
+def _rigid(scene: Scene) -> Iterator[Way]:
+    from impactlab.choice.times import rise_time
+    from impactlab.descriptions import as_adaptive_bodies, as_rigid_bodies
 
-    return Way("rigid bodies, steps:", lambda n: as_rigid_bodies(scene, 20 * n), lambda n: 3e-7 * 20 * n)
+    rises = scene.duration / min((rise_time(scene, contact) for contact in scene.contacts), default=scene.duration)
+    yield Way("rigid bodies, steps:", lambda n: as_rigid_bodies(scene, 20 * n), lambda n: 3e-7 * 20 * n)
+    yield Way(
+        "adaptive steps between located events, level:",
+        lambda n: as_adaptive_bodies(scene, 1e-4 * (COARSEST / n) ** TIGHTER),
+        lambda n: 1e-3 * max(10.0, rises) * (n / COARSEST) ** 0.5,
+        order=TIGHTER,
+    )

@@ -8,49 +8,13 @@ from collections.abc import Iterator
 
 from impactlab.described import beams_of, described, has_one_answer
 from impactlab.errors import CaseError, ImpactlabError
-from impactlab.reference import COARSEST, JUDGED, Reference, Way, differences, is_known, levels
+from impactlab.reference import COARSEST, Way
 from impactlab.scene import Beam, Rod, Scene, StepRule
 
 STEPS = 20  # in the shortest of the scene's times, per unit of fineness
 MESHED = 400  # elements behind modes where no closed form is known: they are worked out densely
 CHECKING = 3e-5  # uncertainty at which the second answer is good enough to check the first
 DISAGREE = 3.0  # times what both answers claim to be off by: from here on it is their difference that is known
-
-
-def refined(scene: Scene, budget: float) -> Reference | None:
-    """Return the better of two refined answers, or None where none converges.
-
-    Two descriptions that share nothing but the physics are refined: modes under exact steps, and beam elements under
-    the midpoint rule. Where both converge, and differ by more than they claim, that difference is the uncertainty.
-    """
-    found: list[Reference] = []
-    for way in every_way(scene):
-        last = None
-        for each, spent in levels(way, budget):
-            budget -= spent
-            last = each if each is not None else last
-            if found and each is not None and each.uncertainty <= CHECKING:
-                break
-        if last is not None:
-            found.append(last)
-    known = [each for each in found if is_known(each)]
-    if not known:
-        return None
-    best = min(known, key=lambda each: each.uncertainty)
-    others = [each for each in known if each is not best]
-    return _checked(best, others[0], scene) if others else best
-
-
-def _checked(best: Reference, other: Reference, scene: Scene) -> Reference | None:
-    apart = differences(other.history, best.history, scene)
-    told = dict(best.uncertainties)
-    for name, value in apart.items():
-        if value > DISAGREE * (told.get(name, best.uncertainty) + other.uncertainties.get(name, other.uncertainty)):
-            told[name] = max(value, told.get(name, 0.0))
-    uncertainty = max([best.uncertainty, *(told[name] for name in JUDGED if name in told)])
-    found = f"{best.found}, checked by {other.found}"
-    checked = best._replace(uncertainty=uncertainty, uncertainties=told, found=found)
-    return checked if is_known(checked) else None
 
 
 def slowest_time(beam: Beam) -> float:

@@ -24,8 +24,8 @@ from impactlab.described import (
 )
 from impactlab.descriptions import (
     ORDINARY,
-    as_consistent_mesh,
     as_delay_line,
+    as_implicit_mesh,
     as_lumped_mesh,
     as_rigid_bodies,
     as_waves,
@@ -229,7 +229,7 @@ def _implicit(scene: Scene, jumps: bool) -> Family:
     return Family(
         "consistent mesh, midpoint rule at courant 1/2",
         "elements a rod",
-        lambda n: as_consistent_mesh(scene, n),
+        lambda n: as_implicit_mesh(scene, n),
         lambda n: FIXED_S + (3e-7 + 7e-9 * len(rods) * n) * 2.0 * scene.duration / shortest_element(scene, n),
         error,
         2.0 if not jumps or damped > 0.0 else 1.0,
