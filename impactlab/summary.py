@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from impactlab import metrics
+from impactlab.choice import agreement
 from impactlab.collisions import agreements, collisions
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.history import AbstractHistory, ContactSpan, Event
@@ -26,6 +27,7 @@ COMPLETED, TOLERANCE_NOT_MET = "completed", "tolerance_not_met"  # statuses of r
 PROBE_POINTS = 6001  # instants at which the extremes of a probe are sought, besides both sides of its jumps
 VAGUE = 0.02  # uncertainty of a metric of the reference, in its own unit, beyond which no error is told
 KNOWN_BY = {
+    "peak_force": ("peak_force",),
     "force": ("force",),
     "force_away_from_jumps": ("force_away_from_jumps", "force_graph", "force_oscillation"),
     "event_times": ("event_times", "events_missed", "events_extra", "opening_time"),
@@ -68,6 +70,10 @@ def summarise(
     reference : Reference, or (str, AbstractHistory), optional
         The answer it is judged by, with its uncertainty, or its name and history; without one ``errors`` is null.
     """
+    found = None
+    if reference is not None:
+        found = errors(history, Reference(*reference), scene)
+        agreement.compare(history, agreement.measured_error(found, Reference(*reference), scene))
     summary = {
         "schema_version": SCHEMA_VERSION,
         "case": case_name,
@@ -80,7 +86,7 @@ def summarise(
         "final": final(scene, history),
         "energy": energy(history),
         "probes": {probe.channel: extremes(history, probe.channel) for probe in scene.probes},
-        "errors": None if reference is None else errors(history, Reference(*reference), scene),
+        "errors": found,
         "cost": dataclasses.asdict(history.cost),
         "choice": None if history.choice is None else history.choice.document(method(scene, history)),
         "warnings": [{"code": warned.code, "text": warned.text} for warned in history.warnings],

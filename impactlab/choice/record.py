@@ -38,11 +38,12 @@ class Choice:
     estimate: str  # how the error was estimated, in words
     ladder: tuple[Rung, ...]
     choosing_s: float  # s, all that was spent beside the chosen run
+    measured_error: float | None = None  # against a reference, less its uncertainty; None where there was none
 
     @property
     def met(self) -> bool:
-        """Whether the expected error lies within the tolerance."""
-        return self.expected_error <= self.tolerance
+        """Whether the expected error, and the measured one where there is one, lie within the tolerance."""
+        return max(self.expected_error, self.measured_error or 0.0) <= self.tolerance
 
     def document(self, method: dict[str, Any]) -> dict[str, Any]:
         """Return the choice for the summary; ``method`` is the summary's block of the same name."""
@@ -51,6 +52,7 @@ class Choice:
             "met": self.met,
             "chosen": {"candidate": self.chosen, "events": self.scene.events, **method},
             "expected_error": self.expected_error,
+            "measured_error": self.measured_error,
             "estimate": self.estimate,
             "ladder": [rung._asdict() for rung in self.ladder],
             "choosing_s": self.choosing_s,

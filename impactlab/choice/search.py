@@ -55,6 +55,7 @@ class Search:
     trials: list[Trial] = field(default_factory=list)
     closed: str = ""
     fails: int = 0  # trials that ended as failed
+    final: str = ""  # why the next trial is the last one
 
     @property
     def tried(self) -> set[int]:
@@ -65,6 +66,27 @@ class Search:
     def cost(self) -> float:
         """Predicted seconds of solving at the fineness that is needed."""
         return self.family.seconds(self.next)
+
+    @property
+    def price(self) -> float:
+        """Predicted seconds of solving of the next trial, and of the coarser ones that the first one needs."""
+        coarser = self.family.coarser(self.next) if self.family.unit and len(self.trials) < 2 else ()
+        return self.cost + sum(self.family.seconds(fineness) for fineness in coarser)
+
+    def affordable(self, seconds: float) -> int | None:
+        """Return a fineness near the largest whose trials take so long [s]; None where no useful one does."""
+        if not self.family.unit:
+            return None
+        least = max([self.family.coarsest, *(round(1.2 * trial.fineness) for trial in self.trials)])
+        needed, fineness = self.next, self.next
+        while fineness >= least:
+            self.next = self.family.whole(fineness)
+            if self.price <= seconds:
+                self.next, fineness = needed, self.next
+                return fineness
+            fineness = int(0.8 * fineness)
+        self.next = needed
+        return None
 
     @property
     def urge(self) -> float:
@@ -81,7 +103,7 @@ def first_guess(scene: Scene) -> Scene:
     """Return the description that facts of its class predict to be the cheapest within the tolerance."""
     searches, why = searches_of(scene)
     if not searches:
-        raise _nothing(why)
+        raise _nothing(why, searches)
     search = min(searches, key=lambda each: each.urge)
     return search.family.scene(search.next)
 
@@ -108,7 +130,7 @@ def run(scene: Scene, progress: Progress | None = None) -> AbstractHistory:
     failed: list[ImpactlabError] = []
     best = searched(searches, tolerance, failed, progress)
     if best is None:
-        raise failed[0] if failed else _nothing(why)
+        raise failed[0] if failed else _nothing(why, searches)
     search, trial = best
     history = trial.history
     chosen, rungs = search.family.scene(trial.fineness), tuple(ladder(searches, search, trial, why))
@@ -124,7 +146,10 @@ def run(scene: Scene, progress: Progress | None = None) -> AbstractHistory:
         choosing_s=choosing,
     )
     if not history.choice.met:
-        text = f"no candidate within reason keeps {tolerance:g}; the best found should keep {trial.expected:.2g}"
+        text = (
+            f"no description that a choice may try keeps {tolerance:g}: the best one has an estimated error of "
+            f"{trial.expected:.2g} ({search.family.words(trial.fineness)})"
+        )
         history.warnings.append(Warned("tolerance_not_met", text))
     return history
 
@@ -139,10 +164,14 @@ def searched(
         search = min(waiting, key=lambda each: each.urge)
         if best is not None and best[1].expected <= tolerance and not _worth_trying(search, best, searches):
             break
-        if search.cost > left:
-            search.closed = f"would solve for {search.cost:.2g} s, beyond what a choice may take"
-            continue
-        left -= search.cost
+        if search.price > left:
+            needed = f"would take {search.price:.2g} s of solving, beyond the {BUDGET:g} s that a choice may take"
+            affordable = search.affordable(left if len(waiting) == 1 else 0.5 * left)
+            if affordable is None or (best is not None and best[1].expected <= tolerance):
+                search.closed = needed
+                continue
+            search.next, search.final = affordable, needed
+        left -= search.price
         try:
             found = _tried(search, tolerance, progress)
         except StepError as error:
@@ -156,6 +185,7 @@ def searched(
             failed.append(error)
             search.closed = f"refused: {error.text}"
             continue
+        search.closed = search.closed or search.final
         for trial in found:
             if best is None or _better((search, trial), best, tolerance):
                 best = search, trial
@@ -214,7 +244,14 @@ def searches_of(scene: Scene) -> tuple[list[Search], str]:
     return [Search(family, family.start_for(scene.tolerance or 0.0), scene) for family in families], why
 
 
-def _nothing(why: str) -> CaseError:
+def _nothing(why: str, searches: list[Search]) -> CaseError:
+    if searches:
+        reasons = "; ".join(f"{search.family.name}: {search.closed}" for search in searches)
+        return CaseError(
+            f"no description can be tried: {reasons}",
+            remedy="Give a shorter duration, or model, integrator and step of your own.",
+            path="solve.tolerance",
+        )
     return CaseError(
         f"no description serves this scene: {why or 'its contacts have no single answer'}",
         remedy="Give the contact a law with a stiffness or a restitution, or model, integrator and step of your own.",

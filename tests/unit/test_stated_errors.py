@@ -1,0 +1,92 @@
+"""The stated error of a chosen run beside the errors of its summary, and choices that run out of their budget."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+
+import pytest
+
+from impactlab import load_case, run, simulate, summary
+from impactlab.choice import agreement, search
+from impactlab.errors import CaseError
+from impactlab.reference import Reference, find
+
+BALL = {
+    "schema_version": 1,
+    "bodies": {"ball": {"kind": "mass", "mass": 1.0, "velocity": 1.0}, "wall": {"kind": "wall"}},
+    "contacts": [
+        {"between": ["ball", "wall"], "gap": 7.767e-5, "law": {"kind": "penalty", "stiffness": 1e6, "damping": 1200.0}}
+    ],
+    "solve": {"duration": 5e-3, "tolerance": 1e-4},
+}
+
+
+def case(tmp_path, **solve):
+    (tmp_path / "ball.json").write_text(json.dumps(BALL | {"solve": BALL["solve"] | solve}))
+    return load_case(tmp_path / "ball.json")
+
+
+@pytest.mark.parametrize("gap", [0.0, 7.767e-5, 1.3e-4, 2.91e-4])
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-4])
+def test_a_dashpot_touched_inside_a_step_keeps_the_tolerance(tmp_path, gap, tolerance):
+    """Closed form of a ball on a spring and dashpot that never pull, zeta 0.6: e = exp(-zeta w0 t), 0.2488406."""
+    data = json.loads(json.dumps(BALL))
+    data["contacts"][0]["gap"], data["solve"]["tolerance"] = gap, tolerance
+    (tmp_path / "ball.json").write_text(json.dumps(data))
+    history = run(load_case(tmp_path / "ball.json"))
+    assert history.choice.met
+    impulse = sum(span.impulse for span in history.contacts)
+    assert impulse == pytest.approx(1.2488406, rel=min(tolerance, history.choice.expected_error + 1e-7))
+
+
+def test_errors_beyond_the_stated_one_are_told_first_and_the_tolerance_is_not_met(tmp_path):
+    """A run that was chosen is held against the reference of a ball with another speed."""
+    scene = case(tmp_path).scene()
+    history = simulate.run(scene)
+    ball = dataclasses.replace(scene.bodies["ball"], velocity=1.01)
+    other = find(dataclasses.replace(scene, tolerance=None, bodies=dict(scene.bodies) | {"ball": ball}))
+    document = summary.summarise("ball", scene, history, other)
+    assert document["status"] == "tolerance_not_met"
+    assert document["choice"]["met"] is False
+    assert document["choice"]["measured_error"] == pytest.approx(0.01, rel=0.2)
+    assert document["warnings"][0]["code"] == "tolerance_not_met"
+    again = summary.summarise("ball", scene, history, other)
+    assert [warned["code"] for warned in again["warnings"]].count("tolerance_not_met") == 1
+
+
+def test_an_estimate_that_was_too_small_is_told_though_the_tolerance_holds(tmp_path):
+    history = simulate.run(case(tmp_path).scene())
+    history.choice = dataclasses.replace(history.choice, expected_error=1e-6)
+    agreement.compare(history, 5e-5)
+    assert history.choice.met
+    assert history.warnings[0].code == "stated_error"
+
+
+def test_a_tolerance_may_be_on_some_quantities_alone(tmp_path):
+    scene = case(tmp_path, tolerance_on=["impulses"]).scene()
+    assert scene.tolerance_on == ("impulses",)
+    found = {"mass_displacement": 0.5, "face_displacement": None, "impulse": 2e-3, "peak_force": 0.7}
+    against = Reference("st_venant", simulate.run(scene))
+    assert agreement.measured_error(found, against, scene) == pytest.approx(2e-3)
+    every = dataclasses.replace(scene, tolerance_on=("displacements", "impulses", "peak_forces"))
+    assert agreement.measured_error(found, against, every) == pytest.approx(0.7)
+
+
+def test_tolerance_on_without_a_tolerance_is_refused(tmp_path):
+    data = json.loads(json.dumps(BALL))
+    data["solve"] = {"duration": 5e-3, "step": {"dt": 1e-6}, "tolerance_on": ["impulses"]}
+    (tmp_path / "ball.json").write_text(json.dumps(data))
+    with pytest.raises(CaseError, match="given without tolerance"):
+        load_case(tmp_path / "ball.json")
+
+
+def test_a_choice_that_runs_out_of_its_budget_gives_its_best_run_and_the_reason(tmp_path, monkeypatch):
+    """It does not blame the physics: what it cannot afford is a matter of cost."""
+    monkeypatch.setattr(search, "BUDGET", 1.5e-3)
+    history = simulate.run(case(tmp_path, tolerance=1e-8).scene())
+    assert not history.choice.met
+    assert "beyond the 0.0015 s that a choice may take" in " ".join(rung.reason for rung in history.choice.ladder)
+    monkeypatch.setattr(search, "BUDGET", 1e-6)
+    with pytest.raises(CaseError, match="no description can be tried: rigid bodies: would take"):
+        simulate.run(case(tmp_path).scene())
