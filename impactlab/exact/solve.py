@@ -143,8 +143,8 @@ def _too_large(log: Log, most: float) -> tuple[str, str]:
 
 def _shorter(log: Log) -> str:
     return (
-        f"Give a duration of at most {0.9 * min(log.clock):.3g} s, or solve.tolerance in place of a model, or a model that "
-        "steps."
+        f"Give a duration of at most {0.9 * min(log.clock):.3g} s, or solve.tolerance in place of a model, "
+        "or a model that steps."
     )
 
 

@@ -62,7 +62,7 @@ def test_the_same_row_has_the_same_bits(case: Case, tmp_path: Path) -> None:
     [
         ({"solve.model": {"kind": "modal", "elements": 2, "modes": 99}}, "refused", "modes"),
         ({"contacts.0.law": {"kind": "penalti"}}, "refused", "'penalti' is not a contact law"),
-        ({"solve.step": {"dt": 1e-15}}, "refused", "steps are too many"),
+        ({"solve.step": {"dt": 1e-15}}, "refused", "steps of 1e-15 s are too many"),
     ],
 )
 def test_a_refusal_is_a_row_with_reason_and_remedy(
