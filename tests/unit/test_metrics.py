@@ -76,11 +76,12 @@ def test_a_history_is_at_no_distance_from_itself() -> None:
         "force_away_from_jumps",
         "force_graph",
         "impulse",
+        "peak_force",
         "event_times",
         "events_missed",
         "events_extra",
     ]
-    assert list(found)[10:] == ["exit_velocity", "opening_time", "force_oscillation", "momentum_error"]
+    assert list(found)[11:] == ["exit_velocity", "opening_time", "force_oscillation", "momentum_error"]
     assert found.pop("reference") == "itself"
     # Nothing is known of momenta, nothing opens; all else is at no distance.
     assert {name for name, value in found.items() if value is None} == {
