@@ -10,7 +10,7 @@ import numpy as np
 
 from impactlab.errors import CaseError, PairingError
 from impactlab.models.delay_line import dispersed
-from impactlab.scene import Contact, End, Mass, Point, Rayleigh, Rod, Scene
+from impactlab.scene import Beam, Contact, End, Mass, Point, Rayleigh, Rod, Scene
 from impactlab.sides import segment_at, side_facts
 
 NO_OVERLAP = 1.0e-9  # of the initial displacements: the gap that a preload closes is typed in with so many digits
@@ -86,9 +86,15 @@ def check(scene: Scene) -> list[Bond]:
             )
     bonds = []
     for number, contact in enumerate(scene.contacts):
-        kind = bond(scene, number)
         path = f"contacts.{number}"
         sides = (contact.left, contact.right)
+        if any(isinstance(scene.bodies[point.body], Beam) for point in sides):
+            raise CaseError(
+                f"contact {contact.name} meets a beam, and the exact solution is one of waves in rods",
+                path=path,
+                remedy="Use a model that steps.",
+            )
+        kind = bond(scene, number)
         if not any(isinstance(scene.bodies[point.body], Rod | Mass) for point in sides):
             raise CaseError(f"contact {contact.name}: neither side can move", path=path, remedy="Leave it out.")
         if contact.left.body == contact.right.body:

@@ -100,3 +100,11 @@ def test_a_pinned_beam_of_one_element_has_its_modes(basis: str) -> None:
 def test_the_page_of_conventions_lists_the_ranges(unit: str, sizes: tuple[float, float]) -> None:
     page = (CASES.parent / "docs" / "conventions.md").read_text(encoding="utf-8")
     assert f"| {unit} | {sizes[0]:g} | {sizes[1]:g} |\n" in page
+
+
+def test_a_rod_that_meets_a_beam_by_a_spring_has_no_exact_answer() -> None:
+    from impactlab.exact.solve import serves
+
+    case = il.load_case(CASES / "rod_on_beam.yaml")
+    case = case.with_("contacts.0.law", {"kind": "penalty", "stiffness": 1e8})
+    assert "meets a beam" in str(serves(case.scene()))
