@@ -68,7 +68,7 @@ def history(
 def test_a_history_is_at_no_distance_from_itself() -> None:
     same = history(events=(Event(0.0, PAIR, "close"),), contacts=(ContactSpan(PAIR, 0.0, 2.0, 2.0, 1.0),))
     found = metrics.errors(same, "itself", same, scene())
-    assert list(found)[:10] == [
+    assert list(found)[:11] == [
         "reference",
         "mass_displacement",
         "face_displacement",
