@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from audit.truth import Truth
 
 NEAR = 0.05  # of a round trip (of a contact's own length, among rigid bodies) left out around a jump of the force
+STILL = 1e-9  # of the largest displacement: below it there is but rounding
 WEAK = 1e-6  # of the largest impulse: a contact below it is not compared
 
 JUDGED = ("displacement", "impulse", "peak")
@@ -38,9 +39,11 @@ def errors(found: Answer, truth: Truth, tolerance: float) -> dict[str, float]:
 
 def displacement(found: Answer, truth: Truth, within: bool) -> float:
     """Return the largest relative L2 error of the displacements; the scale is the motion less that of its frame."""
-    worst = 0.0
+    worst, most = 0.0, max((float(np.linalg.norm(u)) for u in truth.displacements.values()), default=0.0)
     for name, u in truth.displacements.items():
         whole = float(np.linalg.norm(u))
+        if whole <= STILL * most:
+            continue
         size = float(np.linalg.norm(u - truth.drift[name])) if within else whole
         size = size if size > 1e-9 * whole else whole
         if size > 0.0:

@@ -4,7 +4,8 @@ Options: ``--count N`` cases of each family, ``--seed S``, ``--families a,b`` (a
 have no seed), ``--jobs J``, ``--out FILE`` (one row of CSV a run), ``--refs`` for converged references in place of
 runs, ``--cost-only`` to leave the truth out (to measure another version of the package on the same cases). Without a
 run: ``--show FAMILY NUMBER`` prints one case as JSON; ``--page FILE`` fills the tables of docs/audit.md from the rows
-of ``--out``, with ``--refs`` those of the references; ``--before FILE`` adds the cost of another version.
+of ``--out``, with ``--refs`` those of the references; ``--before FILE`` adds the cost of another version,
+and ``--keep FILE`` writes the cells that the tables need.
 """
 
 from __future__ import annotations
@@ -65,6 +66,8 @@ def fill(options: argparse.Namespace) -> None:
     summary.fill(page, "tolerances", summary.table(rows))
     said = [f"- {line}" for line in summary.worst(rows)] or ["No run is beyond its tolerance."]
     summary.fill(page, "beyond", "\n".join(said))
+    if options.keep:
+        summary.keep(rows, Path(options.keep))
     if options.before:
         summary.fill(page, "cost", summary.cost(rows, summary.load(Path(options.before))))
 
@@ -82,6 +85,7 @@ def main() -> int:
     parser.add_argument("--show", nargs=2, metavar=("FAMILY", "NUMBER"))
     parser.add_argument("--page")
     parser.add_argument("--before")
+    parser.add_argument("--keep")
     options = parser.parse_args()
     quiet()
     if options.show:

@@ -30,6 +30,22 @@ def load(path: Path) -> list[Row]:
         return list(csv.DictReader(stream))
 
 
+KEPT = (
+    *("family", "number", "tolerance", "status", "met"),
+    *("stated", "true", "displacement", "impulse", "peak", "uncertainty", "known", "solve_s"),
+)
+
+
+def keep(rows: list[Row], path: Path) -> None:
+    """Write the cells of rows that the tables need, in three digits."""
+    with path.open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(KEPT)
+        for row in rows:
+            cells = [row[name] for name in KEPT]
+            writer.writerow([f"{float(c):.3g}" if n > 4 and c not in ("", None) else c for n, c in enumerate(cells)])
+
+
 def is_beyond(row: Row) -> bool:
     """Return whether a run that ended is beyond its tolerance, by a truth that is known."""
     return not number(row, "true") <= number(row, "tolerance")
@@ -100,6 +116,7 @@ def cost(rows: list[Row], before: list[Row]) -> str:
             cells.append(f"{ratio:.2f}")
         return cells
 
+    rows = [row for row in rows if (row["family"], str(row["number"])) in known]
     heads = ["family", "runs"]
     for what in ("solving", "choosing and solving"):
         heads += [f"{what}: median before [ms]", "now [ms]", "ratio", "median of ratios"]
