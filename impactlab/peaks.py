@@ -43,7 +43,8 @@ def find_peak(history: AbstractHistory, contact: Contact, left_out: Array) -> Pe
     """Return the largest force of a contact outside intervals of time, shape (k, 2) [s]; 0 N where nothing is left."""
     name = f"force:{contact.name}"
     spans = sorted((span for span in history.contacts if span.contact == contact.name), key=lambda each: -each.impulse)
-    grids = [midpoints(history.duration, GRID), history.jumps(name), np.ravel(left_out)]
+    # First of all the middles of steps: of all places in a step with the largest force, its middle is the peak.
+    grids = [_instants(history, name), midpoints(history.duration, GRID), np.ravel(left_out)]
     for span in spans[:MAX_SPANS]:
         end = history.duration if span.end is None else span.end
         grids.append(span.start + midpoints(end - span.start, PER_SPAN))
@@ -58,13 +59,18 @@ def find_peak(history: AbstractHistory, contact: Contact, left_out: Array) -> Pe
     return Peak(float(t[at]), max(0.0, float(values[at])))
 
 
+def _instants(history: AbstractHistory, name: str) -> Array:
+    """Return the middles of the steps of a stepped force, the jumps of any other, shape (n,) [s]."""
+    ends = history.jumps(name)
+    return ends if history.dt is None else np.minimum(0.5 * (ends[1:] + ends[:-1]), history.duration)
+
+
 def smooth_force(history: AbstractHistory, t: Array, name: str) -> Array:
     """Return a contact force at times [N]: of a stepped force the line through the middles of its steps."""
-    ends = history.jumps(name)
-    if history.dt is None or ends.size < 2:
+    middles = _instants(history, name)
+    if history.dt is None or middles.size < 2:
         return history.evaluate(t, name)
-    middles = 0.5 * (ends[1:] + ends[:-1])
-    return np.interp(t, middles, history.evaluate(np.minimum(middles, history.duration), name))
+    return np.interp(t, middles, history.evaluate(middles, name))
 
 
 def near_jumps(history: AbstractHistory, scene: Scene, contact: Contact) -> Array:

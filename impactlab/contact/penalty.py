@@ -85,9 +85,9 @@ class Penalty(AbstractContactLaw):
             # The force acts at the start of the step; the rates of its two half steps straddle it.
             rate, rate_pliancy = 0.5 * (port.gap_rate + port.free_gap_rate), 0.5 * port.rate_per_force
             dash = damping
-            if port.in_contact == 0.0 and gap < 0.0 and port.gap_rate * port.dt <= gap:
-                # The first force after a touch stands for the time since the touch and half a step more.
-                dash *= 0.5 + gap / (port.gap_rate * port.dt)
+            if port.in_contact == 0.0 and gap < 0.0 and 1.001 * port.gap_rate * port.dt <= gap:
+                # The first force after a touch stands for the time since the touch, a step at most, and half a step.
+                dash *= 0.5 + min(1.0, gap / (port.gap_rate * port.dt))
             reply.trial = -(stiffness * gap + dash * rate) / (1.0 + dash * rate_pliancy)
             if gap < 0.0 and reply.trial > 0.0:
                 rate += rate_pliancy * reply.trial
