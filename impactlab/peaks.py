@@ -15,6 +15,7 @@ from impactlab.types import Array
 GRID = 2000  # equal cells of the run on which a peak is searched, besides the instants below
 MAX_SPANS = 20  # periods of contact, those of the largest impulse, that are searched in a grid of their own
 PER_SPAN = 200  # cells of that grid
+NEAR_PEAK = 0.2  # of the peak: smaller forces beside a jump have no part in it
 MAX_ECHOES = 1000  # round trips after a touch whose fronts are left out
 
 
@@ -57,6 +58,31 @@ def find_peak(history: AbstractHistory, contact: Contact, left_out: Array) -> Pe
     values = history.evaluate(t, name)
     at = int(np.argmax(values))
     return Peak(float(t[at]), max(0.0, float(values[at])))
+
+
+def stair(history: AbstractHistory, scene: Scene) -> float:
+    """Return half the largest step of a stepped force beside the intervals around its jumps, over its peak.
+
+    There the force of a dashpot decays steeply, and a value read from the run is off by so much. 0 of other laws.
+    """
+    if history.dt is None:
+        return 0.0
+    found = [0.0]
+    for contact in scene.contacts:
+        if contact.law.hard or not contact.law.force_jumps:
+            continue
+        name, left_out = f"force:{contact.name}", near_jumps(history, scene, contact)
+        peak = find_peak(history, contact, left_out)
+        edges = np.ravel(left_out)
+        edges = np.append(edges[(edges > 0.0) & (edges < history.duration)], peak.time)
+        before, after = (
+            history.evaluate(np.clip(edges + shift, 0.0, history.duration), name)
+            for shift in (-0.5 * history.dt, 0.5 * history.dt)
+        )
+        if peak.force > 0.0:
+            near = np.maximum(before, after) > (1.0 - NEAR_PEAK) * peak.force
+            found.append(0.5 * float(np.max(np.abs(after - before)[near], initial=0.0)) / peak.force)
+    return max(found)
 
 
 def _instants(history: AbstractHistory, name: str) -> Array:
