@@ -11,6 +11,7 @@ from impactlab.described import beams_of
 from impactlab.reference import Way
 from impactlab.reference_beams import is_singular, ways
 from impactlab.scene import Scene
+from impactlab.sizes import MOST_BEAM_MODES
 
 SETUP_S = 5e-3  # s, modes or a mesh with its rows
 FACTOR = 0.3  # of n^-2 (n^-1 where a beam shears): the error of both families at fineness n
@@ -43,4 +44,5 @@ def _family(scene: Scene, way: Way) -> Family:
         setup_s=SETUP_S,
         doubt=1.5,
         coarsest=COARSEST,
+        finest=MOST_BEAM_MODES if name.startswith("modes") else 10_000_000,
     )

@@ -27,6 +27,7 @@ HEAD_START = 1.25  # of the exact solver before what promises to be a little fas
 NEARLY_AS_CHEAP = 1.25  # within this ratio of predicted cost the run with less error is preferred
 MOST_TRIALS = 12  # of one family
 MOST_CHOOSING = 10.0  # times the solving of a run may go into choosing it
+PEAK_MARGIN = 1.5  # on distances of peak forces, which converge less evenly than displacements (docs/audit.md)
 MOST_FAILS = 3  # trials of a family that may fail, each followed by one of twice the fineness
 MIN_STEPS = 6  # in a period of contact: with fewer of them no order shows
 MIN_SHARE = 1e-2  # of the impulse of a contact: shorter periods of contact that give less need no such resolution
@@ -332,7 +333,7 @@ def _judge(search: Search, tolerance: float) -> None:
     search.next = max(family.coarsest, math.ceil(min(needed, MOST_GROWTH * finest.fineness)))
     if not met:
         search.next = max(search.next, math.ceil(1.5 * finest.fineness))
-    search.next = family.whole(search.next)
+    search.next = min(family.whole(search.next), family.finest)
     # A run that is cheaper by little is not worth the time of another trial.
     if met and family.seconds(min(met)) <= DEAR * family.seconds(search.next):
         search.closed = DONE
@@ -359,7 +360,7 @@ def estimated(runs: list[tuple[int, AbstractHistory]], scene: Scene, order: floa
     three = (last - 2, last - 1, last)
     fineness = (float(runs[three[0]][0]), float(runs[three[1]][0]), float(runs[three[2]][0]))
     found = []
-    for pairs in distances([history for _, history in runs], scene):
+    for pairs in distances([history for _, history in runs], scene, PEAK_MARGIN):
         apart = Differences(pairs[three[0], three[1]], pairs[three[0], last], pairs[three[1], last])
         found.append((pairs, finest_error(apart, fineness, order)))
     if not found:

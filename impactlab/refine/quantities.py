@@ -21,7 +21,7 @@ Pairs = dict[tuple[int, int], float]
 """Relative distances of runs, by their places in a sequence."""
 
 
-def distances(histories: Sequence[AbstractHistory], scene: Scene) -> list[Pairs]:
+def distances(histories: Sequence[AbstractHistory], scene: Scene, peak_margin: float = 1.0) -> list[Pairs]:
     """Return the relative distances of all pairs of runs, one mapping for each quantity of the scene's tolerance.
 
     Parameters
@@ -30,6 +30,8 @@ def distances(histories: Sequence[AbstractHistory], scene: Scene) -> list[Pairs]
         Of one scene, of rising fineness; the last one gives the norms, and the jumps that peak forces leave out.
     scene : Scene
         Gives contacts, duration and ``tolerance_on``.
+    peak_margin : float
+        By which distances of peak forces are multiplied.
 
     Returns
     -------
@@ -43,7 +45,7 @@ def distances(histories: Sequence[AbstractHistory], scene: Scene) -> list[Pairs]
     if "impulses" in scene.tolerance_on:
         found += _impulses(histories, scene)
     if "peak_forces" in scene.tolerance_on:
-        found += _peaks(histories, scene)
+        found += _peaks(histories, scene, peak_margin)
     return found
 
 
@@ -77,7 +79,7 @@ def _impulses(histories: Sequence[AbstractHistory], scene: Scene) -> Iterator[Pa
             yield _pairs(values, float(values[-1][0]), None)
 
 
-def _peaks(histories: Sequence[AbstractHistory], scene: Scene) -> Iterator[Pairs]:
+def _peaks(histories: Sequence[AbstractHistory], scene: Scene, margin: float) -> Iterator[Pairs]:
     """Give the distances of the peak forces of contacts.
 
     Two peaks may agree by luck while the forces around them ring; the forces at the instants of all peaks do not. The
@@ -95,7 +97,7 @@ def _peaks(histories: Sequence[AbstractHistory], scene: Scene) -> Iterator[Pairs
         else:
             t = np.array([peak.time for peak in peaks])
             values = [smooth_force(history, t, name) for history in histories]
-        yield _pairs(values, peaks[-1].force, math.inf)
+        yield _pairs(values, peaks[-1].force / margin, math.inf)
 
 
 def _pairs(values: Sequence[Array], scale: float, norm: float | None) -> Pairs:
