@@ -1,0 +1,29 @@
+"""Runs with a tolerance beside independent programs: none is beyond its tolerance in silence."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+STUDIES = str(Path(__file__).resolve().parents[2] / "studies")
+if STUDIES not in sys.path:
+    sys.path.insert(0, STUDIES)
+
+from audit import families, measure, scenes, summary  # noqa: E402
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("family", list(families.FAMILIES))
+def test_no_run_is_beyond_its_tolerance_in_silence(family: str) -> None:
+    rows = [measure.measured(families.draw(family, 22, number)) for number in range(12)]
+    known = [row for row in rows if str(row["known"]) == "1"]
+    assert len(known) >= 6
+    assert not [row["number"] for row in known if summary.is_beyond(row) and not summary.is_warned(row)]
+
+
+@pytest.mark.slow
+def test_no_dashpot_that_touches_inside_a_step_is_beyond_its_tolerance() -> None:
+    rows = [measure.measured(drawn) for drawn in list(scenes.scan())[::10]]
+    assert not [row["number"] for row in rows if summary.is_beyond(row)]
