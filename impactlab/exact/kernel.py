@@ -147,6 +147,24 @@ def relax(rate: float, b: Array, first: float, order: int, y: Array, work: Array
 
 
 @PART
+def settled(rate: float, b: Array, first: float, n: int, floor: float, y: Array) -> bool:
+    """Write the solution of y' = -rate y + b on [-1, 1] that has no layer; return whether it starts at ``first``.
+
+    Of a load of n coefficients it is a polynomial of as many: b/rate - b'/rate**2 + ..., found from the last one on.
+    Between it and the solution from ``first`` lies a layer exp(-rate (1 + x)). One below the floor is rounding: to
+    resolve it would cut [-1, 1] into pieces of its length.
+    """
+    start = last = rise = later = 0.0  # later coefficients: y[k + 1], and k + 1 and k + 2 of the derivative
+    for k in range(n - 1, -1, -1):
+        rise, later = later + 2.0 * (k + 1) * last, rise
+        if k == 0:
+            rise *= 0.5
+        y[k] = last = (b[k] - rise) / rate
+        start += last if k % 2 == 0 else -last
+    return bool(abs(start - first) <= floor)
+
+
+@PART
 def split(part: Array, early: Array, late: Array, floor: float) -> None:
     """Write the two halves of a part: the late one in its place, the early one on top of it."""
     middle = 0.5 * (part[LOW] + part[HIGH])

@@ -16,10 +16,14 @@ from impactlab.exact.kernel import (
     chopped,
     integrate,
     relax,
+    settled,
 )
 from impactlab.exact.memory import Memory
 from impactlab.pointers import call
 from impactlab.types import Array
+
+SHORT = 100.0  # relaxations in half an interval, beyond which a layer at its start is short
+ROUNDED_V = 2.0e-14  # of the largest velocity: a layer below is rounding
 
 
 @PART
@@ -68,6 +72,29 @@ def tail(a: Array, n: int) -> float:
 
 
 @PART
+def follow(m: Memory, j: int, i: int, half: float, longest: int) -> int:
+    """Write the velocity of a group with mass, that of node i; return its coefficients, 0 where not resolved."""
+    state, node = m.state[0], m.nodes[i]
+    group, base = m.nodes[node.group], m.junctions[j].first_node
+    load, out = m.load[node.group - base], m.rows[node.group - base]
+    for k in range(longest):
+        load[k] *= half / group.group_mass
+    rate = half * group.drag / group.group_mass
+    if rate >= SHORT and rate * SHORT >= longest * longest:
+        state.work += 4 * longest
+        if settled(rate, load, node.v, longest, ROUNDED_V * state.fastest, out):
+            return longest
+    order = HALF_ORDER if longest <= EASY and rate <= EASY_RATE else ORDER
+    relax(rate, load, node.v, order, out, m.stack)
+    state.work += 16 * order
+    if order < ORDER and tail(out, order) > CHOP * state.fastest:
+        order = ORDER
+        state.work += 16 * order
+        relax(rate, load, node.v, order, out, m.stack)
+    return 0 if tail(out, order) > RESOLVED * state.fastest else order
+
+
+@PART
 def solve_nodes(m: Memory, j: int, half: float, longest: int) -> int:
     """Write the velocities of the nodes of junction j; return their number of coefficients, 0 where not resolved."""
     state, junction = m.state[0], m.junctions[j]
@@ -91,22 +118,12 @@ def solve_nodes(m: Memory, j: int, half: float, longest: int) -> int:
         for i in range(base, junction.last_node):
             node = m.nodes[i]
             group = m.nodes[node.group]
-            load, out = m.load[node.group - base], m.rows[node.group - base]
             if group.group_mass == 0.0 and i == node.group:
                 for k in range(longest):
-                    out[k] = load[k] / group.drag
+                    m.rows[i - base, k] = m.load[i - base, k] / group.drag
             elif group.group_mass < np.inf and node.mass > 0.0:
-                for k in range(longest):
-                    load[k] *= half / group.group_mass
-                rate = half * group.drag / group.group_mass
-                order = HALF_ORDER if longest <= EASY and rate <= EASY_RATE else ORDER
-                relax(rate, load, node.v, order, out, m.stack)
-                state.work += 16 * order
-                if order < ORDER and tail(out, order) > CHOP * state.fastest:
-                    order = ORDER
-                    state.work += 16 * order
-                    relax(rate, load, node.v, order, out, m.stack)
-                if tail(out, order) > RESOLVED * state.fastest:
+                order = follow(m, j, i, half, longest)
+                if order == 0:
                     return 0
                 used = max(used, order)
     n = 1
