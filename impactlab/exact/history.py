@@ -111,13 +111,18 @@ class ContinuousHistory(AbstractHistory):
     def energy(self) -> EnergyBook:
         """Energies at every break and on an equal grid."""
         if self._book is None:
-            book = energy_book(self.scene, self.layout, self.signals, self.duration)
+            book = self.balanced
             self._book = replace(book, carried=carried_energy(self.scene, book.time, touched_in(self)))
         return self._book
 
     @energy.setter
     def energy(self, book: EnergyBook) -> None:
         self._book = book
+
+    @cached_property
+    def balanced(self) -> EnergyBook:
+        """The energies without those of a common drift, for which all periods of contact would have to be found."""
+        return energy_book(self.scene, self.layout, self.signals, self.duration)
 
     @property
     def warnings(self) -> list[Warned]:

@@ -153,9 +153,13 @@ class Signals:
             sizes = log.size[j, :count]
             table = np.zeros((int(np.max(sizes)), count))
             at = log.offset[j, :count] + row * sizes
-            for k in range(len(table)):
-                there = np.flatnonzero(sizes > k)
-                table[k, there] = log.pool[at[there] + k]
+            if count < len(table):
+                for piece, (size, first) in enumerate(zip(sizes.tolist(), at.tolist(), strict=True)):
+                    table[:size, piece] = log.pool[first : first + size]
+            else:
+                for k in range(len(table)):
+                    there = np.flatnonzero(sizes > k)
+                    table[k, there] = log.pool[at[there] + k]
             keep = np.flatnonzero(np.any(table != 0.0, axis=1))
             table = table[: keep[-1] + 1 if len(keep) else 1]
             self._made[key] = Signal(

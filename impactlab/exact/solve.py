@@ -96,7 +96,7 @@ def room(log: Log) -> int:
 
 def check_balance(history: ContinuousHistory | ThinnedHistory) -> None:
     """Raise `StepError` where the energy of an exact history does not balance: its digits are lost."""
-    book = history.energy
+    book = history.balanced if isinstance(history, ContinuousHistory) else history.energy
     given = max(float(np.abs(book.total[0])), float(np.abs(book.work).max()))
     error = float(np.max(np.abs(book.balance)))
     if not error <= DIGITS * (given or float(np.abs(book.total).max())):
