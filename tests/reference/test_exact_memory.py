@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from impactlab import load_case, run
 from impactlab.contact.penalty import Penalty
 from impactlab.errors import StepError
 from impactlab.exact.history import ContinuousHistory
@@ -89,3 +90,36 @@ def test_the_remedy_for_too_many_fronts_works(monkeypatch):
     assert "2 MB" in text
     reached = float(text.split("duration of at most ")[1].split(" s")[0])
     assert solve(dataclasses.replace(case, duration=reached)).duration == reached
+
+
+FOUR_MATERIALS = """
+schema_version: 1
+bodies:
+  hammer: {kind: mass, mass: 2.0, velocity: 1.0}
+  rod:
+    kind: rod
+    segments:
+      - {length: 0.5000, area: 4.0e-4, material: {young: 2.1e11, density: 7850}}
+      - {length: 0.2357, area: 5.0e-4, material: {young: 7.0e10, density: 2700}}
+      - {length: 0.1732, area: 6.0e-4, material: {young: 1.1e11, density: 8900}}
+      - {length: 0.1597, area: 7.0e-4, material: {young: 3.0e9, density: 1200}}
+contacts: [{between: [hammer, rod.left], law: {kind: wave_identification}}]
+"""
+
+
+@pytest.mark.slow
+def test_a_tolerance_answers_where_the_exact_solver_runs_out_of_memory(tmp_path, monkeypatch):
+    case = tmp_path / "four.yaml"
+    case.write_text(FOUR_MATERIALS + "solve: {duration: 1.5e-2, model: {kind: continuous}}\n")
+    monkeypatch.setenv("IMPACTLAB_MEMORY", "1e8")
+    with pytest.raises(StepError, match=r"solve\.tolerance") as stopped:
+        run(load_case(case))
+    monkeypatch.delenv("IMPACTLAB_MEMORY")
+    case.write_text(FOUR_MATERIALS + "solve: {duration: 1.5e-2, tolerance: 1.0e-2}\n")
+    chosen = run(load_case(case))
+    assert chosen.duration == 1.5e-2
+    assert chosen.choice.met
+    reached = stopped.value.history
+    t = np.linspace(0.0, 0.99 * reached.duration, 200)
+    truth, answer = (history.evaluate(t, "position:hammer") for history in (reached, chosen))
+    assert np.max(np.abs(answer - truth)) <= 1e-2 * np.max(np.abs(truth))
