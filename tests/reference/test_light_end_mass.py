@@ -86,3 +86,24 @@ def test_light_masses_at_both_ends_conserve_momentum_in_contact():
     momentum = history.evaluate(t, "momentum:hammer") + history.evaluate(t, "momentum:rod")
     assert momentum == pytest.approx(np.full(len(t), HAMMER), rel=1e-11)
     assert history.cost.steps < 2000
+
+
+def bars_with_a_ball_between(mass):
+    """A struck bar, a ball at its far end and a second bar behind a gap; without the ball the bars meet directly."""
+    hammer, bar, ball, two = Mass("hammer", HAMMER, 1.0), rod(), Mass("ball", mass, 0.0), rod("two", 0.7)
+    first = (point(hammer), point(bar, "left"), 0.0, Hard())
+    if mass == 0.0:
+        return scene([hammer, bar, two], [first, (point(bar, "right"), point(two, "left"), 0.1, Hard())], 20.0)
+    near = (point(bar, "right"), point(ball), 0.0, Hard())
+    return scene([hammer, bar, ball, two], [first, near, (point(ball), point(two, "left"), 0.1, Hard())], 20.0)
+
+
+@pytest.mark.parametrize("mass", [1e-9, 1e-8, 1e-7, 1e-6, 1e-5])
+def test_a_light_ball_between_two_bars_opens_and_closes_a_few_times_only(mass):
+    history, direct = solve(bars_with_a_ball_between(mass)), solve(bars_with_a_ball_between(0.0))
+    assert len(history.dated) < 30
+    book = history.energy
+    assert np.max(np.abs(book.balance)) < 1e-12 * book.scale
+    t = np.array([3.3, 7.1, 12.7, 20.0])
+    for channel in ("position:hammer", "momentum:two", "displacement:two@0.35", "displacement:rod@0.4"):
+        assert history.evaluate(t, channel) == pytest.approx(direct.evaluate(t, channel), abs=100.0 * mass), channel
