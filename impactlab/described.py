@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterator, Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.integrators.base import AbstractScheme
@@ -13,6 +13,7 @@ from impactlab.models.base import AbstractRodModel
 from impactlab.scene import Beam, Body, Contact, ElasticBody, Mass, Point, Probe, Rod, Scene, Segment, StepRule, Wall
 from impactlab.types import Relative
 
+S = TypeVar("S", bound=Segment)
 SAME_PLACE = 1e-9  # of a segment: a contact this near to its end is on it
 
 
@@ -93,20 +94,21 @@ def is_coupled(rod: Rod) -> bool:
 
 
 def split_at_contacts(scene: Scene) -> Scene:
-    """Return the scene with segments of rods cut at their inner contacts, so that meshes have nodes there.
+    """Return the scene with segments of rods and beams cut at their inner contacts, so that meshes have nodes there.
 
-    A force inside an element moves its place by too little: the compliance that is missing is of the first order in the
-    length of the element, and depends on where in it the force acts.
+    A force inside an element moves its place by too little, in a bar or by shear: the compliance that is missing is of
+    the first order in the length of the element, and depends on where in it the force acts.
     """
     bodies = dict(scene.bodies)
-    for rod in rods_of(scene):
+    elastic: list[Rod | Beam] = [*rods_of(scene), *beams_of(scene)]
+    for body in elastic:
         points = (point for contact in scene.contacts for point in (contact.left, contact.right))
-        places = sorted({point.x for point in points if point.body == rod.name and not on_end(rod, point)})
-        bodies[rod.name] = dataclasses.replace(rod, segments=tuple(_cut(rod.segments, places)))
+        places = sorted({point.x for point in points if point.body == body.name and not on_end(body, point)})
+        bodies[body.name] = dataclasses.replace(body, segments=tuple(_cut(body.segments, places)))
     return dataclasses.replace(scene, bodies=bodies)
 
 
-def _cut(segments: Sequence[Segment], places: Sequence[float]) -> Iterator[Segment]:
+def _cut(segments: Sequence[S], places: Sequence[float]) -> Iterator[S]:
     """Give the segments cut at places along the rod [m], rising."""
     start = 0.0
     for segment in segments:

@@ -75,13 +75,14 @@ def stair(history: AbstractHistory, scene: Scene) -> float:
         peak = find_peak(history, contact, left_out)
         edges = np.ravel(left_out)
         edges = np.append(edges[(edges > 0.0) & (edges < history.duration)], peak.time)
+        kept = history.duration / max(1, history.jumps(name).size)  # s, between records: one step, or several
         before, after = (
-            history.evaluate(np.clip(edges + shift, 0.0, history.duration), name)
-            for shift in (-0.5 * history.dt, 0.5 * history.dt)
+            history.evaluate(np.clip(edges + shift, 0.0, history.duration), name) for shift in (-0.5 * kept, 0.5 * kept)
         )
         if peak.force > 0.0:
             near = np.maximum(before, after) > (1.0 - NEAR_PEAK) * peak.force
-            found.append(0.5 * float(np.max(np.abs(after - before)[near], initial=0.0)) / peak.force)
+            steps = kept / history.dt
+            found.append(0.5 * float(np.max(np.abs(after - before)[near], initial=0.0)) / steps / peak.force)
     return max(found)
 
 

@@ -6,7 +6,7 @@ import dataclasses
 import math
 from collections.abc import Iterator
 
-from impactlab.described import beams_of, described, has_one_answer
+from impactlab.described import beams_of, described, has_one_answer, split_at_contacts
 from impactlab.errors import CaseError, ImpactlabError
 from impactlab.reference import COARSEST, Way
 from impactlab.scene import Beam, Rod, Scene, StepRule
@@ -193,6 +193,7 @@ def _meshed(scene: Scene) -> Way:
     def rule(n: int) -> StepRule:
         return StepRule(dt=shortest / (STEPS * n))
 
+    scene = split_at_contacts(scene)
     return Way(
         "consistent mesh under the midpoint rule, elements:",
         lambda n: described(scene, FiniteElement(n), Midpoint(), rule(n), AdditionDeletion()),

@@ -80,7 +80,7 @@ def test_a_tolerance_that_is_not_met_is_a_status_told_first_with_exit_code_1(tmp
     assert code_of("run", str(file)) == 1
     first, second, *_ = capsys.readouterr().out.splitlines()
     assert first == "case: tolerance_not_met"
-    assert second.startswith("  warning   tolerance_not_met: no candidate within reason keeps 0.001")
+    assert second.startswith("  warning   tolerance_not_met: no description that a choice may try keeps 0.001")
     assert code_of("run", str(file), "--json") == 1
     summary = json.loads(capsys.readouterr().out)
     assert summary["status"] == "tolerance_not_met"
@@ -90,7 +90,7 @@ def test_a_tolerance_that_is_not_met_is_a_status_told_first_with_exit_code_1(tmp
 @pytest.mark.usefixtures("missed")
 def test_python_returns_the_history_and_warns_once(tmp_path: Path) -> None:
     case = il.load_case(written(tmp_path))
-    with pytest.warns(RunWarning, match="tolerance_not_met: no candidate") as seen:
+    with pytest.warns(RunWarning, match="tolerance_not_met: no description") as seen:
         history = il.run(case)
     assert len(seen) == 1
     assert seen[0].filename == __file__
@@ -104,7 +104,7 @@ def test_rows_of_a_comparison_and_of_a_bench_keep_status_and_numbers(tmp_path: P
     file = written(tmp_path)
     assert code_of("compare", str(file), "--methods", "base") == 1
     shown = capsys.readouterr()
-    assert "base tolerance_not_met: no candidate" in shown.err
+    assert "base tolerance_not_met: no description" in shown.err
     compared = api.compare(il.load_case(file), ["base", "by_steps"])
     statuses = [row.summary["status"] for row in compared.rows]
     assert statuses == ["tolerance_not_met", "completed"]
