@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterator, Sequence
-from typing import Any, TypeVar
+from typing import Any
 
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.integrators.base import AbstractScheme
@@ -13,7 +13,6 @@ from impactlab.models.base import AbstractRodModel
 from impactlab.scene import Beam, Body, Contact, ElasticBody, Mass, Point, Probe, Rod, Scene, Segment, StepRule, Wall
 from impactlab.types import Relative
 
-S = TypeVar("S", bound=Segment)
 SAME_PLACE = 1e-9  # of a segment: a contact this near to its end is on it
 
 
@@ -108,8 +107,8 @@ def split_at_contacts(scene: Scene) -> Scene:
     return dataclasses.replace(scene, bodies=bodies)
 
 
-def _cut(segments: Sequence[S], places: Sequence[float]) -> Iterator[S]:
-    """Give the segments cut at places along the rod [m], rising."""
+def _cut(segments: Sequence[Segment], places: Sequence[float]) -> Iterator[Any]:
+    """Give the segments, each of its own kind, cut at places along the body [m], rising."""
     start = 0.0
     for segment in segments:
         end, left = start + segment.length, segment.length
