@@ -82,22 +82,18 @@ def _impulses(histories: Sequence[AbstractHistory], scene: Scene) -> Iterator[Pa
 def _peaks(histories: Sequence[AbstractHistory], scene: Scene, margin: float) -> Iterator[Pairs]:
     """Give the distances of the peak forces of contacts.
 
-    Two peaks may agree by luck while the forces around them ring; the forces at the instants of all peaks do not. The
-    force of a dashpot decays steeply from its jump, so that the stairs of a stepped force count, as they are reported.
+    Two peaks may agree by luck while the forces around them ring; the forces at the instants of all peaks do not.
+    Forces are read on the lines through the middles of their steps; `impactlab.peaks.stair` is what the steps add.
     """
     for contact in scene.contacts:
         if not contact.law.answers_force:
             continue
-        name, left_out = f"force:{contact.name}", near_jumps(histories[-1], scene, contact)
+        left_out = near_jumps(histories[-1], scene, contact)
         peaks = [find_peak(history, contact, left_out) for history in histories]
-        if peaks[-1].force <= 0.0:
-            continue
-        if contact.law.force_jumps and not contact.law.hard:
-            values = [np.array([peak.force]) for peak in peaks]
-        else:
+        if peaks[-1].force > 0.0:
             t = np.array([peak.time for peak in peaks])
-            values = [smooth_force(history, t, name) for history in histories]
-        yield _pairs(values, peaks[-1].force / margin, math.inf)
+            values = [smooth_force(history, t, f"force:{contact.name}") for history in histories]
+            yield _pairs(values, peaks[-1].force / margin, math.inf)
 
 
 def _pairs(values: Sequence[Array], scale: float, norm: float | None) -> Pairs:
