@@ -11,7 +11,6 @@ import re
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from impactlab.casefile.words import closest, shown
@@ -51,7 +50,7 @@ class Document(NamedTuple):
 
     data: dict[str, Any]
     lines: dict[Keys, int | None]
-    given: Mapping[Keys, str] = MappingProxyType({})  # values that do not stand in the file: the option that gave each
+    given: Mapping[Keys, str] = {}  # values that do not stand in the file: the option that gave each; never written to
 
 
 def read_document(path: Path, kind: Kind = CASE) -> Document:
