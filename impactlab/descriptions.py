@@ -13,8 +13,9 @@ from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.midpoint import Midpoint
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
-from impactlab.scene import Scene, StepRule
+from impactlab.scene import RECORDS, Scene, StepRule
 
+MAX_RECORDS = 200_000  # instants of rigid bodies that are kept, 14 MB for a contact
 ORDINARY = 0.95  # courant number at which no wave goes just one element in a step
 
 
@@ -40,9 +41,15 @@ def as_implicit_mesh(scene: Scene, elements: int, mass: Literal["consistent", "l
 
 
 def as_rigid_bodies(scene: Scene, steps: int) -> Scene:
-    """Return a scene without rods in so many steps, its bodies moved exactly under a constant force."""
+    """Return a scene without rods in so many steps, its bodies moved exactly under a constant force.
+
+    Unless the case limits them, up to `MAX_RECORDS` steps are all kept: forces are read from the records.
+    """
     rule = StepRule(dt=scene.duration / steps)
-    return dataclasses.replace(scene, integrator=ExactModal(), step=rule, events="dated", tolerance=None)
+    records = max(RECORDS, min(steps, MAX_RECORDS)) if scene.records == RECORDS else scene.records
+    return dataclasses.replace(
+        scene, integrator=ExactModal(), step=rule, events="dated", tolerance=None, records=records
+    )
 
 
 def as_adaptive_bodies(scene: Scene, tolerance: float) -> Scene:
