@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from typing import Literal
 
 from impactlab.contact.addition_deletion import AdditionDeletion
@@ -15,7 +16,7 @@ from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.scene import RECORDS, Scene, StepRule
 
-MAX_RECORDS = 200_000  # instants of rigid bodies that are kept, 14 MB for a contact
+MAX_RECORDS = 200_000  # instants that are kept, 14 MB for a contact
 ORDINARY = 0.95  # courant number at which no wave goes just one element in a step
 
 
@@ -26,7 +27,8 @@ def as_waves(scene: Scene) -> Scene:
 
 def as_delay_line(scene: Scene, steps: int) -> Scene:
     """Return the scene on continuous rods, with so many steps in the shortest transit."""
-    return described(scene, Continuous(), None, StepRule(dt=shortest_transit(scene) / steps))
+    dt = shortest_transit(scene) / steps
+    return _recorded(described(scene, Continuous(), None, StepRule(dt=dt)), math.ceil(scene.duration / dt))
 
 
 def as_lumped_mesh(scene: Scene, elements: int, courant: float) -> Scene:
@@ -41,15 +43,17 @@ def as_implicit_mesh(scene: Scene, elements: int, mass: Literal["consistent", "l
 
 
 def as_rigid_bodies(scene: Scene, steps: int) -> Scene:
-    """Return a scene without rods in so many steps, its bodies moved exactly under a constant force.
-
-    Unless the case limits them, up to `MAX_RECORDS` steps are all kept: forces are read from the records.
-    """
+    """Return a scene without rods in so many steps, its bodies moved exactly under a constant force."""
     rule = StepRule(dt=scene.duration / steps)
-    records = max(RECORDS, min(steps, MAX_RECORDS)) if scene.records == RECORDS else scene.records
-    return dataclasses.replace(
-        scene, integrator=ExactModal(), step=rule, events="dated", tolerance=None, records=records
-    )
+    stepped = dataclasses.replace(scene, integrator=ExactModal(), step=rule, events="dated", tolerance=None)
+    return _recorded(stepped, steps)
+
+
+def _recorded(scene: Scene, steps: int) -> Scene:
+    """Return the scene with up to `MAX_RECORDS` steps kept, unless the case limits them: records give the forces."""
+    if scene.records != RECORDS:
+        return scene
+    return dataclasses.replace(scene, records=max(RECORDS, min(steps, MAX_RECORDS)))
 
 
 def as_adaptive_bodies(scene: Scene, tolerance: float) -> Scene:
