@@ -64,11 +64,10 @@ def test_momentum_given_is_momentum_taken_is_the_reported_impulse(scene: Scene) 
 def test_momentum_given_is_momentum_taken_in_many_scenes(scene: Scene) -> None:
     try:
         check_momentum(scene)
-    except (
-        StepError
-    ) as error:  # Nitsche's method on two elements may diverge: it is failed for its energy, not its momentum
-        assert "energy" in error.text
-        reject()
+    except StepError as error:
+        if "energy" not in error.text:
+            raise
+        reject()  # Nitsche's method on two elements may diverge: such a run is failed for its energy
 
 
 STEEL = Segment(0.3, 9e-4, 2.1e11, 7900.0)
