@@ -14,8 +14,8 @@ from impactlab.choice.families import EXACT_ERROR, Family, serving
 from impactlab.choice.record import Choice, Rung, Verdict
 from impactlab.errors import CaseError, ImpactlabError, StepError
 from impactlab.history import AbstractHistory, Warned
-from impactlab.refine.extrapolation import Differences, Estimate, finest_error
-from impactlab.refine.quantities import difference, distances
+from impactlab.refine.estimates import MIN_STEPS, estimated, resolves_contacts
+from impactlab.refine.quantities import difference
 from impactlab.scene import Scene
 
 BUDGET = 3.0  # s of predicted solving that may go into one choice
@@ -27,10 +27,7 @@ HEAD_START = 1.25  # of the exact solver before what promises to be a little fas
 NEARLY_AS_CHEAP = 1.25  # within this ratio of predicted cost the run with less error is preferred
 MOST_TRIALS = 12  # of one family
 MOST_CHOOSING = 10.0  # times the solving of a run may go into choosing it
-PEAK_MARGIN = 1.5  # on distances of peak forces, which converge less evenly than displacements (docs/audit.md)
 MOST_FAILS = 3  # trials of a family that may fail, each followed by one of twice the fineness
-MIN_STEPS = 6  # in a period of contact: with fewer of them no order shows
-MIN_SHARE = 1e-2  # of the impulse of a contact: shorter periods of contact that give less need no such resolution
 DONE = "done"  # a family that needs no further run
 
 Progress = Callable[[float], None]
@@ -343,51 +340,6 @@ def _judge(search: Search, tolerance: float) -> None:
 
 def _stair(history: AbstractHistory, scene: Scene) -> float:
     return peaks.stair(history, scene) if "peak_forces" in scene.tolerance_on else 0.0
-
-
-def estimated(runs: list[tuple[int, AbstractHistory]], scene: Scene, order: float) -> list[tuple[float, Estimate]]:
-    """Estimate the errors of runs of rising fineness, three or more.
-
-    Returns
-    -------
-    list of (float, Estimate)
-        For each run the distance to the finest run and the estimated error of that one, in the quantity in which their
-        sum is largest.
-    """
-    last = len(runs) - 1
-    if last < 2:
-        return [(math.inf, Estimate(math.inf, order))] * len(runs)
-    three = (last - 2, last - 1, last)
-    fineness = (float(runs[three[0]][0]), float(runs[three[1]][0]), float(runs[three[2]][0]))
-    found = []
-    for pairs in distances([history for _, history in runs], scene, PEAK_MARGIN):
-        apart = Differences(pairs[three[0], three[1]], pairs[three[0], last], pairs[three[1], last])
-        found.append((pairs, finest_error(apart, fineness, order)))
-    if not found:
-        return [(math.inf, Estimate(math.inf, order))] * len(runs)
-    return [
-        max(
-            ((pairs[number, last] if number < last else 0.0, estimate) for pairs, estimate in found),
-            key=lambda each: each[0] + each[1].error,
-        )
-        for number in range(len(runs))
-    ]
-
-
-def resolves_contacts(history: AbstractHistory, scene: Scene) -> bool:
-    """Return whether each period of contact under a compliant law spans enough steps for the order to show."""
-    if history.dt is None:
-        return True
-    for contact in scene.contacts:
-        if contact.law.hard or not contact.law.answers_force:
-            continue
-        spans = [span for span in history.contacts if span.contact == contact.name]
-        total = sum(span.impulse for span in spans)
-        for span in spans:
-            counts = span.impulse > MIN_SHARE * total
-            if counts and span.end is not None and span.end - span.start < MIN_STEPS * history.dt:
-                return False
-    return True
 
 
 def _beyond_witness(search: Search) -> float:

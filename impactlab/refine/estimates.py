@@ -1,0 +1,59 @@
+"""Estimated errors of runs of one description at several resolutions."""
+
+from __future__ import annotations
+
+import math
+
+from impactlab.history import AbstractHistory
+from impactlab.refine.extrapolation import Differences, Estimate, finest_error
+from impactlab.refine.quantities import distances
+from impactlab.scene import Scene
+
+MIN_STEPS = 6  # in a period of contact: with fewer of them no order shows
+MIN_SHARE = 1e-2  # of the impulse of a contact: shorter periods of contact that give less need no such resolution
+PEAK_MARGIN = 1.5  # on distances of peak forces, which converge less evenly than displacements (docs/audit.md)
+
+
+def estimated(runs: list[tuple[int, AbstractHistory]], scene: Scene, order: float) -> list[tuple[float, Estimate]]:
+    """Estimate the errors of runs of rising fineness, three or more.
+
+    Returns
+    -------
+    list of (float, Estimate)
+        For each run the distance to the finest run and the estimated error of that one, in the quantity in which their
+        sum is largest.
+    """
+    last = len(runs) - 1
+    if last < 2:
+        return [(math.inf, Estimate(math.inf, order))] * len(runs)
+    three = (last - 2, last - 1, last)
+    fineness = (float(runs[three[0]][0]), float(runs[three[1]][0]), float(runs[three[2]][0]))
+    found = []
+    for pairs in distances([history for _, history in runs], scene, PEAK_MARGIN):
+        apart = Differences(pairs[three[0], three[1]], pairs[three[0], last], pairs[three[1], last])
+        found.append((pairs, finest_error(apart, fineness, order)))
+    if not found:
+        return [(math.inf, Estimate(math.inf, order))] * len(runs)
+    return [
+        max(
+            ((pairs[number, last] if number < last else 0.0, estimate) for pairs, estimate in found),
+            key=lambda each: each[0] + each[1].error,
+        )
+        for number in range(len(runs))
+    ]
+
+
+def resolves_contacts(history: AbstractHistory, scene: Scene) -> bool:
+    """Return whether each period of contact under a compliant law spans enough steps for the order to show."""
+    if history.dt is None:
+        return True
+    for contact in scene.contacts:
+        if contact.law.hard or not contact.law.answers_force:
+            continue
+        spans = [span for span in history.contacts if span.contact == contact.name]
+        total = sum(span.impulse for span in spans)
+        for span in spans:
+            counts = span.impulse > MIN_SHARE * total
+            if counts and span.end is not None and span.end - span.start < MIN_STEPS * history.dt:
+                return False
+    return True
