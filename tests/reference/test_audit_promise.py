@@ -22,7 +22,7 @@ def test_no_run_is_beyond_its_tolerance_in_silence(family: str) -> None:
     assert len(known) >= 6
     silent = [row for row in known if summary.is_beyond(row) and not summary.is_warned(row)]
     assert not [row["number"] for row in silent if max(row["displacement"], row["impulse"]) > row["tolerance"]]
-    # Peak forces beside a jump are read from steps: 5 of 1425 runs of docs/audit.md are beyond through them, and one here.
+    # Peak forces beside a jump are read from steps: docs/audit.md lists 5 of 1425 runs beyond through them.
     assert len(silent) <= 1
 
 
