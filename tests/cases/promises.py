@@ -158,7 +158,7 @@ PROMISES: Mapping[str, tuple[Promise, ...]] = {
     ),
     "hunt_crossley_ball": (
         Promise("90.7124", opened(0), US),
-        Promise("0.1706812", impulse()),
+        Promise("0.1706811", impulse()),
         Promise("3652.80", peak()),
         Promise("-0.625864", at("velocity:ball")),
         Promise("16.6341", lambda history: float(history.energy.booked["contact"][-1]), 1e-3),
