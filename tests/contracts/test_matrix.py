@@ -83,12 +83,12 @@ def test_no_cell_crashes_hangs_or_returns_a_number_that_is_not_finite() -> None:
     assert counts["completed"] > len(cells) // 2
     # Those are explicit, and the remedy they tell, a smaller step, is true.
     for cell in (cell for cell, each in found.items() if each.status == "failed"):
+        if "no run may more than double it" in found[cell].text:
+            # A hard position constraint under a scheme that is known to gain from it, or one without a declared bound.
+            continue
         if cell[0].startswith(matrix.BEAM):
             # A multiplier kept from step to step is a hard contact, and on this beam none converges.
             assert cell[1] == "augmented_lagrangian", cell
-            continue
-        if "no run may more than double it" in found[cell].text:
-            # A hard position constraint under a scheme that is known to gain from it, or one without a declared bound.
             continue
         scene = matrix.scene_of(*cell, TRIPS)
         assert scene.step.courant == 0.5, cell
