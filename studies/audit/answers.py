@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from audit import smooth, truth
+from audit.compare import JUDGED
 from audit.network import Doc, segments_of
 from audit.truth import NotKnownError, Truth
 
@@ -17,9 +20,9 @@ def is_smooth(doc: Doc) -> bool:
     return False
 
 
-def solve(doc: Doc) -> Truth:
-    """Return the independent answer; raises `NotKnownError` where there is none."""
-    return smooth.solve(doc) if is_smooth(doc) else truth.solve(doc)
+def solve(doc: Doc, judged: Sequence[str] = JUDGED) -> Truth:
+    """Return the independent answer, refined in the quantities of `judged`; `NotKnownError` where there is none."""
+    return smooth.solve(doc, judged) if is_smooth(doc) else truth.solve(doc, judged)
 
 
 __all__ = ["NotKnownError", "Truth", "solve"]

@@ -98,8 +98,7 @@ def modes_of(body: Doc, points: list[float], count: int) -> Modes:
             elif kind != "free":
                 raise ValueError(kind)
     kept = np.setdiff1d(np.arange(size), fixed)
-    square, vectors = eigh(stiffness[np.ix_(kept, kept)], mass[np.ix_(kept, kept)])
-    square[np.abs(square) < 1e-13 * square[-1]] = 0.0  # rigid motion
+    square, vectors = oscillations(stiffness[np.ix_(kept, kept)], mass[np.ix_(kept, kept)], 100.0 * slowest(body))
     full = np.zeros((size, len(kept)))
     full[kept] = vectors
     translation = np.zeros(size)
@@ -116,6 +115,29 @@ def modes_of(body: Doc, points: list[float], count: int) -> Modes:
         moved * float(body.get("velocity", 0.0)),
         moved,
     )
+
+
+def slowest(body: Doc) -> float:
+    """Return the size of the square of a body's first angular frequency [1/s2]."""
+    whole = sum(s["length"] for s in segments_of(body))
+    rates = [s["material"]["young"] / s["material"]["density"] / whole**2 for s in segments_of(body)]
+    if body["kind"] == "beam":
+        slender = [section_of(s)[1] / section_of(s)[0] / whole**2 for s in segments_of(body)]
+        rates = [rate * each for rate, each in zip(rates, slender, strict=True)]
+    return float(min(rates))
+
+
+def oscillations(stiffness: Array, mass: Array, shift: float) -> tuple[Array, Array]:
+    """Return squares of the angular frequencies, rising, and mass-normalised modes.
+
+    From the flexibility of the shifted body: the rounding is then a share of each low frequency, and not of the highest
+    one, which is 1e6 times larger in a fine mesh of a beam.
+    """
+    flexible, vectors = eigh(mass, stiffness + shift * mass)
+    square = 1.0 / flexible[::-1] - shift
+    vectors = vectors[:, ::-1]
+    square[np.abs(square) < 1e-6 * shift] = 0.0  # rigid motion
+    return square, vectors / np.sqrt(np.einsum("ij,ij->j", vectors, mass @ vectors))
 
 
 def _rod(body: Doc, points: list[float], count: int) -> tuple[Array, Array, Array]:

@@ -1,11 +1,11 @@
 """Runs random cases with a tolerance beside independent programs: ``PYTHONPATH=studies python -m audit.run``.
 
 Options: ``--count N`` cases of each family, ``--seed S``, ``--families a,b`` (also ``scan`` and ``scan_rods``, which
-have no seed), ``--jobs J``, ``--out FILE`` (one row of CSV a run), ``--refs`` for converged references in place of
-runs, ``--cost-only`` to leave the truth out (to measure another version of the package on the same cases). Without a
-run: ``--show FAMILY NUMBER`` prints one case as JSON; ``--page FILE`` fills the tables of docs/audit.md from the rows
-of ``--out``, with ``--refs`` those of the references; ``--before FILE`` adds the cost of another version,
-and ``--keep FILE`` writes the cells that the tables need.
+have no seed), ``--first N``, the number of the first one, ``--jobs J``, ``--out FILE`` (one row of CSV a run),
+``--refs`` for converged references in place of runs, ``--cost-only`` to leave the truth out (to measure another
+version of the package on the same cases). Without a run: ``--show FAMILY NUMBER`` prints one case as JSON; ``--page
+FILE`` fills the tables of docs/audit.md from the rows of ``--out``, with ``--refs`` those of the references;
+``--before FILE`` adds the cost of another version, and ``--keep FILE`` writes the cells that the tables need.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ from audit.families import FAMILIES, FIXED, draw
 from audit.measure import COLUMNS, measured, quiet, timed
 
 
-def cases(families: list[str], seed: int, count: int) -> Iterator[scenes.Drawn]:
+def cases(families: list[str], seed: int, count: int, first: int = 0) -> Iterator[scenes.Drawn]:
     """Give the cases of all families, in turns."""
     for name in families:
         if name in FIXED:
             yield from FIXED[name]()
-    for number in range(count):
+    for number in range(first, first + count):
         for name in families:
             if name not in FIXED:
                 yield draw(name, seed, number)
@@ -48,7 +48,7 @@ def run(options: argparse.Namespace, families: list[str]) -> list[dict[str, Any]
     with Path(options.out).open("w", newline="", encoding="utf-8") as stream:
         writer = csv.DictWriter(stream, columns)
         writer.writeheader()
-        drawn = cases(families, options.seed, options.count)
+        drawn = cases(families, options.seed, options.count, options.first)
         with multiprocessing.get_context("spawn").Pool(options.jobs, maxtasksperchild=500) as pool:
             for row in pool.imap(work, drawn, chunksize=3):
                 rows.append(written(row))
@@ -76,6 +76,7 @@ def main() -> int:
     """Run what the command line asks for."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--count", type=int, default=20)
+    parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--families", default=",".join(FAMILIES))
     parser.add_argument("--jobs", type=int, default=2)
