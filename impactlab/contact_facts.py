@@ -16,6 +16,11 @@ def stiffness_of(scene: Scene, contact: Contact) -> float | None:
     return None if constants is None else constants[0]
 
 
+def stiffness_at(scene: Scene, contact: Contact, overlap: float) -> float | None:
+    """Return how the force of a contact rises with an overlap [m] there [N/m]; None where it is not known."""
+    return contact.law.stiffness_at(overlap, side_facts(scene, contact.left), side_facts(scene, contact.right))
+
+
 def impedance_of(scene: Scene, contact: Contact) -> float:
     """Return the impedance that a contact works against [N s/m]: of its rods in series, inf without one."""
     yields = 0.0

@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 
-from impactlab.contact_facts import impedance_of, stiffness_of, striker_of
+import numpy as np
+
+from impactlab.contact_facts import impedance_of, stiffness_at, stiffness_of, striker_of
 from impactlab.history import AbstractHistory, Warned
 from impactlab.scene import Contact, Mass, Rod, Scene, Wall
 from impactlab.stepping.preparation import BuiltBody
@@ -14,6 +16,7 @@ COARSE = 0.25  # of a contact's time: a position is then known to about a quarte
 SOFT = 0.05  # of the bodies' own compliance: displacements then answer a force by 5 % more than they should
 LASTING = 0.1  # round trips that faces are apart before a touch counts: a contact that chatters is one
 DRIFTED = 0.2  # round trips: from here on the contacts of a run may have shifted what comes later by as much
+LOOKS = 2001  # at the gap of a run
 LOADED = 0.01  # of the energy, a tenth of its speeds: from here on what an initial overlap holds is worth resolving
 
 
@@ -51,10 +54,9 @@ def apart(scene: Scene, built: Mapping[str, BuiltBody], contact: Contact, dt: fl
 def _too_coarse(
     scene: Scene, built: Mapping[str, BuiltBody], contact: Contact, history: AbstractHistory, dt: float
 ) -> Iterator[Warned]:
-    stiffness, impedance, mass = (
-        stiffness_of(scene, contact), impedance_of(scene, contact), striker_of(scene, contact)
-    )  # fmt: skip
-    if stiffness is None:
+    stiffness = _stiffness(scene, contact, history)
+    impedance, mass = impedance_of(scene, contact), striker_of(scene, contact)
+    if not stiffness:
         return
     # A mass m on a rod of impedance Z loses its speed in m/Z; a spring k between them lets both swing with sqrt(m/k).
     time = max(mass / impedance, math.sqrt(mass / stiffness)) if mass < math.inf else math.inf
@@ -74,6 +76,15 @@ def _too_coarse(
             "apart; give more elements or modes, and a smaller step"
         )
         yield Warned("coarse_contact", text)
+
+
+def _stiffness(scene: Scene, contact: Contact, history: AbstractHistory) -> float | None:
+    """Return the stiffness of a contact [N/m]; of a law that stiffens, that at its deepest overlap in the run."""
+    known = stiffness_of(scene, contact)
+    if known is not None:
+        return known
+    gap = history.evaluate(np.linspace(0.0, history.duration, LOOKS), f"gap:{contact.name}")
+    return stiffness_at(scene, contact, max(0.0, -contact.gap, -float(np.min(gap))))
 
 
 def _drifted(scene: Scene, built: Mapping[str, BuiltBody], history: AbstractHistory, dt: float) -> Iterator[Warned]:

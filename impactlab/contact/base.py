@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import Any, ClassVar
@@ -82,6 +83,11 @@ class AbstractContactLaw(ABC):
         The continuous model solves hard contacts and constant springs from event to event, any other law by steps.
         """
         return None
+
+    def stiffness_at(self, overlap: float, left: SideFacts, right: SideFacts) -> float | None:
+        """Return how the force rises with an overlap [m] there [N/m]; inf of a hard law, None where it is not known."""
+        spring = self.spring(left, right, math.nan)
+        return math.inf if self.hard else None if spring is None else spring[0]
 
     @property
     def force_jumps(self) -> bool:

@@ -116,6 +116,11 @@ def respond(port: Any, reply: Any) -> None:
     reply.memory[1] = speed if after > 0.0 or explicit else 0.0
 
 
+def rise_of(stiffness: float, exponent: float, overlap: float) -> float:
+    """Return how fast K d^n rises with the overlap d [N/m]."""
+    return exponent * stiffness * overlap ** (exponent - 1.0)
+
+
 def true_restitution(hysteresis: float) -> float:
     """Return the restitution of F = K d^n (1 + a d') between rigid bodies, from b = a v0; free of K, n and masses.
 
@@ -159,6 +164,9 @@ class Hertz(AbstractContactLaw):
     def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
         return Start(parameters=(self.stiffness, self.exponent, 0.0, 1.0), memory=(0.0, 0.0, 0.0, 0.0))
 
+    def stiffness_at(self, overlap: float, left: SideFacts, right: SideFacts) -> float:
+        return rise_of(self.stiffness, self.exponent, overlap)
+
     respond = staticmethod(respond)
 
 
@@ -188,6 +196,9 @@ class AbstractHystereticLaw(AbstractContactLaw):
     def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
         parameters = (self.stiffness, self.exponent, self.hysteresis(), self.slowest_approach)
         return Start(parameters=parameters, memory=(0.0, 0.0, 0.0, 0.0))
+
+    def stiffness_at(self, overlap: float, left: SideFacts, right: SideFacts) -> float:
+        return rise_of(self.stiffness, self.exponent, overlap)
 
     def restitutions(self) -> Restitution:
         return Restitution(self.restitution, true_restitution(self.hysteresis()))

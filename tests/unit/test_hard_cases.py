@@ -213,6 +213,22 @@ def test_an_overlap_that_springs_apart_faster_than_a_step_was_wrong_by_half_with
     assert "coarse_contact" in codes(il.run(newmark))
 
 
+@pytest.mark.parametrize("law", ["hertz", "hunt_crossley"])
+@pytest.mark.parametrize("exponent", [1.0, 1.5, 2.5])
+def test_an_overlapped_contact_that_stiffens_was_wrong_by_a_third_without_a_word(law: str, exponent: float) -> None:
+    """The tangent at the overlap of 1 um is 1.5e10 N/m: it relaxes within Z/k = 2.4 us, half a period of ten
+    coordinates is 5.1 us. On a hundred it is 0.3 us."""
+    stiffness = 1.5e10 / exponent * 1e-6 ** (1.0 - exponent)
+    case = hard_case("overlap").with_("contacts.0.law", {"kind": law, "stiffness": stiffness, "exponent": exponent})
+    case = case.with_("solve.integrator", {"kind": "exact_modal"}).with_("solve.step", {"points_per_period": 50})
+    few, many = (
+        il.run(case.with_("solve.model", {"kind": "modal", "elements": 400, "modes": n, "basis": "craig_bampton"}))
+        for n in (10, 100)
+    )
+    assert "coarse_contact" in codes(few)
+    assert "coarse_contact" not in codes(many)
+
+
 def test_a_run_shorter_than_the_shortest_period_was_wrong_by_half_without_a_word() -> None:
     """Ten modes tell no less than T/21 = 0.095 apart; a run of 0.05 is over before they have answered."""
     model, step = Modal(modes=10), StepRule(dt=0.002)
