@@ -38,7 +38,6 @@ def test_every_hard_case_says_why_it_exists_what_must_happen_and_what_is_exact()
 
 SILENT = {
     ("irrational_times/three_materials", "central_difference"),
-    ("overlap/hertz", "craig_bampton"),
     ("many_contacts/heavy_in_the_middle", "wave_identification"),
 }
 """Open faults: faces off by a quarter to two fifths on coarse meshes, and no warning that says so.
