@@ -118,7 +118,7 @@ def respond(port: Any, reply: Any) -> None:
 
 def rise_of(stiffness: float, exponent: float, overlap: float) -> float:
     """Return how fast K d^n rises with the overlap d [N/m]."""
-    return exponent * stiffness * overlap ** (exponent - 1.0)
+    return float(exponent * stiffness * overlap ** (exponent - 1.0))
 
 
 def true_restitution(hysteresis: float) -> float:
