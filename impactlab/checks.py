@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from impactlab import beam_warnings
+from impactlab.contact_facts import moving_faces
 from impactlab.errors import StepError
 from impactlab.frame import drift, touched_in
 from impactlab.grazing import grazing_kick, near_grazing
@@ -16,7 +17,7 @@ from impactlab.momentum import Seen, balance, is_free
 from impactlab.pairing import energy_bound, kind_of
 from impactlab.precision import LOST_DIGITS
 from impactlab.resolution import unresolved
-from impactlab.scene import ElasticBody, Mass, Point, Scene
+from impactlab.scene import Scene
 from impactlab.stepping.assembly import Assembly
 from impactlab.stepping.memory import SAMPLED
 from impactlab.stepping.preparation import BuiltBody
@@ -75,22 +76,12 @@ def overlapping(scene: Scene, history: AbstractHistory) -> Iterator[Warned]:
         if not contact.law.hard:
             continue
         deepest = -float(np.min(history.evaluate(t, f"gap:{contact.name}"))) + min(0.0, contact.gap)
-        moving = _moving(scene, contact.left, contact.right)
+        moving = moving_faces(scene, contact.left, contact.right)
         travel = max(float(np.ptp(history.evaluate(t, name) - drift(scene, name, t, touched))) for name in moving)
         if deepest > NOTED_OVERLAP * travel:
             share = deepest / travel
             text = f"{contact.name}: the faces overlap by {deepest:.3g} m, {share:.2g} of their travel"
             yield Warned("overlap", text)
-
-
-def _moving(scene: Scene, *points: Point) -> Iterator[str]:
-    """Give the channels of the displacements of faces that can move."""
-    for point in points:
-        body = scene.bodies[point.body]
-        if isinstance(body, Mass):
-            yield f"position:{point.body}"
-        elif isinstance(body, ElasticBody):
-            yield f"displacement:{point.body}@{point.x:.6g}"
 
 
 def raise_failure(status: int, assembly: Assembly, history: AbstractHistory) -> None:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
-from impactlab.scene import Contact, Mass, Rod, Scene
+from impactlab.scene import Contact, ElasticBody, Mass, Point, Rod, Scene
 from impactlab.sides import segment_at, side_facts
 
 
@@ -37,3 +38,13 @@ def striker_of(scene: Scene, contact: Contact) -> float:
     bodies = [scene.bodies[point.body] for point in (contact.left, contact.right)]
     shares = sum(1.0 / body.mass for body in bodies if isinstance(body, Mass))
     return 1.0 / shares if shares > 0.0 else math.inf
+
+
+def moving_faces(scene: Scene, *points: Point) -> Iterator[str]:
+    """Give the channels of the displacements of faces that can move."""
+    for point in points:
+        body = scene.bodies[point.body]
+        if isinstance(body, Mass):
+            yield f"position:{point.body}"
+        elif isinstance(body, ElasticBody):
+            yield f"displacement:{point.body}@{point.x:.6g}"
