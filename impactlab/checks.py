@@ -21,6 +21,7 @@ from impactlab.scene import Scene
 from impactlab.stepping.assembly import Assembly
 from impactlab.stepping.memory import SAMPLED
 from impactlab.stepping.preparation import BuiltBody
+from impactlab.touch_times import unplaced
 from impactlab.types import Port
 
 NOTED_LOSS = 0.1  # of the energy, that nothing booked: schemes that damp lose some, but this much is not the mesh's
@@ -38,6 +39,7 @@ def warn(
 ) -> None:
     """Add the warnings that only the finished run can tell."""
     history.warnings.extend(unresolved(scene, built, history, dt))
+    history.warnings.extend(unplaced(scene, built, history, dt))
     history.warnings.extend(beam_warnings.warnings(scene, built, history, dt))
     history.warnings.extend(overlapping(scene, history))
     for span in history.contacts:

@@ -239,42 +239,51 @@ def test_a_run_shorter_than_the_shortest_period_was_wrong_by_half_without_a_word
     assert "coarse_contact" not in codes(long)
 
 
-@pytest.mark.slow
+@pytest.mark.parametrize("elements", [50, 100, 200])
 @pytest.mark.parametrize("mass", ["lumped", "redistributed"])
-def test_a_face_that_is_brought_back_was_off_by_a_quarter_after_many_touches_without_a_word(mass: str) -> None:
-    """One end of the second rod stays within a fifth of the way of the other: a shift of every touch tells there.
+def test_touches_that_follow_the_mesh_left_a_face_off_by_a_quarter_without_a_word(mass: str, elements: int) -> None:
+    """The mesh does not resolve half of the touches, and their number follows it: 24 on 100 elements, 61 on 800.
 
-    On a hundred elements it is off by 26 % (redistributed mass: 24 %), on eight hundred by 14 %.
+    What they pass on drives the far end of the second rod, which stays near its wall: it is off by 26, 26 and 20 %
+    (redistributed mass: 22, 24 and 21 %).
     """
     case = hard_case("irrational_times", "three_materials")
     if mass == "redistributed":
         case = case.with_("solve.integrator", {"kind": "midpoint"}).with_("solve.step", {"points_per_period": 10})
-    coarse, fine = (
-        il.run(case.with_("solve.model", {"kind": "finite_element", "elements": n, "mass": mass})) for n in (100, 800)
-    )
-    assert "drift" in codes(coarse)
-    assert any("two@0.424264" in warned.text for warned in coarse.warnings)
-    assert "drift" not in codes(fine)
+    history = il.run(case.with_("solve.model", {"kind": "finite_element", "elements": elements, "mass": mass}))
+    assert any(each.code == "chatter" and "two@0.424264" in each.text for each in history.warnings)
 
 
 @pytest.mark.slow
-def test_a_rod_that_stops_before_a_heavy_one_was_off_by_a_third_without_a_word() -> None:
-    """The face that met the heavy rod moves a quarter as far as its other end; three touches of 40 modes place it."""
+def test_a_rod_that_stops_before_a_heavy_one_was_off_by_two_fifths_without_a_word() -> None:
+    """The face that met the heavy rod moves a quarter as far as its other end, and its touches shift it by a third.
+
+    Forty modes of a hundred elements chatter (188 contacts, 39 % off); those of 160 elements do not (31, 3 %).
+    """
     case = hard_case("many_contacts", "heavy_in_the_middle")
     for number in range(9):
         case = case.with_(f"contacts.{number}.law", {"kind": "wave_identification"})
     case = case.with_("solve.integrator", {"kind": "newmark"}).with_("solve.step", {"points_per_period": 10})
-    few, many = (il.run(case.with_("solve.model", {"kind": "modal", "elements": 4 * n, "modes": n})) for n in (40, 120))
-    assert any("r4@0.03" in warned.text for warned in few.warnings if warned.code == "drift")
-    assert "drift" not in codes(many)
-
-
-def test_touches_that_place_a_face_well_enough_are_no_drift() -> None:
-    """A hammer on a clamped bar, three round trips: two touches at most, and faces that travel far."""
-    history = run(
-        struck(
-            AdditionDeletion(), FiniteElement(50, "lumped"), integrator=CentralDifference(), step=StepRule(courant=0.9)
-        )
+    off, right = (
+        il.run(case.with_("solve.model", {"kind": "modal", "elements": elements, "modes": 40}))
+        for elements in (100, 160)
     )
+    assert any(each.code == "drift" and "r4@0.03" in each.text for each in off.warnings)
+    assert not {"drift", "chatter"}.intersection(codes(right))
+
+
+@pytest.mark.parametrize(
+    ("law", "model", "integrator"),
+    [
+        (AdditionDeletion(), FiniteElement(50, "lumped"), CentralDifference()),
+        (Penalty(stiffness=200.0), FiniteElement(50), Midpoint()),
+        (VelocityComplementarity(restitution=1.0), FiniteElement(50), MoreauJean()),
+    ],
+)
+def test_a_plain_impact_on_a_fair_mesh_is_neither_drift_nor_chatter(
+    law: object, model: object, integrator: object
+) -> None:
+    """A hammer on a clamped bar, two contacts at most: right to 5 %, and faces that chatter pass on next to nothing."""
+    history = run(struck(law, model, integrator=integrator, step=StepRule(courant=0.5)))
     assert history.contacts
-    assert "drift" not in codes(history)
+    assert not {"drift", "chatter"}.intersection(codes(history))
