@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from impactlab.contact_facts import moving_faces
+from impactlab.contact_facts import impedance_of, moving_faces, stiffness_of
 from impactlab.frame import drift, touched_in
 from impactlab.history import AbstractHistory, ContactSpan, Warned
 from impactlab.metrics import midpoints
@@ -153,7 +153,7 @@ def _chattering(
     counts: dict[str, tuple[int, int]] = {}
     for contact in scene.contacts:
         spans = _spans(contact, history)
-        found = list(_unresolved(spans, RESOLVED * tells[contact.name]))
+        found = list(_unresolved(spans, RESOLVED * (tells[contact.name] + _delay(scene, contact))))
         for point in (contact.left, contact.right):
             body = scene.bodies[point.body]
             if isinstance(body, Wall):
@@ -173,11 +173,22 @@ def _chattering(
     if share > MOVED:
         unresolved, of = counts[body_name]
         text = (
-            f"{name}: {unresolved} of {of} touches of this body, or openings before them, are shorter than three times "
-            f"what this method tells apart, and what they pass on moves it by {share:.2g} times its way; their number "
-            "follows the mesh and the step: compare two resolutions or models"
+            f"{name}: {unresolved} of {of} touches of this body, or openings before them, are not resolved, "
+            f"and what they pass on moves it by {share:.2g} times its way; their number follows the mesh and the step: "
+            "compare two resolutions or models"
         )
         yield Warned("chatter", text)
+
+
+def _delay(scene: Scene, contact: Contact) -> float:
+    """Return the time [s] by which a spring that stands for a hard contact delays its force: impedance over stiffness.
+
+    A spring that is physics, given in N/m, delays what it should.
+    """
+    from impactlab.described import is_relative
+
+    stiffness, impedance = stiffness_of(scene, contact), impedance_of(scene, contact)
+    return impedance / stiffness if stiffness and impedance < math.inf and is_relative(contact) else 0.0
 
 
 def _unresolved(spans: Sequence[ContactSpan], limit: float) -> Iterator[tuple[float, float]]:

@@ -254,6 +254,18 @@ def test_touches_that_follow_the_mesh_left_a_face_off_by_a_quarter_without_a_wor
     assert any(each.code == "chatter" and "two@0.424264" in each.text for each in history.warnings)
 
 
+@pytest.mark.parametrize("kind", ["hht_alpha", "generalised_alpha", "bathe"])
+def test_touches_that_follow_a_spring_in_place_of_a_hard_contact_left_a_face_off_without_a_word(kind: str) -> None:
+    """The spring of EA/h delays a force by h/c, as long as the mesh of a hundred elements does: off by 23 %."""
+    case = hard_case("irrational_times", "three_materials").with_(
+        "solve.model", {"kind": "finite_element", "elements": 100}
+    )
+    for number in range(3):
+        case = case.with_(f"contacts.{number}.law", {"kind": "penalty", "stiffness": {"relative": 1.0}})
+    case = case.with_("solve.integrator", {"kind": kind}).with_("solve.step", {"points_per_period": 10})
+    assert "chatter" in codes(il.run(case))
+
+
 @pytest.mark.slow
 def test_a_rod_that_stops_before_a_heavy_one_was_off_by_two_fifths_without_a_word() -> None:
     """The face that met the heavy rod moves a quarter as far as its other end, and its touches shift it by a third.
