@@ -56,9 +56,10 @@ def _recorded(scene: Scene, steps: int) -> Scene:
     return dataclasses.replace(scene, records=max(RECORDS, min(steps, MAX_RECORDS)))
 
 
-def as_adaptive_bodies(scene: Scene, tolerance: float) -> Scene:
+def as_adaptive_bodies(scene: Scene, tolerance: float, most_steps: int) -> Scene:
     """Return a scene without rods under adaptive steps between located events, with a relative tolerance."""
-    integrator, rule = Adaptive(relative_tolerance=max(tolerance, 1e-12)), StepRule(points_per_period=10.0)
+    integrator = Adaptive(relative_tolerance=max(tolerance, 1e-12), most_steps=most_steps)
+    rule = StepRule(points_per_period=10.0)
     return dataclasses.replace(scene, integrator=integrator, step=rule, events="dated", tolerance=None)
 
 

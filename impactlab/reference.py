@@ -28,6 +28,7 @@ CHECKING = 3e-5  # uncertainty at which the second answer is good enough to chec
 UNWITNESSED = 3.0  # times less known: an answer without a second one
 SAFETY = 3.0  # on the error that three levels show (docs/audit.md: claimed against true over random scenes)
 TIGHTER = 4.0  # the tolerance of adaptive steps falls as fineness to minus this
+STIFF = 20.0  # times the expected number of adaptive steps: a damping that needs more of them is none for such steps
 JUDGED = ("mass_displacement", "face_displacement", "impulse")
 """The metrics by which a reference converges; their largest uncertainty is that of the reference."""
 SMOOTH = (*JUDGED, "peak_force")
@@ -327,9 +328,13 @@ def _rigid(scene: Scene) -> Iterator[Way]:
 
     rises = scene.duration / min((rise_time(scene, contact) for contact in scene.contacts), default=scene.duration)
     yield Way("rigid bodies, steps:", lambda n: as_rigid_bodies(scene, 20 * n), lambda n: 3e-7 * 20 * n)
+
+    def steps(n: int) -> float:
+        return max(10.0, rises) * math.sqrt(n / COARSEST)
+
     yield Way(
         "adaptive steps between located events, level:",
-        lambda n: as_adaptive_bodies(scene, 1e-4 * (COARSEST / n) ** TIGHTER),
-        lambda n: 1e-3 * max(10.0, rises) * (n / COARSEST) ** 0.5,
+        lambda n: as_adaptive_bodies(scene, 1e-4 * (COARSEST / n) ** TIGHTER, round(STIFF * steps(n))),
+        lambda n: 1e-3 * steps(n),
         order=TIGHTER,
     )

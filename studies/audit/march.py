@@ -27,7 +27,7 @@ from audit.collocation import (
     slopes,
 )
 from audit.events import change, ends_of, first_change, roughness
-from audit.network import HEAVY
+from audit.network import DASHPOT, HARD, HEAVY
 from audit.tables import STAGES, Array
 
 DONE, FULL, STUCK = 0, 1, 2
@@ -110,6 +110,11 @@ def march(net, rule, duration, stage, out, u0, v0):  # noqa: C901 - one loop, on
     nodes, contacts, ends = net.kind.size, net.left.size, net.node.size
     mode = np.full(contacts, OPEN)
     approach, floors, last = np.ones(contacts), np.full(contacts, 1e-6), np.zeros(contacts)
+    for c in range(contacts):
+        # Faces that lie against each other at rest touch from the start on, with the least speed of approach.
+        if net.law[c] not in (HARD, DASHPOT) and net.gap[c] == 0.0 and v0[net.left[c]] == v0[net.right[c]]:
+            mode[c], approach[c] = PRESSED, floors[c]
+            out.touches[c] += 1
     hints, heads, tails = np.zeros(ends, np.int64), np.zeros(ends, np.int64), np.zeros(ends, np.int64)
     fresh, always = np.ones(nodes, np.bool_), np.ones(nodes, np.bool_)
     t, m, sample, jumps, toggles, changes = 0.0, 0, 0, 0, 0, 0

@@ -23,6 +23,8 @@ LEVELS = (
     (3e-8, 1.7),
     (2e-9, 3.0),
 )  # roughness over the speed; by how much steps are shorter
+HALVED, SLOW = 0.5, 10.0  # levels that do not come to less than a half of their distance are as often less well known
+ROUNDING = 1e-9
 SHARE = 0.01  # of the tolerance: uncertainty at which refining ends
 
 
@@ -141,6 +143,7 @@ def solve(doc: Doc, judged: Sequence[str] = JUDGED) -> Truth:
     wanted = SHARE * float(doc["solve"].get("tolerance", 1e-4))
     before: Truth | None = None
     known: Truth | None = None
+    last: dict[str, float] = {}
     for level in LEVELS:
         try:
             found = answer(doc, net, walk(net, *level)[1])
@@ -149,7 +152,13 @@ def solve(doc: Doc, judged: Sequence[str] = JUDGED) -> Truth:
                 raise
             break
         if before is not None:
-            found.uncertainty = errors(before, found, tolerance=1e-4)
+            apart = errors(before, found, tolerance=1e-4)
+            found.uncertainty = dict(apart)
+            for name in apart:
+                if known is not None and apart[name] > max(HALVED * last[name], ROUNDING):
+                    found.uncertainty[name] = SLOW * apart[name]
+                    known.uncertainty[name] = max(known.uncertainty[name], SLOW * apart[name])
+            last = apart
             if known is None or unknown(found, judged) < unknown(known, judged):
                 known = found
             if unknown(known, judged) <= wanted:

@@ -172,3 +172,32 @@ def test_waves_and_modes_agree(family: str) -> None:
             assert found["impulse"] < 3e-4
             agreed += 1
     assert agreed >= 3
+
+
+def test_truth_of_faces_at_rest_against_each_other_has_the_least_speed_of_approach() -> None:
+    """Rods at rest, one against the other, under a law that divides its damping by a speed that is zero."""
+    doc = families.draw("power_law", 303, 37).doc
+    net = truth.read(doc)
+    rough, fine = (truth.answer(doc, net, truth.walk(net, *level)[1]).impulses for level in truth.LEVELS[:2])
+    assert len(rough) == 2
+    assert rough == pytest.approx(fine, rel=1e-6)
+
+
+def test_truths_that_do_not_come_nearer_to_each_other_are_less_well_known(monkeypatch: pytest.MonkeyPatch) -> None:
+    impulses = iter([1.0, 1.01, 1.02, 1.03, 1.04])
+
+    def drifting(*_: Any) -> truth.Truth:
+        return truth.Truth(np.array([0.5]), {}, {}, {"a|b": next(impulses)}, {}, {}, {}, math.nan, 1)
+
+    monkeypatch.setattr(truth, "walk", lambda *_: (None, None))
+    monkeypatch.setattr(truth, "answer", drifting)
+    found = truth.solve(ball_on_wall({"kind": "hertz", "stiffness": 1.0e6}))
+    assert found.uncertainty["impulse"] > 0.09
+
+
+@pytest.mark.slow
+def test_a_reference_ends_where_touches_at_rest_make_adaptive_steps_tiny() -> None:
+    """Masses in a row that touch at rest: the damping of Flores, over the least speed, is stiff."""
+    row = references.claimed(families.draw("rigid", 303, 38))
+    assert row["uncertainty"] < 0.1 * row["claimed"]
+    assert row["true"] < row["claimed"] < 1e-5
