@@ -15,7 +15,6 @@ from impactlab.types import Array
 GRID = 2000  # equal cells of the run on which a peak is searched, besides the instants below
 MAX_SPANS = 20  # periods of contact, those of the largest impulse, that are searched in a grid of their own
 PER_SPAN = 200  # cells of that grid
-NEAR_PEAK = 0.2  # of the peak: smaller forces beside a jump have no part in it
 MAX_ECHOES = 1000  # round trips after a touch whose fronts are left out
 
 
@@ -45,7 +44,7 @@ def find_peak(history: AbstractHistory, contact: Contact, left_out: Array) -> Pe
     name = f"force:{contact.name}"
     spans = sorted((span for span in history.contacts if span.contact == contact.name), key=lambda each: -each.impulse)
     # First of all the middles of steps: of all places in a step with the largest force, its middle is the peak.
-    grids = [_instants(history, name), midpoints(history.duration, GRID), np.ravel(left_out)]
+    grids = [_instants(history, name), midpoints(history.duration, GRID), np.ravel(left_out), [history.duration]]
     for span in spans[:MAX_SPANS]:
         end = history.duration if span.end is None else span.end
         grids.append(span.start + midpoints(end - span.start, PER_SPAN))
@@ -60,42 +59,17 @@ def find_peak(history: AbstractHistory, contact: Contact, left_out: Array) -> Pe
     return Peak(float(t[at]), max(0.0, float(values[at])))
 
 
-def stair(history: AbstractHistory, scene: Scene) -> float:
-    """Return half the largest step of a stepped force beside the intervals around its jumps, over its peak.
-
-    There the force of a dashpot decays steeply, and a value read from the run is off by so much. 0 of other laws.
-    """
-    if history.dt is None:
-        return 0.0
-    found = [0.0]
-    for contact in scene.contacts:
-        if contact.law.hard or not contact.law.force_jumps:
-            continue
-        name, left_out = f"force:{contact.name}", near_jumps(history, scene, contact)
-        peak = find_peak(history, contact, left_out)
-        edges = np.ravel(left_out)
-        edges = np.append(edges[(edges > 0.0) & (edges < history.duration)], peak.time)
-        kept = history.duration / max(1, history.jumps(name).size)  # s, between records: one step, or several
-        before, after = (
-            history.evaluate(np.clip(edges + shift, 0.0, history.duration), name) for shift in (-0.5 * kept, 0.5 * kept)
-        )
-        if peak.force > 0.0:
-            near = np.maximum(before, after) > (1.0 - NEAR_PEAK) * peak.force
-            steps = kept / history.dt
-            found.append(0.5 * float(np.max(np.abs(after - before)[near], initial=0.0)) / steps / peak.force)
-    return max(found)
-
-
 def _instants(history: AbstractHistory, name: str) -> Array:
     """Return the middles of the steps of a stepped force, the jumps of any other, shape (n,) [s]."""
     ends = history.jumps(name)
     return ends if history.dt is None else np.minimum(0.5 * (ends[1:] + ends[:-1]), history.duration)
 
 
-def smooth_force(history: AbstractHistory, t: Array, name: str) -> Array:
-    """Return a contact force at times [N]: of a stepped force the line through the middles of its steps."""
+def smooth_force(history: AbstractHistory, t: Array, contact: Contact) -> Array:
+    """Return a contact force at times [N]: of a hard contact in steps the line through the middles of the steps."""
+    name = f"force:{contact.name}"
     middles = _instants(history, name)
-    if history.dt is None or middles.size < 2:
+    if history.dt is None or not contact.law.hard or middles.size < 2:
         return history.evaluate(t, name)
     return np.interp(t, middles, history.evaluate(middles, name))
 

@@ -98,5 +98,5 @@ class AdaptiveHistory(AbstractHistory):
         return Field(x, np.array([model.row(float(place), known[quantity]) @ motion for place in x]))
 
     def jumps(self, channel: str) -> Array:
-        times, _, stepped = self._channels[channel]
-        return times if stepped else np.zeros(0)
+        found = self._channels[channel]
+        return found.times if found.stepped else np.zeros(0)

@@ -8,7 +8,6 @@ import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from impactlab import peaks
 from impactlab.checks import gain_of
 from impactlab.choice.families import EXACT_ERROR, Family, serving
 from impactlab.choice.record import Choice, Rung, Verdict
@@ -311,7 +310,7 @@ def _judge(search: Search, tolerance: float) -> None:
     doubt = _beyond_witness(search)
     for trial, (apart, estimate) in zip(trials, estimates, strict=True):
         estimated_error = apart + family.safety * estimate.error
-        trial.expected, trial.reason = max(estimated_error, doubt, _stair(trial.history, search.scene)), ""
+        trial.expected, trial.reason = max(estimated_error, doubt), ""
         gain = gain_of(trial.history) / GAIN
         if gain > max(trial.expected, tolerance):
             trial.expected, trial.reason = gain, f"gains {GAIN * gain:.2g} of the energy at stake"
@@ -322,10 +321,8 @@ def _judge(search: Search, tolerance: float) -> None:
     last = estimates[-1][1]
     # By the declared order: one that has not shown yet may still do so, and a run too fine is dearer than a trial more.
     needed = finest.fineness * MARGIN * (family.safety * max(last.error, 1e-300) / tolerance) ** (1.0 / family.order)
-    stair = _stair(finest.history, search.scene)
-    if not math.isfinite(needed) or not finest.expected <= max(family.safety * last.error, stair):
+    if not math.isfinite(needed) or not finest.expected <= family.safety * last.error:
         needed = 2.0 * finest.fineness
-    needed = max(needed, finest.fineness * MARGIN * stair / tolerance)  # a stair is of the first order
     met = [trial.fineness for trial in trials if trial.expected <= tolerance]
     search.next = max(family.coarsest, math.ceil(min(needed, MOST_GROWTH * finest.fineness)))
     if not met:
@@ -336,10 +333,6 @@ def _judge(search: Search, tolerance: float) -> None:
         search.closed = DONE
     if len(trials) > MOST_TRIALS or (not met and finest.fineness >= family.finest):
         search.closed = "does not converge to the tolerance"
-
-
-def _stair(history: AbstractHistory, scene: Scene) -> float:
-    return peaks.stair(history, scene) if "peak_forces" in scene.tolerance_on else 0.0
 
 
 def _beyond_witness(search: Search) -> float:

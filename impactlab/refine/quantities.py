@@ -83,7 +83,6 @@ def _peaks(histories: Sequence[AbstractHistory], scene: Scene, margin: float) ->
     """Give the distances of the peak forces of contacts.
 
     Two peaks may agree by luck while the forces around them ring; the forces at the instants of all peaks do not.
-    Forces are read on the lines through the middles of their steps; `impactlab.peaks.stair` is what the steps add.
     """
     for contact in scene.contacts:
         if not contact.law.answers_force:
@@ -92,7 +91,7 @@ def _peaks(histories: Sequence[AbstractHistory], scene: Scene, margin: float) ->
         peaks = [find_peak(history, contact, left_out) for history in histories]
         if peaks[-1].force > 0.0:
             t = np.array([peak.time for peak in peaks])
-            values = [smooth_force(history, t, f"force:{contact.name}") for history in histories]
+            values = [smooth_force(history, t, contact) for history in histories]
             yield _pairs(values, peaks[-1].force / margin, math.inf)
 
 

@@ -19,13 +19,20 @@ from impactlab.stepping.assembly import Assembly
 from impactlab.stepping.memory import SAMPLED
 from impactlab.types import QUANTITIES_OF_BEAM, QUANTITIES_OF_ROD, Quantity
 
+MIN_MEANS = 3  # steps, from which a slope can be told from a jump
+
 
 class Channel(NamedTuple):
-    """Where a channel lies: values at times, stepped (each value holds since the time before it) or linear."""
+    """Where a channel lies: values at times, stepped (each value holds since the time before it) or linear.
+
+    Where the values of a stepped channel are means over steps with known middles, it is read with a slope inside each
+    step (`slopes`): the stairs themselves are of the first order only.
+    """
 
     times: Array
     values: Array
     stepped: bool
+    middles: Array | None = None
 
 
 def read_channel(channels: Mapping[str, Channel], duration: float, t: ArrayLike, channel: str) -> Array:
@@ -36,7 +43,7 @@ def read_channel(channels: Mapping[str, Channel], duration: float, t: ArrayLike,
             remedy="A quantity at another place needs a probe in the case.",
             path="probes",
         )
-    times, values, stepped = channels[channel]
+    times, values, stepped, _ = channels[channel]
     t = within_run(t, duration)
     if not stepped:
         return np.asarray(np.interp(t, times, values))
@@ -44,12 +51,33 @@ def read_channel(channels: Mapping[str, Channel], duration: float, t: ArrayLike,
     return values[np.minimum(np.searchsorted(times, t, side="right"), values.size - 1)]
 
 
+def slopes(middles: Array, means: Array) -> Array:
+    """Return the slope of a quantity in each step, shape (n,), from the middles of steps and its means over them.
+
+    Zero beside a jump from rest, at an extremum and in chatter, so that no value leaves those of the steps around it.
+
+    References
+    ----------
+    VanLeer1977 (monotonised central slopes: second order where the quantity is smooth).
+    """
+    if means.size < MIN_MEANS:
+        return np.zeros_like(means)
+    steepness = np.diff(means) / np.diff(middles)
+    # At the ends of the run there is one neighbour: its own slope stands for the one beyond.
+    before, after = np.append(steepness[1], steepness), np.append(steepness, steepness[-2])
+    central = 0.5 * (before + after)
+    least = np.minimum(2.0 * np.minimum(np.abs(before), np.abs(after)), np.abs(central))
+    least[[0, -1]] = np.minimum(np.abs(before), np.abs(after))[[0, -1]]
+    return np.where(before * after > 0.0, np.copysign(least, central), 0.0)
+
+
 @final
 class RecordedHistory(AbstractHistory):
     """What a stepped run recorded.
 
-    Forces are constant over a step; displacements and gaps are linear between the ends of steps; velocities are linear
-    between the instants to which the scheme's velocities belong. A run of more steps than the scene's ``records`` keeps
+    Forces of hard contacts are constant over a step, those of compliant laws linear with the mean that acted in it;
+    displacements and gaps are linear between the ends of steps; velocities are linear between the instants to which the
+    scheme's velocities belong. A run of more steps than the scene's ``records`` keeps
     every second, third ... one, and of forces the mean in between; its events are dated in every step and all kept.
     """
 
@@ -64,6 +92,7 @@ class RecordedHistory(AbstractHistory):
         self.cost = Cost()
         self._raw: list[tuple[float, int, int, float, float, float]] = []
         self._channels: dict[str, Channel] = {}
+        self._slopes: dict[str, Array] = {}  # of forces that were read
 
     def drain(self) -> None:
         """Take the events out of the loop's buffer."""
@@ -88,7 +117,16 @@ class RecordedHistory(AbstractHistory):
         return tuple(self._channels)
 
     def evaluate(self, t: ArrayLike, channel: str) -> Array:
-        return read_channel(self._channels, self.duration, t, channel)
+        found = self._channels.get(channel)
+        if found is None or found.middles is None:
+            return read_channel(self._channels, self.duration, t, channel)
+        if channel not in self._slopes:  # what stands at t = 0 belongs to no step
+            self._slopes[channel] = np.append(0.0, slopes(found.middles[1:], found.values[1:]))
+        t = within_run(t, self.duration)
+        step = np.minimum(np.searchsorted(found.times, t, side="right"), found.values.size - 1)
+        mean = found.values[step]
+        values = mean + self._slopes[channel][step] * (t - found.middles[step])
+        return np.asarray(np.maximum(values, np.minimum(mean, 0.0)))  # beyond the last step a force that falls is zero
 
     def field(self, body: str, t: float, quantity: str) -> Field:
         assembly, scene = self.assembly, self.assembly.scene
@@ -118,8 +156,8 @@ class RecordedHistory(AbstractHistory):
         return Field(x, np.asarray(rows @ assembly.state_of(body, state, velocities=moves)))
 
     def jumps(self, channel: str) -> Array:
-        times, _, stepped = self._channels[channel]
-        return times if stepped else np.zeros(0)
+        found = self._channels[channel]
+        return found.times if found.stepped else np.zeros(0)
 
     def _read_channels(self) -> None:
         assembly = self.assembly
@@ -130,12 +168,14 @@ class RecordedHistory(AbstractHistory):
         early[:1] = assembly.dt  # what stands at t = 0 belongs to the step before
         of_velocity = times - (1.0 - self._integrator.velocity_point) * early
         of_force = times + (self._integrator.load_point - 0.5) * np.minimum(steps, assembly.dt)
+        middles = times - 0.5 * steps + (self._integrator.load_point - 0.5) * np.minimum(steps, assembly.dt)
         of_force = np.minimum(of_force, times[-1])
         channels: dict[str, Channel] = {}
         for number, contact in enumerate(assembly.scene.contacts):
             column = 1 + 6 * number
             force = record[:, column] if contact.law.answers_force else np.full_like(times, np.nan)
-            channels[f"force:{contact.name}"] = Channel(of_force, force, True)
+            # The force of a hard contact starts and ends with jumps, often within a few steps: it stays as it acted.
+            channels[f"force:{contact.name}"] = Channel(of_force, force, True, None if contact.law.hard else middles)
             channels[f"gap:{contact.name}"] = Channel(times, record[:, column + 1], False)
             for side, point in enumerate((contact.left, contact.right)):
                 if isinstance(assembly.scene.bodies[point.body], ElasticBody):

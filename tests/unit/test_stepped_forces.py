@@ -1,0 +1,58 @@
+"""A contact force is read from a stepped run as well as its displacements are: to the second order."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from impactlab.contact.penalty import Penalty
+from impactlab.integrators.base import AbstractIntegrator
+from impactlab.integrators.central_difference import CentralDifference
+from impactlab.integrators.generalised_alpha import GeneralisedAlpha
+from impactlab.integrators.midpoint import Midpoint
+from impactlab.scene import Contact, Mass, Point, Scene, StepRule, Wall
+from impactlab.simulate import run
+from impactlab.stepping.recorded import slopes
+
+STIFFNESS, SPEED = 1e6, 1.0  # N/m, m/s; of a ball of 1 kg on a wall
+FREQUENCY = math.sqrt(STIFFNESS)
+SCHEMES = (CentralDifference(), Midpoint(), GeneralisedAlpha(rho_inf=0.9))
+
+
+def errors_at(t: np.ndarray, integrator: AbstractIntegrator, steps: int, duration: float, records: int) -> np.ndarray:
+    """Return the errors of the force of a ball on a spring over the largest force."""
+    bodies = {"ball": Mass("ball", 1.0, SPEED), "wall": Wall("wall")}
+    contact = Contact(Point("ball", 0.0, "ball"), Point("wall", 0.0, "wall"), 0.0, Penalty(stiffness=STIFFNESS))
+    step = StepRule(dt=duration / steps)
+    scene = Scene("x", bodies, (contact,), duration, integrator, step, "dated", records=records)
+    return np.abs(run(scene).evaluate(t, "force:ball|wall") / (SPEED * FREQUENCY) - np.sin(FREQUENCY * t))
+
+
+@pytest.mark.parametrize("records", [100_000, 100])
+@pytest.mark.parametrize("integrator", SCHEMES, ids=lambda each: type(each).__name__)
+def test_a_steep_force_is_known_to_the_second_order_at_any_time(integrator: AbstractIntegrator, records: int) -> None:
+    duration = 0.25 * math.pi / FREQUENCY  # the force still rises at the end
+    t = np.append(np.linspace(0.0, duration, 997), duration)
+    kept = min(records, 400)
+    found = errors_at(t, integrator, 400, duration, records)
+    assert found.max() < 2.0 * (FREQUENCY * duration / kept) ** 2  # a stair is half a step off: 250 times as much
+
+
+def test_a_force_beyond_the_last_middle_of_a_step_turns_or_rests_but_never_pulls() -> None:
+    bodies = {"ball": Mass("ball", 1.0, SPEED), "wall": Wall("wall")}
+    contact = Contact(Point("ball", 0.0, "ball"), Point("wall", 0.0, "wall"), 0.0, Penalty(stiffness=STIFFNESS))
+    for phase in np.linspace(0.9, 1.1, 41):
+        duration = phase * math.pi / FREQUENCY  # from shortly before the opening to shortly after it
+        scene = Scene("x", bodies, (contact,), duration, Midpoint(), StepRule(dt=duration / 90))
+        end = float(run(scene).evaluate(duration, "force:ball|wall")) / (SPEED * FREQUENCY)
+        assert 0.0 <= end == pytest.approx(max(0.0, math.sin(math.pi * phase)), abs=1e-3)
+
+
+def test_stairs_and_chatter_keep_their_shape_and_a_ramp_its_slope() -> None:
+    middles = np.arange(8.0)
+    stairs = np.array([0.0, 0.0, 5.0, 5.0, 5.0, 2.0, 2.0, 2.0])
+    np.testing.assert_array_equal(slopes(middles, stairs), np.zeros(8))
+    np.testing.assert_array_equal(slopes(middles, middles % 2), np.zeros(8))
+    np.testing.assert_allclose(slopes(middles, 3.0 * middles), np.full(8, 3.0))
