@@ -44,7 +44,8 @@ def find_peak(history: AbstractHistory, contact: Contact, left_out: Array) -> Pe
     name = f"force:{contact.name}"
     spans = sorted((span for span in history.contacts if span.contact == contact.name), key=lambda each: -each.impulse)
     # First of all the middles of steps: of all places in a step with the largest force, its middle is the peak.
-    grids = [_instants(history, name), midpoints(history.duration, GRID), np.ravel(left_out), [history.duration]]
+    ends = np.append(np.ravel(left_out), history.duration)
+    grids = [_instants(history, name), midpoints(history.duration, GRID), ends]
     for span in spans[:MAX_SPANS]:
         end = history.duration if span.end is None else span.end
         grids.append(span.start + midpoints(end - span.start, PER_SPAN))
