@@ -297,7 +297,7 @@ def _delay_line(scene: Scene, rods: int) -> Way:
 
 def _explicit(scene: Scene, rods: int) -> Way:
     from impactlab.described import shortest_transit
-    from impactlab.descriptions import as_lumped_mesh
+    from impactlab.descriptions import as_lumped_mesh, is_special
 
     # On a rod of one wave speed, and wherever pieces share their elements by travel time without a remainder, waves go
     # one element in a step: no dispersion.
@@ -306,6 +306,7 @@ def _explicit(scene: Scene, rods: int) -> Way:
         "lumped mesh at courant 1, elements:",
         lambda n: as_lumped_mesh(scene, n, 1.0),
         lambda n: 6e-9 * rods * n * n * scene.duration / shortest,
+        order=2.0 if is_special(scene) else 1.0,  # a front that disperses
     )
 
 

@@ -156,6 +156,7 @@ def _modal(scene: Scene) -> Way:
         "modes under exact steps:",
         lambda n: modal_scene(scene, n, dt(n)),
         lambda n: (3e-7 + 1.5e-9 * count * n) * scene.duration / dt(n),
+        order=1.0 if any(beam.theory == "timoshenko" for beam in beams_of(scene)) else 2.0,
     )
 
 
@@ -198,4 +199,5 @@ def _meshed(scene: Scene) -> Way:
         "consistent mesh under the midpoint rule, elements:",
         lambda n: described(scene, FiniteElement(n), Midpoint(), rule(n), AdditionDeletion()),
         lambda n: (3e-7 + 5e-8 * count * n) * STEPS * n * scene.duration / shortest,
+        order=1.0 if scene.force_jumps else 2.0,
     )
