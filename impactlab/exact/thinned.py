@@ -19,6 +19,7 @@ from impactlab.frame import carried_energy, touched_in
 from impactlab.history import AbstractHistory, ContactSpan, Cost, EnergyBook, Event, Field, within_run
 from impactlab.noise_floor import above_noise
 from impactlab.scene import ElasticBody, Probe, Rod, Scene
+from impactlab.slopes import slopes
 from impactlab.types import Array
 
 ENERGIES = 1000  # instants of the energy book, at most
@@ -26,7 +27,7 @@ ENERGIES = 1000  # instants of the energy book, at most
 
 @final
 class ThinnedHistory(AbstractHistory):
-    """An exact history read at equal instants: channels are lines between them, forces their means.
+    """An exact history read at equal instants: channels are lines between them, forces have their means.
 
     Instants, events, periods of contact and energies are exact; places without a probe are not kept, and fields at
     snapshots alone.
@@ -38,6 +39,8 @@ class ThinnedHistory(AbstractHistory):
         self.scene = scene
         self.time = time  # (n,) s
         self.values = values  # channel -> (n,); of a force its time integral [N s]
+        # Forces that are constant between jumps, or nearly so, stay as their means; a spring's has a slope.
+        self.stairs = {f"force:{contact.name}" for contact in scene.contacts if contact.law.hard}
         self.fields: dict[tuple[str, str, float], Field] = {}
         self.cost = Cost()
         self.events = ()
@@ -58,7 +61,11 @@ class ThinnedHistory(AbstractHistory):
         if not channel.startswith("force:") or "|" not in channel:
             return np.asarray(np.interp(times, self.time, row))
         means = np.diff(row) / np.diff(self.time)
-        return np.asarray(means[np.clip(np.searchsorted(self.time, times, side="right") - 1, 0, len(means) - 1)])
+        cell = np.clip(np.searchsorted(self.time, times, side="right") - 1, 0, len(means) - 1)
+        if channel in self.stairs:
+            return np.asarray(means[cell])
+        middles = 0.5 * (self.time[1:] + self.time[:-1])
+        return np.asarray(np.maximum(0.0, means[cell] + slopes(middles, means)[cell] * (times - middles[cell])))
 
     def field(self, body: str, t: float, quantity: str) -> Field:
         for (name, kind, time), found in self.fields.items():

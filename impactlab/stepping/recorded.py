@@ -14,12 +14,11 @@ from impactlab.history import AbstractHistory, Array, ContactSpan, Cost, EnergyB
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.noise_floor import above_noise
 from impactlab.scene import ElasticBody
+from impactlab.slopes import slopes
 from impactlab.stepping import dating
 from impactlab.stepping.assembly import Assembly
 from impactlab.stepping.memory import SAMPLED
 from impactlab.types import QUANTITIES_OF_BEAM, QUANTITIES_OF_ROD, Quantity
-
-MIN_MEANS = 3  # steps, from which a slope can be told from a jump
 
 
 class Channel(NamedTuple):
@@ -49,26 +48,6 @@ def read_channel(channels: Mapping[str, Channel], duration: float, t: ArrayLike,
         return np.asarray(np.interp(t, times, values))
     # A value holds on [time before, its own time): at a jump the value after it is given.
     return values[np.minimum(np.searchsorted(times, t, side="right"), values.size - 1)]
-
-
-def slopes(middles: Array, means: Array) -> Array:
-    """Return the slope of a quantity in each step, shape (n,), from the middles of steps and its means over them.
-
-    Zero beside a jump from rest, at an extremum and in chatter, so that no value leaves those of the steps around it.
-
-    References
-    ----------
-    VanLeer1977 (monotonised central slopes: second order where the quantity is smooth).
-    """
-    if means.size < MIN_MEANS:
-        return np.zeros_like(means)
-    steepness = np.diff(means) / np.diff(middles)
-    # At the ends of the run there is one neighbour: its own slope stands for the one beyond.
-    before, after = np.append(steepness[1], steepness), np.append(steepness, steepness[-2])
-    central = 0.5 * (before + after)
-    least = np.minimum(2.0 * np.minimum(np.abs(before), np.abs(after)), np.abs(central))
-    least[[0, -1]] = np.minimum(np.abs(before), np.abs(after))[[0, -1]]
-    return np.where(before * after > 0.0, np.copysign(least, central), 0.0)
 
 
 @final

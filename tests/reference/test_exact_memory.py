@@ -73,6 +73,22 @@ def test_a_run_beyond_its_memory_is_the_whole_run_at_its_instants(make, monkeypa
         assert thin.field("rod", time, "displacement").values == pytest.approx(there.values, abs=1e-9)
 
 
+def test_the_steep_force_of_a_spring_beyond_memory_is_that_of_the_whole_run(monkeypatch):
+    case = dataclasses.replace(sprung(), records=2000)
+    name = f"force:{case.contacts[0].name}"
+    whole = solve(case)
+    monkeypatch.setenv("IMPACTLAB_MEMORY", "9e6")
+    thin = solve(case)
+    assert isinstance(thin, ThinnedHistory)
+    cell = case.duration / case.records
+    t = np.linspace(0.0, case.duration, 10_007)
+    beside = np.append(whole.jumps(name), [event.time for event in whole.events])
+    t = t[np.min(np.abs(t[:, None] - beside[None, :]), axis=1) > 2.0 * cell]
+    exact = whole.evaluate(t, name)
+    steepest = np.max(np.abs(np.diff(exact) / np.diff(t)))
+    assert np.max(np.abs(thin.evaluate(t, name) - exact)) < 0.1 * steepest * cell  # as means alone: 0.5
+
+
 def test_the_remedy_for_too_many_fronts_works(monkeypatch):
     # three transits without a common measure: fronts grow with the cube of the time
     bars = rod("rod", 1.0, right=FREE)

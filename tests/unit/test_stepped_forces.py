@@ -14,7 +14,7 @@ from impactlab.integrators.generalised_alpha import GeneralisedAlpha
 from impactlab.integrators.midpoint import Midpoint
 from impactlab.scene import Contact, Mass, Point, Scene, StepRule, Wall
 from impactlab.simulate import run
-from impactlab.stepping.recorded import slopes
+from impactlab.slopes import slopes
 
 STIFFNESS, SPEED = 1e6, 1.0  # N/m, m/s; of a ball of 1 kg on a wall
 FREQUENCY = math.sqrt(STIFFNESS)

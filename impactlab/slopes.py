@@ -1,0 +1,29 @@
+"""Slopes inside cells of time of which the means are known, as of forces over steps."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from impactlab.types import Array
+
+MIN_MEANS = 3  # cells, from which a slope can be told from a jump
+
+
+def slopes(middles: Array, means: Array) -> Array:
+    """Return the slope of a quantity in each cell of time, shape (n,), from the middles of cells and its means.
+
+    Zero beside a jump from rest, at an extremum and in chatter, so that no value leaves those of the cells around it.
+
+    References
+    ----------
+    VanLeer1977 (monotonised central slopes: second order where the quantity is smooth).
+    """
+    if means.size < MIN_MEANS:
+        return np.zeros_like(means)
+    steepness = np.diff(means) / np.diff(middles)
+    # At the ends of the run there is one neighbour: its own slope stands for the one beyond.
+    before, after = np.append(steepness[1], steepness), np.append(steepness, steepness[-2])
+    central = 0.5 * (before + after)
+    least = np.minimum(2.0 * np.minimum(np.abs(before), np.abs(after)), np.abs(central))
+    least[[0, -1]] = np.minimum(np.abs(before), np.abs(after))[[0, -1]]
+    return np.where(before * after > 0.0, np.copysign(least, central), 0.0)
