@@ -19,11 +19,11 @@ from impactlab.frame import carried_energy, touched_in
 from impactlab.grazing import near_grazing
 from impactlab.history import AbstractHistory, ContactSpan, Cost, EnergyBook, Event, Field, Warned, within_run
 from impactlab.noise_floor import above_noise
-from impactlab.scene import Mass, Rod, Scene
-from impactlab.types import Array
+from impactlab.scene import Mass, Probe, Rod, Scene
+from impactlab.types import Array, Quantity
 
 JUMP = 1.0e-9  # of the largest velocity: breaks below are no jumps
-QUANTITIES = ("displacement", "velocity", "strain", "stress", "force")
+QUANTITIES: tuple[Quantity, ...] = ("displacement", "velocity", "strain", "stress", "force")
 FIELD_POINTS = 401
 
 
@@ -71,7 +71,9 @@ class ContinuousHistory(AbstractHistory):
 
     @cached_property
     def _exact_x(self) -> dict[str, float]:
-        return {probe.channel: probe.x for probe in self.scene.probes}
+        touching = [point for contact in self.scene.contacts for point in (contact.left, contact.right)]
+        faces = [Probe(point.body, point.x, kind) for point in touching for kind in QUANTITIES]
+        return {probe.channel: probe.x for probe in (*faces, *self.scene.probes)}
 
     @property
     def events(self) -> tuple[Event, ...]:
@@ -229,8 +231,10 @@ class ContinuousHistory(AbstractHistory):
         links = self.layout.links[name]
         link = next((item for item in links if x < item.x + item.length * (1.0 - 1e-12)), links[-1])
         way = (x - link.x) / link.wave_speed
-        if way > link.transit * (1.0 - 5e-6):  # names carry six digits: what rounds to the end is the end
-            way = link.transit if link is links[-1] or (channel in self._exact_x and x == link.x + link.length) else way
+        # Names carry six digits: what rounds to the end of the rod is the end, however short its last link is.
+        at_end = link is links[-1] and x > body.length * (1.0 - 5e-6)
+        if at_end or (channel in self._exact_x and x == link.x + link.length):
+            way = link.transit
         return Place(body, link, min(max(way, 0.0), link.transit))
 
     def _wave(self, t: Array, quantity: str, place: Place) -> Array:

@@ -10,7 +10,7 @@ from scipy.linalg import expm
 
 from impactlab.errors import CaseError, PairingError
 from impactlab.exact.solve import solve
-from impactlab.scene import End, Mass, Rod, Segment
+from impactlab.scene import End, Mass, Rod, Segment, Wall
 from tests.reference.exact_scenes import CLAMPED, FREE, Hard, Spring, name_of, point, rod, scene
 
 SOFT = Spring(6.0, 0.4)
@@ -127,3 +127,13 @@ def test_steel_rod_on_a_stiff_spring_is_struck_once(stiffness, mirrored):
     before, after = history.evaluate(np.array([0.0, 1.5e-3]), "velocity:hammer")
     assert history.contacts[0].impulse == pytest.approx(abs(after - before), abs=1e-12)
     assert max(history.energy.largest_gain, history.energy.largest_loss) < 1e-12
+
+
+def test_a_face_named_by_six_digits_is_read_at_the_end_also_behind_a_short_segment():
+    # 1.0000004 is named 1: 2e-4 of the last segment away from the face, and on the wall all the same
+    segments = (Segment(0.998, 1.0, 1.0, 1.0), Segment(0.0020004, 1.0, 1.0, 1.0))
+    bar = Rod("rod", segments, FREE, FREE, velocity=1.0)
+    wall = Wall("wall")
+    history = solve(scene([bar, wall], [(point(bar, "right"), point(wall), 1e-4, Hard())], 1.0))
+    face = history.evaluate(np.linspace(1e-3, 1.0, 50), "displacement:rod@1")
+    assert face == pytest.approx(np.full(50, 1e-4), rel=1e-9)
