@@ -216,7 +216,7 @@ def scene_of(model: str, law: str, scheme: str, trips: float = 3.0) -> Scene:
         integrator=chosen.integrator,
         events=chosen.events,  # type: ignore[arg-type]
         step=step_of(chosen.integrator, part, SLOW if model.startswith(BEAM) else 0.5),
-        probes=() if not part.steps else base.probes,
+        probes=() if part.exact else base.probes,
     )
 
 

@@ -20,7 +20,7 @@ from impactlab.resolution import unresolved
 from impactlab.scene import Scene
 from impactlab.stepping.assembly import Assembly
 from impactlab.stepping.memory import SAMPLED
-from impactlab.stepping.preparation import BuiltBody
+from impactlab.stepping.preparation import BuiltBody, self_stepping
 from impactlab.touch_times import unplaced
 from impactlab.types import Port
 
@@ -122,7 +122,7 @@ def raise_failure(status: int, assembly: Assembly, history: AbstractHistory) -> 
         )
     check_losses(assembly, history)
     check_momentum(assembly, history)
-    bound = energy_bound(assembly.scene, assembly.integrator)
+    bound = energy_bound(assembly.scene, assembly.integrator, self_stepping(assembly.built))
     cut = assembly.scene.events == "dated" and assembly.integrator.any_dt
     own = dict.fromkeys(contact.law.gain_remedy for contact in assembly.scene.contacts if contact.law.gain_remedy)
     remedy = " ".join(own) or f"Give a smaller step, or a softer contact{', or events: located' if cut else ''}."

@@ -193,6 +193,7 @@ class AbstractHistory(ABC):
     warnings: list[Warned]
     cost: Cost
     choice: Choice | None = None  # of a run with a tolerance: what was chosen, and why
+    integrator_used: bool = True  # False: every elastic body steps by itself, or the run is exact
 
     @abstractmethod
     def channels(self) -> tuple[str, ...]:

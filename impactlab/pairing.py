@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 
 import numpy as np
 
@@ -19,19 +20,6 @@ from impactlab.types import Level
 def kind_of(part: object) -> str:
     """Return the name by which a case file asks for a part: the registered one, else its class in snake case."""
     return name_of(type(part))
-
-
-def check_stepless(scene: Scene) -> None:
-    """Raise `PairingError` where a model of a plugin says that it does not step: nothing would build it."""
-    for name, body in scene.bodies.items():
-        if isinstance(body, ElasticBody) and body.model is not None and not body.model.steps:
-            kind = type(body.model)
-            if not kind.__module__.startswith("impactlab."):
-                raise PairingError(
-                    f"model '{kind_of(body.model)}' of '{name}' says steps = False, and nothing would build it",
-                    remedy="Give the model coordinates to step in, or use model continuous.",
-                    path=f"solve.models.{name}",
-                )
 
 
 def check_law(law: AbstractContactLaw, integrator: AbstractIntegrator, path: str) -> None:
@@ -52,10 +40,11 @@ def check_law(law: AbstractContactLaw, integrator: AbstractIntegrator, path: str
         )
 
 
-def check_heavy_faces(scene: Scene, integrator: AbstractIntegrator) -> list[str]:
+def check_heavy_faces(scene: Scene, integrator: AbstractIntegrator, own: Collection[str] = ()) -> list[str]:
     """Return the contacts that a position constraint holds where both faces have mass; raise where none can.
 
-    Two masses that meet jump; a constraint on positions does not say how they part.
+    Two masses that meet jump; a constraint on positions does not say how they part. ``own`` are the names of bodies
+    that step by themselves.
     """
     from impactlab.exact.bonds import massless
 
@@ -70,15 +59,15 @@ def check_heavy_faces(scene: Scene, integrator: AbstractIntegrator) -> list[str]
                 remedy="Use law velocity_complementarity or penalty, or integrator moreau_jean.",
                 path=f"contacts.{number}.law",
             )
-        if integrator.load_point > 0.0 and scene.events == "dated" and not on_continuous_beam(scene, contact):
+        if integrator.load_point > 0.0 and scene.events == "dated" and not on_continuous_beam(scene, contact, own):
             found.append(contact.name)
     return found
 
 
-def on_continuous_beam(scene: Scene, contact: Contact) -> bool:
+def on_continuous_beam(scene: Scene, contact: Contact, own: Collection[str]) -> bool:
     """Return whether one face of a contact is a beam that steps by itself, whose face has no mass."""
-    bodies = (scene.bodies[point.body] for point in (contact.left, contact.right))
-    return any(isinstance(body, Beam) and body.model is not None and not body.model.steps for body in bodies)
+    names = (point.body for point in (contact.left, contact.right))
+    return any(name in own and isinstance(scene.bodies[name], Beam) for name in names)
 
 
 def check_continuous(law: AbstractContactLaw, path: str, beam: bool) -> None:
@@ -111,19 +100,22 @@ def check_system(integrator: AbstractIntegrator, body: str, system: Operators) -
         )
 
 
-def constraint_gains(scene: Scene, contact: Contact, integrator: AbstractIntegrator) -> bool:
-    """Return whether a hard position constraint gains energy without bound in a scene."""
+def constraint_gains(scene: Scene, contact: Contact, integrator: AbstractIntegrator, own: Collection[str] = ()) -> bool:
+    """Return whether a hard position constraint gains energy without bound; ``own``: bodies that step by themselves."""
     gains = contact.law.holds_position and integrator.hard_constraint_gains and scene.events == "dated"
-    return gains and not on_continuous_beam(scene, contact)
+    return gains and not on_continuous_beam(scene, contact, own)
 
 
-def energy_bound(scene: Scene, integrator: AbstractIntegrator) -> float:
-    """Return the largest energy gain, over the initial energy, that the parts of a scene declare."""
+def energy_bound(scene: Scene, integrator: AbstractIntegrator, own: Collection[str] = ()) -> float:
+    """Return the largest energy gain, over the initial energy, that the parts of a scene declare.
+
+    ``own`` are the names of bodies that step by themselves.
+    """
     # A touch within 1e-6 of a step from its end is not cut: a hard law finds the faces that little apart.
     bound = (1e-9 if scene.events == "dated" else 1e-6) + integrator.gains_energy
     bound += sum(gains_of(body) for body in scene.bodies.values())
     for contact in scene.contacts:
-        if constraint_gains(scene, contact, integrator):
+        if constraint_gains(scene, contact, integrator, own):
             return math.inf
         bound += contact.law.gains_energy
     return bound
@@ -144,13 +136,13 @@ def rounding_of(beam: Beam, model: AbstractRodModel) -> float:
     Its stiffness holds 12 EI/h3 where the beam as a whole bends with EI/L3: sums of products lose (L/h)3 of their last
     digits. Fifty roundings were enough for twenty thousand steps on 800 elements.
     """
-    if not (model.steps and model.has_mesh):
+    if not model.has_mesh:
         return 0.0
     return 50.0 * float(np.finfo(float).eps) * (beam.length / model.element_length(beam)) ** 3
 
 
-def check_events(scene: Scene, integrator: AbstractIntegrator) -> None:
-    """Raise `PairingError` where events cannot be located."""
+def check_events(scene: Scene, integrator: AbstractIntegrator, own: Collection[str]) -> None:
+    """Raise `PairingError` where events cannot be located; ``own``: bodies that step by themselves."""
     if scene.events != "located":
         return
     if not integrator.any_dt:
@@ -160,7 +152,7 @@ def check_events(scene: Scene, integrator: AbstractIntegrator) -> None:
             path="solve.events",
         )
     for name, body in scene.bodies.items():
-        if isinstance(body, ElasticBody) and body.model is not None and not body.model.steps:
+        if isinstance(body, ElasticBody) and name in own:
             steps = f"the {'delay line of the ' if isinstance(body, Rod) else ''}continuous {body.kind} '{name}'"
             raise PairingError(
                 f"events: located cuts steps, and {steps} has one step length",
@@ -176,8 +168,11 @@ def check_events(scene: Scene, integrator: AbstractIntegrator) -> None:
             )
 
 
-def check_smooth(scene: Scene, integrator: AbstractAdaptive) -> None:
-    """Raise `PairingError` where an adaptive integrator cannot serve the laws or descriptions of a scene."""
+def check_smooth(scene: Scene, integrator: AbstractAdaptive, own: Collection[str]) -> None:
+    """Raise `PairingError` where an adaptive integrator cannot serve the laws or descriptions of a scene.
+
+    ``own`` are the names of bodies that step by themselves.
+    """
     name = kind_of(integrator)
     for number, contact in enumerate(scene.contacts):
         if not contact.law.smooth:
@@ -188,7 +183,7 @@ def check_smooth(scene: Scene, integrator: AbstractAdaptive) -> None:
                 path=f"contacts.{number}.law",
             )
     for body in scene.bodies.values():
-        if isinstance(body, ElasticBody) and body.model is not None and not body.model.steps:
+        if isinstance(body, ElasticBody) and body.name in own:
             raise PairingError(
                 f"integrator '{name}' needs bodies in coordinates, "
                 f"and the continuous {body.kind} '{body.name}' has none",

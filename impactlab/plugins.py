@@ -207,8 +207,6 @@ def fault_of(part: Any, group: Group) -> str:
         return f"it does not define {missing}"
     if not dataclasses.is_dataclass(part) or not part.__dataclass_params__.frozen:  # type: ignore[attr-defined]
         return "it is not a frozen dataclass (write @dataclass(frozen=True) above it)"
-    if group is MODELS and not getattr(part, "steps", True) and not part.__module__.startswith("impactlab."):
-        return "it says steps = False, which only impactlab's own continuous model may: give coordinates to step in"
     for field in dataclasses.fields(part):
         if field.init and "description" not in field.metadata:
             return f"its field {field.name!r} is not made by impactlab.types.option"

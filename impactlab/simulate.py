@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time as clock
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -22,7 +22,6 @@ from impactlab.pairing import (
     check_law,
     check_ordinary,
     check_smooth,
-    check_stepless,
     check_system,
     constraint_gains,
     kind_of,
@@ -30,7 +29,7 @@ from impactlab.pairing import (
 )
 from impactlab.precision import beyond, in_precision
 from impactlab.ranges import PERIODS_IN_A_STEP
-from impactlab.scene import Contact, ElasticBody, Rod, Scene
+from impactlab.scene import ElasticBody, Rod, Scene
 from impactlab.sizes import check_bodies, check_fields, check_records
 from impactlab.stepping.assembly import Assembly
 from impactlab.stepping.closed_limit import check_closed
@@ -43,6 +42,7 @@ from impactlab.stepping.preparation import (
     facts_of,
     prepare_steppers,
     pushes_of,
+    self_stepping,
     start_laws,
 )
 from impactlab.types import Start
@@ -78,7 +78,7 @@ def is_exact(scene: Scene) -> bool:
     """Return whether a scene is solved from event to event: all rods continuous, all laws hard or constant springs."""
     elastic = [body for body in scene.bodies.values() if isinstance(body, ElasticBody)]
     continuous = bool(elastic) and all(
-        isinstance(body, Rod) and body.model is not None and not body.model.steps for body in elastic
+        isinstance(body, Rod) and body.model is not None and body.model.exact for body in elastic
     )
     return continuous and all(
         (contact.law.hard and contact.law.answers_force) or contact.law.is_spring for contact in scene.contacts
@@ -126,16 +126,16 @@ def misfit_warnings(built: dict[str, BuiltBody], dt: float) -> Iterator[Warned]:
             yield Warned("misfit", text + "of the length; give a smaller step, or another place")
 
 
-def rods_step(scene: Scene) -> bool | None:
-    """Return whether any rod is stepped in coordinates; None without rods."""
-    rods = [body for body in scene.bodies.values() if isinstance(body, ElasticBody)]
-    return any(rod.model is not None and rod.model.steps for rod in rods) if rods else None
+def is_stepped(scene: Scene, own: Collection[str]) -> bool:
+    """Return whether an integrator steps anything but rigid masses beside bodies that step by themselves (``own``)."""
+    elastic = [name for name, body in scene.bodies.items() if isinstance(body, ElasticBody)]
+    return not elastic or any(name not in own for name in elastic)
 
 
-def all_steps(scene: Scene, contact: Contact) -> bool:
-    """Return whether no side of a contact is a continuous rod."""
-    bodies = (scene.bodies[point.body] for point in (contact.left, contact.right))
-    return all(not isinstance(body, ElasticBody) or body.model is None or body.model.steps for body in bodies)
+def _by_default(scene: Scene) -> bool:
+    """Return whether the integrator may be the one that a case file has unless it says otherwise."""
+    models = [body.model for body in scene.bodies.values() if isinstance(body, ElasticBody)]
+    return scene.integrator == Newmark() and not all(model is not None and model.exact for model in models)
 
 
 def _chosen_step(scene: Scene, built: dict[str, BuiltBody]) -> tuple[float, float]:
@@ -177,7 +177,6 @@ def prepare(scene: Scene) -> Plan:
         with in_precision("the first guess of a description", "solve.tolerance"):
             guess = first_guess(scene)
         return prepare(guess)
-    check_stepless(scene)
     if is_exact(scene):
         from impactlab.exact.bonds import check
 
@@ -185,22 +184,24 @@ def prepare(scene: Scene) -> Plan:
         with in_precision("the contacts of the scene", "contacts"):
             check(scene)
         return Plan(scene, None, 0, {}, {}, (), None, () if scene.integrator is None else (UNUSED,))
-    if isinstance(scene.integrator, AbstractAdaptive) and rods_step(scene) is not False:
-        return prepare_adaptive(scene, scene.integrator)
+    check_bodies(scene)
+    built = build_bodies(scene)
+    own = self_stepping(built)
+    stepped = is_stepped(scene, own)
+    if isinstance(scene.integrator, AbstractAdaptive) and stepped:
+        return prepare_adaptive(scene, scene.integrator, built)
     integrator: AbstractIntegrator = scene.integrator if isinstance(scene.integrator, AbstractIntegrator) else Newmark()
     warnings = []
-    if rods_step(scene) is False:
+    if not stepped:
         # Only rigid masses are left to an integrator, and their motion under a constant force is known.
-        if scene.integrator is not None:
+        if scene.integrator is not None and not _by_default(scene):
             warnings.append(UNUSED)
         integrator = ExactModal()
     for number, contact in enumerate(scene.contacts):
         check_law(contact.law, integrator, f"contacts.{number}.law")
-        if not all_steps(scene, contact):
-            check_continuous(contact.law, f"contacts.{number}.law", on_continuous_beam(scene, contact))
-    check_events(scene, integrator)
-    check_bodies(scene)
-    built = build_bodies(scene)
+        if contact.left.body in own or contact.right.body in own:
+            check_continuous(contact.law, f"contacts.{number}.law", on_continuous_beam(scene, contact, own))
+    check_events(scene, integrator, own)
     limits = {}
     for name, body in built.items():
         if isinstance(body.model, AbstractSelfStepping):
@@ -233,32 +234,33 @@ def prepare(scene: Scene) -> Plan:
     check_closed(scene, built, starts, pushes, integrator, dt)
     if pushes:
         steppers = prepare_steppers(scene, built, integrator, dt, pushes)
-    warnings += constraint_warnings(scene, integrator) + list(misfit_warnings(built, dt))
+    warnings += constraint_warnings(scene, integrator, own) + list(misfit_warnings(built, dt))
     return Plan(scene, dt, max(steps, 1), built, steppers, starts, integrator, tuple(warnings))
 
 
-def constraint_warnings(scene: Scene, integrator: AbstractIntegrator) -> list[Warned]:
-    """Return what position constraints are known to do under a scheme; raise where one cannot work."""
+def constraint_warnings(scene: Scene, integrator: AbstractIntegrator, own: Collection[str]) -> list[Warned]:
+    """Return warnings of position constraints under a scheme; raise `PairingError` where one cannot work.
+
+    ``own`` are the names of bodies that step by themselves.
+    """
     warnings = []
     for contact in scene.contacts:
-        if constraint_gains(scene, contact, integrator):
+        if constraint_gains(scene, contact, integrator, own):
             text = f"{contact.name}: a hard position constraint under '{kind_of(integrator)}' is known to gain energy"
             warnings.append(Warned("constraint_energy", text))
-    for name in check_heavy_faces(scene, integrator):
+    for name in check_heavy_faces(scene, integrator, own):
         text = f"{name}: both faces have mass; how they part depends on where in the step they meet"
         warnings.append(Warned("heavy_faces", text + "; velocity_complementarity has a restitution"))
     return warnings
 
 
-def prepare_adaptive(scene: Scene, integrator: AbstractAdaptive) -> Plan:
+def prepare_adaptive(scene: Scene, integrator: AbstractAdaptive, unordered: dict[str, BuiltBody]) -> Plan:
     """Return what an adaptive run will do; a step given as dt or courant is the longest it may take."""
     from impactlab.adaptive.march import March
     from impactlab.adaptive.system import System
 
-    check_smooth(scene, integrator)
-    check_bodies(scene)
+    check_smooth(scene, integrator, self_stepping(unordered))
     check_records(scene, scene.records)
-    unordered = build_bodies(scene)
     built = {name: unordered[name] for name in scene.in_order}
     for name, body in built.items():
         check_ordinary(integrator, name, body.system)
@@ -309,6 +311,7 @@ def run(scene: Scene, progress: Progress | None = None, told: bool = True) -> Ab
 
         exact = solve(scene)
         exact.warnings.extend(plan.warnings)
+        exact.integrator_used = False
         exact.cost.setup_s = clock.perf_counter() - began - exact.cost.solve_s
         return exact
     if progress is not None:
@@ -319,6 +322,7 @@ def run(scene: Scene, progress: Progress | None = None, told: bool = True) -> Ab
     assembly = Assembly(plan.scene, plan.built, plan.steppers, plan.starts, plan.integrator, plan.dt, plan.steps)
     history = RecordedHistory(assembly, plan.integrator)
     history.warnings.extend(plan.warnings)
+    history.integrator_used = is_stepped(plan.scene, self_stepping(plan.built))
     entered(loop.start, assembly.memory)
     # Compiled here, so that the first run's solve time is that of the steps.
     entered(advance_of(scene), assembly.memory, assembly.dt, 0, assembly.stride, assembly.sample_stride)

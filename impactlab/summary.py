@@ -118,19 +118,14 @@ def errors(history: AbstractHistory, reference: Reference, scene: Scene) -> dict
 
 
 def method(scene: Scene, history: AbstractHistory) -> dict[str, Any]:
-    """Return which models, laws and integrator made the history, and its step [s], null where there is none.
-
-    The integrator is null where every rod is described without steps: it was not used.
-    """
+    """Return the models, laws and integrator of the history, and its step [s]; null where there is none or no use."""
     scene = scene if history.choice is None else history.choice.scene
     rods = {name: body for name, body in scene.bodies.items() if isinstance(body, ElasticBody)}
     models = {name: rod.model for name, rod in rods.items() if rod.model is not None}
-    stepped = not models or any(model.steps for model in models.values())
-    used = scene.integrator is not None and stepped
     return {
         "models": {name: describe(model) for name, model in models.items()},
         "laws": [_law(contact.law) for contact in scene.contacts],
-        "integrator": describe(scene.integrator) if used else None,
+        "integrator": describe(scene.integrator) if scene.integrator and history.integrator_used else None,
         "dt": history.dt,
     }
 

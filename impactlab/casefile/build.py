@@ -162,10 +162,10 @@ def _contact(case: CaseBlock, number: int, registry: Registry) -> Contact:
 
 
 def _integrator(case: CaseBlock, bodies: dict[str, Body], registry: Registry) -> Any:
-    """Return the integrator; None where it was not given and no rod or beam would use it."""
+    """Return the integrator; None where it was not given and no rod or beam may need it."""
     if case.solve.integrator is not None:
         return read_part(case.solve.integrator, "solve.integrator", INTEGRATORS, registry)
     models = [body.model for body in bodies.values() if isinstance(body, ElasticBody)]
-    if models and not any(model.steps for model in models if model is not None):
+    if models and all(model.exact for model in models if model is not None):
         return None
     return read_part(DEFAULT_INTEGRATOR, "solve.integrator", INTEGRATORS, registry)

@@ -97,7 +97,7 @@ def end_load(model: AbstractDiscreteModel, body: ElasticBody) -> Array:
 class AbstractRodModel(ABC):
     """A choice of description for a rod, or a beam, as a case file gives it: a frozen dataclass of options."""
 
-    steps: ClassVar[bool] = True  # False: impactlab's continuous model, which need not step; no plugin's may say so
+    exact: ClassVar[bool] = False  # True: its rods are solved from event to event where contacts are hard or springs
     theory: ClassVar[str] = ""  # of waves, if not the body's own: no reference answers for it
     citations: ClassVar[tuple[str, ...]] = ()
     examples: ClassVar[tuple[Mapping[str, Any], ...]] = ({},)  # options that its contract suite tries, one by one
@@ -113,13 +113,14 @@ class AbstractRodModel(ABC):
 
     @abstractmethod
     def build(self, rod: Rod, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractDiscreteModel:
-        """Return the rod in coordinates; raise `CaseError` where the description cannot serve it.
+        """Return the rod in coordinates, or as a body that steps by itself (`AbstractSelfStepping`).
 
-        ``faces`` are the rod's contacts, for descriptions that depend on where it is struck and by what.
+        ``faces`` are the rod's contacts, for descriptions that depend on where it is struck and by what. Raises
+        `CaseError` where the description cannot serve the rod.
         """
 
     def build_beam(self, beam: Beam, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractDiscreteModel:
-        """Return a beam in coordinates; a description that knows none, as here, raises `PairingError`."""
+        """Return a beam as `build` does a rod; a description of rods alone, as here, raises `PairingError`."""
         raise PairingError(
             f"this model describes rods, and '{beam.name}' is a beam",
             remedy="Use finite_element or modal for this body: models: {name: {kind: modal, ...}}.",

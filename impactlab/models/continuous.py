@@ -5,9 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import final
 
-from impactlab.errors import CaseError
-from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Face
-from impactlab.scene import ElasticBody, Rod
+from impactlab.models.base import AbstractRodModel, Face
+from impactlab.models.delay_line import DelayLine
+from impactlab.models.infinite_beam import InfiniteBeam
+from impactlab.models.self_stepping import AbstractSelfStepping
+from impactlab.models.timoshenko_waves import TimoshenkoWaves
+from impactlab.scene import Beam, ElasticBody, Rod
 
 
 @final
@@ -26,7 +29,7 @@ class Continuous(AbstractRodModel):
     LeonardBudiansky1954 and Graff1975 (beams).
     """
 
-    steps = False
+    exact = True
     citations = (
         "StVenant1883",
         "EscalonaMayoDominguez1999",
@@ -43,9 +46,12 @@ class Continuous(AbstractRodModel):
         """Return L/100 [m]: the scale of relative contact stiffnesses, as there is no mesh."""
         return body.length / 100.0
 
-    def build(self, rod: Rod, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractDiscreteModel:
-        raise CaseError(
-            f"rod '{rod.name}': the continuous model has no coordinates to step",
-            remedy="Use it for all rods of a scene, or give finite_element or modal.",
-            path="solve.model",
-        )
+    def build(self, rod: Rod, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractSelfStepping:
+        """Return the rod as a pair of delays."""
+        return DelayLine(rod, gravity)
+
+    def build_beam(self, beam: Beam, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractSelfStepping:
+        """Return a Timoshenko beam in its characteristics, an infinite Euler-Bernoulli beam by its memory."""
+        if beam.theory == "timoshenko":
+            return TimoshenkoWaves(beam, gravity, faces)
+        return InfiniteBeam(beam, gravity, faces)

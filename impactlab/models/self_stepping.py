@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar, Self
 
 from impactlab.integrators.base import Stepper
 from impactlab.models.base import AbstractDiscreteModel
 from impactlab.types import Array, Level
+
+if TYPE_CHECKING:
+    from impactlab.scene import Probe
 
 
 class AbstractSelfStepping(AbstractDiscreteModel):
@@ -18,6 +21,13 @@ class AbstractSelfStepping(AbstractDiscreteModel):
     """
 
     serves: ClassVar[frozenset[Level]] = frozenset({Level.POSITION, Level.VELOCITY})
+
+    def recorded(self, probes: tuple[Probe, ...], duration: float, fields: bool) -> Self:
+        """Return the body for a run of a duration [s] that records these probes of it, and fields along it or none.
+
+        A body that can give any quantity at any place, for any time, returns itself, as here.
+        """
+        return self
 
     @property
     @abstractmethod

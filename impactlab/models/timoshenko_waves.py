@@ -63,12 +63,12 @@ class TimoshenkoWaves(AbstractSelfStepping):
         beam: Beam,
         gravity: float,
         faces: tuple[Face, ...],
-        probes: tuple[Probe, ...],
-        duration: float,
-        fields: bool,
+        probes: tuple[Probe, ...] = (),
+        duration: float = 0.0,
+        fields: bool = False,
     ) -> None:
         _check(beam, gravity)
-        self._beam, self._duration = beam, duration
+        self._beam, self._gravity, self._all_faces, self._duration = beam, gravity, faces, duration
         segment = beam.segments[0]
         self._shear, self._bend = segment.shear_speed, segment.wave_speed
         self._faces = tuple(sorted({face.x for face in faces}))
@@ -82,6 +82,9 @@ class TimoshenkoWaves(AbstractSelfStepping):
                 raise self._unknown(x, quantity)
         self.coordinates: tuple[tuple[float, str], ...] = tuple(dict.fromkeys(asked)) or ((0.0, "displacement"),)
         self._closed = all(end.kind != "infinite" for _, end in self._ends())
+
+    def recorded(self, probes: tuple[Probe, ...], duration: float, fields: bool) -> TimoshenkoWaves:
+        return TimoshenkoWaves(self._beam, self._gravity, self._all_faces, probes, duration, fields)
 
     @property
     def longest_step(self) -> float:

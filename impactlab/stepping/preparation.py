@@ -13,7 +13,6 @@ import numpy as np
 from impactlab.errors import CaseError, PairingError
 from impactlab.integrators.base import AbstractIntegrator, Stepper
 from impactlab.models.base import AbstractDiscreteModel, Face, Operators
-from impactlab.models.continuous_bodies import continuous_body
 from impactlab.models.rigid import RigidBody
 from impactlab.models.self_stepping import AbstractSelfStepping
 from impactlab.precision import beyond, check_finite, in_precision
@@ -55,12 +54,13 @@ def build_bodies(scene: Scene) -> dict[str, BuiltBody]:
                 raise CaseError(f"'{name}' has no model", path="solve.model", remedy="Give solve.model.")
             faces = faces_of(scene, name)
             with in_precision(f"the description of '{name}'", f"bodies.{name}", body):
-                if not body.model.steps:
-                    model = continuous_body(scene, body, faces)
-                elif isinstance(body, Beam):
+                if isinstance(body, Beam):
                     model = body.model.build_beam(body, scene.gravity, faces)
                 elif isinstance(body, Rod):
                     model = body.model.build(body, scene.gravity, faces)
+                if isinstance(model, AbstractSelfStepping):
+                    probes = tuple(probe for probe in (*scene.probes, *scene.loaded_ends) if probe.body == name)
+                    model = model.recorded(probes, scene.duration, bool(scene.snapshots))
         elif isinstance(body, Mass):
             model = RigidBody(body.mass, body.velocity, scene.gravity)
         else:
@@ -73,6 +73,11 @@ def build_bodies(scene: Scene) -> dict[str, BuiltBody]:
         frequencies = np.array([system.highest_frequency, system.rule_frequency])
         check_finite(f"the highest frequency of '{name}'", f"bodies.{name}", body, frequencies)
     return built
+
+
+def self_stepping(built: dict[str, BuiltBody]) -> frozenset[str]:
+    """Return the names of the bodies that step by themselves."""
+    return frozenset(name for name, body in built.items() if isinstance(body.model, AbstractSelfStepping))
 
 
 def faces_of(scene: Scene, body: str) -> tuple[Face, ...]:

@@ -282,7 +282,7 @@ def of_model(part: AbstractRodModel) -> Iterator[Measured]:
             times.append(clock.perf_counter() - began)
         return Measured("", 1e3 * min(times), remark="the paper's impact, from event to event")
 
-    if not part.steps:
+    if part.exact:
         yield measured("time of a run without steps", "ms", exact)
         return
     yield measured("error of the lowest frequency", "1", lambda: Measured("", lowest(part)))

@@ -1,28 +1,54 @@
-"""Models of plugins: what has no coordinates is refused, another theory of waves has no reference of ours."""
+"""Models of plugins: a continuous one runs as it is, another theory of waves has no reference of ours."""
 
 from __future__ import annotations
 
 import dataclasses
-import sys
-import types
 
 import pytest
 
-from impactlab import PairingError, PluginError
+from impactlab import PairingError
 from impactlab.contact.addition_deletion import AdditionDeletion
+from impactlab.contact.penalty import Penalty
 from impactlab.integrators.newmark import Newmark
+from impactlab.models.base import AbstractRodModel
 from impactlab.models.continuous import Continuous
+from impactlab.models.delay_line import DelayLine
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.plugins import MODELS, Entry, Registry
 from impactlab.reference import content, find
 from impactlab.scene import Contact, End, Mass, Point, Rayleigh, Rod, Scene, Segment, StepRule
-from impactlab.simulate import run
+from impactlab.simulate import is_exact, run
+from impactlab.stepping.recorded import RecordedHistory
+from impactlab.types import option
+
+HARD = AdditionDeletion()
+
+
+class FluidLine(DelayLine):
+    """The delays of a plugin."""
 
 
 @dataclasses.dataclass(frozen=True)
-class Magic(Continuous):
-    """A model that does not step."""
+class Fluid(AbstractRodModel):
+    """A column of fluid: waves in delays, its impedance a share of the rod's."""
+
+    citations = ("StVenant1883",)
+
+    stiffness: float = option(description="share of the rod's modulus and density, each")
+
+    @property
+    def has_mesh(self):
+        return False
+
+    def element_length(self, body):
+        return body.length
+
+    def build(self, rod, gravity, faces=()):
+        share = self.stiffness
+        pieces = tuple(
+            dataclasses.replace(each, young=share * each.young, density=share * each.density) for each in rod.segments
+        )
+        return FluidLine(dataclasses.replace(rod, segments=pieces), gravity)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -32,7 +58,7 @@ class Lateral(FiniteElement):
     theory = "love"
 
 
-def scene(model, drag=0.0):
+def scene(model, drag=0.0, law=HARD):
     rod = Rod(
         "rod",
         (Segment(0.3, 9e-4, 2.1e11, 7900.0),),
@@ -41,22 +67,30 @@ def scene(model, drag=0.0):
         model=model,
         damping=Rayleigh(drag, 0.0),
     )
-    contact = Contact(Point("m", 0.0, "m"), Point("rod", 0.0, "rod.left"), 0.0, AdditionDeletion())
+    contact = Contact(Point("m", 0.0, "m"), Point("rod", 0.0, "rod.left"), 0.0, law)
     bodies = {"m": Mass("m", 2.0, 1.0), "rod": rod}
     return Scene("x", bodies, (contact,), 1e-4, Newmark(), StepRule(dt=1e-6))
 
 
-def test_a_model_without_steps_is_never_built_and_another_runs_in_its_place(monkeypatch):
-    with pytest.raises(PairingError, match="model 'magic' of 'rod' says steps = False"):
-        run(scene(Magic()))
-    module = types.ModuleType("of_a_stranger")
-    module.Magic = dataclasses.dataclass(frozen=True)(
-        type("Magic", (Continuous,), {"__module__": "of_a_stranger", "__doc__": "A model that does not step."})
-    )
-    monkeypatch.setitem(sys.modules, "of_a_stranger", module)
-    registry = Registry([Entry(MODELS.name, "magic", "of_a_stranger:Magic", "stranger")])
-    with pytest.raises(PluginError, match="it says steps = False"):
-        registry.load(MODELS, "magic")
+def test_a_continuous_model_of_a_plugin_was_never_built_and_another_ran_in_its_place():
+    history = run(scene(Fluid(0.5), law=Penalty(1e7)))
+    assert isinstance(history, RecordedHistory)
+    assert isinstance(history.assembly.built["rod"].model, FluidLine)
+    assert not history.integrator_used
+    hard = scene(Fluid(0.5))
+    assert not is_exact(hard)  # St Venant's solver does not stand in for it
+    with pytest.raises(PairingError, match="gives impulses"):
+        run(hard)
+
+
+def test_the_waves_of_a_continuous_model_of_a_plugin_are_its_own():
+    struck, plain = scene(Fluid(0.25), law=Penalty(1e8)), scene(Continuous(), law=Penalty(1e8))
+    thinner = dataclasses.replace(plain.bodies["rod"], segments=(Segment(0.3, 9e-4, 2.1e11 / 4, 7900.0 / 4),))
+    own = run(dataclasses.replace(struck, step=StepRule(dt=2e-7))).contacts[0]
+    ours = run(dataclasses.replace(plain, bodies={**plain.bodies, "rod": thinner}))
+    # The same rod, once in delays by steps and once from event to event; a rod of the full impedance is hit harder.
+    assert own.peak_force == pytest.approx(ours.contacts[0].peak_force, rel=1e-3)
+    assert own.peak_force < 0.8 * run(plain).contacts[0].peak_force
 
 
 def test_a_rod_of_another_theory_is_measured_against_st_venant():
