@@ -17,7 +17,7 @@ from impactlab.frame import drift_velocities, own_velocity
 from impactlab.momentum import moving_mass
 from impactlab.scene import Contact, ElasticBody, Point, Scene, Wall
 from impactlab.sides import side_facts
-from impactlab.stepping.packing import dashpots
+from impactlab.stepping.packing import end_dashpots
 from impactlab.stepping.preparation import BuiltBody, start_law
 from impactlab.types import Array, Quantity, Start
 
@@ -82,9 +82,7 @@ class System:
         self.load = np.concatenate([system.load for system in systems])
         self._stiffness, self._damping = sparse(self.stiffness), sparse(self.damping)
         self._damped = bool(np.any(self.damping))
-        # Coordinates of bodies that are damped inside; the dashpots of the others stand at ends.
-        inside = [any(within for *_, within in dashpots(system.damping, system.damped_inside)) for system in systems]
-        self._inside = np.repeat(inside, sizes)
+        self._ends = np.concatenate([end_dashpots(system) for system in systems])
         self.inverse = inverse_of(self.mass)
         self.gaps = np.array([contact.gap for contact in scene.contacts])
         rows = [self.row(c.right, "displacement") - self.row(c.left, "displacement") for c in scene.contacts]
@@ -181,9 +179,9 @@ class System:
         return out
 
     def lost_by(self, velocity: Array, drag: Array) -> tuple[float, float]:
-        """Return the power [W] lost in dashpots at ends and by damping inside bodies."""
-        power = velocity * drag
-        return float(power[~self._inside].sum()), float(power[self._inside].sum())
+        """Return the power [W] lost in dashpots at ends and by damping inside bodies; drag [N] is C v."""
+        at_ends = velocity * velocity * self._ends
+        return float(at_ends.sum()), float((velocity * drag - at_ends).sum())
 
     @cached_property
     def _linear(self) -> Array:
@@ -203,8 +201,8 @@ class System:
     def jacobian(self, time: float, state: Array) -> Array:
         """Return how the rates answer the state, dense; the laws' part by central differences of two scalars."""
         n, matrix = self.n_dof, self._linear.copy()
-        drag = 2.0 * (self._damping @ state[n : 2 * n])
-        matrix[-2, n : 2 * n], matrix[-1, n : 2 * n] = drag * ~self._inside, drag * self._inside
+        drag, at_ends = 2.0 * (self._damping @ state[n : 2 * n]), 2.0 * self._ends * state[n : 2 * n]
+        matrix[-2, n : 2 * n], matrix[-1, n : 2 * n] = at_ends, drag - at_ends
         gaps, gap_rates = self.gaps_of(state)
         for number, contact in enumerate(self.contacts):
             gap, rate = float(gaps[number]), float(gap_rates[number])

@@ -45,7 +45,7 @@ class Operators(NamedTuple):
     modes: bool  # mass and stiffness are diagonal
     massless: tuple[tuple[float, float], ...] = ()  # places x [m] of faces without mass, and their flexibility [m/N]
     phases: Phases | None = None
-    damped_inside: bool | None = None  # whether damping acts inside the body; None: as found from the matrix
+    end_dashpots: Array | None = None  # (n_dof,) N s/m, of dashpots at the ends, part of damping; None: unknown
     momentum: Array | None = None  # (n_dof,) the model's momentum row, set where the stepper is prepared
 
 

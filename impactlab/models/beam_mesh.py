@@ -90,7 +90,7 @@ class BeamMesh(AbstractMesh):
             highest_frequency=highest,
             rule_frequency=highest,
             diagonal_mass=self.lumped,
-            damped_inside=True if self.beam.is_damped else None,
+            end_dashpots=self._end_dashpots(),
             modes=False,
         )
 
@@ -180,6 +180,14 @@ class BeamMesh(AbstractMesh):
                 held[0, 2 * node + 1] += end.rotational
         damping += beam.damping.mass * mass + beam.damping.stiffness * stiffness
         return mass, damping, stiffness
+
+    def _end_dashpots(self) -> Array:
+        """Return the damping of dashpots at the ends, on deflections and rotations, shape (n_dof,)."""
+        dashpots = np.zeros(2 * len(self.nodes))
+        for node, end in self.ends:
+            if end.kind == "dashpot":
+                dashpots[2 * node : 2 * node + 2] = end.value, end.rotational
+        return dashpots[self._kept]
 
     def _cut(self, matrix: Array) -> Array:
         """Return the matrix of the coordinates kept; those held stand at the outermost four places only."""

@@ -114,7 +114,7 @@ class DelayLine(AbstractSelfStepping):
             highest_frequency=0.0,
             rule_frequency=(2 * MODES + 1) * math.pi / (2.0 * self.transit),
             diagonal_mass=True,
-            damped_inside=False,
+            end_dashpots=np.array(damping),
             modes=False,
         )
 

@@ -95,6 +95,12 @@ class Mesh(AbstractMesh):
             cut = [cut[0][:, self._massless.kept], *(self._massless.condensed(matrix) for matrix in cut[1:])]
         self.mass: Array = cut[0][:1] if self.lumped else cut[0]
         self.damping: Array = narrowed(cut[1])
+        dashpots = np.zeros(len(self.nodes))
+        for node, end in self.ends:
+            dashpots[node] = end.value if end.kind == "dashpot" else 0.0
+        self._end_dashpots = dashpots[self.free_nodes]
+        if self._massless is not None:  # no dashpot acts on a node without mass
+            self._end_dashpots = self._end_dashpots[self._massless.kept]
         self.stiffness: Array = cut[2]
         self.places = tuple(dict.fromkeys(face.x for face in faces)) if struck.size else ()
         inertia = self.momentum_row()
@@ -115,7 +121,7 @@ class Mesh(AbstractMesh):
             highest_frequency=highest,
             rule_frequency=highest,
             diagonal_mass=self.lumped,
-            damped_inside=True if self.rod.is_damped else None,
+            end_dashpots=self._end_dashpots,
             modes=False,
             massless=tuple((x, self.left_out(x, "displacement", x)) for x in self.places),
         )

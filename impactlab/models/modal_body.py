@@ -78,7 +78,7 @@ class ModalBody(AbstractDiscreteModel):
             highest_frequency=highest,
             rule_frequency=rule,
             diagonal_mass=True,
-            damped_inside=True,
+            end_dashpots=np.zeros(n_dof),
             modes=True,
             massless=tuple((x, self.left_out(x, "displacement", x)) for x in self._massless if self._gives(x)),
             phases=self._phases,

@@ -127,7 +127,7 @@ class TimoshenkoWaves(AbstractSelfStepping):
             highest_frequency=0.0,
             rule_frequency=(2 * MODES + 1) * math.pi * self._shear / (2.0 * beam.length),
             diagonal_mass=True,
-            damped_inside=False,
+            end_dashpots=damping,
             modes=False,
         )
 

@@ -68,7 +68,7 @@ class Assembly:
             n_dof, shift = built[name].system.load.size, self._shift[name]
             dampers += [
                 (shift + i, shift + j if j >= 0 else -1, value, inside, n_dof)
-                for i, j, value, inside in dashpots(built[name].system.damping, built[name].system.damped_inside)
+                for i, j, value, inside in dashpots(built[name].system)
             ]
             fill(
                 bodies_by_name[number],

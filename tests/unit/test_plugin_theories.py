@@ -14,7 +14,6 @@ from impactlab.models.base import AbstractRodModel
 from impactlab.models.continuous import Continuous
 from impactlab.models.delay_line import DelayLine
 from impactlab.models.finite_element import FiniteElement
-from impactlab.models.modal import Modal
 from impactlab.reference import content, find
 from impactlab.scene import Contact, End, Mass, Point, Rayleigh, Rod, Scene, Segment, StepRule
 from impactlab.simulate import is_exact, run
@@ -98,10 +97,3 @@ def test_a_rod_of_another_theory_is_measured_against_st_venant():
     assert find(plain).name == "st_venant"
     assert find(lateral) is None
     assert content(plain) != content(lateral)
-
-
-@pytest.mark.parametrize("model", [Modal(None, 2), Modal(None, 3), FiniteElement(3)])
-def test_the_loss_of_a_damped_rod_is_booked_at_its_ends_where_it_has_two_coordinates(model):
-    booked = run(scene(model, 2000.0)).energy.booked
-    assert booked["ends"][-1] == 0.0
-    assert booked["damping"][-1] > 0.0

@@ -1,0 +1,56 @@
+"""Damping is booked where it acts: in dashpots at the ends of a rod, or inside it."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+
+from impactlab.contact.addition_deletion import AdditionDeletion
+from impactlab.contact.penalty import Penalty
+from impactlab.integrators.adaptive import Adaptive
+from impactlab.integrators.central_difference import CentralDifference
+from impactlab.integrators.newmark import Newmark
+from impactlab.models.finite_element import FiniteElement
+from impactlab.models.modal import Modal
+from impactlab.scene import Contact, End, Mass, Point, Rayleigh, Rod, Scene, Segment, StepRule
+from impactlab.simulate import run
+
+HARD = AdditionDeletion()
+
+
+def scene(model, drag=0.0, law=HARD):
+    rod = Rod(
+        "rod",
+        (Segment(0.3, 9e-4, 2.1e11, 7900.0),),
+        End("free"),
+        End("clamped"),
+        model=model,
+        damping=Rayleigh(drag, 0.0),
+    )
+    contact = Contact(Point("m", 0.0, "m"), Point("rod", 0.0, "rod.left"), 0.0, law)
+    bodies = {"m": Mass("m", 2.0, 1.0), "rod": rod}
+    return Scene("x", bodies, (contact,), 1e-4, Newmark(), StepRule(dt=1e-6))
+
+
+@pytest.mark.parametrize("model", [Modal(None, 2), Modal(None, 3), FiniteElement(3)])
+def test_the_loss_of_a_damped_rod_is_booked_at_its_ends_where_it_has_two_coordinates(model):
+    booked = run(scene(model, 2000.0)).energy.booked
+    assert booked["ends"][-1] == 0.0
+    assert booked["damping"][-1] > 0.0
+
+
+@pytest.mark.parametrize("integrator", [Newmark(), CentralDifference(), Adaptive()])
+def test_the_loss_of_a_dashpot_at_the_end_of_a_damped_rod_was_booked_inside_it(integrator):
+    def booked(drag):
+        struck = scene(FiniteElement(12, "lumped"), drag, Penalty(1e8))
+        rod = dataclasses.replace(struck.bodies["rod"], right=End("dashpot", 2e4))
+        struck = dataclasses.replace(struck, bodies={**struck.bodies, "rod": rod}, integrator=integrator, duration=4e-4)
+        return {name: values[-1] for name, values in run(struck).energy.booked.items()}
+
+    undamped, damped = booked(0.0), booked(1e-3)
+    assert abs(undamped["damping"]) < 1e-15
+    assert undamped["ends"] > 0.02  # of 1 J
+    # So little damping changes the motion, and with it what the dashpot takes, by 1e-7 at most.
+    assert damped["ends"] == pytest.approx(undamped["ends"], rel=1e-6)
+    assert 0.0 < damped["damping"] < 1e-6
