@@ -180,8 +180,8 @@ class System:
 
     def lost_by(self, velocity: Array, drag: Array) -> tuple[float, float]:
         """Return the power [W] lost in dashpots at ends and by damping inside bodies; drag [N] is C v."""
-        at_ends = velocity * velocity * self._ends
-        return float(at_ends.sum()), float((velocity * drag - at_ends).sum())
+        at_ends = self._ends * velocity
+        return float((velocity * at_ends).sum()), float((velocity * (drag - at_ends)).sum())
 
     @cached_property
     def _linear(self) -> Array:
