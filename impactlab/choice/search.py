@@ -14,6 +14,7 @@ from impactlab.choice.record import Choice, Rung, Verdict
 from impactlab.errors import CaseError, ImpactlabError, StepError
 from impactlab.history import AbstractHistory, Warned
 from impactlab.refine.estimates import MIN_STEPS, estimated, resolves_contacts
+from impactlab.refine.extrapolation import SHOWN_SAFETY
 from impactlab.refine.quantities import difference
 from impactlab.scene import Scene
 
@@ -306,11 +307,12 @@ def _judge(search: Search, tolerance: float) -> None:
     """Estimate the error of every run of a family from its three finest, and the fineness that the tolerance needs."""
     family, trials = search.family, search.trials
     finest = trials[-1]
-    estimates = estimated([(trial.fineness, trial.history) for trial in trials], search.scene, family.order)
+    estimates = estimated(
+        [(trial.fineness, trial.history) for trial in trials], search.scene, family.order, family.safety
+    )
     doubt = _beyond_witness(search)
     for trial, (apart, estimate) in zip(trials, estimates, strict=True):
-        estimated_error = apart + family.safety * estimate.error
-        trial.expected, trial.reason = max(estimated_error, doubt), ""
+        trial.expected, trial.reason = max(apart + estimate.error, doubt), ""
         gain = gain_of(trial.history) / GAIN
         if gain > max(trial.expected, tolerance):
             trial.expected, trial.reason = gain, f"gains {GAIN * gain:.2g} of the energy at stake"
@@ -320,8 +322,8 @@ def _judge(search: Search, tolerance: float) -> None:
             trial.reason = f"expected error {trial.expected:.2g} beyond the tolerance"
     last = estimates[-1][1]
     # By the declared order: one that has not shown yet may still do so, and a run too fine is dearer than a trial more.
-    needed = finest.fineness * MARGIN * (family.safety * max(last.error, 1e-300) / tolerance) ** (1.0 / family.order)
-    if not math.isfinite(needed) or not finest.expected <= family.safety * last.error:
+    needed = finest.fineness * MARGIN * (max(last.error, 1e-300) / tolerance) ** (1.0 / family.order)
+    if not math.isfinite(needed) or not finest.expected <= last.error:
         needed = 2.0 * finest.fineness
     met = [trial.fineness for trial in trials if trial.expected <= tolerance]
     search.next = max(family.coarsest, math.ceil(min(needed, MOST_GROWTH * finest.fineness)))
@@ -356,6 +358,6 @@ def _words_of_estimate(family: Family, history: AbstractHistory) -> str:
         return "solved from event to event: exact but for rounding and for touches that nearly miss"
     return (
         f"three resolutions, extrapolated by the order they show (at most {family.order:g}), times a safety of "
-        f"{family.safety:g}; "
+        f"{family.safety:g}, or {SHOWN_SAFETY:g} where that order shows; "
         f"the run gained {gain_of(history):.1g} of the energy at stake"
     )

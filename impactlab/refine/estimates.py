@@ -14,8 +14,10 @@ MIN_SHARE = 1e-2  # of the impulse of a contact: shorter periods of contact that
 PEAK_MARGIN = 1.5  # on distances of peak forces, which converge less evenly than displacements (docs/audit.md)
 
 
-def estimated(runs: list[tuple[int, AbstractHistory]], scene: Scene, order: float) -> list[tuple[float, Estimate]]:
-    """Estimate the errors of runs of rising fineness, three or more.
+def estimated(
+    runs: list[tuple[int, AbstractHistory]], scene: Scene, order: float, safety: float
+) -> list[tuple[float, Estimate]]:
+    """Estimate the errors of runs of rising fineness, three or more; ``safety`` is a factor on each estimate.
 
     Returns
     -------
@@ -26,12 +28,20 @@ def estimated(runs: list[tuple[int, AbstractHistory]], scene: Scene, order: floa
     last = len(runs) - 1
     if last < 2:
         return [(math.inf, Estimate(math.inf, order))] * len(runs)
-    three = (last - 2, last - 1, last)
-    fineness = (float(runs[three[0]][0]), float(runs[three[1]][0]), float(runs[three[2]][0]))
+    fineness = [float(count) for count, _ in runs]
     found = []
     for pairs in distances([history for _, history in runs], scene, PEAK_MARGIN):
-        apart = Differences(pairs[three[0], three[1]], pairs[three[0], last], pairs[three[1], last])
-        found.append((pairs, finest_error(apart, fineness, order)))
+        estimates = [
+            finest_error(
+                Differences(pairs[i, i + 1], pairs[i, i + 2], pairs[i + 1, i + 2]),
+                (fineness[i], fineness[i + 1], fineness[i + 2]),
+                order,
+            )
+            for i in range(last - 1)
+        ]
+        # An order that shows in some runs and not in others shows by luck.
+        shown = all(estimate.shown for estimate in estimates)
+        found.append((pairs, estimates[-1]._replace(shown=shown).with_safety(safety)))
     if not found:
         return [(math.inf, Estimate(math.inf, order))] * len(runs)
     return [

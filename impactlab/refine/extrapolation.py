@@ -12,6 +12,8 @@ from typing import NamedTuple
 
 LEAST_SHARE = 0.5  # of the declared order: the least that the estimate assumes
 MAX_ORDER = 8.0  # largest order searched for
+NEAR_ORDER = 1.25  # ratio of the observed to the declared order, either way, up to which the order shows
+SHOWN_SAFETY = 1.25  # factor on an estimate where the order shows (Roache1998, for three grids)
 RATIO = 0.5 * (1.0 + math.sqrt(5.0))  # of fineness between neighbours: no step is a multiple of another
 
 
@@ -28,6 +30,11 @@ class Estimate(NamedTuple):
 
     error: float
     order: float
+    shown: bool = False  # whether the declared order shows in the three runs
+
+    def with_safety(self, safety: float) -> Estimate:
+        """Return the estimate times a safety factor, of which `SHOWN_SAFETY` is enough where the order shows."""
+        return self._replace(error=self.error * (min(safety, SHOWN_SAFETY) if self.shown else safety))
 
 
 def finest_error(found: Differences, fineness: tuple[float, float, float], order: float) -> Estimate:
@@ -54,13 +61,14 @@ def finest_error(found: Differences, fineness: tuple[float, float, float], order
     if not all(math.isfinite(value) for value in found):
         return Estimate(math.inf, LEAST_SHARE * order)
     coarse, fine = fineness[2] / fineness[0], fineness[2] / fineness[1]
-    p = min(order, max(LEAST_SHARE * order, observed_order(found, coarse, fine)))
+    observed = observed_order(found, coarse, fine)
+    p = min(order, max(LEAST_SHARE * order, observed))
     error = max(
         found.coarse_fine / (coarse**p - 1.0),
         found.middle_fine / (fine**p - 1.0),
         found.coarse_middle / (coarse**p - fine**p),
     )
-    return Estimate(error, p)
+    return Estimate(error, p, order / NEAR_ORDER <= observed <= order * NEAR_ORDER)
 
 
 def observed_order(found: Differences, coarse: float, fine: float) -> float:
