@@ -107,9 +107,16 @@ def carried_energy(scene: Scene, t: Array, touched: Collection[str] | None = Non
     In its frame a group begins with its energy less M V^2/2; the work of a load is that on the motion within the frame:
     gravity does none, a force F on an end F (u - D) with D the way of the frame.
     """
+    return carried_by(groups(scene, touched), t)
+
+
+def carried_by(found: Sequence[Group], t: Array) -> CarriedEnergy:
+    """Return the energy that the frames of these groups carry, with work at times t [s], shape (n,)."""
     kinetic, work = 0.0, np.zeros_like(t)
-    for group in groups(scene, touched):
+    for group in found:
         kinetic += 0.5 * group.mass * group.velocity**2
+        if group.gravity == 0.0 and group.force == 0.0:
+            continue
         way = group.displacement(t)
         # Gravity works on all of the momentum, also on the part that the force has given: M (V + g t) + F t.
         work += group.gravity * (group.mass * way + 0.5 * group.force * t * t) + group.force * way

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from impactlab.frame import groups, own_velocity
+from impactlab.frame import Group, groups, own_velocity
 from impactlab.history import ContactSpan, Event
 from impactlab.scene import Beam, BeamSegment, Body, Contact, ElasticBody, Point, Rod, Scene, Wall
 
@@ -37,6 +37,18 @@ class Floor(NamedTuple):
     arrival: float  # s, before which no wave can reach the contact
 
 
+class Reach(NamedTuple):
+    """What can reach a contact: known before a run."""
+
+    groups: dict[str, int]  # number of the group of bodies that a contact is in
+    arrivals: dict[str, float]  # s, before which nothing can have reached a contact
+
+
+def reach_of(scene: Scene, joined: Sequence[Group] | None = None) -> Reach:
+    """Return the groups and first arrivals of the contacts of a scene; ``joined`` are its groups, if known."""
+    return Reach(_groups_of(scene, groups(scene) if joined is None else joined), first_arrivals(scene))
+
+
 def share_of(steps: float) -> float:
     """Return the share of the largest force that the rounding of a gap may make of a force in a run of some steps.
 
@@ -51,6 +63,7 @@ def above_noise(
     events: Sequence[Event],
     spans: Sequence[ContactSpan],
     steps: float = 0.0,
+    reach: Reach | None = None,
 ) -> Found:
     """Return the events and spans of a run without those that are noise, in order of time.
 
@@ -62,8 +75,14 @@ def above_noise(
         All that were found, in order of time; a span begins and ends with the events of its contact.
     steps : float, optional
         How many steps the duration has; 0 where there are none.
+    reach : Reach, optional
+        Of the scene, where it is known already.
     """
-    floors = _floors(scene, spans, share_of(steps))
+    if not spans and not events:
+        return (), ()
+    floors = _floors(spans, share_of(steps), reach or reach_of(scene))
+    if not _any_noise(events, spans, floors):
+        return tuple(sorted(events, key=lambda event: event.time)), tuple(sorted(spans, key=lambda span: span.start))
     own: dict[str, list[ContactSpan]] = {}
     for span in sorted(spans, key=lambda each: each.start):
         own.setdefault(span.contact, []).append(span)
@@ -85,6 +104,14 @@ def _key(span: ContactSpan) -> Key:
 
 def _is_noise(span: ContactSpan, floor: Floor) -> bool:
     return abs(span.impulse) <= floor.impulse and (span.peak_force is None or span.peak_force <= floor.force)
+
+
+def _any_noise(events: Sequence[Event], spans: Sequence[ContactSpan], floors: Mapping[str, Floor]) -> bool:
+    """Return whether an event or a span may be noise; of most runs none is."""
+    if any(span.start < floors[span.contact].arrival or _is_noise(span, floors[span.contact]) for span in spans):
+        return True
+    kicks = ((event, floors[event.contact]) for event in events if event.kind == "impulse")
+    return any(event.time < floor.arrival or not _is_kick(event, floor) for event, floor in kicks)
 
 
 def _real(found: Sequence[ContactSpan], floor: Floor, duration: float) -> list[ContactSpan]:
@@ -155,30 +182,33 @@ def _events(
             yield begin, number, close._replace(time=begin)
 
 
-def _floors(scene: Scene, spans: Sequence[ContactSpan], share: float) -> dict[str, Floor]:
+def _floors(spans: Sequence[ContactSpan], share: float, reach: Reach) -> dict[str, Floor]:
     """Return the floor of each contact: shares of the largest force and impulse among the bodies that it joins."""
-    group_of = {name: number for number, group in enumerate(groups(scene)) for name in group.bodies}
-    member = {
-        contact.name: max(
-            (group_of[p.body] for p in (contact.left, contact.right) if not isinstance(scene.bodies[p.body], Wall)),
-            default=-1,
-        )
-        for contact in scene.contacts
-    }
     forces, impulses = dict[int, float](), dict[int, float]()
     for span in spans:
-        at = member[span.contact]
+        at = reach.groups[span.contact]
         forces[at] = max(forces.get(at, 0.0), span.peak_force or 0.0)
         impulses[at] = max(impulses.get(at, 0.0), abs(span.impulse))
-    arrivals = first_arrivals(scene)
     return {
         name: Floor(
             share * forces.get(at, 0.0),
             share * impulses.get(at, 0.0),
             EARLY_SHARE * impulses.get(at, 0.0),
-            (1.0 - EARLY) * arrivals[name],
+            (1.0 - EARLY) * reach.arrivals[name],
         )
-        for name, at in member.items()
+        for name, at in reach.groups.items()
+    }
+
+
+def _groups_of(scene: Scene, joined: Sequence[Group]) -> dict[str, int]:
+    """Return the number of the group of bodies that each contact is in."""
+    group_of = {name: number for number, group in enumerate(joined) for name in group.bodies}
+    return {
+        contact.name: max(
+            (group_of[p.body] for p in (contact.left, contact.right) if not isinstance(scene.bodies[p.body], Wall)),
+            default=-1,
+        )
+        for contact in scene.contacts
     }
 
 
@@ -190,6 +220,8 @@ def first_arrivals(scene: Scene) -> dict[str, float]:
     damped they take no time. A contact in the way passes them on without delay.
     """
     arrival = {contact.name: 0.0 if _moves(scene, contact) else math.inf for contact in scene.contacts}
+    if not any(arrival.values()):
+        return arrival
     for contact in scene.contacts:
         for point in (contact.left, contact.right):
             arrival[contact.name] = min(arrival[contact.name], _from_sources(scene, point))

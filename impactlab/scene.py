@@ -11,6 +11,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal, final
 
 import numpy as np
@@ -231,7 +232,7 @@ class Contact:
     law: AbstractContactLaw
     overlap_allowed: bool = False
 
-    @property
+    @cached_property
     def name(self) -> str:
         """Name used in channels and events: ``hammer|rod.left``."""
         return f"{self.left.label}|{self.right.label}"
@@ -292,7 +293,7 @@ class Scene:
         held = any(end.kind in ("clamped", "dashpot") for body in moving for end in (body.left, body.right))
         return held or bool(self.loaded_ends)
 
-    @property
+    @cached_property
     def in_order(self) -> dict[str, Body]:
         """Bodies by their first contact, then by name: an order that does not depend on how the case is written.
 

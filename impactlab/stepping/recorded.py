@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from impactlab.errors import ImpactlabError
-from impactlab.frame import carried_energy, touched_in
+from impactlab.frame import carried_by, groups, touched_in
 from impactlab.history import AbstractHistory, Array, ContactSpan, Cost, EnergyBook, Event, Field, within_run
 from impactlab.integrators.base import AbstractIntegrator
-from impactlab.noise_floor import above_noise
+from impactlab.noise_floor import above_noise, reach_of
 from impactlab.scene import ElasticBody
 from impactlab.slopes import slopes
 from impactlab.stepping import dating
@@ -71,6 +71,8 @@ class RecordedHistory(AbstractHistory):
         self.cost = Cost()
         self._raw: list[tuple[float, int, int, float, float, float]] = []
         self._channels: dict[str, Channel] = {}
+        self._joined = groups(assembly.scene)
+        self._reach = reach_of(assembly.scene, self._joined)
         self._slopes: dict[str, Array] = {}  # of forces that were read
 
     def drain(self) -> None:
@@ -142,13 +144,16 @@ class RecordedHistory(AbstractHistory):
         assembly = self.assembly
         record = assembly.memory.record[: assembly.clock.n_records]
         times = record[:, 0]
-        steps = np.diff(times, prepend=0.0)
-        early = np.minimum(steps, assembly.dt)
-        early[:1] = assembly.dt  # what stands at t = 0 belongs to the step before
-        of_velocity = times - (1.0 - self._integrator.velocity_point) * early
-        of_force = times + (self._integrator.load_point - 0.5) * np.minimum(steps, assembly.dt)
-        middles = times - 0.5 * steps + (self._integrator.load_point - 0.5) * np.minimum(steps, assembly.dt)
-        of_force = np.minimum(of_force, times[-1])
+        steps = times.copy()
+        steps[1:] -= times[:-1]
+        of_velocity, of_force, middles = times, times, times - 0.5 * steps
+        if self._integrator.velocity_point != 1.0:
+            early = np.minimum(steps, assembly.dt)
+            early[:1] = assembly.dt  # what stands at t = 0 belongs to the step before
+            of_velocity = times - (1.0 - self._integrator.velocity_point) * early
+        if self._integrator.load_point != 0.5:
+            late = (self._integrator.load_point - 0.5) * np.minimum(steps, assembly.dt)
+            of_force, middles = np.minimum(times + late, times[-1]), middles + late
         channels: dict[str, Channel] = {}
         for number, contact in enumerate(assembly.scene.contacts):
             column = 1 + 6 * number
@@ -177,6 +182,8 @@ class RecordedHistory(AbstractHistory):
         sample = self.assembly.memory.sample[: self.assembly.clock.n_samples]
         columns = {name: SAMPLED + 3 * number for number, name in enumerate(self.assembly.built)}
         ordered = {name: columns[name] for name in self.assembly.scene.in_order}
+        touched = touched_in(self)
+        joined = self._joined if len(touched) == len(self._reach.groups) else groups(self.assembly.scene, touched)
         work = sample[:, [column + 1 for column in ordered.values()]].sum(axis=1)
         self.energy = EnergyBook(
             time=sample[:, 0],
@@ -189,7 +196,7 @@ class RecordedHistory(AbstractHistory):
                 "unresolved": sample[:, 5],
             },
             work=work - work[:1].sum(),
-            carried=carried_energy(self.assembly.scene, sample[:, 0], touched_in(self)),
+            carried=carried_by(joined, sample[:, 0]),
         )
 
     def _read_events(self) -> None:
@@ -225,4 +232,4 @@ class RecordedHistory(AbstractHistory):
                 spans.append(ContactSpan(name, given[0][0], given[-1][0], total, None, given[0][1], len(given)))
         events.sort(key=lambda event: event.time)
         steps = self.duration / assembly.dt
-        self.events, self.contacts = above_noise(assembly.scene, events, spans, steps)
+        self.events, self.contacts = above_noise(assembly.scene, events, spans, steps, self._reach)

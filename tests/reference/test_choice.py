@@ -290,6 +290,21 @@ def test_an_order_that_has_not_shown_is_not_trusted():
     assert finest_error(growing._replace(middle_fine=math.inf), (10.0, 16.0, 26.0), 2.0).error == math.inf
 
 
+def test_a_small_safety_needs_an_order_that_shows_in_all_runs() -> None:
+    fineness = (10.0, 16.0, 26.0)
+    errors = [n**-2.0 for n in fineness]
+    clean = finest_error(
+        Differences(errors[0] - errors[1], errors[0] - errors[2], errors[1] - errors[2]), fineness, 2.0
+    )
+    assert clean.shown
+    assert clean.error == pytest.approx(errors[2])
+    assert clean.with_safety(3.0).error == pytest.approx(1.25 * errors[2])
+    slow = [1.0 / n for n in fineness]
+    doubtful = finest_error(Differences(slow[0] - slow[1], slow[0] - slow[2], slow[1] - slow[2]), fineness, 2.0)
+    assert not doubtful.shown
+    assert doubtful.with_safety(3.0).error == pytest.approx(3.0 * slow[2])
+
+
 def test_the_predicted_cost_of_the_exact_solver_follows_its_wave_fronts():
     """Twice the time is twice the fronts of one piece; of two pieces, irrational transits make many more than whole."""
     one = exact_cost(struck(AdditionDeletion(), trips=1e4))
