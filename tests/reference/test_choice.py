@@ -298,7 +298,7 @@ def test_a_small_safety_needs_an_order_that_shows_in_all_runs() -> None:
     )
     assert clean.shown
     assert clean.error == pytest.approx(errors[2])
-    assert clean.with_safety(3.0).error == pytest.approx(1.25 * errors[2])
+    assert clean.with_safety(3.0).error == pytest.approx(1.6 * errors[2])
     slow = [1.0 / n for n in fineness]
     doubtful = finest_error(Differences(slow[0] - slow[1], slow[0] - slow[2], slow[1] - slow[2]), fineness, 2.0)
     assert not doubtful.shown
