@@ -130,7 +130,7 @@ class LawAddress:
             self.value = int(compiled(respond, RESPOND).address)
             return
 
-        def guarded(port: Any, reply: Any) -> None:
+        def guarded(port: Port, reply: Reply) -> None:
             try:
                 respond(port, reply)
             except Exception as raised:  # noqa: BLE001 - carried out of the loop, raised there as StepError

@@ -10,7 +10,7 @@ import ctypes
 import dataclasses
 import math
 from enum import Enum
-from typing import Any, Literal, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple, TypeVar, get_args, get_origin, get_type_hints
 
 import numpy as np
 from numpy import float64
@@ -35,75 +35,92 @@ class Level(Enum):
     IMPULSE = "velocity per impulse"
 
 
+Numbers = ctypes.Array[ctypes.c_double]
+"""Room for some numbers inside a record: written and read by index."""
+
+Record = TypeVar("Record", bound=ctypes.Structure)
+
+
+def record(kind: type[Record]) -> type[Record]:
+    """Lay out a C structure by its annotations, in their order: numbers, other records, and room for some numbers."""
+    fields: list[tuple[str, Any]] = []
+    for name, hint in get_type_hints(kind, include_extras=True).items():
+        if hint is float:
+            fields.append((name, ctypes.c_double))
+        elif get_origin(hint) is Annotated:
+            fields.append((name, ctypes.c_double * get_args(hint)[1]))
+        else:
+            fields.append((name, hint))
+    kind._fields_ = fields
+    return kind
+
+
+@record
 class Side(ctypes.Structure):
     """One body's face at a contact. Compliances are positive: a push of 1 N moves the face inwards by so much."""
 
-    _fields_ = [
-        ("displacement", ctypes.c_double),  # m, at the start of the step
-        ("velocity", ctypes.c_double),  # m/s, at the start of the step
-        ("free_displacement", ctypes.c_double),  # m, at the end of the step without contact force
-        ("free_velocity", ctypes.c_double),  # m/s, the same
-        ("displacement_per_force", ctypes.c_double),  # m/N, of a force constant over the step, at its end
-        ("velocity_per_force", ctypes.c_double),  # m/(N s), the same
-        ("velocity_per_impulse", ctypes.c_double),  # 1/kg, at once
-    ]
+    displacement: float  # m, at the start of the step
+    velocity: float  # m/s, at the start of the step
+    free_displacement: float  # m, at the end of the step without contact force
+    free_velocity: float  # m/s, the same
+    displacement_per_force: float  # m/N, of a force constant over the step, at its end
+    velocity_per_force: float  # m/(N s), the same
+    velocity_per_impulse: float  # 1/kg, at once
 
 
+@record
 class Port(ctypes.Structure):
     """All that a law sees of one contact in one step. Gap and rate are positive when open and opening."""
 
-    _fields_ = [
-        ("time", ctypes.c_double),  # s, start of the step
-        ("dt", ctypes.c_double),  # s
-        ("load_point", ctypes.c_double),  # where in the step its force acts: 0 start, 1/2 middle, 1 end
-        ("gap", ctypes.c_double),  # m, at the start of the step
-        ("gap_rate", ctypes.c_double),  # m/s, at the start, before any impulse of this step
-        ("others_rate", ctypes.c_double),  # m/s, what impulses at other contacts add to it at once
-        ("predicted_gap", ctypes.c_double),  # m, gap + dt gap_rate, others' projections of the predictor included
-        ("free_gap", ctypes.c_double),  # m, at the end without contact force
-        ("free_gap_rate", ctypes.c_double),  # m/s, the same
-        ("gap_per_force", ctypes.c_double),  # m/N, gap at the end per force over the step
-        ("rate_per_force", ctypes.c_double),  # m/(N s), gap rate at the end per force over the step
-        ("gap_per_impulse", ctypes.c_double),  # m/(N s), gap at the end per impulse at the start
-        ("rate_per_impulse", ctypes.c_double),  # 1/kg, jump of the gap rate per impulse, at once
-        ("gap_per_projection", ctypes.c_double),  # 1/kg, gap at the end per projection
-        ("rate_per_projection", ctypes.c_double),  # 1/(kg s), gap rate at the end per projection
-        ("flexibility", ctypes.c_double),  # m/N, of massless faces: what a force presses in at once, beyond the gap
-        ("offset", ctypes.c_double),  # m, what the law replied last time
-        ("pushed", ctypes.c_double),  # value of the row that the law may push along, at the start of the step
-        ("free_pushed", ctypes.c_double),  # the same at the end without contact
-        ("pushed_per_force", ctypes.c_double),  # 1/N, at the end, per force over the step
-        ("pushed_per_push", ctypes.c_double),  # the same per push over the step
-        ("gap_per_push", ctypes.c_double),  # gap at the end per push over the step
-        ("rate_per_push", ctypes.c_double),  # 1/s, gap rate at the end per push over the step
-        ("jump_in_force", ctypes.c_double),  # 1 where F dt already holds a closing jump, else 0
-        ("projects_first", ctypes.c_double),  # 1 where a projection moves the scheme's predictor, 0 the end of the step
-        ("in_contact", ctypes.c_double),  # 1 after a step with contact, else 0
-        ("left", Side),
-        ("right", Side),
-        ("readings", ctypes.c_double * READINGS),  # values at the start of the step, in the order asked for
-        ("memory", ctypes.c_double * MEMORY),  # what the law replied last time; `begin` gives the first
-        ("parameters", ctypes.c_double * PARAMETERS),  # what `begin` gave
-    ]
+    time: float  # s, start of the step
+    dt: float  # s
+    load_point: float  # where in the step its force acts: 0 start, 1/2 middle, 1 end
+    gap: float  # m, at the start of the step
+    gap_rate: float  # m/s, at the start, before any impulse of this step
+    others_rate: float  # m/s, what impulses at other contacts add to it at once
+    predicted_gap: float  # m, gap + dt gap_rate, others' projections of the predictor included
+    free_gap: float  # m, at the end without contact force
+    free_gap_rate: float  # m/s, the same
+    gap_per_force: float  # m/N, gap at the end per force over the step
+    rate_per_force: float  # m/(N s), gap rate at the end per force over the step
+    gap_per_impulse: float  # m/(N s), gap at the end per impulse at the start
+    rate_per_impulse: float  # 1/kg, jump of the gap rate per impulse, at once
+    gap_per_projection: float  # 1/kg, gap at the end per projection
+    rate_per_projection: float  # 1/(kg s), gap rate at the end per projection
+    flexibility: float  # m/N, of massless faces: what a force presses in at once, beyond the gap
+    offset: float  # m, what the law replied last time
+    pushed: float  # value of the row that the law may push along, at the start of the step
+    free_pushed: float  # the same at the end without contact
+    pushed_per_force: float  # 1/N, at the end, per force over the step
+    pushed_per_push: float  # the same per push over the step
+    gap_per_push: float  # gap at the end per push over the step
+    rate_per_push: float  # 1/s, gap rate at the end per push over the step
+    jump_in_force: float  # 1 where F dt already holds a closing jump, else 0
+    projects_first: float  # 1 where a projection moves the scheme's predictor, 0 the end of the step
+    in_contact: float  # 1 after a step with contact, else 0
+    left: Side
+    right: Side
+    readings: Annotated[Numbers, READINGS]  # values at the start of the step, in the order asked for
+    memory: Annotated[Numbers, MEMORY]  # what the law replied last time; `begin` gives the first
+    parameters: Annotated[Numbers, PARAMETERS]  # what `begin` gave
 
 
+@record
 class Reply(ctypes.Structure):
     """What a law answers for one step. The loop sets all fields to zero (memory: to the port's) before it asks."""
 
-    _fields_ = [
-        ("force", ctypes.c_double),  # N, constant over the step, positive in compression
-        ("impulse", ctypes.c_double),  # N s, given at the start of the step
-        ("projection", ctypes.c_double),  # kg m, moves positions by M^-1 times it, and no velocity
-        ("push", ctypes.c_double),  # m where the pushed row is a force: over the step, along that row
-        ("trial", ctypes.c_double),  # N, the signed force before clipping; its root dates the opening
-        ("offset", ctypes.c_double),  # m, faces pressed in beyond their coordinates: the true gap is gap + offset
-        ("stored", ctypes.c_double),  # J, held by the contact at the end of the step
-        ("dissipated", ctypes.c_double),  # J, lost in this step by a formula of its own, never negative
-        ("unresolved", ctypes.c_double),  # J, handed in this step to modes that the model leaves out, never negative
-        ("in_contact", ctypes.c_double),  # 1 or 0, at the end of the step
-        ("failed", ctypes.c_double),  # 1 stops the run: the law has no answer
-        ("memory", ctypes.c_double * MEMORY),
-    ]
+    force: float  # N, constant over the step, positive in compression
+    impulse: float  # N s, given at the start of the step
+    projection: float  # kg m, moves positions by M^-1 times it, and no velocity
+    push: float  # m where the pushed row is a force: over the step, along that row
+    trial: float  # N, the signed force before clipping; its root dates the opening
+    offset: float  # m, faces pressed in beyond their coordinates: the true gap is gap + offset
+    stored: float  # J, held by the contact at the end of the step
+    dissipated: float  # J, lost in this step by a formula of its own, never negative
+    unresolved: float  # J, handed in this step to modes that the model leaves out, never negative
+    in_contact: float  # 1 or 0, at the end of the step
+    failed: float  # 1 stops the run: the law has no answer
+    memory: Annotated[Numbers, MEMORY]
 
 
 PORT = np.dtype(Port)

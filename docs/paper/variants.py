@@ -6,10 +6,10 @@ Each is a small law in plain Python, for one rigid mass on the left of one rod.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal, final
+from typing import Literal, final
 
 from impactlab.contact.base import AbstractContactLaw
-from impactlab.types import Level, Reading, SideFacts, Start
+from impactlab.types import Level, Port, Reading, Reply, SideFacts, Start
 
 
 def messenger(right: SideFacts, dt: float, residual: bool) -> tuple[Reading, Reading]:
@@ -53,7 +53,7 @@ class Equation15(AbstractContactLaw):
         )
 
     @staticmethod
-    def respond(port: Any, reply: Any) -> None:
+    def respond(port: Port, reply: Reply) -> None:
         rho_c, lam_dt, area, by_stress, whole = port.parameters[:5]
         wave_in = 0.5 * (port.readings[0] - rho_c * port.readings[1])  # Eq. 19
         if port.in_contact > 0.0:
@@ -96,7 +96,7 @@ class Equation20(AbstractContactLaw):
         )
 
     @staticmethod
-    def respond(port: Any, reply: Any) -> None:
+    def respond(port: Port, reply: Reply) -> None:
         rho_c, lam_dt, area, from_modes = port.parameters[:4]
         wave_in = 0.5 * (port.readings[0] - rho_c * port.readings[1])
         if port.in_contact > 0.0:
@@ -134,7 +134,7 @@ class MessengerPerMode(AbstractContactLaw):
         return Start(parameters=(1.0 / right.impedance if self.compliance == "rod" else 0.0,))
 
     @staticmethod
-    def respond(port: Any, reply: Any) -> None:
+    def respond(port: Port, reply: Reply) -> None:
         right_yield = port.parameters[0] or port.right.velocity_per_force
         total = port.left.velocity_per_force + right_yield
         reply.trial = (port.left.free_velocity - port.right.free_velocity) / total

@@ -6,9 +6,13 @@ import ctypes
 from typing import NamedTuple
 
 from impactlab.contact.base import AbstractContactLaw
-from impactlab.types import MEMORY, Port, Reply, Start
+from impactlab.types import MEMORY, PORT, REPLY, Port, Reply, Start
 
 OVERFLOWN = 1e150  # N or J: no step that meets it is accepted, and its square is still a number
+
+
+PORT_MEMORY = int(PORT.fields["memory"][1])  # type: ignore[index] # bytes from the start of the record
+REPLY_MEMORY = int(REPLY.fields["memory"][1])  # type: ignore[index]
 
 
 class LawFailed(Exception):  # noqa: N818 - it never leaves the package
@@ -35,11 +39,11 @@ class Touch:
     def __init__(self, law: AbstractContactLaw, start: Start, dt: float) -> None:
         self.port, self.reply = Port(), Reply()
         self.port.dt = dt
-        self.port.parameters[: len(start.parameters)] = start.parameters
-        self.port.memory[: len(start.memory)] = start.memory
+        self.port.parameters[: len(start.parameters)] = [*start.parameters]
+        self.port.memory[: len(start.memory)] = [*start.memory]
         self.closed, self.held = False, 0.0
         self._respond, self._why_failed = type(law).respond, law.why_failed
-        self._remembered = ctypes.addressof(self.port) + Port.memory.offset
+        self._remembered = ctypes.addressof(self.port) + PORT_MEMORY
 
     def ask(self, gap: float, rate: float) -> Reply:
         """Return the law's reply at a gap [m] and its rate [m/s]; the record is written again by the next question.
@@ -52,7 +56,7 @@ class Touch:
         port.gap_rate = port.free_gap_rate = rate
         port.in_contact = 1.0 if self.closed else 0.0
         ctypes.memset(ctypes.addressof(reply), 0, ctypes.sizeof(reply))
-        ctypes.memmove(ctypes.addressof(reply) + Reply.memory.offset, self._remembered, 8 * MEMORY)
+        ctypes.memmove(ctypes.addressof(reply) + REPLY_MEMORY, self._remembered, 8 * MEMORY)
         try:
             self._respond(port, reply)
         except OverflowError:
@@ -83,7 +87,7 @@ class Touch:
     def carry(self, gap: float, rate: float) -> None:
         """Let the law remember an accepted instant."""
         self.ask(gap, rate)
-        ctypes.memmove(self._remembered, ctypes.addressof(self.reply) + Reply.memory.offset, 8 * MEMORY)
+        ctypes.memmove(self._remembered, ctypes.addressof(self.reply) + REPLY_MEMORY, 8 * MEMORY)
 
     def close(self, gap: float, rate: float, away: float) -> None:
         """Begin a contact: faces that met at zero gap were apart, by ``away`` [m], before."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, final
+from typing import final
 
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.contact.penalty import Penalty
-from impactlab.types import Level, SideFacts, Start
+from impactlab.types import Level, Port, Reply, SideFacts, Start
 
 
 @final
@@ -43,7 +43,7 @@ class AdditionDeletion(AbstractContactLaw):
         return Start()
 
     @staticmethod
-    def respond(port: Any, reply: Any) -> None:
+    def respond(port: Port, reply: Reply) -> None:
         free_gap = port.free_gap
         if port.jump_in_force > 0.0:
             if port.projects_first > 0.0 and port.predicted_gap < 0.0:

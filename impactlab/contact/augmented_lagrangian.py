@@ -7,7 +7,7 @@ from typing import Any, ClassVar, final
 
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import PairingError
-from impactlab.types import Level, Relative, SideFacts, Start, option
+from impactlab.types import Level, Port, Relative, Reply, SideFacts, Start, option
 
 
 @final
@@ -57,7 +57,7 @@ class AugmentedLagrangian(AbstractContactLaw):
         return Start(parameters=(stiffness, float(self.augmentations)), memory=(0.0, 0.0))
 
     @staticmethod
-    def respond(port: Any, reply: Any) -> None:
+    def respond(port: Port, reply: Reply) -> None:
         stiffness, count = port.parameters[0], int(port.parameters[1])
         free_gap, multiplier = port.free_gap, port.memory[0]
         if port.in_contact == 0.0:

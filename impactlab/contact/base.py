@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from impactlab.types import Level, Noted, Restitution, SideFacts, Start
+from impactlab.types import Level, Noted, Port, Reply, Restitution, SideFacts, Start
 
 
 class AbstractContactLaw(ABC):
@@ -54,7 +54,7 @@ class AbstractContactLaw(ABC):
 
     @staticmethod
     @abstractmethod
-    def respond(port: Any, reply: Any) -> None:
+    def respond(port: Port, reply: Reply) -> None:
         """Write the reply of one step: force [N] or impulse [N s], signed trial force, phase, energies, memory."""
 
     def acting(self, left: SideFacts, right: SideFacts) -> AbstractContactLaw:

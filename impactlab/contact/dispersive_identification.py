@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, final
+from typing import final
 
 from impactlab.contact.base import AbstractContactLaw
-from impactlab.types import Level, SideFacts, Start, option
+from impactlab.types import Level, Port, Reply, SideFacts, Start, option
 
 
 @final
@@ -43,7 +43,7 @@ class DispersiveIdentification(AbstractContactLaw):
         return Start(parameters=(yields if self.residual else 0.0,), memory=(0.0, 0.0))
 
     @staticmethod
-    def respond(port: Any, reply: Any) -> None:
+    def respond(port: Port, reply: Reply) -> None:
         softness, before = port.parameters[0] / port.dt, port.memory[0]
         pressed = port.parameters[0] * before  # m, by how much the faces stand beyond their modes
         reply.trial = (softness * before - port.free_gap_rate) / (port.rate_per_force + softness)

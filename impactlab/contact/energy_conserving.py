@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, final
+from typing import final
 
 from impactlab.contact.base import AbstractContactLaw
-from impactlab.types import Level, SideFacts, Start
+from impactlab.types import Level, Port, Reply, SideFacts, Start
 
 
 @final
@@ -32,7 +32,7 @@ class EnergyConserving(AbstractContactLaw):
         return Start()
 
     @staticmethod
-    def respond(port: Any, reply: Any) -> None:
+    def respond(port: Port, reply: Reply) -> None:
         if port.gap > 0.0:
             return
         reply.trial = (port.gap - port.free_gap) / port.gap_per_force

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, final
+from typing import final
 
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import PairingError
-from impactlab.types import Level, SideFacts, Start
+from impactlab.types import Level, Port, Reply, SideFacts, Start
 
 
 @final
@@ -54,7 +54,7 @@ class ImpedanceResidual(AbstractContactLaw):
         return Start(parameters=(1.0 / yields, 1.0 / dashes), memory=(0.0,))
 
     @staticmethod
-    def respond(port: Any, reply: Any) -> None:
+    def respond(port: Port, reply: Reply) -> None:
         stiffness, impedance, pressed = port.parameters[0], port.parameters[1], port.memory[0]
         dt = port.dt
         if port.in_contact == 0.0 and port.gap + pressed <= 0.0:

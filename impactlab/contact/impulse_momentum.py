@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, final
+from typing import final
 
 from impactlab.contact.base import AbstractContactLaw
-from impactlab.types import Level, SideFacts, Start, option
+from impactlab.types import Level, Port, Reply, SideFacts, Start, option
 
 
 @final
@@ -35,7 +35,7 @@ class ImpulseMomentum(AbstractContactLaw):
         return Start(parameters=(self.restitution,))
 
     @staticmethod
-    def respond(port: Any, reply: Any) -> None:
+    def respond(port: Port, reply: Reply) -> None:
         # Restitution refers to the approach before any impulse of the step, also where other contacts kick too; faces
         # that did not approach are kept from being driven into each other.
         target = max(0.0, -port.parameters[0] * port.gap_rate)

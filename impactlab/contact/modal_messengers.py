@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Literal, final
+from typing import Literal, final
 
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import PairingError
-from impactlab.types import Arriving, Level, SideFacts, Start, option
+from impactlab.types import Arriving, Level, Port, Reply, SideFacts, Start, option
 
 
 @final
@@ -77,7 +77,7 @@ class ModalMessengers(AbstractContactLaw):
         return Start(parameters=tuple(parameters), readings=tuple(readings))
 
     @staticmethod
-    def respond(port: Any, reply: Any) -> None:
+    def respond(port: Port, reply: Reply) -> None:
         left, right = port.left.free_velocity, port.right.free_velocity
         reading = 0
         if port.parameters[0] > 0.0:

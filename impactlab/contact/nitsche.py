@@ -7,7 +7,7 @@ from typing import Any, ClassVar, Literal, final
 
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import PairingError
-from impactlab.types import Level, Reading, SideFacts, Start, option
+from impactlab.types import Level, Port, Reading, Reply, SideFacts, Start, option
 
 
 @final
@@ -59,7 +59,7 @@ class Nitsche(AbstractContactLaw):
         return 1.0 / self.begin(left, right, dt).parameters[0]
 
     @staticmethod
-    def respond(port: Any, reply: Any) -> None:
+    def respond(port: Port, reply: Reply) -> None:
         compliance, theta = port.parameters[0], port.parameters[1]
         # Where the force acts: stress and gap = known + per force * F + per push * Q.
         share = port.load_point

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, final
 
 from impactlab.contact.base import AbstractContactLaw
-from impactlab.types import Level, SideFacts, Start, option
+from impactlab.types import Level, Port, Reply, SideFacts, Start, option
 
 
 @final
@@ -40,7 +40,7 @@ class PaoliSchatzman(AbstractContactLaw):
         return self.restitution > 0.0
 
     @staticmethod
-    def respond(port: Any, reply: Any) -> None:
+    def respond(port: Port, reply: Reply) -> None:
         # Before the first step the faces moved as they do at its start.
         before = port.memory[0] if port.memory[1] > 0.0 else port.gap - port.dt * port.gap_rate
         reply.memory[0], reply.memory[1] = port.gap, 1.0

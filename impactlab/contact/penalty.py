@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, final
+from typing import final
 
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import PairingError
-from impactlab.types import Level, Relative, SideFacts, Start, option
+from impactlab.types import Level, Port, Relative, Reply, SideFacts, Start, option
 
 
 @final
@@ -77,7 +77,7 @@ class Penalty(AbstractContactLaw):
         return Start(parameters=(stiffness, damping, flexible), memory=(0.0,))
 
     @staticmethod
-    def respond(port: Any, reply: Any) -> None:
+    def respond(port: Port, reply: Reply) -> None:
         stiffness, damping = port.parameters[0], port.parameters[1]
         reply.dissipated = port.memory[0]  # a spring that is let go of gives nothing back
         gap, free_gap, pliancy = port.gap, port.free_gap, port.gap_per_force

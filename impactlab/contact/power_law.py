@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from dataclasses import dataclass
-from typing import Any, final
+from typing import final
 
 from impactlab.contact.base import AbstractContactLaw
-from impactlab.types import Level, Noted, Restitution, SideFacts, Start, option
+from impactlab.types import Level, Noted, Port, Reply, Restitution, SideFacts, Start, option
 
 TOO_STIFF = "the power law's tangent stiffness passed the stability limit of an explicit step: 4 over m/N of the faces"
 SLOW = Noted(
@@ -23,7 +23,7 @@ COARSE = Noted(
 )
 
 
-def respond(port: Any, reply: Any) -> None:
+def respond(port: Port, reply: Reply) -> None:
     """Answer one step by F = K d^n (1 + a d'), never pulling; a is the hysteresis factor over the approach speed.
 
     Parameters of the port: K, n, a v0, least v0. Memory: energy stored [J], approach speed v0 [m/s] (0 while open),

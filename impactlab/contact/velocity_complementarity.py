@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, final
 
 from impactlab.contact.base import AbstractContactLaw
-from impactlab.types import Level, SideFacts, Start, option
+from impactlab.types import Level, Port, Reply, SideFacts, Start, option
 
 
 @final
@@ -39,7 +39,7 @@ class VelocityComplementarity(AbstractContactLaw):
         return Start(parameters=(self.restitution, float(self.projection)))
 
     @staticmethod
-    def respond(port: Any, reply: Any) -> None:
+    def respond(port: Port, reply: Reply) -> None:
         # Resting faces stand at zero but for rounding: they touch as long as they would overlap.
         if port.gap > 0.0 and (port.in_contact == 0.0 or port.free_gap > 0.0):
             return

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, final
+from typing import final
 
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import PairingError
-from impactlab.types import Level, Reading, SideFacts, Start, option
+from impactlab.types import Level, Port, Reading, Reply, SideFacts, Start, option
 
 MOST_YIELD = 0.8 * (1.0 + 1e-9)  # velocity per force of a face over 1/Z; from 1 on the balance diverges, docs/bounds.md
 
@@ -95,7 +95,7 @@ class WaveIdentification(AbstractContactLaw):
         return Start(parameters=tuple(parameters), readings=tuple(readings))
 
     @staticmethod
-    def respond(port: Any, reply: Any) -> None:
+    def respond(port: Port, reply: Reply) -> None:
         left_yield, right_yield = port.parameters[0], port.parameters[3]
         reading = 0
         if left_yield > 0.0:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, final
+from typing import final
 
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import PairingError
-from impactlab.types import Level, SideFacts, Start
+from impactlab.types import Level, Port, Reply, SideFacts, Start
 
 
 @final
@@ -46,7 +46,7 @@ class WaveInitialised(AbstractContactLaw):
         return Start(parameters=(1.0 / sum(1.0 / facts.impedance for facts in rods),))
 
     @staticmethod
-    def respond(port: Any, reply: Any) -> None:
+    def respond(port: Port, reply: Reply) -> None:
         free_gap = port.free_gap
         if port.in_contact == 0.0:
             rate = port.gap_rate + port.others_rate

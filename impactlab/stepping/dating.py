@@ -7,7 +7,7 @@ from typing import Any
 from impactlab.kernels import PART
 from impactlab.stepping.memory import Memory
 from impactlab.stepping.phases import change_phases
-from impactlab.types import MEMORY
+from impactlab.types import MEMORY, Port, Reply
 
 CLOSE, OPEN, IMPULSE = 0, 1, 2  # kinds of events
 TOUCHED = 1e-9  # of the impulse so far: what presses less in one step alone is the rounding of an opening
@@ -23,7 +23,7 @@ def note(m: Memory, time: float, number: int, kind: int, impulse: float) -> None
     m.clock[0].n_events += 1
 
 
-def close_time(contact: Any, port: Any, reply: Any, time: float, dt: float) -> float:
+def close_time(contact: Any, port: Port, reply: Reply, time: float, dt: float) -> float:
     """Return when a contact began: the root of the gap, or of the trial force where the faces already overlapped."""
     gap, free_gap = port.gap + port.offset, port.free_gap + reply.offset
     if gap > 0.0 and free_gap < 0.0:
@@ -36,7 +36,7 @@ def close_time(contact: Any, port: Any, reply: Any, time: float, dt: float) -> f
     return time
 
 
-def open_time(contact: Any, port: Any, reply: Any, time: float, dt: float) -> float:
+def open_time(contact: Any, port: Port, reply: Reply, time: float, dt: float) -> float:
     """Return when a contact ended: the root of the trial force, or of the gap under a law without a signed trial."""
     gap, free_gap = port.gap + port.offset, port.free_gap + reply.offset
     if contact.old_trial > 0.0 and reply.trial < 0.0:

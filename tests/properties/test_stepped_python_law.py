@@ -26,7 +26,7 @@ from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
 from impactlab.scene import Contact, End, Mass, Point, Rod, Scene, Segment, StepRule
 from impactlab.testing.trace import trace
-from impactlab.types import Level, Relative, SideFacts, Start
+from impactlab.types import Level, Port, Relative, Reply, SideFacts, Start
 
 
 @final
@@ -72,7 +72,7 @@ class Broken(AbstractContactLaw):
         return Start(parameters=(40.5 * dt,))
 
     @staticmethod
-    def respond(port: Any, reply: Any) -> None:
+    def respond(port: Port, reply: Reply) -> None:
         if port.time > port.parameters[0]:
             raise ValueError("the table ends here")
         reply.force = 1.0

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar, final
+from typing import ClassVar, final
 
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.scene import Contact, End, Mass, Point, Rod, Scene, Segment, StepRule, Wall
-from impactlab.types import SideFacts, Start
+from impactlab.types import Port, Reply, SideFacts, Start
 
 FREE = End("free")
 CLAMPED = End("clamped")
@@ -25,7 +25,7 @@ class Hard(AbstractContactLaw):
         return Start()
 
     @staticmethod
-    def respond(port: Any, reply: Any) -> None:
+    def respond(port: Port, reply: Reply) -> None:
         return
 
 
@@ -42,7 +42,7 @@ class Spring(AbstractContactLaw):
         return Start()
 
     @staticmethod
-    def respond(port: Any, reply: Any) -> None:
+    def respond(port: Port, reply: Reply) -> None:
         return
 
     def spring(self, left: SideFacts, right: SideFacts, dt: float) -> tuple[float, float]:

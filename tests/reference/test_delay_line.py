@@ -17,7 +17,7 @@ from impactlab.integrators.newmark import Newmark
 from impactlab.models.continuous import Continuous
 from impactlab.scene import Contact, End, Mass, Point, Probe, Rod, Scene, Segment, StepRule, Wall
 from impactlab.simulate import prepare, run
-from impactlab.types import SideFacts, Start
+from impactlab.types import Port, Reply, SideFacts, Start
 
 SEGMENT = Segment(0.3, 9e-4, 2.1e11, 7900.0)
 SPRING = Penalty(stiffness=2e9, damping=5e3)
@@ -34,7 +34,7 @@ class Asked(AbstractContactLaw):
         return SPRING.begin(left, right, dt)
 
     @staticmethod
-    def respond(port: Any, reply: Any) -> None:
+    def respond(port: Port, reply: Reply) -> None:
         Penalty.respond(port, reply)
 
 

@@ -30,7 +30,7 @@ from impactlab.pairing import check_ordinary
 from impactlab.scene import Body, Contact, End, Mass, Point, Probe, Rayleigh, Rod, Scene, Segment, StepRule, Wall
 from impactlab.simulate import prepare, run
 from impactlab.summary import summarise
-from impactlab.types import Level, Relative, SideFacts, Start, option
+from impactlab.types import Level, Port, Relative, Reply, SideFacts, Start, option
 
 SEGMENT = Segment(0.3, 9e-4, 2.1e11, 7900.0)
 TEN = StepRule(points_per_period=10)
@@ -80,7 +80,7 @@ class PowerLaw(AbstractContactLaw):
         return Start((self.stiffness, self.exponent, self.hysteresis))
 
     @staticmethod
-    def respond(port: Any, reply: Any) -> None:
+    def respond(port: Port, reply: Reply) -> None:
         stiffness, exponent, hysteresis = port.parameters[:3]
         depth = max(0.0, -port.gap)
         reply.trial = stiffness * depth**exponent * (1.0 - hysteresis * port.gap_rate)
@@ -101,7 +101,7 @@ class Failing(AbstractContactLaw):
         return Start((float(self.raises),))
 
     @staticmethod
-    def respond(port: Any, reply: Any) -> None:
+    def respond(port: Port, reply: Reply) -> None:
         if port.gap < -0.005:
             if port.parameters[0] > 0.0:
                 raise ValueError("too deep for me")

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from typing import Any, final
 
 from impactlab.contact.base import AbstractContactLaw
-from impactlab.types import Level, Start, option
+from impactlab.types import (Level, Port, Reply, Start, option)
 
 
 @final
@@ -37,7 +37,7 @@ class {name}(AbstractContactLaw):
         return Start(parameters=(self.stiffness,))
 
     @staticmethod
-    def respond(port: Any, reply: Any) -> None:
+    def respond(port: Port, reply: Reply) -> None:
         if port.gap < 0.0:
             reply.force = reply.trial = -port.parameters[0] * port.gap
             reply.in_contact = 1.0

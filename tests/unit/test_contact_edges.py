@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from typing import Any
 
 import pytest
 
@@ -32,7 +31,7 @@ from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
 from impactlab.scene import Body, Contact, End, Mass, Point, Rod, Scene, Segment, StepRule, Wall
 from impactlab.simulate import run
-from impactlab.types import Level, SideFacts, Start
+from impactlab.types import Level, Port, Reply, SideFacts, Start
 
 SEGMENT = Segment(1.0, 1.0, 1.0, 1.0)
 FREE = End("free")
@@ -185,7 +184,7 @@ class Careless(AbstractContactLaw):
         return Start()
 
     @staticmethod
-    def respond(port: Any, reply: Any) -> None:
+    def respond(port: Port, reply: Reply) -> None:
         if port.gap < 0.0:
             reply.dissipated = math.nan
 

@@ -25,7 +25,7 @@ from impactlab.scene import Contact, Mass, Point, Scene, StepRule, Wall
 from impactlab.simulate import run
 from impactlab.testing import verdict as checking
 from impactlab.testing.verdict import Verdict, find, verdict
-from impactlab.types import Level, Start, option
+from impactlab.types import Level, Port, Reply, Start, option
 
 
 @dataclasses.dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Spring(AbstractContactLaw):
         return Start(parameters=(self.stiffness,))
 
     @staticmethod
-    def respond(port: Any, reply: Any) -> None:
+    def respond(port: Port, reply: Reply) -> None:
         if port.gap < 0.0:
             reply.force = reply.trial = -port.parameters[0] * port.gap
             reply.in_contact = 1.0
@@ -56,7 +56,7 @@ class Glue(Spring):
     citations = ("Nobody2031",)
 
     @staticmethod
-    def respond(port: Any, reply: Any) -> None:
+    def respond(port: Port, reply: Reply) -> None:
         reply.force = reply.trial = -port.parameters[0] * port.gap
 
 
@@ -65,7 +65,7 @@ class Raises(Spring):
     """A law that does not know what to say."""
 
     @staticmethod
-    def respond(port: Any, reply: Any) -> None:
+    def respond(port: Port, reply: Reply) -> None:
         raise ValueError("no answer to this gap")
 
 
@@ -81,7 +81,7 @@ class Beyond(Spring):
     compiled = True
 
     @staticmethod
-    def respond(port: Any, reply: Any) -> None:
+    def respond(port: Port, reply: Reply) -> None:
         if port.gap < 0.0:
             reply.force = reply.trial = -port.parameters[0] * port.gap
             reply.in_contact = 1.0
@@ -96,7 +96,7 @@ class Generous(Spring):
     """A spring that replies losses below zero, and a force to match them."""
 
     @staticmethod
-    def respond(port: Any, reply: Any) -> None:
+    def respond(port: Port, reply: Reply) -> None:
         if port.gap < 0.0:
             reply.force = reply.trial = -port.parameters[0] * port.gap
             reply.in_contact = 1.0

@@ -60,8 +60,8 @@ class ContactLawContract:
         port.pushed_per_force = port.gap_per_push = 0.3 * math.sqrt(port.gap_per_force * port.pushed_per_push)
         if not opened:
             port.pushed, port.free_pushed = random.normal(0.0, 4e4, 2)
-        port.parameters[: len(start.parameters)] = start.parameters
-        port.memory[: len(start.memory)] = start.memory
+        port.parameters[: len(start.parameters)] = [*start.parameters]
+        port.memory[: len(start.memory)] = [*start.memory]
         for number, reading in enumerate(start.readings):
             scale = {"velocity": 1.0, "stress": 4e7, "force": 4e4, "strain": 2e-4, "displacement": 1e-7}
             port.readings[number] = random.normal(
@@ -72,7 +72,7 @@ class ContactLawContract:
     def reply_to(self, port: Port, address: int | None = None) -> Reply:
         """Return the law's reply, asked as plain Python or through a C address, as the loop asks."""
         reply = Reply()
-        reply.memory[:] = port.memory[:]
+        reply.memory[:] = [*port.memory]
         if address is None:
             type(self.part).respond(port, reply)
         else:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, final
+from typing import final
 
 from impactlab.contact.base import AbstractContactLaw
-from impactlab.types import Level, SideFacts, Start, option
+from impactlab.types import Level, Port, Reply, SideFacts, Start, option
 
 
 @final
@@ -40,7 +40,7 @@ class QuadratisedPowerLaw(AbstractContactLaw):
         return Start(parameters=(math.sqrt(2.0 * self.stiffness / (self.exponent + 1.0)), 0.5 * (self.exponent + 1.0)))
 
     @staticmethod
-    def respond(port: Any, reply: Any) -> None:
+    def respond(port: Port, reply: Reply) -> None:
         scale, power = port.parameters[0], port.parameters[1]  # psi(d) = scale d^power
         start, end, pliancy = -port.gap, -port.free_gap, port.gap_per_force
         if port.load_point == 0.0:
