@@ -24,11 +24,11 @@ from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.newmark import Newmark
-from impactlab.models.beam_elements import matrices
 from impactlab.models.finite_element import FiniteElement
+from impactlab.models.mesh.beam_elements import matrices
 from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point, Scene, StepRule
 from impactlab.simulate import Plan, prepare
-from impactlab.stepping.assembly import SAMPLES
+from impactlab.simulate.stepping.assembly import SAMPLES
 
 STRIKER = 0.05  # kg
 STEEL = BeamSegment(0.3, 1e-4, 2.1e11, 7900.0, inertia=1e-8 / 12, shear_stiffness=6.7e6, rotary_inertia=7900.0e-8 / 12)

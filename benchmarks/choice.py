@@ -26,7 +26,6 @@ from impactlab.bases.craig_bampton import CraigBampton
 from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.velocity_complementarity import VelocityComplementarity
 from impactlab.contact.wave_identification import WaveIdentification
-from impactlab.described import described, shortest_transit
 from impactlab.errors import ImpactlabError
 from impactlab.history import AbstractHistory
 from impactlab.integrators.central_difference import CentralDifference
@@ -37,8 +36,10 @@ from impactlab.integrators.newmark import Newmark
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.reference import JUDGED, Reference, find
+from impactlab.refine.described import described
+from impactlab.refine.reference import JUDGED, Reference, find
 from impactlab.scene import Scene, StepRule
+from impactlab.scene.facts import shortest_transit
 
 HERE = Path(__file__).resolve().parent
 CASES, HEAD = HERE.parent / "cases", HERE.parent / "docs" / "automatic-choice.head.md"

@@ -15,12 +15,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from impactlab.choice.families import exact_cost
 from impactlab.contact.penalty import Penalty
 from impactlab.contact.wave_identification import WaveIdentification
 from impactlab.errors import ImpactlabError
 from impactlab.exact.history import ContinuousHistory
 from impactlab.exact.solve import solve
+from impactlab.refine.families import exact_cost
 from impactlab.scene import Contact, End, Mass, Point, Rod, Scene, Segment, StepRule, Wall
 
 MATERIALS = ((2.1e11, 7900.0), (7.0e10, 2700.0), (1.1e11, 8900.0), (3.0e9, 1200.0), (1.16e11, 4500.0))

@@ -25,7 +25,7 @@ from step_loop import SCHEMES, scene_of, time_loop
 from impactlab import simulate
 from impactlab.models.continuous import Continuous
 from impactlab.scene import Scene
-from impactlab.stepping.assembly import Assembly
+from impactlab.simulate.stepping.assembly import Assembly
 
 ELEMENTS = (100, 1_000, 10_000, 100_000)
 WORK = 20_000_000  # elements times steps of one measured run

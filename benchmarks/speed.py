@@ -19,7 +19,7 @@ import schemes
 import step_loop
 
 from impactlab.scene import RECORDS
-from impactlab.stepping.assembly import SAMPLES
+from impactlab.simulate.stepping.assembly import SAMPLES
 
 PAGE = """# Speed
 

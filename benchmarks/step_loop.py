@@ -29,8 +29,8 @@ from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
 from impactlab.scene import Contact, End, Mass, Point, Rod, Scene, Segment, StepRule
 from impactlab.simulate import Plan, prepare
-from impactlab.stepping.assembly import SAMPLES, Assembly
-from impactlab.stepping.loop import advance_dated, start
+from impactlab.simulate.stepping.assembly import SAMPLES, Assembly
+from impactlab.simulate.stepping.loop import advance_dated, start
 
 SCHEMES = {"central_difference": CentralDifference(), "newmark": Newmark()}
 

@@ -33,6 +33,7 @@ from impactlab.integrators.base import AbstractIntegrator, AbstractScheme
 from impactlab.models.base import AbstractRodModel
 from impactlab.plugins import BASES, INTEGRATORS, LAWS, MODELS, Group, registry
 from impactlab.scene import ElasticBody, Rod, Scene, StepRule
+from impactlab.simulate.pairing import kind_of
 from impactlab.testing.verdict import options_to_try, required
 
 HERE = Path(__file__).resolve().parent
@@ -155,7 +156,7 @@ def model_label(name: str, options: Mapping[str, Any]) -> str:
     sizes = "/".join(str(options[key]) for key in ("elements", "modes") if key in options)
     words = [str(options["mass"])] if "mass" in options else []
     words += [f"order {options['order']}"] if "order" in options else []
-    words += [simulate.kind_of(options["basis"])] if "basis" in options else []
+    words += [kind_of(options["basis"])] if "basis" in options else []
     return ", ".join([f"{name} {sizes}".strip(), *words])
 
 
@@ -349,7 +350,7 @@ def percent(share: float) -> str:
 
 def alike(text: str) -> str:
     """Return a reason without the names of laws and integrators and without its numbers, which differ cell by cell."""
-    names = sorted({simulate.kind_of(each) for each in (*laws().values(), *(s.integrator for s in schemes().values()))})
+    names = sorted({kind_of(each) for each in (*laws().values(), *(s.integrator for s in schemes().values()))})
     text = re.sub(rf"(law|integrator|under) '(?:{'|'.join(names)})'", r"\1 '...'", text)
     text = re.sub(r" \(t = .*?\)$", "", text)
     return re.sub(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w])", "#", text)

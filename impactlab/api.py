@@ -11,10 +11,11 @@ from typing import Any, NamedTuple
 
 from impactlab.casefile import Case
 from impactlab.errors import ImpactlabError, RunWarning, StepError
-from impactlab.history import SERIOUS, AbstractHistory
-from impactlab.reference import CHEAP, THOROUGH, Reference
-from impactlab.reference import content as reference_content
-from impactlab.scene import Body, ElasticBody, Scene
+from impactlab.history.base import SERIOUS, AbstractHistory
+from impactlab.refine.reference import CHEAP, THOROUGH, Reference
+from impactlab.refine.reference import content as reference_content
+from impactlab.scene.bodies import Body, ElasticBody
+from impactlab.scene.problem import Scene
 
 Progress = Callable[[float], None]
 
@@ -54,13 +55,13 @@ class Comparison:
     @property
     def document(self) -> dict[str, Any]:
         """What ``compare --json`` prints: schema_version, case, reference, rows of name and summary."""
-        from impactlab.summary import comparison
+        from impactlab.report.summary import comparison
 
         name = self.reference[0] if self.reference is not None else None
         return comparison(self.case, name, [(row.name, row.summary) for row in self.rows])
 
     def __str__(self) -> str:
-        from impactlab.summary import table
+        from impactlab.report.summary import table
 
         return table(self.document)
 
@@ -85,7 +86,7 @@ def run(case: Case | Scene, progress: Progress | None = None) -> AbstractHistory
     StepError
         If the run fails on the way, or more than doubles the energy of its bodies; it carries what was reached.
     """
-    from impactlab import simulate
+    from impactlab.simulate import driver as simulate
 
     scene = case.scene() if isinstance(case, Case) else case
     try:
@@ -135,9 +136,9 @@ def reference_of(scene: Scene, budget: float = THOROUGH) -> Reference | None:
     """Return the answer that a method on a scene is measured against, or None where there is none.
 
     The exact one where the exact solver serves the scene, else a converged one; ``budget`` are the seconds of predicted
-    solving that this may take (`impactlab.reference`).
+    solving that this may take (`impactlab.refine.reference`).
     """
-    from impactlab import reference
+    from impactlab.refine import reference
 
     return reference.find(scene, budget)
 
@@ -179,7 +180,7 @@ def summarised(case: Case, history: AbstractHistory, budget: float = CHEAP) -> t
     ``budget`` are the seconds of predicted solving that a reference may take where no exact answer serves: by default
     so few that a run is not kept waiting.
     """
-    from impactlab.summary import summarise
+    from impactlab.report.summary import summarise
 
     scene = case.scene()
     reference = reference_of(physics_of(case), budget)
@@ -228,7 +229,7 @@ def _share(
 
 
 def _row(case: Case, name: str, references: dict[Any, Reference | None], progress: Progress | None) -> Row:
-    from impactlab.summary import summarise
+    from impactlab.report.summary import summarise
 
     try:
         variant = case.method(name)

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from impactlab.casefile import Case
 from impactlab.plugins import citations_of, parts_inside
-from impactlab.scene import ElasticBody
+from impactlab.scene.bodies import ElasticBody
 
 
 class Citations(NamedTuple):

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from impactlab.history import AbstractHistory
+    from impactlab.history.base import AbstractHistory
 
 
 class ImpactlabError(Exception):

@@ -27,7 +27,7 @@ from impactlab.scene import Contact, End, Mass, Point, Rod, Scene, Segment, Step
 Array = NDArray[float64]
 
 NORMS = ("mass_displacement", "face_displacement", "opening_time", "exit_velocity")
-SHORTEST_FLIGHT = 0.1  # T: a shorter one is chatter of a method, not the first opening; as impactlab.aftermath
+SHORTEST_FLIGHT = 0.1  # T: a shorter one is chatter of a method, not the first opening; as impactlab.metrics.impact
 CELLS = 6000  # where displacements are compared, as in impactlab.metrics
 
 

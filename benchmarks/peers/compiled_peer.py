@@ -18,7 +18,7 @@ from benchmarks.peers.mesh import chain
 from benchmarks.peers.newmark_by_hand import factor, newmark_by_hand
 from benchmarks.peers.run import Run, Setting
 from benchmarks.step_loop import by_hand
-from impactlab.stepping.assembly import SAMPLES
+from impactlab.simulate.stepping.assembly import SAMPLES
 
 NAME = "compiled loop"
 LIBRARY = "numba"

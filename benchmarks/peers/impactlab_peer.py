@@ -2,7 +2,7 @@
 
 Timed is what `impactlab.run` reports as ``solve_s``: steps or marching, records and dated events, without set-up (case,
 modes, factors, memory) and without the checks of a finished run. The exact answer has nothing to choose.
-``automatic`` (`impactlab.choice`) chooses during set-up; what choosing took is told beside it.
+``automatic`` (`impactlab.refine.search`) chooses during set-up; what choosing took is told beside it.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
 from impactlab.scene import Scene, StepRule
-from impactlab.simulate import is_exact, prepare, walk
-from impactlab.stepping.assembly import Assembly
-from impactlab.stepping.recorded import RecordedHistory
+from impactlab.simulate.driver import is_exact, prepare, walk
+from impactlab.simulate.stepping.assembly import Assembly
+from impactlab.simulate.stepping.history import RecordedHistory
 
 NAME = "impactlab"
 LIBRARY = "impactlab"
@@ -70,7 +70,7 @@ def scene(case: Case, setting: Setting) -> Scene:
 
 def chooses() -> bool:
     """Return whether the package can choose by itself."""
-    return importlib.util.find_spec("impactlab.choice") is not None
+    return importlib.util.find_spec("impactlab.refine.search") is not None
 
 
 def chosen(given: Scene) -> tuple[Scene, str, float]:
@@ -87,9 +87,9 @@ def build(case: Case, setting: Setting, record: bool) -> Run:
         given = chosen(given)[0]
     if is_exact(given):
         return _exact(case, given)
-    from impactlab.pointers import entered
-    from impactlab.simulate import advance_of
-    from impactlab.stepping import loop
+    from impactlab.numerics.addresses import entered
+    from impactlab.simulate.driver import advance_of
+    from impactlab.simulate.stepping import loop
 
     plan = prepare(given)
     assert plan.dt is not None

@@ -21,7 +21,7 @@ from benchmarks.peers.cases import Array
 from benchmarks.step_loop import scene_of, time_loop
 from impactlab.integrators.newmark import Newmark
 from impactlab.simulate import Plan, prepare
-from impactlab.stepping.assembly import SAMPLES
+from impactlab.simulate.stepping.assembly import SAMPLES
 
 QUARTER = 0.25  # beta of the average acceleration
 

@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 
 from impactlab.errors import CaseError
-from impactlab.scene import Profile, Rod
+from impactlab.scene.bodies import Profile, Rod
 from impactlab.types import Array, Quantity
 
 

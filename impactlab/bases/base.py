@@ -10,8 +10,8 @@ from impactlab.types import Array, Quantity
 
 if TYPE_CHECKING:
     from impactlab.models.base import Face
-    from impactlab.models.meshed import AbstractMesh
-    from impactlab.scene import Profile
+    from impactlab.models.mesh.base import AbstractMesh
+    from impactlab.scene.bodies import Profile
 
 
 class Span(NamedTuple):

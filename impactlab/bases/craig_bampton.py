@@ -8,12 +8,12 @@ from typing import final
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from impactlab.banded import full
 from impactlab.bases.base import AbstractBasis, Span
 from impactlab.bases.shapes import constraint_modes, still_free, struck, too_few, upright
 from impactlab.models.base import Face
-from impactlab.models.massless import Ints
-from impactlab.models.meshed import AbstractMesh
+from impactlab.models.mesh.base import AbstractMesh
+from impactlab.models.mesh.massless import Ints
+from impactlab.numerics.banded import full
 from impactlab.types import Array
 
 

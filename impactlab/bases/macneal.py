@@ -8,7 +8,7 @@ from typing import final
 from impactlab.bases.base import AbstractBasis, Span
 from impactlab.bases.shapes import eigenvectors
 from impactlab.models.base import Face
-from impactlab.models.meshed import AbstractMesh
+from impactlab.models.mesh.base import AbstractMesh
 
 
 @final

@@ -7,10 +7,10 @@ from typing import final
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from impactlab.banded import multiply
 from impactlab.bases.shapes import upright, with_rigid_motions
-from impactlab.models.meshed import AbstractMesh
-from impactlab.scene import Profile
+from impactlab.models.mesh.base import AbstractMesh
+from impactlab.numerics.banded import multiply
+from impactlab.scene.bodies import Profile
 from impactlab.types import Array, Quantity
 
 

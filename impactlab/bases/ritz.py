@@ -7,12 +7,12 @@ from typing import final
 
 import numpy as np
 
-from impactlab.banded import multiply
 from impactlab.bases.base import AbstractBasis, Span
 from impactlab.bases.shapes import no_contact
 from impactlab.errors import CaseError
 from impactlab.models.base import Face
-from impactlab.models.meshed import AbstractMesh
+from impactlab.models.mesh.base import AbstractMesh
+from impactlab.numerics.banded import multiply
 from impactlab.types import Array
 
 LOST = 1e-10  # of its length: what is left of a vector whose direction was already there

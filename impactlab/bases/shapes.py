@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from impactlab.banded import full, multiply, solve
 from impactlab.errors import CaseError
 from impactlab.models.base import Face
-from impactlab.models.massless import Ints
-from impactlab.models.meshed import AbstractMesh
+from impactlab.models.mesh.base import AbstractMesh
+from impactlab.models.mesh.massless import Ints
+from impactlab.numerics.banded import full, multiply, solve
 from impactlab.types import Array
 
 

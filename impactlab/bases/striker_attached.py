@@ -9,12 +9,12 @@ from typing import final
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from impactlab.banded import full
 from impactlab.bases.base import AbstractBasis, Span
 from impactlab.bases.shapes import eigenvectors, no_contact, upright
 from impactlab.errors import CaseError
 from impactlab.models.base import Face
-from impactlab.models.meshed import AbstractMesh
+from impactlab.models.mesh.base import AbstractMesh
+from impactlab.numerics.banded import full
 
 
 @final

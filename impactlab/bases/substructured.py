@@ -7,13 +7,13 @@ from typing import final
 
 import numpy as np
 
-from impactlab.banded import multiply
 from impactlab.bases.base import AbstractBasis, Span
 from impactlab.bases.shapes import constraint_modes, fixed_modes, pieces, struck, too_few
 from impactlab.errors import CaseError
 from impactlab.models.base import Face
-from impactlab.models.massless import Ints
-from impactlab.models.meshed import AbstractMesh
+from impactlab.models.mesh.base import AbstractMesh
+from impactlab.models.mesh.massless import Ints
+from impactlab.numerics.banded import multiply
 from impactlab.types import option
 
 

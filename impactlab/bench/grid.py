@@ -12,7 +12,8 @@ from impactlab.casefile import Case
 from impactlab.casefile.document import Document, Kind, read_document
 from impactlab.casefile.words import closest, listed, shown
 from impactlab.errors import CaseError
-from impactlab.scene import Beam, Scene
+from impactlab.scene.bodies import Beam
+from impactlab.scene.problem import Scene
 
 BUILT_IN = Path(__file__).with_name("grid.yaml")
 

@@ -22,14 +22,17 @@ from typing import Any
 import numpy as np
 
 import impactlab
-from impactlab import api, plugins, reference
+from impactlab import api, plugins
 from impactlab.casefile import Case
 from impactlab.errors import CaseError, PluginError
 from impactlab.plugins import METRICS
-from impactlab.scene import ElasticBody, Scene
+from impactlab.refine import reference
+from impactlab.scene.bodies import ElasticBody
+from impactlab.scene.problem import Scene
 
-# Rooms and files of the package that no number of a row comes from.
-APART = ("report/", "testing/", "bench/report/", "cli/", "console.py", "output.py", "cite.py", "citations.bib")
+# Rooms and files of the package that no number of a row comes from, and the one file of theirs that makes some.
+APART = ("report/", "testing/", "bench/report/", "cli/", "cite.py", "citations.bib")
+SUMMARY = "report/summary.py"
 # Keys of the solve block that the scene holds; whatever else stands there joins the key by itself.
 IN_SCENE = ("duration", "round_trips_of", "model", "models", "integrator", "step", "events")
 
@@ -103,7 +106,7 @@ def refused_key(case: Case, values: Mapping[str, Any]) -> str:
 
 
 def reference_key(physics: Scene) -> str:
-    """Return the key of the answer that a scene is judged by: what `impactlab.reference` says it depends on."""
+    """Return the key of the answer that a scene is judged by: what `impactlab.refine.reference` says it depends on."""
     return digest(content(reference.content(physics)))
 
 
@@ -115,7 +118,7 @@ def nameless(scene: Scene) -> Any:
 @cache
 def numeric_environment() -> dict[str, str]:
     """Return what errors may depend on beside the sources: versions, kind of processor, compiled or not."""
-    from impactlab.pointers import COMPILED
+    from impactlab.numerics.addresses import COMPILED
 
     return {
         "machine": platform.machine(),
@@ -160,7 +163,8 @@ def tree_hash(module: str) -> str:
 def code_hash() -> str:
     """Return the hash of those sources of impactlab that the numbers of a row come from."""
     root = Path(impactlab.__file__).parent
-    files = (path for path in _files(impactlab) if not path.relative_to(root).as_posix().startswith(APART))
+    names = ((path, path.relative_to(root).as_posix()) for path in _files(impactlab))
+    files = (path for path, name in names if name == SUMMARY or not name.startswith(APART))
     return sources_hash(files, root)
 
 

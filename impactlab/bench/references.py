@@ -10,8 +10,8 @@ from typing import Any
 
 from impactlab import api
 from impactlab.bench.keys import reference_key
-from impactlab.reference import Reference
-from impactlab.scene import Scene
+from impactlab.refine.reference import Reference
+from impactlab.scene.problem import Scene
 
 LOST = ".lost"  # ends the name of the file that says why the search for a reference had no end
 KEPT = 4  # references that a worker keeps in memory: cells come scene by scene

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from impactlab import aftermath, api
+from impactlab import api
 from impactlab.bench.environment import environment
 from impactlab.bench.references import References, told
 from impactlab.casefile import Case
-from impactlab.scene import ElasticBody, Scene
+from impactlab.metrics import impact as aftermath
+from impactlab.scene.bodies import ElasticBody
+from impactlab.scene.problem import Scene
 
 VERSION = 2  # of the record; part of it, so that an old one is made anew
 
@@ -50,7 +52,7 @@ def row_of(case: Case, method: str, settings: Mapping[str, Any], references: Ref
 
 def record(case: Case, references: References) -> dict[str, Any]:
     """Return the record of a case whose method is in place, but for ``asked``; raises what the run raises."""
-    from impactlab.summary import plain, summarise
+    from impactlab.report.summary import plain, summarise
 
     with api.warnings_kept():
         history = api.run(case)
@@ -72,7 +74,7 @@ def record(case: Case, references: References) -> dict[str, Any]:
 
 def parts(scene: Scene) -> dict[str, Any]:
     """Return the models, laws, integrator and treatment of events that a scene asks for, as a summary has them."""
-    from impactlab.summary import describe, plain
+    from impactlab.report.summary import describe, plain
 
     rods = {name: body for name, body in scene.bodies.items() if isinstance(body, ElasticBody)}
     made = {

@@ -18,7 +18,7 @@ from impactlab.bench.rows import VERSION, ended
 from impactlab.bench.store import Store, opened
 from impactlab.bench.workers import Answer, run_jobs
 from impactlab.errors import CaseError
-from impactlab.summary import has_numbers
+from impactlab.report.summary import has_numbers
 
 Show = Callable[[str, float], None]
 REFERENCE_LIMITS = 3.0  # times the limit of a row, to find what the rows of a scene are measured against

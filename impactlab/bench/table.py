@@ -9,8 +9,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from impactlab.bench.cells import Cell
-from impactlab.metrics import ORDER
-from impactlab.summary import has_numbers
+from impactlab.metrics.norms import ORDER
+from impactlab.report.summary import has_numbers
 
 NORMS = ORDER[: ORDER.index("events_extra") + 1]  # the first columns of errors, in the order of a summary
 LAST = ("momentum_error", "force_oscillation")  # metrics that stand beside the energies

@@ -10,9 +10,9 @@ from collections.abc import Iterator
 from functools import cache
 from typing import Any
 
-from impactlab import simulate
 from impactlab.casefile import Case
-from impactlab.history import Cost
+from impactlab.history.base import Cost
+from impactlab.simulate import driver as simulate
 
 REPEATS = 9  # at most
 BUDGET = 0.03  # s of a row's repeats: a suite has thousands of rows

@@ -68,9 +68,9 @@ class Worker:
 
 def warm_up() -> None:
     """Run each loop once, so that what numba compiles is on disk before several workers ask for it."""
-    from impactlab import simulate
     from impactlab.casefile.case import case_of
     from impactlab.casefile.document import parse_yaml
+    from impactlab.simulate import driver as simulate
 
     case = case_of("warm_up", "", parse_yaml(WARM_UP))
     for setting in (("solve.events", "dated"), ("solve.events", "located"), ("solve.model", {"kind": "continuous"})):

@@ -11,22 +11,9 @@ from impactlab.casefile.schema import BeamBlock, CaseBlock, MassBlock, RodBlock,
 from impactlab.casefile.sections import beam_segments
 from impactlab.errors import CaseError, ImpactlabError, PluginError
 from impactlab.plugins import INTEGRATORS, LAWS, METRICS, MODELS, Registry
-from impactlab.ranges import check_scales
-from impactlab.scene import (
-    Beam,
-    Body,
-    Contact,
-    ElasticBody,
-    End,
-    Mass,
-    Probe,
-    Rayleigh,
-    Rod,
-    Scene,
-    Segment,
-    StepRule,
-    Wall,
-)
+from impactlab.scene.bodies import Beam, Body, ElasticBody, End, Mass, Rayleigh, Rod, Segment, Wall
+from impactlab.scene.problem import Contact, Probe, Scene, StepRule
+from impactlab.scene.ranges import check_scales
 from impactlab.types import Relative
 
 DEFAULT_INTEGRATOR = {"kind": "newmark"}

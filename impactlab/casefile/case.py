@@ -18,7 +18,7 @@ from impactlab.casefile.faults import case_error
 from impactlab.casefile.resolve import resolve
 from impactlab.casefile.schema import CaseBlock
 from impactlab.errors import CaseError, ImpactlabError, combined
-from impactlab.scene import Scene
+from impactlab.scene.problem import Scene
 
 
 @dataclass(frozen=True)

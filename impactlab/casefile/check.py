@@ -14,8 +14,8 @@ from impactlab.casefile.sections import check_section, check_shear, pieces_of
 from impactlab.casefile.stops import stops_leave_room
 from impactlab.casefile.words import listed, shown
 from impactlab.errors import CaseError, combined
-from impactlab.ranges import range_of
-from impactlab.scene import Profile, Table
+from impactlab.scene.bodies import Profile, Table
+from impactlab.scene.ranges import range_of
 from impactlab.types import QUANTITIES_OF_BEAM, QUANTITIES_OF_ROD
 
 

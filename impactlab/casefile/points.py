@@ -9,7 +9,7 @@ from impactlab.casefile.schema import BeamBlock, CaseBlock, MassBlock, RodBlock
 from impactlab.casefile.units import to_si
 from impactlab.casefile.words import closest, listed, shown
 from impactlab.errors import CaseError
-from impactlab.scene import Point
+from impactlab.scene.problem import Point
 
 _FACE = re.compile(r"([A-Za-z_][A-Za-z0-9_-]{0,39})(?:\.(\w{1,40})(?:\(([^()]{1,64})\))?)?")
 _NUMBER = re.compile(r"[+-]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][+-]?[0-9]{1,3})?")

@@ -9,7 +9,8 @@ from impactlab.casefile.build import DEFAULT_INTEGRATOR
 from impactlab.casefile.formula import Formula
 from impactlab.casefile.parts import describe_part
 from impactlab.casefile.schema import CaseBlock
-from impactlab.scene import Beam, BeamSegment, Body, ElasticBody, End, Mass, Scene, Segment, Table
+from impactlab.scene.bodies import Beam, BeamSegment, Body, ElasticBody, End, Mass, Segment, Table
+from impactlab.scene.problem import Scene
 
 
 def resolve(case: CaseBlock, scene: Scene) -> dict[str, Any]:

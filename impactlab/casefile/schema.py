@@ -9,7 +9,8 @@ from pydantic import BaseModel, ConfigDict, Field
 from impactlab.casefile.values import BEAM_END, END, SHAPE, Allowed, quantity, refuse, words
 from impactlab.casefile.values import Reader as Reader
 from impactlab.casefile.words import shown
-from impactlab.scene import COUNTED, RECORDS, End
+from impactlab.scene.bodies import End
+from impactlab.scene.problem import COUNTED, RECORDS
 from impactlab.types import QUANTITIES_OF_BEAM, QUANTITIES_OF_ROD
 
 QUANTITIES = tuple(dict.fromkeys((*QUANTITIES_OF_ROD, *QUANTITIES_OF_BEAM)))

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from impactlab.casefile.schema import BeamBlock, BeamMaterial, SectionBlock
 from impactlab.casefile.words import listed
 from impactlab.errors import CaseError
-from impactlab.scene import BeamSegment
+from impactlab.scene.bodies import BeamSegment
 
 RECTANGLE, CIRCLE = 5.0 / 6.0, 9.0 / 10.0  # shear factors: the energy of the static shear stress (Timoshenko1921)
 WAYS = (("width", "height"), ("diameter",), ("area", "inertia"))

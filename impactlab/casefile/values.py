@@ -18,8 +18,8 @@ from pydantic_core import PydanticCustomError, core_schema
 from impactlab.casefile.formula import Formula, parse
 from impactlab.casefile.units import takes_texts, to_si
 from impactlab.casefile.words import closest, shown
-from impactlab.ranges import COUNTS, Range, range_of
-from impactlab.scene import End, Table
+from impactlab.scene.bodies import End, Table
+from impactlab.scene.ranges import COUNTS, Range, range_of
 from impactlab.types import Relative
 
 _LIMIT_WORDS = {"gt": "above", "ge": "at least", "lt": "below", "le": "at most"}
@@ -161,7 +161,7 @@ class Allowed:
         return self._in_range(number, sizes or range_of(self.unit))
 
     def _in_range(self, number: float, sizes: Range) -> float:
-        """Return a number whose size can be computed with, or refuse it (`impactlab.ranges`)."""
+        """Return a number whose size can be computed with, or refuse it (`impactlab.scene.ranges`)."""
         if self.whole and not self.number:
             return number
         least, most = sizes

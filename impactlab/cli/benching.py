@@ -58,7 +58,7 @@ def bench(
 ) -> None:
     """Speed against error: a grid of methods over cases, one table row per run. What is done is not done again."""
     with reporting(None, as_json):
-        from impactlab import console
+        from impactlab.report import console
 
         if table is not None:
             with _made(out):
@@ -101,7 +101,7 @@ def _made(folder: Path) -> Iterator[None]:
 
 def _draw_bench(out: Path, table: Path, jobs: int, suite: str) -> Path:
     """Draw the report of a table and return its page; nothing is timed any more: any number of processes may draw."""
-    from impactlab import console
+    from impactlab.report import console
 
     if suite == "hard":
         from impactlab.bench.report.stability import write_stability

@@ -19,8 +19,10 @@ def check(
 ) -> None:
     """Check a case and all its methods; print every value in SI, defaults filled in."""
     with reporting(case, as_json):
-        from impactlab import api, console, simulate
+        from impactlab import api
         from impactlab.errors import ImpactlabError
+        from impactlab.report import console
+        from impactlab.simulate import driver as simulate
 
         try:
             loaded = load(case, sets, method, variant)
@@ -70,9 +72,10 @@ def choose(
 ) -> None:
     """Choose how to solve a case within a tolerance: all candidates, with predicted and measured errors and times."""
     with reporting(case, as_json):
-        from impactlab import api, console
-        from impactlab.choice.ladder import choose as chosen
-        from impactlab.choice.text import ladder_text
+        from impactlab import api
+        from impactlab.refine.choice_text import ladder_text
+        from impactlab.refine.ladder import choose as chosen
+        from impactlab.report import console
 
         loaded = load(case, sets, None, variant)
         if tolerance is not None or loaded.scene().tolerance is None:
@@ -87,7 +90,7 @@ def cite(case: CaseFile, method: Method = None, as_json: Json = False) -> None:
     """Print the BibTeX entries of the parts that a case uses, and of its source."""
     with reporting(case, as_json):
         from impactlab import cite as citations
-        from impactlab import console
+        from impactlab.report import console
 
         found = citations.cite(load(case, None, method))
         if as_json:
@@ -99,8 +102,8 @@ def cite(case: CaseFile, method: Method = None, as_json: Json = False) -> None:
 def new(name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the case.", show_default=False)]) -> None:
     """Write NAME.yaml here: a commented case to start from."""
     with reporting(None, as_json=False):
-        from impactlab import console
         from impactlab.casefile.starter import write_starter
+        from impactlab.report import console
 
         console.say(f"written: {write_starter(name, Path.cwd())}")
 

@@ -15,8 +15,9 @@ def schema(
 ) -> None:
     """Print the JSON schema of case files, with the fields of every installed part."""
     with reporting(None, as_json=False):
-        from impactlab import console, plugins
+        from impactlab import plugins
         from impactlab.casefile.jsonschema import case_schema
+        from impactlab.report import console
 
         installed = plugins.registry()
         console.answer(case_schema(installed.only("impactlab") if builtin else installed))
@@ -36,7 +37,8 @@ def plugins_(
 ) -> None:
     """List the installed models, contact laws and integrators, broken ones with the reason; or check one of them."""
     with reporting(None, as_json):
-        from impactlab import console, plugins
+        from impactlab import plugins
+        from impactlab.report import console
 
         if check_name is not None:
             from impactlab.testing.verdict import verdict

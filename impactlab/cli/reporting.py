@@ -32,7 +32,7 @@ def reporting(case: Path | None, as_json: bool) -> Iterator[None]:
 
 
 def _report(case: Path | None, as_json: bool, error: BaseException, text: str) -> None:
-    from impactlab import console
+    from impactlab.report import console
 
     console.say(text)
     if as_json:
@@ -42,7 +42,7 @@ def _report(case: Path | None, as_json: bool, error: BaseException, text: str) -
 def print_failure(case: Path | None, error: BaseException) -> None:
     """Print the JSON document of a command that failed."""
     from impactlab.api import failure
-    from impactlab.console import answer
+    from impactlab.report.console import answer
 
     answer(failure(case.stem if case is not None else "", error))
 

@@ -25,8 +25,9 @@ def run(
 ) -> None:
     """Run one case: its summary on the screen, history and figures in DIR."""
     with reporting(case, as_json):
-        from impactlab import api, console, output
-        from impactlab.reference import CHEAP, THOROUGH
+        from impactlab import api
+        from impactlab.refine.reference import CHEAP, THOROUGH
+        from impactlab.report import console, output
 
         loaded = load(case, sets, method, variant, metric)
         if out is not None:
@@ -67,8 +68,9 @@ def compare(
 ) -> None:
     """Run several methods on one case: one table, one set of figures, errors against the exact answer."""
     with reporting(case, as_json):
-        from impactlab import api, console, output
-        from impactlab.history import SERIOUS
+        from impactlab import api
+        from impactlab.history.base import SERIOUS
+        from impactlab.report import console, output
 
         loaded = load(case, sets, None, variant, metric)
         names = [name.strip() for name in methods.split(",") if name.strip()] if methods is not None else None

@@ -7,10 +7,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from impactlab.exact.bonds import Bond, check
+from impactlab.exact.contact_kinds import Bond, check
+from impactlab.exact.initial_waves import end_pieces, first_records
 from impactlab.exact.network import Layout, Link, Log, Network
-from impactlab.exact.prehistory import end_pieces, first_records
-from impactlab.scene import End, Mass, Point, Rod, Scene, Wall
+from impactlab.scene.bodies import End, Mass, Rod, Wall
+from impactlab.scene.problem import Point, Scene
 
 MERGE = 1.0e-12  # of the shortest round trip: breaks nearer than this are one
 

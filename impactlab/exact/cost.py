@@ -9,7 +9,7 @@ import math
 
 from impactlab.exact.build import build
 from impactlab.exact.network import Log, grown
-from impactlab.scene import Scene
+from impactlab.scene.problem import Scene
 
 # Seconds, fitted to 150 random scenes (benchmarks/exact_cost.py) on one core of a machine of 2023 with nothing beside.
 FIXED_S = 6.0e-6

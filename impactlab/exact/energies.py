@@ -6,8 +6,9 @@ import numpy as np
 
 from impactlab.exact.network import Integers, Layout, Link
 from impactlab.exact.signals import Signals, clenshaw, gauss
-from impactlab.history import EnergyBook
-from impactlab.scene import Mass, Rod, Scene
+from impactlab.history.base import EnergyBook
+from impactlab.scene.bodies import Mass, Rod
+from impactlab.scene.problem import Scene
 from impactlab.types import Array
 
 MOST_SAMPLES = 4000

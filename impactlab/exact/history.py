@@ -15,11 +15,12 @@ from impactlab.errors import CaseError
 from impactlab.exact.energies import energy_book
 from impactlab.exact.network import Layout, Link, Log
 from impactlab.exact.signals import Signal, Signals
-from impactlab.frame import carried_energy, touched_in
-from impactlab.grazing import near_grazing
-from impactlab.history import AbstractHistory, ContactSpan, Cost, EnergyBook, Event, Field, Warned, within_run
-from impactlab.noise_floor import above_noise
-from impactlab.scene import Mass, Probe, Rod, Scene
+from impactlab.history.base import AbstractHistory, ContactSpan, Cost, EnergyBook, Event, Field, Warned, within_run
+from impactlab.history.noise_floor import above_noise
+from impactlab.metrics.grazing import near_grazing
+from impactlab.scene.bodies import Mass, Rod
+from impactlab.scene.frame import carried_energy, touched_in
+from impactlab.scene.problem import Probe, Scene
 from impactlab.types import Array, Quantity
 
 JUMP = 1.0e-9  # of the largest velocity: breaks below are no jumps

@@ -12,7 +12,7 @@ from typing import Any
 import numba
 import numpy as np
 
-from impactlab.kernel_cache import kept
+from impactlab.numerics.cache import kept
 from impactlab.types import Array
 
 ROOM = 72  # coefficients a piece may have; the numbers of points below divide it

@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from impactlab.exact import kernel, tied
-from impactlab.exact.falls import next_event
+from impactlab.exact import kernel, spring_systems
+from impactlab.exact.arrays import Memory
+from impactlab.exact.crossings import next_event
 from impactlab.exact.kernel import DEPTH, ENTRY, PART, ROOM, chopped, restrict
-from impactlab.exact.memory import Memory
 from impactlab.exact.merging import joined
 from impactlab.exact.network import Log, Network
 from impactlab.exact.nodes import fill_rows, solve_nodes
-from impactlab.pointers import COMPILED, entered, load_array_functions, type_of
+from impactlab.numerics.addresses import COMPILED, entered, load_array_functions, type_of
 
 INLINE = kernel.njit(inline="always", _nrt=False, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
 DONE, MORE_RECORDS, MORE_POOL, MORE_EVENTS, TOO_MANY, UNRESOLVED, PAUSED = 0, 1, 2, 3, 4, 5, 6
@@ -198,7 +198,7 @@ def springs(net: Network) -> bool:
 def compile_for(log: Log, coupled: bool) -> None:
     """Load or compile the code for a memory: that is set-up, and no part of solving."""
     if coupled:
-        tied.address(log.memory)
+        spring_systems.address(log.memory)
     if COMPILED and not advance.overloads:
         load_array_functions()
         advance.compile((type_of(log.memory),))
@@ -208,5 +208,5 @@ def march(log: Log, coupled: bool) -> int:
     """Advance all junctions to the end; return DONE, what has run out of room, or why it cannot go on."""
     m = log.memory
     if coupled:
-        m = m._replace(coupled=tied.address(m))
+        m = m._replace(coupled=spring_systems.address(m))
     return int(entered(advance, m))

@@ -6,9 +6,9 @@ break travels on and breaks what it meets; joined pieces keep their number to th
 
 from __future__ import annotations
 
-from impactlab.exact.falls import rounded_force
+from impactlab.exact.arrays import Memory, PieceRecord
+from impactlab.exact.crossings import rounded_force
 from impactlab.exact.kernel import COSINES, PART, ROOM, SIDE, WAVES, WAVES_AT, value
-from impactlab.exact.memory import Memory, PieceRecord
 from impactlab.types import Array
 
 MAX_JUMP = 2.0e-15  # of the largest velocity: ten roundings; a break at which less jumps is none

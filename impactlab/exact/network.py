@@ -9,8 +9,7 @@ import numpy as np
 from numpy import int64
 from numpy.typing import NDArray
 
-from impactlab.exact.kernel import DEPTH, ROOM, WIDTH
-from impactlab.exact.memory import (
+from impactlab.exact.arrays import (
     ContactRecord,
     EndRecord,
     EventRecord,
@@ -21,6 +20,7 @@ from impactlab.exact.memory import (
     StateRecord,
     records,
 )
+from impactlab.exact.kernel import DEPTH, ROOM, WIDTH
 from impactlab.types import Array
 
 Integers = NDArray[int64]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from impactlab.exact.arrays import Memory
 from impactlab.exact.kernel import (
     CHOP,
     EASY,
@@ -18,8 +19,7 @@ from impactlab.exact.kernel import (
     relax,
     settled,
 )
-from impactlab.exact.memory import Memory
-from impactlab.pointers import call
+from impactlab.numerics.addresses import call
 from impactlab.types import Array
 
 SHORT = 100.0  # relaxations in half an interval, beyond which a layer at its start is short

@@ -11,8 +11,8 @@ from impactlab.exact.build import build
 from impactlab.exact.history import ContinuousHistory
 from impactlab.exact.network import Layout, Log, grown
 from impactlab.exact.thinned import ThinnedHistory, Thinner
-from impactlab.scene import Scene
-from impactlab.sizes import NUMBER, in_bytes, memory_limit
+from impactlab.scene.problem import Scene
+from impactlab.scene.sizes import NUMBER, in_bytes, memory_limit
 
 DIGITS = 1e-6  # of the energy in play: a balance that is off by more is no rounding
 KEPT = 0.1  # of the memory allowed, for all waves of a run; beyond it they are read at the instants kept and dropped

@@ -15,11 +15,12 @@ from impactlab.errors import CaseError
 from impactlab.exact.energies import energies_at
 from impactlab.exact.history import QUANTITIES, ContinuousHistory
 from impactlab.exact.network import Layout, Log, without
-from impactlab.frame import carried_energy, touched_in
-from impactlab.history import AbstractHistory, ContactSpan, Cost, EnergyBook, Event, Field, within_run
-from impactlab.noise_floor import above_noise
-from impactlab.scene import ElasticBody, Probe, Rod, Scene
-from impactlab.slopes import slopes
+from impactlab.history.base import AbstractHistory, ContactSpan, Cost, EnergyBook, Event, Field, within_run
+from impactlab.history.noise_floor import above_noise
+from impactlab.numerics.slopes import slopes
+from impactlab.scene.bodies import ElasticBody, Rod
+from impactlab.scene.frame import carried_energy, touched_in
+from impactlab.scene.problem import Probe, Scene
 from impactlab.types import Array
 
 ENERGIES = 1000  # instants of the energy book, at most

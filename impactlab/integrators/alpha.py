@@ -15,11 +15,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from impactlab.banded import multiply, solve
 from impactlab.integrators.banded_steps import alpha_free, measure
 from impactlab.integrators.base import Stepper
 from impactlab.integrators.packing import factors, packed
 from impactlab.models.base import Operators
+from impactlab.numerics.banded import multiply, solve
 from impactlab.types import Array
 
 

@@ -2,18 +2,17 @@
 
 Parameters of all of them: a header of 16 numbers (n, bandwidths of stiffness, damping (-1: none), mass and factors, dt,
 the scheme's own, four weights for `measure`), then load, stiffness, mass and damping, then what the scheme needs: its
-factors (`impactlab.banded.factorised`) and room to work in. Stiffness and damping stand as springs to the ground (the
-sums of their rows) and bands below the diagonal, so that forces come from differences of displacements: a body far from
-where it began feels no rounding of its travel. Helpers and kernels stand in one file, for numba's cache looks at one
-file only.
+factors (`impactlab.numerics.banded.factorised`) and room to work in. Stiffness and damping stand as springs to the
+ground (the sums of their rows) and bands below the diagonal, so that forces come from differences of displacements: a
+body far from where it began feels no rounding of its travel.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
-from impactlab.kernel_cache import kept
-from impactlab.pointers import FAST
+from impactlab.numerics.addresses import FAST
+from impactlab.numerics.cache import kept
 from impactlab.types import Array
 
 HEADER = 16

@@ -98,8 +98,8 @@ class Problem(NamedTuple):
 class AbstractAdaptive(AbstractScheme):
     """A scheme that chooses its own steps. To write one, supply two methods and ``most_steps``.
 
-    It sees a first-order system (`Problem`) and serves the laws that declare ``smooth``; `impactlab.adaptive` builds
-    the system, cuts it at the events of contacts, and asks for a new solver after each.
+    It sees a first-order system (`Problem`) and serves the laws that declare ``smooth``; `impactlab.simulate.adaptive`
+    builds the system, cuts it at the events of contacts, and asks for a new solver after each.
     """
 
     most_steps: int  # after which a run ends as failed

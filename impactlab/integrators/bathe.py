@@ -8,11 +8,11 @@ from typing import final
 
 import numpy as np
 
-from impactlab.banded import multiply, solve
 from impactlab.integrators.banded_steps import bathe_free, measure
 from impactlab.integrators.base import AbstractIntegrator, Stepper
 from impactlab.integrators.packing import factors, packed
 from impactlab.models.base import Operators
+from impactlab.numerics.banded import multiply, solve
 from impactlab.types import Array, Level, option
 
 

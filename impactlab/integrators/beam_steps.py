@@ -16,9 +16,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from impactlab.banded import multiply
-from impactlab.kernel_cache import kept
-from impactlab.pointers import FAST
+from impactlab.numerics.addresses import FAST
+from impactlab.numerics.banded import multiply
+from impactlab.numerics.cache import kept
 from impactlab.types import Array
 
 HEADER = 24

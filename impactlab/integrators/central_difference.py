@@ -8,12 +8,12 @@ from typing import final
 
 import numpy as np
 
-from impactlab.banded import grounded, multiply, widened
 from impactlab.errors import PairingError
 from impactlab.integrators import beam_steps
 from impactlab.integrators.base import AbstractIntegrator, Stepper
 from impactlab.integrators.packing import has_coupled_damping
 from impactlab.models.base import Operators
+from impactlab.numerics.banded import grounded, multiply, widened
 from impactlab.types import Array, Level
 
 

@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from impactlab.banded import factorised, grounded, widened
 from impactlab.integrators.banded_steps import HEADER
 from impactlab.models.base import Operators
+from impactlab.numerics.banded import factorised, grounded, widened
 from impactlab.types import Array
 
 

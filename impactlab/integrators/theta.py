@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from impactlab.banded import multiply, solve
 from impactlab.integrators.banded_steps import measure, theta_free, theta_retime
 from impactlab.integrators.base import Stepper
 from impactlab.integrators.packing import packed
 from impactlab.models.base import Operators
+from impactlab.numerics.banded import multiply, solve
 from impactlab.types import Array
 
 

@@ -10,7 +10,7 @@ from impactlab.errors import PairingError
 from impactlab.types import Array, Quantity
 
 if TYPE_CHECKING:
-    from impactlab.scene import Beam, ElasticBody, Rod
+    from impactlab.scene.bodies import Beam, ElasticBody, Rod
 
 
 class Face(NamedTuple):

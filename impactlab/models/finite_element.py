@@ -7,10 +7,10 @@ from typing import Literal, final
 
 from impactlab.errors import CaseError
 from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Face
-from impactlab.models.beam_mesh import BeamMesh
-from impactlab.models.elements import elements_per_segment, reference
-from impactlab.models.mesh import Mesh
-from impactlab.scene import Beam, ElasticBody, Rod
+from impactlab.models.mesh.bar_elements import elements_per_segment, reference
+from impactlab.models.mesh.bars import Mesh
+from impactlab.models.mesh.beams import BeamMesh
+from impactlab.scene.bodies import Beam, ElasticBody, Rod
 from impactlab.types import option
 
 

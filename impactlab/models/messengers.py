@@ -16,7 +16,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from impactlab.errors import PairingError
-from impactlab.scene import Beam, BeamSegment, ElasticBody, Segment
+from impactlab.scene.bodies import Beam, BeamSegment, ElasticBody, Segment
 from impactlab.types import Array, Quantity
 
 Speed = Literal["phase", "group"]

@@ -7,16 +7,16 @@ from typing import Literal, final
 
 from impactlab.bases.analytic import AnalyticBasis
 from impactlab.bases.base import AbstractBasis
-from impactlab.bases.beam_modes import BeamModes
+from impactlab.bases.beams.modes import BeamModes
 from impactlab.bases.craig_bampton import CraigBampton
 from impactlab.bases.eigenvectors import Eigenvectors
 from impactlab.errors import CaseError, PairingError
 from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Face
 from impactlab.models.finite_element import beam_mesh, check_order, node_distance
-from impactlab.models.mesh import Mesh
-from impactlab.models.meshed import AbstractMesh
+from impactlab.models.mesh.bars import Mesh
+from impactlab.models.mesh.base import AbstractMesh
 from impactlab.models.modal_body import ModalBody, reduced_body
-from impactlab.scene import Beam, ElasticBody, Rod
+from impactlab.scene.bodies import Beam, ElasticBody, Rod
 from impactlab.types import option
 
 MOST = 2000  # coordinates of the mesh behind the modes, as the matrices are full

@@ -10,9 +10,9 @@ from impactlab.bases.base import Coordinates, Span
 from impactlab.bases.reduced import ReducedMesh, products
 from impactlab.errors import PairingError
 from impactlab.models.base import AbstractDiscreteModel, Face, Operators, Phases, end_load
-from impactlab.models.meshed import AbstractMesh
+from impactlab.models.mesh.base import AbstractMesh
 from impactlab.models.messengers import Waves, arriving_row, waves_at
-from impactlab.scene import ElasticBody
+from impactlab.scene.bodies import ElasticBody
 from impactlab.types import Array, Quantity
 
 RESOLVED = 1e-9  # of the whole flexibility: a residual below is rounding

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-from impactlab.history import AbstractHistory
+from impactlab.history.base import AbstractHistory
 from impactlab.refine.extrapolation import Differences, Estimate, finest_error
 from impactlab.refine.quantities import distances
-from impactlab.scene import Scene
+from impactlab.scene.problem import Scene
 
 MIN_STEPS = 6  # in a period of contact: with fewer of them no order shows
 MIN_SHARE = 1e-2  # of the impulse of a contact: shorter periods of contact that give less need no such resolution

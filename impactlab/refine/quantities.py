@@ -7,11 +7,11 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from impactlab.frame import drift, touched_in
-from impactlab.history import AbstractHistory
-from impactlab.metrics import ZERO, face_channels, mass_channels, midpoints
-from impactlab.peaks import find_peak, near_jumps, smooth_force
-from impactlab.scene import Scene
+from impactlab.history.base import AbstractHistory
+from impactlab.metrics.norms import ZERO, face_channels, mass_channels, midpoints
+from impactlab.metrics.peaks import find_peak, near_jumps, smooth_force
+from impactlab.scene.frame import drift, touched_in
+from impactlab.scene.problem import Scene
 from impactlab.types import Array
 
 CELLS = 1000  # of the midpoint rule: fewer than a summary takes, as an estimate needs no third digit
@@ -37,7 +37,8 @@ def distances(histories: Sequence[AbstractHistory], scene: Scene, peak_margin: f
     -------
     list of dict
         Of each displacement, impulse and peak force; inf where a value is not finite. Displacements are measured in the
-        frame of the bodies that interact (`impactlab.frame`). Quantities that are zero in the last run are left out.
+        frame of the bodies that interact (`impactlab.scene.frame`). Quantities that are zero in the last run are left
+        out.
     """
     found: list[Pairs] = []
     if "displacements" in scene.tolerance_on:

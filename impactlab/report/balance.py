@@ -22,7 +22,7 @@ from impactlab.report.style import (
     scaled,
     time_axis,
 )
-from impactlab.scene import Scene
+from impactlab.scene.problem import Scene
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from impactlab.scene import Beam, End, Mass, Rod, Scene, Wall
+from impactlab.scene.bodies import Beam, End, Mass, Rod, Wall
+from impactlab.scene.problem import Scene
 
 WIDTH, LEFT, FIRST, APART = 420.0, 70.0, 96.0, 150.0  # of a beam, its left end, the axis of the first, the next one
 HALF = 5.0  # of the height of a beam, and

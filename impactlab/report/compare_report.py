@@ -7,16 +7,16 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from impactlab.history import AbstractHistory
-from impactlab.reference import Reference
+from impactlab.history.base import AbstractHistory
+from impactlab.refine.reference import Reference
 from impactlab.report import balance, facts, fields, overview, plots
 from impactlab.report.page import Page, Plate, file_of, write_page
 from impactlab.report.run_report import wave_plates
 from impactlab.report.sketch import sketch
 from impactlab.report.style import Trace, exact_of, traces
+from impactlab.report.summary import cell
 from impactlab.report.table import comma_separated, markdown, page_headings, page_rows
-from impactlab.scene import Scene
-from impactlab.summary import cell
+from impactlab.scene.problem import Scene
 
 
 def write_comparison(
@@ -37,7 +37,7 @@ def write_comparison(
     out_dir : Path
         An existing folder; the caller makes it appear under its name only when all is written.
     comparison : mapping
-        The comparison (`impactlab.summary.comparison`); rows that failed are shown as such.
+        The comparison (`impactlab.report.summary.comparison`); rows that failed are shown as such.
     histories : mapping
         Histories of the methods that ended, by name.
     scene : Scene

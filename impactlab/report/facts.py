@@ -7,8 +7,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from impactlab.report.style import scaled
-from impactlab.scene import Beam, Body, End, Mass, Scene, Wall
-from impactlab.summary import cell, has_numbers, in_round_trips, model_label
+from impactlab.report.summary import cell, has_numbers, in_round_trips, model_label
+from impactlab.scene.bodies import Beam, Body, End, Mass, Wall
+from impactlab.scene.problem import Scene
 
 CLOSE = 1.02  # errors within 2 % of each other are said together
 

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from impactlab.history import AbstractHistory, Field
-from impactlab.metrics import midpoints
+from impactlab.history.base import AbstractHistory, Field
+from impactlab.metrics.norms import midpoints
 from impactlab.report.style import GRID, INK, MUTED, Margins, Trace, clock, drawn, exact_of, grid, scaled, time_axis
-from impactlab.scene import ElasticBody, Rod, Scene
+from impactlab.scene.bodies import ElasticBody, Rod
+from impactlab.scene.problem import Scene
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -20,7 +20,7 @@ from impactlab.report.style import (
     room_for,
     time_axis,
 )
-from impactlab.scene import Scene
+from impactlab.scene.problem import Scene
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

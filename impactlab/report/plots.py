@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from impactlab.metrics import face_channels, mass_channels, midpoints
+from impactlab.metrics.norms import face_channels, mass_channels, midpoints
 from impactlab.report.style import (
     INK,
     MUTED,
@@ -30,7 +30,7 @@ from impactlab.report.style import (
     scaled,
     time_axis,
 )
-from impactlab.scene import Scene
+from impactlab.scene.problem import Scene
 from impactlab.types import Array
 
 if TYPE_CHECKING:

@@ -9,16 +9,16 @@ from typing import Any
 
 import numpy as np
 
-from impactlab.collisions import sentence
-from impactlab.history import AbstractHistory
-from impactlab.reference import Reference
+from impactlab.history.base import AbstractHistory
+from impactlab.metrics.collisions import sentence
+from impactlab.refine.reference import Reference
 from impactlab.report import balance, facts, fields, plots
 from impactlab.report.page import Page, Plate, file_of, write_page
 from impactlab.report.sketch import sketch
 from impactlab.report.style import PALETTE, Trace
+from impactlab.report.summary import cell, comparison
 from impactlab.report.table import page_headings, page_rows
-from impactlab.scene import Scene
-from impactlab.summary import cell, comparison
+from impactlab.scene.problem import Scene
 
 FEW = 5  # periods of contact that are told one by one
 HISTORY_POINTS = 4001  # instants at which history.npz holds every channel
@@ -41,7 +41,7 @@ def write_run(
     out_dir : Path
         An existing folder; the caller makes it appear under its name only when all is written.
     summary : mapping
-        Summary of the run (`impactlab.summary.summarise`).
+        Summary of the run (`impactlab.report.summary.summarise`).
     reference : Reference or None
         The answer the errors were measured against.
     title, source : str

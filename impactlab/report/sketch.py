@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 from impactlab.report.beam_sketch import beam_sketch
-from impactlab.scene import Body, Mass, Rod, Scene
+from impactlab.scene.bodies import Body, Mass, Rod
+from impactlab.scene.problem import Scene
 
 HEIGHT, MIDDLE = 120.0, 52.0  # of the drawing, and of the axis of the bodies
 MASS, WALL, ROD, GAP, MARGIN = 52.0, 14.0, 420.0, 26.0, 56.0  # widths

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, ParamSpec, TypeVar, cast
 
 import numpy as np
 
-from impactlab.history import AbstractHistory
-from impactlab.scene import Scene
+from impactlab.history.base import AbstractHistory
+from impactlab.scene.problem import Scene
 from impactlab.types import Array
 
 if TYPE_CHECKING:

@@ -7,7 +7,6 @@ import math
 
 import numpy as np
 
-from impactlab import simulate
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.contact.penalty import Penalty
 from impactlab.integrators.base import AbstractIntegrator, AbstractScheme
@@ -15,7 +14,9 @@ from impactlab.integrators.midpoint import Midpoint
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.scene import Body, Contact, End, Mass, Point, Rod, Scene, Segment, StepRule
+from impactlab.scene.bodies import Body, End, Mass, Rod, Segment
+from impactlab.scene.problem import Contact, Point, Scene, StepRule
+from impactlab.simulate import driver as simulate
 from impactlab.types import Array
 
 PIECE = Segment(0.3, 9e-4, 2.1e11, 7900.0)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from impactlab.banded import solve
-from impactlab.history import AbstractHistory
-from impactlab.scene import Mass, Rod, Scene
-from impactlab.stepping.recorded import RecordedHistory
+from impactlab.history.base import AbstractHistory
+from impactlab.numerics.banded import solve
+from impactlab.scene.bodies import Mass, Rod
+from impactlab.scene.problem import Scene
+from impactlab.simulate.stepping.history import RecordedHistory
 from impactlab.testing.momentum import field_truncation, worst_balance
 from impactlab.testing.trace import Trace
 

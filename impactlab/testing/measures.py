@@ -11,13 +11,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.linalg import eigh
 
-from impactlab import simulate
-from impactlab.banded import full
 from impactlab.bases.base import AbstractBasis
 from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import CaseError, ImpactlabError, PairingError, StepError
-from impactlab.history import AbstractHistory
+from impactlab.history.base import AbstractHistory
 from impactlab.integrators.base import AbstractAdaptive, AbstractIntegrator, AbstractScheme
 from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.exact_modal import ExactModal
@@ -25,9 +23,12 @@ from impactlab.integrators.newmark import Newmark
 from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Face, Operators
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.pairing import energy_bound, kind_of
+from impactlab.numerics.banded import full
 from impactlab.plugins import BASES, INTEGRATORS, LAWS, MODELS, Group
-from impactlab.scene import Body, Contact, End, Mass, Point, Rod, Scene, StepRule
+from impactlab.scene.bodies import Body, End, Mass, Rod
+from impactlab.scene.problem import Contact, Point, Scene, StepRule
+from impactlab.simulate import driver as simulate
+from impactlab.simulate.pairing import energy_bound, kind_of
 from impactlab.testing.contracts import PIECE, AdaptiveContract, IntegratorContract
 from impactlab.testing.trace import run_in_cuts, trace
 

@@ -21,7 +21,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from impactlab.banded import multiply, solve, widened
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.integrators.bathe import Bathe
 from impactlab.integrators.central_difference import CentralDifference
@@ -34,7 +33,8 @@ from impactlab.integrators.moreau_jean import MoreauJean
 from impactlab.integrators.newmark import Newmark
 from impactlab.integrators.nonsmooth_generalised_alpha import NonsmoothGeneralisedAlpha
 from impactlab.models.base import AbstractDiscreteModel, Operators
-from impactlab.stepping.preparation import pushes_of
+from impactlab.numerics.banded import multiply, solve, widened
+from impactlab.simulate.stepping.preparation import pushes_of
 from impactlab.testing.trace import Trace
 from impactlab.types import Array
 

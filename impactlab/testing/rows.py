@@ -15,7 +15,8 @@ from impactlab.contact.base import AbstractContactLaw
 from impactlab.contact.penalty import Penalty
 from impactlab.contact.wave_identification import WaveIdentification
 from impactlab.models.continuous import Continuous
-from impactlab.scene import Body, Contact, End, Mass, Point, Rod, Scene, Segment, StepRule, Wall
+from impactlab.scene.bodies import Body, End, Mass, Rod, Segment, Wall
+from impactlab.scene.problem import Contact, Point, Scene, StepRule
 from impactlab.testing.strategies import log_uniform
 
 

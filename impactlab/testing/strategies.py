@@ -33,22 +33,9 @@ from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
 from impactlab.plugins import INTEGRATORS, LAWS, MODELS, Group, registry
-from impactlab.scene import (
-    Beam,
-    BeamSegment,
-    Body,
-    Contact,
-    End,
-    Mass,
-    Point,
-    Rayleigh,
-    Rod,
-    Scene,
-    Segment,
-    StepRule,
-    Wall,
-)
-from impactlab.simulate import prepare
+from impactlab.scene.bodies import Beam, BeamSegment, Body, End, Mass, Rayleigh, Rod, Segment, Wall
+from impactlab.scene.problem import Contact, Point, Scene, StepRule
+from impactlab.simulate.driver import prepare
 from impactlab.types import Relative
 
 

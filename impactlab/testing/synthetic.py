@@ -8,7 +8,7 @@ from typing import final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from impactlab.history import AbstractHistory, ContactSpan, Cost, EnergyBook, Event, Field, Warned
+from impactlab.history.base import AbstractHistory, ContactSpan, Cost, EnergyBook, Event, Field, Warned
 from impactlab.types import Array
 
 Signal = Callable[[Array], Array]

@@ -9,12 +9,12 @@ import numpy as np
 
 from impactlab.errors import CaseError, StepError
 from impactlab.integrators.base import AbstractIntegrator
-from impactlab.scene import Scene
-from impactlab.simulate import Plan, advance_of, prepare
-from impactlab.stepping import loop
-from impactlab.stepping.assembly import Assembly
-from impactlab.stepping.memory import SAMPLED
-from impactlab.stepping.recorded import RecordedHistory
+from impactlab.scene.problem import Scene
+from impactlab.simulate.driver import Plan, advance_of, prepare
+from impactlab.simulate.stepping import loop
+from impactlab.simulate.stepping.arrays import SAMPLED
+from impactlab.simulate.stepping.assembly import Assembly
+from impactlab.simulate.stepping.history import RecordedHistory
 from impactlab.types import Array
 
 

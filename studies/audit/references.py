@@ -12,7 +12,7 @@ from audit.measure import KNOWN, case_for, seen
 from audit.scenes import Drawn
 from audit.summary import Row, markdown, number
 from audit.truth import SHARE
-from impactlab import reference
+from impactlab.refine import reference
 
 COLUMNS = ("family", "number", "found", "claimed", "true", "displacement", "impulse", "uncertainty", "seconds", "note")
 HEADS = ("family", "cases", "no reference", "judged", "claim holds", "share", "claimed/true: least", "1 %", "median")

@@ -12,7 +12,8 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import impactlab as il
-from impactlab import api, reference
+from impactlab import api
+from impactlab.refine import reference
 
 CASES = Path(__file__).parents[2] / "cases"
 

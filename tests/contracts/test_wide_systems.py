@@ -7,7 +7,6 @@ from typing import ClassVar
 import numpy as np
 from scipy.linalg import eigh
 
-from impactlab.banded import full
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.integrators.bathe import Bathe
 from impactlab.integrators.central_difference import CentralDifference
@@ -15,6 +14,7 @@ from impactlab.integrators.hht_alpha import HhtAlpha
 from impactlab.integrators.midpoint import Midpoint
 from impactlab.integrators.newmark import Newmark
 from impactlab.models.base import Operators
+from impactlab.numerics.banded import full
 from impactlab.testing.contracts import IntegratorContract
 
 

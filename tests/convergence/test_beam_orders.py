@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from impactlab.banded import full
-from impactlab.bases.beam_modes import BeamModes
-from impactlab.models.beam_mesh import BeamMesh
+from impactlab.bases.beams.modes import BeamModes
+from impactlab.models.mesh.beams import BeamMesh
+from impactlab.numerics.banded import full
 from impactlab.scene import Beam, End
 from tests.reference.beam_scenes import STEEL, sheared
 

@@ -53,8 +53,8 @@ def check(mutant: Mutant, chance: random.Random, treat: Callable[[Any], None]) -
     from impactlab.casefile.case import case_of
     from impactlab.casefile.document import Document, parse_json, parse_yaml
     from impactlab.casefile.edit import read_setting
-    from impactlab.console import tree_text
     from impactlab.errors import ImpactlabError
+    from impactlab.report.console import tree_text
 
     if mutant.way == "set":
         case = case_of(mutant.name, mutant.name, Document(originals()[mutant.name], {}))
@@ -86,7 +86,7 @@ def _prepared(case: Any) -> None:
 def _run_shortly(case: Any) -> None:
     """Run a case that takes few steps, or as much of it as takes few, and summarise it."""
     from impactlab import api, simulate
-    from impactlab.console import summary_text
+    from impactlab.report.console import summary_text
 
     scene = case.scene()
     plan = simulate.prepare(scene)

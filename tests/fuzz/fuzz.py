@@ -26,7 +26,7 @@ Row = dict[str, Any]
 
 def work(seed: int, first: int, count: int, runs: int) -> None:
     """Answer a run of mutants, one line of JSON each on standard output, told before and after."""
-    from impactlab import api, console  # noqa: F401 - imported before memory is measured
+    from impactlab.report import console  # noqa: F401 - imported before memory is measured
     from tests.fuzz.answers import answer
     from tests.fuzz.mutants import mutant
 

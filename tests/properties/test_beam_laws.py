@@ -10,7 +10,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from impactlab import simulate
-from impactlab.banded import multiply
 from impactlab.bases.craig_bampton import CraigBampton
 from impactlab.bases.ritz import Ritz
 from impactlab.contact.addition_deletion import AdditionDeletion
@@ -21,6 +20,7 @@ from impactlab.integrators.midpoint import Midpoint
 from impactlab.integrators.newmark import Newmark
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
+from impactlab.numerics.banded import multiply
 from impactlab.scene import Beam, End
 from impactlab.testing.trace import trace
 from tests.reference.beam_scenes import FLAT, STEEL, sheared, sphere_on_beam

@@ -11,10 +11,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from impactlab import dispersion, simulate
-from impactlab.bases.beam_modes import BeamModes
+from impactlab import simulate
+from impactlab.bases.beams.modes import BeamModes
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
+from impactlab.models import dispersion
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
 from impactlab.scene import Beam, BeamSegment, End, Probe, Scene, StepRule

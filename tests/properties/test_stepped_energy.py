@@ -20,9 +20,9 @@ from impactlab.integrators.newmark import Newmark
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.pairing import energy_bound
 from impactlab.scene import Contact, End, Mass, Point, Rod, Scene, Segment, StepRule, Wall
 from impactlab.simulate import prepare
+from impactlab.simulate.pairing import energy_bound
 from impactlab.testing.strategies import log_uniform, scenes
 from impactlab.testing.trace import trace
 from impactlab.types import Relative

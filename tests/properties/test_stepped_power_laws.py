@@ -14,7 +14,7 @@ from impactlab.contact.power_law import Flores, Hertz, HuntCrossley, LankaraniNi
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
 from impactlab.scene import Contact, Mass, Point, Rod, Scene, StepRule
-from impactlab.sides import side_facts
+from impactlab.scene.facts import side_facts
 from impactlab.testing.strategies import log_uniform, scenes
 from impactlab.testing.trace import trace
 from impactlab.types import Relative

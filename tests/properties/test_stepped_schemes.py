@@ -15,8 +15,8 @@ from impactlab.integrators.hht_alpha import HhtAlpha
 from impactlab.integrators.midpoint import Midpoint
 from impactlab.integrators.moreau_jean import MoreauJean
 from impactlab.integrators.nonsmooth_generalised_alpha import NonsmoothGeneralisedAlpha
-from impactlab.pairing import energy_bound
 from impactlab.scene import Scene
+from impactlab.simulate.pairing import energy_bound
 from impactlab.testing.strategies import log_uniform, scenes
 from impactlab.testing.trace import trace
 from impactlab.types import Relative

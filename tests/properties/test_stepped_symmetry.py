@@ -12,10 +12,10 @@ from impactlab.contact.penalty import Penalty
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
 from impactlab.models.finite_element import FiniteElement
-from impactlab.models.mesh import elements_per_segment
+from impactlab.models.mesh.bars import elements_per_segment
 from impactlab.models.modal import Modal
 from impactlab.scene import Rod, Scene
-from impactlab.stepping.recorded import RecordedHistory
+from impactlab.simulate.stepping.history import RecordedHistory
 from impactlab.testing.invariants import mirror_difference, records_difference, same_bits, scaling_difference
 from impactlab.testing.strategies import in_other_units, laws, mirrored, scenes
 from impactlab.testing.trace import run_in_cuts

@@ -11,13 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from impactlab import load_case, metrics, reference, simulate, summary
+from impactlab import load_case, metrics, simulate
 from impactlab.api import physics_of
-from impactlab.choice import search
-from impactlab.choice.families import exact_cost, serving
-from impactlab.choice.ladder import choose
-from impactlab.choice.text import _number, choice_lines, ladder_text
-from impactlab.choice.times import rise_time
 from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.penalty import Penalty
 from impactlab.contact.power_law import Hertz, HuntCrossley
@@ -25,8 +20,14 @@ from impactlab.contact.wave_identification import WaveIdentification
 from impactlab.errors import CaseError
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
+from impactlab.refine import reference, search
+from impactlab.refine.choice_text import _number, choice_lines, ladder_text
+from impactlab.refine.contact_times import rise_time
 from impactlab.refine.extrapolation import Differences, finest_error, observed_order
+from impactlab.refine.families import exact_cost, serving
+from impactlab.refine.ladder import choose
 from impactlab.refine.quantities import difference
+from impactlab.report import summary
 from impactlab.scene import (
     Beam,
     BeamSegment,
@@ -224,7 +225,7 @@ def test_a_tolerance_that_cannot_be_met_is_told(monkeypatch):
     monkeypatch.setattr(search, "BUDGET", 2e-3)
     scene = struck(AdditionDeletion(), 1e-6, damping=Rayleigh(stiffness=1e-6))
     monkeypatch.setattr(search, "MOST_GROWTH", 1.0)
-    monkeypatch.setattr("impactlab.choice.families.Family.start_for", lambda _family, _error: 20)
+    monkeypatch.setattr("impactlab.refine.families.Family.start_for", lambda _family, _error: 20)
     history = simulate.run(scene)
     assert not history.choice.met
     assert [warned.code for warned in history.warnings].count("tolerance_not_met") == 1

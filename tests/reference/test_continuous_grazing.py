@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from impactlab.exact.solve import solve
-from impactlab.grazing import near_grazing
+from impactlab.metrics.grazing import near_grazing
 from impactlab.scene import Probe
 from tests.reference.exact_scenes import name_of, struck
 

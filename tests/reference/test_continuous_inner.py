@@ -10,7 +10,7 @@ from impactlab.exact import march
 from impactlab.exact import solve as solver
 from impactlab.exact.build import build
 from impactlab.exact.solve import solve
-from impactlab.pointers import COMPILED
+from impactlab.numerics.addresses import COMPILED
 from impactlab.scene import Mass, Point
 from tests.reference.exact_scenes import CLAMPED, Hard, Spring, point, rod, scene, struck
 

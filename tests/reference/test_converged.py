@@ -10,12 +10,13 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from impactlab import metrics, reference, simulate
+from impactlab import metrics, simulate
 from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.penalty import Penalty
 from impactlab.contact.power_law import Hertz, HuntCrossley
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
+from impactlab.refine import reference
 from impactlab.scene import Contact, End, Mass, Point, Rayleigh, Rod, Scene, Segment, StepRule, Wall
 from impactlab.types import Relative
 

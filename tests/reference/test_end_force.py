@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 
 from impactlab import metrics
-from impactlab.aftermath import momentum_error
 from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.nitsche import Nitsche
 from impactlab.contact.penalty import Penalty
@@ -25,6 +24,7 @@ from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.midpoint import Midpoint
 from impactlab.integrators.newmark import Newmark
+from impactlab.metrics.impact import momentum_error
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
@@ -163,7 +163,7 @@ def test_analytic_modes_leave_out_what_their_flexibility_says(right: End) -> Non
 
 
 def test_energy_and_momentum_are_reported() -> None:
-    from impactlab.summary import summarise
+    from impactlab.report.summary import summarise
 
     given = stepped(WAYS["newmark"], End("free", force=LOAD), FREE)
     summary = summarise("x", given, run(given), ("exact", solve(given)))

@@ -19,8 +19,8 @@ from impactlab.contact.power_law import Hertz
 from impactlab.errors import ImpactlabError
 from impactlab.models.base import Face
 from impactlab.models.continuous import Continuous
+from impactlab.models.continuous.infinite_beam import InfiniteBeam
 from impactlab.models.finite_element import FiniteElement
-from impactlab.models.infinite_beam import InfiniteBeam
 from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point, Probe, Rayleigh, Scene, StepRule
 from impactlab.simulate import prepare, run
 

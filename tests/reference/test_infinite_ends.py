@@ -12,14 +12,14 @@ import pytest
 from numpy.testing import assert_allclose
 
 import impactlab as il
-from impactlab.banded import full
 from impactlab.contact.power_law import Hertz
 from impactlab.errors import PairingError
 from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.newmark import Newmark
-from impactlab.models.beam_mesh import BeamMesh
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
+from impactlab.models.mesh.beams import BeamMesh
+from impactlab.numerics.banded import full
 from impactlab.scene import Beam, Contact, End, Mass, Point, Scene, StepRule
 from impactlab.simulate import prepare, run
 from tests.reference.test_infinite_beam import EI, RHO_A, SEGMENT

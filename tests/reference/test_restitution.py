@@ -20,9 +20,9 @@ from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
+from impactlab.report.summary import summarise
 from impactlab.scene import Contact, End, Mass, Point, Rod, Scene, Segment, StepRule, Wall
 from impactlab.simulate import run
-from impactlab.summary import summarise
 
 MASS, SPEED, STIFFNESS = 2.0, 1.5, 1e9
 
@@ -218,7 +218,7 @@ def test_a_touch_at_rest_is_warned_of() -> None:
 
 
 def facts() -> tuple:
-    from impactlab.sides import side_facts
+    from impactlab.scene.facts import side_facts
 
     scene = on_wall(Hertz(STIFFNESS), Newmark(), 1.0, 1.0)
     return tuple(side_facts(scene, point) for point in (scene.contacts[0].left, scene.contacts[0].right))

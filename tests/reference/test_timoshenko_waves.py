@@ -18,9 +18,9 @@ from impactlab.errors import ImpactlabError
 from impactlab.integrators.newmark import Newmark
 from impactlab.models.base import Face
 from impactlab.models.continuous import Continuous
+from impactlab.models.continuous.timoshenko import TimoshenkoWaves
+from impactlab.models.continuous.timoshenko_grids import centres, coupling
 from impactlab.models.finite_element import FiniteElement
-from impactlab.models.timoshenko_waves import TimoshenkoWaves
-from impactlab.models.two_grids import centres, coupling
 from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point, Probe, Rod, Scene, Segment, StepRule
 from impactlab.simulate import prepare, run
 

@@ -26,10 +26,10 @@ from impactlab.models.base import AbstractRodModel
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.pairing import check_ordinary
+from impactlab.report.summary import summarise
 from impactlab.scene import Body, Contact, End, Mass, Point, Probe, Rayleigh, Rod, Scene, Segment, StepRule, Wall
 from impactlab.simulate import prepare, run
-from impactlab.summary import summarise
+from impactlab.simulate.pairing import check_ordinary
 from impactlab.types import Level, Port, Relative, Reply, SideFacts, Start, option
 
 SEGMENT = Segment(0.3, 9e-4, 2.1e11, 7900.0)

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from impactlab.banded import full
 from impactlab.bases.craig_bampton import CraigBampton
 from impactlab.bases.eigenvectors import Eigenvectors
 from impactlab.bases.macneal import Macneal
@@ -18,8 +17,9 @@ from impactlab.bases.striker_attached import StrikerAttached
 from impactlab.bases.substructured import Substructured
 from impactlab.errors import CaseError, PairingError
 from impactlab.models.base import Face
-from impactlab.models.mesh import Mesh
+from impactlab.models.mesh.bars import Mesh
 from impactlab.models.modal import Modal
+from impactlab.numerics.banded import full
 from impactlab.scene import End, Rayleigh, Rod, Segment
 
 FREE, CLAMPED = End("free"), End("clamped")

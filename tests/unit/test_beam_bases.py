@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from impactlab import simulate
-from impactlab.banded import full
 from impactlab.bases.craig_bampton import CraigBampton
 from impactlab.bases.eigenvectors import Eigenvectors
 from impactlab.bases.macneal import Macneal
@@ -19,8 +18,9 @@ from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.errors import CaseError
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.models.base import Face
-from impactlab.models.beam_mesh import BeamMesh
+from impactlab.models.mesh.beams import BeamMesh
 from impactlab.models.modal import Modal
+from impactlab.numerics.banded import full
 from impactlab.scene import Beam, End
 from tests.reference.beam_scenes import STEEL, sheared, sphere_on_beam
 

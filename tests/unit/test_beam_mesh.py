@@ -11,14 +11,14 @@ from scipy.linalg import eigh
 from scipy.optimize import brentq
 
 from impactlab import simulate
-from impactlab.banded import full, solve
 from impactlab.errors import CaseError
 from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
-from impactlab.models.beam_mesh import BeamMesh
 from impactlab.models.finite_element import FiniteElement
+from impactlab.models.mesh.beams import BeamMesh
 from impactlab.models.modal import Modal
+from impactlab.numerics.banded import full, solve
 from impactlab.scene import Beam, BeamSegment, End, Probe, Rayleigh, Scene, StepRule
 from tests.reference.beam_scenes import STEEL, sheared, sphere_on_beam
 

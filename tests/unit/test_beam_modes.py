@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from impactlab.bases.beam_modes import BeamModes
+from impactlab.bases.beams.modes import BeamModes
 from impactlab.bases.reduced import ReducedMesh
 from impactlab.bases.shapes import eigenvectors
 from impactlab.errors import CaseError
-from impactlab.models.beam_mesh import BeamMesh
+from impactlab.models.mesh.beams import BeamMesh
 from impactlab.scene import Beam, BeamSegment, End
 
 KINDS = ("clamped", "pinned", "free")

@@ -8,12 +8,12 @@ from itertools import product
 import numpy as np
 import pytest
 
-from impactlab.banded import full
 from impactlab.integrators.beam_steps import beam_row
 from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.newmark import Newmark
-from impactlab.models.beam_mesh import BeamMesh
-from impactlab.models.mesh import Mesh
+from impactlab.models.mesh.bars import Mesh
+from impactlab.models.mesh.beams import BeamMesh
+from impactlab.numerics.banded import full
 from impactlab.scene import Beam, End, Rayleigh, Rod, Segment
 from tests.reference.beam_scenes import STEEL, sheared
 

@@ -11,8 +11,8 @@ import pytest
 import impactlab as il
 from impactlab import simulate
 from impactlab.errors import CaseError
-from impactlab.precision import check_finite, in_precision
-from impactlab.ranges import RANGES
+from impactlab.scene.precision import check_finite, in_precision
+from impactlab.scene.ranges import RANGES
 
 CASES = Path(__file__).resolve().parents[2] / "cases"
 PENALTY = ("contacts.0.law", {"kind": "penalty", "stiffness": 1e9})

@@ -14,7 +14,7 @@ from impactlab.bases.substructured import Substructured
 from impactlab.casefile import load_case
 from impactlab.casefile.jsonschema import case_schema
 from impactlab.errors import CaseError
-from impactlab.models.delay_line import DelayLine
+from impactlab.models.continuous.delay_line import DelayLine
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
 from impactlab.plugins import registry

@@ -11,10 +11,11 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from impactlab import api, output
+from impactlab import api
 from impactlab.casefile import load_case
 from impactlab.cli import app
 from impactlab.errors import CaseError, StepError
+from impactlab.report import output
 
 ROOT = Path(__file__).parents[2]
 AXIAL = str(ROOT / "cases" / "axial_impact.yaml")
@@ -288,7 +289,7 @@ def test_loading_compiled_code_is_timed_as_solving(monkeypatch):
     """Nothing is left to load, or to compile, when the clock of an exact run starts."""
     from impactlab.exact import march
     from impactlab.exact.kernel import ENTRY
-    from impactlab.pointers import COMPILED
+    from impactlab.numerics.addresses import COMPILED
 
     loaded_at_first_call: list[bool] = []
     real = march.march

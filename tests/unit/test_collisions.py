@@ -7,14 +7,14 @@ import dataclasses
 import pytest
 
 import impactlab as il
-from impactlab.collisions import agreements, collisions, sentence, slowest_period
 from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.penalty import Penalty
-from impactlab.described import described
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.midpoint import Midpoint
+from impactlab.metrics.collisions import agreements, collisions, sentence, slowest_period
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
+from impactlab.refine.described import described
 from impactlab.scene import Contact, Mass, Point, Scene, StepRule, Wall
 from tests.cases.support import case_of
 
@@ -27,7 +27,7 @@ def two_models(label: str, modes: int = 40, elements: int = 60) -> list[il.scene
 
 
 def summaries(label: str) -> list[tuple[str, dict[str, object]]]:
-    from impactlab.summary import summarise
+    from impactlab.report.summary import summarise
 
     named = zip(("modes", "elements"), two_models(label), strict=True)
     return [(name, summarise(label, scene, il.run(scene))) for name, scene in named]
@@ -73,7 +73,7 @@ def test_a_hard_hammer_on_a_cantilever_has_no_resolved_count() -> None:
     """Said by a comparison of two models, and by each run alone."""
     case = case_of("mass_on_cantilever_middle").with_("contacts.0.law", kind="addition_deletion")
     rows = []
-    from impactlab.summary import summarise
+    from impactlab.report.summary import summarise
 
     for modes in (20, 40):
         scene = dataclasses.replace(
@@ -116,7 +116,7 @@ def test_the_period_of_a_cantilever() -> None:
 
 
 def test_the_summary_and_the_screen_tell_collisions(capsys: pytest.CaptureFixture[str]) -> None:
-    from impactlab.console import summary_text
+    from impactlab.report.console import summary_text
 
     (_, summary), _ = summaries("sphere_on_beam")
     assert summary["collisions"][0]["sub_impacts"] == 1

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import pytest
 
-from impactlab import output
+from impactlab.report import output
 
 CASE = """\
 schema_version: 1
@@ -162,7 +162,7 @@ def test_two_writers_of_one_folder_mix_their_files(case: Path) -> None:
 WRITER = """
 import sys
 from pathlib import Path
-from impactlab import output
+from impactlab.report import output
 print("ready", flush=True)
 while True:
     with output.output_folder(Path(sys.argv[1])) as draft:

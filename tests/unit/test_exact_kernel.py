@@ -8,7 +8,7 @@ import pytest
 from numpy.polynomial import chebyshev
 
 from impactlab.exact import kernel, linear
-from impactlab.pointers import COMPILED
+from impactlab.numerics.addresses import COMPILED
 
 
 def entry(part):

@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from impactlab.banded import full, grounded
 from impactlab.errors import PairingError
 from impactlab.integrators.banded_steps import pull
 from impactlab.integrators.base import AbstractIntegrator
@@ -23,6 +22,7 @@ from impactlab.integrators.moreau_jean import MoreauJean
 from impactlab.integrators.newmark import Newmark
 from impactlab.integrators.nonsmooth_generalised_alpha import NonsmoothGeneralisedAlpha
 from impactlab.models.base import Operators
+from impactlab.numerics.banded import full, grounded
 from impactlab.types import Array
 
 N = 7

@@ -12,7 +12,7 @@ from types import FunctionType
 import numpy as np
 import pytest
 
-from impactlab.kernel_cache import KernelFile, fingerprint
+from impactlab.numerics.cache import KernelFile, fingerprint
 from tests.unit.test_pointers import SCRIPT
 
 KEY = ("signature", "machine", "bytecode")

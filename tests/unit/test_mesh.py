@@ -9,12 +9,12 @@ import pytest
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 
-from impactlab.banded import full
 from impactlab.errors import CaseError
 from impactlab.models.base import Face
-from impactlab.models.elements import polynomials, reference
 from impactlab.models.finite_element import FiniteElement
-from impactlab.models.mesh import Mesh
+from impactlab.models.mesh.bar_elements import polynomials, reference
+from impactlab.models.mesh.bars import Mesh
+from impactlab.numerics.banded import full
 from impactlab.scene import End, Rayleigh, Rod, Segment
 
 FREE, CLAMPED = End("free"), End("clamped")

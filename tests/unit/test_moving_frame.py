@@ -13,13 +13,13 @@ from impactlab.contact.base import AbstractContactLaw
 from impactlab.contact.energy_conserving import EnergyConserving
 from impactlab.contact.penalty import Penalty
 from impactlab.errors import StepError
-from impactlab.frame import carried_energy, drift, drift_velocities, groups
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.integrators.generalised_alpha import GeneralisedAlpha
 from impactlab.integrators.newmark import Newmark
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.scene import Body, Contact, ElasticBody, End, Mass, Point, Rod, Scene, Segment, StepRule, Wall
+from impactlab.scene.frame import carried_energy, drift, drift_velocities, groups
 from impactlab.simulate import run
 
 STEEL = Segment(0.3, 9e-4, 2.1e11, 7850.0)

@@ -8,18 +8,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from impactlab.collisions import collisions
 from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.penalty import Penalty
 from impactlab.history import ContactSpan, Event
+from impactlab.history.noise_floor import MIN_SHARE, above_noise, first_arrivals, share_of
 from impactlab.integrators.adaptive import Adaptive
 from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
+from impactlab.metrics.collisions import collisions
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.noise_floor import MIN_SHARE, above_noise, first_arrivals, share_of
 from impactlab.scene import Body, Contact, End, Mass, Point, Rod, Scene, Segment, StepRule, Wall
 from impactlab.simulate import run
 

@@ -21,7 +21,7 @@ from impactlab.integrators.newmark import Newmark
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.pointers import COMPILED
+from impactlab.numerics.addresses import COMPILED
 from impactlab.scene import Contact, End, Mass, Point, Rod, Scene, Segment, StepRule
 from impactlab.simulate import run
 

@@ -12,12 +12,12 @@ from impactlab.contact.penalty import Penalty
 from impactlab.integrators.newmark import Newmark
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.continuous import Continuous
-from impactlab.models.delay_line import DelayLine
+from impactlab.models.continuous.delay_line import DelayLine
 from impactlab.models.finite_element import FiniteElement
-from impactlab.reference import content, find
+from impactlab.refine.reference import content, find
 from impactlab.scene import Contact, End, Mass, Point, Rayleigh, Rod, Scene, Segment, StepRule
-from impactlab.simulate import is_exact, run
-from impactlab.stepping.recorded import RecordedHistory
+from impactlab.simulate.driver import is_exact, run
+from impactlab.simulate.stepping.history import RecordedHistory
 from impactlab.types import option
 
 HARD = AdditionDeletion()

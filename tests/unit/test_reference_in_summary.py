@@ -10,8 +10,10 @@ import pytest
 from typer.testing import CliRunner
 
 import impactlab as il
-from impactlab import api, reference, summary
+from impactlab import api
 from impactlab.cli import app
+from impactlab.refine import reference
+from impactlab.report import summary
 
 CASES = Path(__file__).parents[2] / "cases"
 HERTZ = ("contacts.0.law", {"kind": "hertz", "stiffness": 1e11})

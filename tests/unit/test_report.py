@@ -20,9 +20,9 @@ from impactlab.report.facts import findings, scene_facts, si
 from impactlab.report.run_report import write_run
 from impactlab.report.sketch import sketch
 from impactlab.report.style import INK, PALETTE, Trace, curve, inline, scaled, spread, to_svg, traces
+from impactlab.report.summary import comparison, summarise
 from impactlab.report.table import comma_separated, markdown, page_rows
 from impactlab.scene import Body, Contact, End, Mass, Point, Rod, Scene, Segment, StepRule, Wall
-from impactlab.summary import comparison, summarise
 from impactlab.testing.synthetic import SyntheticHistory
 
 PAIR = "hammer|rod.left"

@@ -13,7 +13,7 @@ from impactlab.report import facts, fields
 from impactlab.report.beam_sketch import beam_sketch
 from impactlab.report.run_report import write_run
 from impactlab.report.sketch import sketch
-from impactlab.summary import summarise
+from impactlab.report.summary import summarise
 from tests.cases.support import case_of
 
 

@@ -48,7 +48,7 @@ def test_no_part_is_named_in_the_files_of_another_kind(room: str, group: Group) 
     assert {name: said for name, said in found.items() if said} == {}
 
 
-@pytest.mark.parametrize("room", ["integrators", "contact", "models", "bases", "adaptive", "exact"])
+@pytest.mark.parametrize("room", ["integrators", "contact", "models", "bases", "simulate/adaptive", "exact"])
 def test_rooms_import_no_parts_of_another_kind(room: str) -> None:
     forbidden = {"integrators": "contact", "contact": "integrators|models|bases", "models": "contact|integrators"}
     others = forbidden.get(room, "contact|integrators")

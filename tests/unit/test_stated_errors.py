@@ -7,10 +7,11 @@ import json
 
 import pytest
 
-from impactlab import load_case, run, simulate, summary
-from impactlab.choice import agreement, search
+from impactlab import load_case, run, simulate
 from impactlab.errors import CaseError
-from impactlab.reference import Reference, find
+from impactlab.refine import agreement, search
+from impactlab.refine.reference import Reference, find
+from impactlab.report import summary
 
 BALL = {
     "schema_version": 1,

@@ -10,16 +10,18 @@ from typing import Any
 import pytest
 
 import impactlab as il
-from impactlab import api, console, simulate
+from impactlab import api
 from impactlab.bench.references import References
 from impactlab.bench.report.read import Row
 from impactlab.bench.report.verdicts import Verdict, verdict
 from impactlab.bench.rows import row_of
-from impactlab.choice.record import Choice
 from impactlab.cli import app
 from impactlab.errors import RunWarning, StepError
 from impactlab.history import Warned
-from impactlab.summary import summarise, table
+from impactlab.refine.choice_record import Choice
+from impactlab.report import console
+from impactlab.report.summary import summarise, table
+from impactlab.simulate import driver
 
 CASES = Path(__file__).parents[2] / "cases"
 
@@ -150,7 +152,7 @@ def test_a_gain_of_energy_is_told_first_and_to_python(tmp_path: Path, monkeypatc
     text = console.summary_text(summarise("x", case.scene(), history)).splitlines()
     assert text[1] == "  warning   energy_gain: energy grew by 30 %"
     assert sum("energy_gain" in line for line in text) == 1
-    monkeypatch.setattr(simulate, "run", lambda *_, **__: history)
+    monkeypatch.setattr(driver, "run", lambda *_, **__: history)
     with pytest.warns(RunWarning, match="energy_gain: energy grew by 30 %"):
         il.run(case)
 

@@ -12,9 +12,9 @@ from impactlab.integrators.base import AbstractIntegrator
 from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.generalised_alpha import GeneralisedAlpha
 from impactlab.integrators.midpoint import Midpoint
+from impactlab.numerics.slopes import slopes
 from impactlab.scene import Contact, Mass, Point, Scene, StepRule, Wall
 from impactlab.simulate import run
-from impactlab.slopes import slopes
 
 STIFFNESS, SPEED = 1e6, 1.0  # N/m, m/s; of a ball of 1 kg on a wall
 FREQUENCY = math.sqrt(STIFFNESS)

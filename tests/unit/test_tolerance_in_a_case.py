@@ -8,8 +8,8 @@ import pytest
 
 import impactlab as il
 from impactlab.contact.power_law import Hertz
-from impactlab.described import has_one_answer
 from impactlab.errors import CaseError
+from impactlab.refine.described import has_one_answer
 
 TEXT = """
 schema_version: 1

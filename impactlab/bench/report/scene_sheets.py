@@ -12,7 +12,7 @@ from impactlab.bench.report.read import COMPLETED, Row
 from impactlab.bench.report.sheets import DASH, Heading, Sheet, milliseconds, percent, short
 from impactlab.bench.report.summary_sheets import named
 from impactlab.bench.report.views import BOTH, CLOCKS, NORMS, TOLERANCES, Family, SceneRows, error
-from impactlab.summary import cell
+from impactlab.report.summary import cell
 
 
 def slug(name: str) -> str:

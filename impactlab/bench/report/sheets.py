@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from impactlab.summary import cell
+from impactlab.report.summary import cell
 
 DASH = "–"
 SPECIAL = "†"  # behind the name of a method on a special grid

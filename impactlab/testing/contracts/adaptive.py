@@ -6,10 +6,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from impactlab.banded import full
 from impactlab.integrators.base import AbstractAdaptive, Problem
 from impactlab.models.finite_element import FiniteElement
-from impactlab.scene import End, Rod
+from impactlab.numerics.banded import full
+from impactlab.scene.bodies import End, Rod
 from impactlab.testing.contracts.common import PIECE, described
 from impactlab.types import Array
 

@@ -6,14 +6,14 @@ from typing import ClassVar
 
 import numpy as np
 
-from impactlab.banded import full
 from impactlab.bases.base import AbstractBasis
 from impactlab.bases.reduced import ReducedMesh
-from impactlab.models.beam_mesh import BeamMesh
-from impactlab.models.mesh import Mesh
-from impactlab.models.meshed import AbstractMesh
+from impactlab.models.mesh.bars import Mesh
+from impactlab.models.mesh.base import AbstractMesh
+from impactlab.models.mesh.beams import BeamMesh
 from impactlab.models.modal_body import ModalBody
-from impactlab.scene import Beam, End, Rod, Segment
+from impactlab.numerics.banded import full
+from impactlab.scene.bodies import Beam, End, Rod, Segment
 from impactlab.testing.contracts.common import BAR, PIECE, SOFT_BAR, STRUCK, described
 
 KINDS = (("rod", "free"), ("rod", "clamped"), ("beam", "free"), ("beam", "pinned"), ("beam", "clamped"))

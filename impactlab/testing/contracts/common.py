@@ -7,7 +7,7 @@ import dataclasses
 from impactlab import plugins
 from impactlab.cite import entries_for
 from impactlab.models.base import Face
-from impactlab.scene import BeamSegment, Segment
+from impactlab.scene.bodies import BeamSegment, Segment
 
 PIECE = Segment(length=0.3, area=9e-4, young=2.1e11, density=7900.0)
 SHEAR = PIECE.young / 2.6 * PIECE.area * 5.0 / 6.0  # N, of a rectangle, Poisson's ratio 0.3

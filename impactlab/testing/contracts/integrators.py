@@ -7,12 +7,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from impactlab.banded import full, multiply, solve
 from impactlab.integrators.base import AbstractIntegrator, Stepper
 from impactlab.models.base import AbstractRodModel, Operators
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.scene import End, Rod
+from impactlab.numerics.banded import full, multiply, solve
+from impactlab.scene.bodies import End, Rod
 from impactlab.testing.contracts.common import PIECE, described
 from impactlab.types import Array, Level
 

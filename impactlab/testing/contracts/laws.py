@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from impactlab.contact.base import AbstractContactLaw
-from impactlab.pointers import COMPILED, LawAddress
+from impactlab.numerics.addresses import COMPILED, LawAddress
 from impactlab.testing.contracts.common import PIECE, PORTS, described
 from impactlab.types import Arriving, Level, Port, Reply, SideFacts
 

@@ -7,17 +7,19 @@ import math
 from functools import cache
 from typing import Any, ClassVar
 
-from impactlab import plugins, simulate
+from impactlab import plugins
 from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.contact.impulse_momentum import ImpulseMomentum
 from impactlab.contact.penalty import Penalty
-from impactlab.history import AbstractHistory
+from impactlab.history.base import AbstractHistory
 from impactlab.integrators.exact_modal import ExactModal
-from impactlab.metrics import Metric
+from impactlab.metrics.norms import Metric
 from impactlab.models.continuous import Continuous
 from impactlab.models.modal import Modal
-from impactlab.scene import Body, Contact, End, Mass, Point, Rod, Scene, StepRule, Wall
+from impactlab.scene.bodies import Body, End, Mass, Rod, Wall
+from impactlab.scene.problem import Contact, Point, Scene, StepRule
+from impactlab.simulate import driver as simulate
 from impactlab.testing.contracts.common import PIECE
 
 

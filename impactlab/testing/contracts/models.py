@@ -7,12 +7,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from impactlab.banded import full, solve
-from impactlab.bases.beam_modes import BeamModes
+from impactlab.bases.beams.modes import BeamModes
 from impactlab.errors import CaseError, PairingError
 from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel
-from impactlab.models.self_stepping import AbstractSelfStepping
-from impactlab.scene import Beam, End, Rod
+from impactlab.models.continuous.base import AbstractSelfStepping
+from impactlab.numerics.banded import full, solve
+from impactlab.scene.bodies import Beam, End, Rod
 from impactlab.testing.contracts.common import BAR, PIECE, STRUCK, described
 
 

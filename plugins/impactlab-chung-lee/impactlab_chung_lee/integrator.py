@@ -8,10 +8,10 @@ from typing import final
 
 import numpy as np
 
-from impactlab.banded import grounded, multiply
 from impactlab.errors import PairingError
 from impactlab.integrators.base import AbstractIntegrator, Stepper
 from impactlab.models.base import Operators
+from impactlab.numerics.banded import grounded, multiply
 from impactlab.types import Array, Level, option
 
 MOST_BETA = 28.0 / 27.0

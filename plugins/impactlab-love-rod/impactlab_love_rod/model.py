@@ -8,11 +8,11 @@ from typing import final
 
 import numpy as np
 
-from impactlab.banded import widened
 from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Face, Operators
-from impactlab.models.elements import elements_per_segment
-from impactlab.models.mesh import Mesh
+from impactlab.models.mesh.bar_elements import elements_per_segment
+from impactlab.models.mesh.bars import Mesh
 from impactlab.models.modal_body import ModalBody
+from impactlab.numerics.banded import widened
 from impactlab.scene import ElasticBody, End, Rod, Segment
 from impactlab.types import Array, Quantity, option
 from impactlab_love_rod.modes import LoveModes

@@ -11,7 +11,6 @@ from impactlab_love_rod.model import LoveRod
 from scipy.linalg import eigh
 
 from impactlab import plugins, simulate
-from impactlab.banded import full
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.contact.dispersive_identification import DispersiveIdentification
 from impactlab.contact.modal_messengers import ModalMessengers
@@ -22,6 +21,7 @@ from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
+from impactlab.numerics.banded import full
 from impactlab.scene import Contact, End, Mass, Point, Probe, Rayleigh, Rod, Scene, Segment, StepRule
 from impactlab.testing.contracts import RodModelContract
 

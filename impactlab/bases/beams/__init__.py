@@ -1,0 +1,1 @@
+"""Analytic modes of uniform beams: roots, shapes, static answers, wave numbers."""

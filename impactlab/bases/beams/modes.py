@@ -1,0 +1,154 @@
+"""Eigenfunctions of a uniform beam, in closed form but for their frequencies."""
+
+from __future__ import annotations
+
+from typing import cast, final
+
+import numpy as np
+
+from impactlab.bases.beams.roots import Held
+from impactlab.bases.beams.shapes import Layout, found, normalised
+from impactlab.bases.beams.statics import WORDS, BeamStatics
+from impactlab.bases.beams.waves import BeamNumbers, even_odd, fields, waves
+from impactlab.errors import CaseError
+from impactlab.models.mesh.beams import no_such
+from impactlab.scene.bodies import Beam, Profile
+from impactlab.types import QUANTITIES_OF_BEAM, Array, Quantity
+
+STEP = 1e-6  # of the length, over which the slope of an initial deflection is taken
+
+
+@final
+class BeamModes:
+    """The first modes of a uniform beam with clamped, pinned or free ends, mass-normalised, its rigid motions first.
+
+    Rigid motions are not counted: a translation and a rotation of a free beam, a rotation of one that is pinned and
+    free. Each elastic mode is made of the four fields of one frequency (`beam_waves`), even and odd about the middle,
+    or about the pinned end where only one end is pinned; its first quantity at the left end that is not zero is
+    positive.
+
+    Attributes
+    ----------
+    frequencies : (n_dof,)
+        rad/s; exactly zero for rigid motions.
+
+    References
+    ----------
+    Huang1961; Rayleigh1894, section 174.
+    """
+
+    frequencies: Array
+
+    def __init__(self, beam: Beam, modes: int) -> None:
+        _check(beam)
+        segment = self._segment = beam.segments[0]
+        self._kinds = (cast(Held, beam.left.kind), cast(Held, beam.right.kind))
+        layout = self._layout = Layout.of(self._kinds)
+        unit, line_mass = layout.unit * beam.length, segment.density * segment.area
+        numbers = BeamNumbers(
+            segment.rotary_inertia / (line_mass * unit**2),
+            segment.bending_stiffness / (segment.shear_stiffness * unit**2),
+        )
+        self._squared, shares = found(numbers, self._kinds, modes)
+        self._waves = waves(numbers, self._squared)
+        self._shares = normalised(numbers, self._waves, shares, layout) / np.sqrt(line_mass * unit)
+        self._rigid = rigid_motions(self._kinds, numbers.rotary * layout.unit**2)
+        self._scales = (1.0, 1.0 / unit, segment.bending_stiffness / unit**2, segment.bending_stiffness / unit**3)
+        elastic = np.sqrt(self._squared * segment.bending_stiffness / (line_mass * unit**4))
+        self.frequencies = np.concatenate((np.zeros(len(self._rigid)), elastic))
+        self._statics: dict[float, BeamStatics] = {}
+        first = {"free": 0, "pinned": 1, "clamped": 2}[self._kinds[0]]
+        self._shares *= np.where(self._at(np.zeros(1), first)[0, len(self._rigid) :] < 0.0, -1.0, 1.0)
+
+    def row(self, x: float, quantity: Quantity) -> Array:
+        """Return the quantity at x [m] of each mode, shape (n_dof,)."""
+        if quantity not in QUANTITIES_OF_BEAM:
+            raise no_such(quantity)
+        return np.asarray(self._at(np.array([x]), 0 if quantity == "velocity" else WORDS.index(quantity))[0])
+
+    def static(self, x: float, quantity: Quantity, face: float) -> float:
+        """Return the exact static answer at x per unit force at ``face``.
+
+        A beam that can move freely is taken in the frame of its mean acceleration, without rigid motion.
+        """
+        if face not in self._statics:
+            self._statics[face] = BeamStatics(self._segment, self._kinds, self._rigid, face)
+        return self._statics[face].at(x, quantity)
+
+    def project(self, profile: Profile) -> Array:
+        """Return the modal coordinates of a deflection by Gauss quadrature, shape (n_dof,).
+
+        Cross sections start square to the deflected axis, as where nothing shears.
+        """
+        length, segment = self._segment.length, self._segment
+        cells = 4 * self.frequencies.size + 64
+        nodes, weights = np.polynomial.legendre.leggauss(8)
+        x = ((np.arange(cells)[:, None] + 0.5 * (nodes + 1.0)) * (length / cells)).ravel()
+        weight = np.tile(weights * 0.5 * length / cells, cells)
+        found = self._at(x, 0).T @ (weight * segment.density * segment.area * profile(x))
+        if segment.rotary_inertia > 0.0:
+            before, after = np.maximum(x - STEP * length, 0.0), np.minimum(x + STEP * length, length)
+            slope = (profile(after) - profile(before)) / (after - before)
+            found += self._at(x, 1).T @ (weight * segment.rotary_inertia * slope)
+        return np.asarray(found)
+
+    def project_uniform(self) -> Array:
+        """Return the momentum of each mode at unit modal velocity, shape (n_dof,)."""
+        segment, mass = self._segment, self._segment.mass
+        rigid = [np.sqrt(mass) * (offset + 0.5 * slope) for offset, slope in self._rigid]
+        momenta = []
+        for square, even, odd in zip(self._waves.squares, self._shares[:2], self._shares[2:], strict=True):
+            cosine, sine = even_odd(square, 1.0)
+            if self._layout.central:
+                momenta.append(2.0 * even * sine)  # odd fields cancel
+            else:
+                momenta.append(odd * (cosine - even_odd(square, 0.0)[0]))
+        total = segment.density * segment.area * self._layout.unit * segment.length * (momenta[0] + momenta[1])
+        return np.concatenate((rigid, total))
+
+    def grid(self) -> Array:
+        """Return places fine enough for the shortest mode, shape (n,) [m]."""
+        return np.linspace(0.0, self._segment.length, max(200, 4 * self.frequencies.size) + 1)
+
+    def _at(self, x: Array, which: int) -> Array:
+        """Return displacement (0), rotation, bending moment or shear force (3) of each mode, (n, n_dof)."""
+        length, mass = self._segment.length, self._segment.mass
+        rigid = np.zeros((x.size, len(self._rigid)))
+        for number, (offset, slope) in enumerate(self._rigid):
+            if which == 0:
+                rigid[:, number] = (offset + slope * x / length) / np.sqrt(mass)
+            elif which == 1:
+                rigid[:, number] = slope / (length * np.sqrt(mass))
+        layout = self._layout
+        place = layout.sign * (x[:, None] / length - layout.origin) / layout.unit
+        elastic = np.zeros((x.size, self._squared.size))
+        for even, shares in ((True, self._shares[:2]), (False, self._shares[2:])):
+            if np.any(shares):
+                pair = fields(self._waves, self._squared, place, even)[which]
+                elastic += shares[0] * pair[0] + shares[1] * pair[1]
+        turned = layout.sign if which in (1, 3) else 1.0
+        return np.hstack((rigid, elastic * (turned * self._scales[which])))
+
+
+def rigid_motions(kinds: tuple[Held, Held], rotary: float) -> Array:
+    """Return offset and slope (n_rigid, 2) of the rigid motions of a beam of unit mass and length, mass-normalised."""
+    if kinds == ("free", "free"):
+        scale = 1.0 / np.sqrt(1.0 / 12.0 + rotary)
+        return np.array([[1.0, 0.0], [-0.5 * scale, scale]])
+    if set(kinds) == {"pinned", "free"}:
+        scale = 1.0 / np.sqrt(1.0 / 3.0 + rotary)
+        return np.array([[0.0, scale]]) if kinds[0] == "pinned" else np.array([[scale, -scale]])
+    return np.zeros((0, 2))
+
+
+def _check(beam: Beam) -> None:
+    """Raise `CaseError` where the modes of the beam are not known without a mesh."""
+    ends = [end.kind for end in (beam.left, beam.right)]
+    if len(beam.segments) == 1 and beam.tension == 0.0 and all(kind in ("clamped", "pinned", "free") for kind in ends):
+        return
+    raise CaseError(
+        f"analytic modes need a uniform beam without tension, its ends clamped, pinned or free; '{beam.name}' has "
+        f"{len(beam.segments)} segment(s), a tension of {beam.tension:.6g} N and ends {ends[0]}, {ends[1]}",
+        remedy="Give 'elements' for the eigenvectors of a mesh.",
+        path="solve.model",
+    )

@@ -1,0 +1,182 @@
+"""What the contacts of a scene are to the exact solver, and which scenes it refuses."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from typing import NamedTuple
+
+import numpy as np
+
+from impactlab.errors import CaseError, PairingError
+from impactlab.models.continuous.delay_line import dispersed
+from impactlab.scene.bodies import Beam, End, Mass, Rayleigh, Rod
+from impactlab.scene.facts import segment_at, side_facts
+from impactlab.scene.problem import Contact, Point, Scene
+
+NO_OVERLAP = 1.0e-9  # of the initial displacements: the gap that a preload closes is typed in with so many digits
+
+
+class Bond(NamedTuple):
+    """What a contact is to the exact solver: hard (stiffness -1) or a constant spring and dashpot."""
+
+    stiffness: float  # N/m
+    damping: float  # N s/m
+    face: int | None = None  # side whose balance gives the force of a hard contact: 0 left, 1 right
+    turn: int = 0  # forces are found in this order: springs first, then each hard contact once its face has no other
+
+    def rigid_scale(self, left: float, right: float) -> float:
+        """Return force per velocity [N s/m] of a spring between two rigid masses [kg], inf for what never moves."""
+        return max(self.damping, math.sqrt(self.stiffness / (1.0 / left + 1.0 / right)))
+
+
+def bond(scene: Scene, number: int) -> Bond:
+    """Return what contact ``number`` is to the exact solver; raises `PairingError` where its law is neither."""
+    contact = scene.contacts[number]
+    if contact.law.hard:
+        return Bond(-1.0, 0.0)
+    constants = contact.law.spring(side_facts(scene, contact.left), side_facts(scene, contact.right), math.nan)
+    if constants is None or not all(math.isfinite(value) for value in constants):
+        raise PairingError(
+            f"contact {contact.name}: the exact solution knows hard contacts and constant springs with dashpots only",
+            remedy="Use wave_identification, addition_deletion or penalty, or a model that steps.",
+            path=f"contacts.{number}.law",
+        )
+    return Bond(*constants)
+
+
+def end_of(scene: Scene, point: Point) -> End | None:
+    """Return what holds the rod at a point (free at an inner point), None for a mass or a wall."""
+    body = scene.bodies[point.body]
+    if not isinstance(body, Rod):
+        return None
+    if point.x <= 0.0:
+        return body.left
+    return body.right if point.x >= body.length else End("free")
+
+
+def massless(scene: Scene, point: Point) -> bool:
+    """Return whether the face of a contact is the bare end of a rod."""
+    end = end_of(scene, point)
+    return end is not None and end.kind != "clamped" and not (end.kind == "mass" and end.value > 0.0)
+
+
+def wave_impedance(scene: Scene, contact: Contact, side: int) -> float:
+    """Return the impedance of the rod at one face of a contact [N s/m], 0 left or 1 right; inf without a rod."""
+    point = (contact.left, contact.right)[side]
+    body = scene.bodies[point.body]
+    if not isinstance(body, Rod):
+        return math.inf
+    ends = 1 if point.x in (0.0, body.length) else 2
+    return ends * segment_at(body.segments, point.x).impedance
+
+
+def check(scene: Scene) -> list[Bond]:
+    """Return the bonds of all contacts; raises `CaseError` or `PairingError`, with path and remedy."""
+    if not any(isinstance(body, Rod) for body in scene.bodies.values()):
+        raise CaseError(
+            "the scene has no rod, and the exact solution is one of waves in rods", path="bodies", remedy="Add a rod."
+        )
+    for name, body in scene.bodies.items():
+        if isinstance(body, Rod) and body.is_damped:
+            where = "damping" if body.damping != Rayleigh() else "material"
+            raise CaseError(
+                dispersed(body),
+                path=f"bodies.{name}.{where}",
+                remedy="Use finite_element or modal, or leave it undamped.",
+            )
+    bonds = []
+    for number, contact in enumerate(scene.contacts):
+        path = f"contacts.{number}"
+        sides = (contact.left, contact.right)
+        if any(isinstance(scene.bodies[point.body], Beam) for point in sides):
+            raise CaseError(
+                f"contact {contact.name} meets a beam, and the exact solution is one of waves in rods",
+                path=path,
+                remedy="Use a model that steps.",
+            )
+        kind = bond(scene, number)
+        if not any(isinstance(scene.bodies[point.body], Rod | Mass) for point in sides):
+            raise CaseError(f"contact {contact.name}: neither side can move", path=path, remedy="Leave it out.")
+        if contact.left.body == contact.right.body:
+            raise CaseError(f"contact {contact.name} ties a rod to itself", path=path, remedy="Name two bodies.")
+        if kind.stiffness < 0.0:
+            if not any(massless(scene, point) for point in sides):
+                raise CaseError(
+                    f"contact {contact.name}: both faces have mass, and how they part after a hard impact is not a "
+                    "matter of waves but of a restitution, which a hard contact has not",
+                    path=path,
+                    remedy="Use penalty, or let one face be the bare end of a rod.",
+                )
+            gap, slack = first_gap(scene, number)
+            if gap < -slack:
+                raise CaseError(
+                    f"contact {contact.name}: gap {gap:g} m{' with the initial displacement' if slack else ''}: "
+                    "a penetration, which a hard contact cannot hold",
+                    path=f"{path}.gap",
+                    remedy="Use penalty with overlap: allowed, or a gap of 0 or more.",
+                )
+        bonds.append(kind)
+    return with_faces(scene, bonds)
+
+
+def first_gap(scene: Scene, number: int) -> tuple[float, float]:
+    """Return the gap at t = 0 [m], initial displacements included, and what of it may be rounding [m]."""
+    contact = scene.contacts[number]
+    gap, size = contact.gap, 0.0
+    for point, sign in ((contact.left, -1.0), (contact.right, 1.0)):
+        body = scene.bodies[point.body]
+        if isinstance(body, Rod) and body.displacement is not None:
+            moved = float(body.displacement(np.array([point.x]))[0])
+            gap, size = gap + sign * moved, max(size, abs(moved))
+    return gap, NO_OVERLAP * size
+
+
+def with_faces(scene: Scene, bonds: list[Bond]) -> list[Bond]:
+    """Return the bonds with the bare face of each hard contact whose balance gives its force, and their order."""
+    bonds = list(bonds)
+    found, waiting = balanced(scene, [number for number, kind in enumerate(bonds) if kind.stiffness < 0.0], massless)
+    if waiting:
+        names = " and ".join(scene.contacts[number].name for number in waiting)
+        raise CaseError(
+            f"contacts {names} press bodies with mass against each other through faces without mass; "
+            "how they part after a hard impact is a matter of a restitution, which a hard contact has not",
+            path=f"contacts.{waiting[-1]}",
+            remedy="Use penalty for one of them, or give each face one contact.",
+        )
+    for turn, (number, side) in enumerate(found.items(), start=1):
+        bonds[number] = bonds[number]._replace(face=side, turn=turn)
+    return bonds
+
+
+def balanced(
+    scene: Scene, hard: Iterable[int], bare: Callable[[Scene, Point], bool]
+) -> tuple[dict[int, int], list[int]]:
+    """Return the side of each hard contact whose bare face gives its force, in order, and the contacts without one.
+
+    Several contacts may share a bare face (a striker on two rods side by side). Their forces follow one after the
+    other, each from a face on which no other force is still unknown. Where none is left, two bodies with mass (or
+    walls) meet through bare faces: they would strike each other as two masses do. ``bare`` is whether a face has no
+    mass.
+    """
+    waiting, found = list(hard), dict[int, int]()
+
+    def key(number: int, side: int) -> tuple[str, float]:
+        point = (scene.contacts[number].left, scene.contacts[number].right)[side]
+        return point.body, point.x
+
+    while waiting:
+        busy = [key(number, side) for number in waiting for side in range(2)]
+        following: tuple[int, int] | None = None
+        for number in waiting:
+            contact = scene.contacts[number]
+            sides = enumerate((contact.left, contact.right))
+            free = [side for side, point in sides if bare(scene, point) and busy.count(key(number, side)) == 1]
+            if following is None and free:  # a force is known best from the face that gives way most
+                following = number, min(free, key=lambda side: wave_impedance(scene, contact, side))
+        if following is None:
+            break
+        number, side = following
+        found[number] = side
+        waiting.remove(number)
+    return found, waiting

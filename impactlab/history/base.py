@@ -1,0 +1,231 @@
+"""What every run returns: channels at any time, dated events, contacts, energies. Computed and exact alike."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+import numpy as np
+from numpy import float64
+from numpy.typing import ArrayLike, NDArray
+
+from impactlab.errors import ImpactlabError
+
+if TYPE_CHECKING:
+    import xarray
+
+    from impactlab.refine.choice_record import Choice
+
+Array = NDArray[float64]
+
+
+class Event(NamedTuple):
+    """Something that happened at a contact at one instant."""
+
+    time: float  # s
+    contact: str
+    kind: Literal["close", "open", "impulse"]
+    impulse: float | None = None  # N s, of an impulse event only
+
+
+class ContactSpan(NamedTuple):
+    """One period of contact; for an impulse law one entry per pair, first kick to last."""
+
+    contact: str
+    start: float  # s
+    end: float | None  # s; None while still closed at the end of the run
+    impulse: float  # N s
+    peak_force: float | None  # N; None where the law has no force
+    first_impulse: float | None = None  # N s, impulse laws only
+    kicks: int | None = None  # impulse laws only
+
+
+class CarriedEnergy(NamedTuple):
+    """Energy that bodies carry in a motion common to all that interact, and cannot give to each other."""
+
+    kinetic: float  # J, of the centres of mass at t = 0
+    work: Array  # (n,) J, of loads on the common motion
+
+
+DRIFT_ROUNDING = 1e-13  # of the energy of all bodies: what a difference of such energies leaves below is rounding
+
+
+@dataclass(frozen=True)
+class EnergyBook:
+    """Energies over the run and the balance inside it (units J; gain and loss are shares of the scale).
+
+    The balance is the same in every frame of reference; the scale is that of the bodies' own frame.
+    """
+
+    time: Array  # (n,) s, the instants at which energies were taken
+    bodies: dict[str, Array]  # name -> (n,) kinetic + strain energy of each body
+    stored: Array  # (n,) held by contacts
+    booked: dict[str, Array]  # name -> (n,) losses booked so far: contact, ends, unresolved; never negative
+    work: Array  # (n,) work of gravity and end forces so far
+    carried: CarriedEnergy | None = None  # by free bodies in a common motion (`impactlab.scene.frame`); None: nothing
+
+    @cached_property
+    def total(self) -> Array:
+        """Energy of all bodies and contacts, shape (n,) [J]."""
+        return np.asarray(sum(self.bodies.values(), np.zeros_like(self.time)) + self.stored)
+
+    @cached_property
+    def balance(self) -> Array:
+        """Bodies + stored + booked - work - initial, shape (n,) [J]; zero for a perfect run."""
+        total = self.total + sum(self.booked.values(), np.zeros_like(self.time)) - self.work
+        return np.asarray(total - total[0])
+
+    @cached_property
+    def at_stake(self) -> float:
+        """Energy that the bodies can give to each other, or that loads give them, the larger [J]; 0 if both are zero.
+
+        It is measured in the frame of the centre of mass of what interacts. Bodies that only drift have none there:
+        then it is that of the drift.
+        """
+        start = float(np.abs(self.total[0]))
+        whole = max(start, float(np.max(np.abs(self.work), initial=0.0)))
+        if self.carried is None:
+            return whole
+        inside = max(0.0, start - self.carried.kinetic)
+        inside = max(inside, float(np.max(np.abs(self.work - self.carried.work), initial=0.0)))
+        return inside if inside > DRIFT_ROUNDING * whole else whole
+
+    @cached_property
+    def rounding(self) -> float:
+        """Energy of all bodies and work of loads, over the scale: rounding errors of the balance grow with it."""
+        whole = max(float(np.abs(self.total[0])), float(np.max(np.abs(self.work), initial=0.0)))
+        return max(1.0, whole / self.scale)
+
+    @cached_property
+    def scale(self) -> float:
+        """`at_stake`; 1 J if that is zero [J]: gains and losses are shares of it."""
+        return self.at_stake or 1.0
+
+    @cached_property
+    def final_error(self) -> float:
+        """How far the balance is from zero at the end, over the scale."""
+        return abs(float(self.balance[-1])) / self.scale
+
+    @cached_property
+    def largest_gain(self) -> float:
+        """How far the balance ever rises above its start, over the scale."""
+        return max(0.0, float(np.max(self.balance))) / self.scale
+
+    @cached_property
+    def largest_loss(self) -> float:
+        """How far the balance ever falls below its start, over the scale."""
+        return max(0.0, -float(np.min(self.balance))) / self.scale
+
+
+class Warned(NamedTuple):
+    """A warning of a run: a code for programs, a text for people."""
+
+    code: str
+    text: str
+
+
+SERIOUS = ("tolerance_not_met", "energy_gain")  # codes of warnings that put the answer in doubt: shown first
+
+
+@dataclass
+class Cost:
+    """What a run cost."""
+
+    setup_s: float = 0.0  # s, before the first step
+    solve_s: float = 0.0  # s, the steps, and their records made ready to be read
+    steps: int = 0
+    rhs_evaluations: int | None = None  # of an adaptive run
+    checks_s: float = 0.0  # s, after the run: what it warns of
+    unknowns: int | None = None  # displacements that are stepped, over all bodies; None where nothing is
+    factorisations: int | None = None  # of an adaptive run that is implicit: LU decompositions
+
+
+class Field(NamedTuple):
+    """A quantity along a body at one instant."""
+
+    x: Array  # (n,) m
+    values: Array  # (n,)
+
+
+END_ROUNDING = 1e-9  # of the duration: a time this little outside a run is its start or its end
+
+
+def within_run(t: ArrayLike, duration: float) -> Array:
+    """Return times as an array, those outside [0, duration] by rounding moved into it, same shape as t [s].
+
+    Raises
+    ------
+    ImpactlabError
+        If a time lies further outside, or is not a number.
+    """
+    times = np.asarray(t, float)
+    slack = END_ROUNDING * duration
+    outside = times[~((times >= -slack) & (times <= duration + slack))]
+    if outside.size:
+        raise ImpactlabError(
+            f"{float(outside.flat[0]):.6g} s lies outside the run, 0 to {duration:.6g} s",
+            remedy="Give times of the run, or run the case with a longer duration.",
+            path="solve.duration",
+        )
+    return np.asarray(np.clip(times, 0.0, duration))
+
+
+class AbstractHistory(ABC):
+    """A run, computed or exact. To write one, supply the four abstract methods and set the fields.
+
+    1. ``channels``: the names that ``evaluate`` answers.
+    2. ``evaluate``: values of a channel at any times in [0, duration]. At a jump the value after it is given. Times
+       outside the run are refused (`within_run`).
+    3. ``field``: a quantity along a body at one time of the run.
+    4. ``jumps``: the instants at which a channel jumps, for norms that stay away from them.
+
+    Channels: ``displacement|velocity|strain|stress|force:body@x`` (x as %.6g m), ``position:body`` and
+    ``velocity:body`` of a mass, ``force:a|b``, ``gap:a|b``, ``momentum:body``, ``energy:body``.
+    """
+
+    duration: float  # s
+    dt: float | None  # s, the step; None for an exact history
+    events: tuple[Event, ...]
+    contacts: tuple[ContactSpan, ...]
+    energy: EnergyBook
+    warnings: list[Warned]
+    cost: Cost
+    choice: Choice | None = None  # of a run with a tolerance: what was chosen, and why
+    integrator_used: bool = True  # False: every elastic body steps by itself, or the run is exact
+
+    @abstractmethod
+    def channels(self) -> tuple[str, ...]:
+        """Return the names of the channels that were recorded (an exact history also answers any other x)."""
+
+    @abstractmethod
+    def evaluate(self, t: ArrayLike, channel: str) -> Array:
+        """Return the channel at the times t [s], same shape as t, SI units; NaN where the method has no answer.
+
+        Raises
+        ------
+        ImpactlabError
+            If a time lies outside [0, duration] by more than rounding, or the channel was not recorded.
+        """
+
+    @abstractmethod
+    def field(self, body: str, t: float, quantity: str) -> Field:
+        """Return a quantity (displacement, velocity, strain, stress or force) along a body at time t [s].
+
+        Raises
+        ------
+        ImpactlabError
+            If t lies outside [0, duration] by more than rounding, or is no snapshot of a stepped run.
+        """
+
+    @abstractmethod
+    def jumps(self, channel: str) -> Array:
+        """Return the instants at which the channel jumps, shape (n,) [s]; empty where it is continuous."""
+
+    def to_xarray(self, points: int = 1000) -> xarray.Dataset:
+        """Return all channels on an equal grid of times as an xarray Dataset (needs the ``data`` extra)."""
+        import xarray
+
+        times = np.linspace(0.0, self.duration, points)
+        return xarray.Dataset({name: ("time", self.evaluate(times, name)) for name in self.channels()}, {"time": times})

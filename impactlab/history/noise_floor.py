@@ -1,0 +1,280 @@
+"""The noise floor of contacts: touches that rounding makes, or that come before any wave, are no events.
+
+Faces that rest on each other with a gap of zero touch by rounding, and implicit and modal descriptions move them
+before a wave has arrived. Such touches are left out of events and spans, and a span that began too early begins with
+the wave. Impulses are counted to the span of their contact that follows, or else to the one before, so that sums stay
+those of the run.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from impactlab.history.base import ContactSpan, Event
+from impactlab.scene.bodies import Beam, BeamSegment, Body, ElasticBody, Rod, Wall
+from impactlab.scene.frame import Group, groups, own_velocity
+from impactlab.scene.problem import Contact, Point, Scene
+
+MIN_SHARE = 1e-11  # of the largest force and impulse among the bodies that interact: a touch below it is rounding
+MAX_SHARE = 1e-8  # the same, at most, however many steps a run takes
+GAP_ROUNDINGS = 8.0  # of a gap, each eps times a displacement: four sums of displacements and rates in two faces
+EARLY_SHARE = 1e-3  # of the same: a touch before any wave that no later one of its contact can stand for
+EARLY = 1e-3  # of the time a wave takes: touches by no more than this too early are dated so by their step
+
+Found = tuple[tuple[Event, ...], tuple[ContactSpan, ...]]
+Key = tuple[str, float, float | None]  # contact, start, end of a span
+
+
+class Floor(NamedTuple):
+    """What a touch of one contact must reach to be one."""
+
+    force: float  # N
+    impulse: float  # N s
+    early_impulse: float  # N s, before a wave arrives
+    arrival: float  # s, before which no wave can reach the contact
+
+
+class Reach(NamedTuple):
+    """What can reach a contact: known before a run."""
+
+    groups: dict[str, int]  # number of the group of bodies that a contact is in
+    arrivals: dict[str, float]  # s, before which nothing can have reached a contact
+
+
+def reach_of(scene: Scene, joined: Sequence[Group] | None = None) -> Reach:
+    """Return the groups and first arrivals of the contacts of a scene; ``joined`` are its groups, if known."""
+    return Reach(_groups_of(scene, groups(scene) if joined is None else joined), first_arrivals(scene))
+
+
+def share_of(steps: float) -> float:
+    """Return the share of the largest force that the rounding of a gap may make of a force in a run of some steps.
+
+    A gap is rounded by eps times the displacements, which grow with the duration; a force answers to the way of one
+    step. So the force that a rounded gap makes is eps times the number of steps, over the largest.
+    """
+    return min(MAX_SHARE, max(MIN_SHARE, GAP_ROUNDINGS * float(np.finfo(float).eps) * steps))
+
+
+def above_noise(
+    scene: Scene,
+    events: Sequence[Event],
+    spans: Sequence[ContactSpan],
+    steps: float = 0.0,
+    reach: Reach | None = None,
+) -> Found:
+    """Return the events and spans of a run without those that are noise, in order of time.
+
+    Parameters
+    ----------
+    scene : Scene
+        What was run.
+    events, spans : sequence
+        All that were found, in order of time; a span begins and ends with the events of its contact.
+    steps : float, optional
+        How many steps the duration has; 0 where there are none.
+    reach : Reach, optional
+        Of the scene, where it is known already.
+    """
+    if not spans and not events:
+        return (), ()
+    floors = _floors(spans, share_of(steps), reach or reach_of(scene))
+    if not _any_noise(events, spans, floors):
+        return tuple(sorted(events, key=lambda event: event.time)), tuple(sorted(spans, key=lambda span: span.start))
+    own: dict[str, list[ContactSpan]] = {}
+    for span in sorted(spans, key=lambda each: each.start):
+        own.setdefault(span.contact, []).append(span)
+    kept: list[ContactSpan] = []
+    begins: dict[Key, float | None] = {}  # where spans begin; None of one that is noise
+    for name, found in own.items():
+        floor = floors[name]
+        real = _real(found, floor, scene.duration)
+        begins |= {_key(span): None for span in found}
+        begins |= {_key(span): max(span.start, min(floor.arrival, span.end or floor.arrival)) for span in real}
+        kept += [_without_small_kicks(span, events, floor) for span in _with_impulses(found, real, begins)]
+    left = tuple(event for *_, event in sorted(_events(events, begins, floors), key=lambda found: found[:2]))
+    return left, tuple(sorted(kept, key=lambda span: span.start))
+
+
+def _key(span: ContactSpan) -> Key:
+    return span.contact, span.start, span.end
+
+
+def _is_noise(span: ContactSpan, floor: Floor) -> bool:
+    return abs(span.impulse) <= floor.impulse and (span.peak_force is None or span.peak_force <= floor.force)
+
+
+def _any_noise(events: Sequence[Event], spans: Sequence[ContactSpan], floors: Mapping[str, Floor]) -> bool:
+    """Return whether an event or a span may be noise; of most runs none is."""
+    if any(span.start < floors[span.contact].arrival or _is_noise(span, floors[span.contact]) for span in spans):
+        return True
+    kicks = ((event, floors[event.contact]) for event in events if event.kind == "impulse")
+    return any(event.time < floor.arrival or not _is_kick(event, floor) for event, floor in kicks)
+
+
+def _real(found: Sequence[ContactSpan], floor: Floor, duration: float) -> list[ContactSpan]:
+    """Return the spans of a contact that are no noise, and none that ends before a wave arrives."""
+    loud = [span for span in found if not _is_noise(span, floor)]
+    late = [span for span in loud if (duration if span.end is None else span.end) >= floor.arrival]
+    if late:
+        return late
+    # No later span can take their impulses over: only those that carry next to nothing are left out.
+    return [span for span in loud if abs(span.impulse) > floor.early_impulse]
+
+
+def _with_impulses(
+    own: Sequence[ContactSpan], real: Sequence[ContactSpan], begins: Mapping[Key, float | None]
+) -> list[ContactSpan]:
+    """Return the spans of a contact that are real, with the impulses of those between them that are not."""
+    impulses = [span.impulse for span in real]
+    following = 0
+    for span in own:
+        if following < len(real) and span is real[following]:
+            following += 1
+        elif real:
+            impulses[min(following, len(real) - 1)] += span.impulse
+    return [
+        span._replace(start=begins[_key(span)] or 0.0, impulse=impulse)
+        for span, impulse in zip(real, impulses, strict=True)
+    ]
+
+
+def _without_small_kicks(span: ContactSpan, events: Sequence[Event], floor: Floor) -> ContactSpan:
+    """Return a span of kicks, counted and dated by those that are no noise."""
+    if span.kicks is None:
+        return span
+    kicks = [each for each in events if each.contact == span.contact and _is_kick(each, floor)]
+    if not kicks:
+        return span
+    return span._replace(start=kicks[0].time, end=kicks[-1].time, first_impulse=kicks[0].impulse, kicks=len(kicks))
+
+
+def _is_kick(event: Event, floor: Floor) -> bool:
+    return event.kind == "impulse" and abs(event.impulse or 0.0) > floor.impulse
+
+
+def _events(
+    events: Sequence[Event], begins: Mapping[Key, float | None], floors: Mapping[str, Floor]
+) -> Iterator[tuple[float, int, Event]]:
+    """Give (time, number, event) of those that are no noise: a closing and the opening after it go with their span."""
+    closed: dict[str, tuple[int, Event]] = {}
+    late = {name for (name, *_), begin in begins.items() if begin is not None and begin >= floors[name].arrival}
+    for number, event in enumerate(events):
+        if event.kind == "impulse":
+            floor = floors[event.contact]
+            if _is_kick(event, floor) and (event.time >= floor.arrival or event.contact not in late):
+                yield event.time, number, event
+        elif event.kind == "close":
+            closed[event.contact] = number, event
+        else:
+            first, close = closed.pop(event.contact, (number, None))
+            start = 0.0 if close is None else close.time
+            begin = begins.get((event.contact, start, event.time), start)
+            if begin is not None:
+                if close is not None:
+                    yield begin, first, close._replace(time=begin)
+                yield event.time, number, event
+    for number, close in closed.values():
+        begin = begins.get((close.contact, close.time, None), close.time)
+        if begin is not None:
+            yield begin, number, close._replace(time=begin)
+
+
+def _floors(spans: Sequence[ContactSpan], share: float, reach: Reach) -> dict[str, Floor]:
+    """Return the floor of each contact: shares of the largest force and impulse among the bodies that it joins."""
+    forces, impulses = dict[int, float](), dict[int, float]()
+    for span in spans:
+        at = reach.groups[span.contact]
+        forces[at] = max(forces.get(at, 0.0), span.peak_force or 0.0)
+        impulses[at] = max(impulses.get(at, 0.0), abs(span.impulse))
+    return {
+        name: Floor(
+            share * forces.get(at, 0.0),
+            share * impulses.get(at, 0.0),
+            EARLY_SHARE * impulses.get(at, 0.0),
+            (1.0 - EARLY) * reach.arrivals[name],
+        )
+        for name, at in reach.groups.items()
+    }
+
+
+def _groups_of(scene: Scene, joined: Sequence[Group]) -> dict[str, int]:
+    """Return the number of the group of bodies that each contact is in."""
+    group_of = {name: number for number, group in enumerate(joined) for name in group.bodies}
+    return {
+        contact.name: max(
+            (group_of[p.body] for p in (contact.left, contact.right) if not isinstance(scene.bodies[p.body], Wall)),
+            default=-1,
+        )
+        for contact in scene.contacts
+    }
+
+
+def first_arrivals(scene: Scene) -> dict[str, float]:
+    """Return for each contact the time [s] before which nothing can have reached it; 0 where faces move at once.
+
+    Faces that rest on each other wait for a wave from a contact that moves, from a force on an end or from an initial
+    displacement. Waves travel no faster than sqrt(E/rho); through a rigid body, a beam without shear or a rod that is
+    damped they take no time. A contact in the way passes them on without delay.
+    """
+    arrival = {contact.name: 0.0 if _moves(scene, contact) else math.inf for contact in scene.contacts}
+    if not any(arrival.values()):
+        return arrival
+    for contact in scene.contacts:
+        for point in (contact.left, contact.right):
+            arrival[contact.name] = min(arrival[contact.name], _from_sources(scene, point))
+    for _ in scene.contacts:
+        for contact in scene.contacts:
+            for other in scene.contacts:
+                for point in (contact.left, contact.right):
+                    for source in (other.left, other.right):
+                        body = scene.bodies[point.body]
+                        if source.body == point.body and not isinstance(body, Wall):
+                            later = arrival[other.name] + travel_time(body, point.x, source.x)
+                            arrival[contact.name] = min(arrival[contact.name], later)
+    return {name: 0.0 if math.isinf(time) else time for name, time in arrival.items()}
+
+
+def _moves(scene: Scene, contact: Contact) -> bool:
+    """Return whether the faces of a contact may move against each other from the start."""
+    bodies = [scene.bodies[point.body] for point in (contact.left, contact.right)]
+    still = own_velocity(bodies[0]) == own_velocity(bodies[1])
+    # A clamped body that moves at the start strikes its own clamp.
+    held = any(isinstance(body, ElasticBody) and body.is_held and body.velocity != 0.0 for body in bodies)
+    return not still or held or scene.gravity != 0.0 or contact.gap != 0.0
+
+
+def _from_sources(scene: Scene, point: Point) -> float:
+    """Return when forces on the ends of a body, or its initial displacement, reach a point [s]; inf without any."""
+    body = scene.bodies[point.body]
+    if not isinstance(body, ElasticBody):
+        return math.inf
+    if body.displacement is not None:
+        return 0.0
+    ends = [x for x, end in ((0.0, body.left), (body.length, body.right)) if end.force != 0.0]
+    return min((travel_time(body, point.x, x) for x in ends), default=math.inf)
+
+
+def travel_time(body: Body, x: float, other: float) -> float:
+    """Return the least time [s] that a wave takes between two places of a body; 0 where its waves have no front."""
+    if not isinstance(body, ElasticBody) or not _has_fronts(body):
+        return 0.0
+    low, high = min(x, other), max(x, other)
+    time = at = 0.0
+    for segment in body.segments:
+        speed = max(segment.wave_speed, segment.shear_speed if isinstance(segment, BeamSegment) else 0.0)
+        inside = max(0.0, min(high, at + segment.length) - max(low, at))
+        time, at = time + inside / speed, at + segment.length
+    return time
+
+
+def _has_fronts(body: ElasticBody) -> bool:
+    if body.is_damped:
+        return False
+    if isinstance(body, Rod) and body.model is not None and len(body.segments) == 1:
+        # A model with a theory of its own, as Love's, has waves that begin everywhere at once.
+        return body.model.exact_frequencies(body, 1) is None
+    return isinstance(body, Rod) or (isinstance(body, Beam) and body.theory == "timoshenko")

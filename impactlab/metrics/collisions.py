@@ -1,0 +1,249 @@
+"""Collisions: what an observer calls one blow, with all the contacts it is made of.
+
+Two bodies that vibrate may part and meet again before either has done with the first meeting: a sphere on a long beam
+strikes three times. Contacts between the same two bodies are one collision as long as the openings between them are no
+longer than the slowest period of the bodies, taken as if each were clamped at one end and free at the other (rods
+4 L/c, beams 1.787 L2 sqrt(rho A/EI)): until then the one may still be on its way back from the contact before. What
+meets later meets anew. Bodies that do not vibrate part for good: each of their contacts is a collision.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from impactlab.history.base import AbstractHistory, ContactSpan
+from impactlab.scene.bodies import Beam, ElasticBody, Mass, Rod, Wall
+from impactlab.scene.frame import own_velocity
+from impactlab.scene.problem import Scene
+
+CANTILEVER = 2.0 * math.pi / 1.8751040687119611**2  # period of a cantilever over L2 sqrt(rho A/EI)
+MIN_APPROACH = 1e-9  # of the fastest body or of the exit speed: a slower approach is the rounding of mean speeds
+LOOKS = 64  # at a gap in each opening
+MOST_LOOKS = 100_000
+
+
+@dataclass(frozen=True)
+class Collision:
+    """One collision of two bodies; what does not apply is None.
+
+    The speeds are the mean ones of the striker relative to that of the other body, 0 of a wall and of a body that
+    something holds: positive when they approach. The energies are those of the whole bodies, so what other contacts and
+    loads do to them meanwhile is in them.
+    """
+
+    bodies: str  # left|right, as in the contacts
+    sub_impacts: int  # contacts, of a law of impulses kicks
+    start: float  # s, of the first
+    end: float | None  # s, of the last; None while still closed at the end of the run
+    duration: float  # s, from start to end, or to the end of the run
+    in_contact: float  # s, the sum of the sub-impacts
+    impulse: float  # N s, the sum of the sub-impacts
+    peak_force: float | None  # N, of the largest
+    largest_gap: float | None  # m, between sub-impacts
+    longest_opening: float | None  # s, between sub-impacts
+    striker: str  # the rigid body, else the one that moved at the start
+    approach_speed: float | None  # m/s
+    exit_speed: float | None  # m/s, positive when they part
+    restitution: float | None  # exit over approach speed, of the whole collision; None without an approach
+    energy_lost: float | None  # J, by the striker
+    energy_given: float | None  # J, to the other body
+
+
+def collisions(scene: Scene, history: AbstractHistory) -> tuple[Collision, ...]:
+    """Return the collisions of a run, in order of their starts."""
+    found = []
+    for pair in dict.fromkeys((contact.left.body, contact.right.body) for contact in scene.contacts):
+        names = {contact.name for contact in scene.contacts if (contact.left.body, contact.right.body) == pair}
+        spans = sorted((span for span in history.contacts if span.contact in names), key=lambda span: span.start)
+        found += [_collision(scene, history, pair, group) for group in _groups(spans, memory(scene, pair))]
+    return tuple(sorted(found, key=lambda each: each.start))
+
+
+def memory(scene: Scene, pair: Sequence[str]) -> float:
+    """Return the longest opening inside a collision [s]: the slowest of their periods; 0 of rigid ones."""
+    return max(slowest_period(scene, name) for name in pair)
+
+
+def slowest_period(scene: Scene, name: str) -> float:
+    """Return the first period of a body clamped at one end and free at the other [s]; 0 of a rigid body."""
+    body = scene.bodies[name]
+    if isinstance(body, Rod):
+        return 2.0 * body.round_trip
+    if isinstance(body, Beam):
+        softest = max(math.sqrt(each.density * each.area / each.bending_stiffness) for each in body.segments)
+        return CANTILEVER * body.length**2 * softest
+    return 0.0
+
+
+def _groups(spans: Sequence[ContactSpan], longest: float) -> Iterator[list[ContactSpan]]:
+    group: list[ContactSpan] = []
+    until = -math.inf
+    for span in spans:
+        if group and span.start - until > longest:
+            yield group
+            group = []
+        group.append(span)
+        until = max(until, math.inf if span.end is None else span.end)
+    if group:
+        yield group
+
+
+def _collision(scene: Scene, history: AbstractHistory, pair: tuple[str, str], spans: list[ContactSpan]) -> Collision:
+    start, last = spans[0].start, history.duration
+    ends = [span.end for span in spans]
+    end = None if None in ends else max(each for each in ends if each is not None)
+    until = last if end is None else end
+    openings = [(a.end, b.start) for a, b in itertools.pairwise(spans) if a.end is not None]
+    openings = [(a, b) for a, b in openings if b > a]
+    forces = [span.peak_force for span in spans if span.peak_force is not None]
+    striker, other = _roles(scene, pair)
+    sign = 1.0 if striker == pair[0] else -1.0  # the left body approaches with a positive velocity
+    before, after = (_relative(scene, history, striker, other, t) for t in (_just_before(start), until))
+    approach = None if before is None else sign * before
+    leaves = None if after is None else -sign * after
+    lost, given = (_energy_change(scene, history, name, start, until) for name in (striker, other))
+    fastest = max((abs(own_velocity(body)) for body in scene.bodies.values()), default=0.0)
+    slowest = MIN_APPROACH * max(fastest, abs(leaves or 0.0))
+    meets = approach is not None and approach > slowest
+    return Collision(
+        bodies="|".join(pair),
+        sub_impacts=sum(1 if span.kicks is None else span.kicks for span in spans),
+        start=start,
+        end=end,
+        duration=until - start,
+        in_contact=sum((last if span.end is None else span.end) - span.start for span in spans),
+        impulse=sum(span.impulse for span in spans),
+        peak_force=max(forces) if forces else None,
+        largest_gap=_largest_gap(history, spans[0].contact, openings) if openings else None,
+        longest_opening=max(b - a for a, b in openings) if openings else None,
+        striker=striker,
+        approach_speed=approach,
+        exit_speed=leaves,
+        restitution=leaves / approach if meets and leaves is not None and approach is not None else None,
+        energy_lost=None if lost is None else -lost,
+        energy_given=given,
+    )
+
+
+def _roles(scene: Scene, pair: tuple[str, str]) -> tuple[str, str]:
+    """Return which of two bodies strikes, and the other: a mass, else an elastic body that moved or that is free."""
+
+    def rank(name: str) -> tuple[bool, bool, bool]:
+        body = scene.bodies[name]
+        moves = not isinstance(body, Wall) and body.velocity != 0.0
+        return (not isinstance(body, Wall), isinstance(body, Mass), moves)
+
+    left, right = pair
+    return (left, right) if rank(left) >= rank(right) else (right, left)
+
+
+def _just_before(time: float) -> float:
+    return float(np.nextafter(time, -1.0))
+
+
+def _relative(scene: Scene, history: AbstractHistory, striker: str, other: str, time: float) -> float | None:
+    speeds = [_mean_velocity(scene, history, name, time) for name in (striker, other)]
+    if any(speed is None for speed in speeds):
+        return None
+    return float(speeds[0] or 0.0) - float(speeds[1] or 0.0)
+
+
+def _mean_velocity(scene: Scene, history: AbstractHistory, name: str, time: float) -> float | None:
+    """Return the momentum of a body over its mass [m/s]; 0 of what something holds, None where it is not known.
+
+    It is what the contacts until then and the loads have given, which is exact; inside a contact it is that of the
+    record, which is kept at fewer instants.
+    """
+    body = scene.bodies[name]
+    if isinstance(body, Wall) or (isinstance(body, ElasticBody) and body.is_held):
+        return 0.0
+    mass, force, grounded = body.mass, 0.0, False
+    if isinstance(body, ElasticBody):
+        mass += body.left.value + body.right.value
+        force, grounded = body.end_force, body.damping.mass > 0.0
+    signs = {each.name: float(each.right.body == name) - float(each.left.body == name) for each in scene.contacts}
+    spans = [span for span in history.contacts if signs[span.contact] != 0.0 and span.start <= time]
+    if not grounded and all(span.end is not None and span.end <= time for span in spans):
+        loads = mass * scene.gravity + force
+        return body.velocity + (sum(signs[span.contact] * span.impulse for span in spans) + loads * time) / mass
+    if f"momentum:{name}" not in history.channels():
+        return None
+    return float(history.evaluate([time], f"momentum:{name}")[0]) / mass
+
+
+def _energy_change(scene: Scene, history: AbstractHistory, name: str, start: float, end: float) -> float | None:
+    """Return by how much the energy of a body grows from before a start to an end [J]; None where it is not known."""
+    body = scene.bodies[name]
+    if isinstance(body, Wall):
+        return 0.0
+    if isinstance(body, Mass):
+        speeds = [_mean_velocity(scene, history, name, t) for t in (_just_before(start), end)]
+        if any(speed is None for speed in speeds):
+            return None
+        return 0.5 * body.mass * (float(speeds[1] or 0.0) ** 2 - float(speeds[0] or 0.0) ** 2)
+    if f"energy:{name}" not in history.channels():
+        return None
+    first, last = history.evaluate([max(0.0, _just_before(start)), end], f"energy:{name}")
+    return float(last - first)
+
+
+def _largest_gap(history: AbstractHistory, contact: str, openings: Sequence[tuple[float, float]]) -> float:
+    looks = max(3, min(LOOKS, MOST_LOOKS // len(openings)))
+    t = np.concatenate([np.linspace(a, b, looks) for a, b in openings])
+    return max(0.0, float(np.max(history.evaluate(t, f"gap:{contact}"))))
+
+
+def sentence(each: Mapping[str, Any]) -> str:
+    """Return a collision of a summary in one line, for people."""
+    closed = each["end"] is None
+    count = f"{each['sub_impacts']} sub-impact{'s' if each['sub_impacts'] != 1 else ''}"
+    until = "still in contact" if closed else f"to {each['end']:.6g} s"
+    parts = [f"{each['bodies']}: {count}, {each['start']:.6g} s {until}", f"impulse {each['impulse']:.6g} N s"]
+    if each["restitution"] is not None and not closed:
+        parts.append(f"apparent restitution {each['restitution']:.4g}")
+    if each["energy_lost"] is not None and not closed:
+        parts.append(f"{each['striker']} loses {each['energy_lost']:.4g} J")
+    if each["largest_gap"]:
+        parts.append(f"gaps up to {each['largest_gap']:.3g} m")
+    return ", ".join(parts)
+
+
+def agreements(rows: Iterable[tuple[str, Mapping[str, Any]]]) -> list[dict[str, Any]]:
+    """Return for each pair of bodies what several summaries of one case say of its sub-impacts, summaries by name.
+
+    The count is resolved where all methods find the same number in the same number of collisions. Laws of impulses give
+    a number of kicks and are left out. Each entry has ``bodies``, ``counts`` by method, ``resolved``,
+    ``impulses_within`` (the largest difference of a method's impulse of a pair from that of the first, as a share; None
+    where not resolved) and ``text``.
+    """
+    found: dict[str, dict[str, list[Mapping[str, Any]]]] = {}
+    for name, summary in rows:
+        if summary.get("status") not in ("completed", "tolerance_not_met") or any(
+            span.get("kicks") for span in summary["contacts"]
+        ):
+            continue
+        for each in summary.get("collisions", ()):
+            found.setdefault(each["bodies"], {}).setdefault(name, []).append(each)
+    return [_agreement(bodies, by_name) for bodies, by_name in found.items() if len(by_name) > 1]
+
+
+def _agreement(bodies: str, by_name: Mapping[str, Sequence[Mapping[str, Any]]]) -> dict[str, Any]:
+    counts = {name: sum(int(each["sub_impacts"]) for each in group) for name, group in by_name.items()}
+    blows = {len(group) for group in by_name.values()}
+    resolved = len(set(counts.values())) == 1 and len(blows) == 1
+    within = None
+    if resolved:
+        sums = [sum(float(each["impulse"]) for each in group) for group in by_name.values()]
+        within = max(abs(each - sums[0]) for each in sums) / abs(sums[0]) if sums[0] else 0.0
+        text = f"{bodies}: number of sub-impacts {next(iter(counts.values()))} by all {len(counts)} methods, "
+        text += f"impulses agree within {within:.1g}"
+    else:
+        told = ", ".join(f"{count} by {name}" for name, count in counts.items())
+        text = f"{bodies}: number of sub-impacts not resolved: {told}"
+    return {"bodies": bodies, "counts": counts, "resolved": resolved, "impulses_within": within, "text": text}

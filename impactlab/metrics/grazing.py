@@ -1,0 +1,153 @@
+"""The warning that a run sits near a grazing contact, where small errors change the number of contacts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from impactlab.history.base import AbstractHistory
+
+SHALLOW = 0.10  # of the largest gap of the flight so far: a minimum below nearly touches
+SHORT = 0.07  # round trips: a contact shorter than this nearly did not happen
+SLOW = 0.1  # of the fastest rate of a flight, whose square is the share of its way that is left to go
+MIN_TOUCH = 1e-4  # of the largest impulse of a contact: what is less is a ripple
+MIN_FLIGHT = 1e-3  # of the widest gap: ripples of faces that have hardly parted are no flights
+LOOKS = 32  # at the gap of an opening
+SAMPLES = 512  # of the gap per round trip
+MOST_SAMPLES = 50_000  # of a flight
+MOST_OF_RUN = 1_000_000  # of all flights together
+
+
+class Touch(NamedTuple):
+    """A period of contact; openings so short that the faces chatter, and do not fly, belong to it."""
+
+    start: float  # s
+    end: float | None  # s
+    impulse: float  # N s
+
+
+def touches_of(history: AbstractHistory, contact_name: str, quiet: float) -> list[Touch]:
+    """Return the touches of a contact, those without a flight between them as one.
+
+    A flight takes longer than ``quiet`` [s], and its gap grows beyond a thousandth of the widest one. With quiet = 0
+    every opening is one.
+    """
+    spans = [span for span in history.contacts if span.contact == contact_name]
+    channel = f"gap:{contact_name}"
+    widest = 0.0
+    if quiet > 0.0 and len(spans) > 1:
+        widest = float(np.max(history.evaluate(np.linspace(0.0, history.duration, MOST_SAMPLES // 10), channel)))
+    touches: list[Touch] = []
+    for span in spans:
+        last = touches[-1] if touches else None
+        joined = last is not None and (last.end is None or span.start - last.end <= quiet)
+        if last is not None and last.end is not None and not joined and quiet > 0.0:
+            opening = history.evaluate(np.linspace(last.end, span.start, LOOKS), channel)
+            joined = float(np.max(opening)) <= MIN_FLIGHT * widest
+        if last is not None and joined:
+            touches[-1] = Touch(last.start, span.end, last.impulse + span.impulse)
+        else:
+            touches.append(Touch(span.start, span.end, span.impulse))
+    return touches
+
+
+def near_grazing(history: AbstractHistory, contact_name: str, round_trip: float, dt: float = 0.0) -> str | None:
+    """Return the text of the warning ``near_grazing``, or None where no contact of this name is near grazing.
+
+    Three signs: inside a flight (from an opening on) the gap has a local minimum, not ended by contact there, below
+    10 % of the largest gap between opening and that minimum; or a contact lasts less than 0.07 round trips; or the
+    faces meet at less than a tenth of the fastest rate of that flight, so that a hundredth of its way more of a gap
+    would part them. Of a stepped run, contacts with openings of less than 0.07 round trips between them are one: faces
+    that chatter do not fly.
+
+    Parameters
+    ----------
+    history : AbstractHistory
+        A run, computed or exact.
+    contact_name : str
+        As in its events: ``hammer|rod.left``.
+    round_trip : float
+        T [s].
+    dt : float, optional
+        Step [s] of a stepped run: contacts shorter than three steps are left to chance and not reported.
+    """
+    touches = touches_of(history, contact_name, max(10.0 * dt, SHORT * round_trip) if dt > 0.0 else 0.0)
+    strongest = max((abs(touch.impulse) for touch in touches), default=0.0)
+    for touch in touches:
+        if touch.end is None or (dt > 0.0 and abs(touch.impulse) <= MIN_TOUCH * strongest):
+            continue
+        if 3.0 * dt <= touch.end - touch.start < SHORT * round_trip:
+            lasts = (touch.end - touch.start) / round_trip
+            return (
+                f"{contact_name}: the contact at {touch.start:.6g} s lasts only {lasts:.3g} round trips; "
+                "a small change of the case or of the method may make it vanish"
+            )
+    periods = [(touch.start, history.duration if touch.end is None else touch.end) for touch in touches]
+    if text := _slow_meeting(history, contact_name, periods, round_trip, dt):
+        return text
+    return _missed_touch(history, contact_name, periods, round_trip)
+
+
+def _missed_touch(
+    history: AbstractHistory, contact_name: str, touches: Sequence[tuple[float, float]], round_trip: float
+) -> str | None:
+    """Return the text for the first flight after a touch (start, end) in which the faces nearly meet, or None."""
+    widest = float(
+        np.max(history.evaluate(np.linspace(0.0, history.duration, MOST_SAMPLES // 10), f"gap:{contact_name}"))
+    )
+    for number, (_, end) in enumerate(touches):
+        until = touches[number + 1][0] if number + 1 < len(touches) else history.duration
+        if end >= until:
+            continue
+        count = int(min(MOST_SAMPLES, 16 + SAMPLES * (until - end) / round_trip))
+        t = np.linspace(end, until, count)
+        gap = history.evaluate(t, f"gap:{contact_name}")
+        largest = np.maximum.accumulate(gap)
+        inner = 1 + np.flatnonzero((gap[1:-1] < gap[:-2]) & (gap[1:-1] <= gap[2:]))
+        # Faces may overlap while no force acts (laws that do not tie positions, soft springs): that is no flight; nor
+        # are ripples of faces that have hardly parted.
+        flies = largest[inner] > MIN_FLIGHT * widest
+        near = inner[flies & (gap[inner] >= 0.0) & (gap[inner] < SHALLOW * largest[inner])]
+        if len(near):
+            i = int(near[0])
+            share = 100.0 * gap[i] / largest[i]
+            return (
+                f"{contact_name}: at {t[i]:.6g} s the faces come within {share:.3g} % of their largest distance "
+                "without touching; a small change of the case or of the method may add a contact"
+            )
+    return None
+
+
+def grazing_kick(history: AbstractHistory, contact_name: str, round_trip: float, dt: float) -> str | None:
+    """Return the text of the warning ``near_grazing`` for a law of kicks, or None.
+
+    A kick lasts no time and faces that ring under kicks nearly touch all the time: of the signs of `near_grazing` the
+    slow meeting alone says something. A kick answers to the speed of its instant, which is then known least: a step dt
+    before or after, under an acceleration a, it is another by a dt, and the kick with it.
+    """
+    kicks = [event.time for event in history.events if event.contact == contact_name and event.kind == "impulse"]
+    return _slow_meeting(history, contact_name, [(time, time) for time in kicks], round_trip, dt)
+
+
+def _slow_meeting(
+    history: AbstractHistory, contact_name: str, touches: Sequence[tuple[float, float]], round_trip: float, dt: float
+) -> str | None:
+    """Return the text for the first touch (start, end) whose faces come to rest against each other, or None."""
+    before = 0.0
+    most = min(MOST_SAMPLES, MOST_OF_RUN // max(1, len(touches)))
+    for start, end in touches:
+        begin, before = before, end
+        if start - begin <= max(10.0 * dt, SHORT * round_trip):
+            continue  # touches in quick series: faces that chatter, not that fly
+        count = int(min(16 + most, 16 + SAMPLES * (start - begin) / round_trip))
+        gap = history.evaluate(np.linspace(begin, start, count), f"gap:{contact_name}")
+        rates = np.diff(gap)
+        if np.max(gap) > 0.0 and 0.0 < -rates[-1] < SLOW * np.max(np.abs(rates)):
+            share = -100.0 * rates[-1] / np.max(np.abs(rates))
+            return (
+                f"{contact_name}: at {start:.6g} s the faces meet at {share:.2g} % of the speed of their flight; "
+                "a small change of the case or of the method may keep them apart"
+            )
+    return None

@@ -1,0 +1,135 @@
+"""Metrics of what an impact leaves behind: velocities, the opening, the chatter of the force, the momentum."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from impactlab.history.base import AbstractHistory
+from impactlab.metrics.norms import ZERO, force_channels, largest, midpoints
+from impactlab.scene.bodies import ElasticBody, Mass
+from impactlab.scene.frame import groups, touched_in
+from impactlab.scene.momentum import Seen, balance, is_free, moving_mass
+from impactlab.scene.problem import Scene
+from impactlab.types import Array
+
+LASTING = 0.1  # T that a contact stays open, for its opening to count
+
+
+class Free(NamedTuple):
+    """A body that nothing holds, with the mass that its momentum moves."""
+
+    name: str
+    mass: float  # kg, with the masses that ride on its ends
+
+
+def free_bodies(scene: Scene, *histories: AbstractHistory) -> Iterator[Free]:
+    """Give the masses, and the rods whose ends are free or carry masses, whose momentum the histories know."""
+    for name, body in scene.bodies.items():
+        if not all(f"momentum:{name}" in history.channels() for history in histories):
+            continue
+        if isinstance(body, Mass) or (isinstance(body, ElasticBody) and not body.is_held):
+            yield Free(name, moving_mass(body))
+
+
+def exit_velocity(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
+    """Return the error of the velocity with which a body leaves, over the largest speed of all; the largest.
+
+    A body's velocity is its momentum at the end of the run over its mass; bodies that something holds are left out.
+    The largest speed is that of the reference, over those bodies and the run, in the frame of the bodies that interact
+    (`impactlab.scene.frame`; the frame at rest where no contact was closed). None where there is no such body.
+    """
+    bodies = list(free_bodies(scene, history, reference))
+    t = midpoints(scene.duration)
+    end = np.array([scene.duration])
+    frames = {name: group for group in groups(scene, touched_in(reference)) for name in group.bodies}
+    within = [_velocity(reference, body, t) - frames[body.name].velocity_at(t) for body in bodies]
+    scale = max((float(np.max(np.abs(speeds))) for speeds in within), default=0.0)
+    fastest = max((float(np.max(np.abs(_velocity(reference, body, t)))) for body in bodies), default=0.0)
+    scale = scale if scale > ZERO * fastest else fastest
+    if scale == 0.0:
+        return None
+    return largest(
+        abs(float((_velocity(history, body, end) - _velocity(reference, body, end))[0])) / scale for body in bodies
+    )
+
+
+def _velocity(history: AbstractHistory, body: Free, t: Array) -> Array:
+    return np.asarray(history.evaluate(t, f"momentum:{body.name}") / body.mass)
+
+
+def opening_time(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
+    """Return how far the first lasting opening of a contact is from that of the reference, in T; the largest.
+
+    An opening lasts if the contact then stays open for 0.1 T, or to the end of the run: a force that chatters has not
+    parted yet. None where no contact parts in both, or where there is no T. A law of impulses does not open.
+    """
+    if not np.isfinite(scene.round_trip):
+        return None
+    errors = []
+    for contact in scene.contacts:
+        one, other = (_parted(h, contact.name, LASTING * scene.round_trip) for h in (history, reference))
+        if one is not None and other is not None:
+            errors.append(abs(one - other) / scene.round_trip)
+    return max(errors, default=None)
+
+
+def _parted(history: AbstractHistory, contact: str, lasting: float) -> float | None:
+    """Return the first time [s] at which a contact opens and stays open for ``lasting`` [s]."""
+    events = [event for event in history.events if event.contact == contact and event.kind in ("close", "open")]
+    for event, following in itertools.zip_longest(events, events[1:]):
+        if event.kind == "open" and (following is None or following.time - event.time >= lasting):
+            return event.time
+    return None
+
+
+def force_oscillation(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
+    """Return how much more the force goes up and down than that of the reference, in peaks; the largest over contacts.
+
+    It is the total variation of the force on the 6000 cells, sum |F_i+1 - F_i| from F = 0 before the run, less that of
+    the reference, over the peak of the reference; 0 where the force varies less. A force that drops to zero and comes
+    back once too often counts 2; ripples of 1 % up and down over a hundred steps count 2, too. Where steps are shorter
+    than cells, what happens within a cell is not seen. None where the reference has no force.
+    """
+    t = midpoints(scene.duration)
+    errors: list[float | None] = []
+    for name in force_channels(scene):
+        exact = reference.evaluate(t, name)
+        peak = float(np.max(np.abs(exact)))
+        if peak > 0.0:
+            more = _variation(history.evaluate(t, name)) - _variation(exact)
+            errors.append(more if math.isnan(more) else max(0.0, more) / peak)
+    return largest(errors)
+
+
+def _variation(values: Array) -> float:
+    return float(np.sum(np.abs(np.diff(values, prepend=0.0))))
+
+
+def momentum_error(
+    history: AbstractHistory,
+    reference: AbstractHistory,  # noqa: ARG001 - a metric has it
+    scene: Scene,
+) -> float | None:
+    """Return how far the momentum of a body is from the impulses that it was given; the largest over free bodies.
+
+    |p(end) - p(0) - impulses of contacts - (m g + forces on ends) t| over the momentum in play; see `momentum.balance`.
+    It is a balance of the run itself: the reference is not looked at. None where something holds every body.
+    """
+    errors = []
+    t = np.minimum(history.energy.time, history.duration)  # the last step may end after the run
+    impulses = [
+        sum(span.impulse for span in history.contacts if span.contact == contact.name) for contact in scene.contacts
+    ]
+    for body in free_bodies(scene, history):
+        if not is_free(scene.bodies[body.name]):
+            continue
+        momentum = history.evaluate(np.append(t, history.duration), f"momentum:{body.name}")
+        energy = float(np.max(np.abs(history.energy.bodies[body.name])))
+        seen = Seen(float(momentum[0]), float(momentum[-1]), float(np.max(np.abs(momentum))), energy)
+        errors.append(balance(scene, body.name, impulses, history.duration, seen).error)
+    return largest(errors)

@@ -1,0 +1,400 @@
+"""How far one history is from another: the norms of the summary, each a small function of its own.
+
+A metric is ``metric(history, reference, scene)``; it returns a number, or None where its reference is zero or where
+the method has no answer (an impulse law has no force). It sees two `AbstractHistory` and never asks which is exact.
+"""
+
+from __future__ import annotations
+
+import bisect
+import contextlib
+import sys
+from collections.abc import Callable, Iterable, Mapping
+from typing import NamedTuple, cast
+
+import numpy as np
+
+from impactlab.errors import PluginError
+from impactlab.history.base import AbstractHistory, Event, Warned
+from impactlab.plugins import METRICS, Registry, registry
+from impactlab.scene.bodies import ElasticBody, Mass
+from impactlab.scene.frame import drift, touched_in
+from impactlab.scene.problem import Contact, Point, Scene
+from impactlab.types import Array
+
+Metric = Callable[[AbstractHistory, AbstractHistory, Scene], float | None]
+
+CELLS = 6000  # equal cells of the midpoint rule
+NEAR_JUMP = 0.05  # T around a jump of the exact force that `force_away_from_jumps` leaves out
+NEAR_EVENT = 0.1  # T within which a computed event may stand for an exact one
+COLUMNS = 2000  # of the graphs whose Hausdorff distance is taken
+GRAPH_POINTS = 400_000  # most points of one graph; only a force that chatters wildly needs more
+
+
+def midpoints(duration: float, cells: int = CELLS) -> Array:
+    """Return the middles of equal cells over [0, duration], shape (cells,) [s]."""
+    return np.asarray((np.arange(cells) + 0.5) * (duration / cells), dtype=float)
+
+
+def mass_channels(scene: Scene) -> tuple[str, ...]:
+    """Return the displacement channels of the rigid masses in contacts: ``position:hammer``."""
+    return _face_channels(scene, lambda point: f"position:{point.body}", Mass)
+
+
+def face_channels(scene: Scene) -> tuple[str, ...]:
+    """Return the displacement channels of the rod faces in contacts and of loaded ends: ``displacement:rod@0``."""
+    faces = _face_channels(scene, lambda point: f"displacement:{point.body}@{point.x:.6g}", ElasticBody)
+    return tuple(dict.fromkeys((*faces, *(probe.channel for probe in scene.loaded_ends))))
+
+
+def force_channels(scene: Scene) -> tuple[str, ...]:
+    """Return the channels of the contact forces: ``force:hammer|rod.left``."""
+    return tuple(f"force:{contact.name}" for contact in scene.contacts)
+
+
+def _face_channels(scene: Scene, name: Callable[[Point], str], kind: type[Mass | ElasticBody]) -> tuple[str, ...]:
+    points = (point for contact in scene.contacts for point in (contact.left, contact.right))
+    return tuple(dict.fromkeys(name(point) for point in points if isinstance(scene.bodies[point.body], kind)))
+
+
+ZERO = 1e-12  # of the values: a reference below it is zero
+
+
+def relative_l2(values: Array, reference: Array, drift: Array | None = None) -> float | None:
+    """Return |values - reference| / |reference| on equal cells, arrays of shape (cells,).
+
+    None where the reference is zero throughout, NaN where values are NaN. With a ``drift``
+    (`impactlab.scene.frame.drift`, same shape) the scale is |reference - drift|: that of the motion within the frame of
+    the bodies that interact. Where that is zero, a body only drifts, and the scale is |reference|.
+    """
+    size, own = float(np.linalg.norm(reference)), float(np.linalg.norm(values))
+    # A reference that is this much smaller than what is compared with it is zero but for its own rounding.
+    if size == 0.0 or size <= ZERO * own:
+        return None
+    within = size if drift is None else float(np.linalg.norm(reference - drift))
+    scale = within if within > ZERO * max(size, own) else size
+    return float(np.linalg.norm(values - reference)) / scale
+
+
+def largest(values: Iterable[float | None]) -> float | None:
+    """Return the largest of the values that exist; None where there is none, or where one is NaN (no answer)."""
+    known = [value for value in values if value is not None]
+    return None if not known or not np.all(np.isfinite(known)) else max(known)
+
+
+def _largest_l2(
+    history: AbstractHistory, reference: AbstractHistory, scene: Scene, names: tuple[str, ...]
+) -> float | None:
+    t = midpoints(scene.duration)
+    return largest(relative_l2(history.evaluate(t, name), reference.evaluate(t, name)) for name in names)
+
+
+def displacement_error(
+    history: AbstractHistory, reference: AbstractHistory, scene: Scene, name: str, t: Array
+) -> float | None:
+    """Return the relative L2 error of a displacement channel at equal cells t [s], shape (cells,).
+
+    The scale is the displacement of the reference in the frame of the bodies that interact in it, so the error is the
+    same however fast they all fly along together. Where a wall or a held body interacts, or no contact was closed, it
+    is the displacement itself.
+    """
+    touched = touched_in(reference)
+    moved = drift(scene, name, t, touched) if touched else None
+    return relative_l2(history.evaluate(t, name), reference.evaluate(t, name), moved)
+
+
+def mass_displacement(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
+    """Return the relative L2 error of the displacement of the masses in contacts, the largest.
+
+    Of free bodies the scale is that in their frame; see `displacement_error`.
+    """
+    t = midpoints(scene.duration)
+    return largest(displacement_error(history, reference, scene, name, t) for name in mass_channels(scene))
+
+
+def face_displacement(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
+    """Return the relative L2 error of the displacement of the faces in contacts and of loaded ends, the largest.
+
+    Of free bodies the scale is that in their frame; see `displacement_error`.
+    """
+    t = midpoints(scene.duration)
+    return largest(displacement_error(history, reference, scene, name, t) for name in face_channels(scene))
+
+
+def force(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
+    """Return the relative L2 error of the contact forces, the largest; jumps keep it above about N^-1/2."""
+    return _largest_l2(history, reference, scene, force_channels(scene))
+
+
+def force_away_from_jumps(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
+    """Return `force` without 0.05 T on either side of each jump of the exact force.
+
+    None in a scene without a rod, which has no T.
+    """
+    if not np.isfinite(scene.round_trip):
+        return None
+    errors = []
+    for name in force_channels(scene):
+        t = midpoints(scene.duration)
+        for instant in reference.jumps(name):
+            t = t[np.abs(t - instant) > NEAR_JUMP * scene.round_trip]
+        errors.append(relative_l2(history.evaluate(t, name), reference.evaluate(t, name)))
+    return largest(errors)
+
+
+def force_graph(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
+    """Return the Hausdorff distance between the graphs of the forces in the plane (t/T, F/peak of the exact force).
+
+    A jump belongs to its graph as a vertical line, so a small shift of a jump costs its shift and not its height.
+    Before t = 0 there is no force: a contact that starts closed begins with a jump like any other.
+    See `graph` for the accuracy. None in a scene without a rod, which has no T.
+    """
+    if not np.isfinite(scene.round_trip):
+        return None
+    return largest(_graph_distance(history, reference, scene, name) for name in force_channels(scene))
+
+
+def _graph_distance(history: AbstractHistory, reference: AbstractHistory, scene: Scene, name: str) -> float | None:
+    peak = float(np.max(np.abs(reference.evaluate(midpoints(scene.duration), name))))
+    if peak == 0.0:
+        return None
+    one, other = (graph(h, name, scene.duration, (scene.round_trip, peak), before=0.0) for h in (history, reference))
+    if not np.all(np.isfinite(one)):
+        return float("nan")
+    if np.array_equal(one, other):
+        return 0.0
+    return max(_farthest(one, other), _farthest(other, one))
+
+
+STRIDE = 16  # points of a graph from one that is asked first to the next
+
+
+def _farthest(points: Array, others: Array) -> float:
+    """Return the largest distance of a point, of shape (n, 2), from the nearest of others.
+
+    A distance differs between two points by no more than they are apart: so every sixteenth is asked first, and of the
+    rest only those that may be farther than the farthest of these. The answer is that of asking all.
+    """
+    from scipy.spatial import KDTree
+
+    tree = KDTree(others, balanced_tree=False, compact_nodes=False)
+    first = points[::STRIDE]
+    known = tree.query(first)[0]
+    farthest = float(known.max())
+    away = points - np.repeat(first, STRIDE, axis=0)[: len(points)]
+    left = points[np.repeat(known, STRIDE)[: len(points)] + np.hypot(away[:, 0], away[:, 1]) > farthest]
+    return max(farthest, float(tree.query(left)[0].max())) if len(left) else farthest
+
+
+def graph(
+    history: AbstractHistory, channel: str, duration: float, units: tuple[float, float], before: float | None = None
+) -> Array:
+    """Return points of the graph of a channel with its jumps as vertical lines, shape (n, 2), in the units given.
+
+    The graph is connected, so over a narrow column of time it takes every value between its least and its largest:
+    each of the 2000 columns becomes a vertical line of points as far apart as the column is wide. A Hausdorff distance
+    between two such clouds is right to one width, duration/2000 in units of T (0.0015 for 3 T). Only where that would
+    need more than 400 000 points, a force that chatters over its whole range, are the points further apart.
+
+    Parameters
+    ----------
+    units : (float, float)
+        What is one in time [s] and in value [unit of the channel].
+    before : float, optional
+        Value before t = 0; if given, the jump from it at t = 0 belongs to the graph.
+    """
+    per_column = max(CELLS // COLUMNS, -(-2 * history.cost.steps // COLUMNS))  # no step of a stepped force is missed
+    t = midpoints(duration, per_column * COLUMNS)
+    jumps = history.jumps(channel)
+    jumps = jumps[(jumps > 0.0) & (jumps < duration)]
+    t = np.sort(np.concatenate((t, jumps, np.nextafter(jumps, 0.0))))
+    values = history.evaluate(t, channel) / units[1]
+    column = np.minimum((t / duration * COLUMNS).astype(int), COLUMNS - 1)
+    first = np.searchsorted(column, np.arange(COLUMNS))
+    low, high = np.minimum.reduceat(values, first), np.maximum.reduceat(values, first)
+    last = values[first[1:] - 1]  # ties each column to the one before it
+    low[1:], high[1:] = np.minimum(low[1:], last), np.maximum(high[1:], last)
+    if before is not None:
+        low[0], high[0] = min(low[0], before), max(high[0], before)
+    if not np.all(np.isfinite(low + high)):
+        return np.full((1, 2), np.nan)
+    width = duration / COLUMNS / units[0]
+    spacing = max(width, float(np.sum(high - low)) / GRAPH_POINTS)
+    counts = np.ceil((high - low) / spacing).astype(int) + 1
+    owner = np.repeat(np.arange(COLUMNS), counts)
+    rank = np.arange(owner.size) - np.repeat(np.cumsum(counts) - counts, counts)
+    share = rank / np.maximum(counts[owner] - 1, 1)
+    return np.column_stack(((owner + 0.5) * width, low[owner] + share * (high - low)[owner]))
+
+
+def impulse(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
+    """Return the relative error of the total impulse of a contact, the largest over contacts."""
+    return largest(_relative(_impulse(history, c), _impulse(reference, c)) for c in scene.contacts)
+
+
+def _impulse(history: AbstractHistory, contact: Contact) -> float:
+    return sum(span.impulse for span in history.contacts if span.contact == contact.name)
+
+
+def _relative(value: float, reference: float) -> float | None:
+    return None if reference == 0.0 else abs(value - reference) / abs(reference)
+
+
+class Matches(NamedTuple):
+    """Events of one history set beside those of the exact one."""
+
+    pairs: tuple[tuple[Event, Event], ...]  # (exact, computed)
+    missed: tuple[Event, ...]  # exact events without a partner
+    extra: tuple[Event, ...]  # computed events without one
+
+
+def match_events(exact: Iterable[Event], computed: Iterable[Event], within: float) -> Matches:
+    """Return which computed event stands for which exact one.
+
+    In order of time, each exact event takes the nearest unused one of its contact and kind within ``within`` [s].
+    """
+    given = list(computed)
+    waiting: dict[tuple[str, str], list[tuple[float, int]]] = {}  # by contact and kind: time and place, sorted
+    for place, event in enumerate(given):
+        waiting.setdefault((event.contact, event.kind), []).append((event.time, place))
+    for times in waiting.values():
+        times.sort()
+    pairs, missed = [], []
+    for event in sorted(exact, key=lambda e: e.time):
+        times = waiting.get((event.contact, event.kind), [])
+        after = bisect.bisect_left(times, (event.time, -1))
+        near = [at for at in (after - 1, after) if 0 <= at < len(times)]
+        nearest = min(near, key=lambda at: (abs(times[at][0] - event.time), times[at][1]), default=None)
+        if nearest is None or abs(times[nearest][0] - event.time) > within:
+            missed.append(event)
+        else:
+            pairs.append((event, given[times.pop(nearest)[1]]))
+    left = {place for times in waiting.values() for _, place in times}
+    unused = [event for place, event in enumerate(given) if place in left]
+    return Matches(tuple(pairs), tuple(missed), tuple(unused))
+
+
+def _matches(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> Matches | None:
+    """Return the matched touches and openings of the contacts that have any.
+
+    A law of impulses kicks and never closes or opens, so its contacts are left out; None where that leaves no
+    contact, or no T to measure in.
+    """
+    names = {contact.name for contact in scene.contacts if contact.law.answers_force}
+    if not names or not np.isfinite(scene.round_trip):
+        return None
+    exact, computed = (
+        [e for e in h.events if e.contact in names and e.kind != "impulse" and e.time <= scene.duration]
+        for h in (reference, history)
+    )
+    return match_events(exact, computed, NEAR_EVENT * scene.round_trip)
+
+
+def event_times(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
+    """Return the largest error in time of the matched touches and openings, in T; None where none matches."""
+    matches = _matches(history, reference, scene)
+    if matches is None or not matches.pairs:
+        return None
+    return max(abs(computed.time - exact.time) for exact, computed in matches.pairs) / scene.round_trip
+
+
+def events_missed(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> int | None:
+    """Return how many exact touches and openings have no partner; None for impulse laws."""
+    matches = _matches(history, reference, scene)
+    return None if matches is None else len(matches.missed)
+
+
+def events_extra(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> int | None:
+    """Return how many touches and openings the exact answer does not have; None for impulse laws."""
+    matches = _matches(history, reference, scene)
+    return None if matches is None else len(matches.extra)
+
+
+ORDER = (
+    "mass_displacement",
+    "face_displacement",
+    "force",
+    "force_away_from_jumps",
+    "force_graph",
+    "impulse",
+    "peak_force",
+    "event_times",
+    "events_missed",
+    "events_extra",
+    "exit_velocity",
+    "opening_time",
+    "force_oscillation",
+    "momentum_error",
+)
+"""The order in which a summary names the metrics; those of plugins follow by name."""
+
+
+def installed(asked: Iterable[str] = (), parts: Registry | None = None) -> dict[str, Metric]:
+    """Return impactlab's own metrics and those of plugins that are asked for, by name, in the order of a summary.
+
+    A plugin's metric that nobody asked for is not even imported.
+
+    Raises
+    ------
+    PluginError
+        If a metric that is asked for is not installed, or cannot be used.
+    """
+    known = registry() if parts is None else parts
+    own = Registry(entry for entry in known.entries if entry.group == METRICS.name and is_own(entry.value))
+    if parts is None and not own.entries:
+        raise PluginError(
+            "no metric is registered, not even impactlab's own: it was installed before it had any",
+            remedy="Install impactlab again (pip install .).",
+        )
+    names = {entry.name for entry in own.entries} | set(asked)
+    ordered = (*(name for name in ORDER if name in names), *sorted(names.difference(ORDER)))
+    # Of a name that a plugin registered, too, impactlab's own is meant.
+    return {name: cast(Metric, (own if name in own.names(METRICS) else known).load(METRICS, name)) for name in ordered}
+
+
+def is_own(module: str) -> bool:
+    """Return whether a module, or what an entry point names, is part of impactlab itself."""
+    return module.partition(":")[0].strip().partition(".")[0] == "impactlab"
+
+
+def errors(
+    history: AbstractHistory,
+    reference_name: str,
+    reference: AbstractHistory,
+    scene: Scene,
+    metrics: Mapping[str, Metric] | None = None,
+) -> dict[str, str | float | None]:
+    """Return the ``errors`` block of the summary: the name of the reference and every metric against it.
+
+    Parameters
+    ----------
+    history, reference : AbstractHistory
+        What is judged and what it is judged by, both over [0, duration] of the scene.
+    reference_name : str
+        Name under which the reference is reported, e.g. ``st_venant``.
+    scene : Scene
+        The scene of ``history``; gives contacts, duration and T.
+    metrics : mapping, optional
+        Name to metric; if not given impactlab's own and those that the scene names. A plugin's metric that raises,
+        tries to leave or returns no number leaves a warning ``metric_failed`` on ``history`` and None here.
+    """
+    found: dict[str, str | float | None] = {"reference": reference_name}
+    for name, metric in (installed(scene.metrics) if metrics is None else metrics).items():
+        found[name] = _measured(name, metric, history, reference, scene)
+    return found
+
+
+def _measured(
+    name: str, metric: Metric, history: AbstractHistory, reference: AbstractHistory, scene: Scene
+) -> float | None:
+    if is_own(metric.__module__):
+        return metric(history, reference, scene)
+    try:
+        with contextlib.redirect_stdout(sys.stderr):  # its output may not get into a JSON document
+            value = metric(history, reference, scene)
+            return value if value is None or isinstance(value, int) else float(value)
+    except (Exception, SystemExit) as error:  # noqa: BLE001 - the run goes on without a number from it
+        home = metric.__module__.partition(".")[0]
+        text = f"metric {name} of {home}: {type(error).__name__}: {str(error)[:200]}"
+        history.warnings.append(Warned("metric_failed", text))
+        return None

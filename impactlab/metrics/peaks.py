@@ -1,0 +1,131 @@
+"""Peak contact forces, with the neighbourhood of jumps of the force left out."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from impactlab.history.base import AbstractHistory
+from impactlab.metrics.norms import NEAR_JUMP, largest, midpoints
+from impactlab.scene.bodies import Rod
+from impactlab.scene.problem import Contact, Scene
+from impactlab.types import Array
+
+GRID = 2000  # equal cells of the run on which a peak is searched, besides the instants below
+MAX_SPANS = 20  # periods of contact, those of the largest impulse, that are searched in a grid of their own
+PER_SPAN = 200  # cells of that grid
+MAX_ECHOES = 1000  # round trips after a touch whose fronts are left out
+
+
+def peak_force(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
+    """Return the relative error of the peak force of a contact, the largest over contacts.
+
+    As in `force_away_from_jumps`, 0.05 T on either side of each jump of the reference's force is left out; 0.05 of the
+    longest period of contact in a scene without a rod or beam, which has no T.
+    """
+    errors = []
+    for contact in scene.contacts:
+        away = near_jumps(reference, scene, contact)
+        peak, wanted = (find_peak(each, contact, away).force for each in (history, reference))
+        errors.append(None if not wanted else abs(peak - wanted) / wanted)
+    return largest(errors)
+
+
+class Peak(NamedTuple):
+    """The largest force of a contact, and its time."""
+
+    time: float  # s
+    force: float  # N
+
+
+def find_peak(history: AbstractHistory, contact: Contact, left_out: Array) -> Peak:
+    """Return the largest force of a contact outside intervals of time, shape (k, 2) [s]; 0 N where nothing is left."""
+    name = f"force:{contact.name}"
+    spans = sorted((span for span in history.contacts if span.contact == contact.name), key=lambda each: -each.impulse)
+    # First of all the middles of steps: of all places in a step with the largest force, its middle is the peak.
+    ends = np.append(np.ravel(left_out), history.duration)
+    grids = [_instants(history, name), midpoints(history.duration, GRID), ends]
+    for span in spans[:MAX_SPANS]:
+        end = history.duration if span.end is None else span.end
+        grids.append(span.start + midpoints(end - span.start, PER_SPAN))
+    t = np.concatenate(grids)
+    t = t[(t >= 0.0) & (t <= history.duration)]
+    for start, end in left_out:
+        t = t[(t <= start) | (t >= end)]
+    if not t.size:
+        return Peak(0.0, 0.0)
+    values = history.evaluate(t, name)
+    at = int(np.argmax(values))
+    return Peak(float(t[at]), max(0.0, float(values[at])))
+
+
+def _instants(history: AbstractHistory, name: str) -> Array:
+    """Return the middles of the steps of a stepped force, the jumps of any other, shape (n,) [s]."""
+    ends = history.jumps(name)
+    return ends if history.dt is None else np.minimum(0.5 * (ends[1:] + ends[:-1]), history.duration)
+
+
+def smooth_force(history: AbstractHistory, t: Array, contact: Contact) -> Array:
+    """Return a contact force at times [N]: of a hard contact in steps the line through the middles of the steps."""
+    name = f"force:{contact.name}"
+    middles = _instants(history, name)
+    if history.dt is None or not contact.law.hard or middles.size < 2:
+        return history.evaluate(t, name)
+    return np.interp(t, middles, history.evaluate(middles, name))
+
+
+def near_jumps(history: AbstractHistory, scene: Scene, contact: Contact) -> Array:
+    """Return the intervals around jumps of a contact's force, shape (k, 2) [s].
+
+    The jumps of an exact history are known. Those of a stepped force are smeared over steps: they are taken to be where
+    faces touch whose law makes the force jump, and after each round trip of the bodies behind the faces; where an end
+    force or a held end starts a front at t = 0, where that arrives.
+    """
+    unit = _time_unit(history, scene, contact)
+    if history.dt is None and history.cost.rhs_evaluations is None:
+        at = history.jumps(f"force:{contact.name}")
+    else:
+        at = _fronts(history, scene, contact)
+    return _joined(np.column_stack((at - NEAR_JUMP * unit, at + NEAR_JUMP * unit)))
+
+
+def _fronts(history: AbstractHistory, scene: Scene, contact: Contact) -> Array:
+    """Return the instants at which the force of a contact may jump, shape (k,), rising [s]."""
+    jumping = {each.name for each in scene.contacts if each.law.force_jumps}
+    touches = [event for event in history.events if event.kind == "close" and event.contact in jumping]
+    bodies = (scene.bodies[point.body] for point in (contact.left, contact.right))
+    trips = [body.round_trip for body in bodies if isinstance(body, Rod)]
+    here = {event.time for event in touches if event.contact == contact.name}
+    away = {event.time for event in touches} - here
+    if scene.fronts_at_start:
+        away.add(0.0)
+    found = set(here)
+    for trip in trips:
+        for start in (*here, *(start + 0.5 * trip for start in away)):
+            count = min(int((history.duration - start) / trip), MAX_ECHOES)
+            found |= {start + number * trip for number in range(count + 1)}
+    return np.array(sorted(found))
+
+
+def _time_unit(history: AbstractHistory, scene: Scene, contact: Contact) -> float:
+    """Return T, or the longest period of contact where no body has waves [s]."""
+    return scene.round_trip if math.isfinite(scene.round_trip) else longest_contact(history, contact)
+
+
+def longest_contact(history: AbstractHistory, contact: Contact) -> float:
+    """Return the length of the longest period of contact [s]; 0 without one."""
+    spans = (span for span in history.contacts if span.contact == contact.name)
+    return max(((history.duration if span.end is None else span.end) - span.start for span in spans), default=0.0)
+
+
+def _joined(intervals: Array) -> Array:
+    """Return rising intervals, shape (n, 2), with those that overlap made one."""
+    joined: list[list[float]] = []
+    for start, end in intervals:
+        if joined and start <= joined[-1][1]:
+            joined[-1][1] = end
+        else:
+            joined.append([start, end])
+    return np.array(joined).reshape(-1, 2)

@@ -1,0 +1,201 @@
+"""The stepped delay line: a continuous rod under a law that must be asked step by step."""
+
+from __future__ import annotations
+
+import math
+from typing import final
+
+import numpy as np
+
+from impactlab.errors import CaseError
+from impactlab.integrators.base import Stepper
+from impactlab.models.base import Operators
+from impactlab.models.continuous.base import AbstractSelfStepping
+from impactlab.scene.bodies import End, Rod
+from impactlab.scene.sizes import check_cells
+from impactlab.types import Array, Quantity
+
+MODES = 100  # what `points_per_period` counts on a rod without mesh or modes
+
+
+def free(parameters: Array, state: Array) -> None:
+    """Step without contact: waves arrive, both ends answer them, the answers are sent.
+
+    An end with mass m, spring k, dashpot d and force F under an arriving wave w moves with the mean velocity V of
+    (Z + d + k dt/2 + 2 m/dt) V = 2 Z w - k u + (2 m/dt) v + F and sends V - w. A wave that takes T/(2 dt) = n + f steps
+    arrives as the mean of two steps, f and 1 - f, so that no impulse is lost.
+    """
+    whole, share, dt, impedance = int(parameters[0]), parameters[1], parameters[2], parameters[3]
+    room = whole + 2
+    head = int(state[6])
+    # What the ends sent in the step before stands in state[4] (to the right) and state[5], contact included.
+    to_right, to_left = state[7 : 7 + room], state[7 + room : 7 + 2 * room]
+    to_right[head], to_left[head] = state[4], state[5]
+    head = (head + 1) % room
+    state[6] = head
+    near, far = (head - whole) % room, (head - whole - 1) % room
+    for end in range(2):
+        sent = to_left if end == 0 else to_right
+        arrived = (1.0 - share) * sent[near] + share * sent[far]
+        pliancy, spring, inertia = parameters[4 + 3 * end], parameters[5 + 3 * end], parameters[6 + 3 * end]
+        push = 2.0 * impedance * arrived + parameters[10 + end]
+        mean = pliancy * (push - spring * state[end] + inertia * state[2 + end])
+        state[end] += dt * mean
+        state[2 + end] = 2.0 * mean - state[2 + end] if inertia > 0.0 else mean
+        state[4 + end] = mean - arrived
+
+
+def measure(parameters: Array, state: Array, out: Array) -> None:
+    """Write energy [J], work of the end forces and momentum [N s] of the waves inside and of what rides on the ends."""
+    whole, share, dt, impedance = int(parameters[0]), parameters[1], parameters[2], parameters[3]
+    room = whole + 2
+    head = int(state[6])
+    energy = state[4] * state[4] + state[5] * state[5]
+    momentum = state[4] + state[5]
+    for back in range(1, whole + 1):
+        weight = 1.0 if back < whole else share
+        index = (head - back) % room
+        right, left = state[7 + index], state[7 + room + index]
+        energy += weight * (right * right + left * left)
+        momentum += weight * (right + left)
+    work = parameters[10] * state[0] + parameters[11] * state[1]
+    out[0], out[1], out[2] = impedance * dt * energy, work, impedance * dt * momentum
+    for end in range(2):
+        spring, mass = parameters[5 + 3 * end], 0.5 * dt * parameters[6 + 3 * end]
+        out[0] += 0.5 * (spring * state[end] * state[end] + mass * state[2 + end] * state[2 + end])
+        out[2] += mass * state[2 + end]
+
+
+@final
+class DelayLine(AbstractSelfStepping):
+    """A uniform rod as two delays: its coordinates are the displacements of its ends; it is a stepper of its own.
+
+    Its velocity per force is 1/Z at a free end, exact for every step up to the transit.
+    """
+
+    def __init__(self, rod: Rod, gravity: float) -> None:
+        if len(rod.segments) != 1:
+            raise CaseError(
+                f"the stepped delay line serves uniform rods, and '{rod.name}' has {len(rod.segments)} segments",
+                remedy="Use finite_element.",
+                path="solve.model",
+            )
+        if gravity != 0.0:
+            raise CaseError(
+                "the stepped delay line serves no gravity", remedy="Use finite_element or modal.", path="solve.model"
+            )
+        if rod.is_damped:
+            raise CaseError(dispersed(rod), remedy="Use finite_element or modal.", path="solve.model")
+        self._rod = rod
+        self._segment = rod.segments[0]
+        self.transit = 0.5 * rod.round_trip
+
+    @property
+    def longest_step(self) -> float:
+        return self.transit
+
+    def misfit(self, dt: float) -> float:
+        return 0.0
+
+    def fitting(self, dt: float) -> Array:
+        return np.array([dt])
+
+    def operators(self) -> Operators:
+        damping = [end.value if end.kind == "dashpot" else 0.0 for end in (self._rod.left, self._rod.right)]
+        ends = np.array([0.0, self._rod.length])
+        profile = self._rod.displacement
+        return Operators(
+            mass=np.zeros((1, 2)),
+            damping=np.array([damping]),
+            stiffness=np.zeros((1, 2)),
+            load=np.array([self._rod.left.force, self._rod.right.force]),
+            displacement=np.zeros(2) if profile is None else profile(ends),
+            velocity=np.full(2, self._rod.velocity),
+            highest_frequency=0.0,
+            rule_frequency=(2 * MODES + 1) * math.pi / (2.0 * self.transit),
+            diagonal_mass=True,
+            end_dashpots=np.array(damping),
+            modes=False,
+        )
+
+    def row(self, x: float, quantity: Quantity) -> Array:
+        if quantity not in ("displacement", "velocity") or not (x == 0.0 or x == self._rod.length):
+            raise CaseError(
+                f"the stepped delay line answers displacement and velocity at its ends, not {quantity} at {x:.6g} m",
+                remedy="Use finite_element or modal, or a law that the continuous model solves from event to event.",
+                path="probes",
+            )
+        return np.array([1.0, 0.0]) if x == 0.0 else np.array([0.0, 1.0])
+
+    def left_out(self, x: float, quantity: Quantity, face: float) -> float:
+        return 0.0
+
+    def momentum_row(self) -> Array:
+        return np.zeros(2)
+
+    def grid(self) -> Array:
+        return np.array([0.0, self._rod.length])
+
+    def stepper(self, ports: Array, dt: float) -> Stepper:
+        """Return the delay line prepared for a step, at most the transit [s]."""
+        if dt > self.transit * (1.0 + 1e-12):
+            raise CaseError(
+                f"a step of {dt:.6g} s is longer than the transit {self.transit:.6g} s of '{self._rod.name}'",
+                remedy=f"Give dt: {self.transit:.6g} or less.",
+                path="solve.step",
+            )
+        check_cells(self.transit / dt, self._rod.name)
+        impedance, speed, rod = self._segment.impedance, self._segment.wave_speed, self._rod
+        whole = max(1, math.floor(self.transit / dt * (1.0 + 1e-12)))
+        share = max(0.0, self.transit / dt - whole)
+        ends = [self._end(end, dt) for end in (rod.left, rod.right)]
+        parameters = np.array([float(whole), share, dt, impedance, *ends[0], *ends[1], rod.left.force, rod.right.force])
+        # A wave that arrives j steps from now is on its way: its mean over the piece of rod it fills now.
+        edges = np.arange(whole + 3) * dt * speed
+        slopes = {}
+        for name, x in (("right", edges), ("left", rod.length - edges)):
+            inside = np.clip(x, 0.0, rod.length)
+            u = np.zeros_like(x) if rod.displacement is None else rod.displacement(inside)
+            slopes[name] = np.diff(u) / np.diff(x)
+        to_right = 0.5 * (rod.velocity - speed * slopes["right"])
+        to_left = 0.5 * (rod.velocity + speed * slopes["left"])
+        state = np.zeros(7 + 2 * (whole + 2))
+        state[:2] = self.operators().displacement
+        state[2:4] = [0.0 if end.kind == "clamped" else rod.velocity for end in (rod.left, rod.right)]
+        state[4], state[5] = to_right[0], to_left[0]
+        for sent, start in ((to_right, 7), (to_left, 7 + whole + 2)):
+            # The head stands at 0: entry -j holds what was sent j steps before the newest.
+            for back in range(1, whole + 2):
+                state[start + (-back) % (whole + 2)] = sent[back]
+        force_response = np.zeros((len(ports), state.size))
+        for port, row in enumerate(ports):
+            end = int(np.argmax(row))
+            pliancy, _, inertia = ends[end]
+            force_response[port, end] = dt * pliancy
+            force_response[port, 2 + end] = 2.0 * pliancy if inertia > 0.0 else pliancy
+            force_response[port, 4 + end] = pliancy
+        return Stepper(
+            free=free,
+            measure=measure,
+            parameters=parameters,
+            state=state,
+            force_response=force_response,
+            impulse_response=np.zeros_like(force_response),
+            projection_response=np.zeros_like(force_response),
+            jump=np.zeros((len(ports), 2)),
+            face_rows=ports,
+        )
+
+    def _end(self, end: End, dt: float) -> tuple[float, float, float]:
+        """Return mean velocity per force, spring stiffness, and 2 m/dt of an end."""
+        if end.kind == "clamped":
+            return 0.0, 0.0, 0.0
+        spring = end.value if end.kind == "spring" else 0.0
+        damping = end.value if end.kind == "dashpot" else 0.0
+        inertia = 2.0 * end.value / dt if end.kind == "mass" else 0.0
+        return 1.0 / (self._segment.impedance + damping + 0.5 * spring * dt + inertia), spring, inertia
+
+
+def dispersed(rod: Rod) -> str:
+    """Return why a damped rod is no delay line."""
+    return f"'{rod.name}' is damped, and waves in a damped rod change their shape: the continuous model serves none"

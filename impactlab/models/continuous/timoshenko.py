@@ -1,0 +1,339 @@
+"""The continuous Timoshenko beam: two families of waves, each moved exactly, coupled by shear and rotation."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple, final
+
+import numpy as np
+
+from impactlab.errors import CaseError, PairingError
+from impactlab.integrators.base import Stepper
+from impactlab.models.base import Face, Operators
+from impactlab.models.continuous import timoshenko_kernel as characteristics
+from impactlab.models.continuous.base import AbstractSelfStepping
+from impactlab.models.continuous.delay_line import MODES
+from impactlab.models.continuous.timoshenko_grids import Coupling, centres, coupling, factor
+from impactlab.models.continuous.timoshenko_kernel import DEFLECTION, ENDS, MOMENT, ROTATION, SHEAR
+from impactlab.scene.bodies import Beam, End
+from impactlab.scene.problem import Probe
+from impactlab.scene.sizes import check_cells
+from impactlab.types import QUANTITIES_OF_BEAM, Array, Quantity
+
+CELLS = 2_000_000  # at most, of one family
+COARSEST = 8  # cells over a beam with two ends
+SHORTER, TRIED = 0.8, 400  # steps down to this share of the one asked for are tried, so many at most
+STATIONS = 101  # places of a snapshot
+KINDS = {"displacement": DEFLECTION, "rotation": ROTATION, "bending_moment": MOMENT, "shear_force": SHEAR}
+
+
+class Grid(NamedTuple):
+    """Cells of one family of waves."""
+
+    start: float  # m, of the first cell
+    spacing: float  # m
+    cells: int
+
+
+@final
+class TimoshenkoWaves(AbstractSelfStepping):
+    """A uniform Timoshenko beam in its characteristics.
+
+    Deflection rate and shear force travel with c2 = sqrt(kGA/rho A), rate of rotation and bending moment with
+    c1 = sqrt(E/rho): each pair has a grid of cells that a wave crosses in one step, so that transport is a shift,
+    without interpolation, dispersion or loss, and fronts stay sharp. What couples them, V' = -kGA theta' and
+    rho I theta'' = V, acts along the characteristics by the trapezoidal rule, carried from one grid to the other by a
+    symmetric average (`two_grids`): second order, stable for every step, and the energy is kept to rounding (as held
+    in the waves, half a step's turn of shear and rotation ahead of it). A force at an inner point moves it at once
+    with F/(2 sqrt(kGA rho A)), at a tip with twice that.
+
+    The step must fit: a beam with two ends takes a whole number of cells of both grids, a contact stands on a node of
+    the first. So a step up to a fifth shorter than the one asked for is taken, the one that fits best; the rest gives
+    way: contacts move to the nearest node (less than half a cell), the rotary inertia changes (by less than 1e-4 as a
+    rule) so that the bending grid closes. Ends that are infinite are as long as needed for nothing to come back within
+    the run. ``points_per_period`` counts the period of mode 100 of shear waves over the length, as on the delay line;
+    the radius of gyration should hold a cell or more.
+
+    References
+    ----------
+    LeonardBudiansky1954 (characteristics of the Timoshenko beam); Graff1975, section 3.4.
+    """
+
+    def __init__(
+        self,
+        beam: Beam,
+        gravity: float,
+        faces: tuple[Face, ...],
+        probes: tuple[Probe, ...] = (),
+        duration: float = 0.0,
+        fields: bool = False,
+    ) -> None:
+        _check(beam, gravity)
+        self._beam, self._gravity, self._all_faces, self._duration = beam, gravity, faces, duration
+        segment = beam.segments[0]
+        self._shear, self._bend = segment.shear_speed, segment.wave_speed
+        self._faces = tuple(sorted({face.x for face in faces}))
+        self._stations = np.linspace(0.0, beam.length, STATIONS) if fields else np.array(self._faces)
+        asked = [(x, "displacement") for x in self._faces]
+        asked += [(probe.x, "displacement" if probe.quantity == "velocity" else probe.quantity) for probe in probes]
+        asked += [(x, "displacement") for x, end in self._ends() if end.kind == "dashpot"]
+        asked += [(float(x), "displacement") for x in self._stations]
+        for x, quantity in asked:
+            if quantity not in KINDS:
+                raise self._unknown(x, quantity)
+        self.coordinates: tuple[tuple[float, str], ...] = tuple(dict.fromkeys(asked)) or ((0.0, "displacement"),)
+        self._closed = all(end.kind != "infinite" for _, end in self._ends())
+
+    def recorded(self, probes: tuple[Probe, ...], duration: float, fields: bool) -> TimoshenkoWaves:
+        return TimoshenkoWaves(self._beam, self._gravity, self._all_faces, probes, duration, fields)
+
+    @property
+    def longest_step(self) -> float:
+        return self._beam.length / (COARSEST * max(self._shear, self._bend)) if self._closed else math.inf
+
+    def misfit(self, dt: float) -> float:
+        h, length = self._shear * dt, self._beam.length
+        shifts = [abs(distance - h * round(distance / h)) / length for distance in self._distances()]
+        if self._closed:
+            shifts += [abs(1.0 - max(1, round(length / (speed * dt))) * speed * dt / length) for speed in self._speeds]
+        return round(sum(shifts), 12)
+
+    def fitting(self, dt: float) -> Array:
+        lengths = [self._beam.length] if self._closed else [each for each in self._distances() if each > 0.0][-1:]
+        if not lengths:
+            return np.array([dt])
+        least = max(1, math.ceil(lengths[0] / (self._shear * dt) * (1.0 - 1e-12)))
+        most = max(least + 1, min(least + TRIED, math.floor(least / SHORTER)))
+        return np.asarray(lengths[0] / (self._shear * np.arange(least, most + 1)))
+
+    def operators(self) -> Operators:
+        n, beam = len(self.coordinates), self._beam
+        damping, load = np.zeros(n), np.zeros(n)
+        for x, end in self._ends():
+            if end.kind == "dashpot":
+                damping[self.coordinates.index((x, "displacement"))] = end.value
+        start, velocity = np.zeros(n), np.zeros(n)
+        for number, (x, quantity) in enumerate(self.coordinates):
+            if quantity == "displacement":
+                velocity[number] = beam.velocity
+            if beam.displacement is not None:
+                start[number] = self._initial(x, quantity)
+        return Operators(
+            mass=np.zeros((1, n)),
+            damping=damping[None, :],
+            stiffness=np.zeros((1, n)),
+            load=load,
+            displacement=start,
+            velocity=velocity,
+            highest_frequency=0.0,
+            rule_frequency=(2 * MODES + 1) * math.pi * self._shear / (2.0 * beam.length),
+            diagonal_mass=True,
+            end_dashpots=damping,
+            modes=False,
+        )
+
+    def row(self, x: float, quantity: Quantity) -> Array:
+        key = (x, "displacement" if quantity == "velocity" else quantity)
+        if key not in self.coordinates:
+            raise self._unknown(x, quantity)
+        row = np.zeros(len(self.coordinates))
+        row[self.coordinates.index(key)] = 1.0
+        return row
+
+    def left_out(self, x: float, quantity: Quantity, face: float) -> float:
+        return 0.0
+
+    def momentum_row(self) -> Array:
+        return np.zeros(len(self.coordinates))
+
+    def grid(self) -> Array:
+        return self._stations
+
+    def stepper(self, ports: Array, dt: float) -> Stepper:
+        check_cells(self._beam.length / (min(self._speeds) * dt), self._beam.name)
+        shear, bend = (self._grid(speed, dt, number == 0) for number, speed in enumerate(self._speeds))
+        segment = self._beam.segments[0]
+        # With the impedance and EI as given, a speed that fits the grid changes masses, by no more than the misfit.
+        speeds = shear.spacing / dt, bend.spacing / dt
+        impedances = segment.shear_impedance, segment.bending_stiffness / speeds[1]
+        stiffness, turning = impedances[0] * speeds[0], impedances[1] / speeds[1]
+        couple = coupling(centres(*shear), shear.spacing, centres(*bend))
+        share = shear.spacing / bend.spacing
+        weight = dt**2 * stiffness / (4.0 * turning) * share
+        numbers, n = self._numbered(shear, bend), len(self.coordinates)
+        ends = np.array([self._end(end, family, impedances, dt) for family in range(2) for _, end in self._ends()])
+        parameters = np.concatenate(
+            [
+                [float(shear.cells), float(bend.cells), float(couple.rows.shape[1]), float(couple.rows.shape[1] - 1)],
+                [dt, *impedances, 0.5 * dt * stiffness, dt / turning * share, float(n), 0.5 * self._beam.velocity],
+                ends.ravel(),
+                numbers.ravel(),
+                couple.first,
+                couple.rows.ravel(),
+                factor(couple, bend.cells, weight).ravel(),
+            ]
+        )
+        at = 2 * n + ENDS
+        state = np.zeros(at + 2 * shear.cells + 3 * bend.cells)
+        system = self.operators()
+        state[:n], state[n : 2 * n] = system.displacement, system.velocity
+        for number, (x, end) in enumerate(self._ends()):
+            if end.kind not in ("clamped", "pinned", "infinite"):
+                state[2 * n + 2 * number] = self._initial(x, "displacement")
+                state[2 * n + 2 * number + 1] = self._beam.velocity
+                state[2 * n + 4 + 2 * number] = self._initial(x, "rotation")
+        state[at : at + 2 * shear.cells] = 0.5 * self._beam.velocity
+        if self._beam.displacement is not None:
+            moment = [self._initial(float(x), "bending_moment", bend.spacing) for x in centres(*bend)]
+            waves = state[at + 2 * shear.cells : at + 2 * shear.cells + 2 * bend.cells]
+            waves[::2], waves[1::2] = -0.5 * np.array(moment) / impedances[1], 0.5 * np.array(moment) / impedances[1]
+        responses = np.array([self._response(row, numbers, shear, ends, impedances[0], dt, couple) for row in ports])
+        force_response = np.zeros((len(ports), state.size))
+        force_response[:, : at + 2 * shear.cells] = responses.reshape(len(ports), at + 2 * shear.cells)
+        return Stepper(
+            free=characteristics.free,
+            measure=characteristics.measure,
+            parameters=parameters,
+            state=state,
+            force_response=force_response,
+            impulse_response=np.zeros_like(force_response),
+            projection_response=np.zeros_like(force_response),
+            jump=np.zeros((len(ports), n)),
+            face_rows=ports,
+        )
+
+    def _unknown(self, x: float, quantity: str) -> CaseError:
+        return CaseError(
+            f"the continuous beam '{self._beam.name}' keeps what contacts and probes name, not {quantity} at {x:.6g} m",
+            remedy=f"Probe it; a beam has {', '.join(QUANTITIES_OF_BEAM)}.",
+            path="probes",
+        )
+
+    @property
+    def _speeds(self) -> tuple[float, float]:
+        return self._shear, self._bend
+
+    def _ends(self) -> tuple[tuple[float, End], tuple[float, End]]:
+        return (0.0, self._beam.left), (self._beam.length, self._beam.right)
+
+    def _anchor(self) -> float:
+        """Return the place of a node [m] from which the grids count: an end, or where the beam is struck first."""
+        if self._beam.left.kind != "infinite":
+            return 0.0
+        if self._beam.right.kind != "infinite":
+            return self._beam.length
+        return self._faces[0] if self._faces else 0.0
+
+    def _distances(self) -> list[float]:
+        """Return how far contacts are from the anchor [m]; each should be a whole number of cells."""
+        return sorted({abs(x - self._anchor()) for x in self._faces})
+
+    def _grid(self, speed: float, dt: float, struck: bool) -> Grid:
+        """Return the cells of a family: over the beam, and beyond infinite ends until nothing can come back."""
+        length, anchor = self._beam.length, self._anchor()
+        if self._closed:
+            count = max(1, round(length / (speed * dt)))
+            return Grid(0.0, length / count, self._allowed(count))
+        h = speed * dt
+        beyond = 0.5 * max(self._speeds) * self._duration + 2.0 * max(self._speeds) * dt
+        below = anchor + (beyond if self._beam.left.kind == "infinite" else 0.0)
+        above = length - anchor + (beyond if self._beam.right.kind == "infinite" else 0.0)
+        before, after = (self._allowed(math.ceil(reach / h - 1e-9)) for reach in (below, above))
+        return Grid(anchor - before * h, h, before + after)
+
+    def _allowed(self, count: int) -> int:
+        if count > CELLS:
+            raise CaseError(
+                f"the continuous beam '{self._beam.name}' would need {count} cells. Allowed: {CELLS}",
+                remedy="Give a longer step or a shorter duration, or finite_element.",
+                path=f"solve.models.{self._beam.name}",
+            )
+        return count
+
+    def _numbered(self, shear: Grid, bend: Grid) -> Array:
+        """Return kind, cell or node, and share of the next one, of each coordinate, (n, 3)."""
+        numbers = []
+        for x, quantity in self.coordinates:
+            kind = KINDS[quantity]
+            grid = shear if kind in (DEFLECTION, SHEAR) else bend
+            place = (x - grid.start) / grid.spacing
+            if x in self._faces and kind == DEFLECTION:
+                numbers.append((kind, round(place), 0.0))
+            elif kind in (DEFLECTION, ROTATION):
+                index = min(max(math.floor(place + 1e-9), 0), grid.cells)
+                numbers.append((kind, index, max(0.0, place - index)))
+            else:
+                index = min(max(math.floor(place - 0.5), 0), grid.cells - 2)
+                numbers.append((kind, index, place - 0.5 - index))
+        return np.array(numbers, dtype=float)
+
+    def _end(self, end: End, family: int, impedances: tuple[float, float], dt: float) -> tuple[float, ...]:
+        """Return what the kernel knows of an end, for the deflection (family 0) or the rotation (1)."""
+        if end.kind == "infinite":
+            return 1.0, 0.0, 0.0, 0.0, 0.0
+        if end.kind == "clamped" or (end.kind == "pinned" and family == 0):
+            return 0.0, 0.0, 0.0, 0.0, 0.0
+        if family == 1:
+            spring = end.rotational if end.kind == "spring" else 0.0
+            return 0.0, 1.0 / (impedances[1] + 0.5 * spring * dt), spring, 0.0, 0.0
+        spring = end.value if end.kind == "spring" else 0.0
+        damping = end.value if end.kind == "dashpot" else 0.0
+        inertia = 2.0 * end.value / dt if end.kind == "mass" else 0.0
+        return 0.0, 1.0 / (impedances[0] + damping + 0.5 * spring * dt + inertia), spring, inertia, end.force
+
+    def _initial(self, x: float, quantity: str, h: float | None = None) -> float:
+        """Return a quantity of the displacement at t = 0, by differences over h [m]; no shear force."""
+        if self._beam.displacement is None:
+            return 0.0
+        length = self._beam.length
+        h = length * 1e-3 if h is None else h
+        middle = min(max(x, h), length - h)
+        low, here, high = self._beam.displacement(np.array([middle - h, middle, middle + h]))
+        if quantity == "displacement":
+            return float(self._beam.displacement(np.array([x]))[0])
+        curvature = (high - 2.0 * here + low) / h**2
+        if quantity == "rotation":
+            return float((high - low) / (2.0 * h) + (x - middle) * curvature)
+        return float(self._beam.segments[0].bending_stiffness * curvature) if quantity == "bending_moment" else 0.0
+
+    def _response(
+        self, row: Array, numbers: Array, shear: Grid, ends: Array, impedance: float, dt: float, couple: Coupling
+    ) -> Array:
+        """Return what a force of 1 N over a step at the coordinate of ``row`` adds to coordinates and shear waves."""
+        n, count = len(self.coordinates), shear.cells
+        node = int(numbers[int(np.argmax(row)), 1])
+        response, at = np.zeros(2 * n + ENDS + 2 * count), 2 * n + ENDS
+        if 0 < node < count:
+            velocity = 0.5 / impedance
+            response[at + 2 * node] = response[at + 2 * node - 1] = velocity
+        else:
+            side = 0 if node == 0 else 1
+            velocity, inertia = float(ends[side, 1]), float(ends[side, 3])
+            response[at if node == 0 else at + 2 * count - 1] = velocity
+            response[2 * n + 2 * side] = dt * velocity
+            response[2 * n + 2 * side + 1] = 2.0 * velocity if inertia > 0.0 else velocity
+        for c, (kind, index, share) in enumerate(numbers):
+            if kind == DEFLECTION:
+                response[n + c] = velocity * ((index == node) * (1.0 - share) + (index + 1 == node) * share)
+                response[c] = dt * response[n + c]
+            elif kind == SHEAR:
+                for cell, part in ((int(index), 1.0 - share), (int(index) + 1, share)):
+                    response[c] += part * impedance * (response[at + 2 * cell + 1] - response[at + 2 * cell])
+        return response
+
+
+def _check(beam: Beam, gravity: float) -> None:
+    for fault, has_it in (
+        ("second segment", len(beam.segments) > 1),
+        ("tension", beam.tension != 0.0),
+        ("damping", beam.is_damped),
+        ("gravity", gravity != 0.0),
+        ("displacement at t = 0 together with infinite ends", beam.displacement is not None
+         and "infinite" in (beam.left.kind, beam.right.kind)),
+    ):  # fmt: skip
+        if has_it:
+            raise PairingError(
+                f"the continuous Timoshenko beam '{beam.name}' serves no {fault}",
+                remedy="Use finite_element or modal for this body.",
+                path=f"solve.models.{beam.name}",
+            )

@@ -1,0 +1,1 @@
+"""Meshes of rods and beams: elements, masses of nodes, absorbing layers, massless faces."""

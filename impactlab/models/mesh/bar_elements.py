@@ -1,0 +1,97 @@
+"""Bar elements of any order: nodes of Gauss, Lobatto and Legendre, their polynomials, and an element's matrices."""
+
+from __future__ import annotations
+
+from functools import cache, lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import legendre
+
+from impactlab.scene.bodies import Segment
+from impactlab.types import Array
+
+
+class Reference(NamedTuple):
+    """An element of length 2, from -1 to 1, with EA = 1 and rho A = 1, in its ``order + 1`` nodes."""
+
+    nodes: Array  # (order + 1,)
+    weights: Array  # (order + 1,) of the quadrature at the nodes, exact up to the degree 2 order - 1
+    slopes: Array  # (order + 1, order + 1) derivative at node i of the polynomial of node j
+    stiffness: Array  # (order + 1, order + 1), exact
+    consistent: Array  # (order + 1, order + 1) mass, exact
+    lumped: Array  # (order + 1, order + 1) mass by the quadrature at the nodes: diagonal
+
+
+@cache
+def reference(order: int) -> Reference:
+    """Return the element of that order; order 1 is the 2-node bar.
+
+    References
+    ----------
+    Patera1984 (polynomials through the points of a Gauss-Lobatto rule); KomatitschTromp1999 (in place of Chebyshev's,
+    Legendre's points, whose quadrature makes the mass diagonal).
+    """
+    nodes = _nodes(order)
+    last = legendre.Legendre.basis(order)
+    values = last(nodes)
+    weights = 2.0 / (order * (order + 1) * values**2)
+    apart = nodes[:, None] - nodes[None, :] + np.eye(order + 1)
+    slopes = values[:, None] / (values[None, :] * apart)
+    np.fill_diagonal(slopes, 0.0)
+    np.fill_diagonal(slopes, -slopes.sum(axis=1))
+    stiffness = slopes.T @ (weights[:, None] * slopes)
+    stiffness = 0.5 * (stiffness + stiffness.T)
+    np.fill_diagonal(stiffness, 0.0)
+    np.fill_diagonal(stiffness, -stiffness.sum(axis=1))  # a motion as a whole costs nothing, to rounding
+    points, shares = legendre.leggauss(order + 1)
+    shapes = np.array([polynomials(order, float(point)) for point in points])
+    consistent = shapes.T @ (shares[:, None] * shapes)
+    return Reference(nodes, weights, slopes, stiffness, consistent, np.diag(weights))
+
+
+def polynomials(order: int, place: float) -> Array:
+    """Return the polynomials of the nodes at a place from -1 to 1, shape (order + 1,); exactly 0 or 1 at the nodes."""
+    nodes = _nodes(order)
+    if order == 1 and abs(place) == 1.0:
+        return np.array([0.5 * (1.0 - place), 0.5 * (1.0 + place)])
+    apart = nodes[:, None] - nodes[None, :]
+    np.fill_diagonal(apart, 1.0)
+    ratios = (place - nodes[None, :]) / apart
+    np.fill_diagonal(ratios, 1.0)
+    return np.asarray(ratios.prod(axis=1))
+
+
+@cache
+def _nodes(order: int) -> Array:
+    last = legendre.Legendre.basis(order)
+    inner = np.sort(last.deriv().roots().real) if order > 1 else np.zeros(0)
+    if inner.size:
+        inner = inner - last.deriv()(inner) / last.deriv(2)(inner)  # one step of Newton mends the roots' rounding
+    return np.concatenate(([-1.0], 0.5 * (inner - inner[::-1]), [1.0]))
+
+
+def assembled(element: Array, scale: Array) -> Array:
+    """Return the banded matrix (order + 1, n_nodes) of a row of elements that share their end nodes.
+
+    ``element`` (order + 1, order + 1) is symmetric and multiplied by ``scale`` (n_elements,) in each.
+    """
+    order = len(element) - 1
+    matrix = np.zeros((order + 1, order * scale.size + 1))
+    for i in range(order + 1):
+        for j in range(i + 1):
+            matrix[i - j, j : j + order * scale.size : order] += element[i, j] * scale
+    return matrix
+
+
+@lru_cache(maxsize=256)
+def elements_per_segment(segments: tuple[Segment, ...], elements: int) -> tuple[int, ...]:
+    """Return how many elements each segment gets: at least one, shared out by travel time, ``elements`` in all."""
+    times = np.array([segment.length / segment.wave_speed for segment in segments])
+    shares = elements * times / times.sum()
+    counts = np.maximum(1, np.floor(shares)).astype(int)
+    while counts.sum() < elements:
+        counts[np.argmax(shares - counts)] += 1
+    while counts.sum() > elements and counts.max() > 1:
+        counts[np.argmax(np.where(counts > 1, counts - shares, -np.inf))] -= 1
+    return tuple(int(count) for count in counts)

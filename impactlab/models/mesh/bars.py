@@ -1,0 +1,219 @@
+"""A rod as a row of bar elements: the mesh that `finite_element` steps and `modal` takes its shapes from."""
+
+from __future__ import annotations
+
+from typing import Literal, final
+
+import numpy as np
+
+from impactlab.errors import CaseError
+from impactlab.models.base import Face, Operators, end_load
+from impactlab.models.mesh.bar_elements import assembled, elements_per_segment, polynomials, reference
+from impactlab.models.mesh.base import AbstractMesh
+from impactlab.models.mesh.frequency_bound import highest_frequency
+from impactlab.models.mesh.massless import Ints, MasslessNodes, redistribute, struck_nodes
+from impactlab.numerics.banded import multiply
+from impactlab.scene.bodies import End, Profile, Rod
+from impactlab.types import Array, Quantity
+
+MassMatrix = Literal["consistent", "lumped", "redistributed"]
+NEAR = 1e-9  # of an element: a place so near to a node is that node
+
+
+@final
+class Mesh(AbstractMesh):
+    """A rod in nodal displacements, clamped nodes and massless ones left out.
+
+    Displacement and velocity are polynomials of degree ``order`` in an element; strain and stress, one degree lower,
+    jump between elements: at a node shared by two the right one gives them. Damping is Rayleigh's (C = mass M +
+    stiffness K of the whole body, its ends' springs and masses included), that of the material (Kelvin and Voigt), and
+    the dashpots at the ends.
+
+    Parameters
+    ----------
+    rod : Rod
+    elements : int
+        Elements over the whole rod, shared among segments by travel time.
+    mass : "consistent" (exact integrals), "lumped" (quadrature at the nodes: diagonal) or "redistributed"
+        The last: lumped, and the nodes of the contacts give their mass to their neighbours, so that they follow without
+        inertia; order 1 only. Rows are those without the contact's force; `left_out` gives its share. Damping of a
+        massless node acts as if it followed its neighbours statically.
+    gravity : float
+        m/s2, along +x.
+    order : int
+        Degree of the polynomials; 1 are 2-node bars.
+    faces : tuple of Face
+        Contacts of the rod, for the mass "redistributed".
+    """
+
+    def __init__(
+        self,
+        rod: Rod,
+        elements: int,
+        mass: MassMatrix,
+        gravity: float,
+        order: int = 1,
+        faces: tuple[Face, ...] = (),
+    ) -> None:
+        counts = elements_per_segment(rod.segments, elements)
+        spread = [np.full(count, segment.length / count) for segment, count in zip(rod.segments, counts, strict=True)]
+        of_segment = np.repeat(np.arange(len(counts)), counts)
+        self.order, self.element = order, reference(order)
+        self.lengths = np.concatenate(spread)
+        self._borders = np.concatenate(([0.0], np.cumsum(self.lengths)))
+        self._borders[-1] = rod.length
+        self._near = NEAR * float(self.lengths.min())
+        inside = 0.5 * (self.element.nodes[:-1] + 1.0) * self.lengths[:, None] + self._borders[:-1, None]
+        self.nodes = np.append(inside.ravel(), rod.length)
+        self.nodes[::order] = self._borders
+        self.young = np.array([segment.young for segment in rod.segments])[of_segment]
+        self.area = np.array([segment.area for segment in rod.segments])[of_segment]
+        self.density = np.array([segment.density for segment in rod.segments])[of_segment]
+        self._viscous = np.array([segment.viscosity * segment.area for segment in rod.segments])[of_segment]
+        self.lumped = mass != "consistent"
+        first = 1 if rod.left.kind == "clamped" else 0
+        last = len(self.nodes) - (1 if rod.right.kind == "clamped" else 0)
+        if first == last:
+            raise CaseError(
+                f"one element between two clamped ends leaves nothing of '{rod.name}' that moves",
+                remedy="Give two elements or more.",
+                path="solve.model.elements",
+            )
+        self.free_nodes = slice(first, last)
+        self.ends: tuple[tuple[int, End], ...] = ((0, rod.left), (len(self.nodes) - 1, rod.right))
+        self.body = self.rod = rod
+        self._gravity = gravity
+        matrices = self._assembled()
+        struck = np.zeros(0, np.int64)
+        if mass == "redistributed":
+            struck = struck_nodes(self, faces)
+            redistribute(matrices[0], struck + first)
+        self._nodal_mass = multiply(matrices[0], np.ones(len(self.nodes)))
+        cut = [self._cut(matrix) for matrix in matrices]
+        self._massless = MasslessNodes(struck, cut[2]) if struck.size else None
+        if self._massless is not None:
+            cut = [cut[0][:, self._massless.kept], *(self._massless.condensed(matrix) for matrix in cut[1:])]
+        self.mass: Array = cut[0][:1] if self.lumped else cut[0]
+        self.damping: Array = narrowed(cut[1])
+        dashpots = np.zeros(len(self.nodes))
+        for node, end in self.ends:
+            dashpots[node] = end.value if end.kind == "dashpot" else 0.0
+        self._end_dashpots = dashpots[self.free_nodes]
+        if self._massless is not None:  # no dashpot acts on a node without mass
+            self._end_dashpots = self._end_dashpots[self._massless.kept]
+        self.stiffness: Array = cut[2]
+        self.places = tuple(dict.fromkeys(face.x for face in faces)) if struck.size else ()
+        inertia = self.momentum_row()
+        loose = 0 if any(end.kind in ("clamped", "spring") for _, end in self.ends) else 1
+        self.rigid = np.full((inertia.size, loose), 1.0 / np.sqrt(inertia.sum()))
+        self.pins = (0,) * loose
+
+    def operators(self) -> Operators:
+        highest = highest_frequency(self)
+        profile = self.rod.displacement
+        return Operators(
+            mass=self.mass,
+            damping=self.damping,
+            stiffness=self.stiffness,
+            load=self.momentum_row() * self._gravity + end_load(self, self.rod),
+            displacement=np.zeros(self.mass.shape[1]) if profile is None else self.coordinates(profile),
+            velocity=np.full(self.mass.shape[1], self.rod.velocity),
+            highest_frequency=highest,
+            rule_frequency=highest,
+            diagonal_mass=self.lumped,
+            end_dashpots=self._end_dashpots,
+            modes=False,
+            massless=tuple((x, self.left_out(x, "displacement", x)) for x in self.places),
+        )
+
+    def row(self, x: float, quantity: Quantity) -> Array:
+        row = self.nodal_row(x, quantity)
+        return row if self._massless is None else self._massless.folded(row)
+
+    def left_out(self, x: float, quantity: Quantity, face: float) -> float:
+        """Return what a massless node adds at x per unit force on it; no mode is left out."""
+        if self._massless is None or quantity == "velocity":
+            return 0.0
+        at = self._massless.at
+        pressed = self._massless.flexibility * self.nodal_row(face, "displacement")[at]
+        return float(self.nodal_row(x, quantity)[at] @ pressed)
+
+    def momentum_row(self) -> Array:
+        return self.at_nodes(self._nodal_mass)
+
+    def grid(self) -> Array:
+        return self.nodes
+
+    @property
+    def borders(self) -> Ints:
+        """The coordinates at the borders of elements, (n,) int: the rod's matrices couple nothing across one."""
+        numbers = np.arange(0, len(self.nodes), self.order, dtype=np.int64)
+        numbers = numbers[(numbers >= self.free_nodes.start) & (numbers < self.free_nodes.stop)] - self.free_nodes.start
+        if self._massless is None:
+            return numbers
+        return np.asarray(np.searchsorted(self._massless.kept, np.setdiff1d(numbers, self._massless.at)), np.int64)
+
+    def at_nodes(self, nodal: Array) -> Array:
+        """Return those of the values of all nodes that belong to coordinates, shape (n_dof,)."""
+        free = nodal[self.free_nodes]
+        return free if self._massless is None else free[self._massless.kept]
+
+    def coordinates(self, profile: Profile) -> Array:
+        return self.at_nodes(profile(self.nodes))
+
+    def quotients(self, shapes: Array) -> Array:
+        nodal = np.zeros((len(self.nodes), shapes.shape[1]))
+        nodal[self.free_nodes] = shapes if self._massless is None else self._massless.unfolded(shapes)
+        step, count = self.order, len(self.lengths)
+        within = [nodal[i : i + step * count : step] - nodal[: step * count : step] for i in range(step + 1)]
+        squares = np.zeros(shapes.shape[1])
+        for weight, slope in zip(self.element.weights, self.element.slopes, strict=True):
+            stretch = sum(share * part for share, part in zip(slope[1:], within[1:], strict=True))
+            squares += (2.0 * weight * self.young * self.area / self.lengths) @ np.square(stretch)
+        for node, end in self.ends:
+            if end.kind == "spring":
+                squares += end.value * nodal[node] ** 2
+        return np.asarray(squares)
+
+    def nodal_row(self, x: float, quantity: Quantity) -> Array:
+        """Return the quantity at x [m] as a row over the nodes that are not clamped, massless ones included, (n,)."""
+        element = int(self._borders.searchsorted(x + self._near, side="right")) - 1
+        element = min(max(element, 0), len(self.lengths) - 1)
+        start, h = self._borders[element], self._borders[element + 1] - self._borders[element]
+        place = 2.0 * (x - start) / h - 1.0
+        node = int(np.abs(self.element.nodes - place).argmin())
+        place = self.element.nodes[node] if abs(self.element.nodes[node] - place) <= 2.0 * NEAR else place
+        values = polynomials(self.order, float(place))
+        if quantity not in ("displacement", "velocity"):
+            young, area = self.young[element], self.area[element]
+            factor = {"strain": 1.0, "stress": young, "force": young * area}[quantity]
+            values = -2.0 * factor / h * (values @ self.element.slopes)
+        row = np.zeros(len(self.nodes))
+        row[element * self.order : (element + 1) * self.order + 1] = values
+        return row[self.free_nodes]
+
+    def _assembled(self) -> tuple[Array, Array, Array]:
+        """Return mass, damping and stiffness of all nodes, ends included, (order + 1, n_nodes) each."""
+        element, half = self.element, 0.5 * self.lengths
+        mass = assembled(element.lumped if self.lumped else element.consistent, self.density * self.area * half)
+        stiffness = assembled(element.stiffness, self.young * self.area / half)
+        damping = assembled(element.stiffness, self._viscous / half)
+        for node, end in self.ends:
+            matrix = {"mass": mass, "dashpot": damping, "spring": stiffness}.get(end.kind)
+            if matrix is not None:
+                matrix[0, node] += end.value
+        damping += self.rod.damping.mass * mass + self.rod.damping.stiffness * stiffness
+        return mass, damping, stiffness
+
+    def _cut(self, matrix: Array) -> Array:
+        """Return the matrix of the nodes that are not clamped; no column keeps a coupling to one that was left out."""
+        cut = matrix[:, self.free_nodes].copy()
+        for offset in range(1, len(cut)):
+            cut[offset, max(0, cut.shape[1] - offset) :] = 0.0
+        return cut
+
+
+def narrowed(matrix: Array) -> Array:
+    """Return the matrix without its outermost bands that are zero, shape (bandwidth + 1, n)."""
+    used = [offset for offset in range(1, len(matrix)) if np.any(matrix[offset])]
+    return matrix[: 1 + max(used, default=0)]

@@ -1,0 +1,282 @@
+"""A beam as a row of beam elements: the mesh that `finite_element` steps and `modal` takes its shapes from."""
+
+from __future__ import annotations
+
+from typing import Literal, final
+
+import numpy as np
+
+from impactlab.errors import CaseError
+from impactlab.models.base import Operators, end_load
+from impactlab.models.mesh.absorbing import laid_out
+from impactlab.models.mesh.base import AbstractMesh
+from impactlab.models.mesh.beam_elements import (
+    PLACES,
+    curvatures,
+    deflections,
+    lumped,
+    matrices,
+    rotations,
+    shear_ratio,
+    shear_strain,
+    slope_of_curvature,
+)
+from impactlab.numerics.banded import multiply
+from impactlab.scene.bodies import Beam, End, Profile
+from impactlab.types import QUANTITIES_OF_BEAM, Array, Quantity
+
+NEAR = 1e-9  # of an element: a place so near to a node is that node
+BANDWIDTH = 3
+STEP = 1e-4  # of an element, over which the slope of an initial deflection is taken
+
+
+@final
+class BeamMesh(AbstractMesh):
+    """A beam in deflections and rotations of its nodes, held ones left out.
+
+    Deflection and rotation are those of elements without load between their nodes (`beam_elements`); bending moment and
+    shear force jump between elements: at a node shared by two the right one gives them. Damping is Rayleigh's, that of
+    the material, which here damps shear and bending alike, and the dashpots at the ends. At an infinite end the mesh
+    goes on in a layer that absorbs (`absorbing`).
+
+    Parameters
+    ----------
+    beam : Beam
+    elements : int
+        Elements over the whole beam, shared among segments by the travel time of axial waves.
+    mass : "consistent" or "lumped" (diagonal)
+    gravity : float
+        m/s2, along +u.
+    """
+
+    motions = ("displacement", "rotation")
+
+    def __init__(self, beam: Beam, elements: int, mass: Literal["consistent", "lumped"], gravity: float) -> None:
+        self.body = self.beam = beam
+        self._gravity, self.order, self.places = gravity, 1, ()
+        self.lumped = mass == "lumped"
+        self._layout = laid_out(beam, elements, self.lumped, gravity)
+        self.lengths, self._of_segment = self._layout.lengths, self._layout.segment
+        self.nodes: Array = self._layout.start + np.concatenate(([0.0], np.cumsum(self.lengths)))
+        self.nodes[np.abs(self.nodes) < NEAR * float(self.lengths.min())] = 0.0
+        self.nodes[np.abs(self.nodes - beam.length) < NEAR * float(self.lengths.min())] = beam.length
+        self.ends: tuple[tuple[int, End], ...] = ((0, beam.left), (len(self.nodes) - 1, beam.right))
+        held = [2 * node for node, end in self.ends if end.kind in ("clamped", "pinned")]
+        held += [2 * node + 1 for node, end in self.ends if end.kind == "clamped"]
+        self._kept = np.setdiff1d(np.arange(2 * len(self.nodes)), held)
+        whole = self._assembled()
+        uniform = np.zeros(2 * len(self.nodes))
+        uniform[::2] = 1.0
+        self._momentum = multiply(whole[0], uniform)[self._kept]
+        cut = [self._cut(matrix) for matrix in whole]
+        self.mass: Array = cut[0][:1] if self.lumped else cut[0]
+        self.damping: Array = cut[1] if np.any(cut[1][1:]) else cut[1][:1]
+        self.stiffness: Array = cut[2]
+        self.rigid, self.pins = self._rigid_motions()
+        self._check_preload()
+
+    def operators(self) -> Operators:
+        profile = self.beam.displacement
+        uniform = np.zeros(2 * len(self.nodes))
+        uniform[::2] = self.beam.velocity
+        highest = self._highest_frequency()
+        return Operators(
+            mass=self.mass,
+            damping=self.damping,
+            stiffness=self.stiffness,
+            load=self._momentum * self._gravity + end_load(self, self.beam),
+            displacement=np.zeros(self._kept.size) if profile is None else self.coordinates(profile),
+            velocity=uniform[self._kept],
+            highest_frequency=highest,
+            rule_frequency=highest,
+            diagonal_mass=self.lumped,
+            end_dashpots=self._end_dashpots(),
+            modes=False,
+        )
+
+    def row(self, x: float, quantity: Quantity) -> Array:
+        element = int(np.searchsorted(self.nodes, x + NEAR * float(self.lengths.min()), side="right")) - 1
+        element = min(max(element, 0), len(self.lengths) - 1)
+        h, segment = float(self.lengths[element]), self.beam.segments[self._of_segment[element]]
+        place = (x - float(self.nodes[element])) / h
+        place = 0.0 if abs(place) <= NEAR else 1.0 if abs(place - 1.0) <= NEAR else place
+        phi = shear_ratio(segment, h)
+        row = np.zeros(2 * len(self.nodes))
+        if quantity in ("displacement", "velocity"):
+            values = deflections(place, h, phi)
+        elif quantity == "rotation":
+            values = rotations(place, h, phi)
+        elif quantity == "bending_moment":
+            values = segment.bending_stiffness * curvatures(place, h, phi)
+        elif quantity == "shear_force":
+            values = -segment.bending_stiffness * slope_of_curvature(h, phi)
+        else:
+            raise no_such(quantity)
+        row[2 * element : 2 * element + 4] = values
+        return row[self._kept]
+
+    def left_out(self, x: float, quantity: Quantity, face: float) -> float:
+        return 0.0
+
+    def momentum_row(self) -> Array:
+        return self._momentum
+
+    def grid(self) -> Array:
+        return self.nodes[(self.nodes >= 0.0) & (self.nodes <= self.beam.length)]
+
+    def coordinates(self, profile: Profile) -> Array:
+        """Return the coordinates of an initial deflection: a rotation is its slope, as where nothing shears."""
+        step = STEP * float(self.lengths.min())
+        inside = np.clip(self.nodes, 0.0, self.beam.length)  # in a layer the end's deflection and slope go on
+        before, after = np.maximum(inside - step, 0.0), np.minimum(inside + step, self.beam.length)
+        values = np.empty(2 * len(self.nodes))
+        values[1::2] = (profile(after) - profile(before)) / (after - before)
+        values[::2] = profile(inside) + values[1::2] * (self.nodes - inside)
+        return values[self._kept]
+
+    def quotients(self, shapes: Array) -> Array:
+        nodal = np.zeros((2 * len(self.nodes), shapes.shape[1]))
+        nodal[self._kept] = shapes
+        squares = np.zeros(shapes.shape[1])
+        for at in self._layout.alike:
+            h, segment = float(self.lengths[at[0]]), self.beam.segments[self._of_segment[at[0]]]
+            phi = shear_ratio(segment, h)
+            # The rigid motion of each element goes first: what is left of it in a difference would be rounding.
+            turn = (nodal[2 * at + 2] - nodal[2 * at]) / h
+            local = np.array([nodal[2 * at + 1] - turn, nodal[2 * at + 3] - turn])
+            for place in PLACES:
+                bend = np.tensordot(curvatures(place, h, phi)[1::2], local, 1)
+                squares += 0.5 * h * segment.bending_stiffness * np.square(bend).sum(axis=0)
+            if phi > 0.0:
+                sheared = np.tensordot(shear_strain(h, phi)[1::2], local, 1)
+                squares += h * segment.shear_stiffness * np.square(sheared).sum(axis=0)
+            if self.beam.tension != 0.0:
+                pulled = matrices(segment, h).tension * self.beam.tension
+                local = np.stack([nodal[2 * at] - nodal[2 * at], nodal[2 * at + 1], turn * h, nodal[2 * at + 3]])
+                squares += np.einsum("ikj,il,lkj->j", local, pulled, local)
+        for node, end in self.ends:
+            if end.kind == "spring":
+                squares += end.value * nodal[2 * node] ** 2 + end.rotational * nodal[2 * node + 1] ** 2
+        return squares
+
+    def _assembled(self) -> tuple[Array, Array, Array]:
+        """Return mass, damping and stiffness of all nodes, ends included, (4, 2 n_nodes) each."""
+        n, beam = 2 * len(self.nodes), self.beam
+        mass, damping, stiffness = np.zeros((4, n)), np.zeros((4, n)), np.zeros((4, n))
+        for at in self._layout.alike:
+            h, segment = float(self.lengths[at[0]]), beam.segments[self._of_segment[at[0]]]
+            each = matrices(segment, h)
+            own = np.diag(lumped(segment, h)) if self.lumped else each.mass
+            elastic = each.stiffness + beam.tension * each.tension
+            viscous = self._layout.retardation[at[0]] * each.stiffness + self._layout.drag[at[0]] * own
+            for matrix, element in ((mass, own), (damping, viscous), (stiffness, elastic)):
+                for i in range(4):
+                    for j in range(i + 1):
+                        matrix[i - j, 2 * at + j] += element[i, j]
+        for node, end in self.ends:
+            held = {"mass": mass, "dashpot": damping, "spring": stiffness}.get(end.kind)
+            if held is not None:
+                held[0, 2 * node] += end.value
+                held[0, 2 * node + 1] += end.rotational
+        damping += beam.damping.mass * mass + beam.damping.stiffness * stiffness
+        return mass, damping, stiffness
+
+    def _end_dashpots(self) -> Array:
+        """Return the damping of dashpots at the ends, on deflections and rotations, shape (n_dof,)."""
+        dashpots = np.zeros(2 * len(self.nodes))
+        for node, end in self.ends:
+            if end.kind == "dashpot":
+                dashpots[2 * node : 2 * node + 2] = end.value, end.rotational
+        return dashpots[self._kept]
+
+    def _cut(self, matrix: Array) -> Array:
+        """Return the matrix of the coordinates kept; those held stand at the outermost four places only."""
+        kept = self._kept
+        cut = np.zeros((BANDWIDTH + 1, kept.size))
+        for offset in range(BANDWIDTH + 1):
+            other = kept[offset:] - kept[: kept.size - offset]
+            inside = other <= BANDWIDTH
+            columns = kept[: kept.size - offset]
+            cut[offset, : kept.size - offset][inside] = matrix[other[inside], columns[inside]]
+        return cut
+
+    def _rigid_motions(self) -> tuple[Array, tuple[int, ...]]:
+        """Return the motions a + b x that nothing resists, mass-normalised, and coordinates that stop them."""
+        rows = [] if self.beam.tension == 0.0 else [[0.0, 1.0]]  # a string under tension resists its rotation
+        for node, end in self.ends:
+            x = float(self.nodes[node]) / self.beam.length
+            if end.kind in ("clamped", "pinned") or (end.kind == "spring" and end.value > 0.0):
+                rows.append([1.0, x])
+            if end.kind == "clamped" or end.rotational > 0.0:
+                rows.append([0.0, 1.0])
+        free = np.eye(2) if not rows else _null_space(np.array(rows))
+        motions = np.zeros((2 * len(self.nodes), free.shape[1]))
+        motions[::2] = free[0] + np.outer(self.nodes / self.beam.length, free[1])
+        motions[1::2] = free[1] / self.beam.length
+        rigid: Array = motions[self._kept]
+        for i in range(rigid.shape[1]):
+            for j in range(i):
+                rigid[:, i] -= rigid[:, j] * (rigid[:, j] @ multiply(self.mass, rigid[:, i]))
+            rigid[:, i] /= np.sqrt(rigid[:, i] @ multiply(self.mass, rigid[:, i]))
+        first, last = (int(np.searchsorted(self._kept, index)) for index in (0, 2 * len(self.nodes) - 2))
+        if rigid.shape[1] == 2:
+            return rigid, (first, last)
+        if rigid.shape[1] == 1:
+            ends = [(abs(rigid[i, 0]), i) for i in (first, min(last, len(rigid) - 1))]
+            return rigid, (max(ends)[1],)
+        return rigid, ()
+
+    def _check_preload(self) -> None:
+        """Raise `CaseError` where the preload buckles the beam: its stiffness is then not positive."""
+        if self.beam.tension >= 0.0:
+            return
+        from scipy.linalg import LinAlgError, cholesky_banded
+
+        grounded = self.stiffness.copy()
+        grounded[0, list(self.pins)] *= 2.0
+        try:
+            cholesky_banded(grounded, lower=True)
+        except LinAlgError:
+            raise CaseError(
+                f"the preload of {-self.beam.tension:.6g} N buckles '{self.beam.name}': its stiffness is not positive",
+                remedy="Give a smaller compression, or hold the beam better.",
+                path=f"bodies.{self.beam.name}.tension",
+            ) from None
+
+    def _highest_frequency(self) -> float:
+        """Return a bound above the highest frequency, rad/s: that of any one element, end included (IronsTreharne1971).
+
+        An end's spring is borne by its one element, an end's mass only lowers frequencies.
+        """
+        from scipy.linalg import eigh
+
+        first = {int(np.flatnonzero(self._of_segment == number)[0]) for number in range(len(self.beam.segments))}
+        squared = 0.0
+        for number in first | {0, len(self.lengths) - 1}:
+            segment, h = self.beam.segments[self._of_segment[number]], float(self.lengths[number])
+            each = matrices(segment, h)
+            stiffness = each.stiffness + max(0.0, self.beam.tension) * each.tension
+            mass = np.diag(lumped(segment, h)) if self.lumped else each.mass
+            for node, end in self.ends:
+                if end.kind == "spring" and number == (0 if node == 0 else len(self.lengths) - 1):
+                    corner = 0 if node == 0 else 2
+                    stiffness[corner, corner] += end.value
+                    stiffness[corner + 1, corner + 1] += end.rotational
+            squared = max(squared, float(eigh(stiffness, mass, eigvals_only=True)[-1]))
+        return float(np.sqrt(squared))
+
+
+def _null_space(rows: Array) -> Array:
+    """Return the vectors (2, n) that the rows (m, 2) send to zero."""
+    _, sizes, vectors = np.linalg.svd(rows)
+    rank = int(np.count_nonzero(sizes > 1e-9 * sizes.max()))
+    return np.asarray(vectors[rank:].T)
+
+
+def no_such(quantity: str) -> CaseError:
+    """Return the error of a quantity that a beam has not."""
+    return CaseError(
+        f"a beam has no {quantity}. Allowed: {', '.join(QUANTITIES_OF_BEAM)}",
+        remedy="Name one of these.",
+        path="probes",
+    )

@@ -1,0 +1,196 @@
+"""Functions passed to the compiled loop as addresses, so that a new part needs no recompilation of the loop.
+
+With compilation on, an address is that of a C function made by numba (or of a C callback into Python) and `call` is a
+machine call. With NUMBA_DISABLE_JIT=1 an address is the number of a Python function and `call` looks it up.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import sys
+from collections.abc import Callable
+from functools import cache
+from operator import attrgetter
+from typing import Any
+
+import numba
+import numpy as np
+from numba import from_dtype, types
+from numba.core import cgutils
+from numba.core.ccallback import CFunc
+from numba.core.sigutils import normalize_signature
+from numba.extending import intrinsic
+
+from impactlab.numerics.cache import cache_of
+from impactlab.types import PORT, REPLY, Port, Reply
+
+config: Any = numba.config
+type_of: Any = numba.typeof
+CALLBACK: Any = CFunc
+normalised: Any = normalize_signature
+COMPILED = not config.DISABLE_JIT
+
+VECTOR = types.float64[::1]
+FREE = types.void(VECTOR, VECTOR)
+MEASURE = types.void(VECTOR, VECTOR, VECTOR)
+DERIVE = types.void(VECTOR, VECTOR)
+RETIME = types.void(VECTOR, types.float64, VECTOR, VECTOR, VECTOR)
+RESPOND = types.void(from_dtype(PORT), from_dtype(REPLY))
+
+# Sums may be reordered, so that they run in vector registers; nothing may be assumed about NaN or infinity.
+FAST = {"reassoc", "contract"}
+_plain: list[Callable[..., None]] = []
+_compiled: dict[tuple[Any, int], tuple[Any, Any]] = {}  # the signature is kept, so that its id stays its own
+
+if COMPILED:
+
+    def _call(typing_context: Any, address: Any, *arguments: Any) -> Any:  # noqa: ARG001 - numba's signature
+        """Call the C function at an address; the arguments must be of its very types."""
+
+        def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:  # noqa: ARG001
+            from llvmlite import ir
+
+            unpack: Any = cgutils.unpack_tuple
+            passed = unpack(builder, values[1])
+            function = ir.FunctionType(ir.VoidType(), [value.type for value in passed])
+            builder.call(builder.inttoptr(values[0], function.as_pointer()), passed)
+            return context.get_dummy_value()
+
+        star: Any = types.StarArgTuple
+        return types.void(types.intp, star(arguments)), generate
+
+    call: Any = intrinsic(_call)
+
+else:
+
+    def call(address: int, *arguments: Any) -> None:
+        """Call the Python function with this number."""
+        _plain[address](*arguments)
+
+
+@cache
+def load_array_functions() -> None:
+    """Let numba load its array functions, as it does before it compiles or reads its cache, but without scipy's BLAS.
+
+    It would look for one at once, which takes a third of a second and serves nothing that it cannot find without: only
+    the inner products of np.convolve choose by it. Products of matrices look for themselves when they are compiled.
+    """
+    blas = "scipy.linalg.cython_blas"
+    hidden = blas not in sys.modules
+    if hidden:
+        sys.modules[blas] = None  # type: ignore[assignment] # what Python takes for: cannot be imported
+    try:
+        import numba.np.arraymath  # noqa: F401
+    finally:
+        if hidden:
+            del sys.modules[blas]
+
+
+def entered(entry: Any, *arguments: Any) -> Any:
+    """Call a compiled function; the first time numba's array functions are loaded before, in the quicker way."""
+    if COMPILED and not entry.overloads:
+        load_array_functions()
+    return entry(*arguments)
+
+
+def compiled(function: Callable[..., None], signature: Any) -> Any:
+    """Return the C function of a Python one, from the disk cache where it can be kept there."""
+    known = _compiled.get((function, id(signature)))  # signatures are constants: to compare them takes far longer
+    if known is not None:
+        return known[1]
+    load_array_functions()
+    options = {"fastmath": FAST}
+    made = CALLBACK(function, normalised(signature), locals={}, options=options)
+    made._cache = cache_of(function, options)
+    made.compile()
+    _compiled[function, id(signature)] = signature, made
+    return made
+
+
+def kernel_address(function: Callable[..., None] | None, signature: Any) -> int:
+    """Return the address of a stepper's function; 0 for none."""
+    if function is None:
+        return 0
+    if COMPILED:
+        return int(compiled(function, signature).address)
+    _plain.append(function)
+    return len(_plain) - 1
+
+
+class LawAddress:
+    """The address of a law's `respond`, and what must live as long as it is called.
+
+    A law that stays plain Python is called back; its exception is kept in ``raised`` and the reply marked failed.
+    """
+
+    def __init__(self, respond: Callable[[Any, Any], None], as_compiled: bool) -> None:
+        self.raised: Exception | None = None
+        self._keep: Any = None
+        if COMPILED and as_compiled:
+            self.value = int(compiled(respond, RESPOND).address)
+            return
+
+        def guarded(port: Port, reply: Reply) -> None:
+            try:
+                respond(port, reply)
+            except Exception as raised:  # noqa: BLE001 - carried out of the loop, raised there as StepError
+                self.raised = raised
+                reply.failed = 1.0
+
+        if COMPILED:
+            known: dict[int, Any] = {}  # by address: the loop gives the same records in every step
+
+            def called(port: int, reply: int) -> None:
+                if port not in known:
+                    known[port] = at_hand(PortAtHand, port)
+                if reply not in known:
+                    known[reply] = at_hand(ReplyAtHand, reply)
+                guarded(known[port], known[reply])
+
+            self._keep = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(called)
+            self.value = int(ctypes.cast(self._keep, ctypes.c_void_p).value or 0)
+        else:
+            _plain.append(guarded)
+            self.value = len(_plain) - 1
+
+
+def held(kind: type[ctypes.Structure], name: str) -> Any:
+    """Return a property that stands for a field which is itself a record or an array, made once."""
+    return property(attrgetter(f"_{name}"), getattr(kind, name).__set__)
+
+
+class PortAtHand(Port):
+    """A port whose sides and arrays are made once: making them at every look is what plain Python spends most on."""
+
+    left, right = held(Port, "left"), held(Port, "right")
+    readings, memory, parameters = held(Port, "readings"), held(Port, "memory"), held(Port, "parameters")
+
+
+class ReplyAtHand(Reply):
+    """A reply whose memory is made once."""
+
+    memory = held(Reply, "memory")
+
+
+def at_hand(kind: type[ctypes.Structure], address: int) -> Any:
+    """Return the record at an address of the running loop."""
+    record = kind.from_address(address)
+    for name, made in vars(kind).items():
+        if isinstance(made, property):
+            setattr(record, f"_{name}", getattr(kind.__base__, name).__get__(record))
+    return record
+
+
+def records(kind: type[ctypes.Structure], count: int) -> tuple[Any, Any]:
+    """Return room for records, as C structures to write by name, and in the form that the loop takes."""
+    structures: Any = (kind * count)()
+    if not COMPILED:
+        return structures, structures
+    dtype = dtype_of(kind)
+    return structures, np.frombuffer(structures, dtype) if count else np.zeros(0, dtype)
+
+
+@cache
+def dtype_of(kind: type[ctypes.Structure]) -> Any:
+    """Return the numpy type of a record; made once, for making it takes longer than a short run."""
+    return np.dtype(kind)

@@ -1,0 +1,59 @@
+"""What the automatic choice says of itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple
+
+from impactlab.scene.problem import Scene
+
+Verdict = Literal["chosen", "kept", "rejected", "trial", "not run", "refused"]
+
+
+class Rung(NamedTuple):
+    """One candidate: what was expected of it, what came of it, and what became of it."""
+
+    candidate: str
+    predicted_error: float | None  # before any run, from facts of its class
+    predicted_s: float | None  # solving, by the model of cost
+    estimated_error: float | None = None  # from two resolutions; None where it was not run
+    measured_error: float | None = None  # against the reference; only where a ladder was asked for
+    solve_s: float | None = None
+    verdict: Verdict = "not run"
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The description chosen for a scene, what error it is expected to have, and the candidates beside it.
+
+    ``expected_error`` is the estimate times the safety factor told in ``estimate``; the tolerance was met where it lies
+    within it. Only the times depend on the machine: choices are made by predicted cost and estimated error.
+    """
+
+    tolerance: float
+    scene: Scene  # as it was run
+    chosen: str
+    expected_error: float
+    estimate: str  # how the error was estimated, in words
+    ladder: tuple[Rung, ...]
+    choosing_s: float  # s, all that was spent beside the chosen run
+    measured_error: float | None = None  # against a reference, less its uncertainty; None where there was none
+
+    @property
+    def met(self) -> bool:
+        """Whether the expected error, and the measured one where there is one, lie within the tolerance."""
+        return max(self.expected_error, self.measured_error or 0.0) <= self.tolerance
+
+    def document(self, method: dict[str, Any]) -> dict[str, Any]:
+        """Return the choice for the summary; ``method`` is the summary's block of the same name."""
+        return {
+            "tolerance": self.tolerance,
+            "met": self.met,
+            "chosen": {"candidate": self.chosen, "events": self.scene.events, **method},
+            "expected_error": self.expected_error,
+            "measured_error": self.measured_error,
+            "estimate": self.estimate,
+            "ladder": [rung._asdict() for rung in self.ladder],
+            "choosing_s": self.choosing_s,
+        }

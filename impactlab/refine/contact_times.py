@@ -1,0 +1,75 @@
+"""The times that say how fine a description must be: of contacts, of waves."""
+
+from __future__ import annotations
+
+import math
+
+from impactlab.contact.power_law import AbstractHystereticLaw, Hertz
+from impactlab.scene.bodies import ElasticBody, Mass, Rod
+from impactlab.scene.facts import impedance_of, stiffness_of
+from impactlab.scene.problem import Contact, Point, Scene
+
+
+def speed_of(scene: Scene) -> float:
+    """Return the velocity with which the bodies of a scene meet [m/s]: that at the start, or what loads may give."""
+    velocities = [body.velocity for body in scene.bodies.values() if isinstance(body, Mass | ElasticBody)]
+    given = max(velocities, default=0.0) - min(*velocities, 0.0, 0.0)
+    pushed = [abs(rod.end_force) / rod.segments[0].impedance for rod in scene.bodies.values() if isinstance(rod, Rod)]
+    strained = [_strain_speed(body) for body in scene.bodies.values() if isinstance(body, Rod)]
+    return max(given, abs(scene.gravity) * scene.duration, *pushed, *strained, 0.0)
+
+
+def _strain_speed(rod: Rod) -> float:
+    if rod.displacement is None:
+        return 0.0
+    import numpy as np
+
+    u = rod.displacement(np.linspace(0.0, rod.length, 21))
+    return float(np.ptp(u)) / rod.round_trip * 2.0
+
+
+def rise_time(scene: Scene, contact: Contact) -> float:
+    """Return the time in which the force of a contact rises [s]; a quarter of a round trip where its law is unknown.
+
+    A soft contact rises with its own oscillation sqrt(m/k), or as the rod behind it gives way, Z/k; of a power law k is
+    the tangent at the indentation that brings the bodies to the same speed. A hard one rises at once, and then falls as
+    the mass gives its momentum to the waves, M/Z.
+    """
+    masses = [mass for mass in (_mass_at(scene, point) for point in (contact.left, contact.right)) if mass > 0.0]
+    mass = 1.0 / sum(1.0 / each for each in masses) if masses and min(masses) < math.inf else math.inf
+    give = 1.0 / impedance_of(scene, contact)
+    if contact.law.hard:
+        return min(scene.duration, mass * give) if give > 0.0 else scene.duration
+    if contact.law.is_spring:
+        known = stiffness_of(scene, contact)
+        stiffness = math.nan if known is None else known
+    elif isinstance(contact.law, Hertz | AbstractHystereticLaw):
+        stiffness = _tangent(contact.law.stiffness, contact.law.exponent, speed_of(scene), mass, give)
+    else:
+        stiffness = math.nan
+    times = [1.0 / (give * stiffness)] if give > 0.0 else []
+    times += [math.sqrt(mass / stiffness)]
+    times = [time for time in times if math.isfinite(time)]
+    return min([scene.duration, *times]) if times else 0.25 * scene.round_trip
+
+
+def _mass_at(scene: Scene, point: Point) -> float:
+    """Return the mass right at a face [kg]: 0 of a bare end of a rod, inf of a wall."""
+    body = scene.bodies[point.body]
+    if isinstance(body, Mass):
+        return body.mass
+    if not isinstance(body, Rod):
+        return math.inf
+    end = body.left if point.x == 0.0 else body.right
+    return end.value if end.kind == "mass" and point.x in (0.0, body.length) else 0.0
+
+
+def _tangent(stiffness: float, exponent: float, speed: float, mass: float, give: float) -> float:
+    """Return the tangent of F = K d^n at the indentation that a speed brings about [N/m]."""
+    depths = []
+    if mass < math.inf:
+        depths.append((0.5 * (exponent + 1.0) * mass * speed**2 / stiffness) ** (1.0 / (exponent + 1.0)))
+    if give > 0.0:
+        depths.append((speed / give / stiffness) ** (1.0 / exponent))
+    depth = min(depths, default=0.0)
+    return exponent * stiffness * depth ** (exponent - 1.0) if depth > 0.0 else math.nan

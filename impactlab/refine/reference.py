@@ -1,0 +1,344 @@
+"""What a run is judged by: the exact answer where there is one, else a converged one with its uncertainty."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections import OrderedDict
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, Literal, NamedTuple
+
+from impactlab.errors import ImpactlabError, StepError
+from impactlab.history.base import AbstractHistory
+from impactlab.refine.extrapolation import RATIO, Differences, finest_error
+from impactlab.scene.bodies import ElasticBody
+from impactlab.scene.problem import RECORDS, Scene
+
+# Names in summaries: the exact hard contact, the exact spring and dashpot of the case itself, the converged answer.
+HARD, SPRING, CONVERGED = "st_venant", "kelvin_voigt", "converged"
+
+CHEAP = 0.25  # s of predicted solving that a plain run spends on its reference
+THOROUGH = 8.0  # s, where a reference is asked for: compare, bench
+WANTED = 1e-6  # uncertainty at which refining ends,
+EASY = 0.05  # s, unless the next level costs less than this
+WORST = 1e-2  # uncertainty beyond which there is no reference
+READ = 1e-7  # of a value: what two histories may share that are read on lines between at most 20000 records
+COARSEST = 50  # elements, or steps in the shortest transit
+FIRST = 0.7  # of the budget that the first description may take
+CHECKING = 3e-5  # uncertainty at which the second answer is good enough to check the first
+UNWITNESSED = 3.0  # times less known: an answer without a second one
+SAFETY = 3.0  # on the error that three levels show (docs/audit.md: claimed against true over random scenes)
+TIGHTER = 4.0  # the tolerance of adaptive steps falls as fineness to minus this
+STIFF = 20.0  # times the expected number of adaptive steps: a damping that needs more of them is none for such steps
+JUDGED = ("mass_displacement", "face_displacement", "impulse")
+"""The metrics by which a reference converges; their largest uncertainty is that of the reference."""
+SMOOTH = (*JUDGED, "peak_force")
+TOLD = ("peak_force", "force", "force_away_from_jumps", "event_times")  # metrics whose uncertainty is kept beside
+MOST_KEPT = 12  # converged references in memory
+
+
+class Reference(NamedTuple):
+    """An answer to judge by.
+
+    ``uncertainties`` are those of the metrics of the summary, each in the unit of its metric; none for an exact answer.
+    """
+
+    name: str  # st_venant | kelvin_voigt | converged
+    history: AbstractHistory
+    uncertainty: float = 0.0  # the largest relative one of displacements and impulse
+    uncertainties: Mapping[str, float] = {}
+    found: str = "event to event"  # how, in words
+
+
+class Way(NamedTuple):
+    """A description that can be refined: its words, the scene at a fineness, and the seconds that this will take."""
+
+    words: str
+    scene: Callable[[int], Scene]
+    seconds: Callable[[int], float]
+    order: float = 2.0  # of displacements and impulses in the fineness, at most
+
+
+def find(scene: Scene, budget: float = THOROUGH) -> Reference | None:
+    """Return the exact answer to a scene, else a converged one, else None.
+
+    Parameters
+    ----------
+    scene : Scene
+        The physics: bodies, contacts and their laws. Models, integrator and step are those of no answer; a law that is
+        hard stands for the hard contact.
+    budget : float
+        Seconds of predicted solving that a converged answer may take. They are counted by a model of cost and never
+        measured, so that the same scene always gets the same answer.
+    """
+    from impactlab.exact import solve as exact
+
+    if any(theories(scene)):
+        return None
+    if exact.serves(scene) is None:
+        name = HARD if all(contact.law.hard for contact in scene.contacts) else SPRING
+        try:
+            return Reference(name, exact.solve(scene, whole=True))
+        except StepError:  # the run that asked for a reference is none the worse
+            pass
+    return converged(scene, budget)
+
+
+def theories(scene: Scene) -> tuple[str, ...]:
+    """Return the theory of waves that each body's model declares, empty where it is the body's own.
+
+    The references solve the body's own theory, so that none answers for a model of another.
+    """
+    bodies = (body for body in scene.bodies.values() if isinstance(body, ElasticBody))
+    return tuple("" if body.model is None else body.model.theory for body in bodies)
+
+
+def content(scene: Scene) -> Any:
+    """Return what a reference depends on, so that methods on one scene share it."""
+    from impactlab.refine.described import is_relative
+
+    meshed = any(is_relative(contact) for contact in scene.contacts)
+    bodies = [
+        dataclasses.replace(body, model=None) if isinstance(body, ElasticBody) and not meshed else body
+        for body in scene.bodies.values()
+    ]
+    contacts = [(contact.left, contact.right, contact.gap, contact.overlap_allowed) for contact in scene.contacts]
+    laws = tuple(None if contact.law.hard else contact.law for contact in scene.contacts)
+    return (
+        theories(scene),
+        tuple(bodies),
+        tuple(contacts),
+        laws,
+        scene.duration,
+        scene.gravity,
+        scene.probes,
+        scene.snapshots,
+    )
+
+
+_kept: OrderedDict[Any, Reference | None] = OrderedDict()
+
+
+def converged(scene: Scene, budget: float = THOROUGH) -> Reference | None:
+    """Return the scene solved finer and finer until two answers agree, or None where none converges.
+
+    The description is the best that serves: the stepped delay line for laws that are neither hard nor springs, a mesh
+    whose waves go one element in a step for hard contact, an implicit mesh for the rest. From level to level it
+    doubles; `uncertainty` says what is known of the last one.
+    """
+    scene = dataclasses.replace(scene, records=RECORDS)
+    key = (content(scene), budget)
+    try:
+        if key in _kept:
+            _kept.move_to_end(key)
+            return _kept[key]
+    except TypeError:  # a part of a plugin that has no hash
+        return _refined(scene, budget)
+    _kept[key] = _refined(scene, budget)
+    while len(_kept) > MOST_KEPT:
+        _kept.popitem(last=False)
+    return _kept[key]
+
+
+def _refined(scene: Scene, budget: float) -> Reference | None:
+    """Return the better of two refined answers, or None where none converges.
+
+    Two descriptions that share nothing but the physics are refined; where they differ by more than they claim, that
+    difference is the uncertainty. An answer that no second one stands beside counts as `UNWITNESSED` times less known.
+    """
+    found: list[Reference] = []
+    for way in _ways(scene):
+        last, share = None, budget if found else FIRST * budget
+        for each, spent in levels(way, share):
+            budget -= spent
+            last = each if each is not None else last
+            if found and each is not None and each.uncertainty <= max(CHECKING, 3.0 * found[0].uncertainty):
+                break
+        if last is not None and is_known(last):
+            found.append(last)
+        if len(found) == 2:
+            break
+    if not found:
+        return None
+    best = min(found, key=lambda each: each.uncertainty)
+    other = next((each for each in found if each is not best), None)
+    checked = _less_known(best, UNWITNESSED) if other is None else _beside(best, other, scene)
+    return checked if is_known(checked) else None
+
+
+def _less_known(found: Reference, factor: float) -> Reference:
+    told = {name: factor * value for name, value in found.uncertainties.items()}
+    return found._replace(uncertainty=factor * found.uncertainty, uncertainties=told)
+
+
+def _beside(best: Reference, other: Reference, scene: Scene) -> Reference:
+    """Return an answer with the uncertainty that a second one leaves it."""
+    told = dict(best.uncertainties)
+    for name, value in differences(other.history, best.history, scene).items():
+        claimed = told.get(name, best.uncertainty) + other.uncertainties.get(name, other.uncertainty)
+        if value > claimed:
+            told[name] = value
+    uncertainty = max([best.uncertainty, *(told[name] for name in JUDGED if name in told)])
+    return best._replace(uncertainty=uncertainty, uncertainties=told, found=f"{best.found}, checked by {other.found}")
+
+
+def levels(way: Way, budget: float) -> Iterator[tuple[Reference | None, float]]:
+    """Give the answer after each level with the seconds that the level was to take, until wanted or spent.
+
+    From level to level the fineness grows by the golden section, so that no step is a multiple of another; the error of
+    the last of three is extrapolated with the order that they show.
+    """
+    from impactlab.simulate import driver as simulate
+
+    runs: list[tuple[int, AbstractHistory]] = []
+    nearer: dict[str, float] = {}  # of the two runs before the last
+    fineness, spent = COARSEST, 0.0
+    while spent + way.seconds(fineness) <= budget:
+        spent += way.seconds(fineness)
+        try:
+            fine = way.scene(fineness)
+            runs.append((fineness, simulate.run(fine)))
+        except (ImpactlabError, ArithmeticError):
+            return
+        found = None
+        if len(runs) > 1:
+            last = differences(runs[-2][1], runs[-1][1], fine)
+            if len(runs) > 2:
+                apart = {"coarse_middle": nearer, "coarse_fine": differences(runs[-3][1], runs[-1][1], fine)}
+                told = uncertainties(apart | {"middle_fine": last}, [n for n, _ in runs[-3:]], way.order)
+                worst = max((told[name] for name in JUDGED if name in told), default=math.inf)
+                found = Reference(CONVERGED, runs[-1][1], worst, told, f"{way.words} {fineness}")
+            nearer = last
+        yield found, way.seconds(fineness)
+        runs = runs[-2:]
+        fineness = round(RATIO * fineness)
+        if found is not None and found.uncertainty <= (WANTED if way.seconds(fineness) > EASY else READ):
+            return
+
+
+def uncertainties(
+    apart: Mapping[str, Mapping[str, float]], fineness: Sequence[float], order: float
+) -> dict[str, float]:
+    """Return the uncertainty of the finest of three runs by metric, from the metrics of their differences.
+
+    Parameters
+    ----------
+    apart : mapping
+        Metrics of each pair: keys are the fields of `impactlab.refine.extrapolation.Differences`.
+    fineness : sequence of float
+        Of the three runs, rising.
+    order : float
+        Declared order of displacements and impulses; events and forces are of the first order at most.
+
+    Returns
+    -------
+    dict
+        Estimated error times `SAFETY`, never below `READ`; inf of a metric that a pair lacks.
+    """
+    found = {}
+    for name in apart["middle_fine"]:
+        pairs = Differences(*(apart[field].get(name, math.inf) for field in Differences._fields))
+        error = finest_error(pairs, (fineness[0], fineness[1], fineness[2]), order if name in SMOOTH else 1.0).error
+        found[name] = max(READ, SAFETY * error)
+    return found
+
+
+def is_known(found: Reference) -> bool:
+    """Return whether an answer is known well enough to judge by."""
+    return found.uncertainty <= WORST
+
+
+def differences(coarse: AbstractHistory, fine: AbstractHistory, scene: Scene) -> dict[str, float]:
+    """Return the metrics of one answer against another; inf for event times where their events differ in number."""
+    from impactlab.metrics import norms as metrics
+
+    known = metrics.installed()
+    found = {name: known[name](coarse, fine, scene) for name in (*JUDGED, *TOLD)}
+    if len(coarse.events) != len(fine.events):
+        found["event_times"] = math.inf
+    return {name: float(value) for name, value in found.items() if value is not None}
+
+
+def _ways(scene: Scene) -> Iterator[Way]:
+    """Give the descriptions that may serve a scene, the best first; none where the physics has no single answer."""
+    from impactlab.refine.described import has_one_answer
+    from impactlab.scene.facts import beams_of, is_a_delay_line, is_coupled, rods_of, split_at_contacts
+
+    if beams_of(scene):
+        from impactlab.refine import reference_beams
+
+        yield from reference_beams.every_way(scene)
+        return
+    if not has_one_answer(scene):
+        return
+    scene = split_at_contacts(scene)
+    rods = rods_of(scene)
+    if not rods:
+        yield from _rigid(scene)
+        return
+    hard = any(contact.law.hard for contact in scene.contacts)
+    if not hard and is_a_delay_line(scene):
+        yield _delay_line(scene, len(rods))
+    if hard and not any(is_coupled(rod) for rod in rods):
+        yield _explicit(scene, len(rods))
+    yield _implicit(scene, len(rods), "consistent")
+    yield _implicit(scene, len(rods), "lumped")
+
+
+def _delay_line(scene: Scene, rods: int) -> Way:
+    from impactlab.refine.described import without_places
+    from impactlab.refine.descriptions import as_delay_line
+    from impactlab.scene.facts import shortest_transit
+
+    shortest, bare = shortest_transit(scene), without_places(scene)
+    return Way(
+        "stepped delay line, steps in the shortest transit:",
+        lambda n: as_delay_line(bare, n),
+        lambda n: 3e-7 * (1 + rods) * n * scene.duration / shortest,
+    )
+
+
+def _explicit(scene: Scene, rods: int) -> Way:
+    from impactlab.refine.descriptions import as_lumped_mesh, is_special
+    from impactlab.scene.facts import shortest_transit
+
+    # On a rod of one wave speed, and wherever pieces share their elements by travel time without a remainder, waves go
+    # one element in a step: no dispersion.
+    shortest = shortest_transit(scene)
+    return Way(
+        "lumped mesh at courant 1, elements:",
+        lambda n: as_lumped_mesh(scene, n, 1.0),
+        lambda n: 6e-9 * rods * n * n * scene.duration / shortest,
+        order=2.0 if is_special(scene) else 1.0,  # a front that disperses
+    )
+
+
+def _implicit(scene: Scene, rods: int, mass: Literal["consistent", "lumped"]) -> Way:
+    from impactlab.refine.descriptions import as_implicit_mesh
+    from impactlab.scene.facts import shortest_transit
+
+    shortest = shortest_transit(scene)
+    return Way(
+        f"{mass} mesh at courant 1/2, elements:",
+        lambda n: as_implicit_mesh(scene, n, mass),
+        lambda n: 16e-9 * rods * n * n * scene.duration / shortest,
+        order=1.0 if scene.force_jumps else 2.0,
+    )
+
+
+def _rigid(scene: Scene) -> Iterator[Way]:
+    from impactlab.refine.contact_times import rise_time
+    from impactlab.refine.descriptions import as_adaptive_bodies, as_rigid_bodies
+
+    rises = scene.duration / min((rise_time(scene, contact) for contact in scene.contacts), default=scene.duration)
+    yield Way("rigid bodies, steps:", lambda n: as_rigid_bodies(scene, 20 * n), lambda n: 3e-7 * 20 * n)
+
+    def steps(n: int) -> float:
+        return max(10.0, rises) * math.sqrt(n / COARSEST)
+
+    yield Way(
+        "adaptive steps between located events, level:",
+        lambda n: as_adaptive_bodies(scene, 1e-4 * (COARSEST / n) ** TIGHTER, round(STIFF * steps(n))),
+        lambda n: 1e-3 * steps(n),
+        order=TIGHTER,
+    )

@@ -1,0 +1,205 @@
+"""What a scene with a beam is judged by: modes under exact steps and a mesh, each refined, one checked by the other."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator
+
+from impactlab.errors import CaseError, ImpactlabError
+from impactlab.refine.described import described, has_one_answer
+from impactlab.refine.reference import COARSEST, Way
+from impactlab.scene.bodies import Beam, Rod
+from impactlab.scene.facts import beams_of, split_at_contacts
+from impactlab.scene.problem import Scene, StepRule
+
+STEPS = 20  # in the shortest of the scene's times, per unit of fineness
+MESHED = 400  # elements behind modes where no closed form is known: they are worked out densely
+CHECKING = 3e-5  # uncertainty at which the second answer is good enough to check the first
+DISAGREE = 3.0  # times what both answers claim to be off by: from here on it is their difference that is known
+
+
+def slowest_time(beam: Beam) -> float:
+    """Return L2 sqrt(rho A/EI) of a beam [s], from its whole length and its softest piece: about its first period."""
+    return max(beam.length**2 * math.sqrt(s.density * s.area / s.bending_stiffness) for s in beam.segments)
+
+
+def scale(scene: Scene) -> float:
+    """Return the shortest of the times on which a scene changes [s]: its own, its beams', and those of its contacts."""
+    from impactlab.refine.contact_times import rise_time
+
+    contacts = [STEPS * rise_time(scene, contact) for contact in scene.contacts]
+    return min([scene.duration, *(slowest_time(beam) for beam in beams_of(scene)), *contacts])
+
+
+def is_singular(scene: Scene) -> bool:
+    """Return whether a hard contact meets an Euler-Bernoulli beam."""
+    return any(
+        isinstance(body := scene.bodies[point.body], Beam) and body.theory == "euler_bernoulli"
+        for contact in scene.contacts
+        if contact.law.hard
+        for point in (contact.left, contact.right)
+    )
+
+
+def every_way(scene: Scene) -> Iterator[Way]:
+    """Give the descriptions that may judge a scene with beams: those of `ways`, and continuous beams.
+
+    These go first where fronts count, under hard contacts; alone where a beam goes on for ever, of which the layers of
+    a mesh only come near.
+    """
+    beams = beams_of(scene)
+    endless = any(is_endless(beam) for beam in beams)
+    if (endless or any(contact.law.hard for contact in scene.contacts)) and has_one_answer(scene):
+        continuous = all(is_continuous(beam) for beam in beams) and all(is_a_line(scene, rod) for rod in rods_of(scene))
+        way = _waves(scene)
+        if continuous and _serves(way):
+            yield way
+            if endless:
+                return
+    yield from ways(scene)
+
+
+def _serves(way: Way) -> bool:
+    from impactlab.simulate import driver as simulate
+
+    try:
+        simulate.prepare(way.scene(COARSEST))
+    except ImpactlabError:
+        return False
+    return True
+
+
+def ways(scene: Scene) -> Iterator[Way]:
+    """Give the descriptions in coordinates that may serve a scene with beams.
+
+    None where a hard contact meets an Euler-Bernoulli beam: the faces then part and meet again the more often the finer
+    the description, and nothing converges.
+    """
+    if is_singular(scene) or not has_one_answer(scene):
+        return
+    sheared = any(beam.theory == "timoshenko" for beam in beams_of(scene))
+    if sheared:  # near a force it gives way over no length at all: modes converge as 1/n, elements at once
+        yield _meshed(scene)
+    if not any(is_lossy(beam) for beam in beams_of(scene)) and all(is_a_line(scene, rod) for rod in rods_of(scene)):
+        yield _modal(scene)
+    if not sheared:
+        yield _meshed(scene)
+
+
+def is_endless(beam: Beam) -> bool:
+    """Return whether a beam goes on for ever."""
+    return "infinite" in (beam.left.kind, beam.right.kind)
+
+
+def is_continuous(beam: Beam) -> bool:
+    """Return whether a beam may be continuous; what else speaks against it, its description tells."""
+    uniform = len(beam.segments) == 1 and beam.tension == 0.0 and not beam.is_damped
+    return uniform and (beam.theory == "timoshenko" or is_endless(beam))
+
+
+def is_lossy(beam: Beam) -> bool:
+    """Return whether a beam or its ends lose energy, which exact modes do not know."""
+    return beam.is_damped or any(end.kind in ("dashpot", "infinite") for end in (beam.left, beam.right))
+
+
+def rods_of(scene: Scene) -> list[Rod]:
+    """Return the rods of a scene."""
+    return [body for body in scene.bodies.values() if isinstance(body, Rod)]
+
+
+def is_a_line(scene: Scene, rod: Rod) -> bool:
+    """Return whether a rod of a scene may be a stepped delay line beside modes of beams."""
+    places = [
+        point.x for contact in scene.contacts for point in (contact.left, contact.right) if point.body == rod.name
+    ]
+    places += [probe.x for probe in scene.probes if probe.body == rod.name]
+    plain = not scene.gravity and not rod.is_damped and len(rod.segments) == 1
+    return plain and all(x in (0.0, rod.length) for x in places)
+
+
+def has_closed_modes(beam: Beam) -> bool:
+    """Return whether the modes of a beam are known without a mesh."""
+    from impactlab.bases.beams.modes import BeamModes
+
+    try:
+        BeamModes(beam, 2)
+    except CaseError:
+        return False
+    return True
+
+
+def modal_scene(scene: Scene, modes: int, dt: float) -> Scene:
+    """Return the scene with its beams in so many modes, its rods as delay lines, under exact steps of dt [s]."""
+    from impactlab.contact.addition_deletion import AdditionDeletion
+    from impactlab.integrators.exact_modal import ExactModal
+    from impactlab.models.continuous import Continuous
+    from impactlab.models.modal import Modal
+
+    modelled = described(scene, Continuous(), ExactModal(), StepRule(dt=dt), AdditionDeletion())
+    bodies = dict(modelled.bodies)
+    for beam in beams_of(scene):
+        closed = has_closed_modes(beam)
+        held = sum({"clamped": 2, "pinned": 1}.get(end.kind, 0) for end in (beam.left, beam.right))
+        elements = min(4 * modes, MESHED)
+        model = Modal(modes=modes) if closed else Modal(elements=elements, modes=min(modes, 2 * elements - held - 2))
+        bodies[beam.name] = dataclasses.replace(beam, model=model)
+    return dataclasses.replace(modelled, bodies=bodies)
+
+
+def _modal(scene: Scene) -> Way:
+    shortest, count = scale(scene), len(beams_of(scene))
+    lines = min((0.5 * rod.round_trip for rod in rods_of(scene)), default=math.inf)
+
+    def dt(n: int) -> float:
+        return min(shortest / (STEPS * n), lines)
+
+    return Way(
+        "modes under exact steps:",
+        lambda n: modal_scene(scene, n, dt(n)),
+        lambda n: (3e-7 + 1.5e-9 * count * n) * scene.duration / dt(n),
+        order=1.0 if any(beam.theory == "timoshenko" for beam in beams_of(scene)) else 2.0,
+    )
+
+
+def _waves(scene: Scene) -> Way:
+    from impactlab.contact.addition_deletion import AdditionDeletion
+    from impactlab.models.continuous import Continuous
+
+    shortest, beams = scale(scene), beams_of(scene)
+    sheared = [beam for beam in beams if beam.theory == "timoshenko"]
+    shortest = min([shortest / STEPS, *(beam.length / beam.segments[0].shear_speed for beam in sheared)])
+    spans = [
+        beam.length / beam.segments[0].shear_speed
+        + (1.8 * scene.duration if is_endless(beam) else 0.0)  # c1/c2 of steel, what is beyond the ends
+        for beam in sheared
+    ]
+
+    def seconds(n: int) -> float:
+        dt = shortest / n
+        return (6e-7 * len(beams) + 1.6e-8 * sum(spans) / dt) * scene.duration / dt
+
+    return Way(
+        "continuous beams, steps in the shortest of the scene's times:",
+        lambda n: described(scene, Continuous(), None, StepRule(dt=shortest / n), AdditionDeletion()),
+        seconds,
+    )
+
+
+def _meshed(scene: Scene) -> Way:
+    from impactlab.contact.addition_deletion import AdditionDeletion
+    from impactlab.integrators.midpoint import Midpoint
+    from impactlab.models.finite_element import FiniteElement
+
+    shortest, count = scale(scene), sum(isinstance(body, Beam | Rod) for body in scene.bodies.values())
+
+    def rule(n: int) -> StepRule:
+        return StepRule(dt=shortest / (STEPS * n))
+
+    scene = split_at_contacts(scene)
+    return Way(
+        "consistent mesh under the midpoint rule, elements:",
+        lambda n: described(scene, FiniteElement(n), Midpoint(), rule(n), AdditionDeletion()),
+        lambda n: (3e-7 + 5e-8 * count * n) * STEPS * n * scene.duration / shortest,
+        order=1.0 if scene.force_jumps else 2.0,
+    )

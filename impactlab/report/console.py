@@ -1,0 +1,200 @@
+"""What people see: progress on standard error, summaries and listings as plain text."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import math
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
+
+MAX_LINES = 12  # of events, contacts or collisions that people are shown; a law of impulses may have thousands
+FIRST_LINES, LAST_LINES = 5, 2  # of a longer list
+
+
+def say(text: str) -> None:
+    """Print a message for people, on standard error."""
+    print(text, file=sys.stderr, flush=True)
+
+
+def answer(document: Any) -> None:
+    """Print one JSON document on standard output; a number that is not finite becomes null."""
+    text = json.dumps(_finite(document), indent=1, allow_nan=False, ensure_ascii=False)
+    print(text.encode("utf-8", "backslashreplace").decode("utf-8"), flush=True)  # the name of a file may be no text
+
+
+@contextlib.contextmanager
+def progress() -> Iterator[Callable[[str, float], None]]:
+    """Give a function of (label, fraction done) that draws a bar with the time left, on a terminal only."""
+    if not sys.stderr.isatty():
+        yield lambda _label, _fraction: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("", total=1.0)
+        yield lambda label, fraction: bar.update(task, description=label, completed=fraction)
+
+
+def summary_text(summary: Mapping[str, Any]) -> str:
+    """Return the summary of a run for people."""
+    from impactlab.history.base import SERIOUS
+    from impactlab.metrics.collisions import sentence
+
+    method = summary["method"]
+    models = ", ".join(f"{name} {model['kind']}" for name, model in method["models"].items()) or "rigid bodies"
+    laws = ", ".join(law["kind"] for law in method["laws"]) or "no contact"
+    serious = [warned for warned in summary["warnings"] if warned["code"] in SERIOUS]
+    unsaid = "no steps" if method["dt"] is None else "steps of its own"
+    integrator = method["integrator"]["kind"] if method["integrator"] else unsaid
+    lines = [
+        f"{summary['case']}: {summary['status']}",
+        *(f"  warning   {warned['code']}: {warned['text']}" for warned in serious),
+        f"  method    {models}; {laws}; {integrator}; dt {_number(method['dt'])} s",
+    ]
+    lines += _shortened(summary["events"], _event, "events", lambda event: event.get("impulse"))
+    lines += _shortened(summary["contacts"], _contact, "contacts", lambda span: span["impulse"])
+    collisions = summary["collisions"]
+    lines += _shortened(
+        collisions, lambda each: f"  collision {sentence(each)}", "collisions", lambda each: each["impulse"]
+    )
+    for name, body in summary["final"]["bodies"].items():
+        lines.append(f"  at end    {name}: " + ", ".join(f"{key} {_number(value)}" for key, value in body.items()))
+    energy = summary["energy"]
+    lines.append(
+        f"  energy    {_number(energy['initial'])} J to {_number(energy['final'])} J, "
+        f"largest gain {_number(100 * energy['largest_gain'])} %, loss {_number(100 * energy['largest_loss'])} %"
+    )
+    errors = summary["errors"] or {}
+    told = ("reference", "reference_uncertainty")
+    shown = {key: value for key, value in errors.items() if key not in told and value is not None}
+    if shown:
+        known = errors.get("reference_uncertainty")
+        against = errors["reference"] + (f" (known to {known:.1g})" if known else "")
+        lines.append(f"  errors    against {against}: " + ", ".join(f"{k} {_number(v)}" for k, v in shown.items()))
+    elif summary["errors"] is None:
+        lines.append(
+            "  errors    none: no exact answer to this case, and no converged one in a short time; try --reference"
+        )
+    if summary.get("choice"):
+        from impactlab.refine.choice_text import choice_lines
+
+        lines += choice_lines(summary["choice"])
+    cost = summary["cost"]
+    lines.append(
+        f"  cost      {cost['steps']} steps, {_number(cost['setup_s'])} s to set up, "
+        f"{_number(cost['solve_s'])} s to solve"
+    )
+    lines += [
+        f"  warning   {warned['code']}: {warned['text']}" for warned in summary["warnings"] if warned not in serious
+    ]
+    return "\n".join(lines)
+
+
+def verdict_text(document: Mapping[str, Any]) -> str:
+    """Return what a check of a part found, for people."""
+    part = document["part"]
+    lines = [f"{part['name']} [{part['distribution']}]: {part['description']}"]
+    tried: Mapping[str, Any] | None = None
+    for found in document["properties"]:
+        if found["options"] != tried:
+            tried = found["options"]
+            lines.append(f"with {_options(tried)}")
+        lines.append(f"  {'ok    ' if found['ok'] else 'FAILED'}  {found['property']}")
+        if not found["ok"]:
+            lines.append(f"          {found['reason']}")
+    lines.append("measured")
+    for figure in document["measured"]:
+        unit = "" if figure["unit"] == "1" else f" {figure['unit']}"
+        value = "none" if figure["value"] is None else f"{figure['value']:.4g}{unit}"
+        declared = "" if figure["declared"] is None else f" (declared {figure['declared']:.4g})"
+        remark = f"; {figure['remark']}" if figure["remark"] else ""
+        lines.append(f"  {'ok    ' if figure['ok'] else 'FAILED'}  {figure['name']}: {value}{declared}{remark}")
+    failed = sum(not found["ok"] for found in (*document["properties"], *document["measured"]))
+    lines.append(
+        f"{document['status']}: {failed} of {len(document['properties'])} properties failed" if failed else "ok"
+    )
+    return "\n".join(lines)
+
+
+def tree_text(tree: Any, indent: int = 0) -> str:
+    """Return nested plain values as indented text, in the manner of a case file."""
+    pad = "  " * indent
+    lines = []
+    for key, value in tree.items():
+        if isinstance(value, Mapping) and value:
+            lines += [f"{pad}{key}:", tree_text(value, indent + 1)]
+        elif isinstance(value, (list, tuple)) and value and isinstance(value[0], Mapping):
+            lines.append(f"{pad}{key}:")
+            for item in value:
+                lines.append(f"{pad}  -")
+                lines.append(tree_text(item, indent + 2))
+        else:
+            lines.append(f"{pad}{key}: {_plain(value)}")
+    return "\n".join(lines)
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _finite(inner) for key, inner in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(inner) for inner in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _event(event: Mapping[str, Any]) -> str:
+    return f"  {event['kind']:8}  {_number(event['time'])} s  {event['contact']}"
+
+
+def _contact(span: Mapping[str, Any]) -> str:
+    peak = "no force history" if span["peak_force"] is None else f"peak {_number(span['peak_force'])} N"
+    kicks = f" in {span['kicks']} kicks" if span.get("kicks") is not None else ""
+    return f"  contact   {span['contact']}: impulse {_number(span['impulse'])} N s{kicks}, {peak}"
+
+
+def _shortened(
+    entries: Sequence[Mapping[str, Any]],
+    line: Callable[[Mapping[str, Any]], str],
+    name: str,
+    impulse: Callable[[Mapping[str, Any]], float | None],
+) -> list[str]:
+    """Return one line per entry; of many the first and last ones, and a count of those between with their impulses."""
+    if len(entries) <= MAX_LINES:
+        return [line(entry) for entry in entries]
+    between = entries[FIRST_LINES : len(entries) - LAST_LINES]
+    impulses = [value for value in map(impulse, between) if value is not None]
+    within = f", impulses {_number(min(impulses))} to {_number(max(impulses))} N s" if impulses else ""
+    first, last = entries[:FIRST_LINES], entries[-LAST_LINES:]
+    rest = f"            ... {len(between)} more {name}{within} (all of them: --json)"
+    return [*map(line, first), rest, *map(line, last)]
+
+
+def _options(options: Mapping[str, Any]) -> str:
+    return ", ".join(f"{key} {_plain(value)}" for key, value in options.items()) or "default options"
+
+
+def _plain(value: Any) -> str:
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(_plain(item) for item in value) + "]"
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{key}: {_plain(inner)}" for key, inner in value.items()) + "}"
+    if isinstance(value, str):
+        return value or '""'
+    return json.dumps(value)
+
+
+def _number(value: Any) -> str:
+    return "none" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def say_if_compiling() -> None:
+    """Say on standard error that the first run on a machine takes longer, and why."""
+    from impactlab.numerics import addresses as pointers
+    from impactlab.numerics.cache import is_kept
+    from impactlab.simulate.stepping import loop
+
+    if pointers.COMPILED and not is_kept(loop.advance_dated):
+        say("compiling the loops: once on this machine, up to a minute ...")

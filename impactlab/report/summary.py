@@ -1,0 +1,341 @@
+"""What a run says of itself: the summary that ``--json`` prints, and the table of a comparison.
+
+The keys are a contract with the scripts of users: keys may be added, never removed. Numbers are finite or null.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.history.base import AbstractHistory, ContactSpan, Event
+from impactlab.metrics import norms as metrics
+from impactlab.metrics.collisions import agreements, collisions
+from impactlab.refine import agreement
+from impactlab.refine.reference import Reference
+from impactlab.scene.bodies import Beam, ElasticBody, Mass, Rod
+from impactlab.scene.problem import Scene
+from impactlab.simulate.pairing import kind_of
+from impactlab.types import Relative
+
+SCHEMA_VERSION = 1
+COMPLETED, TOLERANCE_NOT_MET = "completed", "tolerance_not_met"  # statuses of runs that came to their end
+PROBE_POINTS = 6001  # instants at which the extremes of a probe are sought, besides both sides of its jumps
+VAGUE = 0.02  # uncertainty of a metric of the reference, in its own unit, beyond which no error is told
+KNOWN_BY = {
+    "peak_force": ("peak_force",),
+    "force": ("force",),
+    "force_away_from_jumps": ("force_away_from_jumps", "force_graph", "force_oscillation"),
+    "event_times": ("event_times", "events_missed", "events_extra", "opening_time"),
+}
+"""Which errors hang on which uncertainty of the reference."""
+BOOKED = ("contact", "unresolved")  # always named in the energy block, also where nothing was booked
+
+
+def describe(part: Any) -> dict[str, Any]:
+    """Return a part, a frozen dataclass, as its kind and options, ready for JSON."""
+    options = {field.name: getattr(part, field.name) for field in dataclasses.fields(part)}
+    return {"kind": kind_of(part)} | {name: _option(value) for name, value in options.items()}
+
+
+def _option(value: Any) -> Any:
+    """Return the value of an option as a case file writes it."""
+    if isinstance(value, Relative):
+        return {"relative": value.relative}
+    if dataclasses.is_dataclass(value):
+        return describe(value)
+    return value
+
+
+def summarise(
+    case_name: str,
+    scene: Scene,
+    history: AbstractHistory,
+    reference: Reference | tuple[str, AbstractHistory] | None = None,
+) -> dict[str, Any]:
+    """Return the summary of a run, ready for JSON.
+
+    Parameters
+    ----------
+    case_name : str
+        Name of the case, without folder and ending.
+    scene : Scene
+        What was run.
+    history : AbstractHistory
+        What came of it.
+    reference : Reference, or (str, AbstractHistory), optional
+        The answer it is judged by, with its uncertainty, or its name and history; without one ``errors`` is null.
+    """
+    found = None
+    if reference is not None:
+        found = errors(history, Reference(*reference), scene)
+        agreement.compare(history, agreement.measured_error(found, Reference(*reference), scene))
+    summary = {
+        "schema_version": SCHEMA_VERSION,
+        "case": case_name,
+        "status": status_of(history),
+        "round_trip": scene.round_trip,
+        "method": method(scene, history),
+        "events": [_event(event) for event in history.events],
+        "contacts": [_contact(span) for span in history.contacts],
+        "collisions": [dataclasses.asdict(each) for each in collisions(scene, history)],
+        "final": final(scene, history),
+        "energy": energy(history),
+        "probes": {probe.channel: extremes(history, probe.channel) for probe in scene.probes},
+        "errors": found,
+        "cost": dataclasses.asdict(history.cost),
+        "choice": None if history.choice is None else history.choice.document(method(scene, history)),
+        "warnings": [{"code": warned.code, "text": warned.text} for warned in history.warnings],
+    }
+    return {key: plain(value) for key, value in summary.items()}
+
+
+def status_of(history: AbstractHistory) -> str:
+    """Return the status of a run that came to its end: ``completed`` or ``tolerance_not_met``."""
+    return COMPLETED if history.choice is None or history.choice.met else TOLERANCE_NOT_MET
+
+
+def has_numbers(status: str | None) -> bool:
+    """Return whether a run of a status came to its end and has numbers."""
+    return status in (COMPLETED, TOLERANCE_NOT_MET)
+
+
+def errors(history: AbstractHistory, reference: Reference, scene: Scene) -> dict[str, Any]:
+    """Return the errors against a reference, and the uncertainty of that reference.
+
+    A metric that the reference itself knows no better than `VAGUE` is None: the force of a converged answer may ring
+    where its displacements have long converged.
+    """
+    found = metrics.errors(history, reference.name, reference.history, scene)
+    for name, of_metrics in KNOWN_BY.items():
+        if reference.uncertainties.get(name, 0.0) > VAGUE:
+            found |= dict.fromkeys(of_metrics)
+    return found | {"reference_uncertainty": reference.uncertainty}
+
+
+def method(scene: Scene, history: AbstractHistory) -> dict[str, Any]:
+    """Return the models, laws and integrator of the history, and its step [s]; null where there is none or no use."""
+    scene = scene if history.choice is None else history.choice.scene
+    rods = {name: body for name, body in scene.bodies.items() if isinstance(body, ElasticBody)}
+    models = {name: rod.model for name, rod in rods.items() if rod.model is not None}
+    return {
+        "models": {name: describe(model) for name, model in models.items()},
+        "laws": [_law(contact.law) for contact in scene.contacts],
+        "integrator": describe(scene.integrator) if scene.integrator and history.integrator_used else None,
+        "dt": history.dt,
+    }
+
+
+def _law(law: AbstractContactLaw) -> dict[str, Any]:
+    restitutions = law.restitutions()
+    return describe(law) | ({} if restitutions is None else {"restitution": restitutions._asdict()})
+
+
+def _event(event: Event) -> dict[str, Any]:
+    entry = {"time": event.time, "contact": event.contact, "kind": event.kind}
+    return entry | {"impulse": event.impulse} if event.kind == "impulse" else entry
+
+
+def _contact(span: ContactSpan) -> dict[str, Any]:
+    entry = span._asdict()
+    return entry if span.kicks is not None else {k: v for k, v in entry.items() if k not in ("first_impulse", "kicks")}
+
+
+def final(scene: Scene, history: AbstractHistory) -> dict[str, Any]:
+    """Return where the bodies are at the end: masses by position [m], velocity; others by momentum, energy [J]."""
+    wanted = {Mass: ("position", "velocity"), Rod: ("momentum", "energy"), Beam: ("momentum", "energy")}
+    bodies = {
+        name: {quantity: _at_end(history, f"{quantity}:{name}") for quantity in wanted[type(body)]}
+        for name, body in scene.bodies.items()
+        if type(body) in wanted
+    }
+    return {"time": history.duration, "bodies": bodies}
+
+
+def _at_end(history: AbstractHistory, channel: str) -> float:
+    return float(history.evaluate(np.array([history.duration]), channel)[0])
+
+
+def energy(history: AbstractHistory) -> dict[str, Any]:
+    """Return the energy of bodies and contacts at both ends, the work of loads, the balance, the losses booked [J]."""
+    book = history.energy
+    booked = {name: float(losses[-1]) for name, losses in book.booked.items()}
+    return {
+        "initial": float(book.total[0]),
+        "final": float(book.total[-1]),
+        "work": float(book.work[-1]),
+        "largest_gain": book.largest_gain,
+        "largest_loss": book.largest_loss,
+        "final_error": book.final_error,
+        "booked": dict.fromkeys(BOOKED, 0.0) | booked,
+    }
+
+
+def extremes(history: AbstractHistory, channel: str) -> dict[str, float]:
+    """Return the least, the largest and the last value of a channel, in its SI unit."""
+    jumps = history.jumps(channel)
+    grid = np.linspace(0.0, history.duration, PROBE_POINTS)
+    values = history.evaluate(np.concatenate((grid, jumps, np.nextafter(jumps, 0.0))), channel)
+    return {"min": float(values.min()), "max": float(values.max()), "final": float(values[PROBE_POINTS - 1])}
+
+
+def plain(value: Any) -> Any:
+    """Return a value of plain Python types; a number that is not finite becomes None."""
+    match value:
+        case Mapping():
+            return {str(key): plain(item) for key, item in value.items()}
+        case str() | bool() | int() | None:
+            return value
+        case float() | np.floating():
+            return float(value) if math.isfinite(value) else None
+        case np.bool_() | np.integer():
+            return value.item()
+        case Iterable():
+            return [plain(item) for item in value]
+        case _:
+            return str(value)
+
+
+def comparison(
+    case_name: str, reference_name: str | None, rows: Iterable[tuple[str, Mapping[str, Any]]]
+) -> dict[str, Any]:
+    """Return several summaries of one case side by side, ready for JSON; failed rows stay in it."""
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "case": case_name,
+        "reference": reference_name,
+        "collisions": agreements(rows := list(rows)),
+        "rows": [{"name": name, "summary": dict(summary)} for name, summary in rows],
+    }
+
+
+COLUMNS: Mapping[str, str] = {
+    "method": "",
+    "model": "",
+    "law": "",
+    "integrator": "",
+    "dt": "T",
+    "mass": "%",
+    "face": "%",
+    "impulse": "%",
+    "first opening": "T",
+    "contacts": "",
+    "gain": "%",
+    "loss": "%",
+    "steps": "",
+    "solve": "ms",
+    "warnings": "",
+}
+"""The columns of the table of a comparison, with their units."""
+
+
+def table_rows(comparison: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return one row per method, keys as in `COLUMNS`; text, number or None. Shares are in %, times in T.
+
+    A row that failed has ``failure`` and nothing else but its name.
+    """
+    return [_table_row(row["name"], row["summary"]) for row in comparison["rows"]]
+
+
+def _table_row(name: str, summary: Mapping[str, Any]) -> dict[str, Any]:
+    row: dict[str, Any] = dict.fromkeys(COLUMNS) | {"method": name}
+    if not has_numbers(summary["status"]):
+        reason = " ".join(str(summary.get("error", {}).get("text", "")).split())
+        return row | {"failure": f"{summary['status']}: {reason}".strip(": ")}
+    used, errors = summary["method"], summary["errors"] or {}
+    openings = [event["time"] for event in summary["events"] if event["kind"] == "open"]
+    kicks = [span["kicks"] for span in summary["contacts"] if span.get("kicks") is not None]
+    return row | {
+        "model": ", ".join(dict.fromkeys(model_label(model) for model in used["models"].values())),
+        "law": ", ".join(dict.fromkeys(law["kind"] for law in used["laws"])),
+        "integrator": used["integrator"]["kind"] if used["integrator"] else None,
+        "dt": in_round_trips(used["dt"], summary),
+        "mass": _percent(errors.get("mass_displacement")),
+        "face": _percent(errors.get("face_displacement")),
+        "impulse": _percent(errors.get("impulse")),
+        "first opening": in_round_trips(openings[0], summary) if openings else None,
+        "contacts": f"{sum(kicks)} kicks" if kicks else len(summary["contacts"]),
+        "gain": _percent(summary["energy"]["largest_gain"]),
+        "loss": _percent(summary["energy"]["largest_loss"]),
+        "steps": summary["cost"]["steps"],
+        "solve": 1e3 * summary["cost"]["solve_s"],
+        "warnings": ", ".join(dict.fromkeys(warned["code"] for warned in summary["warnings"])),
+    }
+
+
+def model_label(model: Mapping[str, Any]) -> str:
+    """Return a model in few letters: ``modal 100/40`` is 40 modes of a mesh of 100 elements."""
+    sizes = [str(model[key]) for key in ("elements", "modes") if model.get(key) is not None]
+    return f"{model['kind']} {'/'.join(sizes)}".strip()
+
+
+def in_round_trips(time: float | None, summary: Mapping[str, Any]) -> float | None:
+    """Return a time [s] of a summary in T; None where there is no time or no T."""
+    return None if time is None or not summary.get("round_trip") else time / float(summary["round_trip"])
+
+
+def _percent(share: float | None) -> float | None:
+    return None if share is None else 100.0 * share
+
+
+def cell(value: Any) -> str:
+    """Return a table cell as text: three significant digits (four places for what is near one), a dash for none."""
+    match value:
+        case None | "":
+            return "–"
+        case str() | int():
+            return str(value)
+        case 0.0:
+            return "0"
+        case float() if abs(value) >= 1e4 or abs(value) < 1e-3:
+            return f"{value:.1e}".replace("e-0", "e-").replace("e+0", "e+").replace(".0e", "e")
+        case float():
+            return f"{value:.{max(0, min(5, 2 - math.floor(math.log10(abs(value)))))}f}"
+        case _:
+            return str(value)
+
+
+ROUNDING = 1e-6  # %, below which a table says no more than that
+
+
+def headings() -> list[str]:
+    """Return the headings of the table, units behind them."""
+    return [f"{name} [{unit}]" if unit else name for name, unit in COLUMNS.items()]
+
+
+def cells(row: Mapping[str, Any]) -> list[str]:
+    """Return a row of `table_rows` as text; the opening gets four places, shares of rounding none."""
+    texts = {name: cell(row[name]) for name in COLUMNS}
+    texts |= {name: f"<{cell(ROUNDING)}" for name, unit in COLUMNS.items() if unit == "%" and _rounding(row[name])}
+    if row["first opening"] is not None:
+        texts["first opening"] = f"{row['first opening']:.4f}"
+    return list(texts.values())
+
+
+def _rounding(share: float | None) -> bool:
+    return share is not None and 0.0 < share < ROUNDING
+
+
+def table(comparison: Mapping[str, Any]) -> str:
+    """Return the comparison as aligned plain text: one line per method, failed ones with their reason."""
+    rows = table_rows(comparison)
+    body = [[row["method"], row["failure"]] if "failure" in row else cells(row) for row in rows]
+    full = [headings(), *(line for line in body if len(line) == len(COLUMNS))]
+    widths = [max(len(line[i]) for line in full) for i in range(len(COLUMNS))]
+    widths[0] = max([widths[0], *(len(line[0]) for line in body)])
+    text = {i for i, name in enumerate(COLUMNS) if name in ("method", "model", "law", "integrator", "warnings")}
+
+    def aligned(line: Sequence[str]) -> str:
+        padded = zip(line, widths, range(len(widths)), strict=False)  # a failed row has two cells only
+        return "  ".join(c.ljust(w) if i in text else c.rjust(w) for c, w, i in padded).rstrip()
+
+    reference = comparison["reference"]
+    title = f"{comparison['case']}: {len(rows)} methods" + (f" against {reference}" if reference else "")
+    rule = "  ".join("-" * width for width in widths)
+    counted = [each["text"] for each in comparison.get("collisions", ())]
+    return "\n".join([title, "", aligned(headings()), rule, *(aligned(line) for line in body), *counted])

@@ -1,0 +1,124 @@
+"""The frame of the centre of mass of bodies that interact: scales of energy and displacement free of a common drift.
+
+Bodies joined by contacts form a group: by all contacts of a scene, or by those alone that were closed in a run. A wall,
+or anything else that holds one of its bodies, fixes the frame of the whole group at rest. The frame of a free group
+moves as its centre of mass does without loads on ends: at W(t) = V + g t, with V its momentum over its mass at the
+start. A collision is the same in every such frame, so its scales of energy and displacement may not grow where all
+bodies fly along together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from impactlab.history.base import AbstractHistory, CarriedEnergy
+from impactlab.scene.bodies import Body, ElasticBody, Wall
+from impactlab.scene.momentum import is_free, moving_mass
+from impactlab.scene.problem import Scene
+from impactlab.types import Array
+
+
+class Group(NamedTuple):
+    """Bodies joined by contacts, and the frame of their centre of mass."""
+
+    bodies: tuple[str, ...]
+    mass: float  # kg; 0 of a group that something holds
+    velocity: float  # m/s, of its frame at t = 0; 0 of a group that something holds
+    gravity: float  # m/s2, by which its frame gains speed; 0 of a group that something holds
+    force: float  # N, on the ends of its bodies; 0 of a group that something holds
+
+    def velocity_at(self, t: Array) -> Array:
+        """Return the velocity of the frame [m/s] at times t [s], shape of t."""
+        return np.asarray(self.velocity + self.gravity * t)
+
+    def displacement(self, t: Array) -> Array:
+        """Return how far the frame has moved [m] at times t [s], shape of t."""
+        return np.asarray(self.velocity * t + 0.5 * self.gravity * t * t)
+
+
+def groups(scene: Scene, touched: Collection[str] | None = None) -> tuple[Group, ...]:
+    """Return the groups of bodies joined by contacts, each body in one; a wall joins no bodies but holds all it meets.
+
+    ``touched`` are the names of the contacts that were closed in a run; all contacts of the scene if not given.
+    """
+    leader = {name: name for name in scene.bodies}
+
+    def first(name: str) -> str:
+        while leader[name] != name:
+            name = leader[name]
+        return name
+
+    held = {name for name, body in scene.bodies.items() if not isinstance(body, Wall) and not is_free(body)}
+    for contact in scene.contacts:
+        if touched is not None and contact.name not in touched:
+            continue
+        left, right = contact.left.body, contact.right.body
+        walls = [isinstance(scene.bodies[name], Wall) for name in (left, right)]
+        if any(walls):
+            held.add(right if walls[0] else left)
+        else:
+            leader[first(left)] = first(right)
+    members: dict[str, list[str]] = {}
+    for name in scene.in_order:
+        members.setdefault(first(name), []).append(name)
+    return tuple(_group(scene, names, held) for names in members.values())
+
+
+def _group(scene: Scene, names: Sequence[str], held: set[str]) -> Group:
+    bodies = [scene.bodies[name] for name in names]
+    if not held.isdisjoint(names) or any(isinstance(body, Wall) for body in bodies):
+        return Group(tuple(names), 0.0, 0.0, 0.0, 0.0)
+    mass = sum(moving_mass(body) for body in bodies)
+    momentum = sum(moving_mass(body) * own_velocity(body) for body in bodies)
+    force = sum(body.end_force for body in bodies if isinstance(body, ElasticBody))
+    return Group(tuple(names), mass, momentum / mass, scene.gravity, force)
+
+
+def touched_in(history: AbstractHistory) -> frozenset[str]:
+    """Return the names of the contacts that were closed in a run."""
+    return frozenset(span.contact for span in history.contacts)
+
+
+def own_velocity(body: Body) -> float:
+    """Return the velocity [m/s] of a body at t = 0; 0 of a wall."""
+    return 0.0 if isinstance(body, Wall) else body.velocity
+
+
+def drift_velocities(scene: Scene, touched: Collection[str] | None = None) -> dict[str, float]:
+    """Return for each body the velocity [m/s] at t = 0 of the frame of its group; 0 where something holds it."""
+    return {name: group.velocity for group in groups(scene, touched) for name in group.bodies}
+
+
+def drift(scene: Scene, name: str, t: Array, touched: Collection[str] | None = None) -> Array:
+    """Return how far the frame of a body's group has moved [m] at times t [s], shape of t; 0 where it is held.
+
+    ``name`` is that of a body, or of a channel: ``position:hammer``, ``displacement:rod@0``.
+    """
+    place = name.partition(":")[2] or name
+    body = place.rpartition("@")[0] or place
+    return next(group.displacement(t) for group in groups(scene, touched) if body in group.bodies)
+
+
+def carried_energy(scene: Scene, t: Array, touched: Collection[str] | None = None) -> CarriedEnergy:
+    """Return the energy that the frames of free groups carry, with work at times t [s], shape (n,).
+
+    In its frame a group begins with its energy less M V^2/2; the work of a load is that on the motion within the frame:
+    gravity does none, a force F on an end F (u - D) with D the way of the frame.
+    """
+    return carried_by(groups(scene, touched), t)
+
+
+def carried_by(found: Sequence[Group], t: Array) -> CarriedEnergy:
+    """Return the energy that the frames of these groups carry, with work at times t [s], shape (n,)."""
+    kinetic, work = 0.0, np.zeros_like(t)
+    for group in found:
+        kinetic += 0.5 * group.mass * group.velocity**2
+        if group.gravity == 0.0 and group.force == 0.0:
+            continue
+        way = group.displacement(t)
+        # Gravity works on all of the momentum, also on the part that the force has given: M (V + g t) + F t.
+        work += group.gravity * (group.mass * way + 0.5 * group.force * t * t) + group.force * way
+    return CarriedEnergy(kinetic, work)

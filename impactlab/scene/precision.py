@@ -1,0 +1,96 @@
+"""Numbers that double precision cannot hold together: one refusal for singular matrices, overflow and lost digits."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from impactlab.errors import CaseError
+from impactlab.types import Array
+
+if TYPE_CHECKING:
+    from impactlab.scene.bodies import Body, ElasticBody
+
+TOGETHER = (
+    1e12  # ratio of two quantities of one kind in one matrix; a factorisation loses as many digits of its sixteen
+)
+NOTED = 6.0  # decades from which on a ratio is named as the likely cause
+LOST = ("infs or NaNs", "Maximum allowed size", "not positive definite", "illegal value", "did not converge")
+
+LOST_DIGITS = (
+    "Give a smaller step, or bring masses, stiffnesses and times nearer to one another: they leave no digits. Where "
+    "they are ordinary, a part does not keep what it should; `impactlab plugins --check NAME` examines one."
+)
+
+
+@contextmanager
+def in_precision(what: str, path: str, body: Body | None = None) -> Iterator[None]:
+    """Turn overflow, divisions by zero and singular matrices inside into a `CaseError`.
+
+    ``what`` is computed there, as in: ``the modes of 'rod'``; of a body the furthest of its ratios is named.
+    """
+    try:
+        with np.errstate(all="ignore"):
+            yield
+    except (ArithmeticError, MemoryError, ValueError) as error:  # LinAlgError is a ValueError
+        ours = isinstance(error, ArithmeticError | MemoryError | np.linalg.LinAlgError)
+        if not ours and not any(text in str(error) for text in LOST):
+            raise
+        raise beyond(what, path, body) from error
+
+
+def check_finite(what: str, path: str, body: Body | None, *arrays: Array) -> None:
+    """Raise `CaseError` unless all numbers of some arrays are finite."""
+    if not all(np.all(np.isfinite(array)) for array in arrays):
+        raise beyond(what, path, body)
+
+
+def beyond(what: str, path: str, body: Body | None = None) -> CaseError:
+    """Return the error of numbers that cannot be computed with."""
+    from impactlab.scene.bodies import ElasticBody
+
+    text = f"{what} cannot be computed in double precision"
+    remedy = "Bring the sizes of masses, stiffnesses, dampings and times nearer to one another; check their units."
+    if isinstance(body, ElasticBody):
+        words, ratio, place = max(ratios(body), key=lambda each: abs(_decades(each[1])))
+        if abs(_decades(ratio)) > NOTED:
+            text += f"; furthest from the body's own is {words}: {ratio:.3g} times. Allowed: about "
+            text, path = text + f"{1.0 / TOGETHER:g} to {TOGETHER:g}", place
+    return CaseError(text, remedy=remedy, path=path)
+
+
+def ratios(body: ElasticBody) -> Iterator[tuple[str, float, str]]:
+    """Give the ratios of what a body carries and loses to its own mass, stiffness, impedance and times, with paths."""
+    from impactlab.scene.bodies import Beam, BeamSegment
+
+    path, piece = f"bodies.{body.name}", body.segments[0]
+    whole, trip = body.length, body.round_trip
+    stiffness = piece.young * piece.area / whole
+    if isinstance(body, Beam) and isinstance(piece, BeamSegment):
+        stiffness = piece.bending_stiffness / whole**3
+        yield "the tension over EI/L2", abs(body.tension) * whole**2 / piece.bending_stiffness, f"{path}.tension"
+        yield "L2 A/I", whole**2 * piece.area / piece.inertia, f"{path}.section"
+    own = {"mass": body.mass, "spring": stiffness, "dashpot": piece.impedance}
+    for side in ("left", "right"):
+        end = getattr(body, side)
+        if end.kind in own and end.value > 0.0:
+            yield f"the {end.kind} at the {side} end", end.value / own[end.kind], f"{path}.ends.{side}"
+    yield "the damping by mass over a round trip", body.damping.mass * trip, f"{path}.damping.mass"
+    yield "the damping by stiffness over a round trip", body.damping.stiffness / trip, f"{path}.damping.stiffness"
+    for number, each in enumerate(body.segments):
+        place = f"{path}.segments.{number}" if len(body.segments) > 1 else path
+        yield (
+            "the viscosity over E and a round trip",
+            each.viscosity / each.young / trip,
+            f"{place}.material.viscosity",
+        )
+        yield "the length of a segment", each.length / whole, f"{place}.length"
+        yield "the impedance of a segment", each.impedance / piece.impedance, place
+
+
+def _decades(ratio: float) -> float:
+    return math.log10(ratio) if 0.0 < ratio < math.inf else 0.0 if ratio == 0.0 else 400.0

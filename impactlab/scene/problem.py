@@ -1,0 +1,120 @@
+"""What a case describes, in SI and in plain frozen records: the only thing a run is built from.
+
+Conventions: x runs from a body's left end to its right end; displacements and velocities are positive to the
+right; gaps are positive when open; contact forces, stresses and strains are positive in compression. Of a beam the
+displacement is the deflection, positive up; for its contacts "left" reads below and "right" above.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.integrators.base import AbstractScheme
+from impactlab.scene.bodies import Body, ElasticBody
+from impactlab.types import Quantity
+
+RECORDS = 20_000  # instants that a run keeps unless the case says otherwise
+Counted = Literal["displacements", "impulses", "peak_forces"]
+COUNTED: tuple[Counted, ...] = ("displacements", "impulses", "peak_forces")
+"""Quantities whose largest relative error counts against a tolerance."""
+
+
+@dataclass(frozen=True)
+class Point:
+    """A place on a body. ``label`` is how the case names it: ``hammer``, ``rod.left``, ``rod.at(0.15)``."""
+
+    body: str
+    x: float  # m from the left end; 0 for masses and walls
+    label: str
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Two faces that may meet: ``left`` lies on the left of ``right``; gap = gap0 + u_right - u_left."""
+
+    left: Point
+    right: Point
+    gap: float  # m, at t = 0
+    law: AbstractContactLaw
+    overlap_allowed: bool = False
+
+    @cached_property
+    def name(self) -> str:
+        """Name used in channels and events: ``hammer|rod.left``."""
+        return f"{self.left.label}|{self.right.label}"
+
+
+@dataclass(frozen=True)
+class Probe:
+    """A quantity at a place that is recorded over the whole run."""
+
+    body: str
+    x: float  # m
+    quantity: Quantity
+
+    @property
+    def channel(self) -> str:
+        """Name of its channel: ``displacement:rod@0.15``."""
+        return f"{self.quantity}:{self.body}@{self.x:.6g}"
+
+
+@dataclass(frozen=True)
+class StepRule:
+    """How the step is chosen: exactly one of the three is given."""
+
+    points_per_period: float | None = None  # steps in the shortest period of the method
+    dt: float | None = None  # s
+    courant: float | None = None  # c dt/h
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Everything a run needs. Built by the case file room or by hand."""
+
+    name: str
+    bodies: Mapping[str, Body]
+    contacts: tuple[Contact, ...]
+    duration: float  # s
+    integrator: AbstractScheme | None
+    step: StepRule
+    events: Literal["dated", "located"] = "dated"
+    gravity: float = 0.0  # m/s2, along +x
+    probes: tuple[Probe, ...] = ()
+    snapshots: tuple[float, ...] = ()  # s
+    round_trip: float = float("nan")  # s, of the body named in round_trips_of; NaN without a rod or beam
+    records: int = RECORDS  # instants kept: a run of more steps keeps every second, third ... one
+    metrics: tuple[str, ...] = ()  # names of metrics of plugins to be measured beside impactlab's own
+    tolerance: float | None = None  # relative error allowed; models and step are then to be chosen
+    tolerance_on: tuple[Counted, ...] = COUNTED  # the quantities whose errors the tolerance bounds
+
+    @property
+    def force_jumps(self) -> bool:
+        """Whether a contact force may jump, by its law or as a front arrives."""
+        return self.fronts_at_start or any(contact.law.force_jumps for contact in self.contacts)
+
+    @property
+    def fronts_at_start(self) -> bool:
+        """Whether waves with a front set out at t = 0: from an end force, or from an end that holds a moving body."""
+        moving = [body for body in self.bodies.values() if isinstance(body, ElasticBody) and body.velocity != 0.0]
+        held = any(end.kind in ("clamped", "dashpot") for body in moving for end in (body.left, body.right))
+        return held or bool(self.loaded_ends)
+
+    @cached_property
+    def in_order(self) -> dict[str, Body]:
+        """Bodies by their first contact, then by name: an order that does not depend on how the case is written.
+
+        Sums over several bodies follow it, so that their bits do not change with the order of keys.
+        """
+        touching = [point.body for contact in self.contacts for point in (contact.left, contact.right)]
+        return {name: self.bodies[name] for name in dict.fromkeys((*touching, *sorted(self.bodies)))}
+
+    @property
+    def loaded_ends(self) -> tuple[Probe, ...]:
+        """Displacements of the ends of rods and beams on which forces act: recorded like those of faces in contact."""
+        rods = [body for body in self.bodies.values() if isinstance(body, ElasticBody)]
+        ends = [(rod, end, x) for rod in rods for end, x in ((rod.left, 0.0), (rod.right, rod.length))]
+        return tuple(Probe(rod.name, x, "displacement") for rod, end, x in ends if end.force != 0.0)

@@ -1,0 +1,103 @@
+"""The numbers that a case may hold: for each unit the smallest positive and the largest, and for what they combine to.
+
+They are far beyond any experiment, from atoms to planets, and near enough to one that no product of theirs leaves the
+range of double precision: with lengths from 1e-15 m on, a stiffness 12 EI/h3 stays below 1e100, its square below 1e200.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+from impactlab.errors import CaseError
+
+if TYPE_CHECKING:
+    from impactlab.scene.bodies import ElasticBody
+    from impactlab.scene.problem import Scene
+
+
+class Range(NamedTuple):
+    """Sizes of a number: of what must be positive from ``least`` on, of anything up to ``most``."""
+
+    least: float
+    most: float
+
+
+RANGES = {
+    "m": Range(1e-15, 1e12),
+    "m2": Range(1e-30, 1e18),
+    "m4": Range(1e-60, 1e24),
+    "Pa": Range(1e-9, 1e20),
+    "kg/m3": Range(1e-9, 1e20),
+    "kg": Range(1e-30, 1e24),
+    "s": Range(1e-24, 1e15),
+    "1/s": Range(1e-24, 1e24),
+    "m/s": Range(1e-12, 1e12),
+    "m/s2": Range(1e-24, 1e15),
+    "N": Range(1e-24, 1e24),
+    "N/m": Range(1e-24, 1e30),
+    "N s/m": Range(1e-24, 1e24),
+    "N m": Range(1e-24, 1e30),
+    "Pa s": Range(1e-24, 1e24),
+    "N s": Range(1e-24, 1e24),
+}
+OTHERS = Range(1e-30, 1e60)  # of units with an option in them, as N/m^n
+COUNTS = Range(1e-12, 1e12)  # of numbers without a unit
+PERIODS_IN_A_STEP = 1e6  # times 1/omega of the highest frequency: its square, 1e12, stands beside 1 in one matrix
+WAVE_SPEED = Range(1e-6, 1e12)  # m/s
+BENDING = Range(1e-40, 1e40)  # N m2
+SEGMENTS_APART = (
+    1e12  # ratio of impedances, and of travel times, of two pieces of one body: their waves meet to rounding
+)
+
+
+def range_of(unit: str) -> Range:
+    """Return the sizes that a number in a unit may have."""
+    return COUNTS if unit == "1" else RANGES.get(unit, OTHERS)
+
+
+def check_scales(scene: Scene) -> None:
+    """Raise `CaseError` where numbers that are each in range combine to one that is not, naming the body."""
+    from impactlab.scene.bodies import BeamSegment, ElasticBody
+
+    _within(scene.duration, RANGES["s"], "the run lasts", "s", "solve.duration")
+    for name, body in scene.bodies.items():
+        if not isinstance(body, ElasticBody):
+            continue
+        path = f"bodies.{name}"
+        for number, piece in enumerate(body.segments):
+            of_piece = f"{path}.segments.{number}" if len(body.segments) > 1 else path
+            _within(piece.wave_speed, WAVE_SPEED, "the wave speed sqrt(E/rho) is", "m/s", f"{of_piece}.material")
+            _within(piece.mass, RANGES["kg"], "the mass rho A L is", "kg", of_piece)
+            _within(piece.impedance, RANGES["N s/m"], "the impedance rho c A is", "N s/m", of_piece)
+            if isinstance(piece, BeamSegment):
+                _within(piece.bending_stiffness, BENDING, "the bending stiffness EI is", "N m2", of_piece)
+        _apart(body, path)
+
+
+def _within(value: float, allowed: Range, text: str, unit: str, path: str) -> None:
+    if not allowed.least <= value <= allowed.most:  # NaN is neither
+        raise CaseError(
+            f"{text} {value:.6g} {unit}. Allowed: {allowed.least:g} to {allowed.most:g} {unit}",
+            remedy="Check the units of the values it follows from.",
+            path=path,
+        )
+
+
+def _apart(body: ElasticBody, path: str) -> None:
+    """Raise `CaseError` where the pieces of a body are too unlike to stand in one matrix."""
+    from impactlab.scene.bodies import BeamSegment
+
+    bending = [each.bending_stiffness / each.length**3 for each in body.segments if isinstance(each, BeamSegment)]
+    for text, values in (
+        ("masses", [piece.mass for piece in body.segments]),
+        ("stiffnesses EA/L", [piece.young * piece.area / piece.length for piece in body.segments]),
+        ("stiffnesses EI/L3", bending or [1.0]),
+    ):
+        ratio = max(values) / min(values)
+        if not ratio <= SEGMENTS_APART or math.isinf(ratio):
+            raise CaseError(
+                f"the {text} of its segments are apart by a factor of {ratio:.3g}. Allowed: up to {SEGMENTS_APART:g}",
+                remedy="Check the units of its segments.",
+                path=f"{path}.segments",
+            )

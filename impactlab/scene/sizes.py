@@ -1,0 +1,147 @@
+"""The memory that a scene will take, estimated from its sizes before anything is allocated, and the limit on it.
+
+The numbers of bytes were measured, and rounded up. The limit is 2 GB for all that a run keeps; bodies in coordinates
+may take a tenth of it, as every check builds them. ``IMPACTLAB_MEMORY`` sets another limit, in bytes.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from impactlab.errors import CaseError
+
+if TYPE_CHECKING:
+    from impactlab.scene.bodies import ElasticBody
+    from impactlab.scene.problem import Scene
+
+MEMORY = 2e9  # bytes
+BUILT = 0.1  # of it, for the matrices and steppers of all bodies
+MESH = 44.0  # numbers a coordinate of a mesh: nodes, materials, three matrices and their factors
+BAND = 9.0  # numbers a coordinate and band
+PORT = 8.0  # numbers a coordinate and contact: its row, its responses
+DENSE = 5.0  # square matrices of the mesh behind modes
+CELL = 14.0  # numbers a cell of a delay line or of a beam's characteristics
+NUMBER = 8.0  # bytes
+MOST_BEAM_MODES = 5000  # analytic ones, 0.15 ms each
+
+
+def memory_limit() -> float:
+    """Return the most bytes that a run may take: 2e9, or what ``IMPACTLAB_MEMORY`` says."""
+    given = os.environ.get("IMPACTLAB_MEMORY", "")
+    if not given:
+        return MEMORY
+    try:
+        limit = float(given)
+    except ValueError:
+        limit = math.nan
+    if not 1e6 <= limit <= 1e15:
+        raise CaseError(
+            f"IMPACTLAB_MEMORY={given[:40]!r} is no limit of memory", remedy="Give a number of bytes, 1e6 to 1e15."
+        )
+    return limit
+
+
+def check_memory(numbers: float, text: str, path: str, remedy: str, share: float = BUILT) -> None:
+    """Raise `CaseError` where so many numbers of 8 bytes are more than a share of the memory allowed.
+
+    ``text`` says which they are, as in: ``400 elements of order 3``.
+    """
+    needed, allowed = NUMBER * numbers, share * memory_limit()
+    if not needed <= allowed:
+        raise CaseError(
+            f"{text} take about {in_bytes(needed)}. Allowed: {in_bytes(allowed)}",
+            remedy=f"{remedy} A larger limit than {in_bytes(memory_limit())} for the whole run is set by "
+            "IMPACTLAB_MEMORY, in bytes.",
+            path=path,
+        )
+
+
+def in_bytes(count: float) -> str:
+    """Return a number of bytes for people: ``240 MB``."""
+    for unit, size in (("GB", 1e9), ("MB", 1e6)):
+        if count >= size:
+            return f"{count / size:.3g} {unit}"
+    return f"{count / 1e3:.3g} kB"
+
+
+def check_bodies(scene: Scene) -> None:
+    """Raise `CaseError` where the bodies of a scene in their coordinates are too large; nothing is built for it."""
+    from impactlab.scene.bodies import ElasticBody
+
+    ports = [point.body for contact in scene.contacts for point in (contact.left, contact.right)]
+    adaptive = _is_adaptive(scene)
+    total = 0.0
+    for name, body in scene.bodies.items():
+        if isinstance(body, ElasticBody) and body.model is not None:
+            count, numbers, text = _described(body, ports.count(name))
+            if adaptive:
+                numbers += 3.0 * (2.0 * count) ** 2
+                text += " under an adaptive integrator, whose matrices are full,"
+            total += numbers
+            check_memory(total, f"{text} of '{name}'", f"solve.model{_field(body)}", "Give fewer.")
+
+
+def check_records(scene: Scene, steps: float) -> None:
+    """Raise `CaseError` where the records of a run are too large."""
+    columns = 1.0 + 6.0 * len(scene.contacts) + len(scene.probes) + len(scene.loaded_ends)
+    kept = min(steps, float(scene.records)) + 1.0
+    check_memory(
+        2.0 * kept * columns, f"{kept:.3g} records of {columns:g} numbers", "solve.records", "Give fewer.", 1.0 - BUILT
+    )
+
+
+def check_fields(scene: Scene, state: int, unknowns: Mapping[str, int]) -> None:
+    """Raise `CaseError` where snapshots of so many numbers a state, or the rows of the probes, are too large."""
+    numbers = 2.0 * len(scene.snapshots) * state
+    check_memory(
+        numbers, f"{len(scene.snapshots)} snapshots of {state} numbers", "snapshots", "Take fewer.", 1.0 - BUILT
+    )
+    rows = float(sum(unknowns.get(probe.body, 0) for probe in scene.probes))
+    check_memory(rows, f"{len(scene.probes)} probes", "probes", "Give fewer.", 1.0 - BUILT)
+
+
+def check_cells(cells: float, name: str) -> None:
+    """Raise `CaseError` where a step divides a body that steps by itself into too many cells."""
+    check_memory(CELL * cells, f"{cells:.3g} steps in the transit of '{name}'", "solve.step", "Give a longer step.")
+
+
+def _described(body: ElasticBody, ports: int) -> tuple[float, float, str]:
+    """Return coordinates and numbers that a description takes, and its words; zeros where it is not known."""
+    from impactlab.models.finite_element import FiniteElement
+    from impactlab.models.modal import Modal
+    from impactlab.scene.bodies import Beam
+
+    model, each = body.model, 2 if isinstance(body, Beam) else 1
+    if isinstance(model, FiniteElement):
+        elements = max(model.elements, len(body.segments))
+        count = float(each * elements * model.order + each)
+        bands = 4 if each == 2 else model.order + 1
+        text = f"{elements} elements" + (f" of order {model.order}" if model.order > 1 else "")
+        return count, count * (MESH + BAND * bands + PORT * ports), text
+    if isinstance(model, Modal) and model.elements is not None:
+        count = float(each * max(model.elements, len(body.segments)) * model.order + each)
+        modes = min(float(model.modes or count), count)
+        return modes, DENSE * count**2 + PORT * ports * modes, f"{model.elements} elements behind modes"
+    if isinstance(model, Modal):
+        if each == 2 and (model.modes or 1) > MOST_BEAM_MODES:
+            raise CaseError(
+                f"{model.modes} modes of a beam, each of which is sought. Allowed: up to {MOST_BEAM_MODES}",
+                remedy="Give fewer.",
+                path="solve.model.modes",
+            )
+        modes = float(model.modes or 1)
+        return modes, modes * (MESH + PORT * ports), f"{model.modes} modes"
+    return 0.0, 0.0, ""
+
+
+def _field(body: ElasticBody) -> str:
+    return ".modes" if getattr(body.model, "elements", None) is None else ".elements"
+
+
+def _is_adaptive(scene: Scene) -> bool:
+    from impactlab.integrators.base import AbstractAdaptive
+
+    return isinstance(scene.integrator, AbstractAdaptive)

@@ -1,0 +1,208 @@
+"""Which parts can serve each other: one place, asked before the first step."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+
+import numpy as np
+
+from impactlab.bases.base import AbstractBasis
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.errors import PairingError
+from impactlab.integrators.base import AbstractAdaptive, AbstractIntegrator
+from impactlab.models.base import AbstractRodModel, Operators
+from impactlab.plugins import name_of, parts_inside
+from impactlab.scene.bodies import Beam, Body, ElasticBody, Rod
+from impactlab.scene.problem import Contact, Scene
+from impactlab.types import Level
+
+
+def kind_of(part: object) -> str:
+    """Return the name by which a case file asks for a part: the registered one, else its class in snake case."""
+    return name_of(type(part))
+
+
+def check_law(law: AbstractContactLaw, integrator: AbstractIntegrator, path: str) -> None:
+    """Raise `PairingError` where the integrator does not offer what the law needs."""
+    missing = law.needs - integrator.serves
+    if missing:
+        levels = ", ".join(sorted(level.value for level in missing))
+        raise PairingError(
+            f"law '{kind_of(law)}' needs {levels}, which integrator '{kind_of(integrator)}' does not offer",
+            remedy="Use newmark, central_difference or exact_modal.",
+            path=path,
+        )
+    if law.needs_second_differences() and not (integrator.load_point == 0.0 and integrator.velocity_point == 0.5):
+        raise PairingError(
+            f"restitution in law '{kind_of(law)}' is one of second differences, and '{kind_of(integrator)}' has none",
+            remedy="Use central_difference, restitution: 0, or law velocity_complementarity.",
+            path=path,
+        )
+
+
+def check_heavy_faces(scene: Scene, integrator: AbstractIntegrator, own: Collection[str] = ()) -> list[str]:
+    """Return the contacts that a position constraint holds where both faces have mass; raise where none can.
+
+    Two masses that meet jump; a constraint on positions does not say how they part. ``own`` are the names of bodies
+    that step by themselves.
+    """
+    from impactlab.exact.contact_kinds import massless
+
+    found = []
+    for number, contact in enumerate(scene.contacts):
+        if not contact.law.holds_position or massless(scene, contact.left) or massless(scene, contact.right):
+            continue
+        if integrator.projects_first:
+            raise PairingError(
+                f"integrator '{kind_of(integrator)}' projects positions and leaves velocities to the waves behind a "
+                f"face; both faces of {contact.name} have mass, and their velocities would never meet",
+                remedy="Use law velocity_complementarity or penalty, or integrator moreau_jean.",
+                path=f"contacts.{number}.law",
+            )
+        if integrator.load_point > 0.0 and scene.events == "dated" and not on_continuous_beam(scene, contact, own):
+            found.append(contact.name)
+    return found
+
+
+def on_continuous_beam(scene: Scene, contact: Contact, own: Collection[str]) -> bool:
+    """Return whether one face of a contact is a beam that steps by itself, whose face has no mass."""
+    names = (point.body for point in (contact.left, contact.right))
+    return any(name in own and isinstance(scene.bodies[name], Beam) for name in names)
+
+
+def check_continuous(law: AbstractContactLaw, path: str, beam: bool) -> None:
+    """Raise `PairingError` where a law that is asked step by step needs what a continuous body has not."""
+    if Level.IMPULSE in law.needs and not (beam and law.closes_by_force):
+        raise PairingError(
+            f"law '{kind_of(law)}' gives impulses, and the mass that they would strike "
+            f"{'on a continuous beam' if beam else 'at the end of a continuous rod'} is zero",
+            remedy="Use finite_element or modal, or law addition_deletion, dispersive_identification or penalty."
+            if beam
+            else "Use finite_element or modal, or law wave_identification, addition_deletion or penalty.",
+            path=path,
+        )
+
+
+def check_system(integrator: AbstractIntegrator, body: str, system: Operators) -> None:
+    """Raise `PairingError` where the integrator cannot step a body."""
+    name = kind_of(integrator)
+    if integrator.needs_modes and not system.modes:
+        raise PairingError(
+            f"integrator '{name}' needs a model with modes, and '{body}' has none",
+            remedy="Use model modal, or integrator newmark (central_difference with mass: lumped).",
+            path="solve.integrator",
+        )
+    if integrator.needs_diagonal_mass and not system.diagonal_mass:
+        raise PairingError(
+            f"integrator '{name}' needs a diagonal mass, and '{body}' has a consistent one",
+            remedy="Give finite_element mass: lumped, or use model modal, or integrator newmark.",
+            path="solve.integrator",
+        )
+
+
+def constraint_gains(scene: Scene, contact: Contact, integrator: AbstractIntegrator, own: Collection[str] = ()) -> bool:
+    """Return whether a hard position constraint gains energy without bound; ``own``: bodies that step by themselves."""
+    gains = contact.law.holds_position and integrator.hard_constraint_gains and scene.events == "dated"
+    return gains and not on_continuous_beam(scene, contact, own)
+
+
+def energy_bound(scene: Scene, integrator: AbstractIntegrator, own: Collection[str] = ()) -> float:
+    """Return the largest energy gain, over the initial energy, that the parts of a scene declare.
+
+    ``own`` are the names of bodies that step by themselves.
+    """
+    # A touch within 1e-6 of a step from its end is not cut: a hard law finds the faces that little apart.
+    bound = (1e-9 if scene.events == "dated" else 1e-6) + integrator.gains_energy
+    bound += sum(gains_of(body) for body in scene.bodies.values())
+    for contact in scene.contacts:
+        if constraint_gains(scene, contact, integrator, own):
+            return math.inf
+        bound += contact.law.gains_energy
+    return bound
+
+
+def gains_of(body: Body) -> float:
+    """Return the energy gain that a body's description declares: of the parts inside it, of a beam its rounding."""
+    model = body.model if isinstance(body, ElasticBody) else None
+    if model is None:
+        return 0.0
+    inside = sum(part.gains_energy for part in parts_inside(model) if isinstance(part, AbstractBasis))
+    return inside + (rounding_of(body, model) if isinstance(body, Beam) else 0.0)
+
+
+def rounding_of(beam: Beam, model: AbstractRodModel) -> float:
+    """Return the energy that rounding may give the mesh of a beam, over that of its slow bending.
+
+    Its stiffness holds 12 EI/h3 where the beam as a whole bends with EI/L3: sums of products lose (L/h)3 of their last
+    digits. Fifty roundings were enough for twenty thousand steps on 800 elements.
+    """
+    if not model.has_mesh:
+        return 0.0
+    return 50.0 * float(np.finfo(float).eps) * (beam.length / model.element_length(beam)) ** 3
+
+
+def check_events(scene: Scene, integrator: AbstractIntegrator, own: Collection[str]) -> None:
+    """Raise `PairingError` where events cannot be located; ``own``: bodies that step by themselves."""
+    if scene.events != "located":
+        return
+    if not integrator.any_dt:
+        raise PairingError(
+            f"events: located needs an integrator that can cut a step; '{kind_of(integrator)}' cannot",
+            remedy="Use midpoint or exact_modal, or events: dated.",
+            path="solve.events",
+        )
+    for name, body in scene.bodies.items():
+        if isinstance(body, ElasticBody) and name in own:
+            steps = f"the {'delay line of the ' if isinstance(body, Rod) else ''}continuous {body.kind} '{name}'"
+            raise PairingError(
+                f"events: located cuts steps, and {steps} has one step length",
+                remedy="Use modal for this body, or events: dated.",
+                path="solve.events",
+            )
+    for number, contact in enumerate(scene.contacts):
+        if contact.law.fixed_step:
+            raise PairingError(
+                f"events: located cuts steps, and law '{kind_of(contact.law)}' counts on steps of one length",
+                remedy="Use addition_deletion, penalty or impulse_momentum, or events: dated.",
+                path=f"contacts.{number}.law",
+            )
+
+
+def check_smooth(scene: Scene, integrator: AbstractAdaptive, own: Collection[str]) -> None:
+    """Raise `PairingError` where an adaptive integrator cannot serve the laws or descriptions of a scene.
+
+    ``own`` are the names of bodies that step by themselves.
+    """
+    name = kind_of(integrator)
+    for number, contact in enumerate(scene.contacts):
+        if not contact.law.smooth:
+            raise PairingError(
+                f"integrator '{name}' needs a force that follows from gap and gap rate alone, and law "
+                f"'{kind_of(contact.law)}' gives none",
+                remedy="Use penalty, or integrator newmark, central_difference or exact_modal.",
+                path=f"contacts.{number}.law",
+            )
+    for body in scene.bodies.values():
+        if isinstance(body, ElasticBody) and body.name in own:
+            raise PairingError(
+                f"integrator '{name}' needs bodies in coordinates, "
+                f"and the continuous {body.kind} '{body.name}' has none",
+                remedy="Use modal or finite_element for this body, or integrator newmark or exact_modal.",
+                path=f"solve.models.{body.name}",
+            )
+
+
+def check_ordinary(integrator: AbstractAdaptive, body: str, system: Operators) -> None:
+    """Raise `PairingError` where a body is not one ordinary differential equation all along."""
+    faults = (
+        ("a face without mass", bool(system.massless)),
+        ("other coordinates while a contact is closed", system.phases is not None),
+    )
+    for fault, has_it in faults:
+        if has_it:
+            raise PairingError(
+                f"integrator '{kind_of(integrator)}' cannot serve '{body}', which has {fault}",
+                remedy="Use another description of this body, or another integrator.",
+                path="solve.integrator",
+            )

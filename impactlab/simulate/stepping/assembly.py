@@ -1,0 +1,391 @@
+"""From a scene to the arrays that the loop walks over."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from impactlab.errors import PairingError
+from impactlab.integrators.base import AbstractIntegrator, Stepper
+from impactlab.models.base import AbstractDiscreteModel, Phases
+from impactlab.models.continuous.base import AbstractSelfStepping
+from impactlab.numerics.addresses import DERIVE, FREE, MEASURE, RETIME, LawAddress, kernel_address, records
+from impactlab.scene.bodies import Mass
+from impactlab.scene.problem import Contact, Scene
+from impactlab.simulate.stepping.arrays import (
+    LAYERS,
+    SAMPLED,
+    BodyRecord,
+    ClockRecord,
+    ContactRecord,
+    DamperRecord,
+    EventRecord,
+    FaceRecord,
+    Floats,
+    Ints,
+    Memory,
+    MessengerRecord,
+    PhaseRecord,
+    PushRecord,
+    SnapshotRecord,
+)
+from impactlab.simulate.stepping.packing import dashpots, fill, flat, sparse
+from impactlab.simulate.stepping.preparation import (
+    BuiltBody,
+    Push,
+    face_read,
+    prepare_stepper,
+    pushes_of,
+    reading_place,
+)
+from impactlab.types import Array, Arriving, Port, Quantity, Reply, Start
+
+SAMPLES = 256  # energies taken over a run
+NOTHING = 1e-20  # of a response's largest entry: what lies beyond the last entry above moves by less than any rounding
+EVENTS = 4096  # events between two returns of the loop
+
+
+class Assembly:
+    """The memory of one run, and the names to read it by."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        built: dict[str, BuiltBody],
+        steppers: dict[str, Stepper],
+        starts: tuple[Start, ...],
+        integrator: AbstractIntegrator,
+        dt: float,
+        steps: int,
+    ) -> None:
+        self.scene, self.built, self.integrator, self.dt, self.steps = scene, built, integrator, dt, steps
+        self.stride, self.sample_stride = math.ceil(steps / scene.records), math.ceil(steps / SAMPLES)
+        self.laws = [LawAddress(contact.law.respond, contact.law.compiled) for contact in scene.contacts]
+        names, each = list(built), list(steppers.values())
+        pushed = pushes_of(scene, built, starts)
+        parameters, parameter_start = flat([stepper.parameters for stepper in each])
+        state, state_start = flat([stepper.state for stepper in each])
+        jump, jump_start = flat([stepper.jump for stepper in each])
+        responses, response_start = self._responses(each)
+        bodies_by_name, bodies = records(BodyRecord, len(names))
+        self._shift = {name: int(start) for name, start in zip(names, state_start[:-1], strict=True)}
+        dampers: list[tuple[int, int, float, bool, int]] = []
+        for number, (name, stepper) in enumerate(steppers.items()):
+            n_dof, shift = built[name].system.load.size, self._shift[name]
+            dampers += [
+                (shift + i, shift + j if j >= 0 else -1, value, inside, n_dof)
+                for i, j, value, inside in dashpots(built[name].system)
+            ]
+            fill(
+                bodies_by_name[number],
+                free=kernel_address(stepper.free, FREE),
+                measure=kernel_address(stepper.measure, MEASURE),
+                retime=kernel_address(stepper.retime, RETIME),
+                derive=kernel_address(stepper.derive, DERIVE),
+                parameter_start=parameter_start[number],
+                parameter_end=parameter_start[number + 1],
+                state_start=shift,
+                state_end=state_start[number + 1],
+                n_dof=n_dof,
+                n_ports=len(stepper.jump),
+                jump_start=jump_start[number],
+                force_start=response_start[number],
+                impulse_start=response_start[len(names) + number],
+                projection_start=response_start[2 * len(names) + number],
+            )
+        dampers_by_name, damper_records = records(DamperRecord, len(dampers))
+        for number, (index, other, damping, inside, n) in enumerate(dampers):
+            rate = state[index + n] - (state[other + n] if other >= 0 else 0.0)
+            straddles = integrator.velocity_point < 1.0
+            fill(
+                dampers_by_name[number],
+                index=index,
+                other=other,
+                inside=inside,
+                damping=damping,
+                straddles=straddles,
+                before=dt * rate,
+            )
+        faces = self._faces(names, steppers)
+        ports, contacts, replies = self._contacts(starts)
+        n_contacts = len(scene.contacts)
+        models = {name: body.model for name, body in built.items()}
+        self.probe_channels = self._probe_channels()
+        rows, left_out = self._rows(models, starts, pushed)
+        wanted = [
+            (names.index(face_read(contact, reading).body), number, slot)
+            for number, (contact, start) in enumerate(zip(scene.contacts, starts, strict=True))
+            for slot, reading in enumerate(start.readings)
+        ]
+        messengers_by_name, messengers = records(MessengerRecord, len(wanted))
+        for number, (body, contact, slot) in enumerate(wanted):
+            fill(messengers_by_name[number], body=body, contact=contact, slot=slot)
+        row_start, row_index, row_value = sparse(rows)
+        momentum = self._momentum(models, state)
+        phases, maps, other_state = records(PhaseRecord, 0)[1], np.zeros(0), np.zeros(0)
+        phased = {name: body.system.phases for name, body in built.items() if body.system.phases is not None}
+        if phased:
+            closed = {name: phased[name].closed if name in phased else model for name, model in models.items()}
+            others = {
+                name: prepare_stepper(scene, name, closed[name], closed[name].operators(), integrator, dt, pushed)
+                if name in phased
+                else stepper
+                for name, stepper in steppers.items()
+            }
+            check_phases(phased, built, steppers)
+            phases, maps = self._phases(names, phased)
+            # The same entries in both phases, so that only values are exchanged.
+            open_rows, (closed_rows, closed_left_out) = rows, self._rows(closed, starts, pushed)
+            pattern = [(a != 0.0) | (b != 0.0) for (_, a), (_, b) in zip(open_rows, closed_rows, strict=True)]
+            row_start, row_index, row_value = sparse(open_rows, pattern)
+            other_state = np.concatenate(
+                (
+                    flat([stepper.parameters for stepper in others.values()])[0],
+                    self._momentum(closed, state),
+                    flat([stepper.jump for stepper in others.values()])[0],
+                    self._responses(list(others.values()))[0],
+                    sparse(closed_rows, pattern)[2],
+                    closed_left_out.ravel(),
+                )
+            )
+        room = (4 if scene.events == "located" else 1) * (steps // self.stride + 8) + 256
+        snapshots_by_name, snapshots = records(SnapshotRecord, len(scene.snapshots))
+        for number, time in enumerate(sorted(scene.snapshots)):
+            snapshots_by_name[number].time = time
+        clocks, clock = records(ClockRecord, 1)
+        self.clock = clocks[0]
+        self.clock.timed, self.clock.steps = dt, steps
+        self.snapshots = snapshots_by_name
+        coupled = 2 * n_contacts if n_contacts > 1 else 0
+        self.memory = Memory(
+            clock=clock,
+            bodies=bodies,
+            faces=faces,
+            contacts=contacts,
+            ports=ports,
+            replies=replies,
+            messengers=messengers,
+            pushes=self._pushes(names, steppers, pushed),
+            phases=phases,
+            dampers=damper_records,
+            events=self._events(),
+            snapshots=snapshots,
+            parameters=parameters,
+            state=state,
+            backup=np.zeros_like(state),
+            momentum=momentum,
+            jump=jump,
+            responses=responses,
+            answers=np.zeros((LAYERS, 3 * n_contacts, n_contacts)),
+            row_start=row_start,
+            row_index=row_index,
+            row_value=row_value,
+            left_out=left_out,
+            record=np.zeros((room, 1 + 6 * n_contacts + len(self.probe_channels))),
+            sample=np.zeros((steps // self.sample_stride + 8, SAMPLED + 3 * len(names))),
+            snapshot_state=np.zeros((len(scene.snapshots), 2, state.size)),
+            scratch=np.zeros(4),
+            coupled=np.zeros((coupled, coupled + 3)),
+            other_state=other_state,
+            maps=maps,
+        )
+
+    def state_of(self, body: str, state: Array, velocities: bool = False) -> Array:
+        """Return a body's displacements or velocities in a whole state, shape (n_dof,)."""
+        n_dof = self.built[body].system.load.size
+        start = self._shift[body] + (n_dof if velocities else 0)
+        return state[start : start + n_dof]
+
+    def grow(self) -> None:
+        """Double the room for records and samples; what was written stays."""
+        record, sample = self.memory.record, self.memory.sample
+        self.memory = self.memory._replace(
+            record=np.concatenate([record, np.zeros_like(record)]),
+            sample=np.concatenate([sample, np.zeros_like(sample)]),
+        )
+
+    def _rows(
+        self, models: dict[str, AbstractDiscreteModel], starts: tuple[Start, ...], pushed: tuple[Push, ...]
+    ) -> tuple[list[tuple[int, Array]], Floats]:
+        """Return all rows, each a shift into the whole state and its values, in the order that `Memory` tells.
+
+        With them the answers of the modes left out at each reading per force of each contact.
+        """
+
+        def row(body: str, x: float, quantity: Quantity) -> tuple[int, Array]:
+            values = models[body].row(x, quantity)
+            return self._shift[body] + (values.size if quantity == "velocity" else 0), values
+
+        contacts = self.scene.contacts
+        points = [point for contact in contacts for point in (contact.left, contact.right)]
+        rows = [row(point.body, point.x, "displacement") for point in points]
+        rows += [row(point.body, point.x, "velocity") for point in points]
+        left_out: list[list[float]] = []
+        for contact, start in zip(contacts, starts, strict=True):
+            for reading in start.readings:
+                if isinstance(reading, Arriving):
+                    point = face_read(contact, reading)
+                    whole = models[point.body].arriving(point.x, reading.delay, reading.speed)
+                    rows.append((self._shift[point.body], whole))  # over displacements and velocities
+                    left_out.append([0.0] * len(contacts))
+                    continue
+                point, x = reading_place(contact, reading)
+                model = models[point.body]
+                rows.append(row(point.body, x, reading.quantity))
+                answers = [left_out_per_force(model, other, point.body, x, reading.quantity) for other in contacts]
+                left_out.append(answers if reading.left_out else [0.0] * len(contacts))
+        rows += [row(body, x, quantity) for _, body, x, quantity in self._probes()]
+        rows += [row(push.body, push.x, push.quantity) for push in pushed]
+        return rows, np.array(left_out, float).reshape(len(left_out), len(contacts))
+
+    def _responses(self, steppers: list[Stepper]) -> tuple[Floats, Ints]:
+        return flat(
+            [stepper.force_response for stepper in steppers]
+            + [stepper.impulse_response for stepper in steppers]
+            + [stepper.projection_response for stepper in steppers]
+        )
+
+    def _momentum(self, models: dict[str, AbstractDiscreteModel], state: Array) -> Floats:
+        momentum = np.zeros_like(state)
+        for name, model in models.items():
+            row = model.momentum_row()
+            start = self._shift[name] + row.size
+            momentum[start : start + row.size] = row
+        return momentum
+
+    def _phases(self, names: list[str], phased: dict[str, Phases]) -> tuple[Any, Floats]:
+        by_name, phases = records(PhaseRecord, len(phased))
+        maps, map_start = flat([np.concatenate((each.closing, each.opening)) for each in phased.values()])
+        for number, (name, each) in enumerate(phased.items()):
+            fill(by_name[number], contact=each.contact, body=names.index(name), map_start=map_start[number])
+        return phases, maps
+
+    def _pushes(self, names: list[str], steppers: dict[str, Stepper], pushed: tuple[Push, ...]) -> Any:
+        by_name, pushes = records(PushRecord, len(pushed))
+        of_body = {name: sum(push.body == name for push in pushed) for name in names}
+        seen = {name: len(steppers[name].jump) - of_body[name] for name in names}
+        for number, push in enumerate(pushed):
+            fill(
+                by_name[number],
+                contact=push.contact,
+                body=names.index(push.body),
+                place=seen[push.body],
+                weight=push.weight,
+            )
+            stepper = steppers[push.body]
+            self._ranges(by_name[number], push.body, stepper, stepper.force_response[seen[push.body]], 0)
+            seen[push.body] += 1
+        return pushes
+
+    def _events(self) -> Any:
+        self.events, events = records(EventRecord, max(EVENTS, 1024 * len(self.scene.contacts)))
+        return events
+
+    def _probes(self) -> list[tuple[str, str, float, Quantity]]:
+        """Return channel, body, x and quantity of the probes, those of masses and loaded ends included."""
+        watched = (*self.scene.probes, *self.scene.loaded_ends)
+        asked = [(probe.channel, probe.body, probe.x, probe.quantity) for probe in watched]
+        for name, body in self.scene.bodies.items():
+            if isinstance(body, Mass):
+                asked += [(f"position:{name}", name, 0.0, "displacement"), (f"velocity:{name}", name, 0.0, "velocity")]
+        return asked
+
+    def _probe_channels(self) -> list[tuple[str, Quantity]]:
+        return [(channel, quantity) for channel, _, _, quantity in self._probes()]
+
+    def _faces(self, names: list[str], steppers: dict[str, Stepper]) -> Any:
+        by_name, faces = records(FaceRecord, 2 * len(self.scene.contacts))
+        seen = dict.fromkeys(names, 0)
+        for number, contact in enumerate(self.scene.contacts):
+            for side, point in enumerate((contact.left, contact.right)):
+                place = seen[point.body]
+                seen[point.body] += 1
+                face = by_name[2 * number + side]
+                fill(face, body=names.index(point.body), place=place, sign=(-1.0, 1.0)[side])
+                stepper = steppers[point.body]
+                responses = (stepper.force_response, stepper.impulse_response, stepper.projection_response)
+                for kind, response in enumerate(responses):
+                    self._ranges(face, point.body, stepper, response[place], 3 * kind)
+        return faces
+
+    def _ranges(self, record: Any, body: str, stepper: Stepper, response: Array, at: int) -> None:
+        """Write what of a body's displacements, velocities and the rest a response moves at all."""
+        n_dof = stepper.jump.shape[1]
+        for part, first in enumerate((0, n_dof, 2 * n_dof)):
+            answer = np.abs(response[first : response.size if part == 2 else first + n_dof])
+            if self.built[body].system.phases is None:
+                moved = (answer > NOTHING * answer.max(initial=0.0)).nonzero()[0]
+            else:
+                moved = np.arange(answer.size)
+            if moved.size:
+                record.low[at + part], record.high[at + part] = first + int(moved[0]), first + int(moved[-1]) + 1
+
+    def _contacts(self, starts: tuple[Start, ...]) -> tuple[Any, Any, Any]:
+        scene, n_contacts = self.scene, len(self.scene.contacts)
+        self.ports, ports = records(Port, n_contacts)
+        self.contacts, contacts = records(ContactRecord, n_contacts)
+        self.replies, replies = records(Reply, n_contacts)
+        for number, (contact, given) in enumerate(zip(scene.contacts, starts, strict=True)):
+            port = self.ports[number]
+            port.parameters[: len(given.parameters)] = given.parameters
+            port.memory[: len(given.memory)] = given.memory
+            port.load_point = self.integrator.load_point
+            # Where a continuous body is struck there is no mass to take an impulse: a force closes the contact.
+            own = any(
+                isinstance(self.built[point.body].model, AbstractSelfStepping)
+                for point in (contact.left, contact.right)
+            )
+            port.jump_in_force = float(self.integrator.jump_in_force or own)
+            port.projects_first = float(self.integrator.projects_first)
+            yields = [self._yield_beyond(point.body, point.x) for point in (contact.left, contact.right)]
+            port.flexibility = sum(
+                dict(self.built[p.body].system.massless).get(p.x, 0.0) for p in (contact.left, contact.right)
+            )
+            fill(
+                self.contacts[number],
+                law=self.laws[number].value,
+                dates=int(contact.law.answers_force),
+                smooth=int(contact.law.smooth),
+                trial_point=1.0 if contact.law.trial_at_end else self.integrator.load_point,
+                initial_gap=contact.gap,
+                old_gap=contact.gap,
+                left_share=yields[0] / sum(yields) if sum(yields) > 0.0 else 0.0,
+            )
+        return ports, contacts, replies
+
+    def _yield_beyond(self, body: str, x: float) -> float:
+        """Return how much a face yields statically beyond what its coordinates show [m/N]."""
+        built = self.built[body]
+        return max(0.0, dict(built.system.massless).get(x, 0.0) or built.model.left_out(x, "displacement", x))
+
+
+def left_out_per_force(
+    model: AbstractDiscreteModel, contact: Contact, body: str, x: float, quantity: Quantity
+) -> float:
+    """Return the answer at x of the modes left out per unit force of a contact, which pushes left then right."""
+    total = 0.0
+    for point, sign in ((contact.left, -1.0), (contact.right, 1.0)):
+        if point.body == body:
+            total += sign * model.left_out(x, quantity, point.x)
+    return total
+
+
+def check_phases(phased: dict[str, Phases], built: dict[str, BuiltBody], steppers: dict[str, Stepper]) -> None:
+    """Raise `PairingError` where a scheme or a body cannot change its coordinates within a run."""
+    for name in phased:
+        stepper, system = steppers[name], built[name].system
+        if np.any(system.damping):
+            raise PairingError(
+                f"'{name}' changes its coordinates with its contact, which serves undamped rods only",
+                remedy="Leave the damping out, or use another basis.",
+                path="solve.model",
+            )
+        if stepper.derive is None and stepper.state.size > 2 * system.load.size:
+            raise PairingError(
+                f"'{name}' changes its coordinates with its contact, and this integrator keeps more than displacements "
+                "and velocities",
+                remedy="Use newmark, midpoint or exact_modal.",
+                path="solve.integrator",
+            )

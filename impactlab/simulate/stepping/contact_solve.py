@@ -1,0 +1,185 @@
+"""The answers of the laws: one is asked, several are swept until they agree, or solved for together."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from impactlab.numerics.addresses import call
+from impactlab.numerics.compiling import INLINE, PART
+from impactlab.simulate.stepping.arrays import U_FORCE, U_IMPULSE, U_PROJECTION, U_PUSH, V_JUMP, Memory
+from impactlab.types import MEMORY
+
+SWEEPS = 5000  # of the coupled answers of several contacts
+SWEEPS_BEFORE_NEWTON = 20  # answers that still change then are coupled so closely that sweeping is slow
+NEWTON_TURNS = 100  # each before one more sweep
+SINGULAR = 1e-12  # of a pivot: answers of which only some sum is determined, as of a row between two walls
+AGREED = 1e-9  # of the largest impulse: answers that still change by more have not been found
+
+
+@INLINE
+def moved_by(m: Memory, target: int, layer: int, contact: Any, other: int) -> float:
+    """Return what one contact does to a row at the end of the step; layer 0: displacement (or value), 1: velocity."""
+    total = 0.0
+    if contact.force != 0.0:
+        total += m.answers[U_FORCE + layer, target, other] * contact.force
+    if contact.impulse != 0.0:
+        total += m.answers[U_IMPULSE + layer, target, other] * contact.impulse
+    if contact.projection != 0.0:
+        total += m.answers[U_PROJECTION + layer, target, other] * contact.projection
+    if contact.push != 0.0:
+        total += m.answers[U_PUSH + layer, target, other] * contact.push
+    return total
+
+
+@INLINE
+def ask(m: Memory, number: int, time: float, dt: float) -> None:
+    """Ask a law for its answer to the state and to what the other contacts answer now."""
+    n_contacts = len(m.contacts)
+    contact, port, reply = m.contacts[number], m.ports[number], m.replies[number]
+    left, right = m.faces[2 * number], m.faces[2 * number + 1]
+    left_u, right_u, left_v, right_v = left.free_u, right.free_u, left.free_v, right.free_v
+    others_rate, others_pushed, predicted = 0.0, 0.0, 0.0
+    for other in range(n_contacts):
+        if other == number:
+            continue
+        theirs = m.contacts[other]
+        if theirs.force != 0.0 or theirs.impulse != 0.0 or theirs.projection != 0.0 or theirs.push != 0.0:
+            a, b = 2 * number, 2 * number + 1
+            left_u += moved_by(m, a, 0, theirs, other)
+            right_u += moved_by(m, b, 0, theirs, other)
+            left_v += moved_by(m, a, 1, theirs, other)
+            right_v += moved_by(m, b, 1, theirs, other)
+            others_rate += (m.answers[V_JUMP, b, other] - m.answers[V_JUMP, a, other]) * theirs.impulse
+            predicted += (m.answers[V_JUMP, b, other] - m.answers[V_JUMP, a, other]) * theirs.projection
+            others_pushed += moved_by(m, 2 * n_contacts + number, 0, theirs, other)
+    own_pushed = port.free_pushed
+    port.time, port.dt = time, dt
+    port.left.displacement, port.right.displacement = left.u, right.u
+    port.left.velocity, port.right.velocity = left.v, right.v
+    port.left.free_displacement, port.right.free_displacement = left_u, right_u
+    port.left.free_velocity, port.right.free_velocity = left_v, right_v
+    port.gap = contact.initial_gap + right.u - left.u
+    if contact.touching != 0.0 and port.gap + port.offset > 0.0:
+        port.gap = -port.offset
+    port.gap_rate, port.others_rate = right.v - left.v, others_rate
+    port.predicted_gap = port.gap + dt * port.gap_rate + predicted
+    port.free_gap = contact.initial_gap + right_u - left_u
+    port.free_gap_rate = right_v - left_v
+    port.free_pushed = own_pushed + others_pushed
+    reply.force, reply.impulse, reply.projection, reply.push, reply.trial = 0.0, 0.0, 0.0, 0.0, 0.0
+    reply.stored, reply.dissipated, reply.unresolved, reply.offset = 0.0, 0.0, 0.0, 0.0
+    reply.in_contact, reply.failed = 0.0, 0.0
+    for k in range(MEMORY):
+        reply.memory[k] = port.memory[k]
+    call(contact.law, port, reply)
+    port.free_pushed = own_pushed
+
+
+@PART
+def replied(m: Memory, time: float, dt: float, column: int) -> None:
+    """Write the laws' answers to the present forces and impulses, less these, into a column of the linear system."""
+    for number in range(len(m.contacts)):
+        ask(m, number, time, dt)
+        contact, reply = m.contacts[number], m.replies[number]
+        m.coupled[2 * number, column] = (reply.force - contact.force) * dt
+        m.coupled[2 * number + 1, column] = reply.impulse - contact.impulse
+
+
+@PART
+def eliminate(system: Any, size: int) -> None:
+    """Solve a small linear system in place by Gauss with row pivots, its right side in column ``size``.
+
+    Unknowns that it leaves undetermined stay zero.
+    """
+    known = size
+    for pivot in range(size):
+        best = pivot
+        for i in range(pivot + 1, size):
+            if abs(system[i, pivot]) > abs(system[best, pivot]):
+                best = i
+        for j in range(pivot, known + 1):
+            system[pivot, j], system[best, j] = system[best, j], system[pivot, j]
+        if abs(system[pivot, pivot]) <= SINGULAR:
+            continue
+        for i in range(pivot + 1, size):
+            factor = system[i, pivot] / system[pivot, pivot]
+            for j in range(pivot, known + 1):
+                system[i, j] -= factor * system[pivot, j]
+    for i in range(size - 1, -1, -1):
+        for j in range(i + 1, size):
+            system[i, known] -= system[i, j] * system[j, known]
+        system[i, known] = system[i, known] / system[i, i] if abs(system[i, i]) > SINGULAR else 0.0
+
+
+@PART
+def newton(m: Memory, time: float, dt: float, largest: float) -> None:
+    """Move forces and impulses to where the laws' answers, taken as linear, agree; differences give their slopes.
+
+    Answers are linear between changes of phase, so that one turn in the right phases is exact. An answer that is not
+    zero goes on as it is, also beyond where it would end: of differences to both sides the larger one is not cut short.
+    An answer that is zero stays so. Sets of contacts that act are then found as by an active set method.
+    """
+    size = 2 * len(m.contacts)
+    known, base, ahead = size, size + 1, size + 2
+    replied(m, time, dt, known)
+    for i in range(size):
+        m.coupled[i, base] = m.coupled[i, known]
+    step = 1e-3 * largest
+    if not 0.0 < step < math.inf:
+        return
+    for unknown in range(size):
+        contact = m.contacts[unknown // 2]
+        force, impulse = contact.force, contact.impulse
+        of_force, of_impulse = (step / dt, 0.0) if unknown % 2 == 0 else (0.0, step)
+        contact.force, contact.impulse = force - of_force, impulse - of_impulse
+        replied(m, time, dt, unknown)
+        contact.force, contact.impulse = force + of_force, impulse + of_impulse
+        replied(m, time, dt, ahead)
+        contact.force, contact.impulse = force, impulse
+        for i in range(size):
+            own = 1.0 if i == unknown else 0.0  # the answer less itself
+            behind = (m.coupled[i, base] - m.coupled[i, unknown]) / step + own
+            beyond = (m.coupled[i, ahead] - m.coupled[i, base]) / step + own
+            slope = beyond if abs(beyond) > abs(behind) else behind
+            given = m.contacts[i // 2].force if i % 2 == 0 else m.contacts[i // 2].impulse
+            answered = m.coupled[i, base] + (given * dt if i % 2 == 0 else given)
+            m.coupled[i, unknown] = own - (slope if answered != 0.0 else 0.0)
+    eliminate(m.coupled, size)
+    for number in range(len(m.contacts)):
+        contact = m.contacts[number]
+        contact.force += m.coupled[2 * number, known] / dt
+        contact.impulse += m.coupled[2 * number + 1, known]
+
+
+def answer(m: Memory, time: float, dt: float) -> bool:
+    """Ask the laws until their coupled answers agree; False where a law failed or they do not."""
+    n_contacts = len(m.contacts)
+    for number in range(n_contacts):
+        contact = m.contacts[number]
+        contact.force, contact.impulse, contact.projection, contact.push = 0.0, 0.0, 0.0, 0.0
+    answered, change, largest, sweep = True, 0.0, 0.0, 0
+    while True:
+        change, largest = 0.0, 0.0
+        for number in range(n_contacts):
+            contact, reply = m.contacts[number], m.replies[number]
+            ask(m, number, time, dt)
+            answered = answered and reply.failed == 0.0
+            change = max(change, abs(reply.force - contact.force) * dt, abs(reply.impulse - contact.impulse))
+            if reply.push != contact.push:
+                # A push counts by what it does to the force that the law pushes by, also where faces are apart.
+                pushed = abs(m.ports[number].pushed_per_push)
+                change = max(change, abs(reply.push - contact.push) * pushed * dt)
+                largest = max(largest, abs(reply.push) * pushed * dt)
+            # A projection moves a face as the impulse does that it is over a step: it counts where no force acts, too.
+            change = max(change, abs(reply.projection - contact.projection) / dt)
+            largest = max(largest, abs(reply.projection) / dt)
+            contact.force, contact.impulse = reply.force, reply.impulse
+            contact.projection, contact.push = reply.projection, reply.push
+            largest = max(largest, abs(reply.force) * dt + abs(reply.impulse))
+        sweep += 1
+        if n_contacts == 1 or change <= 1e-15 * largest or not answered or sweep == SWEEPS:
+            break
+        if SWEEPS_BEFORE_NEWTON <= sweep < SWEEPS_BEFORE_NEWTON + NEWTON_TURNS:
+            newton(m, time, dt, largest)
+    return answered and (n_contacts == 1 or change <= AGREED * largest)

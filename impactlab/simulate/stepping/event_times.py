@@ -1,0 +1,85 @@
+"""The events of an accepted step: when contacts closed and opened, and what they carry on."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from impactlab.numerics.compiling import PART
+from impactlab.simulate.stepping.arrays import Memory
+from impactlab.simulate.stepping.phases import change_phases
+from impactlab.types import MEMORY, Port, Reply
+
+CLOSE, OPEN, IMPULSE = 0, 1, 2  # kinds of events
+TOUCHED = 1e-9  # of the impulse so far: what presses less in one step alone is the rounding of an opening
+
+
+@PART
+def note(m: Memory, time: float, number: int, kind: int, impulse: float) -> None:
+    """Write one event; times of one contact never run backwards."""
+    contact, event = m.contacts[number], m.events[m.clock[0].n_events]
+    contact.last_event = max(time, contact.last_event)
+    event.time, event.contact, event.kind, event.impulse = contact.last_event, number, kind, impulse
+    event.span_impulse, event.span_peak = contact.span_impulse, contact.span_peak
+    m.clock[0].n_events += 1
+
+
+def close_time(contact: Any, port: Port, reply: Reply, time: float, dt: float) -> float:
+    """Return when a contact began: the root of the gap, or of the trial force where the faces already overlapped."""
+    gap, free_gap = port.gap + port.offset, port.free_gap + reply.offset
+    if gap > 0.0 and free_gap < 0.0:
+        return float(time + dt * gap / (gap - free_gap))
+    if gap < 0.0 and contact.old_gap >= 0.0:
+        return float(max(0.0, time - dt * gap / (gap - contact.old_gap)))
+    if gap < 0.0 and contact.old_trial < 0.0 and reply.trial > 0.0:
+        share = contact.trial_point - reply.trial / (reply.trial - contact.old_trial)
+        return float(max(0.0, time + dt * share))
+    return time
+
+
+def open_time(contact: Any, port: Port, reply: Reply, time: float, dt: float) -> float:
+    """Return when a contact ended: the root of the trial force, or of the gap under a law without a signed trial."""
+    gap, free_gap = port.gap + port.offset, port.free_gap + reply.offset
+    if contact.old_trial > 0.0 and reply.trial < 0.0:
+        return float(time + dt * (contact.trial_point + reply.trial / (contact.old_trial - reply.trial)))
+    if gap > 0.0 and contact.old_gap < 0.0:
+        return float(time - dt * gap / (gap - contact.old_gap))
+    if gap < 0.0 and free_gap > 0.0:
+        return float(time - dt * gap / (free_gap - gap))
+    return time
+
+
+close_time, open_time = map(PART, (close_time, open_time))
+
+
+def date(m: Memory, time: float, dt: float) -> None:
+    """Date the events of an accepted step, and carry each contact's phase and memory on.
+
+    Roots are linear between the instants of a value; where events are located, steps begin at them.
+    """
+    for number in range(len(m.contacts)):
+        contact, port, reply = m.contacts[number], m.ports[number], m.replies[number]
+        was_closed, is_closed = port.in_contact > 0.0, reply.in_contact > 0.0
+        if contact.dates != 0:
+            # Faces may meet and part within one step: then it holds the whole contact.
+            given = contact.force * dt + contact.impulse
+            touched = was_closed or is_closed or given > TOUCHED * contact.total
+            if touched and not was_closed:
+                contact.span_impulse, contact.span_peak = 0.0, 0.0
+                note(m, close_time(contact, port, reply, time, dt), number, CLOSE, 0.0)
+            contact.span_impulse += given
+            contact.span_peak = max(contact.span_peak, contact.force)
+            if touched and not is_closed:
+                note(m, open_time(contact, port, reply, time, dt), number, OPEN, 0.0)
+        if contact.impulse != 0.0:
+            note(m, time, number, IMPULSE, contact.impulse)
+        contact.old_gap, contact.old_trial, contact.touching = port.gap + port.offset, reply.trial, 0.0
+        contact.sum_force += contact.force * dt
+        contact.total += contact.force * dt + contact.impulse
+        port.in_contact, port.offset = reply.in_contact, reply.offset
+        for k in range(MEMORY):
+            port.memory[k] = reply.memory[k]
+        m.clock[0].lost_contact += reply.dissipated
+        m.clock[0].lost_unresolved += reply.unresolved
+        contact.negative += min(reply.dissipated, 0.0) + min(reply.unresolved, 0.0)
+    if len(m.phases) > 0:
+        change_phases(m)

@@ -1,0 +1,190 @@
+"""Steps cut at their events, for schemes that can take a step of any length: compiled only when a scene asks for it."""
+
+from __future__ import annotations
+
+from impactlab.numerics.addresses import call
+from impactlab.numerics.compiling import ENTRY, PART
+from impactlab.simulate.stepping.arrays import Memory
+from impactlab.simulate.stepping.contact_solve import moved_by
+from impactlab.simulate.stepping.event_times import OPEN, TOUCHED, note
+from impactlab.simulate.stepping.influence import compliances
+from impactlab.simulate.stepping.loop import (
+    DONE,
+    EVENTS_FULL,
+    LAW_FAILED,
+    NOT_FINITE,
+    RECORDS_FULL,
+    answer,
+    begin_step,
+    correct,
+    date,
+    free_step,
+    keep,
+    sample,
+    settle,
+)
+from impactlab.simulate.stepping.phases import change_phases
+
+# What may fall through zero inside a step: the gap, the trial force, or the gap's negative (faces that part).
+NOTHING, GAP, TRIAL, PARTING = 0, 1, 2, 3
+NONE, FAILED = -1, -2  # instead of a contact
+NEAR = 1e-6  # of a step: an event nearer to its start or end is taken to be there, for shorter steps drown in rounding
+CUTS = 100  # events located inside one nominal step before the rest of it is taken whole
+
+
+@PART
+def retime(m: Memory, dt: float) -> None:
+    """Prepare all steppers for another step length and rebuild the compliances."""
+    if m.clock[0].timed == dt:
+        return
+    m.clock[0].timed = dt
+    for number in range(len(m.bodies)):
+        body = m.bodies[number]
+        size = body.state_end - body.state_start
+        parameters = m.parameters[body.parameter_start : body.parameter_end]
+        jump = m.jump[body.jump_start : body.jump_start + body.n_ports * body.n_dof]
+        force = m.responses[body.force_start : body.force_start + body.n_ports * size]
+        impulse = m.responses[body.impulse_start : body.impulse_start + body.n_ports * size]
+        call(body.retime, parameters, dt, jump, force, impulse)
+    compliances(m)
+
+
+@PART
+def attempt(m: Memory, time: float, dt: float, watched: int, what: int) -> float:
+    """Take the saved step again with some length; return a contact's gap at its end, its trial force, or -gap."""
+    for i in range(m.state.size):
+        m.state[i] = m.backup[i]
+    retime(m, dt)
+    free_step(m)
+    answer(m, time, dt)
+    if what == TRIAL:
+        return float(m.replies[watched].trial)
+    left, right = 2 * watched, 2 * watched + 1
+    gap = m.contacts[watched].initial_gap + m.faces[right].free_u - m.faces[left].free_u + m.replies[watched].offset
+    for other in range(len(m.contacts)):
+        gap += moved_by(m, right, 0, m.contacts[other], other) - moved_by(m, left, 0, m.contacts[other], other)
+    return float(-gap if what == PARTING else gap)
+
+
+@PART
+def root(m: Memory, time: float, dt: float, watched: int, what: int, at_dt: float) -> float:
+    """Return the step length, at most dt, at which the watched value falls through zero (false position, bisection)."""
+    low, high, at_low, at_high = 0.0, dt, 0.0, at_dt
+    for turn in range(80):
+        middle = 0.5 * (low + high)
+        if at_low > 0.0 and turn % 3 != 2:
+            margin = 1e-3 * (high - low)
+            middle = low + (high - low) * at_low / (at_low - at_high)
+            middle = min(max(middle, low + margin), high - margin)
+        value = attempt(m, time, middle, watched, what)
+        if value > 0.0:
+            low, at_low = middle, value
+        else:
+            high, at_high = middle, value
+        if high - low <= 1e-13 * dt:
+            break
+    # The mean force of a step falls to zero at twice the time at which the force does.
+    return (0.25 if what == TRIAL else 0.5) * (low + high)
+
+
+@PART
+def event_in_step(m: Memory, time: float, h: float, number: int) -> tuple[int, float]:
+    """Return what falls through zero at a contact in a step of length h (or NOTHING), and its value at h."""
+    at_end = attempt(m, time, h, number, GAP)
+    port, reply = m.ports[number], m.replies[number]
+    if port.in_contact > 0.0 and reply.in_contact == 0.0:
+        if reply.trial < 0.0:
+            return TRIAL, float(reply.trial)
+        if at_end > 0.0:
+            return PARTING, -at_end
+    if port.in_contact == 0.0 and port.gap + port.offset > 0.0 and at_end < 0.0:
+        return GAP, at_end
+    return NOTHING, 0.0
+
+
+@PART
+def first_event(m: Memory, time: float, h: float, searched: bool) -> tuple[float, int, bool]:
+    """Return when in a step of length h something first happens, where (or NONE, FAILED), and whether it opens."""
+    earliest, which, opens = h, NONE, False
+    for number in range(len(m.contacts)):
+        what, at_h = event_in_step(m, time, h, number)
+        if m.replies[number].failed != 0.0:
+            return 0.0, FAILED, False
+        if searched and what != NOTHING:
+            tau = root(m, time, h, number, what, at_h)
+            if tau < earliest or which == NONE:
+                earliest, which, opens = tau, number, what != GAP
+    return earliest, which, opens
+
+
+@PART
+def located_step(m: Memory, dt: float, step_end: float) -> bool:
+    """Take one nominal step, cut at every event found inside it; False where a law failed."""
+    clock = m.clock[0]
+    cuts = 0
+    while True:
+        time = clock.time
+        h = dt if cuts == 0 else step_end - time
+        begin_step(m, step_end)
+        for i in range(m.state.size):
+            m.backup[i] = m.state[i]
+        earliest, which, opens = first_event(m, time, h, cuts < CUTS)
+        if which == FAILED:
+            return False
+        if h - earliest <= NEAR * dt:
+            earliest = h
+        attempt(m, time, earliest, 0, GAP)
+        if which == NONE:
+            correct(m)
+            date(m, time, h)
+            settle(m, h, step_end)
+            return True
+        cuts += 1
+        if earliest <= NEAR * dt and earliest < h:  # now: change the phase and take the step again
+            for i in range(m.state.size):
+                m.state[i] = m.backup[i]
+            earliest = 0.0
+        else:
+            m.replies[which].in_contact = 1.0 if opens else 0.0  # until the cut: a touch by a rounding is none yet,
+            contact = m.contacts[which]
+            given = contact.force * earliest + contact.impulse
+            if not opens and (contact.total == 0.0 or given <= TOUCHED * contact.total):  # nor is its force
+                contact.force, contact.impulse = 0.0, 0.0
+            correct(m)
+            date(m, time, earliest)
+            settle(m, earliest, step_end if earliest == h else time + earliest)
+        if opens:
+            note(m, m.clock[0].time, which, OPEN, 0.0)
+            m.ports[which].in_contact = 0.0
+            if len(m.phases) > 0:
+                change_phases(m)
+        else:
+            # The gap of a touch is zero but for rounding; now it is zero.
+            left, right = m.faces[2 * which], m.faces[2 * which + 1]
+            m.contacts[which].touching = 1.0
+            m.contacts[which].initial_gap = left.u - right.u - m.ports[which].offset
+            if len(m.phases) > 0:
+                change_phases(m)
+        if clock.time >= step_end:
+            return True
+        if earliest > 0.0:
+            keep(m)
+
+
+@ENTRY
+def advance_located(m: Memory, dt: float, last_step: int, stride: int, sample_stride: int) -> int:
+    """Take steps cut at their events, otherwise as `advance_dated`."""
+    clock = m.clock[0]
+    while clock.step < last_step:
+        if clock.n_records + CUTS + 2 >= m.record.shape[0] or clock.n_samples + 2 >= m.sample.shape[0]:
+            return RECORDS_FULL
+        if clock.n_events + 3 * (CUTS + 2) * len(m.contacts) >= len(m.events):
+            return EVENTS_FULL
+        if not located_step(m, dt, (clock.step + 1) * dt):
+            return LAW_FAILED
+        clock.step += 1
+        if clock.step % stride == 0 or clock.step == clock.steps:
+            keep(m)
+        if (clock.step % sample_stride == 0 or clock.step == clock.steps) and not sample(m):
+            return NOT_FINITE
+    return DONE

@@ -1,0 +1,248 @@
+"""The one loop: free step, contact answer, correction, events, bookkeeping; compiled, and the same as plain Python.
+
+It knows bodies only as linear steppers behind addresses and laws only as `respond` behind addresses. All its memory
+is made before the run (`memory`, `assembly`); a step allocates nothing, so it is compiled without a runtime for
+objects, and its helpers are copied into it.
+"""
+
+from __future__ import annotations
+
+from impactlab.numerics.addresses import call
+from impactlab.numerics.compiling import ENTRY, INLINE, PART
+from impactlab.simulate.stepping.arrays import SAMPLED, Memory
+from impactlab.simulate.stepping.contact_solve import answer as answer_them
+from impactlab.simulate.stepping.contact_solve import ask, moved_by
+from impactlab.simulate.stepping.event_times import date as date_them
+from impactlab.simulate.stepping.influence import compliances, pushed_values, row_times_state
+from impactlab.simulate.stepping.phases import change_phases
+
+# Why `advance` came back.
+DONE, LAW_FAILED, NOT_FINITE, RECORDS_FULL, EVENTS_FULL = 0, 1, 2, 3, 4
+FEW = 8  # entries: below, setting up vectors costs more than they save
+LATE = 1e-9  # of a step: a snapshot this little after its end belongs to it (a multiple of dt is not exact)
+
+
+def begin_step(m: Memory, end: float) -> None:
+    """Take what must be known of the state at the start of a step: messengers, dashpots, snapshots."""
+    clock = m.clock[0]
+    first_reading = 2 * len(m.faces)
+    for number in range(len(m.messengers)):
+        value = row_times_state(m, first_reading + number)
+        for contact in range(len(m.contacts)):
+            value += m.left_out[number, contact] * m.contacts[contact].force
+        messenger = m.messengers[number]
+        m.ports[messenger.contact].readings[messenger.slot] = value
+    if len(m.pushes) > 0:
+        pushed_values(m, False)
+    for number in range(len(m.dampers)):
+        damper = m.dampers[number]
+        damper.old = m.state[damper.index]
+        if damper.other >= 0:
+            damper.old -= m.state[damper.other]
+    for number in range(clock.n_snapshots, len(m.snapshots)):
+        if m.snapshots[number].time > end + LATE * (end - clock.time):
+            break
+        m.snapshots[number].before = clock.time
+        for i in range(m.state.size):
+            m.snapshot_state[number, 0, i] = m.state[i]
+
+
+def free_step(m: Memory) -> None:
+    """Move all bodies by a step without contact and read the faces at its end."""
+    for number in range(len(m.bodies)):
+        body = m.bodies[number]
+        parameters = m.parameters[body.parameter_start : body.parameter_end]
+        call(body.free, parameters, m.state[body.state_start : body.state_end])
+    n_faces = len(m.faces)
+    for number in range(n_faces):
+        m.faces[number].free_u = row_times_state(m, number)
+        m.faces[number].free_v = row_times_state(m, n_faces + number)
+    if len(m.pushes) > 0:
+        pushed_values(m, True)
+
+
+@INLINE
+def add_responses(m: Memory, state_start: int, start: int, factor: float, low: int, high: int) -> None:
+    """Add a factor times a range of a response to a body's state; a long one in vector registers."""
+    if high - low > FEW:
+        state, response = m.state[state_start + low : state_start + high], m.responses[start + low : start + high]
+        for i in range(state.size):
+            state[i] += factor * response[i]
+        return
+    for i in range(low, high):
+        m.state[state_start + i] += factor * m.responses[start + i]
+
+
+def correct(m: Memory) -> None:
+    """Add what the forces, impulses, projections and pushes of the step do to its end."""
+    for number in range(len(m.faces)):
+        contact, face = m.contacts[number // 2], m.faces[number]
+        body = m.bodies[face.body]
+        size = body.state_end - body.state_start
+        place = face.place * size
+        if contact.force != 0.0:
+            for part in range(3):
+                low, high = face.low[part], face.high[part]
+                add_responses(m, body.state_start, body.force_start + place, face.sign * contact.force, low, high)
+        if contact.impulse != 0.0:
+            for part in range(3, 6):
+                low, high = face.low[part], face.high[part]
+                add_responses(m, body.state_start, body.impulse_start + place, face.sign * contact.impulse, low, high)
+        if contact.projection != 0.0:
+            shift, start = face.sign * contact.projection, body.projection_start + place
+            for part in range(6, 9):
+                add_responses(m, body.state_start, start, shift, face.low[part], face.high[part])
+    for number in range(len(m.pushes)):
+        record = m.pushes[number]
+        body = m.bodies[record.body]
+        start = body.force_start + record.place * (body.state_end - body.state_start)
+        push = record.weight * m.contacts[record.contact].push
+        for part in range(3):
+            add_responses(m, body.state_start, start, push, record.low[part], record.high[part])
+    n_contacts = len(m.contacts)
+    for number in range(len(m.faces)):
+        u, v = m.faces[number].free_u, m.faces[number].free_v
+        for other in range(n_contacts):
+            u += moved_by(m, number, 0, m.contacts[other], other)
+            v += moved_by(m, number, 1, m.contacts[other], other)
+        m.faces[number].u, m.faces[number].v = u, v
+
+
+def settle(m: Memory, dt: float, end: float) -> None:
+    """Book the losses of an accepted step, take snapshots, move the clock."""
+    clock = m.clock[0]
+    for number in range(len(m.dampers)):
+        damper = m.dampers[number]
+        moved = m.state[damper.index] - damper.old
+        if damper.other >= 0:
+            moved -= m.state[damper.other]
+        felt = 0.5 * (moved + damper.before) if damper.straddles != 0.0 else moved
+        if damper.inside != 0:
+            clock.lost_inside += damper.damping * felt * felt / dt
+        else:
+            clock.lost_ends += damper.damping * felt * felt / dt
+        damper.before = moved
+    for number in range(clock.n_snapshots, len(m.snapshots)):
+        if m.snapshots[number].time > end + LATE * dt:
+            break
+        m.snapshots[number].after = end
+        for i in range(m.state.size):
+            m.snapshot_state[number, 1, i] = m.state[i]
+        clock.n_snapshots = number + 1
+    clock.time = end
+
+
+def sample(m: Memory) -> bool:
+    """Take energies and momenta; False where one is not finite."""
+    clock = m.clock[0]
+    n = clock.n_samples
+    finite = True
+    for number in range(len(m.bodies)):
+        body = m.bodies[number]
+        parameters = m.parameters[body.parameter_start : body.parameter_end]
+        m.scratch[2] = 0.0
+        call(body.measure, parameters, m.state[body.state_start : body.state_end], m.scratch)
+        momentum = m.scratch[2]
+        for i in range(body.state_start + body.n_dof, body.state_start + 2 * body.n_dof):
+            momentum += m.momentum[i] * m.state[i]
+        m.sample[n, SAMPLED + 3 * number] = m.scratch[0]
+        m.sample[n, SAMPLED + 1 + 3 * number] = m.scratch[1]
+        m.sample[n, SAMPLED + 2 + 3 * number] = momentum
+        total = m.scratch[0] + momentum
+        finite = finite and total - total == 0.0
+    stored = 0.0
+    for number in range(len(m.contacts)):
+        stored += m.replies[number].stored
+    m.sample[n, 0], m.sample[n, 1], m.sample[n, 2], m.sample[n, 3] = (
+        clock.time,
+        stored,
+        clock.lost_contact,
+        clock.lost_ends,
+    )
+    m.sample[n, 4], m.sample[n, 5] = clock.lost_inside, clock.lost_unresolved
+    clock.n_samples = n + 1
+    return finite
+
+
+def keep(m: Memory) -> None:
+    """Write one record at the end of a step."""
+    clock, n_contacts = m.clock[0], len(m.contacts)
+    n = clock.n_records
+    elapsed = clock.time - clock.recorded
+    m.record[n, 0] = clock.time
+    for number in range(n_contacts):
+        contact, left, right = m.contacts[number], m.faces[2 * number], m.faces[2 * number + 1]
+        at = 1 + 6 * number
+        m.record[n, at] = contact.sum_force / elapsed if elapsed > 0.0 else 0.0
+        offset = m.ports[number].offset
+        m.record[n, at + 1] = contact.initial_gap + right.u - left.u + offset
+        m.record[n, at + 2], m.record[n, at + 3] = left.u - contact.left_share * offset, left.v
+        m.record[n, at + 4], m.record[n, at + 5] = right.u + (1.0 - contact.left_share) * offset, right.v
+        contact.sum_force = 0.0
+    first_column = 1 + 6 * n_contacts
+    first_probe = 2 * len(m.faces) + len(m.messengers)
+    for probe in range(m.record.shape[1] - first_column):
+        m.record[n, first_column + probe] = row_times_state(m, first_probe + probe)
+    clock.recorded = clock.time
+    clock.n_records = n + 1
+
+
+# A call copies all of `Memory`: the step that is taken most has its parts copied into it, the located step calls them.
+here_begin_step, here_free_step, here_answer, here_correct = map(INLINE, (begin_step, free_step, answer_them, correct))
+here_date, here_settle, here_sample, here_keep = map(INLINE, (date_them, settle, sample, keep))
+
+
+@ENTRY
+def advance_dated(m: Memory, dt: float, last_step: int, stride: int, sample_stride: int) -> int:
+    """Take whole steps up to ``last_step`` or until something must be handled outside; return why it came back.
+
+    The clock carries everything that goes on from one call to the next, so that no bit depends on where the calls are
+    cut.
+    """
+    clock = m.clock[0]
+    while clock.step < last_step:
+        if clock.n_records + 2 >= m.record.shape[0] or clock.n_samples + 2 >= m.sample.shape[0]:
+            return RECORDS_FULL
+        if clock.n_events + 6 * len(m.contacts) >= len(m.events):
+            return EVENTS_FULL
+        time, end = clock.time, (clock.step + 1) * dt
+        here_begin_step(m, end)
+        here_free_step(m)
+        if not here_answer(m, time, dt):
+            return LAW_FAILED
+        here_correct(m)
+        here_date(m, time, dt)
+        here_settle(m, dt, end)
+        clock.step += 1
+        if clock.step % stride == 0 or clock.step == clock.steps:
+            here_keep(m)
+        if (clock.step % sample_stride == 0 or clock.step == clock.steps) and not here_sample(m):
+            return NOT_FINITE
+    return DONE
+
+
+begin_step, free_step, answer, correct = map(PART, (begin_step, free_step, answer_them, correct))
+date, settle, sample, keep = map(PART, (date_them, settle, sample, keep))
+
+
+@ENTRY
+def start(m: Memory) -> None:
+    """Fill the compliances and write the state at t = 0."""
+    n_faces = len(m.faces)
+    for number in range(n_faces):
+        face = m.faces[number]
+        face.u = row_times_state(m, number)
+        face.v = row_times_state(m, n_faces + number)
+        face.free_u, face.free_v = face.u, face.v
+    for number in range(len(m.contacts)):
+        contact, port = m.contacts[number], m.ports[number]
+        if contact.smooth != 0 and contact.initial_gap < 0.0:
+            # Faces that overlap from the start hold energy: the law is asked while all compliances are still zero.
+            load_point, port.load_point = port.load_point, 0.0
+            ask(m, number, 0.0, 1.0)
+            port.load_point = load_point
+    compliances(m)
+    if len(m.phases) > 0:
+        change_phases(m)
+    keep(m)
+    sample(m)
