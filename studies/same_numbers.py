@@ -1,0 +1,224 @@
+"""Compare every summary number of two versions: ``python studies/same_numbers.py --help``.
+
+``collect`` runs all cases with their methods and variants, and every law with every integrator on every model, and
+keeps the summaries. ``compare`` lists the numbers that moved between two such files. Only public names are used, so
+that a version of another day can be collected by the same script (with its own Python environment). All cells take
+some hours; ``--every 500`` takes a sample.
+"""
+
+from __future__ import annotations
+
+import argparse
+import gzip
+import itertools
+import json
+import math
+import multiprocessing
+import time
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import impactlab as il
+from impactlab.api import warnings_kept
+from impactlab.errors import ImpactlabError, StepError
+from impactlab.plugins import BASES, INTEGRATORS, LAWS, MODELS, registry
+
+try:
+    from impactlab.report.summary import summarise
+except ModuleNotFoundError:  # a version before the rooms
+    from impactlab.summary import summarise
+
+CASES = Path(__file__).resolve().parent.parent / "cases"
+SAME = 1e-12  # relative difference up to which a number is the same
+REORDERED = 1e-9  # the same where a formula was written in another order
+LISTED = 200  # moved numbers that are printed
+UNSAFE = ("cost", "reached", "considered", "trials")  # blocks of times, or that depend on them
+TEXTS = ("text", "remedy", "line", "file", "more_errors")
+ROD_CASE, BEAM_CASE = "axial_impact", "sphere_on_beam"
+SPRING = 1.6e7  # N/m, of laws with a stiffness on the beam
+TRIPS = 1.2  # round trips that a cell of the matrix lasts: first contact and the first reflection
+Cell = tuple[str, ...]
+
+
+class Moved(NamedTuple):
+    """A value that differs between two collections."""
+
+    cell: str
+    path: str
+    before: Any
+    after: Any
+    relative: float  # over the larger of the two; inf where they are not both numbers
+
+
+def case_cells() -> Iterator[Cell]:
+    """Give every case with each variant and method."""
+    for file in sorted([*CASES.glob("*.yaml"), *(CASES / "hard").glob("*.yaml")]):
+        case = il.load_case(file)
+        for variant in ("", *case.variant_names):
+            shown = case.variant(variant) if variant else case
+            yield from (("case", str(file.relative_to(CASES)), variant, method) for method in shown.method_names)
+
+
+def written(value: Any) -> Any:
+    """Return an option of a part as a case file writes it."""
+    return {"relative": value.relative} if hasattr(value, "relative") else value
+
+
+def options(group: Any, name: str) -> Iterator[dict[str, Any]]:
+    """Give the options of the examples of a part."""
+    for example in getattr(registry().load(group, name), "examples", ({},)):
+        given = {key: written(value) for key, value in example.items()}
+        yield {key: value for key, value in given.items() if isinstance(value, int | float | str | dict)}
+
+
+def matrix_cells() -> Iterator[Cell]:
+    """Give every law with every integrator on every model of a rod and of a beam, each with its examples."""
+    ours = registry().only("impactlab")
+
+    def parts(group: Any) -> list[str]:
+        return [json.dumps({"kind": name, **given}) for name in ours.names(group) for given in options(group, name)]
+
+    sizes = {"elements": 20, "modes": 8}
+    models = []
+    for text in parts(MODELS):
+        model = json.loads(text)
+        models.append({key: sizes.get(key, value) for key, value in model.items()})
+    models += [{"kind": "modal", **sizes, "basis": basis} for basis in ours.names(BASES)]
+    integrators = [(text, "dated") for text in parts(INTEGRATORS)] + [('{"kind": "midpoint"}', "located")]
+    for name, law, model, (integrator, events) in itertools.product(
+        (ROD_CASE, BEAM_CASE), parts(LAWS), [json.dumps(model) for model in models], integrators
+    ):
+        yield "matrix", name, law, model, integrator, events
+
+
+def summary_of(cell: Cell) -> dict[str, Any]:
+    """Return the summary of a cell, or the kind and the place of its error."""
+    try:
+        if cell[0] == "case":
+            case = il.load_case(CASES / cell[1])
+            row = il.compare(case.variant(cell[2]) if cell[2] else case, [cell[3]]).rows[0]
+            return row.summary
+        _, name, law, model, integrator, events = cell
+        case, part = il.load_case(CASES / f"{name}.yaml"), json.loads(law)
+        fields = set(getattr(registry().load(LAWS, part["kind"]), "__dataclass_fields__", {}))
+        if name == BEAM_CASE and "stiffness" in fields:
+            part["stiffness"] = part["stiffness"] if "exponent" in fields and "stiffness" in part else SPRING
+        case = case.with_settings(
+            [
+                ("snapshots", []),
+                ("probes", []),
+                ("methods", {}),
+                ("contacts.0.law", part),
+                ("solve", {
+                    "model": json.loads(model), "integrator": json.loads(integrator), "events": events,
+                    "duration": {"round_trips": TRIPS} if name == ROD_CASE else 1e-4,
+                    "step": {"dt": 2e-6 if name == ROD_CASE else 2e-7},
+                }),
+            ]
+        )  # fmt: skip
+        with warnings_kept():
+            return summarise(case.label, case.scene(), il.run(case))  # without a reference: the cases have theirs
+    except StepError as error:
+        return {"status": "failed", "error": {"kind": type(error).__name__, "step": error.step, "time": error.time}}
+    except ImpactlabError as error:
+        return {"status": "refused", "error": {"kind": type(error).__name__, "path": error.path}}
+
+
+def numbers(document: Any, path: str = "") -> Iterator[tuple[str, Any]]:
+    """Give the numbers and the words of a summary with their paths, without times and texts."""
+    if isinstance(document, Mapping):
+        for key, value in document.items():
+            if key not in (*UNSAFE, *TEXTS) and not key.endswith(("_s", "_ms")):
+                yield from numbers(value, f"{path}.{key}" if path else key)
+    elif isinstance(document, list):
+        yield f"{path}.count", len(document)
+        for number, value in enumerate(document):
+            yield from numbers(value, f"{path}.{number}")
+    else:
+        yield path, document
+
+
+def collected(cell: Cell) -> tuple[str, dict[str, Any], float]:
+    """Return a cell's name, its values by path, and the seconds it took."""
+    began = time.perf_counter()
+    values = dict(numbers(summary_of(cell)))
+    return " ".join(cell), values, time.perf_counter() - began
+
+
+def collect(cells: list[Cell], jobs: int) -> dict[str, dict[str, Any]]:
+    """Return the values of all cells."""
+    found: dict[str, dict[str, Any]] = {}
+    with multiprocessing.get_context("spawn").Pool(jobs) as pool:
+        for number, (name, values, seconds) in enumerate(pool.imap(collected, cells, chunksize=4)):
+            found[name] = values
+            if seconds > 5.0 or number % 500 == 0:
+                print(f"{number}/{len(cells)} {name} {seconds:.1f} s", flush=True)
+    return found
+
+
+def moved(before: Mapping[str, Mapping[str, Any]], after: Mapping[str, Mapping[str, Any]]) -> Iterator[Moved]:
+    """Give each value that is not the same, and each that only one side has."""
+    for cell in (*before, *(cell for cell in after if cell not in before)):
+        old, new = before.get(cell), after.get(cell)
+        if old is None or new is None:
+            yield Moved(cell, "", "" if old is None else "present", "" if new is None else "present", math.inf)
+            continue
+        for path in (*old, *(path for path in new if path not in old)):
+            a, b = old.get(path), new.get(path)
+            if a == b:
+                continue
+            both = all(isinstance(value, int | float) and not isinstance(value, bool) for value in (a, b))
+            relative = abs(a - b) / max(abs(a), abs(b)) if both and a is not None and b is not None else math.inf
+            if relative > SAME:
+                yield Moved(cell, path, a, b, relative)
+
+
+def report(found: list[Moved], cells: int) -> str:
+    """Return what moved, as text: counts by path, then the largest."""
+    lines = [
+        f"{cells} cells; {len(found)} values moved by more than {SAME:g}, in {len({each.cell for each in found})} cells"
+    ]
+    far = [each for each in found if each.relative > REORDERED]
+    lines.append(f"{len(far)} of them by more than {REORDERED:g}")
+    paths = Counter(".".join(part for part in each.path.split(".") if not part.isdigit()) for each in far)
+    lines += [f"  {count:6} {path}" for path, count in paths.most_common(30)]
+    for each in sorted(found, key=lambda each: -each.relative)[:LISTED]:
+        lines.append(f"{each.relative:9.2g}  {each.cell}  {each.path}: {each.before} -> {each.after}")
+    return "\n".join(lines)
+
+
+def read(file: Path) -> dict[str, dict[str, Any]]:
+    """Return a collection."""
+    with gzip.open(file, "rt") as stream:
+        loaded: dict[str, dict[str, Any]] = json.load(stream)
+    return loaded
+
+
+def main() -> None:
+    """Collect or compare."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    commands = parser.add_subparsers(dest="command", required=True)
+    collecting = commands.add_parser("collect", help="run everything and keep its numbers")
+    collecting.add_argument("--out", type=Path, required=True)
+    collecting.add_argument("--jobs", type=int, default=2)
+    collecting.add_argument("--every", type=int, default=1, help="keep every n-th cell, for a quick look")
+    collecting.add_argument("--only", choices=("case", "matrix"))
+    comparing = commands.add_parser("compare", help="list the numbers that moved")
+    comparing.add_argument("before", type=Path)
+    comparing.add_argument("after", type=Path)
+    given = parser.parse_args()
+    if given.command == "collect":
+        cells = [cell for cell in (*case_cells(), *matrix_cells()) if given.only in (None, cell[0])][:: given.every]
+        found = collect(cells, given.jobs)
+        with gzip.open(given.out, "wt") as stream:
+            json.dump(found, stream)
+        print(f"{len(found)} cells in {given.out}")
+    else:
+        before, after = read(given.before), read(given.after)
+        print(report(list(moved(before, after)), len(before)))
+
+
+if __name__ == "__main__":
+    main()
