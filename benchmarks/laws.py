@@ -29,9 +29,8 @@ from impactlab.integrators.newmark import Newmark
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.modal import Modal
 from impactlab.numerics.addresses import LawAddress, call
-from impactlab.plugins import LAWS, registry
+from impactlab.plugins import LAWS, kind_of, registry
 from impactlab.simulate import Plan, prepare
-from impactlab.simulate.pairing import kind_of
 from impactlab.testing.verdict import options_to_try
 from impactlab.types import Port, Reply
 

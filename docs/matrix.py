@@ -31,9 +31,8 @@ from impactlab.errors import ImpactlabError, PluginError, StepError
 from impactlab.history import AbstractHistory
 from impactlab.integrators.base import AbstractIntegrator, AbstractScheme
 from impactlab.models.base import AbstractRodModel
-from impactlab.plugins import BASES, INTEGRATORS, LAWS, MODELS, Group, registry
+from impactlab.plugins import BASES, INTEGRATORS, LAWS, MODELS, Group, kind_of, registry
 from impactlab.scene import ElasticBody, Rod, Scene, StepRule
-from impactlab.simulate.pairing import kind_of
 from impactlab.testing.verdict import options_to_try, required
 
 HERE = Path(__file__).resolve().parent

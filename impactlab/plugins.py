@@ -1,4 +1,4 @@
-"""The registry of parts: names are listed without importing; only the part asked for is imported.
+"""The registry of parts: names are listed without importing; only a part that is loaded is imported.
 
 Built-in parts stand in the same entry-point groups as plugins, so the door that plugins use is always exercised.
 """
@@ -45,17 +45,6 @@ class Entry(NamedTuple):
     distribution: str
 
 
-class Listed(NamedTuple):
-    """One line of a listing: a part, or the reason why it cannot be used."""
-
-    group: str
-    name: str
-    distribution: str
-    description: str
-    citations: tuple[str, ...]
-    fault: str  # empty for a part that works
-
-
 def installed_entries() -> tuple[Entry, ...]:
     """Return what the installed distributions register in our groups; nothing of it is imported."""
     groups = {group.name for group in GROUPS}
@@ -79,6 +68,11 @@ def snake_case(part: type[Any] | Callable[..., Any]) -> str:
 def name_of(part: type[Any]) -> str:
     """Return the name under which a class is registered; its name in snake case where no registry loaded it."""
     return _names.get(part) or snake_case(part)
+
+
+def kind_of(part: object) -> str:
+    """Return the name by which a case file names the class of a part."""
+    return name_of(type(part))
 
 
 class Registry:
@@ -132,29 +126,6 @@ class Registry:
         if _names.get(part) != snake_case(part):
             _names[part] = name
         return part  # type: ignore[no-any-return]
-
-    def listing(self) -> tuple[Listed, ...]:
-        """Return every registered part in order of group and name, broken ones with their reason."""
-        from impactlab.casefile.parts import check_fields
-
-        lines = []
-        for group in GROUPS:
-            for entry in sorted(entry for entry in self.entries if entry.group == group.name):
-                try:
-                    part = self.load(group, entry.name)
-                    if group is not METRICS:  # a function, which no case gives options
-                        check_fields(part)
-                except PluginError as error:
-                    lines.append(Listed(group.name, entry.name, entry.distribution, "", (), error.text))
-                except Exception as error:  # noqa: BLE001 - types that cannot be resolved, and what else strangers write
-                    fault = f"its fields cannot be read: {type(error).__name__}: {str(error)[:200]}"
-                    lines.append(Listed(group.name, entry.name, entry.distribution, "", (), fault))
-                else:
-                    described = Listed(
-                        group.name, entry.name, entry.distribution, describe(part), citations_of(part), ""
-                    )
-                    lines.append(described)
-        return tuple(lines)
 
     def _unknown(self, group: Group, name: str) -> str:
         close = get_close_matches(name, self.names(group), n=1)

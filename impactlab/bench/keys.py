@@ -25,6 +25,7 @@ import impactlab
 from impactlab import api, plugins
 from impactlab.casefile import Case
 from impactlab.errors import CaseError, PluginError
+from impactlab.numerics.addresses import COMPILED
 from impactlab.plugins import METRICS
 from impactlab.refine import reference
 from impactlab.scene.bodies import ElasticBody
@@ -118,8 +119,6 @@ def nameless(scene: Scene) -> Any:
 @cache
 def numeric_environment() -> dict[str, str]:
     """Return what errors may depend on beside the sources: versions, kind of processor, compiled or not."""
-    from impactlab.numerics.addresses import COMPILED
-
     return {
         "machine": platform.machine(),
         "python": platform.python_version(),

@@ -10,6 +10,7 @@ from impactlab.bench.environment import environment
 from impactlab.bench.references import References, told
 from impactlab.casefile import Case
 from impactlab.metrics import impact as aftermath
+from impactlab.report.summary import describe, plain, summarise
 from impactlab.scene.bodies import ElasticBody
 from impactlab.scene.problem import Scene
 
@@ -52,8 +53,6 @@ def row_of(case: Case, method: str, settings: Mapping[str, Any], references: Ref
 
 def record(case: Case, references: References) -> dict[str, Any]:
     """Return the record of a case whose method is in place, but for ``asked``; raises what the run raises."""
-    from impactlab.report.summary import plain, summarise
-
     with api.warnings_kept():
         history = api.run(case)
     physics = api.physics_of(case)
@@ -74,8 +73,6 @@ def record(case: Case, references: References) -> dict[str, Any]:
 
 def parts(scene: Scene) -> dict[str, Any]:
     """Return the models, laws, integrator and treatment of events that a scene asks for, as a summary has them."""
-    from impactlab.report.summary import describe, plain
-
     rods = {name: body for name, body in scene.bodies.items() if isinstance(body, ElasticBody)}
     made = {
         "models": {name: describe(rod.model) for name, rod in rods.items() if rod.model is not None},

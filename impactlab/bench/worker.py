@@ -14,8 +14,16 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
+from impactlab import api
 from impactlab.bench.cells import Job
+from impactlab.bench.keys import code_hash
+from impactlab.bench.references import References
+from impactlab.bench.rows import row_of
+from impactlab.bench.timing import settle, times_of
 from impactlab.casefile import Case
+from impactlab.casefile.case import case_of
+from impactlab.casefile.document import parse_yaml
+from impactlab.simulate import driver
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 PR_SET_PDEATHSIG = 1  # of prctl(2)
@@ -33,48 +41,34 @@ class Worker:
     """The state of a worker: the case at hand and the references of the bench."""
 
     def __init__(self, session: Path | None) -> None:
-        from impactlab.bench.references import References
-
         self.references = References(session)
         self._read: tuple[Job, Case] | None = None
 
     def case(self, job: Job) -> Case:
         """Return the case of a job; kept until a job of another scene comes."""
-        from impactlab.casefile.case import case_of
-
         if self._read is None or (self._read[0].scene, self._read[0].document) != (job.scene, job.document):
             self._read = (job, case_of(job.name, job.file, job.document))
         return self._read[1]
 
     def row(self, job: Job) -> dict[str, Any]:
         """Return the record of a cell; see `rows.row_of`."""
-        from impactlab.bench.rows import row_of
-
         return row_of(self.case(job), job.method, job.settings, self.references)
 
     def reference(self, job: Job) -> None:
         """Find what a cell is measured against, where the workers of this bench share it."""
-        from impactlab import api
-
         self.references.of(api.physics_of(self.case(job).solved_by(job.method, job.settings)))
 
     def times(self, job: Job, repeats: int) -> dict[str, Any]:
         """Return what a cell costs; see `timing.times_of`."""
-        from impactlab.bench.timing import settle, times_of
-
         settle()
         return times_of(self.case(job).solved_by(job.method, job.settings), repeats)
 
 
 def warm_up() -> None:
     """Run each loop once, so that what numba compiles is on disk before several workers ask for it."""
-    from impactlab.casefile.case import case_of
-    from impactlab.casefile.document import parse_yaml
-    from impactlab.simulate import driver as simulate
-
     case = case_of("warm_up", "", parse_yaml(WARM_UP))
     for setting in (("solve.events", "dated"), ("solve.events", "located"), ("solve.model", {"kind": "continuous"})):
-        simulate.run(case.with_settings([setting]).scene())
+        driver.run(case.with_settings([setting]).scene())
 
 
 def serve(connection: Connection, session: Path | None, folder: str) -> None:
@@ -85,8 +79,6 @@ def serve(connection: Connection, session: Path | None, folder: str) -> None:
     _follow()
     os.chdir(folder)
     with contextlib.redirect_stdout(sys.stderr):  # what a part prints may not get into a JSON document
-        from impactlab.bench.keys import code_hash
-
         worker = Worker(session)
         known: dict[str, Callable[..., Any]] = {
             "reference": worker.reference,

@@ -8,8 +8,7 @@ from typing import Any
 from impactlab.casefile.parts import group_of, part_model
 from impactlab.casefile.schema import CaseBlock
 from impactlab.errors import PluginError
-from impactlab.plugins import INTEGRATORS, LAWS, MODELS, Group, Registry, describe
-from impactlab.simulate.pairing import kind_of
+from impactlab.plugins import INTEGRATORS, LAWS, MODELS, Group, Registry, describe, kind_of
 
 
 def case_schema(registry: Registry) -> dict[str, Any]:

@@ -21,8 +21,7 @@ from impactlab.casefile.faults import case_error
 from impactlab.casefile.values import Allowed, Reader, refuse
 from impactlab.casefile.words import listed, shown
 from impactlab.errors import CaseError, PluginError
-from impactlab.plugins import GROUPS, Group, Registry, fault_of
-from impactlab.simulate.pairing import kind_of
+from impactlab.plugins import GROUPS, Group, Registry, fault_of, kind_of
 from impactlab.types import Relative
 
 

@@ -1,4 +1,4 @@
-"""The commands. Everything heavy is imported inside a command, so that ``impactlab --help`` answers at once.
+"""The command line. Heavy modules are imported when a command first uses them (`cli.rooms`): ``--help`` stays light.
 
 Exit codes: 0 done, 1 a run failed, 2 the input is wrong, 130 after Ctrl-C.
 """
@@ -11,6 +11,8 @@ import typer
 
 from impactlab.cli import benching, cases, parts, running
 from impactlab.cli.reporting import Left, print_failure
+from impactlab.environment import check_environment
+from impactlab.errors import CaseError, ImpactlabError
 
 app = typer.Typer(
     name="impactlab",
@@ -45,17 +47,12 @@ def main() -> None:
         raise
     except SystemExit as leaving:
         if leaving.code == 2 and "--json" in sys.argv:  # typer has said on standard error what is wrong
-            from impactlab.errors import CaseError
-
             print_failure(None, CaseError("the command line is wrong", remedy="See standard error, or --help."))
         raise
 
 
 def _check_surroundings() -> None:
-    """Leave with 2 where the process has no room, or settings of others are wrong; nothing heavy is imported."""
-    from impactlab.environment import check_environment
-    from impactlab.errors import ImpactlabError
-
+    """Leave with 2 where memory limits or environment variables rule out a run; nothing heavy is imported."""
     try:
         check_environment()
     except ImpactlabError as error:

@@ -12,6 +12,8 @@ import typer
 
 from impactlab.cli.options import Json
 from impactlab.cli.reporting import reporting
+from impactlab.cli.rooms import bench_report, benching, cells, console, stability_report
+from impactlab.cli.rooms import grid as grids
 
 
 def bench(
@@ -58,26 +60,19 @@ def bench(
 ) -> None:
     """Speed against error: a grid of methods over cases, one table row per run. What is done is not done again."""
     with reporting(None, as_json):
-        from impactlab.report import console
-
         if table is not None:
             with _made(out):
                 page = _draw_bench(out, table, jobs, suite)
             if as_json:
                 console.answer({"schema_version": 1, "report": str(page)})
             return
-        from impactlab.bench import grid as grids
-        from impactlab.bench.cells import case_files
-        from impactlab.bench.run import Options
-        from impactlab.bench.run import bench as run_bench
-
-        files = case_files(cases or [], suite)
+        files = cells.case_files(cases or [], suite)
         names = [name.strip() for name in methods.split(",") if name.strip()] if methods is not None else None
         families = grids.chosen(grids.read_grid(grid or grids.of_suite(suite)), names)
-        options = Options(jobs, repeats, not no_timing, time_limit)
+        options = benching.Options(jobs, repeats, not no_timing, time_limit)
         console.say_if_compiling()
         with console.progress() as show:
-            found = run_bench(files, suite, families, out, options, names, show, console.say)
+            found = benching.bench(files, suite, families, out, options, names, show, console.say)
         counts = ", ".join(f"{count} {status}" for status, count in sorted(found.counts.items()))
         console.say(f"written: {out / 'table.csv'}")
         if not no_report:
@@ -100,19 +95,13 @@ def _made(folder: Path) -> Iterator[None]:
 
 
 def _draw_bench(out: Path, table: Path, jobs: int, suite: str) -> Path:
-    """Draw the report of a table and return its page; nothing is timed any more: any number of processes may draw."""
-    from impactlab.report import console
-
+    """Draw the report of a table and return its page; nothing is timed, so any number of processes may draw."""
     if suite == "hard":
-        from impactlab.bench.report.stability import write_stability
-
-        count = write_stability(out, table)
+        count = stability_report.write_stability(out, table)
         console.say(f"written: {out / 'stability.html'}; violations: {count}")
         return out / "stability.html"
-    from impactlab.bench.report.write import write_bench
-
     console.say(f"drawing figures for {out} ...")
     with console.progress() as show:
-        write_bench(out, table, jobs or os.cpu_count() or 1, lambda fraction: show("report", fraction))
+        bench_report.write_bench(out, table, jobs or os.cpu_count() or 1, lambda fraction: show("report", fraction))
     console.say(f"written: {out / 'index.html'}")
     return out / "index.html"

@@ -1,17 +1,16 @@
-"""The commands that look at a case: ``check``, ``choose``, ``cite`` and ``new``."""
+"""The commands ``check``, ``choose``, ``cite`` and ``new``, which run nothing but trials of a case."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, load
 from impactlab.cli.reporting import Left, code_of, reporting
-
-if TYPE_CHECKING:
-    from impactlab.errors import ImpactlabError
+from impactlab.cli.rooms import api, choice_text, citations, console, driver, ladder, starter
+from impactlab.errors import ImpactlabError
 
 
 def check(
@@ -19,11 +18,6 @@ def check(
 ) -> None:
     """Check a case and all its methods; print every value in SI, defaults filled in."""
     with reporting(case, as_json):
-        from impactlab import api
-        from impactlab.errors import ImpactlabError
-        from impactlab.report import console
-        from impactlab.simulate import driver as simulate
-
         try:
             loaded = load(case, sets, method, variant)
         except ImpactlabError as error:
@@ -38,7 +32,7 @@ def check(
         for name in names:
             try:
                 chosen = loaded if method is not None else loaded.method(name)
-                plan = simulate.prepare(chosen.scene())
+                plan = driver.prepare(chosen.scene())
                 warned = [warning._asdict() for warning in plan.warnings]
                 plans[name] = {"status": "accepted", "dt": plan.dt, "steps": plan.steps, "warnings": warned}
             except ImpactlabError as error:
@@ -72,26 +66,18 @@ def choose(
 ) -> None:
     """Choose how to solve a case within a tolerance: all candidates, with predicted and measured errors and times."""
     with reporting(case, as_json):
-        from impactlab import api
-        from impactlab.refine.choice_text import ladder_text
-        from impactlab.refine.ladder import choose as chosen
-        from impactlab.report import console
-
         loaded = load(case, sets, None, variant)
         if tolerance is not None or loaded.scene().tolerance is None:
             loaded = loaded.with_("solve.tolerance", 1e-3 if tolerance is None else tolerance)
         console.say_if_compiling()
         scene = loaded.scene()
-        document = chosen(loaded.label, scene, api.physics_of(loaded), scene.tolerance or 0.0)
-        console.answer(document) if as_json else print(ladder_text(document))
+        document = ladder.choose(loaded.label, scene, api.physics_of(loaded), scene.tolerance or 0.0)
+        console.answer(document) if as_json else print(choice_text.ladder_text(document))
 
 
 def cite(case: CaseFile, method: Method = None, as_json: Json = False) -> None:
     """Print the BibTeX entries of the parts that a case uses, and of its source."""
     with reporting(case, as_json):
-        from impactlab import cite as citations
-        from impactlab.report import console
-
         found = citations.cite(load(case, None, method))
         if as_json:
             console.answer({"schema_version": 1, "case": case.stem, "keys": list(found.keys), "bibtex": found.bibtex})
@@ -102,10 +88,7 @@ def cite(case: CaseFile, method: Method = None, as_json: Json = False) -> None:
 def new(name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the case.", show_default=False)]) -> None:
     """Write NAME.yaml here: a commented case to start from."""
     with reporting(None, as_json=False):
-        from impactlab.casefile.starter import write_starter
-        from impactlab.report import console
-
-        console.say(f"written: {write_starter(name, Path.cwd())}")
+        console.say(f"written: {starter.write_starter(name, Path.cwd())}")
 
 
 def _brief(document: dict[str, Any]) -> dict[str, Any]:

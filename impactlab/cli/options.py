@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from impactlab.cli.rooms import casefile, edit
+
 if TYPE_CHECKING:
     from impactlab.casefile import Case
 
@@ -65,16 +67,13 @@ def load(
     metrics: list[str] | None = None,
 ) -> Case:
     """Return the case that a command names, its variant and method chosen, its values set."""
-    from impactlab.casefile import load_case
-    from impactlab.casefile.edit import read_setting
-
-    loaded = load_case(file)
+    loaded = casefile.load_case(file)
     if variant is not None:
         loaded = loaded.variant(variant)
     if method is not None:
         loaded = loaded.method(method)
     if sets:
-        loaded = loaded.with_settings([read_setting(setting) for setting in sets], by="--set")
+        loaded = loaded.with_settings([edit.read_setting(setting) for setting in sets], by="--set")
     if metrics:
         loaded = loaded.with_settings([("metrics", [*loaded.checked.metrics, *metrics])], by="--metric")
     return loaded

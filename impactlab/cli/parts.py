@@ -1,4 +1,4 @@
-"""The commands that look at the parts installed: ``schema`` and ``plugins``."""
+"""The commands ``schema`` and ``plugins``: the installed parts."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import typer
 
 from impactlab.cli.options import Json
 from impactlab.cli.reporting import Left, reporting
+from impactlab.cli.rooms import console, jsonschema, listings, plugins, verdicts
 
 
 def schema(
@@ -15,12 +16,8 @@ def schema(
 ) -> None:
     """Print the JSON schema of case files, with the fields of every installed part."""
     with reporting(None, as_json=False):
-        from impactlab import plugins
-        from impactlab.casefile.jsonschema import case_schema
-        from impactlab.report import console
-
         installed = plugins.registry()
-        console.answer(case_schema(installed.only("impactlab") if builtin else installed))
+        console.answer(jsonschema.case_schema(installed.only("impactlab") if builtin else installed))
 
 
 def plugins_(
@@ -37,19 +34,14 @@ def plugins_(
 ) -> None:
     """List the installed models, contact laws and integrators, broken ones with the reason; or check one of them."""
     with reporting(None, as_json):
-        from impactlab import plugins
-        from impactlab.report import console
-
         if check_name is not None:
-            from impactlab.testing.verdict import verdict
-
             console.say_if_compiling()
-            found = verdict(check_name, plugins.registry())
+            found = verdicts.verdict(check_name, plugins.registry())
             console.answer(found.document()) if as_json else print(console.verdict_text(found.document()))
             if not found.ok:
                 raise Left(1)
             return
-        listing = plugins.registry().listing()
+        listing = listings.listing(plugins.registry())
         if as_json:
             console.answer({"schema_version": 1, "parts": [line._asdict() for line in listing]})
             return

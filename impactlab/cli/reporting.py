@@ -9,6 +9,9 @@ from pathlib import Path
 
 import typer
 
+from impactlab.cli.rooms import api, console
+from impactlab.errors import ImpactlabError, StepError
+
 
 class Left(SystemExit):
     """A command that reported its failure leaves with this."""
@@ -32,8 +35,6 @@ def reporting(case: Path | None, as_json: bool) -> Iterator[None]:
 
 
 def _report(case: Path | None, as_json: bool, error: BaseException, text: str) -> None:
-    from impactlab.report import console
-
     console.say(text)
     if as_json:
         print_failure(case, error)
@@ -41,16 +42,11 @@ def _report(case: Path | None, as_json: bool, error: BaseException, text: str) -
 
 def print_failure(case: Path | None, error: BaseException) -> None:
     """Print the JSON document of a command that failed."""
-    from impactlab.api import failure
-    from impactlab.report.console import answer
-
-    answer(failure(case.stem if case is not None else "", error))
+    console.answer(api.failure(case.stem if case is not None else "", error))
 
 
 def words(error: BaseException) -> str:
-    """Return what a person is told of an error."""
-    from impactlab.errors import ImpactlabError
-
+    """Return the message of an error for a user."""
     if isinstance(error, ImpactlabError):
         return str(error)
     text = f"{type(error).__name__}: {str(error)[:500]}"
@@ -59,6 +55,4 @@ def words(error: BaseException) -> str:
 
 def code_of(error: BaseException) -> int:
     """Return the exit code of an error."""
-    from impactlab.errors import ImpactlabError, StepError
-
     return 2 if isinstance(error, ImpactlabError) and not isinstance(error, StepError) else 1

@@ -8,6 +8,7 @@ import typer
 
 from impactlab.cli.options import CaseFile, Json, Method, Metrics, Out, Sets, Variant, command_line, load
 from impactlab.cli.reporting import Left, code_of, reporting, words
+from impactlab.cli.rooms import api, compare_report, console, histories, output, references, run_report
 
 
 def run(
@@ -25,10 +26,6 @@ def run(
 ) -> None:
     """Run one case: its summary on the screen, history and figures in DIR."""
     with reporting(case, as_json):
-        from impactlab import api
-        from impactlab.refine.reference import CHEAP, THOROUGH
-        from impactlab.report import console, output
-
         loaded = load(case, sets, method, variant, metric)
         if out is not None:
             output.check_target(out)
@@ -40,14 +37,12 @@ def run(
                 show(loaded.label, fraction)
 
             history = api.run(loaded, tell)
-        summary, judge = api.summarised(loaded, history, THOROUGH if reference else CHEAP)
+        summary, judge = api.summarised(loaded, history, references.THOROUGH if reference else references.CHEAP)
         if out is not None:
-            from impactlab.report.run_report import write_run
-
             console.say(f"drawing figures for {out} ...")
             with output.output_folder(out) as draft:
                 again = command_line("run", case, sets, method, variant, metric, *["--reference"] * reference)
-                write_run(draft, summary, history, loaded.scene(), judge, loaded.title, loaded.source, again)
+                run_report.write_run(draft, summary, history, loaded.scene(), judge, loaded.title, loaded.source, again)
             console.say(f"written: {out}")
         console.answer(summary) if as_json else print(console.summary_text(summary))
         if summary["status"] != "completed":
@@ -68,10 +63,6 @@ def compare(
 ) -> None:
     """Run several methods on one case: one table, one set of figures, errors against the exact answer."""
     with reporting(case, as_json):
-        from impactlab import api
-        from impactlab.history.base import SERIOUS
-        from impactlab.report import console, output
-
         loaded = load(case, sets, None, variant, metric)
         names = [name.strip() for name in methods.split(",") if name.strip()] if methods is not None else None
         if out is not None:
@@ -83,17 +74,15 @@ def compare(
             if row.error is not None:
                 console.say(f"{row.name} {row.summary['status']}: {words(row.error)}")
             for warned in row.summary.get("warnings", ()):
-                if warned["code"] in SERIOUS:
+                if warned["code"] in histories.SERIOUS:
                     console.say(f"{row.name} {warned['code']}: {warned['text']}")
         code = _code_of_rows(comparison)
         document = comparison.document
         if out is not None and comparison.histories:
-            from impactlab.report.compare_report import write_comparison
-
             named = [] if methods is None else ["--methods", methods]
             console.say(f"drawing figures for {out} ...")
             with output.output_folder(out) as draft:
-                write_comparison(
+                compare_report.write_comparison(
                     draft,
                     document,
                     comparison.histories,

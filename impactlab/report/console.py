@@ -7,7 +7,19 @@ import json
 import math
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+from impactlab.history.base import SERIOUS
+from impactlab.lazy import lazy
+from impactlab.metrics.collisions import sentence
+from impactlab.refine.choice_text import choice_lines
+
+if TYPE_CHECKING:
+    from impactlab.numerics import addresses, cache
+    from impactlab.simulate.stepping import loop
+else:  # they load numba, which `check` and the listings need not
+    addresses, cache = lazy("impactlab.numerics.addresses"), lazy("impactlab.numerics.cache")
+    loop = lazy("impactlab.simulate.stepping.loop")
 
 MAX_LINES = 12  # of events, contacts or collisions that people are shown; a law of impulses may have thousands
 FIRST_LINES, LAST_LINES = 5, 2  # of a longer list
@@ -41,9 +53,6 @@ def progress() -> Iterator[Callable[[str, float], None]]:
 
 def summary_text(summary: Mapping[str, Any]) -> str:
     """Return the summary of a run for people."""
-    from impactlab.history.base import SERIOUS
-    from impactlab.metrics.collisions import sentence
-
     method = summary["method"]
     models = ", ".join(f"{name} {model['kind']}" for name, model in method["models"].items()) or "rigid bodies"
     laws = ", ".join(law["kind"] for law in method["laws"]) or "no contact"
@@ -80,8 +89,6 @@ def summary_text(summary: Mapping[str, Any]) -> str:
             "  errors    none: no exact answer to this case, and no converged one in a short time; try --reference"
         )
     if summary.get("choice"):
-        from impactlab.refine.choice_text import choice_lines
-
         lines += choice_lines(summary["choice"])
     cost = summary["cost"]
     lines.append(
@@ -192,9 +199,5 @@ def _number(value: Any) -> str:
 
 def say_if_compiling() -> None:
     """Say on standard error that the first run on a machine takes longer, and why."""
-    from impactlab.numerics import addresses as pointers
-    from impactlab.numerics.cache import is_kept
-    from impactlab.simulate.stepping import loop
-
-    if pointers.COMPILED and not is_kept(loop.advance_dated):
+    if addresses.COMPILED and not cache.is_kept(loop.advance_dated):
         say("compiling the loops: once on this machine, up to a minute ...")

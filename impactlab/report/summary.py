@@ -16,11 +16,11 @@ from impactlab.contact.base import AbstractContactLaw
 from impactlab.history.base import AbstractHistory, ContactSpan, Event
 from impactlab.metrics import norms as metrics
 from impactlab.metrics.collisions import agreements, collisions
+from impactlab.plugins import kind_of
 from impactlab.refine import agreement
 from impactlab.refine.reference import Reference
 from impactlab.scene.bodies import Beam, ElasticBody, Mass, Rod
 from impactlab.scene.problem import Scene
-from impactlab.simulate.pairing import kind_of
 from impactlab.types import Relative
 
 SCHEMA_VERSION = 1

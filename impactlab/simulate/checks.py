@@ -10,13 +10,14 @@ from impactlab.errors import StepError
 from impactlab.history.base import AbstractHistory, Warned
 from impactlab.metrics.grazing import grazing_kick, near_grazing
 from impactlab.models.continuous.base import AbstractSelfStepping
+from impactlab.plugins import kind_of
 from impactlab.scene.facts import moving_faces
 from impactlab.scene.frame import drift, touched_in
 from impactlab.scene.momentum import Seen, balance, is_free
 from impactlab.scene.precision import LOST_DIGITS
 from impactlab.scene.problem import Scene
 from impactlab.simulate import beam_warnings
-from impactlab.simulate.pairing import energy_bound, kind_of
+from impactlab.simulate.pairing import energy_bound
 from impactlab.simulate.resolvability import unresolved
 from impactlab.simulate.stepping.arrays import SAMPLED
 from impactlab.simulate.stepping.assembly import Assembly

@@ -14,6 +14,7 @@ from impactlab.integrators.base import AbstractAdaptive, AbstractIntegrator, Ste
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
 from impactlab.models.continuous.base import AbstractSelfStepping
+from impactlab.plugins import kind_of
 from impactlab.scene.bodies import ElasticBody, Rod
 from impactlab.scene.precision import beyond, in_precision
 from impactlab.scene.problem import Scene
@@ -29,7 +30,6 @@ from impactlab.simulate.pairing import (
     check_smooth,
     check_system,
     constraint_gains,
-    kind_of,
     on_continuous_beam,
 )
 from impactlab.simulate.stepping.assembly import Assembly

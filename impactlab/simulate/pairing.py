@@ -12,15 +12,10 @@ from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import PairingError
 from impactlab.integrators.base import AbstractAdaptive, AbstractIntegrator
 from impactlab.models.base import AbstractRodModel, Operators
-from impactlab.plugins import name_of, parts_inside
+from impactlab.plugins import kind_of, parts_inside
 from impactlab.scene.bodies import Beam, Body, ElasticBody, Rod
 from impactlab.scene.problem import Contact, Scene
 from impactlab.types import Level
-
-
-def kind_of(part: object) -> str:
-    """Return the name by which a case file asks for a part: the registered one, else its class in snake case."""
-    return name_of(type(part))
 
 
 def check_law(law: AbstractContactLaw, integrator: AbstractIntegrator, path: str) -> None:

@@ -24,11 +24,11 @@ from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Face,
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
 from impactlab.numerics.banded import full
-from impactlab.plugins import BASES, INTEGRATORS, LAWS, MODELS, Group
+from impactlab.plugins import BASES, INTEGRATORS, LAWS, MODELS, Group, kind_of
 from impactlab.scene.bodies import Body, End, Mass, Rod
 from impactlab.scene.problem import Contact, Point, Scene, StepRule
 from impactlab.simulate import driver as simulate
-from impactlab.simulate.pairing import energy_bound, kind_of
+from impactlab.simulate.pairing import energy_bound
 from impactlab.testing.contracts import PIECE, AdaptiveContract, IntegratorContract
 from impactlab.testing.trace import run_in_cuts, trace
 

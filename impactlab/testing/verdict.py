@@ -15,8 +15,7 @@ import numpy as np
 from impactlab.casefile.parts import describe_part, plain_value, read_part
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import CaseError, PairingError, PluginError, StepError
-from impactlab.plugins import GROUPS, LAWS, METRICS, Group, Registry, describe
-from impactlab.simulate.pairing import kind_of
+from impactlab.plugins import GROUPS, LAWS, METRICS, Group, Registry, describe, kind_of
 from impactlab.testing.contracts import SUITES, suite_of
 from impactlab.testing.measures import MEASURES, Measured, partners, struck, walked
 

@@ -11,6 +11,7 @@ from typing import ClassVar, Literal
 import pytest
 
 from impactlab import CaseError, PluginError, load_case
+from impactlab.casefile.listing import listing
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.plugins import GROUPS, INTEGRATORS, LAWS, MODELS, Entry, Registry, registry
 from impactlab.types import Level, Relative, Start, option
@@ -92,7 +93,7 @@ def test_built_in_parts_stand_in_the_same_groups():
 
 
 def test_every_registered_built_in_part_can_be_loaded():
-    for line in registry().only("impactlab").listing():
+    for line in listing(registry().only("impactlab")):
         assert not line.fault, line
         assert line.description
 
@@ -117,7 +118,7 @@ def test_only_the_part_asked_for_is_imported(parts):
 
 def test_listing_shows_a_broken_part_with_its_reason(parts):
     found = Registry([law("good", "Cushion"), Entry(LAWS.name, "broken", "no_such_module:Law", "elsewhere")])
-    broken, good = found.listing()
+    broken, good = listing(found)
     assert (broken.name, broken.distribution, broken.description) == ("broken", "elsewhere", "")
     assert "ModuleNotFoundError" in broken.fault
     assert (good.description, good.citations, good.fault) == ("A soft law for tests.", ("Goldsmith1960",), "")

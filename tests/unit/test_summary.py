@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from impactlab.history import ContactSpan, Cost, EnergyBook, Event, Warned
+from impactlab.plugins import kind_of
 from impactlab.report.console import summary_text
 from impactlab.report.summary import cell, comparison, describe, extremes, plain, summarise, table, table_rows
 from impactlab.scene import Body, Contact, End, Mass, Point, Probe, Rod, Scene, Segment, StepRule, Wall
-from impactlab.simulate.pairing import kind_of
 from impactlab.testing.synthetic import SyntheticHistory
 from impactlab.types import Relative
 

@@ -19,10 +19,20 @@ from impactlab.integrators.base import AbstractIntegrator, Stepper
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
-from impactlab.plugins import INTEGRATORS, LAWS, METRICS, MODELS, Entry, Group, Registry, installed_entries, registry
+from impactlab.plugins import (
+    INTEGRATORS,
+    LAWS,
+    METRICS,
+    MODELS,
+    Entry,
+    Group,
+    Registry,
+    installed_entries,
+    kind_of,
+    registry,
+)
 from impactlab.scene import Contact, Mass, Point, Scene, StepRule, Wall
 from impactlab.simulate import run
-from impactlab.simulate.pairing import kind_of
 from impactlab.testing import verdict as checking
 from impactlab.testing.verdict import Verdict, find, verdict
 from impactlab.types import Level, Port, Reply, Start, option

@@ -86,7 +86,7 @@ class Mesh(AbstractMesh):
         matrices = self._assembled()
         struck = np.zeros(0, np.int64)
         if mass == "redistributed":
-            struck = struck_nodes(self, faces)
+            struck = struck_nodes(rod, [(face.x, self.nodal_row(face.x, "displacement")) for face in faces])
             redistribute(matrices[0], struck + first)
         self._nodal_mass = multiply(matrices[0], np.ones(len(self.nodes)))
         cut = [self._cut(matrix) for matrix in matrices]

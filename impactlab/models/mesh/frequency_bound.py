@@ -1,13 +1,29 @@
-"""The highest frequency of a mesh, or a close bound above it: what an explicit step may not outrun."""
+"""The highest frequency of a mesh, or a close bound above it: the stability limit of explicit steps follows from it."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from impactlab.models.mesh.bars import Mesh
+from impactlab.models.mesh.bar_elements import Reference
+from impactlab.scene.bodies import End
+from impactlab.types import Array
+
+
+class Mesh(Protocol):
+    """A rod in bar elements: matrices (bandwidth + 1, n), values of each element (n_elements,), ends by node."""
+
+    order: int
+    lumped: bool
+    element: Reference
+    mass: Array
+    stiffness: Array
+    lengths: Array
+    young: Array
+    area: Array
+    density: Array
+    ends: tuple[tuple[int, End], ...]
 
 
 def highest_frequency(mesh: Mesh) -> float:

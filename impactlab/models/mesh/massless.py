@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from impactlab.errors import CaseError
-from impactlab.models.base import Face
+from impactlab.scene.bodies import Rod
 from impactlab.types import Array
-
-if TYPE_CHECKING:
-    from impactlab.models.mesh.bars import Mesh
 
 Ints = NDArray[np.int64]
 
@@ -77,29 +74,31 @@ class MasslessNodes:
         return result
 
 
-def struck_nodes(mesh: Mesh, faces: tuple[Face, ...]) -> Ints:
-    """Return the numbers of the contacts' nodes among those not clamped, or raise where they cannot lose their mass."""
-    struck, name = [], mesh.rod.name
-    for face in faces:
-        row = mesh.nodal_row(face.x, "displacement")
+def struck_nodes(rod: Rod, faces: Sequence[tuple[float, Array]]) -> Ints:
+    """Return the numbers of the contacts' nodes among those not clamped, or raise where they cannot lose their mass.
+
+    Each face is a place x [m] and the row of its displacement over these nodes, shape (n_nodes,).
+    """
+    struck, name = [], rod.name
+    for x, row in faces:
         if np.count_nonzero(row) != 1:
             raise CaseError(
-                f"mass 'redistributed' needs a node at every contact, and x = {face.x:.6g} m of '{name}' "
+                f"mass 'redistributed' needs a node at every contact, and x = {x:.6g} m of '{name}' "
                 "lies inside an element",
                 remedy="Give a number of elements that puts a node there, or mass: lumped.",
                 path="solve.model.mass",
             )
         struck.append(int(np.argmax(row)))
-        carried = {0.0: mesh.rod.left.kind, mesh.rod.length: mesh.rod.right.kind}.get(face.x, "free")
+        carried = {0.0: rod.left.kind, rod.length: rod.right.kind}.get(x, "free")
         if carried in ("mass", "dashpot"):
             raise CaseError(
                 f"mass 'redistributed' takes the inertia from a struck face, and that of '{name}' "
-                f"at x = {face.x:.6g} m carries a {carried}",
+                f"at x = {x:.6g} m carries a {carried}",
                 remedy="Give mass: lumped or consistent.",
                 path="solve.model.mass",
             )
     at = np.unique(np.array(struck, np.int64))
-    if np.any(np.diff(at) == 1) or at.size >= mesh.free_nodes.stop - mesh.free_nodes.start:
+    if np.any(np.diff(at) == 1) or any(at.size >= row.size for _, row in faces):
         raise CaseError(
             f"mass 'redistributed' needs a node with mass between two contacts of '{name}'",
             remedy="Give more elements.",

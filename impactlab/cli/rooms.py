@@ -1,0 +1,73 @@
+"""The modules that commands use, each imported when it is first used: ``impactlab --help`` needs none of them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from impactlab.lazy import lazy
+
+if TYPE_CHECKING:
+    from impactlab import api, casefile, plugins
+    from impactlab import cite as citations
+    from impactlab.bench import cells, grid
+    from impactlab.bench import run as benching
+    from impactlab.bench.report import stability as stability_report
+    from impactlab.bench.report import write as bench_report
+    from impactlab.casefile import edit, jsonschema, starter
+    from impactlab.casefile import listing as listings
+    from impactlab.history import base as histories
+    from impactlab.refine import choice_text, ladder
+    from impactlab.refine import reference as references
+    from impactlab.report import compare_report, console, output, run_report
+    from impactlab.simulate import driver
+    from impactlab.testing import verdict as verdicts
+else:
+    api = lazy("impactlab.api")
+    bench_report = lazy("impactlab.bench.report.write")
+    benching = lazy("impactlab.bench.run")
+    casefile = lazy("impactlab.casefile")
+    cells = lazy("impactlab.bench.cells")
+    choice_text = lazy("impactlab.refine.choice_text")
+    citations = lazy("impactlab.cite")
+    compare_report = lazy("impactlab.report.compare_report")
+    console = lazy("impactlab.report.console")
+    driver = lazy("impactlab.simulate.driver")
+    edit = lazy("impactlab.casefile.edit")
+    grid = lazy("impactlab.bench.grid")
+    histories = lazy("impactlab.history.base")
+    jsonschema = lazy("impactlab.casefile.jsonschema")
+    ladder = lazy("impactlab.refine.ladder")
+    listings = lazy("impactlab.casefile.listing")
+    output = lazy("impactlab.report.output")
+    plugins = lazy("impactlab.plugins")
+    references = lazy("impactlab.refine.reference")
+    run_report = lazy("impactlab.report.run_report")
+    stability_report = lazy("impactlab.bench.report.stability")
+    starter = lazy("impactlab.casefile.starter")
+    verdicts = lazy("impactlab.testing.verdict")
+
+__all__ = [
+    "api",
+    "bench_report",
+    "benching",
+    "casefile",
+    "cells",
+    "choice_text",
+    "citations",
+    "compare_report",
+    "console",
+    "driver",
+    "edit",
+    "grid",
+    "histories",
+    "jsonschema",
+    "ladder",
+    "listings",
+    "output",
+    "plugins",
+    "references",
+    "run_report",
+    "stability_report",
+    "starter",
+    "verdicts",
+]
