@@ -42,7 +42,7 @@ from impactlab.scene import Scene, StepRule
 from impactlab.scene.facts import shortest_transit
 
 HERE = Path(__file__).resolve().parent
-CASES, HEAD = HERE.parent / "cases", HERE.parent / "docs" / "automatic-choice.head.md"
+CASES, HEAD = HERE.parent / "cases", HERE / "automatic-choice.head.md"
 TOLERANCES = (1e-2, 1e-3, 1e-4)
 SIZES = (10, 20, 40, 80, 160, 320, 640)
 REPEATS = 5

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from audit import smooth, truth
-from audit.compare import JUDGED
-from audit.network import Doc, segments_of
-from audit.truth import NotKnownError, Truth
+from studies.audit import smooth, truth
+from studies.audit.compare import JUDGED
+from studies.audit.network import Doc, segments_of
+from studies.audit.truth import NotKnownError, Truth
 
 
 def is_smooth(doc: Doc) -> bool:

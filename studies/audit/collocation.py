@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from audit.network import BARE, DASHPOT, FIXED, HARD, HEAVY, Network
-from audit.tables import STAGES, Array, gauss
+from studies.audit.network import BARE, DASHPOT, FIXED, HARD, HEAVY, Network
+from studies.audit.tables import STAGES, Array, gauss
 
 OPEN, PRESSED, SLACK = 0, 1, 2
 POINTS, WEIGHTS, LAGRANGE, COLLOCATION, TOP = gauss()

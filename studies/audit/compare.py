@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from audit.tables import Array
+from studies.audit.tables import Array
 
 if TYPE_CHECKING:
-    from audit.truth import Truth
+    from studies.audit.truth import Truth
 
 NEAR = 0.05  # of a round trip (of a contact's own length, among rigid bodies) left out around a jump of the force
 STILL = 1e-9  # of the largest displacement: below it there is but rounding

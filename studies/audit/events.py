@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from audit.collocation import OPEN, POINTS, PRESSED, SLACK, at, gained
-from audit.network import HARD
-from audit.tables import STAGES
+from studies.audit.collocation import OPEN, POINTS, PRESSED, SLACK, at, gained
+from studies.audit.network import HARD
+from studies.audit.tables import STAGES
 
 LOOKS = 24
 

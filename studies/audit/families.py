@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from audit import scenes, smooth_scenes
-from audit.scenes import TOLERANCES, Doc, Drawn, Random
+from studies.audit import scenes, smooth_scenes
+from studies.audit.scenes import TOLERANCES, Doc, Drawn, Random
 
 FAMILIES: dict[str, Callable[[Random, float], Doc]] = {
     "exact": lambda rng, tolerance: scenes.on_rods(rng, scenes.hard_or_spring, tolerance),

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from audit.collocation import (
+from studies.audit.collocation import (
     LAGRANGE,
     OPEN,
     POINTS,
@@ -26,9 +26,9 @@ from audit.collocation import (
     gather,
     slopes,
 )
-from audit.events import change, ends_of, first_change, roughness
-from audit.network import DASHPOT, HARD, HEAVY
-from audit.tables import STAGES, Array
+from studies.audit.events import change, ends_of, first_change, roughness
+from studies.audit.network import DASHPOT, HARD, HEAVY
+from studies.audit.tables import STAGES, Array
 
 DONE, FULL, STUCK = 0, 1, 2
 MERGE = 1e-3  # times the roughness over the speed, of the duration: fronts nearer than this are one

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import impactlab as il
-from audit import answers, compare
-from audit.scenes import Drawn
-from audit.tables import Array
 from impactlab.casefile.case import case_of
 from impactlab.casefile.document import Document
 from impactlab.errors import ImpactlabError
+from studies.audit import answers, compare
+from studies.audit.scenes import Drawn
+from studies.audit.tables import Array
 
 COLUMNS = (
     *("family", "number", "tolerance", "status", "chosen", "stated", "met", "warned"),

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.polynomial import legendre
 from scipy.linalg import eigh
 
-from audit.network import Doc, section_of, segments_of
-from audit.tables import Array
+from studies.audit.network import Doc, section_of, segments_of
+from studies.audit.tables import Array
 
 DEGREE = 6  # of the elements of rods and of beams with shear
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from audit.mesh import modes_of
-from audit.network import Doc, channel_of, law_of, mass_of, place_of
-from audit.tables import STAGES, Array, gauss
+from studies.audit.mesh import modes_of
+from studies.audit.network import Doc, channel_of, law_of, mass_of, place_of
+from studies.audit.tables import STAGES, Array, gauss
 
 POINTS, WEIGHTS, LAGRANGE, COLLOCATION, TOP = gauss()
 AT = np.array([*POINTS, 1.0])

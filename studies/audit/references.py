@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from audit import answers, compare
-from audit.measure import KNOWN, case_for, seen
-from audit.scenes import Drawn
-from audit.summary import Row, markdown, number
-from audit.truth import SHARE
 from impactlab.refine import reference
+from studies.audit import answers, compare
+from studies.audit.measure import KNOWN, case_for, seen
+from studies.audit.scenes import Drawn
+from studies.audit.summary import Row, markdown, number
+from studies.audit.truth import SHARE
 
 COLUMNS = ("family", "number", "found", "claimed", "true", "displacement", "impulse", "uncertainty", "seconds", "note")
 HEADS = ("family", "cases", "no reference", "judged", "claim holds", "share", "claimed/true: least", "1 %", "median")

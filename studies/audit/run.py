@@ -1,4 +1,4 @@
-"""Runs random cases with a tolerance beside independent programs: ``PYTHONPATH=studies python -m audit.run``.
+"""Runs random cases with a tolerance beside independent programs: ``python -m studies.audit.run``.
 
 Options: ``--count N`` cases of each family, ``--seed S``, ``--families a,b`` (also ``scan`` and ``scan_rods``, which
 have no seed), ``--first N``, the number of the first one, ``--jobs J``, ``--out FILE`` (one row of CSV a run),
@@ -19,9 +19,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from audit import references, scenes, summary
-from audit.families import FAMILIES, FIXED, draw
-from audit.measure import COLUMNS, measured, quiet, timed
+from studies.audit import references, scenes, summary
+from studies.audit.families import FAMILIES, FIXED, draw
+from studies.audit.measure import COLUMNS, measured, quiet, timed
 
 
 def cases(families: list[str], seed: int, count: int, first: int = 0) -> Iterator[scenes.Drawn]:

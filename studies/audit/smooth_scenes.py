@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from audit import scenes
-from audit.scenes import Doc, Random, digits, spread
+from studies.audit import scenes
+from studies.audit.scenes import Doc, Random, digits, spread
 
 
 def damped(rng: Random, tolerance: float) -> Doc:

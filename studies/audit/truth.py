@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from audit.collocation import Net, arrays_of, memory_of
-from audit.compare import JUDGED, errors
-from audit.march import DONE, FULL, Out, Rule, march
-from audit.network import FIXED, Doc, Frame, Network, frames, read
-from audit.tables import STAGES, Array
+from studies.audit.collocation import Net, arrays_of, memory_of
+from studies.audit.compare import JUDGED, errors
+from studies.audit.march import DONE, FULL, Out, Rule, march
+from studies.audit.network import FIXED, Doc, Frame, Network, frames, read
+from studies.audit.tables import STAGES, Array
 
 SAMPLES = 6000  # middles of equal cells of the run, as in the metrics
 MOST_STEPS = 60_000

@@ -1,16 +1,13 @@
 """Every law under every scheme on every model ends with finite numbers, or is refused with reason, place and remedy.
 
-The cells are those of docs/matrix.py, which takes them from the registry: a new part joins by itself.
+The cells are those of studies/matrix.py, which takes them from the registry: a new part joins by itself.
 """
 
 from __future__ import annotations
 
 import dataclasses
-import importlib.util
 import math
-import sys
 from collections import Counter
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -18,24 +15,13 @@ import pytest
 from impactlab import simulate
 from impactlab.errors import PairingError
 from impactlab.scene import StepRule
+from studies import matrix
 
-SCRIPT = Path(__file__).resolve().parents[2] / "docs" / "matrix.py"
 TRIPS = 1.2  # of the wave: the touch, the loading twice over
 LAW, SCHEME, MODEL = "penalty", "newmark", "modal 100/40"
 BEAM = "beam: modal 20/20"
 
 
-def loaded() -> Any:
-    spec = importlib.util.spec_from_file_location("docs_matrix", SCRIPT)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["docs_matrix"] = module  # dataclasses and named tuples look their module up
-    spec.loader.exec_module(module)
-    return module
-
-
-matrix = loaded()
 SAMPLE = [
     *((MODEL, LAW, scheme) for scheme in matrix.schemes()),
     *((MODEL, law, SCHEME) for law in matrix.laws()),

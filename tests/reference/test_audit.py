@@ -4,21 +4,14 @@ from __future__ import annotations
 
 import copy
 import math
-import sys
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-STUDIES = str(Path(__file__).resolve().parents[2] / "studies")
-if STUDIES not in sys.path:
-    sys.path.insert(0, STUDIES)
-
-from audit import answers, compare, families, measure, references, scenes, smooth, summary, truth  # noqa: E402
-
-import impactlab as il  # noqa: E402
+import impactlab as il
+from studies.audit import answers, compare, families, measure, references, scenes, smooth, summary, truth
 
 
 def ball_on_wall(law: scenes.Doc, gap: float = 7.767e-5, tolerance: float = 1e-8) -> scenes.Doc:

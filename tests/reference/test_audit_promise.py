@@ -2,16 +2,9 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import pytest
 
-STUDIES = str(Path(__file__).resolve().parents[2] / "studies")
-if STUDIES not in sys.path:
-    sys.path.insert(0, STUDIES)
-
-from audit import families, measure, scenes, summary  # noqa: E402
+from studies.audit import families, measure, scenes, summary
 
 
 @pytest.mark.slow

@@ -2,29 +2,16 @@
 
 from __future__ import annotations
 
-import importlib
 import math
-import sys
-from collections.abc import Iterator
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
-DOCS = Path(__file__).resolve().parents[2] / "docs"
+from studies.beams import bases as script
+from studies.pages import DOCS
 
 
-@pytest.fixture(scope="module")
-def script() -> Iterator[Any]:
-    sys.path.insert(0, str(DOCS))
-    try:
-        yield importlib.import_module("beam_bases")
-    finally:
-        sys.path.remove(str(DOCS))
-
-
-def test_mode_shapes_miss_the_static_answer_by_the_cube_of_their_number(script: Any) -> None:
+def test_mode_shapes_miss_the_static_answer_by_the_cube_of_their_number() -> None:
     # What N modes leave out of the flexibility of a beam is a sum of 1/k^4 from N on.
     for scene in (script.PINNED, script.TIP):
         order = math.log(script.error(scene, "eigenvectors", 12) / script.error(scene, "eigenvectors", 40), 40.0 / 12.0)
@@ -32,13 +19,13 @@ def test_mode_shapes_miss_the_static_answer_by_the_cube_of_their_number(script: 
 
 
 @pytest.mark.parametrize("basis", ["ritz", "craig_bampton", "striker_attached"])
-def test_bases_that_know_the_contact_beat_mode_shapes(script: Any, basis: str) -> None:
+def test_bases_that_know_the_contact_beat_mode_shapes(basis: str) -> None:
     for scene in script.SCENES:
         for count in (8, 12, 20):
             assert script.error(scene, basis, count) < 0.5 * script.error(scene, "eigenvectors", count), scene.name
 
 
-def test_the_neighbourhood_of_a_contact_moves_first(script: Any) -> None:
+def test_the_neighbourhood_of_a_contact_moves_first() -> None:
     # Early on the motion of a mesh lies within some wave lengths, which grow as the root of time, of the contact.
     assert script.early("mesh", 0)[1] < 0.05
     assert script.early("mesh", 0)[0] < 5e-3
@@ -50,14 +37,14 @@ def test_the_neighbourhood_of_a_contact_moves_first(script: Any) -> None:
 
 
 @pytest.mark.parametrize("modes", [5, 40, 160])
-def test_the_first_kick_follows_its_closed_form(script: Any, modes: int) -> None:
+def test_the_first_kick_follows_its_closed_form(modes: int) -> None:
     # phi_i(L/2)^2 = 2/m for odd i: J = (1 + e) v0/(1/M + 2 n/m), n the odd ones, M = m.
     expected = 2.0 * script.KICKED.mass / (1.0 + 2.0 * math.ceil(modes / 2.0))
     assert script.kick(modes).impulse == pytest.approx(expected, rel=1e-12)
     assert script.first_kick_of_a_run(modes) == pytest.approx(expected, rel=1e-12)
 
 
-def test_the_velocities_after_a_kick_are_a_peak_that_narrows(script: Any) -> None:
+def test_the_velocities_after_a_kick_are_a_peak_that_narrows() -> None:
     # Sum of sin(i pi x/L) sin(i pi/2) over odd i: sin(2 n z)/(2 n sin z), z = pi (x/L - 1/2), n the odd ones.
     for modes in (20, 80):
         each, n = script.kick(modes), modes // 2
@@ -72,7 +59,7 @@ def test_the_velocities_after_a_kick_are_a_peak_that_narrows(script: Any) -> Non
     assert script.kick(5).reach > 0.9
 
 
-def test_the_committed_tables_are_what_the_script_gives(script: Any) -> None:
+def test_the_committed_tables_are_what_the_script_gives() -> None:
     page = (DOCS / "beam-bases.md").read_text(encoding="utf-8")
     assert script.kicks() in page
     assert script.first_moments() in page

@@ -2,28 +2,15 @@
 
 from __future__ import annotations
 
-import importlib
-import sys
-from collections.abc import Iterator
-from pathlib import Path
-from typing import Any
-
 import numpy as np
 import pytest
 
-DOCS = Path(__file__).resolve().parents[2] / "docs"
+from studies.beams import dispersive as script
+from studies.beams import scenes
+from studies.pages import DOCS
 
 
-@pytest.fixture(scope="module")
-def script() -> Iterator[Any]:
-    sys.path.insert(0, str(DOCS))
-    try:
-        yield importlib.import_module("dispersive")
-    finally:
-        sys.path.remove(str(DOCS))
-
-
-def test_the_committed_tables_are_what_the_script_gives(script: Any) -> None:
+def test_the_committed_tables_are_what_the_script_gives() -> None:
     page = (DOCS / "dispersive-waves.md").read_text(encoding="utf-8")
     assert script.messengers() in page
     assert script.impedance() in page
@@ -31,7 +18,7 @@ def test_the_committed_tables_are_what_the_script_gives(script: Any) -> None:
 
 
 @pytest.mark.slow
-def test_the_committed_comparisons_are_what_the_script_gives(script: Any) -> None:
+def test_the_committed_comparisons_are_what_the_script_gives() -> None:
     page = (DOCS / "dispersive-waves.md").read_text(encoding="utf-8")
     assert script.laws_compared() in page
     # Runs of a hundred contacts follow the last digit: of them only what the page concludes is held.
@@ -42,7 +29,7 @@ def test_the_committed_comparisons_are_what_the_script_gives(script: Any) -> Non
         assert (float(energy.removesuffix(" %")) > 15.0) == ("group" in method), line
 
 
-def test_what_the_page_says_of_messengers(script: Any) -> None:
+def test_what_the_page_says_of_messengers() -> None:
     places = {place.name: place for place in script.PLACES}
     for name in ("uniform rod, end", "Love rod, end", "pinned slender beam, middle", "pinned Timoshenko beam, middle"):
         # Rounding of hyperbolic functions of arguments up to 20 pi, some 1e3 times that of one.
@@ -55,7 +42,7 @@ def test_what_the_page_says_of_messengers(script: Any) -> None:
     assert script.missed(places["pinned slender beam, middle"], 40.0, "group") == pytest.approx(1.0, abs=0.02)
 
 
-def test_at_a_tip_the_sketch_gains_energy_by_the_step_and_the_general_form_by_its_square(script: Any) -> None:
+def test_at_a_tip_the_sketch_gains_energy_by_the_step_and_the_general_form_by_its_square() -> None:
     _, lines = script.orders()
     for name, order in (("general, no residual", 2.0), ("sketch, phase speed", 1.0), ("sketch, group speed", 1.0)):
         gains = lines[name][1]
@@ -64,9 +51,8 @@ def test_at_a_tip_the_sketch_gains_energy_by_the_step_and_the_general_form_by_it
         assert errors[0] > 10.0 * errors[3], name
 
 
-def test_the_transform_of_a_timoshenko_beam_tends_to_the_slender_one(script: Any) -> None:
+def test_the_transform_of_a_timoshenko_beam_tends_to_the_slender_one() -> None:
     # Its first force is finite: rate -2 sqrt(kGA rho A)/M at t = 0, half of that at a tip. Late it is the slender beam.
-    scenes = sys.modules["beam_scenes"]
     for tip, ways in ((False, 2.0), (True, 1.0)):
         problem = script.long_beam(script.SHEARED, tip)
         rate = ways * np.sqrt(scenes.SHEAR * scenes.LINE) / problem.mass

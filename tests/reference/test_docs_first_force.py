@@ -2,26 +2,15 @@
 
 from __future__ import annotations
 
-import importlib.util
 import re
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
-DOCS = Path(__file__).resolve().parents[2] / "docs"
+from studies.beams import first_force as script
+from studies.pages import DOCS
+
 PAGE = (DOCS / "beams-first-force.md").read_text(encoding="utf-8")
-
-
-@pytest.fixture(scope="module")
-def script() -> Any:
-    spec = importlib.util.spec_from_file_location("docs_first_force", DOCS / "beams_first_force.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 def printed() -> dict[int, list[float]]:
@@ -30,7 +19,7 @@ def printed() -> dict[int, list[float]]:
     return {int(modes): [float(cell.split()[0]) for cell in rest.split(" | ")] for modes, rest in lines}
 
 
-def test_the_table_is_what_the_runs_give(script: Any) -> None:
+def test_the_table_is_what_the_runs_give() -> None:
     """To one in the last digit printed."""
     table = printed()
     assert tuple(table) == script.COUNTS
@@ -43,7 +32,7 @@ def test_the_table_is_what_the_runs_give(script: Any) -> None:
         )
 
 
-def test_the_words_are_true(script: Any) -> None:
+def test_the_words_are_true() -> None:
     table = printed()
     forces = np.array([table[modes][1] for modes in script.COUNTS])
     assert np.all(np.diff(forces) > 0.0)

@@ -2,26 +2,16 @@
 
 from __future__ import annotations
 
-import importlib
 import re
-import sys
 from importlib.metadata import entry_points
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
-DOCS = Path(__file__).resolve().parents[2] / "docs"
+from studies.comparison import bouncing, periodic, schemes
+from studies.pages import DOCS
+
 PAGE = (DOCS / "methods.md").read_text(encoding="utf-8")
-
-
-def module(name: str) -> Any:
-    sys.path.insert(0, str(DOCS))
-    try:
-        return importlib.import_module(f"comparison.{name}")
-    finally:
-        sys.path.remove(str(DOCS))
 
 
 def rows(name: str) -> list[dict[str, str]]:
@@ -50,10 +40,10 @@ SAMPLE = ["EXPLICIT", "MASSLESS", "BATHE", "MOREAU", "STABILISED", "WAVES"]
 
 @pytest.mark.parametrize("name", SAMPLE)
 def test_rows_of_the_periodic_bar_are_what_the_runs_give(name: str) -> None:
-    scheme = getattr(module("schemes"), name)
+    scheme = getattr(schemes, name)
     row = row_of("periodic", scheme.name, scheme.rule)
     for place, n in enumerate((20, 80)):
-        found, reason = module("periodic").measured(scheme, n)
+        found, reason = periodic.measured(scheme, n)
         assert not reason
         # Energies are shown to three places, errors to two digits; none of these methods chatters.
         assert numbers(row["energy at the end"])[place] == pytest.approx(found.end, abs=6e-4)
@@ -78,7 +68,7 @@ def test_the_trap_gains_energy_at_every_mesh_and_step() -> None:
     assert all(value > 3.0 for row in textbook for value in numbers(row["largest energy"]))
     assert all(value > 1.0 for row in table for value in numbers(row["largest energy"]))
     # Its numbers hang on the last bit, its growth does not.
-    found, _ = module("periodic").measured(module("schemes").TRAP, 20, 0.5)
+    found, _ = periodic.measured(schemes.TRAP, 20, 0.5)
     assert found.largest > 3.0
     assert found.peak > 3.0
 
@@ -88,10 +78,9 @@ KEPT = ["SPRING", "CONSERVING", "MASSLESS"]
 
 @pytest.mark.parametrize("name", KEPT)
 def test_methods_that_keep_their_energy_keep_it_over_a_hundred_bounces(name: str) -> None:
-    scheme = getattr(module("schemes"), name)
+    scheme = getattr(schemes, name)
     assert row_of("periodic", scheme.name, scheme.rule)["energy at the end"] == "1 / 1 / 1"
     assert row_of("bouncing", scheme.name, scheme.rule)["energy at the end"] == "1 / 1"
-    bouncing = module("bouncing")
     energy = bouncing.mechanical(bouncing.bounced(scheme, 100).history)
     # What the page means by 1: 80 000 steps add their roundings.
     assert np.max(np.abs(energy - 1.0)) < 1e-9
@@ -99,12 +88,11 @@ def test_methods_that_keep_their_energy_keep_it_over_a_hundred_bounces(name: str
 
 def test_no_other_method_on_a_mesh_keeps_it() -> None:
     kept = [row["method"] for row in rows("bouncing") if set(row["energy at the end"].split(" / ")) == {"1"}]
-    assert kept == [getattr(module("schemes"), name).name for name in ("CONSERVING", "SPRING", "MASSLESS", "EXACT")]
+    assert kept == [getattr(schemes, name).name for name in ("CONSERVING", "SPRING", "MASSLESS", "EXACT")]
 
 
 def test_the_continuous_bar_bounces_a_hundred_times_to_1e_9() -> None:
-    bouncing = module("bouncing")
-    history = bouncing.bounced(module("schemes").EXACT, 1).history
+    history = bouncing.bounced(schemes.EXACT, 1).history
     starts = np.array([span.start for span in history.contacts])
     ends = np.array([span.end for span in history.contacts])
     touch = 1.0 + np.arange(100) * 8.0 / 3.0

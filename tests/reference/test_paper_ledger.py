@@ -6,37 +6,26 @@ carry the verdict, wide enough for small choices inside a scheme and far from th
 
 from __future__ import annotations
 
-import importlib
 import json
 import math
 import re
-import sys
-from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import pytest
 
-PAPER = Path(__file__).resolve().parents[2] / "docs" / "paper"
+from studies.pages import DOCS
+from studies.paper import ledger
+
+PAPER = DOCS / "paper"
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 
 @pytest.fixture(scope="module")
-def ledger() -> Any:
-    """Return the script as a module; its neighbours are scripts beside it, not a package."""
-    sys.path.insert(0, str(PAPER))
-    try:
-        return importlib.import_module("ledger")
-    finally:
-        sys.path.remove(str(PAPER))
-
-
-@pytest.fixture(scope="module")
-def found(ledger: ModuleType) -> Any:
+def found() -> Any:
     return ledger.findings()
 
 
-def test_every_verdict_is_supported_by_its_own_numbers(ledger: ModuleType, found: Any) -> None:
+def test_every_verdict_is_supported_by_its_own_numbers(found: Any) -> None:
     assert ledger.unsupported(found) == []
     assert len(found) == len(ledger.ROWS) == len({row.name for row in ledger.ROWS})
 
@@ -239,15 +228,15 @@ def same_to_printed_digits(one: str, other: str) -> bool:
     return True
 
 
-def test_committed_page_is_what_the_runs_give(ledger: ModuleType, found: Any) -> None:
+def test_committed_page_is_what_the_runs_give(found: Any) -> None:
     committed = (PAPER / "ledger.md").read_text(encoding="utf-8").splitlines()
     fresh = ledger.page(found).splitlines()
     assert len(committed) == len(fresh)
     for kept, now in zip(committed, fresh, strict=True):
-        assert same_to_printed_digits(kept, now), f"run docs/paper/ledger.py again:\n{kept}\n{now}"
+        assert same_to_printed_digits(kept, now), f"run studies.paper.ledger:\n{kept}\n{now}"
 
 
-def test_committed_numbers_are_what_the_runs_give(ledger: ModuleType, found: Any) -> None:
+def test_committed_numbers_are_what_the_runs_give(found: Any) -> None:
     committed = json.loads((PAPER / "ledger.json").read_text(encoding="utf-8"))["rows"]
     assert [row["name"] for row in committed] == [row.name for row in ledger.ROWS]
     for row in committed:
@@ -256,7 +245,7 @@ def test_committed_numbers_are_what_the_runs_give(ledger: ModuleType, found: Any
             assert found[row["name"]].values[name] == pytest.approx(value, rel=1e-5, abs=1e-9), (row["name"], name)
 
 
-def test_every_figure_is_there_with_its_caption(ledger: ModuleType) -> None:
+def test_every_figure_is_there_with_its_caption() -> None:
     page = (PAPER / "figures" / "README.md").read_text(encoding="utf-8")
     for number in (2, 4, 5, 6, 7, 8, 9, 10, 11):
         assert f"figure_{number:02d}.svg" in page

@@ -1,0 +1,1 @@
+"""Programs that measure and write the pages of docs/: ``python -m studies``."""

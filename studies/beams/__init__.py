@@ -1,0 +1,1 @@
+"""Beams: bases, dispersive waves, the first force of an impact."""

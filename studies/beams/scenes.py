@@ -1,0 +1,138 @@
+"""Beams struck by a mass or a sphere, and what is known of them in closed form, for the scripts of these pages."""
+
+from __future__ import annotations
+
+import math
+import sys
+from dataclasses import replace
+from typing import Any
+
+import mpmath
+import numpy as np
+from scipy.special import erfcx
+
+from impactlab import simulate
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.history import AbstractHistory
+from impactlab.integrators.base import AbstractIntegrator
+from impactlab.integrators.exact_modal import ExactModal
+from impactlab.scene import (
+    Beam,
+    BeamSegment,
+    Contact,
+    ElasticBody,
+    End,
+    Mass,
+    Point,
+    Probe,
+    Rod,
+    Scene,
+    Segment,
+    StepRule,
+)
+from impactlab.types import Array
+from studies.pages import ROOT
+
+YOUNG, DENSITY, SIDE = 2.157463e11, 7960.0, 0.01  # Pa, kg/m3, m: a steel beam of 1 cm x 1 cm
+AREA, INERTIA = SIDE**2, SIDE**4 / 12.0
+SHEAR = 5.0 / 6.0 * AREA * YOUNG / 2.6  # N, k G A with nu = 0.3
+BENDING, LINE = YOUNG * INERTIA, DENSITY * AREA  # N m2, kg/m
+ROTARY = DENSITY * INERTIA  # kg m
+ROD = Segment(0.3, 9e-4, 2.1e11, 7900.0)  # the rod of the 1999 paper
+RESISTANCE = (
+    2.0 * math.sqrt(2.0) * BENDING**0.25 * LINE**0.75
+)  # N s^(1/2)/m, an infinite slender beam at an inner point
+TEN = StepRule(points_per_period=10.0)
+
+
+def beam(length: float, left: Any, right: Any, theory: str = "euler_bernoulli") -> Beam:
+    """Return the steel beam with a length [m], ends and theory."""
+    segment = BeamSegment(length, AREA, YOUNG, DENSITY, inertia=INERTIA, height=SIDE)
+    if theory == "timoshenko":
+        segment = replace(segment, shear_stiffness=SHEAR, rotary_inertia=ROTARY)
+    return Beam("beam", (segment,), End(left), End(right), theory=theory)  # type: ignore[arg-type]
+
+
+def rod() -> Rod:
+    """Return the rod of the 1999 paper, free on the left and clamped on the right."""
+    return Rod("rod", (ROD,), End("free"), End("clamped"))
+
+
+def struck(
+    body: ElasticBody,
+    model: Any,
+    law: AbstractContactLaw,
+    mass: float,
+    duration: float,
+    x: float,
+    *,
+    velocity: float = 1.0,
+    step: StepRule = TEN,
+    integrator: AbstractIntegrator = ExactModal(),  # noqa: B008
+    snapshots: tuple[float, ...] = (),
+) -> AbstractHistory:
+    """Return the history of a mass that strikes a body at x [m] from below, or from the left."""
+    contact = Contact(Point("mass", 0.0, "mass"), Point(body.name, x, "face"), 0.0, law)
+    bodies = {"mass": Mass("mass", mass, velocity), body.name: replace(body, model=model)}
+    probes = (Probe(body.name, x, "displacement"),)
+    return simulate.run(
+        Scene(
+            "struck",
+            bodies,
+            (contact,),
+            duration,
+            integrator,
+            step,
+            round_trip=body.round_trip,
+            probes=probes,
+            snapshots=snapshots,
+        )  # type: ignore[arg-type]
+    )
+
+
+def slender(mass: float, share: float, t: Array) -> Array:
+    """Return v/v0 of a mass on an endless slender beam, erfcx(kappa sqrt t): share 1 at inner points, 1/4 at a tip."""
+    return np.asarray(erfcx(share * RESISTANCE / mass * np.sqrt(t)))
+
+
+def sheared(mass: float, tip: bool, t: Array) -> Array:
+    """Return v/v0 of a mass on an endless Timoshenko beam, by inversion of its Laplace transform.
+
+    With u = sum A_j exp(-l_j x) and rotation sum B_j exp(-l_j x) on each side: S (u'' - r') = m s^2 u gives B_j/A_j. At
+    an inner point the rotation vanishes and each side carries half of the force, at a tip the bending moment vanishes.
+    """
+
+    def transform(s: Any) -> Any:
+        b = SHEAR * (SHEAR + ROTARY * s * s) + LINE * s * s * BENDING - SHEAR**2
+        root = mpmath.sqrt(b * b - 4.0 * SHEAR * BENDING * LINE * s * s * (SHEAR + ROTARY * s * s))
+        first, second = (mpmath.sqrt((b + sign * root) / (2.0 * SHEAR * BENDING)) for sign in (1, -1))
+        turn = [(LINE * s * s / SHEAR - each**2) / each for each in (first, second)]
+        weights = [turn[0] * first, turn[1] * second] if tip else turn
+        a = [weights[1], -weights[0]]  # the ratio of both waves
+        carried = a[0] * first + a[1] * second + (a[0] * turn[0] + a[1] * turn[1])
+        force = SHEAR * carried * (1.0 if tip else 2.0)
+        return mass / (mass * s + force / (s * (a[0] + a[1])))
+
+    return np.array([float(mpmath.invertlaplace(transform, time, method="talbot", degree=40)) for time in t])
+
+
+def love(mass: float, lateral: float, t: Array) -> Array:
+    """Return v/v0 of a mass on the clamped Love rod while it stays in contact; ``lateral`` is nu r [m]."""
+
+    def transform(s: Any) -> Any:
+        root = mpmath.sqrt(ROD.wave_speed**2 + (lateral * s) ** 2)
+        resistance = ROD.density * ROD.area * root * mpmath.coth(s * ROD.length / root)
+        return mass / (mass * s + resistance)
+
+    return np.array([float(mpmath.invertlaplace(transform, time, method="talbot", degree=60)) for time in t])
+
+
+def love_rod(modes: int, lateral: float) -> Any:
+    """Return the plugin's model of a Love rod in its modes, installed or beside these docs; ``lateral`` is nu r [m]."""
+    folder = ROOT / "plugins" / "impactlab-love-rod"
+    sys.path.append(str(folder))
+    try:
+        from impactlab_love_rod.model import LoveRod
+    finally:
+        sys.path.remove(str(folder))
+    return LoveRod(modes=modes, poisson=0.3, radius_of_gyration=lateral / 0.3)

@@ -1,0 +1,362 @@
+"""Measure the bounds that no formula gives, and write them to docs/bounds.md: ``python -m studies.bounds``.
+
+Energy is taken after every step. The numbers are of fixed scenes, so that they come out again.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import sys
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from impactlab import simulate
+from impactlab.contact.addition_deletion import AdditionDeletion
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.contact.impulse_momentum import ImpulseMomentum
+from impactlab.contact.penalty import Penalty
+from impactlab.contact.power_law import Hertz
+from impactlab.contact.wave_identification import WaveIdentification
+from impactlab.errors import CaseError, PairingError, StepError
+from impactlab.integrators.adaptive import Adaptive
+from impactlab.integrators.base import AbstractIntegrator, AbstractScheme
+from impactlab.integrators.bathe import Bathe
+from impactlab.integrators.central_difference import CentralDifference
+from impactlab.integrators.contact_stabilised_newmark import ContactStabilisedNewmark
+from impactlab.integrators.exact_modal import ExactModal
+from impactlab.integrators.generalised_alpha import GeneralisedAlpha
+from impactlab.integrators.hht_alpha import HhtAlpha
+from impactlab.integrators.midpoint import Midpoint
+from impactlab.integrators.moreau_jean import MoreauJean
+from impactlab.integrators.newmark import Newmark
+from impactlab.integrators.nonsmooth_generalised_alpha import NonsmoothGeneralisedAlpha
+from impactlab.models.base import AbstractRodModel
+from impactlab.models.finite_element import FiniteElement
+from impactlab.models.modal import Modal
+from impactlab.scene import Contact, End, Mass, Point, Rod, Scene, Segment, StepRule, Wall
+from impactlab.testing.invariants import precursor
+from impactlab.testing.trace import run_in_cuts, trace
+from impactlab.types import Relative
+from studies.pages import DOCS
+
+STEEL = Segment(0.3, 9e-4, 2.1e11, 7900.0)
+ALPHAS = tuple(10.0 ** (-3.0 + 5.0 * i / 20.0) for i in range(21))
+
+
+def struck(
+    model: AbstractRodModel,
+    law: AbstractContactLaw,
+    integrator: AbstractScheme,
+    step: StepRule,
+    alpha: float = 1.0,
+    far: str = "clamped",
+    trips: float = 3.0,
+    snapshots: tuple[float, ...] = (),
+) -> Scene:
+    """Return the 1999 paper's rod struck at its left end by a mass, the far end clamped or free."""
+    rod = Rod("rod", (STEEL,), End("free"), End(far), model=model)  # type: ignore[arg-type]
+    return Scene(
+        name="struck",
+        bodies={"hammer": Mass("hammer", STEEL.mass / alpha, 1.0), "rod": rod},
+        contacts=(Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0, law),),
+        duration=trips * rod.round_trip,
+        integrator=integrator,
+        step=step,
+        round_trip=rod.round_trip,
+        snapshots=snapshots,
+    )
+
+
+def periodic_bar(elements: int, courant: float, mass: str = "consistent") -> Scene:
+    """Return the bar that is let go from a uniform strain and bounces against a wall for ever: four of its periods."""
+    bar = Segment(1.0, 1.0, 1.0, 1.0)
+    model = FiniteElement(elements, mass)  # type: ignore[arg-type]
+    rod = Rod("rod", (bar,), End("free"), End("clamped"), displacement=lambda x: (1.0 - x) / 2.0, model=model)
+    contact = Contact(Point("wall", 0.0, "wall"), Point("rod", 0.0, "rod.left"), 0.0, AdditionDeletion())
+    bodies = {"wall": Wall("wall"), "rod": rod}
+    return Scene("periodic bar", bodies, (contact,), 12.0, Newmark(), StepRule(courant=courant), round_trip=2.0)
+
+
+class Gain(NamedTuple):
+    """Gain above the initial energy, largest rise above an earlier value, largest loss; over the initial energy."""
+
+    above: float
+    rise: float
+    loss: float
+
+
+def gain_of(scene: Scene) -> Gain | None:
+    """Return the gains of a scene; None where the pair is refused, infinite where the run fails."""
+    try:
+        book = trace(scene).history.energy
+    except (CaseError, PairingError):
+        return None
+    except StepError:
+        return Gain(math.inf, math.inf, math.inf)
+    rise = float(np.max(book.balance - np.minimum.accumulate(book.balance))) / book.scale
+    return Gain(book.largest_gain, rise, book.largest_loss)
+
+
+def worst(scenes: Iterable[Scene]) -> Gain | None:
+    """Return the largest of each gain over scenes; None where all are refused."""
+    gains = [gain for gain in map(gain_of, scenes) if gain is not None]
+    return Gain(*(max(column) for column in zip(*gains, strict=True))) if gains else None
+
+
+def percent(value: float) -> str:
+    """Return a ratio in per cent, tiny ones as rounding."""
+    if not math.isfinite(value):
+        return "fails"
+    return "rounding" if abs(value) < 1e-11 else f"{100.0 * value:.3g} %"
+
+
+def cells(gain: Gain | None) -> str:
+    """Return the three cells of a table row."""
+    return "refused | refused | refused" if gain is None else " | ".join(percent(value) for value in gain)
+
+
+def over_alpha(
+    model: AbstractRodModel, law: AbstractContactLaw, integrator: AbstractIntegrator, step: StepRule, far: Sequence[str]
+) -> Gain | None:
+    """Return the worst gains over the mass ratio 1e-3 to 1e2."""
+    return worst(struck(model, law, integrator, step, alpha, end) for alpha, end in itertools.product(ALPHAS, far))
+
+
+def waves(points: float, end: str) -> Iterable[tuple[str, Gain | None]]:
+    """Rows of wave identification under Newmark: n elements, d modes."""
+    sizes = [(None, 1), (2, 2), (4, 2), (5, 5), (None, 5), (10, 10), (20, 20), (40, 40), (None, 10), (None, 40)]
+    sizes += [(20, 10), (40, 20), (100, 10), (100, 40), (100, 70)]
+    rule = StepRule(points_per_period=points)
+    for n, d in sizes:
+        name = f"{'analytic' if n is None else n} | {d} | {points:g} | {end}"
+        yield name, over_alpha(Modal(n, d), WaveIdentification(), Newmark(), rule, (end,))
+
+
+def other_waves() -> Iterable[tuple[str, Gain | None]]:
+    """Rows of wave identification on meshes and under other integrators."""
+    for n in (2, 5, 10, 40):
+        rows: list[tuple[str, AbstractRodModel, AbstractIntegrator, StepRule]] = [
+            (f"consistent | {n} | newmark | 10 points", FiniteElement(n), Newmark(), StepRule(points_per_period=10.0)),
+            (
+                f"lumped | {n} | newmark | 10 points",
+                FiniteElement(n, "lumped"),
+                Newmark(),
+                StepRule(points_per_period=10.0),
+            ),
+            (f"lumped | {n} | newmark | courant 0.5", FiniteElement(n, "lumped"), Newmark(), StepRule(courant=0.5)),
+        ]
+        rows += [
+            (
+                f"lumped | {n} | central_difference | courant {c:g}",
+                FiniteElement(n, "lumped"),
+                CentralDifference(),
+                StepRule(courant=c),
+            )
+            for c in (0.1, 0.3, 0.5)
+        ]
+        rows += [
+            (f"analytic modes | {n} | {name} | 10 points", Modal(None, n), integrator, StepRule(points_per_period=10.0))
+            for name, integrator in (("central_difference", CentralDifference()), ("exact_modal", ExactModal()))
+        ]
+        for name, model, integrator, rule in rows:
+            yield name, over_alpha(model, WaveIdentification(), integrator, rule, ("clamped", "free"))
+
+
+def leapfrog() -> Iterable[tuple[str, Gain | None]]:
+    """Rows of the other laws under central difference."""
+    laws: list[tuple[str, AbstractContactLaw]] = [
+        *((f"penalty, {k:g} EA/h", Penalty(Relative(k))) for k in (0.1, 0.5, 1.0, 2.0, 8.0)),
+        ("penalty, 1 EA/h, damping 0.3 Z", Penalty(Relative(1.0), Relative(0.3))),
+        ("addition_deletion", AdditionDeletion()),
+        ("impulse_momentum, 0.5", ImpulseMomentum(0.5)),
+    ]
+    for (name, law), courant in itertools.product(laws, (0.25, 0.5, 0.9)):
+        gains = [
+            over_alpha(
+                FiniteElement(n, "lumped"), law, CentralDifference(), StepRule(courant=courant), ("clamped", "free")
+            )
+            for n in (5, 20)
+        ]
+        kept = [gain for gain in gains if gain is not None]
+        yield f"{name} | {courant:g}", Gain(*(max(column) for column in zip(*kept, strict=True))) if kept else None
+
+
+def damped_newmark() -> Iterable[tuple[str, Gain | None]]:
+    """Rows of Newmark away from average acceleration."""
+    for (beta, gamma), points in itertools.product(
+        ((0.25, 0.5), (0.3025, 0.6), (0.49, 0.9), (0.9, 0.5), (0.9, 0.9)), (8.0, 20.0)
+    ):
+        rule = StepRule(points_per_period=points)
+        for name, law in (("penalty, 1 EA/h", Penalty(Relative(1.0))), ("impulse_momentum, 0.5", ImpulseMomentum(0.5))):
+            gains = [
+                over_alpha(FiniteElement(n), law, Newmark(beta, gamma), rule, ("clamped", "free")) for n in (3, 20)
+            ]
+            kept = [gain for gain in gains if gain is not None]
+            yield f"{beta:g} | {gamma:g} | {name} | {points:g}", Gain(*(max(c) for c in zip(*kept, strict=True)))
+
+
+SCHEMES: tuple[tuple[str, AbstractIntegrator], ...] = (
+    ("midpoint", Midpoint()),
+    ("moreau_jean, 0.5", MoreauJean()),
+    ("moreau_jean, 0.7", MoreauJean(0.7)),
+    ("moreau_jean, 1", MoreauJean(1.0)),
+    ("contact_stabilised_newmark", ContactStabilisedNewmark()),
+    ("bathe", Bathe()),
+    ("hht_alpha, -0.1", HhtAlpha(-0.1)),
+    ("hht_alpha, -1/3", HhtAlpha(-1.0 / 3.0)),
+    ("nonsmooth_generalised_alpha, 0", NonsmoothGeneralisedAlpha(0.0)),
+    ("nonsmooth_generalised_alpha, 0.8", NonsmoothGeneralisedAlpha(0.8)),
+    ("nonsmooth_generalised_alpha, 1", NonsmoothGeneralisedAlpha(1.0)),
+    ("generalised_alpha, 0", GeneralisedAlpha(0.0)),
+    ("generalised_alpha, 0.8", GeneralisedAlpha(0.8)),
+    ("generalised_alpha, 1", GeneralisedAlpha(1.0)),
+)
+
+
+def implicit(first: int, last: int) -> Iterable[tuple[str, Gain | None]]:
+    """Rows of the other implicit schemes."""
+    laws: tuple[tuple[str, AbstractContactLaw], ...] = (
+        ("penalty, 1 EA/h", Penalty(Relative(1.0))),
+        ("penalty, 1 EA/h, damping 0.3 Z", Penalty(Relative(1.0), Relative(0.3))),
+        ("impulse_momentum, 0.5", ImpulseMomentum(0.5)),
+        ("addition_deletion", AdditionDeletion()),
+    )
+    for (name, scheme), (law_name, law), points in itertools.product(SCHEMES[first:last], laws, (8.0, 20.0)):
+        rule = StepRule(points_per_period=points)
+        gains = [over_alpha(FiniteElement(n), law, scheme, rule, ("clamped", "free")) for n in (3, 20)]
+        kept = [gain for gain in gains if gain is not None]
+        yield f"{name} | {law_name} | {points:g}", Gain(*(max(c) for c in zip(*kept, strict=True)))
+
+
+def adaptive(method: str) -> Iterable[tuple[str, Gain | None]]:
+    """Rows of an adaptive solver: gains in units of its tolerance, the largest over laws, mass ratios and ends."""
+    laws = (Penalty(Relative(1.0)), Penalty(Relative(1.0), Relative(0.3)), Hertz(1e13))
+    model, rule = FiniteElement(5, "lumped"), StepRule(points_per_period=10.0)
+    for tolerance in (1e-4, 1e-6, 1e-8):
+        integrator, gains = Adaptive(method, tolerance), []  # type: ignore[arg-type]
+        for law, alpha, far in itertools.product(laws, (1e-3, 1.0, 1e2), ("free", "clamped")):
+            book = simulate.run(struck(model, law, integrator, rule, alpha, far)).energy
+            rise = float(np.max(book.balance - np.minimum.accumulate(book.balance))) / book.scale
+            gains.append(Gain(book.largest_gain, rise, book.largest_loss))
+        yield f"{method} | {tolerance:g}", Gain(*(max(column) / tolerance for column in zip(*gains, strict=True)))
+
+
+def constraint() -> Iterable[tuple[str, Gain | None]]:
+    """Rows of the hard position constraint under Newmark and exact_modal."""
+    for elements, courant in itertools.product((25, 50, 100, 200), (0.25, 0.5, 1.0)):
+        yield f"periodic bar, {elements} elements, courant {courant:g}", gain_of(periodic_bar(elements, courant))
+    rule = StepRule(points_per_period=10.0)
+    for model, name in (
+        (FiniteElement(40), "40 elements"),
+        (FiniteElement(100), "100 elements"),
+        (Modal(100, 40), "100/40 modes"),
+    ):
+        yield f"the paper's case, {name}, newmark", gain_of(struck(model, AdditionDeletion(), Newmark(), rule))
+    yield (
+        "the paper's case, 40 analytic modes, exact_modal",
+        gain_of(struck(Modal(None, 40), AdditionDeletion(), ExactModal(), rule)),
+    )
+
+
+def precursors() -> Iterable[str]:
+    """Rows of what moves before the wave arrives: largest velocity further than c t + margin, over v0."""
+    trip = STEEL.length / STEEL.wave_speed
+    times = tuple(trip * i / 20.0 for i in range(2, 18))
+    settings: list[tuple[str, AbstractRodModel, AbstractIntegrator, StepRule]] = []
+    for n in (20, 40, 100, 400):
+        settings += [
+            (f"consistent, {n} elements | newmark", FiniteElement(n), Newmark(), StepRule(points_per_period=20.0)),
+            (
+                f"lumped, {n} elements | newmark",
+                FiniteElement(n, "lumped"),
+                Newmark(),
+                StepRule(points_per_period=20.0),
+            ),
+            (
+                f"lumped, {n} elements, courant 1 | central_difference",
+                FiniteElement(n, "lumped"),
+                CentralDifference(),
+                StepRule(courant=1.0),
+            ),
+            (
+                f"lumped, {n} elements, courant 0.5 | central_difference",
+                FiniteElement(n, "lumped"),
+                CentralDifference(),
+                StepRule(courant=0.5),
+            ),
+        ]
+    settings += [
+        (
+            f"{n} elements, {d} modes | newmark" if n else f"{d} analytic modes | exact_modal",
+            Modal(n, d),
+            Newmark() if n else ExactModal(),
+            StepRule(points_per_period=10.0),
+        )
+        for n, d in ((40, 40), (100, 40), (None, 20), (None, 40), (None, 100), (None, 400))
+    ]
+    for name, model, integrator, rule in settings:
+        scene = struck(model, Penalty(Relative(1.0)), integrator, rule, trips=0.5, snapshots=times)
+        history = run_in_cuts(scene, lambda step: step + 10**6)
+        margins = [precursor(history, "rod", 1.0, share * STEEL.length) for share in (0.0, 0.02, 0.05, 0.1, 0.2)]
+        yield f"{name} | " + " | ".join(f"{margin:.1e}" for margin in margins)
+
+
+def rows_of(job: tuple[Callable[..., Iterable[object]], tuple[object, ...]]) -> list[str]:
+    """Return the rows of one table part, ready to print."""
+    function, arguments = job
+    rows = function(*arguments)
+    if function is adaptive:
+        return [f"| {name} | {' | '.join(f'{value:.3g}' for value in gain)} |" for name, gain in rows]  # type: ignore[misc]
+    return [f"| {row} |" if isinstance(row, str) else f"| {row[0]} | {cells(row[1])} |" for row in rows]  # type: ignore[index]
+
+
+GAINS = "above start | largest rise | largest loss"
+JOBS: dict[str, list[tuple[Callable[..., Iterable[object]], tuple[object, ...]]]] = {
+    "waves": [(waves, (points, end)) for points in (10.0, 20.0, 40.0) for end in ("clamped", "free")],
+    "other": [(other_waves, ())],
+    "leapfrog": [(leapfrog, ())],
+    "damped": [(damped_newmark, ())],
+    "implicit": [(implicit, (first, first + 2)) for first in range(0, len(SCHEMES), 2)],
+    "adaptive": [(adaptive, (method,)) for method in ("RK45", "DOP853", "LSODA", "BDF", "Radau")],
+    "constraint": [(constraint, ())],
+    "precursor": [(precursors, ())],
+}
+TABLES = {
+    "waves": ("Wave identification under Newmark", f"elements | modes | points | far end | {GAINS}"),
+    "other": ("Wave identification elsewhere", f"mass or basis | n | integrator | step | {GAINS}"),
+    "leapfrog": ("Central difference", f"law | courant | {GAINS}"),
+    "damped": ("Newmark with other beta and gamma", f"beta | gamma | law | points | {GAINS}"),
+    "implicit": ("Other implicit schemes", f"scheme | law | points | {GAINS}"),
+    "adaptive": ("Adaptive solvers, in units of their tolerance", f"method | tolerance | {GAINS}"),
+    "constraint": ("A hard position constraint", f"case | {GAINS}"),
+    "precursor": (
+        "What moves before the wave arrives",
+        "model | integrator | ahead of c t | + 0.02 L | + 0.05 L | + 0.1 L | + 0.2 L",
+    ),
+}
+
+
+def main() -> None:
+    """Measure all tables and write the page."""
+    page = DOCS / "bounds.md"
+    chosen = sys.argv[1:] or list(TABLES)
+    with ProcessPoolExecutor(2) as pool:
+        found = {name: [row for rows in pool.map(rows_of, JOBS[name]) for row in rows] for name in chosen}
+    text = Path(__file__).with_name("bounds.head.md").read_text(encoding="utf-8") if not sys.argv[1:] else ""
+    for name in chosen:
+        title, header = TABLES[name]
+        line = "|".join(["---"] * (header.count("|") + 1))
+        text += f"\n## {title}\n\n| {header} |\n|{line}|\n" + "\n".join(found[name]) + "\n"
+    if sys.argv[1:]:
+        print(text)
+    else:
+        page.write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

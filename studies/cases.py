@@ -1,0 +1,255 @@
+"""Writes cases.md and the sheet of its forces: ``python -m studies.cases [--out DIR] [--check]``.
+
+One line per case and variant, from the exact answer of each (or a converged one); ``--check`` writes nothing and fails
+where the committed page differs from what the answers give.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import re
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import impactlab as il
+from impactlab.api import reference_of
+from impactlab.casefile import Case
+from impactlab.history import ContactSpan
+from impactlab.refine.reference import Reference
+from impactlab.report import style
+from impactlab.scene import ElasticBody, Rod, Scene, Wall
+from studies.pages import CASES, DOCS
+
+PAGE, SHEET = "cases.md", "cases.png"
+COLUMNS = 5
+NOTHING = 1e-9  # of the largest speed or force: rounding
+
+HEAD = """\
+# The cases
+
+Written by `python -m studies.cases` from the exact answers themselves; do not edit by hand. Each file in
+[cases/](../cases) says in its first lines why it exists, what is exact and where the numbers come from; `tests/cases`
+checks every number by two independent routes. Below: the first opening of a contact, the largest contact force, and the
+mean velocity with which the first body that was moving leaves (at the end of the run; `-` where something holds it). T
+is the round trip of the case. A variant is another scene in the same file:
+`impactlab run cases/mass_ratios.yaml --variant alpha_3`.
+
+References: `st_venant`, exact with hard contacts; `kelvin_voigt`, exact with the springs and dashpots of the case;
+`converged`, refined until it no longer moves, with what it may still be off by.
+
+![Contact forces of all cases](figures/cases.png)
+
+The exact contact force of every case over time in T, in the unit beside its name; one colour per variant, thin lines
+for further contacts. Without a contact: the displacement of the loaded end, dashed.
+"""
+
+
+class Line(NamedTuple):
+    """A case or variant with its answer."""
+
+    case: Case
+    scene: Scene
+    reference: Reference
+
+
+def answered(name: str) -> Iterator[Line]:
+    """Return a case as written and each of its variants, with their answers."""
+    case = il.load_case(CASES / f"{name}.yaml")
+    for each in (case, *(case.variant(variant) for variant in case.variant_names if variant != "base")):
+        scene = each.scene()
+        reference = reference_of(scene)
+        assert reference is not None, each.label
+        yield Line(each, scene, reference)
+
+
+def number(value: float) -> str:
+    """Return a number with six digits, powers of ten written out."""
+    text = f"{value:.6g}"
+    return text if "e" not in text else f"{value:.5e}".replace("e-0", "e-").replace("e+0", "e")
+
+
+def opening(line: Line) -> str:
+    """Return when the first contact opened [T, us]."""
+    ends = [span.end for span in line.reference.history.contacts if span.end is not None]
+    if not ends:
+        return "never" if line.scene.contacts else "-"
+    first = min(ends)
+    in_trips = f"{number(first / line.scene.round_trip)} T" if math.isfinite(line.scene.round_trip) else ""
+    return f"{in_trips} ({time(first)})"
+
+
+def time(value: float) -> str:
+    """Return a time with a prefix."""
+    unit = style.scaled("s", value)
+    return f"{number(value / unit.size)} {unit.label}"
+
+
+def peak(line: Line) -> str:
+    """Return the largest contact force."""
+    if unbounded(line.scene):
+        return "no bound at first"
+    largest = max((span.peak_force or 0.0 for span in line.reference.history.contacts), default=0.0)
+    if largest == 0.0:
+        return "-"
+    unit = style.scaled("N", largest)
+    return f"{number(largest / unit.size)} {unit.label}"
+
+
+def unbounded(scene: Scene) -> bool:
+    """Return whether a viscous rod is struck hard: its force starts as t^-1/2, and a mesh tells only where it ends."""
+    viscous = {n for n, b in scene.bodies.items() if isinstance(b, Rod) and any(s.viscosity > 0.0 for s in b.segments)}
+    return any(contact.law.hard and {contact.left.body, contact.right.body} & viscous for contact in scene.contacts)
+
+
+def leaves(line: Line) -> str:
+    """Return the mean velocity at the end of the first body that moved at the start."""
+    history = line.reference.history
+    for name, body in line.scene.bodies.items():
+        if isinstance(body, Wall) or body.velocity == 0.0:
+            continue
+        ends = (body.left, body.right) if isinstance(body, ElasticBody) else ()
+        if any(end.kind not in ("free", "mass") for end in ends):
+            return "-"
+        mass = body.mass + sum(end.value for end in ends if end.kind == "mass")
+        velocity = float(history.evaluate([history.duration], f"momentum:{name}")[0]) / mass
+        return f"{name}: {number(0.0 if abs(velocity) < NOTHING * abs(body.velocity) else velocity)} m/s"
+    return "-"
+
+
+def told(reference: Reference) -> str:
+    """Return the name of a reference, with what it may be off by."""
+    return reference.name if reference.uncertainty == 0.0 else f"{reference.name}, {reference.uncertainty:.0e}"
+
+
+def contacts(spans: tuple[ContactSpan, ...]) -> str:
+    """Return how many periods of contact there are."""
+    return str(len(spans)) if spans else "-"
+
+
+def row(line: Line) -> str:
+    """Return one line of the table."""
+    case = line.case
+    if case.variant_name == "base":
+        what = f"[{case.name}](../cases/{case.name}.yaml) | {case.title}"
+    else:
+        what = f"{case.name} `{case.variant_name}` | {changes(case)}"
+    cells = [told(line.reference), contacts(line.reference.history.contacts), opening(line), peak(line), leaves(line)]
+    return f"| {what} | " + " | ".join(cells) + " |"
+
+
+def changes(case: Case) -> str:
+    """Return what a variant changes, as the file says it."""
+    given = case.checked.variants[case.variant_name]
+    return ", ".join(
+        f"{path.removeprefix('bodies.').removeprefix('contacts.0.')}: {plain(given[path])}" for path in given
+    )
+
+
+def plain(value: object) -> str:
+    """Return a value as a case file writes it."""
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key}: {plain(inner)}" for key, inner in value.items()) + "}"
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+@style.drawn
+def sheet(lines: dict[str, list[Line]], target: Path) -> None:
+    """Draw the contact forces of all cases, one small panel each."""
+    rows = -(-len(lines) // COLUMNS)
+    margins = style.Margins(left=0.34, right=0.1, top=0.3, bottom=0.3, across=0.36, down=0.46)
+    figure, axes = style.grid(rows, COLUMNS, 0.82, margins)
+    panels = [axis for line in axes for axis in line]
+    for axis, (name, group) in zip(panels, lines.items(), strict=False):
+        draw(axis, name, group)
+    for axis in panels[len(lines) :]:
+        axis.set_axis_off()
+    figure.savefig(target, dpi=150, metadata={"Software": None}, pil_kwargs={"compress_level": 9})
+    shrunk(target)
+
+
+def draw(axis: object, name: str, group: list[Line]) -> None:
+    """Draw the forces of one case and its variants into a panel."""
+    from matplotlib.axes import Axes
+
+    assert isinstance(axis, Axes)
+    curves = []
+    for place, line in enumerate(group):
+        names = [f"force:{contact.name}" for contact in line.scene.contacts]
+        loaded = [probe.channel for probe in line.scene.loaded_ends] if not names else []
+        for rank, channel in enumerate(names or loaded):
+            t, values = style.curve(line.reference.history, channel, line.scene.duration, 300)
+            colour = style.INK if len(group) == 1 else style.PALETTE[place % len(style.PALETTE)]
+            curves.append((t / line.scene.round_trip, values, colour, 1.0 if rank == 0 else 0.6, bool(loaded)))
+    start = 0.02 * float(curves[0][0][-1]) if unbounded(group[0].scene) else -1.0
+    largest = max(float(values[t > start].max(initial=0.0)) for t, values, *_ in curves)
+    unit = style.scaled("m" if curves[0][4] else "N", largest)
+    for t, values, colour, width, dashed in curves:
+        axis.plot(t, values / unit.size, color=colour, linewidth=width, linestyle="--" if dashed else "-")
+    axis.set_title(f"{name}  [{unit.label}]", fontsize=5.8, pad=3.0)
+    axis.tick_params(labelsize=5.0, length=1.5, pad=1.5)
+    axis.margins(x=0.0)
+    axis.set_ylim(-0.05 * largest / unit.size, 1.06 * largest / unit.size)
+    if len(group) > 1:
+        for place, line in enumerate(group):
+            said = "as written" if line.case.variant_name == "base" else line.case.variant_name
+            axis.annotate(
+                said,
+                (0.02 if curves[0][4] else 0.985, 1.02 - (0.105 if len(group) < 6 else 0.09) * place),
+                xycoords="axes fraction",
+                fontsize=4.6 if len(group) < 6 else 4.0,
+                ha="left" if curves[0][4] else "right",
+                va="top",
+                color=style.PALETTE[place % len(style.PALETTE)],
+                bbox={"facecolor": style.PAPER, "edgecolor": "none", "alpha": 0.7, "pad": 0.4},
+            )
+
+
+def shrunk(target: Path) -> None:
+    """Write the picture again with 64 colours: a third of the size."""
+    from PIL import Image
+
+    with Image.open(target) as picture:
+        small = picture.convert("RGB").quantize(64, dither=Image.Dither.NONE)
+    small.save(target, optimize=True)
+
+
+def page(lines: dict[str, list[Line]]) -> str:
+    """Return the text of the page."""
+    table = [
+        "| case | what it is | reference | contacts | first opening | peak force | leaves with |",
+        "|---|---|---|---|---|---|---|",
+        *(row(line) for group in lines.values() for line in group),
+    ]
+    scenes = sum(map(len, lines.values()))
+    return f"{HEAD}\n{len(lines)} cases, {scenes} scenes.\n\n" + "\n".join(table) + "\n"
+
+
+def rounded(text: str) -> str:
+    """Return the page with its numbers to five digits, without uncertainties: the rest may differ between machines."""
+    text = re.sub(r"converged, \S+", "converged", text)
+    return re.sub(r"-?\d+\.\d+(?:e-?\d+)?", lambda match: f"{float(match.group()):.5g}", text)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description="Write the page of the cases and the sheet of their forces.")
+    parser.add_argument("--out", type=Path, default=DOCS, help="folder of the page that is written")
+    parser.add_argument("--check", action="store_true", help="write nothing; fail where the page has changed")
+    options = parser.parse_args()
+    lines = {file.stem: list(answered(file.stem)) for file in sorted(CASES.glob("*.yaml"))}
+    text = page(lines)
+    if options.check:
+        same = rounded((DOCS / PAGE).read_text(encoding="utf-8")) == rounded(text)
+        print("cases.md unchanged" if same else "cases.md changed: run studies.cases")
+        return 0 if same else 1
+    (options.out / "figures").mkdir(parents=True, exist_ok=True)
+    (options.out / PAGE).write_text(text, encoding="utf-8")
+    sheet(lines, options.out / "figures" / SHEET)
+    print(f"{len(lines)} cases: {options.out / PAGE}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

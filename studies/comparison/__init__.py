@@ -1,0 +1,1 @@
+"""Methods compared on a periodic and on a bouncing bar."""

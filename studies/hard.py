@@ -1,0 +1,86 @@
+"""Writes hard-cases.md from the stored table of hard cases: ``python -m studies.hard [--run] [--check]``.
+
+With ``--run`` the table is measured anew (`impactlab bench --suite hard`, half an hour on two cores) and stored. With
+``--check`` nothing is written. In both cases the exit code is 1 where the table holds a violation.
+"""
+
+from __future__ import annotations
+
+import argparse
+import gzip
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from impactlab.bench.report.read import Row, read_table
+from impactlab.bench.report.stability import markdown, report
+from impactlab.bench.report.verdicts import WRONG, faults
+from studies.pages import DOCS, ROOT
+
+TABLE = DOCS / "bench" / "hard.csv.gz"
+PAGE = DOCS / "hard-cases.md"
+
+HEAD = f"""# Hard cases: what every method does where methods break
+
+Written by `python -m studies.hard` from the table of `impactlab bench --suite hard`; the cases are in
+[cases/hard](../cases/hard), each with the reason why it exists and what is exact, the methods in
+`impactlab/bench/hard.yaml` and, named `own`, in the cases themselves.
+
+A run has three ways to end in good order: completed; refused before its first step, with reason and remedy; failed
+with an error that carries the time it reached and the run up to there. Anything else is a violation: a hang, a crash, a
+number that is none, momentum that does not balance, energy gained without a word, or an answer that is wrong by more
+than {100 * WRONG:.0f} % of displacement or impulse while no warning says what is wrong.
+"""
+TIME_LIMIT = 300  # s of a row, from which it has hung: the longest takes half a minute where nothing else runs
+
+
+def run(table: Path) -> None:
+    """Measure the table anew and store it, without times: they say nothing here."""
+    with tempfile.TemporaryDirectory() as folder:
+        command = [sys.executable, "-m", "impactlab", "bench", "--suite", "hard", "--no-timing", "--jobs", "0"]
+        command += ["--time-limit", str(TIME_LIMIT)]
+        subprocess.run([*command, "--out", folder], cwd=ROOT, check=True)
+        store(Path(folder) / "table.csv", table)
+
+
+def store(source: Path, table: Path) -> None:
+    """Keep a table compressed; the same table gives the same file."""
+    table.parent.mkdir(exist_ok=True)
+    table.write_bytes(gzip.compress(source.read_bytes(), mtime=0))
+
+
+def page(rows: Sequence[Row]) -> str:
+    """Return the text of the page."""
+    made = ", ".join(sorted({row.code for row in rows}))
+    with_ = ", ".join(sorted({f"Python {row.python}, numpy {row.numpy}, numba {row.numba}" for row in rows}))
+    return f"{HEAD}\nCode {made}; {with_}.\n\n{markdown(report(rows))}"
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description="Write hard-cases.md from the stored table of hard cases.")
+    parser.add_argument("--run", action="store_true", help="measure the table anew")
+    parser.add_argument("--table", type=Path, help="a table.csv to store first")
+    parser.add_argument("--out", type=Path, default=DOCS, help="folder of the page that is written")
+    parser.add_argument("--check", action="store_true", help="write nothing; fail where the page is not the table's")
+    options = parser.parse_args()
+    if options.table is not None:
+        store(options.table, TABLE)
+    elif options.run:
+        run(TABLE)
+    rows = read_table(TABLE)
+    same = True
+    if options.check:
+        same = PAGE.read_text(encoding="utf-8") == page(rows)
+        print(f"{PAGE.name} {'unchanged' if same else 'changed: run studies.hard'}")
+    else:
+        (options.out / PAGE.name).write_text(page(rows), encoding="utf-8")
+    found = faults(rows)
+    for row, fault in found:
+        print(f"{row.scene} {row.method}: {fault}", file=sys.stderr)
+    return 0 if same and not found else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

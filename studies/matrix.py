@@ -1,0 +1,487 @@
+"""Run every law under every scheme on every model, and write docs/matrix.md: ``python -m studies.matrix``.
+
+Nothing is listed here: laws, schemes, models and bases are those that impactlab registers, so that a new part joins by
+itself. The cells run in processes of their own, which are killed where one hangs.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import json
+import math
+import os
+import platform
+import re
+import subprocess
+import sys
+import threading
+import time
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping
+from functools import cache
+from pathlib import Path
+from queue import Empty, SimpleQueue
+from typing import Any, NamedTuple
+
+import impactlab as il
+from impactlab import metrics, simulate
+from impactlab.api import reference_of
+from impactlab.errors import ImpactlabError, PluginError, StepError
+from impactlab.history import AbstractHistory
+from impactlab.integrators.base import AbstractIntegrator, AbstractScheme
+from impactlab.models.base import AbstractRodModel
+from impactlab.plugins import BASES, INTEGRATORS, LAWS, MODELS, Group, kind_of, registry
+from impactlab.scene import ElasticBody, Rod, Scene, StepRule
+from impactlab.testing.verdict import options_to_try, required
+from studies.pages import CASES, DOCS, ROOT
+
+CASE = CASES / "axial_impact.yaml"
+BEAM_CASE = CASES / "sphere_on_beam.yaml"
+BEAM = "beam: "  # before the name of a model: it describes the beam
+BEAM_ELEMENTS, BEAM_MODES = 20, 20  # of the models of the beam
+SPRING = 1.6e7  # N/m, 3 F/(2 d) of Hertz's law at the 5 N of the case
+SLOW = 0.1  # Courant number of an explicit scheme on the beam, whose bending waves outrun axial ones on short elements
+LIMIT = 300.0  # s, after which a cell counts as hung; the first ones compile
+ELEMENTS, MODES = 100, 40  # of every model that asks for them; nodes where the order is higher
+NOTED = 1e-3  # energy gain over the initial energy from which a cell tells it
+AGAIN = 0.2  # s; a run that is shorter is timed twice
+
+
+class Scheme(NamedTuple):
+    """An integrator and how it treats events."""
+
+    integrator: AbstractScheme
+    events: str
+
+
+class Outcome(NamedTuple):
+    """What became of one cell."""
+
+    status: str  # completed; refused, before the first step; failed, with the reason of a run; broken: a fault of ours
+    mass: float | None = None  # errors against the exact hard contact
+    face: float | None = None
+    second: bool | None = None  # whether the second contact was found; None for a law of kicks
+    gain: float | None = None  # of energy, over the initial energy
+    solve_ms: float | None = None
+    error: str = ""  # class of the error
+    text: str = ""
+    remedy: str = ""
+    path: str = ""
+
+
+def label(name: str, options: Mapping[str, Any]) -> str:
+    """Return a part's name and options in few letters."""
+    shown = [value if isinstance(value, str) else f"{key} {value}" for key, value in options.items() if value]
+    return ", ".join([name, *(text.lower() if text.isupper() else text for text in shown)])
+
+
+def variants(group: Group, name: str) -> dict[str, Any]:
+    """Return a part as it is by default, and once more for each other choice (a word or a yes) among its examples.
+
+    Options that have no default come from the first of its examples.
+    """
+    kind = registry().load(group, name)
+    first = options_to_try(kind)[0]
+    base = {key: first[key] for key in required(kind)}
+    made = {name: kind(**base)}
+    for options in options_to_try(kind):
+        choice = {k: v for k, v in options.items() if isinstance(v, str | bool) and v != getattr(made[name], k)}
+        if choice:
+            made.setdefault(label(name, choice), kind(**base, **choice))
+    return made
+
+
+@cache
+def laws() -> dict[str, Any]:
+    """Return every registered law."""
+    names = registry().only("impactlab").names(LAWS)
+    return {title: part for name in names for title, part in variants(LAWS, name).items()}
+
+
+@cache
+def schemes() -> dict[str, Scheme]:
+    """Return every registered integrator; one that can cut a step also with located events."""
+    made = {}
+    for name in registry().only("impactlab").names(INTEGRATORS):
+        part = next(iter(variants(INTEGRATORS, name).values()))
+        made[name] = Scheme(part, "dated")
+        if isinstance(part, AbstractIntegrator) and part.any_dt:
+            made[f"{name}, located"] = Scheme(part, "located")
+    return made
+
+
+@cache
+def models() -> dict[str, AbstractRodModel]:
+    """Return every registered model with each of its examples, and with every basis where it has a choice of them."""
+    ours = registry().only("impactlab")
+    made: dict[str, AbstractRodModel] = {}
+    for name in ours.names(MODELS):
+        kind = ours.load(MODELS, name)
+        tried = [sized(kind, options) for options in options_to_try(kind)]
+        fields = {field.name: field for field in dataclasses.fields(kind)}
+        if "basis" in fields:
+            size = {"elements": ELEMENTS, "modes": MODES}
+            tried += [size | {"basis": ours.load(BASES, basis)()} for basis in ours.names(BASES)]
+        for options in tried:
+            part = kind(**options)
+            if part not in made.values():
+                made[model_label(name, options)] = part
+    return made | beam_models()
+
+
+def beam_models() -> dict[str, AbstractRodModel]:
+    """Return what describes the beam: meshes of both masses, modes of a mesh and analytic ones."""
+    size = {"elements": BEAM_ELEMENTS}
+    tried: list[tuple[str, dict[str, Any]]] = [
+        ("finite_element", size),
+        ("finite_element", {**size, "mass": "lumped"}),
+        ("modal", {**size, "modes": BEAM_MODES}),
+        ("modal", {"modes": BEAM_MODES}),
+    ]
+    ours = registry().only("impactlab")
+    return {BEAM + model_label(name, options): ours.load(MODELS, name)(**options) for name, options in tried}
+
+
+def sized(kind: type[Any], options: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the options of a model with the sizes of this page: as many nodes for every order."""
+    size = {"elements": ELEMENTS // options.get("order", 1), "modes": MODES}
+    defaults = {field.name for field in dataclasses.fields(kind)}
+    return {key: size.get(key, value) if key in defaults else value for key, value in options.items()}
+
+
+def model_label(name: str, options: Mapping[str, Any]) -> str:
+    """Return a model in few letters: ``modal 100/40, ritz``."""
+    sizes = "/".join(str(options[key]) for key in ("elements", "modes") if key in options)
+    words = [str(options["mass"])] if "mass" in options else []
+    words += [f"order {options['order']}"] if "order" in options else []
+    words += [kind_of(options["basis"])] if "basis" in options else []
+    return ", ".join([f"{name} {sizes}".strip(), *words])
+
+
+def step_of(integrator: AbstractScheme, model: AbstractRodModel, courant: float = 0.5) -> StepRule:
+    """Return ten points per period, or a Courant number for an explicit scheme on a mesh."""
+    explicit = isinstance(integrator, AbstractIntegrator) and integrator.load_point == 0.0
+    if explicit and model.has_mesh:
+        return StepRule(courant=courant)
+    return StepRule(points_per_period=10.0)
+
+
+@cache
+def case(trips: float) -> tuple[Scene, AbstractHistory]:
+    """Return the paper's case over some round trips and its exact answer."""
+    scene = il.load_case(CASE).with_("snapshots", []).with_("solve.duration", {"round_trips": trips}).scene()
+    found = reference_of(scene)
+    assert found is not None
+    return scene, found[1]
+
+
+@cache
+def beam_case(trips: float) -> tuple[Scene, AbstractHistory]:
+    """Return the sphere on a beam over a share of its duration, all of it for three trips, and its converged answer."""
+    written = il.load_case(BEAM_CASE)
+    scene = written.with_("solve.duration", written.scene().duration * trips / 3.0).scene()
+    found = reference_of(scene)
+    assert found is not None
+    return scene, found[1]
+
+
+def case_of(model: str, trips: float) -> tuple[Scene, AbstractHistory]:
+    """Return the case that a model describes, and its answer."""
+    return beam_case(trips) if model.startswith(BEAM) else case(trips)
+
+
+def law_on(model: str, law: str, scene: Scene) -> Any:
+    """Return a law; on the beam a power law has the stiffness of the case, a spring the tangent of that at its peak."""
+    part = laws()[law]
+    fields = {field.name for field in dataclasses.fields(part)}
+    if not model.startswith(BEAM) or "stiffness" not in fields:
+        return part
+    hertz: float = scene.contacts[0].law.stiffness  # type: ignore[attr-defined] # the law of the case
+    return dataclasses.replace(part, stiffness=hertz if "exponent" in fields else SPRING)
+
+
+def scene_of(model: str, law: str, scheme: str, trips: float = 3.0) -> Scene:
+    """Return the scene of one cell."""
+    base, part, chosen = case_of(model, trips)[0], models()[model], schemes()[scheme]
+    described = {
+        name: dataclasses.replace(body, model=part)
+        for name, body in base.bodies.items()
+        if isinstance(body, ElasticBody)
+    }
+    return dataclasses.replace(
+        base,
+        bodies={**base.bodies, **described},
+        contacts=(dataclasses.replace(base.contacts[0], law=law_on(model, law, base)),),
+        integrator=chosen.integrator,
+        events=chosen.events,  # type: ignore[arg-type]
+        step=step_of(chosen.integrator, part, SLOW if model.startswith(BEAM) else 0.5),
+        probes=() if part.exact else base.probes,
+    )
+
+
+def outcome(model: str, law: str, scheme: str, trips: float = 3.0) -> Outcome:
+    """Return what becomes of one cell."""
+    try:
+        scene = scene_of(model, law, scheme, trips)
+        history = simulate.run(scene)
+        if history.cost.solve_s < AGAIN:
+            history = min(history, simulate.run(scene), key=lambda each: each.cost.solve_s)
+        return judged(history, scene, case_of(model, trips)[1])
+    except Exception as error:  # noqa: BLE001 - whatever a part raises belongs on the page
+        ours = isinstance(error, ImpactlabError) and not isinstance(error, PluginError)
+        status = ("failed" if isinstance(error, StepError) else "refused") if ours else "broken"
+        text = error.text if isinstance(error, ImpactlabError) else f"{type(error).__name__}: {error}"
+        remedy, path = (error.remedy, error.path) if isinstance(error, ImpactlabError) else ("", "")
+        return Outcome(status, error=type(error).__name__, text=text, remedy=remedy, path=path)
+
+
+def judged(history: AbstractHistory, scene: Scene, reference: AbstractHistory) -> Outcome:
+    """Return the figures of a run that ended; one that is no finite number makes the cell broken."""
+    mass = metrics.mass_displacement(history, reference, scene)
+    face = metrics.face_displacement(history, reference, scene)
+    second = None
+    if scene.contacts[0].law.answers_force and any(isinstance(body, Rod) for body in scene.bodies.values()):
+        second = any(span.start > 1.8 * scene.round_trip for span in history.contacts)
+    gain = history.energy.largest_gain
+    figures = (mass, face, gain, history.cost.solve_s)
+    if not all(value is not None and math.isfinite(value) for value in figures):
+        return Outcome("broken", text=f"mass, face, gain, time are {figures}")
+    return Outcome("completed", mass, face, second, gain, 1e3 * history.cost.solve_s)
+
+
+def cells() -> list[tuple[str, str, str]]:
+    """Return model, law and scheme of every cell."""
+    return [(model, law, scheme) for model in models() for law in laws() for scheme in schemes()]
+
+
+def run_all(
+    wanted: Iterable[tuple[str, str, str]],
+    trips: float = 3.0,
+    workers: int = 2,
+    limit: float = LIMIT,
+    progress: Callable[[int, int], None] | None = None,
+) -> dict[tuple[str, str, str], Outcome]:
+    """Return the outcome of each cell, run in processes of their own; one that hangs is killed after ``limit`` [s]."""
+    queue: SimpleQueue[tuple[str, str, str]] = SimpleQueue()
+    count = 0
+    for cell in wanted:
+        queue.put(cell)
+        count += 1
+    found: dict[tuple[str, str, str], Outcome] = {}
+
+    def each(cell: tuple[str, str, str], outcome: Outcome) -> None:
+        found[cell] = outcome
+        if progress is not None:
+            progress(len(found), count)
+
+    threads = [threading.Thread(target=attend, args=(queue, each, trips, limit)) for _ in range(workers)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    return found
+
+
+def attend(
+    queue: SimpleQueue[tuple[str, str, str]],
+    tell: Callable[[tuple[str, str, str], Outcome], None],
+    trips: float,
+    limit: float,
+) -> None:
+    """Give cells to one process after another, a new one only where the last was killed or died."""
+    process: subprocess.Popen[str] | None = None
+    while True:
+        try:
+            cell = queue.get_nowait()
+        except Empty:
+            break
+        if process is None:
+            process = worker()
+        assert process.stdin is not None
+        assert process.stdout is not None
+        hung = threading.Event()
+
+        def kill(process: subprocess.Popen[str] = process, hung: threading.Event = hung) -> None:
+            hung.set()
+            process.kill()
+
+        timer = threading.Timer(limit, kill)
+        timer.start()
+        try:
+            process.stdin.write(json.dumps([*cell, trips]) + "\n")
+            process.stdin.flush()
+            answer = process.stdout.readline()
+        except OSError:
+            answer = ""
+        timer.cancel()
+        if answer:
+            tell(cell, Outcome(**json.loads(answer)))
+        else:
+            process.kill()
+            reason = f"hung: no answer after {limit:g} s" if hung.is_set() else f"crashed: code {process.wait()}"
+            tell(cell, Outcome("broken", text=reason))
+            process = None
+    if process is not None and process.stdin is not None:
+        process.stdin.close()
+        process.wait()
+
+
+def worker() -> subprocess.Popen[str]:
+    """Return a process that answers cells, line by line."""
+    command = [sys.executable, "-m", "studies.matrix", "--answer"]
+    return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=ROOT)
+
+
+def answer() -> None:
+    """Answer the cells of standard input; what else is printed goes to standard error."""
+    out, sys.stdout = sys.stdout, sys.stderr
+    for line in sys.stdin:
+        model, law, scheme, trips = json.loads(line)
+        print(json.dumps(outcome(model, law, scheme, trips)._asdict()), file=out, flush=True)
+
+
+def percent(share: float) -> str:
+    """Return a share of one in percent, two digits."""
+    value = 100.0 * share
+    return "0" if value < 1e-6 else f"{float(f'{value:.2g}'):g}"
+
+
+def alike(text: str) -> str:
+    """Return a reason without the names of laws and integrators and without its numbers, which differ cell by cell."""
+    names = sorted({kind_of(each) for each in (*laws().values(), *(s.integrator for s in schemes().values()))})
+    text = re.sub(rf"(law|integrator|under) '(?:{'|'.join(names)})'", r"\1 '...'", text)
+    text = re.sub(r" \(t = .*?\)$", "", text)
+    return re.sub(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w])", "#", text)
+
+
+class Legend:
+    """Codes of reasons, in the order in which they are met: the same reasons share one."""
+
+    def __init__(self) -> None:
+        self.codes: dict[tuple[str, str], str] = {}
+        self.examples: dict[str, Outcome] = {}
+        self.counts: Counter[str] = Counter()
+
+    def code(self, found: Outcome) -> str:
+        """Return the code of an outcome that did not complete."""
+        key = found.status, alike(found.text)
+        letter = {"refused": "r", "failed": "F"}.get(found.status, "BROKEN ")
+        number = 1 + sum(status == found.status for status, _ in self.codes)
+        code = self.codes.setdefault(key, f"{letter}{number}")
+        self.examples.setdefault(code, found)
+        self.counts[code] += 1
+        return code
+
+    def lines(self, status: str) -> list[str]:
+        """Return what the codes of a status mean, with the remedy of one cell."""
+        found = [(code, text) for (kind, text), code in self.codes.items() if kind == status]
+        return [
+            f"- **{code}** ({self.counts[code]} cells, at `{self.examples[code].path or 'run'}`): {text}."
+            + (f" *{alike(self.examples[code].remedy)}*" if self.examples[code].remedy else "")
+            for code, text in found
+        ]
+
+
+def text_of(found: Outcome, legend: Legend) -> str:
+    """Return a cell of the page."""
+    if found.status != "completed":
+        return legend.code(found)
+    assert found.mass is not None
+    assert found.face is not None
+    assert found.gain is not None
+    assert found.solve_ms is not None
+    text = f"{percent(found.mass)} / {percent(found.face)}"
+    if found.second is not None:
+        text += ", 2nd" if found.second else ", -"
+    if found.gain > NOTED:
+        text += f", **+{percent(found.gain)}**"
+    return f"{text}, {float(f'{found.solve_ms:.2g}'):g} ms"
+
+
+def page(found: Mapping[tuple[str, str, str], Outcome]) -> str:
+    """Return the page."""
+    legend = Legend()
+    counts = Counter(each.status for each in found.values())
+    tables = []
+    for model in models():
+        tables += ["", f"## {model}", "", "| law | " + " | ".join(schemes()) + " |", "|---|" + "---|" * len(schemes())]
+        for law in laws():
+            row = [text_of(found[model, law, scheme], legend) for scheme in schemes()]
+            tables.append(f"| {law} | " + " | ".join(row) + " |")
+    told = ", ".join(f"{number} {status}" for status, number in counts.items())
+    head = HEAD.format(cells=len(found), told=told, machine=machine(), laws=len(laws()), schemes=len(schemes()))
+    failed = [
+        f"- {model}, {law}, {scheme}: {each.text}"
+        for (model, law, scheme), each in sorted(found.items())
+        if each.status not in ("completed", "refused")
+    ]
+    parts = [head, "## Refused before the first step", "", *legend.lines("refused"), "", "## Failed on the way", ""]
+    parts += legend.lines("failed") or ["None."]
+    parts += ["", *failed] if failed else []
+    return "\n".join([*parts, *tables]) + "\n"
+
+
+def machine() -> str:
+    """Return on what kind of machine this runs."""
+    return f"{platform.machine()}, {os.cpu_count()} cores, {platform.system()}, Python {platform.python_version()}"
+
+
+HEAD = """# Every law under every scheme on every model
+
+Written by `python -m studies.matrix`: {laws} laws, {schemes} schemes, all models and bases that impactlab registers; a
+law with a choice of kinds stands here once for each. {cells} cells: {told}.
+
+Each cell runs `cases/axial_impact.yaml` (a mass on a clamped rod, alpha = 1, three round trips), or is refused before
+its first step. The step is ten points per shortest period; an explicit scheme on a mesh takes a Courant number of 1/2;
+adaptive chooses its own. Stiffnesses are the defaults, relative to EA/h, and 1e13 N/m^1.5 of the power laws. *located*
+cuts steps at events, the others date them inside the step. The continuous model answers hard contacts and constant
+springs from event to event, without a step; under other laws it is a delay line, which is stepped and needs no scheme.
+
+The models of *beam:* describe the beam of `cases/sphere_on_beam.yaml` instead (a sphere, one contact): the explicit
+scheme on its mesh takes a Courant number of 0.1, power laws have the stiffness of the case, springs 1.6e7 N/m, and
+errors are against the converged answer with Hertz's law, which no other law aims at. A hard contact there has no force
+that converges.
+
+A cell reads `mass / face, 2nd, +gain, time`: relative L2 errors of the displacements of mass and face against the exact
+hard contact [%], which a soft law does not aim at; *2nd* where the second contact was found, *-* where it was missed
+(nothing for laws of kicks); the gain of energy [% of the initial energy] where it is above 0.1; and the time of the
+steps [ms], the less of two runs. Times are of one machine ({machine}), which did other work too: compare them within a
+table, no further.
+
+A code stands for a refusal (r) or a failure (F), told below; # stands for a number, ... for the part's name.
+"""
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description="Write matrix.md: every law under every scheme on every model.")
+    parser.add_argument("--out", type=Path, default=DOCS, help="folder of the page that is written")
+    parser.add_argument("--trips", type=float, default=3.0, help="round trips that each cell runs")
+    parser.add_argument("--only", default="", help="cells whose 'model; law; scheme' matches: prints them")
+    parser.add_argument("--answer", action="store_true", help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.answer:
+        answer()
+        return 0
+    wanted = [cell for cell in cells() if re.search(options.only, "; ".join(cell))]
+    began = time.perf_counter()
+    found = run_all(wanted, options.trips, progress=progress)
+    counts = Counter(each.status for each in found.values())
+    print(f"{len(found)} cells in {time.perf_counter() - began:.0f} s:", dict(counts))
+    if options.only:
+        for cell, each in found.items():
+            print("; ".join(cell), *each)
+    else:
+        options.out.mkdir(parents=True, exist_ok=True)
+        (options.out / "matrix.md").write_text(page(found), encoding="utf-8")
+    return 1 if counts["broken"] else 0
+
+
+def progress(done: int, count: int) -> None:
+    """Say how far the run is."""
+    if done % 100 == 0 or done == count:
+        print(f"{done} of {count}", file=sys.stderr, flush=True)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
