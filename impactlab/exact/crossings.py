@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from impactlab.exact.arrays import Memory
-from impactlab.exact.kernel import DEPTH, PART, ZERO, first_fall, restrict
+from impactlab.exact.kernel import DEPTH, ZERO, first_fall, restrict
+from impactlab.numerics.compiling import EXACT_PART
 
 CLOSE, OPEN = 1, 0
 ROUNDED = 1.0e-14  # of displacements and velocities: how far rounding may have moved them
@@ -12,7 +13,7 @@ ROUNDED = 1.0e-14  # of displacements and velocities: how far rounding may have 
 MIN_TOUCH = 10.0
 
 
-@PART
+@EXACT_PART
 def rounded_force(m: Memory, j: int, c: int, n: int) -> float:
     """Return the force below which contact c has none [N]; a stiff spring makes one of rounded displacements."""
     state, junction, contact = m.state[0], m.junctions[j], m.contacts[c]
@@ -26,7 +27,7 @@ def rounded_force(m: Memory, j: int, c: int, n: int) -> float:
     return float(none)
 
 
-@PART
+@EXACT_PART
 def yielding(m: Memory, c: int) -> float:
     """Return how much larger the force of contact c would be on faces that did not give way to it, less 1."""
     contact = m.contacts[c]
@@ -38,7 +39,7 @@ def yielding(m: Memory, c: int) -> float:
     return float(more)
 
 
-@PART
+@EXACT_PART
 def resting(m: Memory, j: int, c: int, n: int, place: float) -> bool:
     """Return whether faces that meet at a place in [-1, 1] approach too slowly for a force from there on.
 
@@ -63,7 +64,7 @@ def resting(m: Memory, j: int, c: int, n: int, place: float) -> bool:
     return bool(approach <= slow)
 
 
-@PART
+@EXACT_PART
 def fall(m: Memory, base: int, c: int, n: int, floor: float) -> float:
     """Return where the trial row of contact c first falls below the floor, in [-1, 1], or 2 where it never does.
 
@@ -81,7 +82,7 @@ def fall(m: Memory, base: int, c: int, n: int, floor: float) -> float:
     return float(first_fall(trial, n, 0.0, m.stack) if speed > ZERO * m.state[0].fastest else place)
 
 
-@PART
+@EXACT_PART
 def next_event(m: Memory, j: int, n: int) -> float:
     """Return the place in [-1, 1] of the first event, 2 for none; the state holds its contact (or -1) and kind."""
     state, junction = m.state[0], m.junctions[j]

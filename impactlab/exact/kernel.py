@@ -7,12 +7,9 @@ force of each contact.
 
 from __future__ import annotations
 
-from typing import Any
-
-import numba
 import numpy as np
 
-from impactlab.numerics.cache import kept
+from impactlab.numerics.compiling import EXACT_PART
 from impactlab.types import Array
 
 ROOM = 72  # coefficients a piece may have; the numbers of points below divide it
@@ -34,13 +31,8 @@ ZERO = 1.0e-12  # of the scale: forces and gaps below count as none
 DEPTH = 64  # parts of a piece that wait while it is searched for a fall
 LOW, HIGH, SIZE, WIDTH = ROOM, ROOM + 1, ROOM + 2, ROOM + 3  # columns of such a part after its coefficients
 
-# Nothing below allocates, so nothing counts references; only what is called from Python has a wrapper for it.
-njit: Any = numba.njit
-ENTRY: Any = kept(_nrt=False, error_model="numpy")
-PART = njit(_nrt=False, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
-
-@PART
+@EXACT_PART
 def value(a: Array, n: int, x: float) -> float:
     """Return the Chebyshev series a[:n] at x in [-1, 1] (Clenshaw)."""
     b1 = 0.0
@@ -50,7 +42,7 @@ def value(a: Array, n: int, x: float) -> float:
     return float(x * b1 - b2 + a[0])
 
 
-@PART
+@EXACT_PART
 def chopped(a: Array, n: int, floor: float) -> int:
     """Return how many coefficients of a[:n] are needed when those at the end below the floor are dropped."""
     while n > 1 and abs(a[n - 1]) <= floor:
@@ -58,7 +50,7 @@ def chopped(a: Array, n: int, floor: float) -> int:
     return n
 
 
-@PART
+@EXACT_PART
 def restrict(a: Array, n: int, low: float, high: float, out: Array) -> int:
     """Write the coefficients of the series on [low, high] of its interval; return how many.
 
@@ -101,7 +93,7 @@ def restrict(a: Array, n: int, low: float, high: float, out: Array) -> int:
     return min(m, n)
 
 
-@PART
+@EXACT_PART
 def integrate(a: Array, n: int, half: float, first: float, out: Array) -> None:
     """Write n + 1 coefficients of first + integral from the left end; half is half the length of the piece."""
     total = 0.0
@@ -113,7 +105,7 @@ def integrate(a: Array, n: int, half: float, first: float, out: Array) -> None:
     out[0] = first - total
 
 
-@PART
+@EXACT_PART
 def relax(rate: float, b: Array, first: float, order: int, y: Array, work: Array) -> None:
     """Solve y' = -rate y + b on [-1, 1], y(-1) = first, rate >= 0, by the tau method with so many coefficients.
 
@@ -146,7 +138,7 @@ def relax(rate: float, b: Array, first: float, order: int, y: Array, work: Array
         y[k] = work[0, k] * y[k - 1] + work[1, k]
 
 
-@PART
+@EXACT_PART
 def settled(rate: float, b: Array, first: float, n: int, floor: float, y: Array) -> bool:
     """Write the solution of y' = -rate y + b on [-1, 1] that has no layer; return whether it starts at ``first``.
 
@@ -164,7 +156,7 @@ def settled(rate: float, b: Array, first: float, n: int, floor: float, y: Array)
     return bool(abs(start - first) <= floor)
 
 
-@PART
+@EXACT_PART
 def split(part: Array, early: Array, late: Array, floor: float) -> None:
     """Write the two halves of a part: the late one in its place, the early one on top of it."""
     middle = 0.5 * (part[LOW] + part[HIGH])
@@ -178,7 +170,7 @@ def split(part: Array, early: Array, late: Array, floor: float) -> None:
     part[LOW] = middle
 
 
-@PART
+@EXACT_PART
 def zero(f: Array, n: int) -> float:
     """Return the zero of a series that falls on [-1, 1] from above zero to below it.
 
@@ -212,7 +204,7 @@ def zero(f: Array, n: int) -> float:
     return x
 
 
-@PART
+@EXACT_PART
 def first_fall(f: Array, n: int, floor: float, stack: Array) -> float:
     """Return where f first falls through zero to below -floor, or 2 where it never does.
 

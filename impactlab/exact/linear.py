@@ -2,30 +2,24 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from impactlab.exact.kernel import CHOP, ORDER, RESOLVED, chopped
+from impactlab.numerics.compiling import ALLOCATING_PART, EXACT_INLINE
 from impactlab.types import Array
-
-njit: Any = numba.njit
-PART = njit(error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
-INLINE = njit(inline="always", error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 STIFFEST = 1e4  # rate in a of which the recurrence may lose that many roundings; pivoting over blocks does not
 LARGEST = 8.0  # entry of a block of the recurrence: what cancels then is as much larger than what remains
 
 
-@PART
+@ALLOCATING_PART
 def table(rows: int, columns: int) -> Array:
     """Return zeros."""
     return np.zeros((rows, columns))
 
 
-@PART
+@ALLOCATING_PART
 def reaches(w: Array, size: int) -> NDArray[np.int64]:
     """Return one past the last entry of each row of w[:, :size], never before its diagonal."""
     reach = np.zeros(size, np.int64)
@@ -36,7 +30,7 @@ def reaches(w: Array, size: int) -> NDArray[np.int64]:
     return reach
 
 
-@PART
+@ALLOCATING_PART
 def exchange(w: Array, size: int, columns: int, one: int, other: int, reach: NDArray[np.int64]) -> None:
     """Exchange two rows that are zero left of the earlier one's diagonal."""
     for k in range(one, max(reach[one], reach[other])):
@@ -46,7 +40,7 @@ def exchange(w: Array, size: int, columns: int, one: int, other: int, reach: NDA
     reach[one], reach[other] = reach[other], reach[one]
 
 
-@PART
+@ALLOCATING_PART
 def eliminate(w: Array, size: int, columns: int, band: int, tail: int) -> None:
     """Solve w[:, :size] x = w[:, size:columns] in place by elimination with row pivoting.
 
@@ -82,7 +76,7 @@ def eliminate(w: Array, size: int, columns: int, band: int, tail: int) -> None:
             w[c, k] = total / w[c, c]
 
 
-@PART
+@ALLOCATING_PART
 def system(a: Array, b: Array, n: int, first: Array, order: int, y: Array) -> None:
     """Solve y' = a y + b on [-1, 1], y(-1) = first, for n functions by the tau method with ``order`` coefficients."""
     size = order * n
@@ -109,7 +103,7 @@ def system(a: Array, b: Array, n: int, first: Array, order: int, y: Array) -> No
             y[i, k] = w[k * n + i, size]
 
 
-@PART
+@ALLOCATING_PART
 def steps_down(a: Array, b: Array, n: int, order: int, p: Array) -> bool:
     """Write y_k = p_k y_{k-1} + r_k, n rows of n + 1 entries per k; return False where that would lose digits.
 
@@ -143,7 +137,7 @@ def steps_down(a: Array, b: Array, n: int, order: int, p: Array) -> bool:
     return True
 
 
-@PART
+@ALLOCATING_PART
 def recurrence(a: Array, b: Array, n: int, first: Array, order: int, y: Array) -> bool:
     """Solve as `system` does, in a time linear in ``order``; return False where that would lose digits.
 
@@ -179,7 +173,7 @@ def recurrence(a: Array, b: Array, n: int, first: Array, order: int, y: Array) -
     return True
 
 
-@INLINE
+@EXACT_INLINE
 def solved(a: Array, force: Array, first: Array, y: Array, speed: float, spent: Array) -> bool:
     """Solve y' = a y + force with as many coefficients as are needed; return whether ORDER of them are enough.
 

@@ -7,23 +7,25 @@ What solves springs is a compiled unit of its own, passed as an address: scenes 
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
-from impactlab.exact import kernel, spring_systems
+from impactlab.exact import spring_systems
 from impactlab.exact.arrays import Memory
 from impactlab.exact.crossings import next_event
-from impactlab.exact.kernel import DEPTH, ENTRY, PART, ROOM, chopped, restrict
+from impactlab.exact.kernel import DEPTH, ROOM, chopped, restrict
 from impactlab.exact.merging import joined
 from impactlab.exact.network import Log, Network
 from impactlab.exact.nodes import fill_rows, solve_nodes
 from impactlab.numerics.addresses import COMPILED, entered, load_array_functions, type_of
+from impactlab.numerics.compiling import EXACT_ENTRY, EXACT_INLINE, EXACT_PART
 
-INLINE = kernel.njit(inline="always", _nrt=False, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
 DONE, MORE_RECORDS, MORE_POOL, MORE_EVENTS, TOO_MANY, UNRESOLVED, PAUSED = 0, 1, 2, 3, 4, 5, 6
 BURST = 64  # events within 1e3 merge tolerances that count as endless
 
 
-@PART
+@EXACT_PART
 def horizon(m: Memory, j: int) -> float:
     """Return the time up to which every wave that arrives at junction j is one piece."""
     state, junction = m.state[0], m.junctions[j]
@@ -37,7 +39,7 @@ def horizon(m: Memory, j: int) -> float:
     return float(until)
 
 
-@PART
+@EXACT_PART
 def arrivals(m: Memory, j: int, t0: float, t1: float) -> int:
     """Write the waves that arrive at the ends of junction j on [t0, t1]; return the number of coefficients."""
     state, junction = m.state[0], m.junctions[j]
@@ -69,7 +71,7 @@ def arrivals(m: Memory, j: int, t0: float, t1: float) -> int:
     return longest
 
 
-@PART
+@EXACT_PART
 def keep(m: Memory, j: int, t0: float, t1: float, n: int) -> None:
     """Write the record of junction j on [t0, t1] and move the junction to its end."""
     state, junction = m.state[0], m.junctions[j]
@@ -109,7 +111,7 @@ def keep(m: Memory, j: int, t0: float, t1: float, n: int) -> None:
     junction.clock = t1
 
 
-@PART
+@EXACT_PART
 def happen(m: Memory, j: int, t: float) -> bool:
     """Let the event that was found happen; return whether events still have an end."""
     state, junction = m.state[0], m.junctions[j]
@@ -125,7 +127,7 @@ def happen(m: Memory, j: int, t: float) -> bool:
     return bool(junction.bursts <= BURST)
 
 
-@INLINE
+@EXACT_INLINE
 def interval(m: Memory, j: int) -> int:
     """Advance junction j to its next break or event; return DONE, or why it cannot go on."""
     state, junction = m.state[0], m.junctions[j]
@@ -164,7 +166,7 @@ def interval(m: Memory, j: int) -> int:
     return DONE
 
 
-@ENTRY
+@EXACT_ENTRY
 def advance(m: Memory) -> int:
     """Advance all junctions to the end; return DONE, what has run out of room, or why it cannot go on."""
     state = m.state[0]
@@ -199,9 +201,10 @@ def compile_for(log: Log, coupled: bool) -> None:
     """Load or compile the code for a memory: that is set-up, and no part of solving."""
     if coupled:
         spring_systems.address(log.memory)
-    if COMPILED and not advance.overloads:
+    entry: Any = advance
+    if COMPILED and not entry.overloads:
         load_array_functions()
-        advance.compile((type_of(log.memory),))
+        entry.compile((type_of(log.memory),))
 
 
 def march(log: Log, coupled: bool) -> int:

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from impactlab.exact.arrays import Memory, PieceRecord
 from impactlab.exact.crossings import rounded_force
-from impactlab.exact.kernel import COSINES, PART, ROOM, SIDE, WAVES, WAVES_AT, value
+from impactlab.exact.kernel import COSINES, ROOM, SIDE, WAVES, WAVES_AT, value
+from impactlab.numerics.compiling import EXACT_PART
 from impactlab.types import Array
 
 MAX_JUMP = 2.0e-15  # of the largest velocity: ten roundings; a break at which less jumps is none
@@ -19,7 +20,7 @@ FEW = 200  # intervals: in shorter runs, to join waves that are not constant tak
 MOST_POINTS = 36  # of a joined piece: half of what a piece may have, so that it can still be integrated and cut
 
 
-@PART
+@EXACT_PART
 def jump_floor(m: Memory, j: int, row: int, n: int) -> float:
     """Return the jump of a row below which it has none; negative for rows that are integrals of others."""
     state, junction = m.state[0], m.junctions[j]
@@ -31,7 +32,7 @@ def jump_floor(m: Memory, j: int, row: int, n: int) -> float:
     return -1.0
 
 
-@PART
+@EXACT_PART
 def breaks(m: Memory, at: int, size: int, row: Array, n: int, widths: Array, floor: float) -> int:
     """Return how many coefficients two neighbouring series need above the floor, 0 where value or slope jump.
 
@@ -57,7 +58,7 @@ def breaks(m: Memory, at: int, size: int, row: Array, n: int, widths: Array, flo
     return needed if bend <= floor * (1.0 + needed * needed) * 8.0 else 0
 
 
-@PART
+@EXACT_PART
 def resampled(m: Memory, old: PieceRecord, row: int, t0: float, t1: float, n: int, points: int, floor: float) -> bool:
     """Write a row over both pieces into the table of waves; return whether so many points hold it to the floor."""
     out = m.waves[row]
@@ -93,7 +94,7 @@ def resampled(m: Memory, old: PieceRecord, row: int, t0: float, t1: float, n: in
     return True
 
 
-@PART
+@EXACT_PART
 def stretched(m: Memory, old: PieceRecord, nodes: int, ends: int, height: int, t1: float) -> None:
     """Write the rows of a piece of constant waves as they go on to t1."""
     half = 0.5 * (t1 - old.start)
@@ -114,7 +115,7 @@ def stretched(m: Memory, old: PieceRecord, nodes: int, ends: int, height: int, t
             m.rows[i, 0], m.rows[i, 1] = first + half * rate, half * rate
 
 
-@PART
+@EXACT_PART
 def joined(m: Memory, j: int, t0: float, t1: float, n: int) -> int:
     """Write the rows of the last piece and of [t0, t1] as one; return its coefficients, 0 where they remain two."""
     junction = m.junctions[j]

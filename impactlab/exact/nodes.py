@@ -11,7 +11,6 @@ from impactlab.exact.kernel import (
     EASY_RATE,
     HALF_ORDER,
     ORDER,
-    PART,
     RESOLVED,
     ROOM,
     chopped,
@@ -20,13 +19,14 @@ from impactlab.exact.kernel import (
     settled,
 )
 from impactlab.numerics.addresses import call
+from impactlab.numerics.compiling import EXACT_PART
 from impactlab.types import Array
 
 SHORT = 100.0  # relaxations in half an interval, beyond which a layer at its start is short
 ROUNDED_V = 2.0e-14  # of the largest velocity: a layer below is rounding
 
 
-@PART
+@EXACT_PART
 def group_nodes(m: Memory, j: int, longest: int) -> bool:
     """Join the nodes that hard contacts hold together, with their masses and loads; return whether springs act."""
     state, junction = m.state[0], m.junctions[j]
@@ -65,13 +65,13 @@ def group_nodes(m: Memory, j: int, longest: int) -> bool:
     return tied
 
 
-@PART
+@EXACT_PART
 def tail(a: Array, n: int) -> float:
     """Return the size of the last three of n coefficients."""
     return float(abs(a[n - 1]) + abs(a[n - 2]) + abs(a[n - 3]))
 
 
-@PART
+@EXACT_PART
 def follow(m: Memory, j: int, i: int, half: float, longest: int) -> int:
     """Write the velocity of a group with mass, that of node i; return its coefficients, 0 where not resolved."""
     state, node = m.state[0], m.nodes[i]
@@ -94,7 +94,7 @@ def follow(m: Memory, j: int, i: int, half: float, longest: int) -> int:
     return 0 if tail(out, order) > RESOLVED * state.fastest else order
 
 
-@PART
+@EXACT_PART
 def solve_nodes(m: Memory, j: int, half: float, longest: int) -> int:
     """Write the velocities of the nodes of junction j; return their number of coefficients, 0 where not resolved."""
     state, junction = m.state[0], m.junctions[j]
@@ -135,7 +135,7 @@ def solve_nodes(m: Memory, j: int, half: float, longest: int) -> int:
     return n
 
 
-@PART
+@EXACT_PART
 def balance(m: Memory, j: int, c: int, n: int, force: Array) -> None:
     """Write the force of a hard contact: what all else on its bare face takes, rods, what holds it, other contacts."""
     junction = m.junctions[j]
@@ -162,7 +162,7 @@ def balance(m: Memory, j: int, c: int, n: int, force: Array) -> None:
                 force[k] += push * row[k]
 
 
-@PART
+@EXACT_PART
 def fill_rows(m: Memory, j: int, half: float, longest: int, n: int) -> int:
     """Write all rows of a record after the velocities of its nodes; return the number of coefficients."""
     junction = m.junctions[j]

@@ -10,14 +10,15 @@ from numba import types
 
 from impactlab.exact.arrays import Memory
 from impactlab.exact.kernel import ORDER
-from impactlab.exact.linear import INLINE, PART, eliminate, solved, table
+from impactlab.exact.linear import eliminate, solved, table
 from impactlab.numerics.addresses import COMPILED, kernel_address
+from impactlab.numerics.compiling import ALLOCATING_PART, EXACT_INLINE
 from impactlab.types import Array
 
 typeof: Any = numba.typeof
 
 
-@PART
+@ALLOCATING_PART
 def number_groups(m: Memory, j: int) -> tuple[int, int]:
     """Give the groups that can move their places, those with mass first; return how many have mass, and how many."""
     junction = m.junctions[j]
@@ -36,7 +37,7 @@ def number_groups(m: Memory, j: int) -> tuple[int, int]:
     return heavy, moving
 
 
-@PART
+@ALLOCATING_PART
 def gather(m: Memory, j: int, damp: Array, stiff: Array, b: Array, first: Array) -> None:
     """Write damping, stiffness and loads of the groups, and in first[0] the velocities of those with mass."""
     junction = m.junctions[j]
@@ -72,7 +73,7 @@ def gather(m: Memory, j: int, damp: Array, stiff: Array, b: Array, first: Array)
                         damp[here, there] -= contact.damping
 
 
-@INLINE
+@EXACT_INLINE
 def combined(damp: Array, stiff: Array, heavy: int, moving: int, half: float) -> Array:
     """Return the velocity of each group as a combination of the unknowns and of the loads of groups without mass."""
     light, n = moving - heavy, moving + heavy
@@ -95,7 +96,7 @@ def combined(damp: Array, stiff: Array, heavy: int, moving: int, half: float) ->
     return combine
 
 
-@PART
+@ALLOCATING_PART
 def add_row(a: Array, force: Array, at: int, factor: float, row: Array, n: int, heavy: int, b: Array) -> None:
     """Add a combination of unknowns and loads to row ``at`` of a and force."""
     for q in range(n):

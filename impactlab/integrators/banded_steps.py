@@ -9,14 +9,10 @@ body far from where it began feels no rounding of its travel.
 
 from __future__ import annotations
 
-from typing import Any
-
-from impactlab.numerics.addresses import FAST
-from impactlab.numerics.cache import kept
+from impactlab.numerics.compiling import HELPER
 from impactlab.types import Array
 
 HEADER = 16
-HELPER: Any = kept(fastmath=FAST)
 
 
 @HELPER

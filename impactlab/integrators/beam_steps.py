@@ -12,20 +12,18 @@ keep, push, mass and load, the rest at the rotations, and the runs.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from impactlab.numerics.addresses import FAST
 from impactlab.numerics.banded import multiply
-from impactlab.numerics.cache import kept
+from impactlab.numerics.compiling import HELPER
 from impactlab.types import Array
 
 HEADER = 24
 RUN = 4  # numbers of a run: elements, a, l, b
 ROUNDING = 1e-14  # of a diagonal entry: what taking elements out of it leaves of nothing
 ALIKE = 1e-9  # of a force: how well the parts must give the forces of the whole
-HELPER: Any = kept(fastmath=FAST)
 
 
 class BeamRow(NamedTuple):

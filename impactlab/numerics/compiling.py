@@ -1,15 +1,44 @@
-"""How the pieces of the loop are compiled: without a runtime for objects, cached on disk where they are entries."""
+"""Decorators of compiled functions: each combination of numba's options once.
+
+Pieces that allocate nothing are compiled without numba's runtime for objects; only functions that Python calls have a
+wrapper for it. A decorated function keeps its signature for editors and type checkers.
+"""
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
+from typing import Any, Protocol, TypeVar
 
 import numba
 
 from impactlab.numerics.addresses import FAST
 from impactlab.numerics.cache import kept
 
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+class Decorator(Protocol):
+    """A decorator that compiles a function; its signature stays."""
+
+    def __call__(self, function: Function, /) -> Function: ...
+
+
 njit: Any = numba.njit
-ENTRY: Any = kept(_nrt=False, fastmath=FAST)
-PART: Any = kept(_nrt=False, fastmath=FAST, no_cpython_wrapper=True, no_cfunc_wrapper=True)
-INLINE = njit(inline="always", _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+CALLED = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # by compiled functions only
+EXACTLY = {"_nrt": False, "error_model": "numpy"}  # no sum reordered; a division by zero gives inf, as numpy's
+
+# Of the step loop and the schemes: called from Python, called by compiled functions, copied into them, called by both.
+ENTRY: Decorator = kept(_nrt=False, fastmath=FAST)
+PART: Decorator = kept(_nrt=False, fastmath=FAST, **CALLED)
+INLINE: Decorator = njit(inline="always", _nrt=False, **CALLED)
+HELPER: Decorator = kept(fastmath=FAST)
+# Of the solution from event to event; parts that allocate need the runtime.
+EXACT_ENTRY: Decorator = kept(**EXACTLY)
+EXACT_PART: Decorator = njit(**EXACTLY, **CALLED)
+EXACT_INLINE: Decorator = njit(inline="always", **EXACTLY, **CALLED)
+ALLOCATING_PART: Decorator = njit(error_model="numpy", **CALLED)
+
+
+def called(inlined: Function) -> Function:
+    """Return a function that is copied into its callers, compiled once and called instead."""
+    return PART(getattr(inlined, "py_func", inlined))

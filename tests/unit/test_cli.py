@@ -288,8 +288,8 @@ def test_the_page_repeats_a_run_without_its_settings(tmp_path):
 def test_loading_compiled_code_is_timed_as_solving(monkeypatch):
     """Nothing is left to load, or to compile, when the clock of an exact run starts."""
     from impactlab.exact import march
-    from impactlab.exact.kernel import ENTRY
     from impactlab.numerics.addresses import COMPILED
+    from impactlab.numerics.compiling import EXACT_ENTRY
 
     loaded_at_first_call: list[bool] = []
     real = march.march
@@ -299,7 +299,7 @@ def test_loading_compiled_code_is_timed_as_solving(monkeypatch):
         return real(log, coupled)
 
     if COMPILED:  # as in a fresh process
-        monkeypatch.setattr(march, "advance", ENTRY(march.advance.py_func))
+        monkeypatch.setattr(march, "advance", EXACT_ENTRY(march.advance.py_func))
     monkeypatch.setattr(march, "march", spied)
     api.run(load_case(AXIAL).method("continuous"))
     assert loaded_at_first_call[0]

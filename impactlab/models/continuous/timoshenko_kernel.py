@@ -13,16 +13,12 @@ infinity; waves to the right and to the left in each shear cell, the same in eac
 
 from __future__ import annotations
 
-from typing import Any
-
-from impactlab.numerics.addresses import FAST
-from impactlab.numerics.cache import kept
+from impactlab.numerics.compiling import HELPER
 from impactlab.types import Array
 
 HEAD, PER_END, PER_COORDINATE = 11, 5, 3  # entries of the parameters: before the ends, of an end, of a coordinate
 ENDS = 10  # entries of the state: four ends, and what is gone
 DEFLECTION, ROTATION, MOMENT, SHEAR = 0, 1, 2, 3  # kinds of coordinates
-HELPER: Any = kept(fastmath=FAST)
 
 
 @HELPER

@@ -152,6 +152,7 @@ def newton(m: Memory, time: float, dt: float, largest: float) -> None:
         contact.impulse += m.coupled[2 * number + 1, known]
 
 
+@INLINE
 def answer(m: Memory, time: float, dt: float) -> bool:
     """Ask the laws until their coupled answers agree; False where a law failed or they do not."""
     n_contacts = len(m.contacts)

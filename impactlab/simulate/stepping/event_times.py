@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from impactlab.numerics.compiling import PART
+from impactlab.numerics.compiling import INLINE, PART
 from impactlab.simulate.stepping.arrays import Memory
 from impactlab.simulate.stepping.phases import change_phases
 from impactlab.types import MEMORY, Port, Reply
@@ -23,6 +23,7 @@ def note(m: Memory, time: float, number: int, kind: int, impulse: float) -> None
     m.clock[0].n_events += 1
 
 
+@PART
 def close_time(contact: Any, port: Port, reply: Reply, time: float, dt: float) -> float:
     """Return when a contact began: the root of the gap, or of the trial force where the faces already overlapped."""
     gap, free_gap = port.gap + port.offset, port.free_gap + reply.offset
@@ -36,6 +37,7 @@ def close_time(contact: Any, port: Port, reply: Reply, time: float, dt: float) -
     return time
 
 
+@PART
 def open_time(contact: Any, port: Port, reply: Reply, time: float, dt: float) -> float:
     """Return when a contact ended: the root of the trial force, or of the gap under a law without a signed trial."""
     gap, free_gap = port.gap + port.offset, port.free_gap + reply.offset
@@ -48,9 +50,7 @@ def open_time(contact: Any, port: Port, reply: Reply, time: float, dt: float) ->
     return time
 
 
-close_time, open_time = map(PART, (close_time, open_time))
-
-
+@INLINE
 def date(m: Memory, time: float, dt: float) -> None:
     """Date the events of an accepted step, and carry each contact's phase and memory on.
 

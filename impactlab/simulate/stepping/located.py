@@ -3,26 +3,13 @@
 from __future__ import annotations
 
 from impactlab.numerics.addresses import call
-from impactlab.numerics.compiling import ENTRY, PART
+from impactlab.numerics.compiling import ENTRY, PART, called
+from impactlab.simulate.stepping import contact_solve, event_times, loop
 from impactlab.simulate.stepping.arrays import Memory
 from impactlab.simulate.stepping.contact_solve import moved_by
 from impactlab.simulate.stepping.event_times import OPEN, TOUCHED, note
 from impactlab.simulate.stepping.influence import compliances
-from impactlab.simulate.stepping.loop import (
-    DONE,
-    EVENTS_FULL,
-    LAW_FAILED,
-    NOT_FINITE,
-    RECORDS_FULL,
-    answer,
-    begin_step,
-    correct,
-    date,
-    free_step,
-    keep,
-    sample,
-    settle,
-)
+from impactlab.simulate.stepping.loop import DONE, EVENTS_FULL, LAW_FAILED, NOT_FINITE, RECORDS_FULL
 from impactlab.simulate.stepping.phases import change_phases
 
 # What may fall through zero inside a step: the gap, the trial force, or the gap's negative (faces that part).
@@ -30,6 +17,16 @@ NOTHING, GAP, TRIAL, PARTING = 0, 1, 2, 3
 NONE, FAILED = -1, -2  # instead of a contact
 NEAR = 1e-6  # of a step: an event nearer to its start or end is taken to be there, for shorter steps drown in rounding
 CUTS = 100  # events located inside one nominal step before the rest of it is taken whole
+
+# A call copies all of `Memory`: pieces that are copied into the whole step are called here, where each is used often.
+begin_step = called(loop.begin_step)
+free_step = called(loop.free_step)
+answer = called(contact_solve.answer)
+correct = called(loop.correct)
+date = called(event_times.date)
+settle = called(loop.settle)
+sample = called(loop.sample)
+keep = called(loop.keep)
 
 
 @PART

@@ -8,11 +8,10 @@ objects, and its helpers are copied into it.
 from __future__ import annotations
 
 from impactlab.numerics.addresses import call
-from impactlab.numerics.compiling import ENTRY, INLINE, PART
+from impactlab.numerics.compiling import ENTRY, INLINE
 from impactlab.simulate.stepping.arrays import SAMPLED, Memory
-from impactlab.simulate.stepping.contact_solve import answer as answer_them
-from impactlab.simulate.stepping.contact_solve import ask, moved_by
-from impactlab.simulate.stepping.event_times import date as date_them
+from impactlab.simulate.stepping.contact_solve import answer, ask, moved_by
+from impactlab.simulate.stepping.event_times import date
 from impactlab.simulate.stepping.influence import compliances, pushed_values, row_times_state
 from impactlab.simulate.stepping.phases import change_phases
 
@@ -22,6 +21,7 @@ FEW = 8  # entries: below, setting up vectors costs more than they save
 LATE = 1e-9  # of a step: a snapshot this little after its end belongs to it (a multiple of dt is not exact)
 
 
+@INLINE
 def begin_step(m: Memory, end: float) -> None:
     """Take what must be known of the state at the start of a step: messengers, dashpots, snapshots."""
     clock = m.clock[0]
@@ -47,6 +47,7 @@ def begin_step(m: Memory, end: float) -> None:
             m.snapshot_state[number, 0, i] = m.state[i]
 
 
+@INLINE
 def free_step(m: Memory) -> None:
     """Move all bodies by a step without contact and read the faces at its end."""
     for number in range(len(m.bodies)):
@@ -73,6 +74,7 @@ def add_responses(m: Memory, state_start: int, start: int, factor: float, low: i
         m.state[state_start + i] += factor * m.responses[start + i]
 
 
+@INLINE
 def correct(m: Memory) -> None:
     """Add what the forces, impulses, projections and pushes of the step do to its end."""
     for number in range(len(m.faces)):
@@ -108,6 +110,7 @@ def correct(m: Memory) -> None:
         m.faces[number].u, m.faces[number].v = u, v
 
 
+@INLINE
 def settle(m: Memory, dt: float, end: float) -> None:
     """Book the losses of an accepted step, take snapshots, move the clock."""
     clock = m.clock[0]
@@ -132,6 +135,7 @@ def settle(m: Memory, dt: float, end: float) -> None:
     clock.time = end
 
 
+@INLINE
 def sample(m: Memory) -> bool:
     """Take energies and momenta; False where one is not finite."""
     clock = m.clock[0]
@@ -164,6 +168,7 @@ def sample(m: Memory) -> bool:
     return finite
 
 
+@INLINE
 def keep(m: Memory) -> None:
     """Write one record at the end of a step."""
     clock, n_contacts = m.clock[0], len(m.contacts)
@@ -187,11 +192,6 @@ def keep(m: Memory) -> None:
     clock.n_records = n + 1
 
 
-# A call copies all of `Memory`: the step that is taken most has its parts copied into it, the located step calls them.
-here_begin_step, here_free_step, here_answer, here_correct = map(INLINE, (begin_step, free_step, answer_them, correct))
-here_date, here_settle, here_sample, here_keep = map(INLINE, (date_them, settle, sample, keep))
-
-
 @ENTRY
 def advance_dated(m: Memory, dt: float, last_step: int, stride: int, sample_stride: int) -> int:
     """Take whole steps up to ``last_step`` or until something must be handled outside; return why it came back.
@@ -206,23 +206,19 @@ def advance_dated(m: Memory, dt: float, last_step: int, stride: int, sample_stri
         if clock.n_events + 6 * len(m.contacts) >= len(m.events):
             return EVENTS_FULL
         time, end = clock.time, (clock.step + 1) * dt
-        here_begin_step(m, end)
-        here_free_step(m)
-        if not here_answer(m, time, dt):
+        begin_step(m, end)
+        free_step(m)
+        if not answer(m, time, dt):
             return LAW_FAILED
-        here_correct(m)
-        here_date(m, time, dt)
-        here_settle(m, dt, end)
+        correct(m)
+        date(m, time, dt)
+        settle(m, dt, end)
         clock.step += 1
         if clock.step % stride == 0 or clock.step == clock.steps:
-            here_keep(m)
-        if (clock.step % sample_stride == 0 or clock.step == clock.steps) and not here_sample(m):
+            keep(m)
+        if (clock.step % sample_stride == 0 or clock.step == clock.steps) and not sample(m):
             return NOT_FINITE
     return DONE
-
-
-begin_step, free_step, answer, correct = map(PART, (begin_step, free_step, answer_them, correct))
-date, settle, sample, keep = map(PART, (date_them, settle, sample, keep))
 
 
 @ENTRY
