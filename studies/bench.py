@@ -1,9 +1,7 @@
-"""Writes tables and figures of the bench's pages from stored tables: ``python -m studies.bench [--out DIR] [--check]``.
+"""The pages of the bench, benchmarks.md and benchmarks-beams.md, from stored tables: nothing is run.
 
-Nothing is run: bench/table.csv.gz (rods: benchmarks.md) and bench/beams.csv.gz (benchmarks-beams.md) hold every row of
-one bench each. After `impactlab bench --out DIR` put its table there by ``python -m studies.bench --page rods --store
-DIR/table.csv``, which also writes page and figures. Each part stands between two comments in the page; the text around
-it is kept. ``--check`` writes nothing and fails where a page is not what its table gives.
+After ``impactlab bench --out DIR`` store its table with ``python -m studies bench --store rods DIR/table.csv``, then
+write the page with ``python -m studies bench``.
 """
 
 from __future__ import annotations
@@ -12,11 +10,10 @@ import argparse
 import csv
 import gzip
 import io
-import re
-import sys
 from collections.abc import Callable, Mapping, Sequence
+from functools import cache, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from impactlab.bench.report import energy, overview
 from impactlab.bench.report.automatic import automatic_sheet
@@ -28,13 +25,11 @@ from impactlab.bench.report.special import special_summary
 from impactlab.bench.report.summary_sheets import certainty, ranking_sheet, winners
 from impactlab.bench.report.views import BOTH, NORMS, SceneRows, gathered
 from impactlab.bench.report.words import certainty_words, findings
-from impactlab.report.style import drawn
-from studies.pages import DOCS
+from studies.pages import DOCS, Study, filled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-COLOURS = 64  # of a PNG: enough for lines and letters, a third of the bytes
 CLOSE_UP = ("axial_impact", "two_material_rod")  # the scenes that are shown closely: a uniform rod, and one that is not
 
 
@@ -111,77 +106,39 @@ BEAM_FIGURES: dict[str, Callable[[Bench], Figure]] = {
 }
 
 
-class Page(NamedTuple):
-    """A page, the table that it is made from, and its figures."""
-
-    name: str
-    table: Path
-    parts: Sequence[str]
-    figures: Mapping[str, Callable[[Bench], Figure]]
-
-    @property
-    def path(self) -> Path:
-        """Where it stands."""
-        return DOCS / self.name
+TABLES = {"rods": DOCS / "bench" / "table.csv.gz", "beams": DOCS / "bench" / "beams.csv.gz"}
 
 
-PAGES = {
-    "rods": Page("benchmarks.md", DOCS / "bench" / "table.csv.gz", tuple(PARTS), FIGURES),
-    "beams": Page("benchmarks-beams.md", DOCS / "bench" / "beams.csv.gz", BEAM_PARTS, BEAM_FIGURES),
-}
+@cache
+def bench(name: str) -> Bench:
+    """Return a stored table."""
+    return Bench(TABLES[name])
 
 
-def filled(text: str, bench: Bench, parts: Sequence[str]) -> str:
-    """Return the text of a page with its parts written anew."""
-    for name in parts:
-        pattern = re.compile(rf"(<!-- table: {name} -->\n).*?(\n<!-- end of table -->)", re.DOTALL)
-        if not pattern.search(text):
-            raise SystemExit(f"the page has no place for '{name}'")
-        part = PARTS[name](bench)
-        text = pattern.sub(lambda match, part=part: f"{match[1]}{part}{match[2]}", text)  # type: ignore[misc]
-    return text
+def command(arguments: Sequence[str]) -> int:
+    """Store the table of a bench."""
+    parser = argparse.ArgumentParser(prog="python -m studies bench", description="Store the table of a bench.")
+    parser.add_argument("--store", nargs=2, required=True, metavar=("NAME", "TABLE"), help="rods or beams; a table.csv")
+    name, table = parser.parse_args(arguments).store
+    TABLES[name].write_bytes(stored(Path(table)))
+    return 0
 
 
-@drawn
-def write_figures(folder: Path, bench: Bench, figures: Mapping[str, Callable[[Bench], Figure]]) -> None:
-    """Write the figures as PNG files of few colours."""
-    from PIL import Image
-
-    folder.mkdir(parents=True, exist_ok=True)
-    for name, draw in figures.items():
-        buffer = io.BytesIO()
-        draw(bench).savefig(buffer, format="png", dpi=140, metadata={"Software": None})
-        Image.open(buffer).convert("RGB").quantize(COLOURS).save(folder / f"{name}.png", optimize=True)
-
-
-def main() -> int:
-    """Write pages and figures, or check the pages."""
-    parser = argparse.ArgumentParser(description="Write the pages of the bench and their figures from stored tables.")
-    parser.add_argument("--out", type=Path, default=DOCS, help="folder of what is written")
-    parser.add_argument("--page", choices=sorted(PAGES), help="one page alone; all if not given")
-    parser.add_argument("--store", type=Path, metavar="TABLE", help="store this table of a bench first, for --page")
-    parser.add_argument("--check", action="store_true", help="write nothing; fail where a page has changed")
-    options = parser.parse_args()
-    if options.store is not None:
-        if options.page is None:
-            parser.error("--store needs --page: which table is it?")
-        PAGES[options.page].table.write_bytes(stored(options.store))
-    changed = 0
-    for name, page in PAGES.items():
-        if options.page not in (None, name):
-            continue
-        bench, old = Bench(page.table), page.path.read_text(encoding="utf-8")
-        new = filled(old, bench, page.parts)
-        if options.check:
-            print(f"{page.name} unchanged" if old == new else f"{page.name} changed: run studies.bench")
-            changed += old != new
-            continue
-        options.out.mkdir(parents=True, exist_ok=True)
-        (options.out / page.name).write_text(new, encoding="utf-8")
-        write_figures(options.out / "figures", bench, page.figures)
-        print(f"{len(page.figures)} figures: {options.out / page.name}")
-    return 1 if changed else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+STUDY = Study(
+    {
+        "benchmarks.md": filled(
+            {name: partial(lambda part: part(bench("rods")), part) for name, part in PARTS.items()}
+        ),
+        "benchmarks-beams.md": filled(
+            {name: partial(lambda part: part(bench("beams")), PARTS[name]) for name in BEAM_PARTS}
+        ),
+    },
+    {
+        **{f"figures/{name}.png": partial(lambda draw: draw(bench("rods")), draw) for name, draw in FIGURES.items()},
+        **{
+            f"figures/{name}.png": partial(lambda draw: draw(bench("beams")), draw)
+            for name, draw in BEAM_FIGURES.items()
+        },
+    },
+    command=command,
+)

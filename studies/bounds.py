@@ -1,16 +1,16 @@
-"""Measure the bounds that no formula gives, and write them to docs/bounds.md: ``python -m studies.bounds``.
+"""Measured bounds that no formula gives: the largest gains of energy, and motion ahead of the wave: bounds.md.
 
-Energy is taken after every step. The numbers are of fixed scenes, so that they come out again.
+Energy is taken after every step. The scenes are fixed, so that the numbers are reproducible.
 """
 
 from __future__ import annotations
 
+import argparse
 import itertools
 import math
-import sys
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from pathlib import Path
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -42,7 +42,7 @@ from impactlab.scene import Contact, End, Mass, Point, Rod, Scene, Segment, Step
 from impactlab.testing.invariants import precursor
 from impactlab.testing.trace import run_in_cuts, trace
 from impactlab.types import Relative
-from studies.pages import DOCS
+from studies.pages import Study, filled, table
 
 STEEL = Segment(0.3, 9e-4, 2.1e11, 7900.0)
 ALPHAS = tuple(10.0 ** (-3.0 + 5.0 * i / 20.0) for i in range(21))
@@ -311,8 +311,8 @@ def rows_of(job: tuple[Callable[..., Iterable[object]], tuple[object, ...]]) -> 
     function, arguments = job
     rows = function(*arguments)
     if function is adaptive:
-        return [f"| {name} | {' | '.join(f'{value:.3g}' for value in gain)} |" for name, gain in rows]  # type: ignore[misc]
-    return [f"| {row} |" if isinstance(row, str) else f"| {row[0]} | {cells(row[1])} |" for row in rows]  # type: ignore[index]
+        return [f"{name} | {' | '.join(f'{value:.3g}' for value in gain)}" for name, gain in rows]  # type: ignore[misc]
+    return [row if isinstance(row, str) else f"{row[0]} | {cells(row[1])}" for row in rows]  # type: ignore[index]
 
 
 GAINS = "above start | largest rise | largest loss"
@@ -326,37 +326,30 @@ JOBS: dict[str, list[tuple[Callable[..., Iterable[object]], tuple[object, ...]]]
     "constraint": [(constraint, ())],
     "precursor": [(precursors, ())],
 }
-TABLES = {
-    "waves": ("Wave identification under Newmark", f"elements | modes | points | far end | {GAINS}"),
-    "other": ("Wave identification elsewhere", f"mass or basis | n | integrator | step | {GAINS}"),
-    "leapfrog": ("Central difference", f"law | courant | {GAINS}"),
-    "damped": ("Newmark with other beta and gamma", f"beta | gamma | law | points | {GAINS}"),
-    "implicit": ("Other implicit schemes", f"scheme | law | points | {GAINS}"),
-    "adaptive": ("Adaptive solvers, in units of their tolerance", f"method | tolerance | {GAINS}"),
-    "constraint": ("A hard position constraint", f"case | {GAINS}"),
-    "precursor": (
-        "What moves before the wave arrives",
-        "model | integrator | ahead of c t | + 0.02 L | + 0.05 L | + 0.1 L | + 0.2 L",
-    ),
+HEADS = {
+    "waves": f"elements | modes | points | far end | {GAINS}",
+    "other": f"mass or basis | n | integrator | step | {GAINS}",
+    "leapfrog": f"law | courant | {GAINS}",
+    "damped": f"beta | gamma | law | points | {GAINS}",
+    "implicit": f"scheme | law | points | {GAINS}",
+    "adaptive": f"method | tolerance | {GAINS}",
+    "constraint": f"case | {GAINS}",
+    "precursor": "model | integrator | ahead of c t | + 0.02 L | + 0.05 L | + 0.1 L | + 0.2 L",
 }
 
 
-def main() -> None:
-    """Measure all tables and write the page."""
-    page = DOCS / "bounds.md"
-    chosen = sys.argv[1:] or list(TABLES)
+def part(name: str) -> str:
+    """Return a table of the page, its parts measured by two processes."""
     with ProcessPoolExecutor(2) as pool:
-        found = {name: [row for rows in pool.map(rows_of, JOBS[name]) for row in rows] for name in chosen}
-    text = Path(__file__).with_name("bounds.head.md").read_text(encoding="utf-8") if not sys.argv[1:] else ""
-    for name in chosen:
-        title, header = TABLES[name]
-        line = "|".join(["---"] * (header.count("|") + 1))
-        text += f"\n## {title}\n\n| {header} |\n|{line}|\n" + "\n".join(found[name]) + "\n"
-    if sys.argv[1:]:
-        print(text)
-    else:
-        page.write_text(text, encoding="utf-8")
+        return table(HEADS[name], [row for rows in pool.map(rows_of, JOBS[name]) for row in rows])
 
 
-if __name__ == "__main__":
-    main()
+def command(arguments: Sequence[str]) -> int:
+    """Print some tables."""
+    parser = argparse.ArgumentParser(prog="python -m studies bounds", description="Measure and print some tables.")
+    parser.add_argument("--only", nargs="+", choices=HEADS, required=True)
+    print("\n\n".join(map(part, parser.parse_args(arguments).only)))
+    return 0
+
+
+STUDY = Study({"bounds.md": filled({name: partial(part, name) for name in HEADS})}, command=command)

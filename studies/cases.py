@@ -1,18 +1,12 @@
-"""Writes cases.md and the sheet of its forces: ``python -m studies.cases [--out DIR] [--check]``.
-
-One line per case and variant, from the exact answer of each (or a converged one); ``--check`` writes nothing and fails
-where the committed page differs from what the answers give.
-"""
+"""The cases with their exact or converged answers, one line per case and variant: cases.md and its sheet of forces."""
 
 from __future__ import annotations
 
-import argparse
 import math
 import re
-import sys
 from collections.abc import Iterator
-from pathlib import Path
-from typing import NamedTuple
+from functools import cache
+from typing import TYPE_CHECKING, NamedTuple
 
 import impactlab as il
 from impactlab.api import reference_of
@@ -21,30 +15,13 @@ from impactlab.history import ContactSpan
 from impactlab.refine.reference import Reference
 from impactlab.report import style
 from impactlab.scene import ElasticBody, Rod, Scene, Wall
-from studies.pages import CASES, DOCS
+from studies.pages import CASES, Study, filled, table
 
-PAGE, SHEET = "cases.md", "cases.png"
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 COLUMNS = 5
 NOTHING = 1e-9  # of the largest speed or force: rounding
-
-HEAD = """\
-# The cases
-
-Written by `python -m studies.cases` from the exact answers themselves; do not edit by hand. Each file in
-[cases/](../cases) says in its first lines why it exists, what is exact and where the numbers come from; `tests/cases`
-checks every number by two independent routes. Below: the first opening of a contact, the largest contact force, and the
-mean velocity with which the first body that was moving leaves (at the end of the run; `-` where something holds it). T
-is the round trip of the case. A variant is another scene in the same file:
-`impactlab run cases/mass_ratios.yaml --variant alpha_3`.
-
-References: `st_venant`, exact with hard contacts; `kelvin_voigt`, exact with the springs and dashpots of the case;
-`converged`, refined until it no longer moves, with what it may still be off by.
-
-![Contact forces of all cases](figures/cases.png)
-
-The exact contact force of every case over time in T, in the unit beside its name; one colour per variant, thin lines
-for further contacts. Without a contact: the displacement of the loaded end, dashed.
-"""
 
 
 class Line(NamedTuple):
@@ -63,6 +40,12 @@ def answered(name: str) -> Iterator[Line]:
         reference = reference_of(scene)
         assert reference is not None, each.label
         yield Line(each, scene, reference)
+
+
+@cache
+def all_answered() -> dict[str, list[Line]]:
+    """Return all cases with their variants, by name of the file."""
+    return {file.stem: list(answered(file.stem)) for file in sorted(CASES.glob("*.yaml"))}
 
 
 def number(value: float) -> str:
@@ -137,7 +120,7 @@ def row(line: Line) -> str:
     else:
         what = f"{case.name} `{case.variant_name}` | {changes(case)}"
     cells = [told(line.reference), contacts(line.reference.history.contacts), opening(line), peak(line), leaves(line)]
-    return f"| {what} | " + " | ".join(cells) + " |"
+    return f"{what} | " + " | ".join(cells)
 
 
 def changes(case: Case) -> str:
@@ -155,8 +138,7 @@ def plain(value: object) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
-@style.drawn
-def sheet(lines: dict[str, list[Line]], target: Path) -> None:
+def sheet(lines: dict[str, list[Line]]) -> Figure:
     """Draw the contact forces of all cases, one small panel each."""
     rows = -(-len(lines) // COLUMNS)
     margins = style.Margins(left=0.34, right=0.1, top=0.3, bottom=0.3, across=0.36, down=0.46)
@@ -166,8 +148,7 @@ def sheet(lines: dict[str, list[Line]], target: Path) -> None:
         draw(axis, name, group)
     for axis in panels[len(lines) :]:
         axis.set_axis_off()
-    figure.savefig(target, dpi=150, metadata={"Software": None}, pil_kwargs={"compress_level": 9})
-    shrunk(target)
+    return figure
 
 
 def draw(axis: object, name: str, group: list[Line]) -> None:
@@ -207,49 +188,15 @@ def draw(axis: object, name: str, group: list[Line]) -> None:
             )
 
 
-def shrunk(target: Path) -> None:
-    """Write the picture again with 64 colours: a third of the size."""
-    from PIL import Image
-
-    with Image.open(target) as picture:
-        small = picture.convert("RGB").quantize(64, dither=Image.Dither.NONE)
-    small.save(target, optimize=True)
-
-
 def page(lines: dict[str, list[Line]]) -> str:
-    """Return the text of the page."""
-    table = [
-        "| case | what it is | reference | contacts | first opening | peak force | leaves with |",
-        "|---|---|---|---|---|---|---|",
-        *(row(line) for group in lines.values() for line in group),
-    ]
-    scenes = sum(map(len, lines.values()))
-    return f"{HEAD}\n{len(lines)} cases, {scenes} scenes.\n\n" + "\n".join(table) + "\n"
+    """Return the table of the page, with the number of cases."""
+    rows = [row(line) for group in lines.values() for line in group]
+    head = "case | what it is | reference | contacts | first opening | peak force | leaves with"
+    return f"{len(lines)} cases, {len(rows)} scenes.\n\n{table(head, rows)}"
 
 
-def rounded(text: str) -> str:
-    """Return the page with its numbers to five digits, without uncertainties: the rest may differ between machines."""
-    text = re.sub(r"converged, \S+", "converged", text)
-    return re.sub(r"-?\d+\.\d+(?:e-?\d+)?", lambda match: f"{float(match.group()):.5g}", text)
-
-
-def main() -> int:
-    parser = argparse.ArgumentParser(description="Write the page of the cases and the sheet of their forces.")
-    parser.add_argument("--out", type=Path, default=DOCS, help="folder of the page that is written")
-    parser.add_argument("--check", action="store_true", help="write nothing; fail where the page has changed")
-    options = parser.parse_args()
-    lines = {file.stem: list(answered(file.stem)) for file in sorted(CASES.glob("*.yaml"))}
-    text = page(lines)
-    if options.check:
-        same = rounded((DOCS / PAGE).read_text(encoding="utf-8")) == rounded(text)
-        print("cases.md unchanged" if same else "cases.md changed: run studies.cases")
-        return 0 if same else 1
-    (options.out / "figures").mkdir(parents=True, exist_ok=True)
-    (options.out / PAGE).write_text(text, encoding="utf-8")
-    sheet(lines, options.out / "figures" / SHEET)
-    print(f"{len(lines)} cases: {options.out / PAGE}")
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+STUDY = Study(
+    {"cases.md": filled({"cases": lambda: page(all_answered())})},
+    {"figures/cases.png": lambda: sheet(all_answered())},
+    comparable=lambda text: re.sub(r"converged, \S+", "converged", text),  # uncertainties differ between machines
+)

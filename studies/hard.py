@@ -1,7 +1,6 @@
-"""Writes hard-cases.md from the stored table of hard cases: ``python -m studies.hard [--run] [--check]``.
+"""Every method on the hard cases: hard-cases.md, from the stored table of ``impactlab bench --suite hard``.
 
-With ``--run`` the table is measured anew (`impactlab bench --suite hard`, half an hour on two cores) and stored. With
-``--check`` nothing is written. In both cases the exit code is 1 where the table holds a violation.
+A violation in the table stops the study. ``python -m studies hard --run`` measures the table again.
 """
 
 from __future__ import annotations
@@ -17,14 +16,13 @@ from pathlib import Path
 from impactlab.bench.report.read import Row, read_table
 from impactlab.bench.report.stability import markdown, report
 from impactlab.bench.report.verdicts import WRONG, faults
-from studies.pages import DOCS, ROOT
+from studies.pages import DOCS, ROOT, Study
 
 TABLE = DOCS / "bench" / "hard.csv.gz"
-PAGE = DOCS / "hard-cases.md"
 
 HEAD = f"""# Hard cases: what every method does where methods break
 
-Written by `python -m studies.hard` from the table of `impactlab bench --suite hard`; the cases are in
+Written by `python -m studies hard` from the table of `impactlab bench --suite hard`; the cases are in
 [cases/hard](../cases/hard), each with the reason why it exists and what is exact, the methods in
 `impactlab/bench/hard.yaml` and, named `own`, in the cases themselves.
 
@@ -58,29 +56,26 @@ def page(rows: Sequence[Row]) -> str:
     return f"{HEAD}\nCode {made}; {with_}.\n\n{markdown(report(rows))}"
 
 
-def main() -> int:
-    parser = argparse.ArgumentParser(description="Write hard-cases.md from the stored table of hard cases.")
-    parser.add_argument("--run", action="store_true", help="measure the table anew")
-    parser.add_argument("--table", type=Path, help="a table.csv to store first")
-    parser.add_argument("--out", type=Path, default=DOCS, help="folder of the page that is written")
-    parser.add_argument("--check", action="store_true", help="write nothing; fail where the page is not the table's")
-    options = parser.parse_args()
+def text(_: str) -> str:
+    """Return the page; a violation in the table stops the study."""
+    rows = read_table(TABLE)
+    found = [f"{row.scene} {row.method}: {fault}" for row, fault in faults(rows)]
+    if found:
+        raise SystemExit("\n".join(found))
+    return page(rows)
+
+
+def command(arguments: Sequence[str]) -> int:
+    """Measure the table again, or store one."""
+    parser = argparse.ArgumentParser(prog="python -m studies hard", description="Store the table of the hard cases.")
+    parser.add_argument("--run", action="store_true", help="measure the table again: half an hour on two cores")
+    parser.add_argument("--table", type=Path, help="a table.csv to store")
+    options = parser.parse_args(arguments)
     if options.table is not None:
         store(options.table, TABLE)
     elif options.run:
         run(TABLE)
-    rows = read_table(TABLE)
-    same = True
-    if options.check:
-        same = PAGE.read_text(encoding="utf-8") == page(rows)
-        print(f"{PAGE.name} {'unchanged' if same else 'changed: run studies.hard'}")
-    else:
-        (options.out / PAGE.name).write_text(page(rows), encoding="utf-8")
-    found = faults(rows)
-    for row, fault in found:
-        print(f"{row.scene} {row.method}: {fault}", file=sys.stderr)
-    return 0 if same and not found else 1
+    return 0
 
 
-if __name__ == "__main__":
-    sys.exit(main())
+STUDY = Study({"hard-cases.md": text}, command=command)

@@ -1,16 +1,9 @@
-"""Writes the measured tables of how-to-choose.md: ``python -m studies.how_to_choose [--out DIR] [--check]``.
-
-Each table stands between two comments in the page; the text around it is kept. ``--check`` writes nothing and fails
-where a committed table, its times left out, differs from what the runs give.
-"""
+"""Errors, energies and times of methods on the paper's impact and other cases: the tables of how-to-choose.md."""
 
 from __future__ import annotations
 
-import argparse
 import dataclasses
 import re
-import sys
-from pathlib import Path
 from typing import Any
 
 import impactlab as il
@@ -21,9 +14,8 @@ from impactlab.history import AbstractHistory
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.modal import Modal
 from impactlab.scene import Rod, Scene
-from studies.pages import CASES, DOCS
+from studies.pages import CASES, Study, filled, percent
 
-PAGE = DOCS / "how-to-choose.md"
 REPEATS = 7  # the least time of so many runs is shown
 
 LUMPED = {"kind": "finite_element", "elements": 100, "mass": "lumped"}
@@ -71,13 +63,6 @@ NAMES = {
     "finite_element": "FE lumped, central difference at courant 0.9, addition_deletion",
     "penalty": "FE lumped, central difference at courant 0.5, penalty (0.8 EA/h)",
 }
-
-
-def percent(value: float | str | None) -> str:
-    """Return an error as percent with two digits."""
-    if value is None or isinstance(value, str):
-        return "-"
-    return "0" if value < 1e-9 else f"{float(f'{100.0 * value:.2g}'):g} %"
 
 
 def second_contact(history: AbstractHistory, scene: Scene) -> str:
@@ -228,41 +213,10 @@ def bases() -> str:
     return "\n".join(lines)
 
 
-TABLES = {"axial": axial, "bases": bases, "others": others, "steps": steps, "stiffness": stiffness}
-
-
-def filled(page: str) -> str:
-    """Return the page with its tables written anew."""
-    for name, table in TABLES.items():
-        pattern = re.compile(rf"(<!-- table: {name} -->\n).*?(<!-- end of table -->)", re.DOTALL)
-        if not pattern.search(page):
-            raise SystemExit(f"{PAGE.name} has no place for table '{name}'")
-        text = table()
-        page = pattern.sub(lambda match, text=text: f"{match.group(1)}{text}\n{match.group(2)}", page)  # type: ignore[misc]
-    return page
-
-
 def without_times(page: str) -> str:
     """Return the page without the last cell of rows that end in a time, and without rows that chatter."""
     return re.sub(r"\| [\d.]+ \|$|^.*\| ~.*$", "|", page, flags=re.MULTILINE)
 
 
-def main() -> int:
-    parser = argparse.ArgumentParser(description="Write the measured tables of how-to-choose.md.")
-    parser.add_argument("--out", type=Path, default=DOCS, help="folder of the page that is written")
-    parser.add_argument("--check", action="store_true", help="write nothing; fail where a table has changed")
-    options = parser.parse_args()
-    old = PAGE.read_text(encoding="utf-8")
-    new = filled(old)
-    if options.check:
-        same = without_times(old) == without_times(new)
-        print("tables unchanged" if same else "tables changed: run studies.how_to_choose")
-        return 0 if same else 1
-    options.out.mkdir(parents=True, exist_ok=True)
-    (options.out / PAGE.name).write_text(new, encoding="utf-8")
-    print(f"{len(TABLES)} tables: {options.out / PAGE.name}")
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+PARTS = {"axial": axial, "bases": bases, "others": others, "steps": steps, "stiffness": stiffness}
+STUDY = Study({"how-to-choose.md": filled(PARTS)}, comparable=without_times)

@@ -1,4 +1,4 @@
-"""Run every law under every scheme on every model, and write docs/matrix.md: ``python -m studies.matrix``.
+"""Every law under every scheme on every model: matrix.md.
 
 Nothing is listed here: laws, schemes, models and bases are those that impactlab registers, so that a new part joins by
 itself. The cells run in processes of their own, which are killed where one hangs.
@@ -16,11 +16,9 @@ import re
 import subprocess
 import sys
 import threading
-import time
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache
-from pathlib import Path
 from queue import Empty, SimpleQueue
 from typing import Any, NamedTuple
 
@@ -34,7 +32,7 @@ from impactlab.models.base import AbstractRodModel
 from impactlab.plugins import BASES, INTEGRATORS, LAWS, MODELS, Group, kind_of, registry
 from impactlab.scene import ElasticBody, Rod, Scene, StepRule
 from impactlab.testing.verdict import options_to_try, required
-from studies.pages import CASES, DOCS, ROOT
+from studies.pages import CASES, ROOT, Study
 
 CASE = CASES / "axial_impact.yaml"
 BEAM_CASE = CASES / "sphere_on_beam.yaml"
@@ -329,7 +327,7 @@ def attend(
 
 def worker() -> subprocess.Popen[str]:
     """Return a process that answers cells, line by line."""
-    command = [sys.executable, "-m", "studies.matrix", "--answer"]
+    command = [sys.executable, "-m", "studies.matrix"]
     return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=ROOT)
 
 
@@ -429,7 +427,7 @@ def machine() -> str:
 
 HEAD = """# Every law under every scheme on every model
 
-Written by `python -m studies.matrix`: {laws} laws, {schemes} schemes, all models and bases that impactlab registers; a
+Written by `python -m studies matrix`: {laws} laws, {schemes} schemes, all models and bases that impactlab registers; a
 law with a choice of kinds stands here once for each. {cells} cells: {told}.
 
 Each cell runs `cases/axial_impact.yaml` (a mass on a clamped rod, alpha = 1, three round trips), or is refused before
@@ -453,28 +451,25 @@ A code stands for a refusal (r) or a failure (F), told below; # stands for a num
 """
 
 
-def main() -> int:
-    parser = argparse.ArgumentParser(description="Write matrix.md: every law under every scheme on every model.")
-    parser.add_argument("--out", type=Path, default=DOCS, help="folder of the page that is written")
+def command(arguments: Sequence[str]) -> int:
+    """Run some cells and print their outcomes; fail where one is broken."""
+    parser = argparse.ArgumentParser(prog="python -m studies matrix", description="Run some cells of the matrix.")
     parser.add_argument("--trips", type=float, default=3.0, help="round trips that each cell runs")
-    parser.add_argument("--only", default="", help="cells whose 'model; law; scheme' matches: prints them")
-    parser.add_argument("--answer", action="store_true", help=argparse.SUPPRESS)
-    options = parser.parse_args()
-    if options.answer:
-        answer()
-        return 0
-    wanted = [cell for cell in cells() if re.search(options.only, "; ".join(cell))]
-    began = time.perf_counter()
-    found = run_all(wanted, options.trips, progress=progress)
-    counts = Counter(each.status for each in found.values())
-    print(f"{len(found)} cells in {time.perf_counter() - began:.0f} s:", dict(counts))
-    if options.only:
-        for cell, each in found.items():
-            print("; ".join(cell), *each)
-    else:
-        options.out.mkdir(parents=True, exist_ok=True)
-        (options.out / "matrix.md").write_text(page(found), encoding="utf-8")
-    return 1 if counts["broken"] else 0
+    parser.add_argument("--only", default="", help="regular expression for 'model; law; scheme'")
+    options = parser.parse_args(arguments)
+    found = run_all([cell for cell in cells() if re.search(options.only, "; ".join(cell))], options.trips)
+    for cell, each in found.items():
+        print("; ".join(cell), *each)
+    return int(any(each.status == "broken" for each in found.values()))
+
+
+def text(_: str) -> str:
+    """Return the page; a broken cell stops the study."""
+    found = run_all(cells(), progress=progress)
+    broken = [f"{'; '.join(cell)}: {each.text}" for cell, each in found.items() if each.status == "broken"]
+    if broken:
+        raise SystemExit("\n".join(broken))
+    return page(found)
 
 
 def progress(done: int, count: int) -> None:
@@ -483,5 +478,7 @@ def progress(done: int, count: int) -> None:
         print(f"{done} of {count}", file=sys.stderr, flush=True)
 
 
+STUDY = Study({"matrix.md": text}, command=command)
+
 if __name__ == "__main__":
-    sys.exit(main())
+    answer()

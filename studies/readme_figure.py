@@ -1,12 +1,6 @@
-"""Draws the picture at the top of the README: the paper's contact force, exact and by the 1999 method.
-
-python -m studies.readme_figure [--out docs/figures]
-"""
+"""The picture at the top of the README: the contact force of the paper's impact, exact and by the 1999 method."""
 
 from __future__ import annotations
-
-import argparse
-from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -14,10 +8,9 @@ from matplotlib.figure import Figure
 import impactlab as il
 from impactlab.report import style
 from impactlab.scene import Rod
-from studies.pages import CASES, DOCS
+from studies.pages import CASES, Study
 
 
-@style.drawn
 def draw() -> Figure:
     """Return the figure: contact force over time, and the displacement of the struck face, in the paper's units."""
     case = il.load_case(CASES / "axial_impact.yaml")
@@ -53,15 +46,4 @@ def draw() -> Figure:
     return figure
 
 
-def main() -> None:
-    """Write the figure."""
-    parser = argparse.ArgumentParser(description="Draws the picture at the top of the README.")
-    parser.add_argument("--out", type=Path, default=DOCS / "figures")
-    out = parser.parse_args().out
-    out.mkdir(parents=True, exist_ok=True)
-    draw().savefig(out / "axial_impact.png", dpi=160, metadata={"Software": None})
-    print(out / "axial_impact.png")
-
-
-if __name__ == "__main__":
-    main()
+STUDY = Study({}, {"figures/axial_impact.png": draw})

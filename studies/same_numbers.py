@@ -14,9 +14,10 @@ import itertools
 import json
 import math
 import multiprocessing
+import sys
 import time
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -196,7 +197,7 @@ def read(file: Path) -> dict[str, dict[str, Any]]:
     return loaded
 
 
-def main() -> None:
+def command(arguments: Sequence[str]) -> int:
     """Collect or compare."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     commands = parser.add_subparsers(dest="command", required=True)
@@ -208,7 +209,7 @@ def main() -> None:
     comparing = commands.add_parser("compare", help="list the numbers that moved")
     comparing.add_argument("before", type=Path)
     comparing.add_argument("after", type=Path)
-    given = parser.parse_args()
+    given = parser.parse_args(arguments)
     if given.command == "collect":
         cells = [cell for cell in (*case_cells(), *matrix_cells()) if given.only in (None, cell[0])][:: given.every]
         found = collect(cells, given.jobs)
@@ -218,7 +219,8 @@ def main() -> None:
     else:
         before, after = read(given.before), read(given.after)
         print(report(list(moved(before, after)), len(before)))
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(command(sys.argv[1:]))

@@ -1,4 +1,4 @@
-"""Runs random cases with a tolerance beside independent programs: ``python -m studies.audit.run``.
+"""Runs random cases with a tolerance beside independent programs: ``python -m studies audit``.
 
 Options: ``--count N`` cases of each family, ``--seed S``, ``--families a,b`` (also ``scan`` and ``scan_rods``, which
 have no seed), ``--first N``, the number of the first one, ``--jobs J``, ``--out FILE`` (one row of CSV a run),
@@ -14,14 +14,14 @@ import argparse
 import csv
 import json
 import multiprocessing
-import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 from studies.audit import references, scenes, summary
 from studies.audit.families import FAMILIES, FIXED, draw
 from studies.audit.measure import COLUMNS, measured, quiet, timed
+from studies.pages import Study
 
 
 def cases(families: list[str], seed: int, count: int, first: int = 0) -> Iterator[scenes.Drawn]:
@@ -72,9 +72,9 @@ def fill(options: argparse.Namespace) -> None:
         summary.fill(page, "cost", summary.cost(rows, summary.load(Path(options.before))))
 
 
-def main() -> int:
-    """Run what the command line asks for."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+def command(arguments: Sequence[str]) -> int:
+    """Run the cases, or fill the page from rows of before."""
+    parser = argparse.ArgumentParser(prog="python -m studies audit", description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--count", type=int, default=20)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--seed", type=int, default=1)
@@ -87,7 +87,7 @@ def main() -> int:
     parser.add_argument("--page")
     parser.add_argument("--before")
     parser.add_argument("--keep")
-    options = parser.parse_args()
+    options = parser.parse_args(arguments)
     quiet()
     if options.show:
         family, place = options.show[0], int(options.show[1])
@@ -106,5 +106,4 @@ def main() -> int:
     return 0
 
 
-if __name__ == "__main__":
-    sys.exit(main())
+STUDY = Study({}, command=command)

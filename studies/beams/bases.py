@@ -1,15 +1,9 @@
-"""Writes beam-bases.md, its tables and its figures, from runs: ``python -m studies.beams.bases [--out DIR]``.
-
-Claims of the literature on the coordinates of beams that are struck, put to the test.
-"""
+"""Coordinates of struck beams, three claims of the literature put to the test: beam-bases.md."""
 
 from __future__ import annotations
 
-import argparse
 import functools
 import math
-from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -29,16 +23,15 @@ from impactlab.integrators.newmark import Newmark
 from impactlab.metrics import midpoints, relative_l2
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.report.style import PALETTE, Margins, drawn, grid, log_axis, save
+from impactlab.report.style import PALETTE, Margins, grid, log_axis
 from impactlab.scene import Beam, StepRule
 from impactlab.types import Array
 from studies.beams.scenes import DENSITY, RESISTANCE, YOUNG, beam, slender, struck
-from studies.pages import DOCS
+from studies.pages import Study, table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-PAGE = "beam-bases.md"
 ELEMENTS = 100
 BASES: dict[str, AbstractBasis] = {
     "eigenvectors": Eigenvectors(),
@@ -91,11 +84,6 @@ def error(scene: Struck, name: str, count: int) -> float:
     t = midpoints(scene.end, 2000)
     force = "force:mass|face"
     return relative_l2(seen.evaluate(t, force), reference(scene).evaluate(t, force)) or 0.0
-
-
-def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Return a table in Markdown."""
-    return "\n".join("| " + " | ".join(row) + " |" for row in (head, ["---"] * len(head), *rows))
 
 
 def share(value: float) -> str:
@@ -219,7 +207,6 @@ def kicks() -> str:
 # Figures.
 
 
-@drawn
 def basis_figure() -> Figure:
     """Return the errors of the force against the number of coordinates."""
     figure, [panels] = grid(1, 2, 2.9, Margins(across=0.4), share=True)
@@ -241,7 +228,6 @@ def basis_figure() -> Figure:
     return figure
 
 
-@drawn
 def kick_figure() -> Figure:
     """Return the velocities after a kick, and how the width falls."""
     figure, [[left, right]] = grid(1, 2, 2.7, Margins(across=0.8))
@@ -271,7 +257,7 @@ def kick_figure() -> Figure:
 TEXT = """\
 # Coordinates of struck beams: three claims of the literature
 
-<!-- Written by `python -m studies.beams.bases`; edit that script, not this page. -->
+<!-- Written by `python -m studies beam_bases`; edit studies/beams/bases.py, not this page. -->
 
 A beam that is struck may be described by a few coordinates, and the literature says which. Errors are against the same
 mesh with all of its modes, so that they are those of the choice of coordinates alone.
@@ -347,18 +333,12 @@ def verdicts() -> dict[str, str]:
     }
 
 
-def main() -> None:
-    """Write page and figures."""
-    parser = argparse.ArgumentParser(description="Write beam-bases.md and its figures.")
-    parser.add_argument("--out", type=Path, default=DOCS, help="folder of what is written")
-    out: Path = parser.parse_args().out
-    (out / "figures").mkdir(parents=True, exist_ok=True)
-    filled = TEXT.format(elements=ELEMENTS, errors=errors(), first_moments=first_moments(), kicks=kicks(), **verdicts())
-    (out / PAGE).write_text(filled, encoding="utf-8")
-    save(basis_figure(), out / "figures", "beam_bases_errors")
-    save(kick_figure(), out / "figures", "beam_bases_kicks")
-    print(out / PAGE)
+def page(_: str) -> str:
+    """Return the page."""
+    return TEXT.format(elements=ELEMENTS, errors=errors(), first_moments=first_moments(), kicks=kicks(), **verdicts())
 
 
-if __name__ == "__main__":
-    main()
+STUDY = Study(
+    {"beam-bases.md": page},
+    {"figures/beam_bases_errors": basis_figure, "figures/beam_bases_kicks": kick_figure},
+)

@@ -1,10 +1,9 @@
-"""Writes dispersive-waves.md, its tables and its figures, from runs: ``python -m studies.beams.dispersive``."""
+"""Dispersive waves at a contact, by both laws and in closed form: tables and figures of dispersive-waves.md."""
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Callable, Sequence
-from pathlib import Path
+from functools import cache
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
@@ -12,25 +11,29 @@ import numpy as np
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.contact.dispersive_identification import DispersiveIdentification
 from impactlab.contact.modal_messengers import ModalMessengers
+from impactlab.contact.velocity_complementarity import VelocityComplementarity
 from impactlab.contact.wave_identification import WaveIdentification
 from impactlab.errors import PairingError, StepError
 from impactlab.history import AbstractHistory
+from impactlab.integrators.bathe import Bathe
+from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.midpoint import Midpoint
+from impactlab.integrators.newmark import Newmark
 from impactlab.metrics import midpoints, relative_l2
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.messengers import miss
 from impactlab.models.modal import Modal
-from impactlab.report.style import INK, MUTED, PALETTE, Margins, drawn, grid, log_axis, save
+from impactlab.report.style import INK, MUTED, PALETTE, Margins, grid, log_axis
 from impactlab.scene import ElasticBody, StepRule
 from impactlab.types import Array
+from studies import bounds as of_rods
 from studies.beams.scenes import RESISTANCE, beam, love, love_rod, rod, sheared, slender, struck
-from studies.pages import DOCS
+from studies.pages import Study, filled, table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-PAGE, HEAD = "dispersive-waves.md", "dispersive-waves.head.md"
 ANY = 1e9  # share of a miss: nothing is refused
 GENERAL, BARE = DispersiveIdentification(), DispersiveIdentification(residual=False)
 PHASE, GROUP = ModalMessengers(accept=ANY), ModalMessengers(speed="group", accept=ANY)
@@ -78,11 +81,6 @@ def share(value: float) -> str:
     if not np.isfinite(value):
         return "beyond the body"
     return "rounding" if value < 1e-11 else f"{100.0 * value:.2g} %" if value < 0.995 else f"{100.0 * value:.0f} %"
-
-
-def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Return a table in Markdown."""
-    return "\n".join("| " + " | ".join(row) + " |" for row in (head, ["---"] * len(head), *rows))
 
 
 def messengers() -> str:
@@ -181,6 +179,7 @@ def steps_of(law: AbstractContactLaw, points: Sequence[float]) -> list[AbstractH
 POINTS = (10.0, 40.0, 160.0, 640.0)
 
 
+@cache
 def orders() -> tuple[str, dict[str, tuple[list[float], list[float]]]]:
     """Return the table of steps at a tip, and the errors and gains to draw."""
     problem = long_beam(SLENDER, True)
@@ -222,8 +221,6 @@ def impedance() -> str:
 
 def rebound() -> str:
     """Return what a whole collision comes to by several descriptions."""
-    from impactlab.contact.velocity_complementarity import VelocityComplementarity
-
     rows = []
     for name, held, x, end in (
         ("slender cantilever, tip", beam(0.3, "clamped", "free"), 0.3, 0.0128),
@@ -260,11 +257,6 @@ BOUND_MODELS = {
 
 def bounds() -> str:
     """Return the largest gains and losses of the general form on the rod, over mass ratios, far ends and steps."""
-    from impactlab.integrators.bathe import Bathe
-    from impactlab.integrators.exact_modal import ExactModal
-    from impactlab.integrators.newmark import Newmark
-    from studies import bounds as of_rods
-
     rows = []
     for law, kind in ((BARE, "no"), (GENERAL, "yes")):
         for name, model in BOUND_MODELS.items():
@@ -288,8 +280,7 @@ def bounds() -> str:
     )
 
 
-@drawn
-def picture(lines: dict[str, tuple[list[float], list[float]]]) -> Figure:
+def picture() -> Figure:
     """Return the figure: what single messengers miss, and what the step does at a tip."""
     figure, [[left, right]] = grid(1, 2, 2.7, Margins(across=0.8))
     chosen = (
@@ -308,7 +299,7 @@ def picture(lines: dict[str, tuple[list[float], list[float]]]) -> Figure:
     left.set_xlabel("points in the shortest period")
     left.set_ylabel("missed, over what the modes do in a step")
     left.set_title("What the messengers miss")
-    for number, (name, (errors, gains)) in enumerate(lines.items()):
+    for number, (name, (errors, gains)) in enumerate(orders()[1].items()):
         right.loglog(POINTS, errors, color=PALETTE[number], marker="o", markersize=3.5)
         right.loglog(POINTS, gains, color=PALETTE[number], linestyle=(0, (3, 1.5)), linewidth=1.0)
         right.text(11.0, 10.0 ** (-6.1 - 0.42 * number), name, color=PALETTE[number], fontsize=7.5)
@@ -323,7 +314,6 @@ def picture(lines: dict[str, tuple[list[float], list[float]]]) -> Figure:
     return figure
 
 
-@drawn
 def slowing() -> Figure:
     """Return the figure of the mass's velocity on long beams."""
     figure, [panels] = grid(1, 2, 2.7, Margins(across=0.4), share=True)
@@ -350,31 +340,15 @@ def slowing() -> Figure:
     return figure
 
 
-def main() -> None:
-    """Write page and figures."""
-    parser = argparse.ArgumentParser(description="Write dispersive-waves.md and its figures.")
-    parser.add_argument("--out", type=Path, default=DOCS, help="folder of what is written")
-    out: Path = parser.parse_args().out
-    (out / "figures").mkdir(parents=True, exist_ok=True)
-    text, lines = orders()
-    filled = (
-        Path(__file__)
-        .with_name(HEAD)
-        .read_text(encoding="utf-8")
-        .format(
-            messengers=messengers(),
-            orders=text,
-            laws=laws_compared(),
-            impedance=impedance(),
-            rebound=rebound(),
-            bounds=bounds(),
-        )
-    )
-    (out / PAGE).write_text(filled, encoding="utf-8")
-    save(picture(lines), out / "figures", "dispersive_messengers")
-    save(slowing(), out / "figures", "dispersive_slowing")
-    print(out / PAGE)
-
-
-if __name__ == "__main__":
-    main()
+PARTS = {
+    "messengers": messengers,
+    "orders": lambda: orders()[0],
+    "laws": laws_compared,
+    "impedance": impedance,
+    "rebound": rebound,
+    "bounds": bounds,
+}
+STUDY = Study(
+    {"dispersive-waves.md": filled(PARTS)},
+    {"figures/dispersive_messengers": picture, "figures/dispersive_slowing": slowing},
+)

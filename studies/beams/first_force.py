@@ -1,4 +1,4 @@
-"""Writes the table and the figure of beams-first-force.md: ``python -m studies.beams.first_force [--out DIR]``.
+"""The first force of an impact on a beam: the table and the figure of beams-first-force.md.
 
 A mass strikes the middle of a free steel beam, 1 cm x 1 cm and 60 cm long, so hard that both move together; until
 58 us nothing comes back from its ends. The mean force since the touch is M (v0 - v)/t, of any method, over
@@ -7,11 +7,9 @@ A mass strikes the middle of a free steel beam, 1 cm x 1 cm and 60 cm long, so h
 
 from __future__ import annotations
 
-import argparse
 import dataclasses
 import math
-import re
-from pathlib import Path
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -27,10 +25,8 @@ from impactlab.report import style
 from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point, Scene, StepRule
 from impactlab.simulate import run
 from impactlab.types import Array
-from studies.pages import DOCS
+from studies.pages import Study, filled
 
-PAGE = DOCS / "beams-first-force.md"
-TABLE = re.compile(r"(<!-- table: first force -->\n).*?(\n<!-- end of table -->)", re.DOTALL)
 COUNTS = (20, 40, 80, 160, 320, 640)
 LENGTH, SIDE, YOUNG, DENSITY = 0.6, 0.01, 2.1e11, 7900.0
 AREA, INERTIA = SIDE**2, SIDE**4 / 12.0
@@ -60,6 +56,12 @@ def body(theory: str) -> Beam:
     )  # fmt: skip
     ends = End("free"), End("free")
     return Beam("beam", (segment,), *ends, theory="timoshenko" if shears else "euler_bernoulli")
+
+
+@cache
+def measured() -> dict[str, list[Line]]:
+    """Return the modal answers by theory."""
+    return {theory: [modal(theory, modes) for modes in COUNTS] for theory in ("timoshenko", "euler_bernoulli")}
 
 
 def mean_force(beam: Beam, law: object, dt: float, times: Array) -> Array:
@@ -100,7 +102,6 @@ def endless(times: Array) -> Array:
     return np.asarray(MASS * slowed / times / (IMPEDANCE * SPEED))
 
 
-@style.drawn
 def draw(lines: dict[str, list[Line]]) -> Figure:
     """Return the figure: mean force over time, and over the first period of the highest mode."""
     figure = Figure(figsize=(style.WIDTH, 3.6), layout="constrained")
@@ -152,18 +153,7 @@ def table(lines: dict[str, list[Line]]) -> str:
     return "\n".join(rows)
 
 
-def main() -> None:
-    """Write page and figure."""
-    parser = argparse.ArgumentParser(description="Writes the table and the figure of beams-first-force.md.")
-    parser.add_argument("--out", type=Path, default=DOCS, help="folder of what is written")
-    out = parser.parse_args().out
-    (out / "figures").mkdir(parents=True, exist_ok=True)
-    lines = {theory: [modal(theory, modes) for modes in COUNTS] for theory in ("timoshenko", "euler_bernoulli")}
-    draw(lines).savefig(out / "figures" / "beams_first_force.png", dpi=160, metadata={"Software": None})
-    text = TABLE.sub(lambda match: f"{match.group(1)}{table(lines)}{match.group(2)}", PAGE.read_text(encoding="utf-8"))
-    (out / PAGE.name).write_text(text, encoding="utf-8")
-    print(out / PAGE.name)
-
-
-if __name__ == "__main__":
-    main()
+STUDY = Study(
+    {"beams-first-force.md": filled({"first force": lambda: table(measured())})},
+    {"figures/beams_first_force.png": lambda: draw(measured())},
+)

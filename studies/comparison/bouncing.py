@@ -10,7 +10,8 @@ from impactlab.contact.paoli_schatzman import PaoliSchatzman
 from impactlab.history import AbstractHistory
 from impactlab.types import Array
 from studies.comparison.periodic import ratio
-from studies.comparison.schemes import EXACT, SCHEMES, TRAP, Run, Scheme, ran, scene_of, stopped, table
+from studies.comparison.schemes import EXACT, SCHEMES, TRAP, Run, Scheme, ran, scene_of, stopped
+from studies.pages import table
 
 SIZES = (100, 200)
 BOUNCES = 100

@@ -19,7 +19,7 @@ from impactlab.integrators.newmark import Newmark
 from impactlab.integrators.nonsmooth_generalised_alpha import NonsmoothGeneralisedAlpha
 from impactlab.testing.contracts import IntegratorContract
 from impactlab.testing.impact_orders import error, impact_order
-from studies.comparison.schemes import table
+from studies.pages import table
 
 # With the declared order; that of a scheme's class holds for its options but these.
 FIRST = {"moreau_jean theta = 1": MoreauJean(1.0), "newmark beta = 0.3025, gamma = 0.6": Newmark(0.3025, 0.6)}

@@ -8,7 +8,8 @@ from typing import NamedTuple
 from impactlab import metrics
 from impactlab.history import AbstractHistory
 from impactlab.scene import Scene
-from studies.comparison.schemes import EXACT, SCHEMES, TRAP, TRAP_MIDDLE, Run, Scheme, ran, scene_of, stopped, table
+from studies.comparison.schemes import EXACT, SCHEMES, TRAP, TRAP_MIDDLE, Run, Scheme, ran, scene_of, stopped
+from studies.pages import percent, table
 
 SIZES = (20, 80, 320)
 IMPULSE = 0.5  # N s, of each of the four exact contacts
@@ -75,13 +76,6 @@ def ratio(value: float) -> str:
     return "1" if abs(value - 1.0) < 1e-9 else f"{value:.3f}" if value < 9.9995 else f"{value:.3g}"
 
 
-def percent(value: float | None) -> str:
-    """Return an error in per cent, two digits."""
-    if value is None:
-        return "-"
-    return "0" if value < 1e-9 else f"{float(f'{100.0 * value:.2g}'):g}"
-
-
 def row(scheme: Scheme, sizes: tuple[int, ...] = SIZES) -> tuple[str, float | None, str]:
     """Return the cells of a method but its time, its time on the finest mesh [s], and why it was stopped."""
     found = [measured(scheme, n, repeats=REPEATS if n == sizes[-1] else 1) for n in sizes]
@@ -94,9 +88,9 @@ def row(scheme: Scheme, sizes: tuple[int, ...] = SIZES) -> tuple[str, float | No
         for show in (
             lambda each: ratio(each.end),
             lambda each: ratio(each.largest),
-            lambda each: percent(each.tip),
-            lambda each: percent(each.pressure),
-            lambda each: percent(each.away),
+            lambda each: percent(each.tip, ""),
+            lambda each: percent(each.pressure, ""),
+            lambda each: percent(each.away, ""),
             lambda each: str(each.again),
         )
     ]

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import io
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from impactlab import metrics
-from impactlab.report.style import GRID, INK, MUTED, PALETTE, Margins, curve, drawn, grid, label_lines
+from impactlab.report.style import GRID, INK, MUTED, PALETTE, Margins, curve, grid, label_lines
 from studies.comparison.bouncing import BOUNCES, EVERY, FIRST, LAST, bounced, mechanical
 from studies.comparison.periodic import PRESSURE, exact
 from studies.comparison.schemes import (
@@ -39,7 +37,6 @@ TELLING = (
 TOP = 2.3  # of the pressure axes, over the exact pressure
 
 
-@drawn
 def periodic_bar() -> Figure:
     """Return tip displacement and pressure of four methods against the exact answer."""
     figure, axes = grid(len(TELLING), 2, 1.15, Margins(left=0.62, across=0.62, down=0.52, top=0.34))
@@ -80,7 +77,6 @@ LINES = (  # with widths: three of them lie on top of each other
 )
 
 
-@drawn
 def bouncing_bar() -> Figure:
     """Return the energy of the bouncing bar against the number of exact bounces."""
     figure, [[axes]] = grid(1, 1, 3.3, Margins(right=2.65))
@@ -99,18 +95,3 @@ def bouncing_bar() -> Figure:
     axes.set_ylabel("mechanical energy  /  500 J")
     label_lines(axes, ends)
     return figure
-
-
-FIGURES = {"periodic_bar": periodic_bar, "bouncing_bar": bouncing_bar}
-
-
-@drawn
-def write(folder: Path) -> None:
-    """Write the figures as PNG files of few colours."""
-    from PIL import Image
-
-    folder.mkdir(parents=True, exist_ok=True)
-    for name, draw in FIGURES.items():
-        buffer = io.BytesIO()
-        draw().savefig(buffer, format="png", dpi=150, metadata={"Software": None})
-        Image.open(buffer).convert("RGB").quantize(96).save(folder / f"{name}.png", optimize=True)

@@ -220,12 +220,6 @@ def ran(scene: Scene) -> Run:
         return Run(None, error.text)
 
 
-def table(header: str, rows: list[str]) -> str:
-    """Return a table in Markdown from lines of cells with bars between them."""
-    line = "|".join(["---"] * (header.count("|") + 1))
-    return "\n".join([f"| {header} |", f"|{line}|", *(f"| {row} |" for row in rows)])
-
-
 def stopped(reasons: list[tuple[str, str]]) -> str:
     """Return the list of runs that were stopped or refused, as it stands below a table."""
     if not reasons:

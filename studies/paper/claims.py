@@ -54,7 +54,7 @@ def row(
 
     def register(test: Callable[[], Finding]) -> Callable[[], Finding]:
         name = test.__name__
-        again = command or f"python -m studies.paper.ledger --row {name}"
+        again = command or f"python -m studies paper --row {name}"
         ROWS.append(Row(name, section, where, claim, printed, verdict, again, test))
         return test
 

@@ -57,7 +57,7 @@ def at_rest() -> Finding:
     "Fig. 10 shows an instant after the first reflection; both captions give t = 3.49e-5 s.",
     "3.49e-5 s, 3.491e-5 s",
     CORRECTED,
-    "python -m studies.paper.figures",
+    "python -m studies paper",
 )
 def captions() -> Finding:
     transit = SEGMENT.length / SEGMENT.wave_speed

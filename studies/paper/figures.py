@@ -1,24 +1,18 @@
-"""Figures 2 and 4 to 11 of the paper, drawn anew from runs, and its ledger: ``python -m studies.paper.figures``.
+"""Figures 2 and 4 to 11 of the paper, drawn again from runs.
 
-Dark lines are the exact solution of the continuous rod, coloured ones are computed. Writes a PNG and an SVG for each
-figure and README.md with the captions into the folder figures, and the ledger of claims beside it.
+Dark lines are the exact solution of the continuous rod, coloured ones are computed.
 """
 
 from __future__ import annotations
 
-import argparse
-import sys
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from impactlab.history import AbstractHistory
-from impactlab.report.style import GRID, INK, MUTED, PALETTE, Margins, curve, drawn, grid, save
-from studies.pages import DOCS
+from impactlab.report.style import GRID, INK, MUTED, PALETTE, Margins, curve, grid
 from studies.paper.by_hand import face_flight, paper_flight
-from studies.paper.ledger import write
 from studies.paper.problem import (
     FACE,
     FORCE,
@@ -86,7 +80,6 @@ def over_time(axes: Axes, label: str) -> None:
     axes.axhline(0.0, color=GRID, linewidth=0.9, zorder=0.5)
 
 
-@drawn
 def flight() -> Figure:
     """Return Fig. 2: mass and free face after the first contact."""
     figure, [[whole, close]] = grid(1, 2, PANEL, Margins(across=0.7))
@@ -264,9 +257,9 @@ FIGURES = (
 )
 
 PAGE = """\
-# The paper's figures, drawn anew
+# The paper's figures, drawn again
 
-<!-- Written by `python -m studies.paper.figures`; edit that script, not this page. -->
+<!-- Written by `python -m studies paper`; edit studies/paper/figures.py, not this page. -->
 
 Figures 2 and 4 to 11 of EscalonaMayoDominguez1999 (Section 3, p. 770, and Section 6, p. 775-778) from runs of this
 package. The exact solution of the continuous rod is dark, what was computed is coloured. T = 2L/c = 116.37 µs,
@@ -276,24 +269,11 @@ Figures 1 and 3 of the paper are sketches.
 """
 
 
-def main() -> int:
-    parser = argparse.ArgumentParser(
-        description="Draw the paper's figures from runs and write the ledger of its claims."
-    )
-    parser.add_argument("--out", type=Path, default=DOCS / "paper", help="folder")
-    folder: Path = parser.parse_args().out
-    out = folder / "figures"
-    out.mkdir(parents=True, exist_ok=True)
+def captions(_: str) -> str:
+    """Return the page of the figures."""
     lines = [PAGE]
     for item in FIGURES:
-        name = f"figure_{item.number:02d}"
-        save(drawn(item.draw)(), out, name)
-        lines.append(f"## Fig. {item.number}. {item.title}\n\n![{item.title}]({name}.svg)\n\n{item.see}\n")
-        print(f"{out / name}.png", file=sys.stderr)
-    (out / "README.md").write_text("\n".join(lines), encoding="utf-8")
-    print(f"{len(FIGURES)} figures: {out}")
-    return write(folder)
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+        lines.append(
+            f"## Fig. {item.number}. {item.title}\n\n![{item.title}](figure_{item.number:02d}.svg)\n\n{item.see}\n"
+        )
+    return "\n".join(lines)
