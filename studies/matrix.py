@@ -8,23 +8,20 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-import json
 import math
 import os
 import platform
 import re
-import subprocess
 import sys
-import threading
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import cache
-from queue import Empty, SimpleQueue
+from collections.abc import Mapping, Sequence
+from functools import cache, partial
 from typing import Any, NamedTuple
 
 import impactlab as il
 from impactlab import metrics, simulate
 from impactlab.api import reference_of
+from impactlab.bench.pool import outcomes
 from impactlab.errors import ImpactlabError, PluginError, StepError
 from impactlab.history import AbstractHistory
 from impactlab.integrators.base import AbstractIntegrator, AbstractScheme
@@ -32,7 +29,7 @@ from impactlab.models.base import AbstractRodModel
 from impactlab.plugins import BASES, INTEGRATORS, LAWS, MODELS, Group, kind_of, registry
 from impactlab.scene import ElasticBody, Rod, Scene, StepRule
 from impactlab.testing.verdict import options_to_try, required
-from studies.pages import CASES, ROOT, Study
+from studies.pages import CASES, Study
 
 CASE = CASES / "axial_impact.yaml"
 BEAM_CASE = CASES / "sphere_on_beam.yaml"
@@ -44,6 +41,9 @@ LIMIT = 300.0  # s, after which a cell counts as hung; the first ones compile
 ELEMENTS, MODES = 100, 40  # of every model that asks for them; nodes where the order is higher
 NOTED = 1e-3  # energy gain over the initial energy from which a cell tells it
 AGAIN = 0.2  # s; a run that is shorter is timed twice
+
+
+Cell = tuple[str, str, str]  # model, law, scheme
 
 
 class Scheme(NamedTuple):
@@ -248,95 +248,24 @@ def judged(history: AbstractHistory, scene: Scene, reference: AbstractHistory) -
     return Outcome("completed", mass, face, second, gain, 1e3 * history.cost.solve_s)
 
 
-def cells() -> list[tuple[str, str, str]]:
+def cells() -> list[Cell]:
     """Return model, law and scheme of every cell."""
     return [(model, law, scheme) for model in models() for law in laws() for scheme in schemes()]
 
 
-def run_all(
-    wanted: Iterable[tuple[str, str, str]],
-    trips: float = 3.0,
-    workers: int = 2,
-    limit: float = LIMIT,
-    progress: Callable[[int, int], None] | None = None,
-) -> dict[tuple[str, str, str], Outcome]:
-    """Return the outcome of each cell, run in processes of their own; one that hangs is killed after ``limit`` [s]."""
-    queue: SimpleQueue[tuple[str, str, str]] = SimpleQueue()
-    count = 0
-    for cell in wanted:
-        queue.put(cell)
-        count += 1
-    found: dict[tuple[str, str, str], Outcome] = {}
-
-    def each(cell: tuple[str, str, str], outcome: Outcome) -> None:
-        found[cell] = outcome
-        if progress is not None:
-            progress(len(found), count)
-
-    threads = [threading.Thread(target=attend, args=(queue, each, trips, limit)) for _ in range(workers)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    return found
+def run_all(wanted: Sequence[Cell], trips: float = 3.0, limit: float = LIMIT) -> dict[Cell, Outcome]:
+    """Return the outcome of each cell, run by two processes; one that hangs is killed after ``limit`` [s]."""
+    found = {}
+    for cell, status, value in outcomes(partial(outcome_of, trips=trips), wanted, workers=2, limit=limit):
+        found[cell] = value if status == "answered" else Outcome("broken", text=f"{status}: {value}")
+        if len(found) % 100 == 0:
+            print(f"{len(found)} of {len(wanted)}", file=sys.stderr, flush=True)
+    return {cell: found[cell] for cell in wanted}
 
 
-def attend(
-    queue: SimpleQueue[tuple[str, str, str]],
-    tell: Callable[[tuple[str, str, str], Outcome], None],
-    trips: float,
-    limit: float,
-) -> None:
-    """Give cells to one process after another, a new one only where the last was killed or died."""
-    process: subprocess.Popen[str] | None = None
-    while True:
-        try:
-            cell = queue.get_nowait()
-        except Empty:
-            break
-        if process is None:
-            process = worker()
-        assert process.stdin is not None
-        assert process.stdout is not None
-        hung = threading.Event()
-
-        def kill(process: subprocess.Popen[str] = process, hung: threading.Event = hung) -> None:
-            hung.set()
-            process.kill()
-
-        timer = threading.Timer(limit, kill)
-        timer.start()
-        try:
-            process.stdin.write(json.dumps([*cell, trips]) + "\n")
-            process.stdin.flush()
-            answer = process.stdout.readline()
-        except OSError:
-            answer = ""
-        timer.cancel()
-        if answer:
-            tell(cell, Outcome(**json.loads(answer)))
-        else:
-            process.kill()
-            reason = f"hung: no answer after {limit:g} s" if hung.is_set() else f"crashed: code {process.wait()}"
-            tell(cell, Outcome("broken", text=reason))
-            process = None
-    if process is not None and process.stdin is not None:
-        process.stdin.close()
-        process.wait()
-
-
-def worker() -> subprocess.Popen[str]:
-    """Return a process that answers cells, line by line."""
-    command = [sys.executable, "-m", "studies.matrix"]
-    return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=ROOT)
-
-
-def answer() -> None:
-    """Answer the cells of standard input; what else is printed goes to standard error."""
-    out, sys.stdout = sys.stdout, sys.stderr
-    for line in sys.stdin:
-        model, law, scheme, trips = json.loads(line)
-        print(json.dumps(outcome(model, law, scheme, trips)._asdict()), file=out, flush=True)
+def outcome_of(cell: Cell, trips: float) -> Outcome:
+    """Return the outcome of one cell."""
+    return outcome(*cell, trips)
 
 
 def percent(share: float) -> str:
@@ -397,7 +326,7 @@ def text_of(found: Outcome, legend: Legend) -> str:
     return f"{text}, {float(f'{found.solve_ms:.2g}'):g} ms"
 
 
-def page(found: Mapping[tuple[str, str, str], Outcome]) -> str:
+def page(found: Mapping[Cell, Outcome]) -> str:
     """Return the page."""
     legend = Legend()
     counts = Counter(each.status for each in found.values())
@@ -465,20 +394,11 @@ def command(arguments: Sequence[str]) -> int:
 
 def text(_: str) -> str:
     """Return the page; a broken cell stops the study."""
-    found = run_all(cells(), progress=progress)
+    found = run_all(cells())
     broken = [f"{'; '.join(cell)}: {each.text}" for cell, each in found.items() if each.status == "broken"]
     if broken:
         raise SystemExit("\n".join(broken))
     return page(found)
 
 
-def progress(done: int, count: int) -> None:
-    """Say how far the run is."""
-    if done % 100 == 0 or done == count:
-        print(f"{done} of {count}", file=sys.stderr, flush=True)
-
-
 STUDY = Study({"matrix.md": text}, command=command)
-
-if __name__ == "__main__":
-    answer()

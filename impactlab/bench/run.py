@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from impactlab.bench import table
+from impactlab.bench import table, worker
 from impactlab.bench.cells import Cell, Job, cells
 from impactlab.bench.environment import described, environment
 from impactlab.bench.grid import Family
+from impactlab.bench.keys import code_hash
+from impactlab.bench.pool import Outcome, outcomes
 from impactlab.bench.references import lose
 from impactlab.bench.rows import VERSION, ended
 from impactlab.bench.store import Store, opened
-from impactlab.bench.workers import Answer, run_jobs
 from impactlab.errors import CaseError
 from impactlab.report.summary import has_numbers
 
@@ -141,51 +143,41 @@ def _find_references(store: Store, missing: Sequence[Job], options: Options, sho
         if job.reference is not None:
             first.setdefault(job.reference, job)
     asked = {job.key: key for key, job in first.items()}
-    done = 0
+    limit = REFERENCE_LIMITS * options.limit
+    found = _outcomes(store, worker.reference, list(first.values()), options.processes, limit)
+    for done, (job, status, value) in enumerate(found, 1):
+        show(f"reference of {job.name}", done / len(first))
+        if status != "answered":
+            lose(store.session, asked[job.key], f"{status}: {value}")
 
-    def took(answer: Answer) -> None:
-        nonlocal done
-        done += 1
-        show(f"reference of {answer.job.name}", done / len(first))
-        if answer.status != "answered":
-            lose(store.session, asked[answer.job.key], f"{answer.status}: {answer.value}")
 
-    run_jobs(
-        list(first.values()),
-        lambda job: ("reference", job),
-        took,
-        workers=options.processes,
-        limit=REFERENCE_LIMITS * options.limit,
-        session=store.session,
+def _outcomes(
+    store: Store, function: Callable[[Job], Any], jobs: Sequence[Job], workers: int, limit: float
+) -> Iterator[Outcome[Job]]:
+    """Give the outcome of each job, run by worker processes that share a folder."""
+    return outcomes(
+        function,
+        jobs,
+        workers=workers,
+        limit=limit,
+        initializer=worker.start,
+        initargs=(store.session, code_hash()),
+        warm_up=worker.warm_up,
     )
 
 
 def _run(
     store: Store, missing: Sequence[Job], records: dict[str, dict[str, Any]], options: Options, show: Show
 ) -> None:
-    done = 0
-
-    def took(answer: Answer) -> None:
-        nonlocal done
-        done += 1
-        job = answer.job
-        if answer.status == "answered":
-            record: dict[str, Any] = answer.value
+    found = _outcomes(store, worker.row, missing, options.processes, options.limit)
+    for done, (job, status, value) in enumerate(found, 1):
+        if status == "answered":
+            record: dict[str, Any] = value
         else:
-            status = "crashed" if answer.status == "raised" else answer.status
-            record = ended(job.name, status, str(answer.value), options.limit)
+            record = ended(job.name, "crashed" if status == "raised" else status, str(value), options.limit)
         store.put("rows", job.key, record)
         records[job.key] = record
         show(f"{job.name} {job.method}", done / len(missing))
-
-    run_jobs(
-        missing,
-        lambda job: ("row", job),
-        took,
-        workers=options.processes,
-        limit=options.limit,
-        session=store.session,
-    )
 
 
 def _times(
@@ -204,22 +196,16 @@ def _times(
     if not options.timing or not missing:
         return times
     say(f"{len(missing)} rows to time, one after another")
-    done = 0
-
-    def took(answer: Answer) -> None:
-        nonlocal done
-        done += 1
-        job = answer.job
-        show(f"timing {job.name} {job.method}", done / len(missing))
-        if answer.status != "answered":
-            say(f"{job.name} {job.method}: not timed, {answer.status}: {answer.value}")
-            return
-        times[job.key] = {**answer.value, "machine": machine}
-        store.put("times", job.key, times[job.key])
-
     # A run is repeated: several of them may take as long as several rows.
     limit = (options.repeats + 2) * options.limit
-    run_jobs(missing, lambda job: ("times", job, options.repeats), took, limit=limit, session=store.session)
+    found = _outcomes(store, partial(worker.times, repeats=options.repeats), missing, 1, limit)
+    for done, (job, status, value) in enumerate(found, 1):
+        show(f"timing {job.name} {job.method}", done / len(missing))
+        if status != "answered":
+            say(f"{job.name} {job.method}: not timed, {status}: {value}")
+            continue
+        times[job.key] = {**value, "machine": machine}
+        store.put("times", job.key, times[job.key])
     return times
 
 

@@ -1,16 +1,7 @@
-"""What a worker process does: take a job, answer a record. It writes nothing to the store."""
+"""The jobs of a worker process: run a cell, find its reference, time it. It writes nothing to the store."""
 
 from __future__ import annotations
 
-import contextlib
-import ctypes
-import os
-import signal
-import sys
-import threading
-from collections.abc import Callable
-from multiprocessing import parent_process
-from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
@@ -25,8 +16,6 @@ from impactlab.casefile.case import case_of
 from impactlab.casefile.document import parse_yaml
 from impactlab.simulate import driver
 
-THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
-PR_SET_PDEATHSIG = 1  # of prctl(2)
 WARM_UP = """
 schema_version: 1
 bodies:
@@ -50,18 +39,8 @@ class Worker:
             self._read = (job, case_of(job.name, job.file, job.document))
         return self._read[1]
 
-    def row(self, job: Job) -> dict[str, Any]:
-        """Return the record of a cell; see `rows.row_of`."""
-        return row_of(self.case(job), job.method, job.settings, self.references)
 
-    def reference(self, job: Job) -> None:
-        """Find what a cell is measured against, where the workers of this bench share it."""
-        self.references.of(api.physics_of(self.case(job).solved_by(job.method, job.settings)))
-
-    def times(self, job: Job, repeats: int) -> dict[str, Any]:
-        """Return what a cell costs; see `timing.times_of`."""
-        settle()
-        return times_of(self.case(job).solved_by(job.method, job.settings), repeats)
+_here = Worker(None)  # of this process
 
 
 def warm_up() -> None:
@@ -71,43 +50,25 @@ def warm_up() -> None:
         driver.run(case.with_settings([setting]).scene())
 
 
-def serve(connection: Connection, session: Path | None, folder: str) -> None:
-    """Answer what comes over a connection until it closes: ``(name, *arguments)`` of a method of `Worker`.
-
-    The first answer is the hash of the sources that this process imports.
-    """
-    _follow()
-    os.chdir(folder)
-    with contextlib.redirect_stdout(sys.stderr):  # what a part prints may not get into a JSON document
-        worker = Worker(session)
-        known: dict[str, Callable[..., Any]] = {
-            "reference": worker.reference,
-            "row": worker.row,
-            "times": worker.times,
-            "warm_up": warm_up,
-        }
-        connection.send(code_hash())
-        while True:
-            try:
-                name, *arguments = connection.recv()
-            except (EOFError, OSError):
-                return
-            try:
-                answer = (True, known[name](*arguments))
-            except Exception as error:  # noqa: BLE001 - whatever it is, the owner says so
-                answer = (False, f"{type(error).__name__}: {str(error)[:500]}")
-            connection.send(answer)
+def start(session: Path | None, code: str) -> None:
+    """Prepare this process for `row`, `reference` and `times`; refuse other sources than those of the owner."""
+    global _here
+    if code_hash() != code:
+        raise RuntimeError("impactlab's sources changed while the bench ran. Start it again.")
+    _here = Worker(session)
 
 
-def _follow() -> None:
-    """End with the owner, also where it is killed: by a thread, and on Linux by the system, in the midst of a run."""
+def row(job: Job) -> dict[str, Any]:
+    """Return the record of a cell; see `rows.row_of`."""
+    return row_of(_here.case(job), job.method, job.settings, _here.references)
 
-    def attend() -> None:
-        owner = parent_process()
-        if owner is not None:
-            owner.join()
-            os._exit(1)
 
-    threading.Thread(target=attend, daemon=True).start()
-    if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, int(signal.SIGKILL))
+def reference(job: Job) -> None:
+    """Find the reference of a cell and keep it in the folder that the workers of this bench share."""
+    _here.references.of(api.physics_of(_here.case(job).solved_by(job.method, job.settings)))
+
+
+def times(job: Job, repeats: int) -> dict[str, Any]:
+    """Return the cost of a cell; see `timing.times_of`."""
+    settle()
+    return times_of(_here.case(job).solved_by(job.method, job.settings), repeats)

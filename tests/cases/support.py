@@ -34,9 +34,14 @@ def labels() -> tuple[str, ...]:
 
 
 @cache
+def compared(label: str) -> il.Comparison:
+    """Return the methods of a case side by side, with the answer they are measured against."""
+    return il.compare(case_of(label))
+
+
 def rows(label: str) -> dict[str, dict[str, Any]]:
     """Return the summaries of a case's methods, by name."""
-    return {row["name"]: row["summary"] for row in il.compare(case_of(label)).document["rows"]}
+    return {row.name: row.summary for row in compared(label).rows}
 
 
 @cache

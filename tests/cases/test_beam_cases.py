@@ -41,6 +41,7 @@ def agree(label: str, found: Impact, times: float, impulses: float, peaks: float
         assert span.peak_force == pytest.approx(peak, rel=peaks)
 
 
+@pytest.mark.slow
 def test_the_sphere_leaves_once() -> None:
     """The numbers of Timoshenko's first example, each to 1e-4; two routes agree to 1e-6."""
     found = sphere(0.1535, 0.01, 6, 2.0e-4)

@@ -58,7 +58,7 @@ def test_a_cell_completes_or_is_refused_with_reason_and_remedy(model: str, law: 
 @pytest.mark.slow
 def test_no_cell_crashes_hangs_or_returns_a_number_that_is_not_finite() -> None:
     cells = matrix.cells()
-    found = matrix.run_all(cells, TRIPS, workers=2, limit=300.0)
+    found = matrix.run_all(cells, TRIPS)
     assert set(found) == set(cells)
     for cell, each in found.items():
         try:
@@ -79,13 +79,6 @@ def test_no_cell_crashes_hangs_or_returns_a_number_that_is_not_finite() -> None:
         scene = matrix.scene_of(*cell, TRIPS)
         assert scene.step.courant == 0.5, cell
         simulate.run(dataclasses.replace(scene, step=StepRule(courant=0.3)))
-
-
-def test_a_cell_that_hangs_is_killed_and_the_next_one_runs() -> None:
-    cells = [(MODEL, LAW, SCHEME), (MODEL, "addition_deletion", SCHEME)]
-    found = matrix.run_all(cells, TRIPS, workers=1, limit=1e-3)
-    assert [found[cell].status for cell in cells] == ["broken", "broken"]
-    assert all("hung" in each.text for each in found.values())
 
 
 # What a refusal tells to use instead, tried: cell, what its remedy names, the cell that follows it.

@@ -1,4 +1,4 @@
-"""The page on the first force: its numbers are those of the runs, on a sample, and its words are true."""
+"""The page on the first force: what it concludes from its table and its runs."""
 
 from __future__ import annotations
 
@@ -19,19 +19,7 @@ def printed() -> dict[int, list[float]]:
     return {int(modes): [float(cell.split()[0]) for cell in rest.split(" | ")] for modes, rest in lines}
 
 
-def test_the_table_is_what_the_runs_give() -> None:
-    """To one in the last digit printed."""
-    table = printed()
-    assert tuple(table) == script.COUNTS
-    for modes in (20, 80):
-        shear, plain = script.modal("timoshenko", modes), script.modal("euler_bernoulli", modes)
-        waves = script.waves(np.array([0.5, 1.0]) * shear.period)[-1]
-        law = script.endless(np.array([plain.period]))[0]
-        assert [table[modes][k] for k in (1, 2, 4, 5)] == pytest.approx(
-            [shear.first, waves, plain.first, law], abs=0.006
-        )
-
-
+@pytest.mark.slow
 def test_the_words_are_true() -> None:
     table = printed()
     forces = np.array([table[modes][1] for modes in script.COUNTS])

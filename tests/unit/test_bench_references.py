@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from impactlab.bench import run as runs
+from impactlab.bench import worker
 from impactlab.bench.cells import Job
 from impactlab.bench.grid import read_grid
+from impactlab.bench.pool import Outcome
 from impactlab.bench.run import Options, bench
-from impactlab.bench.worker import Worker
-from impactlab.bench.workers import Answer
 
 PAPER = Path(__file__).resolve().parents[2] / "cases" / "axial_impact.yaml"
 GRID = """
@@ -23,32 +23,24 @@ families:
   wrong: {model: {kind: modal, elements: 2, modes: 99}}
   short: {model: {kind: continuous}, settings: {solve.duration: {round_trips: 1.0}}}
 """
-Put = Callable[[Job, str], Answer | None]
+Put = Callable[[Job, str], Outcome[Job] | None]
 
 
 class Inline:
-    """Takes the place of the worker processes: the same questions, answered in this one."""
+    """Takes the place of the worker processes: the same jobs, done in this one."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, put: Put = lambda _job, _name: None) -> None:
-        self.asked: list[tuple[str, str, float]] = []  # question, method, limit
+        self.asked: list[tuple[str, str, float]] = []  # function, method, limit
         self.put = put
-        monkeypatch.setattr(runs, "run_jobs", self)
+        monkeypatch.setattr(runs, "outcomes", self)
 
     def __call__(
-        self,
-        jobs: Sequence[Job],
-        question: Callable[[Job], tuple[Any, ...]],
-        took: Callable[[Answer], None],
-        *,
-        limit: float,
-        session: Path | None = None,
-        **_: Any,
-    ) -> None:
-        worker = Worker(session)
+        self, function: Any, jobs: Sequence[Job], *, limit: float, initargs: tuple[Any, ...], **_: Any
+    ) -> Iterator[Outcome[Job]]:
+        worker.start(*initargs)
         for job in jobs:
-            name, *arguments = question(job)
-            self.asked.append((name, job.method, limit))
-            took(self.put(job, name) or Answer(job, "answered", getattr(worker, name)(*arguments)))
+            self.asked.append((function.__name__, job.method, limit))
+            yield self.put(job, function.__name__) or Outcome(job, "answered", function(job))
 
 
 def run(tmp_path: Path, **options: Any) -> runs.Bench:
@@ -85,7 +77,7 @@ def test_each_reference_is_one_job_before_all_rows_and_has_more_time(
 def test_rows_go_without_a_reference_that_was_lost_and_are_run_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    Inline(monkeypatch, lambda job, name: Answer(job, "hung", "no answer after 3 s") if name == "reference" else None)
+    Inline(monkeypatch, lambda job, name: Outcome(job, "hung", "no answer after 3 s") if name == "reference" else None)
     found = run(tmp_path)
     assert found.counts == {"completed": 3, "refused": 1}
     told = found.records[found.cells[0].key]
@@ -101,7 +93,7 @@ def test_rows_go_without_a_reference_that_was_lost_and_are_run_again(
 def test_what_crashed_is_run_again_and_what_was_refused_is_not(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     Inline(
         monkeypatch,
-        lambda job, name: Answer(job, "crashed", "SIGKILL") if (name, job.method) == ("row", "short") else None,
+        lambda job, name: Outcome(job, "crashed", "SIGKILL") if (name, job.method) == ("row", "short") else None,
     )
     assert run(tmp_path).counts == {"completed": 2, "refused": 1, "crashed": 1}
     again = Inline(monkeypatch)

@@ -15,9 +15,8 @@ from typing import Any
 import pytest
 
 from impactlab import CaseError
-from impactlab.bench.cells import Job
-from impactlab.bench.workers import Pending
-from impactlab.casefile.document import Document
+from impactlab.bench import worker
+from impactlab.bench.pool import outcomes
 
 ROOT = Path(__file__).resolve().parents[2]
 PAPER = ROOT / "cases" / "axial_impact.yaml"
@@ -95,22 +94,6 @@ families:
   leaves: {law: {kind: leaves}}
   raises: {law: {kind: raises}}
 """
-
-
-def job(key: str, scene: str) -> Job:
-    return Job(key, scene, scene, Document({}, {}), "base", "m", {})
-
-
-def test_jobs_of_one_scene_go_to_one_worker_until_there_are_no_scenes_left() -> None:
-    left = Pending([job(f"{scene}{n}", scene) for scene in "abc" for n in range(3)])
-    assert len(left) == 9
-    assert left.next_for(None, {None}).key == "a0"
-    assert left.next_for(None, {"a/base"}).key == "b0"
-    assert left.next_for("a/base", {"b/base"}).key == "a1"
-    assert left.next_for("a/base", {"b/base"}).key == "a2"
-    assert left.next_for("a/base", {"b/base"}).key == "c0"  # its own scene is done: one that nobody has begun
-    assert [left.next_for("c/base", {"b/base"}).key for _ in range(3)] == ["c1", "c2", "b1"]  # it helps at the end
-    assert len(left) == 1
 
 
 def invoke(*arguments: str, cwd: Path, **settings: Any) -> subprocess.CompletedProcess[str]:
@@ -220,10 +203,15 @@ def test_ctrl_c_leaves_with_130_and_keeps_what_is_done(tmp_path: Path) -> None:
     assert not list(tmp_path.glob("b/session-*"))
 
 
+def test_a_job_that_hangs_is_killed_and_the_next_one_runs() -> None:
+    found = {job: (status, value) for job, status, value in outcomes(time.sleep, [60.0, 0.0], limit=1.0)}
+    assert found == {60.0: ("hung", "no answer after 1 s"), 0.0: ("answered", None)}
+
+
+def test_other_sources_than_those_of_the_bench_are_refused() -> None:
+    with pytest.raises(CaseError, match="a worker process did not start"):
+        list(outcomes(worker.row, [None], limit=9.0, initializer=worker.start, initargs=(None, "other")))
+
+
 def test_a_bench_of_no_job_starts_no_process() -> None:
-    from impactlab.bench.workers import run_jobs
-
-    def never(*_: Any) -> Any:
-        raise CaseError("there is no job")
-
-    run_jobs([], never, never, limit=1.0)
+    assert list(outcomes(pytest.fail, [], limit=1.0)) == []

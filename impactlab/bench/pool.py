@@ -1,0 +1,143 @@
+"""A process pool (pebble) with a time limit for each job: one that hangs or dies ends its own worker alone."""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import os
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from multiprocessing import get_context, parent_process
+from queue import SimpleQueue
+from typing import Any, Generic, NamedTuple, TypeVar
+
+from impactlab.errors import CaseError
+
+T = TypeVar("T")
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+PR_SET_PDEATHSIG = 1  # of prctl(2)
+MAX_WARM_UP_S = 600.0  # to compile the loops on a slow machine
+MAX_TEXT = 500  # characters of an error
+
+
+class Outcome(NamedTuple, Generic[T]):
+    """How a job ended."""
+
+    job: T
+    status: str  # answered | raised | hung | crashed
+    value: Any  # the result; else a text with the reason
+
+
+def outcomes(
+    function: Callable[[T], Any],
+    jobs: Sequence[T],
+    *,
+    workers: int = 1,
+    limit: float,
+    initializer: Callable[..., None] | None = None,
+    initargs: tuple[Any, ...] = (),
+    warm_up: Callable[[], Any] | None = None,
+) -> Iterator[Outcome[T]]:
+    """Run a function on each job in worker processes, and give the outcomes as they come.
+
+    Parameters
+    ----------
+    function : callable
+        Called in a worker with a job; it and its results are pickled.
+    jobs : sequence
+        One argument each.
+    workers : int
+        How many processes; each has one thread of linear algebra, so that results do not depend on their number.
+    limit : float
+        Time [s] after which a worker is killed and its job ``hung``.
+    initializer, initargs : callable, tuple
+        Called at the start of each process.
+    warm_up : callable, optional
+        Run once in one worker before the jobs: what it compiles is on disk when the others need it.
+
+    Raises
+    ------
+    CaseError
+        If no worker starts, or the warm-up does not succeed.
+    """
+    from pebble import ProcessPool
+
+    if not jobs:
+        return
+    done: SimpleQueue[tuple[T, Any]] = SimpleQueue()
+    with _one_thread_each():
+        pool = ProcessPool(min(workers, len(jobs)), 0, _start, (initializer, initargs), get_context("spawn"))
+        try:
+            if warm_up is not None:
+                status, value = _ended(pool.schedule(warm_up, timeout=MAX_WARM_UP_S), MAX_WARM_UP_S)
+                if status != "answered":
+                    raise CaseError(f"a first run {status}: {value}", remedy="Try `impactlab run` on a case first.")
+            for job in jobs:
+                future = pool.schedule(function, (job,), timeout=limit)
+                future.add_done_callback(partial(lambda job, future: done.put((job, future)), job))
+            for _ in jobs:
+                job, future = done.get()
+                yield Outcome(job, *_ended(future, limit))
+        finally:
+            pool.stop()  # type: ignore[no-untyped-call]
+            pool.join()
+
+
+def _ended(future: Any, limit: float) -> tuple[str, Any]:
+    """Return the status of a job and its value."""
+    from pebble import ProcessExpired
+
+    try:
+        return "answered", future.result()
+    except TimeoutError:
+        return "hung", f"no answer after {limit:g} s"
+    except ProcessExpired as error:
+        return "crashed", f"the process ended with {_code(error.exitcode)}"
+    except RuntimeError as error:
+        raise CaseError(
+            f"a worker process did not start: {error}", remedy="See standard error for the reason."
+        ) from None
+    except Exception as error:  # noqa: BLE001 - whatever a part raises is an outcome
+        return "raised", f"{type(error).__name__}: {str(error)[:MAX_TEXT]}"
+
+
+def _start(initializer: Callable[..., None] | None, initargs: tuple[Any, ...]) -> None:
+    """Prepare a worker: what a part prints may not get into a JSON document, and it ends with its owner."""
+
+    def attend() -> None:
+        owner = parent_process()
+        if owner is not None:
+            owner.join()
+            os._exit(1)
+
+    sys.stdout = sys.stderr
+    threading.Thread(target=attend, daemon=True).start()
+    if sys.platform == "linux":  # by the system, also in the middle of a compiled run
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, int(signal.SIGKILL))
+    if initializer is not None:
+        initializer(*initargs)
+
+
+def _code(code: int) -> str:
+    if code < 0:
+        with contextlib.suppress(ValueError):
+            return signal.Signals(-code).name
+    return f"code {code}"
+
+
+@contextlib.contextmanager
+def _one_thread_each() -> Iterator[None]:
+    """Let processes that are started inside have one thread of linear algebra."""
+    before = {name: os.environ.get(name) for name in THREADS}
+    os.environ.update(dict.fromkeys(THREADS, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
