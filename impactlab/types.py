@@ -38,6 +38,9 @@ class Level(Enum):
 Numbers = ctypes.Array[ctypes.c_double]
 """Room for some numbers inside a record: written and read by index."""
 
+Integers = ctypes.Array[ctypes.c_int64]
+"""The same for integers."""
+
 Record = TypeVar("Record", bound=ctypes.Structure)
 
 
@@ -47,8 +50,11 @@ def record(kind: type[Record]) -> type[Record]:
     for name, hint in get_type_hints(kind, include_extras=True).items():
         if hint is float:
             fields.append((name, ctypes.c_double))
+        elif hint is int:
+            fields.append((name, ctypes.c_int64))
         elif get_origin(hint) is Annotated:
-            fields.append((name, ctypes.c_double * get_args(hint)[1]))
+            array, count = get_args(hint)
+            fields.append((name, get_args(array)[0] * count))
         else:
             fields.append((name, hint))
     kind._fields_ = fields

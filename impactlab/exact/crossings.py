@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from impactlab.exact.arrays import Memory
+from impactlab.exact.arrays import MarchArrays
 from impactlab.exact.kernel import DEPTH, ZERO, first_fall, restrict
 from impactlab.numerics.compiling import EXACT_PART
 
@@ -14,7 +14,7 @@ MIN_TOUCH = 10.0
 
 
 @EXACT_PART
-def rounded_force(m: Memory, j: int, c: int, n: int) -> float:
+def rounded_force(m: MarchArrays, j: int, c: int, n: int) -> float:
     """Return the force below which contact c has none [N]; a stiff spring makes one of rounded displacements."""
     state, junction, contact = m.state[0], m.junctions[j], m.contacts[c]
     none = ZERO * state.fastest * contact.impedance
@@ -28,7 +28,7 @@ def rounded_force(m: Memory, j: int, c: int, n: int) -> float:
 
 
 @EXACT_PART
-def yielding(m: Memory, c: int) -> float:
+def yielding(m: MarchArrays, c: int) -> float:
     """Return how much larger the force of contact c would be on faces that did not give way to it, less 1."""
     contact = m.contacts[c]
     more = 0.0
@@ -40,7 +40,7 @@ def yielding(m: Memory, c: int) -> float:
 
 
 @EXACT_PART
-def resting(m: Memory, j: int, c: int, n: int, place: float) -> bool:
+def resting(m: MarchArrays, j: int, c: int, n: int, place: float) -> bool:
     """Return whether faces that meet at a place in [-1, 1] approach too slowly for a force from there on.
 
     The force of a touch is the speed of approach times the impedance of the faces; a face with mass does not yield.
@@ -65,7 +65,7 @@ def resting(m: Memory, j: int, c: int, n: int, place: float) -> bool:
 
 
 @EXACT_PART
-def fall(m: Memory, base: int, c: int, n: int, floor: float) -> float:
+def fall(m: MarchArrays, base: int, c: int, n: int, floor: float) -> float:
     """Return where the trial row of contact c first falls below the floor, in [-1, 1], or 2 where it never does.
 
     Hard faces with a gap within rounding may part at the start and meet later. Closed at the start, they would pull at
@@ -83,7 +83,7 @@ def fall(m: Memory, base: int, c: int, n: int, floor: float) -> float:
 
 
 @EXACT_PART
-def next_event(m: Memory, j: int, n: int) -> float:
+def next_event(m: MarchArrays, j: int, n: int) -> float:
     """Return the place in [-1, 1] of the first event, 2 for none; the state holds its contact (or -1) and kind."""
     state, junction = m.state[0], m.junctions[j]
     base = junction.first_node

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from impactlab.exact import spring_systems
-from impactlab.exact.arrays import Memory
+from impactlab.exact.arrays import MarchArrays
 from impactlab.exact.crossings import next_event
 from impactlab.exact.kernel import DEPTH, ROOM, chopped, restrict
 from impactlab.exact.merging import joined
@@ -26,7 +26,7 @@ BURST = 64  # events within 1e3 merge tolerances that count as endless
 
 
 @EXACT_PART
-def horizon(m: Memory, j: int) -> float:
+def horizon(m: MarchArrays, j: int) -> float:
     """Return the time up to which every wave that arrives at junction j is one piece."""
     state, junction = m.state[0], m.junctions[j]
     room = len(m.pieces) // len(m.junctions)
@@ -40,7 +40,7 @@ def horizon(m: Memory, j: int) -> float:
 
 
 @EXACT_PART
-def arrivals(m: Memory, j: int, t0: float, t1: float) -> int:
+def arrivals(m: MarchArrays, j: int, t0: float, t1: float) -> int:
     """Write the waves that arrive at the ends of junction j on [t0, t1]; return the number of coefficients."""
     state, junction = m.state[0], m.junctions[j]
     room = len(m.pieces) // len(m.junctions)
@@ -72,7 +72,7 @@ def arrivals(m: Memory, j: int, t0: float, t1: float) -> int:
 
 
 @EXACT_PART
-def keep(m: Memory, j: int, t0: float, t1: float, n: int) -> None:
+def keep(m: MarchArrays, j: int, t0: float, t1: float, n: int) -> None:
     """Write the record of junction j on [t0, t1] and move the junction to its end."""
     state, junction = m.state[0], m.junctions[j]
     nodes, ends = junction.last_node - junction.first_node, junction.last_end - junction.first_end
@@ -112,7 +112,7 @@ def keep(m: Memory, j: int, t0: float, t1: float, n: int) -> None:
 
 
 @EXACT_PART
-def happen(m: Memory, j: int, t: float) -> bool:
+def happen(m: MarchArrays, j: int, t: float) -> bool:
     """Let the event that was found happen; return whether events still have an end."""
     state, junction = m.state[0], m.junctions[j]
     m.contacts[state.contact].closed = state.kind
@@ -128,7 +128,7 @@ def happen(m: Memory, j: int, t: float) -> bool:
 
 
 @EXACT_INLINE
-def interval(m: Memory, j: int) -> int:
+def interval(m: MarchArrays, j: int) -> int:
     """Advance junction j to its next break or event; return DONE, or why it cannot go on."""
     state, junction = m.state[0], m.junctions[j]
     t0 = junction.clock
@@ -167,7 +167,7 @@ def interval(m: Memory, j: int) -> int:
 
 
 @EXACT_ENTRY
-def advance(m: Memory) -> int:
+def advance(m: MarchArrays) -> int:
     """Advance all junctions to the end; return DONE, what has run out of room, or why it cannot go on."""
     state = m.state[0]
     while True:

@@ -6,7 +6,7 @@ break travels on and breaks what it meets; joined pieces keep their number to th
 
 from __future__ import annotations
 
-from impactlab.exact.arrays import Memory, PieceRecord
+from impactlab.exact.arrays import MarchArrays, PieceRecord
 from impactlab.exact.crossings import rounded_force
 from impactlab.exact.kernel import COSINES, ROOM, SIDE, WAVES, WAVES_AT, value
 from impactlab.numerics.compiling import EXACT_PART
@@ -21,7 +21,7 @@ MOST_POINTS = 36  # of a joined piece: half of what a piece may have, so that it
 
 
 @EXACT_PART
-def jump_floor(m: Memory, j: int, row: int, n: int) -> float:
+def jump_floor(m: MarchArrays, j: int, row: int, n: int) -> float:
     """Return the jump of a row below which it has none; negative for rows that are integrals of others."""
     state, junction = m.state[0], m.junctions[j]
     nodes, ends = junction.last_node - junction.first_node, junction.last_end - junction.first_end
@@ -33,7 +33,7 @@ def jump_floor(m: Memory, j: int, row: int, n: int) -> float:
 
 
 @EXACT_PART
-def breaks(m: Memory, at: int, size: int, row: Array, n: int, widths: Array, floor: float) -> int:
+def breaks(m: MarchArrays, at: int, size: int, row: Array, n: int, widths: Array, floor: float) -> int:
     """Return how many coefficients two neighbouring series need above the floor, 0 where value or slope jump.
 
     The earlier one is pool[at : at + size], the later one row[:n]; ``widths`` are their lengths.
@@ -59,7 +59,9 @@ def breaks(m: Memory, at: int, size: int, row: Array, n: int, widths: Array, flo
 
 
 @EXACT_PART
-def resampled(m: Memory, old: PieceRecord, row: int, t0: float, t1: float, n: int, points: int, floor: float) -> bool:
+def resampled(
+    m: MarchArrays, old: PieceRecord, row: int, t0: float, t1: float, n: int, points: int, floor: float
+) -> bool:
     """Write a row over both pieces into the table of waves; return whether so many points hold it to the floor."""
     out = m.waves[row]
     m.state[0].work += points * (n + points)
@@ -95,7 +97,7 @@ def resampled(m: Memory, old: PieceRecord, row: int, t0: float, t1: float, n: in
 
 
 @EXACT_PART
-def stretched(m: Memory, old: PieceRecord, nodes: int, ends: int, height: int, t1: float) -> None:
+def stretched(m: MarchArrays, old: PieceRecord, nodes: int, ends: int, height: int, t1: float) -> None:
     """Write the rows of a piece of constant waves as they go on to t1."""
     half = 0.5 * (t1 - old.start)
     for i in range(height):
@@ -116,7 +118,7 @@ def stretched(m: Memory, old: PieceRecord, nodes: int, ends: int, height: int, t
 
 
 @EXACT_PART
-def joined(m: Memory, j: int, t0: float, t1: float, n: int) -> int:
+def joined(m: MarchArrays, j: int, t0: float, t1: float, n: int) -> int:
     """Write the rows of the last piece and of [t0, t1] as one; return its coefficients, 0 where they remain two."""
     junction = m.junctions[j]
     nodes, ends = junction.last_node - junction.first_node, junction.last_end - junction.first_end

@@ -14,13 +14,13 @@ from impactlab.exact.arrays import (
     EndRecord,
     EventRecord,
     JunctionRecord,
-    Memory,
+    MarchArrays,
     NodeRecord,
     PieceRecord,
     StateRecord,
-    records,
 )
 from impactlab.exact.kernel import DEPTH, ROOM, WIDTH
+from impactlab.numerics.records import columns, dtype_of
 from impactlab.types import Array
 
 Integers = NDArray[int64]
@@ -61,7 +61,7 @@ class Network(NamedTuple):
 class Log(NamedTuple):
     """What the march writes: views of its memory, which is kept when it returns for more room."""
 
-    memory: Memory
+    memory: MarchArrays
     clock: Array  # (junctions,) s, time reached
     u: Array  # (nodes,) m
     v: Array  # (nodes,) m/s
@@ -119,11 +119,11 @@ class Layout:
 def log_of(net: Network, u: Array, v: Array, room: int, pool: int, events: int) -> Log:
     """Return a log without records, and its memory with all that the march needs of the network."""
     count = len(net.node_of) - 1
-    states, state = records(StateRecord, 1)
-    junctions, junction = records(JunctionRecord, count)
-    nodes, node = records(NodeRecord, len(net.mass))
-    ends, end = records(EndRecord, len(net.transit))
-    contacts, contact = records(ContactRecord, len(net.left))
+    states, state = columns(StateRecord, 1)
+    junctions, junction = columns(JunctionRecord, count)
+    nodes, node = columns(NodeRecord, len(net.mass))
+    ends, end = columns(EndRecord, len(net.transit))
+    contacts, contact = columns(ContactRecord, len(net.left))
     state["most"] = np.iinfo(np.int64).max
     state["gravity"], state["duration"], state["tolerance"] = net.gravity, net.duration, net.tolerance
     junction["burst"] = -np.inf
@@ -139,13 +139,14 @@ def log_of(net: Network, u: Array, v: Array, room: int, pool: int, events: int) 
     contact["impedance"] = net.contact_impedance
     before = 2 * net.node_of + 2 * net.end_of + net.contact_of
     tables = np.zeros((3, int((before[1:] - before[:-1]).max()), ROOM))
-    memory = Memory(
-        0, states, junctions, nodes, ends, contacts, None, None, np.empty(pool),
+    memory = MarchArrays(
+        0, states, junctions, nodes, ends, contacts, (), (), np.empty(pool),
         tables[0], tables[1], tables[2], np.zeros((DEPTH + 1, WIDTH)),
     )  # fmt: skip
-    tally = np.ndarray((4,), np.int64, state, StateRecord.pool_used.offset)
-    scale = np.ndarray((2,), np.float64, state, StateRecord.fastest.offset)
-    work = np.ndarray((1,), np.float64, state, StateRecord.work.offset)
+    place = {name: offset for name, (_, offset) in dtype_of(StateRecord).fields.items()}  # bytes
+    tally = np.ndarray((4,), np.int64, state, place["pool_used"])
+    scale = np.ndarray((2,), np.float64, state, place["fastest"])
+    work = np.ndarray((1,), np.float64, state, place["work"])
     none, nothing = np.zeros((count, 0)), np.zeros((count, 0), np.int64)
     never, no_event = np.zeros(0), np.zeros(0, np.int64)
     return widened(
@@ -162,14 +163,14 @@ def widened(log: Log, room: int, events: int) -> Log:
     count, old = log.start.shape
     memory = log.memory
     if room > old:
-        pieces, piece = records(PieceRecord, count * room)
+        pieces, piece = columns(PieceRecord, count * room)
         table = piece.reshape(count, room)
         for name, column in (("start", log.start), ("stop", log.stop), ("size", log.size), ("offset", log.offset)):
             table[name][:, :old] = column
         memory = memory._replace(pieces=pieces)
         log = log._replace(start=table["start"], stop=table["stop"], size=table["size"], offset=table["offset"])
     if events > len(log.event_time):
-        dated, event = records(EventRecord, events)
+        dated, event = columns(EventRecord, events)
         for name, column in (("time", log.event_time), ("contact", log.event_contact), ("kind", log.event_kind)):
             event[name][: len(column)] = column
         memory = memory._replace(events=dated)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from impactlab.exact.arrays import Memory
+from impactlab.exact.arrays import MarchArrays
 from impactlab.exact.kernel import (
     CHOP,
     EASY,
@@ -27,7 +27,7 @@ ROUNDED_V = 2.0e-14  # of the largest velocity: a layer below is rounding
 
 
 @EXACT_PART
-def group_nodes(m: Memory, j: int, longest: int) -> bool:
+def group_nodes(m: MarchArrays, j: int, longest: int) -> bool:
     """Join the nodes that hard contacts hold together, with their masses and loads; return whether springs act."""
     state, junction = m.state[0], m.junctions[j]
     base = junction.first_node
@@ -72,7 +72,7 @@ def tail(a: Array, n: int) -> float:
 
 
 @EXACT_PART
-def follow(m: Memory, j: int, i: int, half: float, longest: int) -> int:
+def follow(m: MarchArrays, j: int, i: int, half: float, longest: int) -> int:
     """Write the velocity of a group with mass, that of node i; return its coefficients, 0 where not resolved."""
     state, node = m.state[0], m.nodes[i]
     group, base = m.nodes[node.group], m.junctions[j].first_node
@@ -95,7 +95,7 @@ def follow(m: Memory, j: int, i: int, half: float, longest: int) -> int:
 
 
 @EXACT_PART
-def solve_nodes(m: Memory, j: int, half: float, longest: int) -> int:
+def solve_nodes(m: MarchArrays, j: int, half: float, longest: int) -> int:
     """Write the velocities of the nodes of junction j; return their number of coefficients, 0 where not resolved."""
     state, junction = m.state[0], m.junctions[j]
     base = junction.first_node
@@ -136,7 +136,7 @@ def solve_nodes(m: Memory, j: int, half: float, longest: int) -> int:
 
 
 @EXACT_PART
-def balance(m: Memory, j: int, c: int, n: int, force: Array) -> None:
+def balance(m: MarchArrays, j: int, c: int, n: int, force: Array) -> None:
     """Write the force of a hard contact: what all else on its bare face takes, rods, what holds it, other contacts."""
     junction = m.junctions[j]
     base, first_end = junction.first_node, junction.first_end
@@ -163,7 +163,7 @@ def balance(m: Memory, j: int, c: int, n: int, force: Array) -> None:
 
 
 @EXACT_PART
-def fill_rows(m: Memory, j: int, half: float, longest: int, n: int) -> int:
+def fill_rows(m: MarchArrays, j: int, half: float, longest: int, n: int) -> int:
     """Write all rows of a record after the velocities of its nodes; return the number of coefficients."""
     junction = m.junctions[j]
     base, first_end = junction.first_node, junction.first_end

@@ -8,7 +8,7 @@ import numba
 import numpy as np
 from numba import types
 
-from impactlab.exact.arrays import Memory
+from impactlab.exact.arrays import MarchArrays
 from impactlab.exact.kernel import ORDER
 from impactlab.exact.linear import eliminate, solved, table
 from impactlab.numerics.addresses import COMPILED, kernel_address
@@ -19,7 +19,7 @@ typeof: Any = numba.typeof
 
 
 @ALLOCATING_PART
-def number_groups(m: Memory, j: int) -> tuple[int, int]:
+def number_groups(m: MarchArrays, j: int) -> tuple[int, int]:
     """Give the groups that can move their places, those with mass first; return how many have mass, and how many."""
     junction = m.junctions[j]
     moving = 0
@@ -38,7 +38,7 @@ def number_groups(m: Memory, j: int) -> tuple[int, int]:
 
 
 @ALLOCATING_PART
-def gather(m: Memory, j: int, damp: Array, stiff: Array, b: Array, first: Array) -> None:
+def gather(m: MarchArrays, j: int, damp: Array, stiff: Array, b: Array, first: Array) -> None:
     """Write damping, stiffness and loads of the groups, and in first[0] the velocities of those with mass."""
     junction = m.junctions[j]
     base = junction.first_node
@@ -106,7 +106,7 @@ def add_row(a: Array, force: Array, at: int, factor: float, row: Array, n: int, 
             force[at, k] += factor * row[q] * b[heavy + q - n, k]
 
 
-def coupled(m: Memory, j: int, half: float) -> None:
+def coupled(m: MarchArrays, j: int, half: float) -> None:
     """Velocities and displacements of groups tied by springs: m V' + D V + K U = load, U' = V.
 
     Unknowns are the velocities of the groups with mass and U/half of all that can move; velocities of groups without
@@ -155,7 +155,7 @@ def coupled(m: Memory, j: int, half: float) -> None:
 _address: dict[bool, int] = {}  # one entry: memories differ in size and never in type, and to type one takes 0.3 ms
 
 
-def address(m: Memory) -> int:
+def address(m: MarchArrays) -> int:
     """Return the address of `coupled`, compiled when a scene first needs it."""
     if COMPILED not in _address:
         signature = types.void(typeof(m), types.int64, types.float64) if COMPILED else None

@@ -14,7 +14,6 @@ from operator import attrgetter
 from typing import Any
 
 import numba
-import numpy as np
 from numba import from_dtype, types
 from numba.core import cgutils
 from numba.core.ccallback import CFunc
@@ -179,18 +178,3 @@ def at_hand(kind: type[ctypes.Structure], address: int) -> Any:
         if isinstance(made, property):
             setattr(record, f"_{name}", getattr(kind.__base__, name).__get__(record))
     return record
-
-
-def records(kind: type[ctypes.Structure], count: int) -> tuple[Any, Any]:
-    """Return room for records, as C structures to write by name, and in the form that the loop takes."""
-    structures: Any = (kind * count)()
-    if not COMPILED:
-        return structures, structures
-    dtype = dtype_of(kind)
-    return structures, np.frombuffer(structures, dtype) if count else np.zeros(0, dtype)
-
-
-@cache
-def dtype_of(kind: type[ctypes.Structure]) -> Any:
-    """Return the numpy type of a record; made once, for making it takes longer than a short run."""
-    return np.dtype(kind)

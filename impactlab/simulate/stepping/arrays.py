@@ -6,164 +6,181 @@ A record is a C structure, read and written under the same names by the compiled
 from __future__ import annotations
 
 import ctypes
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import Annotated, NamedTuple
 
 from numpy import float64, int64
 from numpy.typing import NDArray
 
+from impactlab.types import Integers, Port, Reply, record
+
 Floats = NDArray[float64]
 Ints = NDArray[int64]
 
-INTEGER, REAL = ctypes.c_int64, ctypes.c_double
 
-
+@record
 class BodyRecord(ctypes.Structure):
     """One body: its stepper's addresses and where its pieces lie in the flat arrays."""
 
-    _fields_ = [
-        *((name, INTEGER) for name in ("free", "measure", "retime", "derive")),  # addresses
-        *((name, INTEGER) for name in ("parameter_start", "parameter_end", "state_start", "state_end", "n_dof")),
-        *((name, INTEGER) for name in ("n_ports", "jump_start", "force_start", "impulse_start", "projection_start")),
-    ]
+    free: int  # addresses
+    measure: int
+    retime: int
+    derive: int
+    parameter_start: int
+    parameter_end: int
+    state_start: int
+    state_end: int
+    n_dof: int
+    n_ports: int
+    jump_start: int
+    force_start: int
+    impulse_start: int
+    projection_start: int
 
 
+@record
 class FaceRecord(ctypes.Structure):
     """One side of a contact: two to a contact, left then right."""
 
-    _fields_ = [
-        ("body", INTEGER),
-        ("place", INTEGER),  # which of its body's faces
-        ("low", INTEGER * 9),  # what a force, an impulse, a projection moves at all of the body's displacements,
-        ("high", INTEGER * 9),  # velocities and the rest (the last index): ranges of its state
-        ("sign", REAL),  # direction of the push: -1 left, +1 right
-        ("u", REAL),  # m, at the start of the step
-        ("v", REAL),  # m/s
-        ("free_u", REAL),  # m, at the end without contact
-        ("free_v", REAL),  # m/s
-    ]
+    body: int
+    place: int  # which of its body's faces
+    low: Annotated[Integers, 9]  # what a force, an impulse, a projection moves at all of the body's displacements,
+    high: Annotated[Integers, 9]  # velocities and the rest (the last index): ranges of its state
+    sign: float  # direction of the push: -1 left, +1 right
+    u: float  # m, at the start of the step
+    v: float  # m/s
+    free_u: float  # m, at the end without contact
+    free_v: float  # m/s
 
 
+@record
 class ContactRecord(ctypes.Structure):
     """One contact: its law and what the loop keeps of it."""
 
-    _fields_ = [
-        ("law", INTEGER),  # address
-        ("dates", INTEGER),  # 1 where closings and openings are dated: the law answers by force
-        ("smooth", INTEGER),  # 1 where the force follows from gap and rate alone
-        ("trial_point", REAL),  # where in the step the trial force belongs
-        ("initial_gap", REAL),  # m
-        ("force", REAL),  # N, of the last step
-        ("impulse", REAL),  # N s
-        ("projection", REAL),  # kg m
-        ("push", REAL),
-        ("left_share", REAL),  # of the offset: how much of it is the left face's
-        ("old_gap", REAL),  # m, one step before
-        ("old_trial", REAL),  # N
-        ("touching", REAL),  # 1 where a located touch begins this step
-        ("span_impulse", REAL),  # N s, of the contact under way
-        ("span_peak", REAL),  # N
-        ("last_event", REAL),  # s
-        ("sum_force", REAL),  # N s, since the last record
-        ("total", REAL),  # N s, force times time and impulses, since t = 0
-        ("negative", REAL),  # J, sum of the losses below zero that the law replied; zero of a law that keeps its word
-    ]
+    law: int  # address
+    dates: int  # 1 where closings and openings are dated: the law answers by force
+    smooth: int  # 1 where the force follows from gap and rate alone
+    trial_point: float  # where in the step the trial force belongs
+    initial_gap: float  # m
+    force: float  # N, of the last step
+    impulse: float  # N s
+    projection: float  # kg m
+    push: float
+    left_share: float  # of the offset: how much of it is the left face's
+    old_gap: float  # m, one step before
+    old_trial: float  # N
+    touching: float  # 1 where a located touch begins this step
+    span_impulse: float  # N s, of the contact under way
+    span_peak: float  # N
+    last_event: float  # s
+    sum_force: float  # N s, since the last record
+    total: float  # N s, force times time and impulses, since t = 0
+    negative: float  # J, sum of the losses below zero that the law replied; zero of a law that keeps its word
 
 
+@record
 class MessengerRecord(ctypes.Structure):
     """A reading that a law wants: of which body, for which contact, and into which slot of its port."""
 
-    _fields_ = [("body", INTEGER), ("contact", INTEGER), ("slot", INTEGER)]
+    body: int
+    contact: int
+    slot: int
 
 
+@record
 class PushRecord(ctypes.Structure):
     """A row along which a contact may push a body, beside the force along its gap."""
 
-    _fields_ = [
-        *((name, INTEGER) for name in ("contact", "body", "place")),
-        ("low", INTEGER * 3),  # as of a face: what the push moves at all
-        ("high", INTEGER * 3),
-        ("weight", REAL),
-    ]
+    contact: int
+    body: int
+    place: int
+    low: Annotated[Integers, 3]  # as of a face: what the push moves at all
+    high: Annotated[Integers, 3]
+    weight: float
 
 
+@record
 class PhaseRecord(ctypes.Structure):
-    """A body that takes other coordinates while a contact is closed; see `Memory.other_state`."""
+    """A body that takes other coordinates while a contact is closed; see `StepArrays.other_state`."""
 
-    _fields_ = [("contact", INTEGER), ("body", INTEGER), ("closed", INTEGER), ("map_start", INTEGER)]
+    contact: int
+    body: int
+    closed: int
+    map_start: int
 
 
+@record
 class DamperRecord(ctypes.Structure):
     """A dashpot between two coordinates, or to the ground: the entries of the state it moves with."""
 
-    _fields_ = [
-        ("index", INTEGER),
-        ("other", INTEGER),  # -1 for the ground
-        ("inside", INTEGER),  # 1 where it stands for damping inside the body, not for a dashpot at its end
-        ("damping", REAL),
-        ("old", REAL),  # m, at the start of the step
-        ("straddles", REAL),  # 1 where the dashpot feels the mean velocity of this step and the one before (leapfrog)
-        ("before", REAL),  # m, moved in the step before
-    ]
+    index: int
+    other: int  # -1 for the ground
+    inside: int  # 1 where it stands for damping inside the body, not for a dashpot at its end
+    damping: float
+    old: float  # m, at the start of the step
+    straddles: float  # 1 where the dashpot feels the mean velocity of this step and the one before (leapfrog)
+    before: float  # m, moved in the step before
 
 
+@record
 class EventRecord(ctypes.Structure):
     """One event, with what the contact that it ends had gathered."""
 
-    _fields_ = [
-        ("time", REAL),
-        ("contact", INTEGER),
-        ("kind", INTEGER),
-        ("impulse", REAL),
-        ("span_impulse", REAL),
-        ("span_peak", REAL),
-    ]
+    time: float
+    contact: int
+    kind: int
+    impulse: float
+    span_impulse: float
+    span_peak: float
 
 
+@record
 class SnapshotRecord(ctypes.Structure):
     """A snapshot: the time asked for and the two instants around it."""
 
-    _fields_ = [("time", REAL), ("before", REAL), ("after", REAL)]
+    time: float
+    before: float
+    after: float
 
 
+@record
 class ClockRecord(ctypes.Structure):
     """Where the run is: all that goes on from one call of the loop to the next."""
 
-    _fields_ = [
-        ("time", REAL),
-        ("step", INTEGER),
-        ("steps", INTEGER),  # of the whole run
-        ("n_records", INTEGER),
-        ("n_samples", INTEGER),
-        ("n_events", INTEGER),
-        ("n_snapshots", INTEGER),
-        ("lost_contact", REAL),  # J booked so far
-        ("lost_ends", REAL),  # J
-        ("lost_inside", REAL),  # J, by damping inside bodies
-        ("lost_unresolved", REAL),  # J, handed to modes that are left out
-        ("timed", REAL),  # s, the step length that the steppers are prepared for
-        ("recorded", REAL),  # s, time of the last record
-        ("energy", REAL),  # scratch of `measure`
-    ]
+    time: float
+    step: int
+    steps: int  # of the whole run
+    n_records: int
+    n_samples: int
+    n_events: int
+    n_snapshots: int
+    lost_contact: float  # J booked so far
+    lost_ends: float  # J
+    lost_inside: float  # J, by damping inside bodies
+    lost_unresolved: float  # J, handed to modes that are left out
+    timed: float  # s, the step length that the steppers are prepared for
+    recorded: float  # s, time of the last record
+    energy: float  # scratch of `measure`
 
 
-class Memory(NamedTuple):
+class StepArrays(NamedTuple):
     """All that the loop touches.
 
     Rows of `index` and `value`: face displacements, face velocities, readings, probes, pushes.
     """
 
-    clock: Any  # (1,) of ClockRecord
-    bodies: Any  # (n_bodies,) of BodyRecord
-    faces: Any  # (2 n_contacts,) of FaceRecord
-    contacts: Any  # (n_contacts,) of ContactRecord
-    ports: Any  # (n_contacts,) of Port
-    replies: Any  # (n_contacts,) of Reply
-    messengers: Any  # (n_readings,) of MessengerRecord
-    pushes: Any  # (n_pushes,) of PushRecord
-    phases: Any  # (n_phases,) of PhaseRecord
-    dampers: Any  # (n_dampers,) of DamperRecord
-    events: Any  # (room,) of EventRecord
-    snapshots: Any  # (n_snapshots,) of SnapshotRecord
+    clock: Sequence[ClockRecord]  # (1,)
+    bodies: Sequence[BodyRecord]  # (n_bodies,)
+    faces: Sequence[FaceRecord]  # (2 n_contacts,)
+    contacts: Sequence[ContactRecord]  # (n_contacts,)
+    ports: Sequence[Port]  # (n_contacts,)
+    replies: Sequence[Reply]  # (n_contacts,)
+    messengers: Sequence[MessengerRecord]  # (n_readings,)
+    pushes: Sequence[PushRecord]  # (n_pushes,)
+    phases: Sequence[PhaseRecord]  # (n_phases,)
+    dampers: Sequence[DamperRecord]  # (n_dampers,)
+    events: Sequence[EventRecord]  # (room,)
+    snapshots: Sequence[SnapshotRecord]  # (n_snapshots,)
     parameters: Floats  # flat, of all steppers
     state: Floats  # flat
     backup: Floats  # room for a step to be taken again

@@ -11,7 +11,8 @@ from impactlab.errors import PairingError
 from impactlab.integrators.base import AbstractIntegrator, Stepper
 from impactlab.models.base import AbstractDiscreteModel, Phases
 from impactlab.models.continuous.base import AbstractSelfStepping
-from impactlab.numerics.addresses import DERIVE, FREE, MEASURE, RETIME, LawAddress, kernel_address, records
+from impactlab.numerics.addresses import DERIVE, FREE, MEASURE, RETIME, LawAddress, kernel_address
+from impactlab.numerics.records import records
 from impactlab.scene.bodies import Mass
 from impactlab.scene.problem import Contact, Scene
 from impactlab.simulate.stepping.arrays import (
@@ -25,11 +26,11 @@ from impactlab.simulate.stepping.arrays import (
     FaceRecord,
     Floats,
     Ints,
-    Memory,
     MessengerRecord,
     PhaseRecord,
     PushRecord,
     SnapshotRecord,
+    StepArrays,
 )
 from impactlab.simulate.stepping.packing import dashpots, fill, flat, sparse
 from impactlab.simulate.stepping.preparation import (
@@ -159,7 +160,7 @@ class Assembly:
         self.clock.timed, self.clock.steps = dt, steps
         self.snapshots = snapshots_by_name
         coupled = 2 * n_contacts if n_contacts > 1 else 0
-        self.memory = Memory(
+        self.memory = StepArrays(
             clock=clock,
             bodies=bodies,
             faces=faces,
@@ -209,7 +210,7 @@ class Assembly:
     def _rows(
         self, models: dict[str, AbstractDiscreteModel], starts: tuple[Start, ...], pushed: tuple[Push, ...]
     ) -> tuple[list[tuple[int, Array]], Floats]:
-        """Return all rows, each a shift into the whole state and its values, in the order that `Memory` tells.
+        """Return all rows, each a shift into the whole state and its values, in the order that `StepArrays` tells.
 
         With them the answers of the modes left out at each reading per force of each contact.
         """
@@ -329,8 +330,8 @@ class Assembly:
         self.replies, replies = records(Reply, n_contacts)
         for number, (contact, given) in enumerate(zip(scene.contacts, starts, strict=True)):
             port = self.ports[number]
-            port.parameters[: len(given.parameters)] = given.parameters
-            port.memory[: len(given.memory)] = given.memory
+            port.parameters[: len(given.parameters)] = list(given.parameters)
+            port.memory[: len(given.memory)] = list(given.memory)
             port.load_point = self.integrator.load_point
             # Where a continuous body is struck there is no mass to take an impulse: a force closes the contact.
             own = any(

@@ -7,7 +7,15 @@ from typing import Any
 
 from impactlab.numerics.addresses import call
 from impactlab.numerics.compiling import INLINE, PART
-from impactlab.simulate.stepping.arrays import U_FORCE, U_IMPULSE, U_PROJECTION, U_PUSH, V_JUMP, Memory
+from impactlab.simulate.stepping.arrays import (
+    U_FORCE,
+    U_IMPULSE,
+    U_PROJECTION,
+    U_PUSH,
+    V_JUMP,
+    ContactRecord,
+    StepArrays,
+)
 from impactlab.types import MEMORY
 
 SWEEPS = 5000  # of the coupled answers of several contacts
@@ -18,7 +26,7 @@ AGREED = 1e-9  # of the largest impulse: answers that still change by more have 
 
 
 @INLINE
-def moved_by(m: Memory, target: int, layer: int, contact: Any, other: int) -> float:
+def moved_by(m: StepArrays, target: int, layer: int, contact: ContactRecord, other: int) -> float:
     """Return what one contact does to a row at the end of the step; layer 0: displacement (or value), 1: velocity."""
     total = 0.0
     if contact.force != 0.0:
@@ -33,7 +41,7 @@ def moved_by(m: Memory, target: int, layer: int, contact: Any, other: int) -> fl
 
 
 @INLINE
-def ask(m: Memory, number: int, time: float, dt: float) -> None:
+def ask(m: StepArrays, number: int, time: float, dt: float) -> None:
     """Ask a law for its answer to the state and to what the other contacts answer now."""
     n_contacts = len(m.contacts)
     contact, port, reply = m.contacts[number], m.ports[number], m.replies[number]
@@ -77,7 +85,7 @@ def ask(m: Memory, number: int, time: float, dt: float) -> None:
 
 
 @PART
-def replied(m: Memory, time: float, dt: float, column: int) -> None:
+def replied(m: StepArrays, time: float, dt: float, column: int) -> None:
     """Write the laws' answers to the present forces and impulses, less these, into a column of the linear system."""
     for number in range(len(m.contacts)):
         ask(m, number, time, dt)
@@ -113,7 +121,7 @@ def eliminate(system: Any, size: int) -> None:
 
 
 @PART
-def newton(m: Memory, time: float, dt: float, largest: float) -> None:
+def newton(m: StepArrays, time: float, dt: float, largest: float) -> None:
     """Move forces and impulses to where the laws' answers, taken as linear, agree; differences give their slopes.
 
     Answers are linear between changes of phase, so that one turn in the right phases is exact. An answer that is not
@@ -153,7 +161,7 @@ def newton(m: Memory, time: float, dt: float, largest: float) -> None:
 
 
 @INLINE
-def answer(m: Memory, time: float, dt: float) -> bool:
+def answer(m: StepArrays, time: float, dt: float) -> bool:
     """Ask the laws until their coupled answers agree; False where a law failed or they do not."""
     n_contacts = len(m.contacts)
     for number in range(n_contacts):

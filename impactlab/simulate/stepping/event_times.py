@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from impactlab.numerics.compiling import INLINE, PART
-from impactlab.simulate.stepping.arrays import Memory
+from impactlab.simulate.stepping.arrays import ContactRecord, StepArrays
 from impactlab.simulate.stepping.phases import change_phases
 from impactlab.types import MEMORY, Port, Reply
 
@@ -14,7 +12,7 @@ TOUCHED = 1e-9  # of the impulse so far: what presses less in one step alone is 
 
 
 @PART
-def note(m: Memory, time: float, number: int, kind: int, impulse: float) -> None:
+def note(m: StepArrays, time: float, number: int, kind: int, impulse: float) -> None:
     """Write one event; times of one contact never run backwards."""
     contact, event = m.contacts[number], m.events[m.clock[0].n_events]
     contact.last_event = max(time, contact.last_event)
@@ -24,7 +22,7 @@ def note(m: Memory, time: float, number: int, kind: int, impulse: float) -> None
 
 
 @PART
-def close_time(contact: Any, port: Port, reply: Reply, time: float, dt: float) -> float:
+def close_time(contact: ContactRecord, port: Port, reply: Reply, time: float, dt: float) -> float:
     """Return when a contact began: the root of the gap, or of the trial force where the faces already overlapped."""
     gap, free_gap = port.gap + port.offset, port.free_gap + reply.offset
     if gap > 0.0 and free_gap < 0.0:
@@ -38,7 +36,7 @@ def close_time(contact: Any, port: Port, reply: Reply, time: float, dt: float) -
 
 
 @PART
-def open_time(contact: Any, port: Port, reply: Reply, time: float, dt: float) -> float:
+def open_time(contact: ContactRecord, port: Port, reply: Reply, time: float, dt: float) -> float:
     """Return when a contact ended: the root of the trial force, or of the gap under a law without a signed trial."""
     gap, free_gap = port.gap + port.offset, port.free_gap + reply.offset
     if contact.old_trial > 0.0 and reply.trial < 0.0:
@@ -51,7 +49,7 @@ def open_time(contact: Any, port: Port, reply: Reply, time: float, dt: float) ->
 
 
 @INLINE
-def date(m: Memory, time: float, dt: float) -> None:
+def date(m: StepArrays, time: float, dt: float) -> None:
     """Date the events of an accepted step, and carry each contact's phase and memory on.
 
     Roots are linear between the instants of a value; where events are located, steps begin at them.

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from impactlab.numerics.compiling import INLINE, PART
 from impactlab.simulate.stepping.arrays import (
     LAYERS,
@@ -16,12 +14,13 @@ from impactlab.simulate.stepping.arrays import (
     V_JUMP,
     V_PROJECTION,
     V_PUSH,
-    Memory,
+    Floats,
+    StepArrays,
 )
 
 
 @INLINE
-def row_times_state(m: Memory, row: int) -> float:
+def row_times_state(m: StepArrays, row: int) -> float:
     """Return a sparse row times the state; where its entries lie side by side, as in modes, without looking them up."""
     begin, end = m.row_start[row], m.row_start[row + 1]
     total = 0.0
@@ -37,7 +36,7 @@ def row_times_state(m: Memory, row: int) -> float:
 
 
 @PART
-def row_times(m: Memory, row: int, values: Any, shift: int) -> float:
+def row_times(m: StepArrays, row: int, values: Floats, shift: int) -> float:
     """Return a sparse row times values that lie as the state does, but for a shift."""
     total = 0.0
     for entry in range(m.row_start[row], m.row_start[row + 1]):
@@ -46,7 +45,7 @@ def row_times(m: Memory, row: int, values: Any, shift: int) -> float:
 
 
 @PART
-def add_answers(m: Memory, target: int, u_row: int, v_row: int, weight: float, body_number: int) -> None:
+def add_answers(m: StepArrays, target: int, u_row: int, v_row: int, weight: float, body_number: int) -> None:
     """Add what contacts do to one row of a body, and to its rate where there is a row for it (else v_row is -1)."""
     body = m.bodies[body_number]
     size = body.state_end - body.state_start
@@ -76,7 +75,7 @@ def add_answers(m: Memory, target: int, u_row: int, v_row: int, weight: float, b
 
 
 @PART
-def compliances(m: Memory) -> None:
+def compliances(m: StepArrays) -> None:
     """Fill the answers of each face and each pushed row to each contact from the responses of the bodies."""
     n_contacts, n_faces = len(m.contacts), len(m.faces)
     for layer in range(LAYERS):
@@ -111,7 +110,7 @@ def compliances(m: Memory) -> None:
 
 
 @PART
-def pushed_values(m: Memory, free: bool) -> None:
+def pushed_values(m: StepArrays, free: bool) -> None:
     """Read the rows that laws may push along, at the start of a step or at the end of the free one."""
     first_push = len(m.row_start) - 1 - len(m.pushes)
     for number in range(len(m.pushes)):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from impactlab.numerics.addresses import call
 from impactlab.numerics.compiling import ENTRY, PART, called
 from impactlab.simulate.stepping import contact_solve, event_times, loop
-from impactlab.simulate.stepping.arrays import Memory
+from impactlab.simulate.stepping.arrays import StepArrays
 from impactlab.simulate.stepping.contact_solve import moved_by
 from impactlab.simulate.stepping.event_times import OPEN, TOUCHED, note
 from impactlab.simulate.stepping.influence import compliances
@@ -18,7 +18,7 @@ NONE, FAILED = -1, -2  # instead of a contact
 NEAR = 1e-6  # of a step: an event nearer to its start or end is taken to be there, for shorter steps drown in rounding
 CUTS = 100  # events located inside one nominal step before the rest of it is taken whole
 
-# A call copies all of `Memory`: pieces that are copied into the whole step are called here, where each is used often.
+# A call copies all of `StepArrays`; here, where each piece is used several times, it is called all the same.
 begin_step = called(loop.begin_step)
 free_step = called(loop.free_step)
 answer = called(contact_solve.answer)
@@ -30,7 +30,7 @@ keep = called(loop.keep)
 
 
 @PART
-def retime(m: Memory, dt: float) -> None:
+def retime(m: StepArrays, dt: float) -> None:
     """Prepare all steppers for another step length and rebuild the compliances."""
     if m.clock[0].timed == dt:
         return
@@ -47,7 +47,7 @@ def retime(m: Memory, dt: float) -> None:
 
 
 @PART
-def attempt(m: Memory, time: float, dt: float, watched: int, what: int) -> float:
+def attempt(m: StepArrays, time: float, dt: float, watched: int, what: int) -> float:
     """Take the saved step again with some length; return a contact's gap at its end, its trial force, or -gap."""
     for i in range(m.state.size):
         m.state[i] = m.backup[i]
@@ -64,7 +64,7 @@ def attempt(m: Memory, time: float, dt: float, watched: int, what: int) -> float
 
 
 @PART
-def root(m: Memory, time: float, dt: float, watched: int, what: int, at_dt: float) -> float:
+def root(m: StepArrays, time: float, dt: float, watched: int, what: int, at_dt: float) -> float:
     """Return the step length, at most dt, at which the watched value falls through zero (false position, bisection)."""
     low, high, at_low, at_high = 0.0, dt, 0.0, at_dt
     for turn in range(80):
@@ -85,7 +85,7 @@ def root(m: Memory, time: float, dt: float, watched: int, what: int, at_dt: floa
 
 
 @PART
-def event_in_step(m: Memory, time: float, h: float, number: int) -> tuple[int, float]:
+def event_in_step(m: StepArrays, time: float, h: float, number: int) -> tuple[int, float]:
     """Return what falls through zero at a contact in a step of length h (or NOTHING), and its value at h."""
     at_end = attempt(m, time, h, number, GAP)
     port, reply = m.ports[number], m.replies[number]
@@ -100,7 +100,7 @@ def event_in_step(m: Memory, time: float, h: float, number: int) -> tuple[int, f
 
 
 @PART
-def first_event(m: Memory, time: float, h: float, searched: bool) -> tuple[float, int, bool]:
+def first_event(m: StepArrays, time: float, h: float, searched: bool) -> tuple[float, int, bool]:
     """Return when in a step of length h something first happens, where (or NONE, FAILED), and whether it opens."""
     earliest, which, opens = h, NONE, False
     for number in range(len(m.contacts)):
@@ -115,7 +115,7 @@ def first_event(m: Memory, time: float, h: float, searched: bool) -> tuple[float
 
 
 @PART
-def located_step(m: Memory, dt: float, step_end: float) -> bool:
+def located_step(m: StepArrays, dt: float, step_end: float) -> bool:
     """Take one nominal step, cut at every event found inside it; False where a law failed."""
     clock = m.clock[0]
     cuts = 0
@@ -169,7 +169,7 @@ def located_step(m: Memory, dt: float, step_end: float) -> bool:
 
 
 @ENTRY
-def advance_located(m: Memory, dt: float, last_step: int, stride: int, sample_stride: int) -> int:
+def advance_located(m: StepArrays, dt: float, last_step: int, stride: int, sample_stride: int) -> int:
     """Take steps cut at their events, otherwise as `advance_dated`."""
     clock = m.clock[0]
     while clock.step < last_step:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from impactlab.numerics.addresses import call
 from impactlab.numerics.compiling import ENTRY, INLINE
-from impactlab.simulate.stepping.arrays import SAMPLED, Memory
+from impactlab.simulate.stepping.arrays import SAMPLED, StepArrays
 from impactlab.simulate.stepping.contact_solve import answer, ask, moved_by
 from impactlab.simulate.stepping.event_times import date
 from impactlab.simulate.stepping.influence import compliances, pushed_values, row_times_state
@@ -22,7 +22,7 @@ LATE = 1e-9  # of a step: a snapshot this little after its end belongs to it (a 
 
 
 @INLINE
-def begin_step(m: Memory, end: float) -> None:
+def begin_step(m: StepArrays, end: float) -> None:
     """Take what must be known of the state at the start of a step: messengers, dashpots, snapshots."""
     clock = m.clock[0]
     first_reading = 2 * len(m.faces)
@@ -48,7 +48,7 @@ def begin_step(m: Memory, end: float) -> None:
 
 
 @INLINE
-def free_step(m: Memory) -> None:
+def free_step(m: StepArrays) -> None:
     """Move all bodies by a step without contact and read the faces at its end."""
     for number in range(len(m.bodies)):
         body = m.bodies[number]
@@ -63,7 +63,7 @@ def free_step(m: Memory) -> None:
 
 
 @INLINE
-def add_responses(m: Memory, state_start: int, start: int, factor: float, low: int, high: int) -> None:
+def add_responses(m: StepArrays, state_start: int, start: int, factor: float, low: int, high: int) -> None:
     """Add a factor times a range of a response to a body's state; a long one in vector registers."""
     if high - low > FEW:
         state, response = m.state[state_start + low : state_start + high], m.responses[start + low : start + high]
@@ -75,7 +75,7 @@ def add_responses(m: Memory, state_start: int, start: int, factor: float, low: i
 
 
 @INLINE
-def correct(m: Memory) -> None:
+def correct(m: StepArrays) -> None:
     """Add what the forces, impulses, projections and pushes of the step do to its end."""
     for number in range(len(m.faces)):
         contact, face = m.contacts[number // 2], m.faces[number]
@@ -111,7 +111,7 @@ def correct(m: Memory) -> None:
 
 
 @INLINE
-def settle(m: Memory, dt: float, end: float) -> None:
+def settle(m: StepArrays, dt: float, end: float) -> None:
     """Book the losses of an accepted step, take snapshots, move the clock."""
     clock = m.clock[0]
     for number in range(len(m.dampers)):
@@ -136,7 +136,7 @@ def settle(m: Memory, dt: float, end: float) -> None:
 
 
 @INLINE
-def sample(m: Memory) -> bool:
+def sample(m: StepArrays) -> bool:
     """Take energies and momenta; False where one is not finite."""
     clock = m.clock[0]
     n = clock.n_samples
@@ -169,7 +169,7 @@ def sample(m: Memory) -> bool:
 
 
 @INLINE
-def keep(m: Memory) -> None:
+def keep(m: StepArrays) -> None:
     """Write one record at the end of a step."""
     clock, n_contacts = m.clock[0], len(m.contacts)
     n = clock.n_records
@@ -193,7 +193,7 @@ def keep(m: Memory) -> None:
 
 
 @ENTRY
-def advance_dated(m: Memory, dt: float, last_step: int, stride: int, sample_stride: int) -> int:
+def advance_dated(m: StepArrays, dt: float, last_step: int, stride: int, sample_stride: int) -> int:
     """Take whole steps up to ``last_step`` or until something must be handled outside; return why it came back.
 
     The clock carries everything that goes on from one call to the next, so that no bit depends on where the calls are
@@ -222,7 +222,7 @@ def advance_dated(m: Memory, dt: float, last_step: int, stride: int, sample_stri
 
 
 @ENTRY
-def start(m: Memory) -> None:
+def start(m: StepArrays) -> None:
     """Fill the compliances and write the state at t = 0."""
     n_faces = len(m.faces)
     for number in range(n_faces):

@@ -11,7 +11,7 @@ from numpy import bool_
 from numpy.typing import NDArray
 
 from impactlab.models.base import Operators
-from impactlab.simulate.stepping.arrays import INTEGER, Floats, Ints
+from impactlab.simulate.stepping.arrays import Floats, Ints
 from impactlab.types import Array
 
 
@@ -74,4 +74,4 @@ def fill(record: Any, **values: Any) -> None:
 @cache
 def integers(kind: type[ctypes.Structure]) -> frozenset[str]:
     """Return the names of the integer fields of a record."""
-    return frozenset(field[0] for field in kind._fields_ if field[1] is INTEGER)
+    return frozenset(field[0] for field in kind._fields_ if field[1] is ctypes.c_int64)

@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from impactlab.numerics.addresses import call
 from impactlab.numerics.compiling import PART
-from impactlab.simulate.stepping.arrays import Memory
+from impactlab.simulate.stepping.arrays import Floats, StepArrays
 from impactlab.simulate.stepping.influence import compliances, row_times_state
 
 
 @PART
-def exchange(values: Any, low: int, high: int, other: Any, shift: int) -> None:
+def exchange(values: Floats, low: int, high: int, other: Floats, shift: int) -> None:
     """Exchange a range of values with those that wait at a shift."""
     for i in range(low, high):
         values[i], other[shift + i] = other[shift + i], values[i]
 
 
 @PART
-def energy_of(m: Memory, number: int) -> float:
+def energy_of(m: StepArrays, number: int) -> float:
     """Return the energy of a body less the work of its loads [J]."""
     body = m.bodies[number]
     m.scratch[2] = 0.0
@@ -32,7 +30,7 @@ def energy_of(m: Memory, number: int) -> float:
 
 
 @PART
-def change_coordinates(m: Memory, number: int) -> None:
+def change_coordinates(m: StepArrays, number: int) -> None:
     """Give a body its other coordinates and book the energy that the map between them drops."""
     phase = m.phases[number]
     body = m.bodies[phase.body]
@@ -74,7 +72,7 @@ def change_coordinates(m: Memory, number: int) -> None:
 
 
 @PART
-def change_phases(m: Memory) -> None:
+def change_phases(m: StepArrays) -> None:
     """Give every body the coordinates of the phase that its contact is in now.
 
     Faces that have met and approach are closed already, so that the law closes them in the coordinates of that phase.

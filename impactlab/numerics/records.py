@@ -1,0 +1,37 @@
+"""Arrays of records that compiled code and plain Python read under the same names: ctypes structures as numpy types."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from impactlab.numerics.addresses import COMPILED
+from impactlab.types import Record
+
+
+def records(kind: type[Record], count: int) -> tuple[Sequence[Record], Sequence[Record]]:
+    """Return zeroed records as C structures to write by name, and the same memory in the form that the loop takes."""
+    structures: Any = (kind * count)()
+    if not COMPILED:
+        return structures, structures
+    dtype = dtype_of(kind)
+    taken: Any = np.frombuffer(structures, dtype) if count else np.zeros(0, dtype)
+    return structures, taken
+
+
+def columns(kind: type[Record], count: int) -> tuple[Sequence[Record], Any]:
+    """Return zeroed records in the form that the loop takes, and the same memory as an array with named columns."""
+    if COMPILED:
+        array: Any = np.zeros(count, dtype_of(kind))
+        return array, array
+    structures: Any = (kind * count)()
+    return structures, np.frombuffer(structures, dtype_of(kind)) if count else np.zeros(0, dtype_of(kind))
+
+
+@cache
+def dtype_of(kind: type[Any]) -> Any:
+    """Return the numpy type of a record; kept, as making it takes longer than a short run."""
+    return np.dtype(kind)
