@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 
+from impactlab.exact import march
 from impactlab.exact.build import build
 from impactlab.exact.network import Log, grown
 from impactlab.scene.problem import Scene
@@ -28,8 +29,6 @@ def spent(log: Log) -> float:
 
 def predicted_s(scene: Scene) -> float:
     """Return the predicted seconds of `impactlab.exact.solve.solve`; raises `CaseError` where it does not serve."""
-    from impactlab.exact import march
-
     layout, log = build(scene)
     coupled = march.springs(layout.network)
     counts: list[tuple[float, float]] = []  # (time reached, seconds)

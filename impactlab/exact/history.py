@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from impactlab.errors import CaseError
-from impactlab.exact.energies import energy_book
+from impactlab.exact.energies import energy_book, rod_energy, rod_momentum
 from impactlab.exact.network import Layout, Link, Log
 from impactlab.exact.signals import Signal, Signals
 from impactlab.history.base import AbstractHistory, ContactSpan, Cost, EnergyBook, Event, Field, Warned, within_run
@@ -207,10 +207,8 @@ class ContinuousHistory(AbstractHistory):
             v = self.signals.velocity(node)(t)
             return {"velocity": v, "momentum": body.mass * v, "energy": 0.5 * body.mass * v * v}[quantity]
         if isinstance(body, Rod) and quantity in ("momentum", "energy"):
-            from impactlab.exact import energies
-
-            answer = energies.rod_momentum if quantity == "momentum" else energies.rod_energy
-            return answer(self.layout, self.signals, rest, t)
+            evaluated = rod_momentum if quantity == "momentum" else rod_energy
+            return evaluated(self.layout, self.signals, rest, t)
         raise CaseError(
             f"'{channel}' is not a channel of this history",
             remedy=f"Channels: {', '.join(self.channels())}, and {'|'.join(QUANTITIES)}:rod@x at any x of a rod.",

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from impactlab.exact.kernel import CHOP, ORDER, RESOLVED, chopped
 from impactlab.numerics.compiling import ALLOCATING_PART, EXACT_INLINE
+from impactlab.numerics.linear import solve_bordered
 from impactlab.types import Array
 
 STIFFEST = 1e4  # rate in a of which the recurrence may lose that many roundings; pivoting over blocks does not
@@ -17,63 +17,6 @@ LARGEST = 8.0  # entry of a block of the recurrence: what cancels then is as muc
 def table(rows: int, columns: int) -> Array:
     """Return zeros."""
     return np.zeros((rows, columns))
-
-
-@ALLOCATING_PART
-def reaches(w: Array, size: int) -> NDArray[np.int64]:
-    """Return one past the last entry of each row of w[:, :size], never before its diagonal."""
-    reach = np.zeros(size, np.int64)
-    for i in range(size):
-        reach[i] = size
-        while reach[i] > i + 1 and w[i, reach[i] - 1] == 0.0:
-            reach[i] -= 1
-    return reach
-
-
-@ALLOCATING_PART
-def exchange(w: Array, size: int, columns: int, one: int, other: int, reach: NDArray[np.int64]) -> None:
-    """Exchange two rows that are zero left of the earlier one's diagonal."""
-    for k in range(one, max(reach[one], reach[other])):
-        w[one, k], w[other, k] = w[other, k], w[one, k]
-    for k in range(size, columns):
-        w[one, k], w[other, k] = w[other, k], w[one, k]
-    reach[one], reach[other] = reach[other], reach[one]
-
-
-@ALLOCATING_PART
-def eliminate(w: Array, size: int, columns: int, band: int, tail: int) -> None:
-    """Solve w[:, :size] x = w[:, size:columns] in place by elimination with row pivoting.
-
-    Row i holds zeros left of its band; rows from size - tail on are full. Pivots are sought where a column can be
-    filled: ``band`` rows below the diagonal and the full rows. No row is walked beyond its last entry, which pivoting
-    moves. The solution lands in w[:, size:columns].
-    """
-    reach = reaches(w, size)
-    for c in range(size):
-        last = min(c + band, size - tail)
-        skipped = max(0, size - tail - max(c + 1, last))  # rows of which nothing is in this column
-        best = c
-        for at in range(c + 1, size - skipped):
-            i = at if at < last else at + skipped
-            if abs(w[i, c]) > abs(w[best, c]):
-                best = i
-        if best != c:
-            exchange(w, size, columns, c, best, reach)
-        for at in range(c + 1, size - skipped):
-            i = at if at < last else at + skipped
-            if w[i, c] != 0.0:
-                factor = w[i, c] / w[c, c]
-                for k in range(c, reach[c]):
-                    w[i, k] -= factor * w[c, k]
-                for k in range(size, columns):
-                    w[i, k] -= factor * w[c, k]
-                reach[i] = max(reach[i], reach[c])
-    for c in range(size - 1, -1, -1):
-        for k in range(size, columns):
-            total = w[c, k]
-            for i in range(c + 1, reach[c]):
-                total -= w[c, i] * w[i, k]
-            w[c, k] = total / w[c, c]
 
 
 @ALLOCATING_PART
@@ -97,7 +40,7 @@ def system(a: Array, b: Array, n: int, first: Array, order: int, y: Array) -> No
         for k in range(order):
             w[size - n + i, k * n + i] = 1.0 if k % 2 == 0 else -1.0
         w[size - n + i, size] = first[i]
-    eliminate(w, size, size + 1, 2 * n, n)
+    solve_bordered(w, size, size + 1, 2 * n, n)
     for k in range(order):
         for i in range(n):
             y[i, k] = w[k * n + i, size]
@@ -128,7 +71,7 @@ def steps_down(a: Array, b: Array, n: int, order: int, p: Array) -> bool:
                     for m in range(n):
                         w[i, m] += half * a[i, q] * p[(k + 1) * n + q, m]
                     w[i, 2 * n] -= half * a[i, q] * p[(k + 1) * n + q, n]
-        eliminate(w, n, 2 * n + 1, n, n)
+        solve_bordered(w, n, 2 * n + 1, n, n)
         for i in range(n):
             for m in range(n + 1):
                 p[k * n + i, m] = w[i, n + m]
@@ -162,7 +105,7 @@ def recurrence(a: Array, b: Array, n: int, first: Array, order: int, y: Array) -
         here, there = there, here
     for i in range(n):
         total[i, n] = first[i] - total[i, n]
-    eliminate(total, n, n + 1, n, n)
+    solve_bordered(total, n, n + 1, n, n)
     for i in range(n):
         y[i, 0] = total[i, n]
     for k in range(1, order):

@@ -7,6 +7,7 @@ import time as clock
 import numpy as np
 
 from impactlab.errors import CaseError, PairingError, StepError
+from impactlab.exact import march
 from impactlab.exact.build import build
 from impactlab.exact.history import ContinuousHistory
 from impactlab.exact.network import Layout, Log, grown
@@ -53,8 +54,6 @@ def solve(scene: Scene, whole: bool = False) -> ContinuousHistory | ThinnedHisto
     StVenant1883; TimoshenkoGoodier1951; EscalonaMayoDominguez1999, Section 2. The paper solves the first two
     intervals by hand; here any number of them, contacts and rods is solved.
     """
-    from impactlab.exact import march
-
     began = clock.perf_counter()
     layout, log = build(scene)
     coupled = march.springs(layout.network)
@@ -112,8 +111,6 @@ def check_balance(history: ContinuousHistory | ThinnedHistory) -> None:
 
 def reason(scene: Scene, layout: Layout, log: Log, status: int) -> tuple[str, str]:
     """Return why a march cannot go on, and the remedy."""
-    from impactlab.exact import march
-
     if status == march.TOO_MANY:
         name = scene.contacts[int(layout.places[int(log.event_contact[int(log.tally[1]) - 1])])].name
         return (

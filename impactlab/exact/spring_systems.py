@@ -10,9 +10,10 @@ from numba import types
 
 from impactlab.exact.arrays import MarchArrays
 from impactlab.exact.kernel import ORDER
-from impactlab.exact.linear import eliminate, solved, table
+from impactlab.exact.linear import solved, table
 from impactlab.numerics.addresses import COMPILED, kernel_address
 from impactlab.numerics.compiling import ALLOCATING_PART, EXACT_INLINE
+from impactlab.numerics.linear import solve_bordered
 from impactlab.types import Array
 
 typeof: Any = numba.typeof
@@ -89,7 +90,7 @@ def combined(damp: Array, stiff: Array, heavy: int, moving: int, half: float) ->
         for k in range(moving):
             small[i, light + heavy + k] = -half * stiff[heavy + i, k]
         small[i, light + n + i] = 1.0
-    eliminate(small, light, light + n + light, light, light)
+    solve_bordered(small, light, light + n + light, light, light)
     for i in range(light):
         for k in range(n + light):
             combine[heavy + i, k] = small[i, light + k]

@@ -19,6 +19,7 @@ from impactlab.scene.problem import Scene
 from impactlab.simulate import beam_warnings
 from impactlab.simulate.pairing import energy_bound
 from impactlab.simulate.resolvability import unresolved
+from impactlab.simulate.stepping import loop
 from impactlab.simulate.stepping.arrays import SAMPLED
 from impactlab.simulate.stepping.assembly import Assembly
 from impactlab.simulate.stepping.preparation import BuiltBody, self_stepping
@@ -89,8 +90,6 @@ def overlapping(scene: Scene, history: AbstractHistory) -> Iterator[Warned]:
 
 def raise_failure(status: int, assembly: Assembly, history: AbstractHistory) -> None:
     """Raise `StepError` where the run ended early or its energy grew beyond what the pairing declares."""
-    from impactlab.simulate.stepping import loop
-
     time, step = assembly.clock.time, assembly.clock.step
     if status == loop.LAW_FAILED:
         raised = next((law.raised for law in assembly.laws if law.raised is not None), None)

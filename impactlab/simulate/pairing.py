@@ -10,6 +10,7 @@ import numpy as np
 from impactlab.bases.base import AbstractBasis
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import PairingError
+from impactlab.exact.contact_kinds import massless
 from impactlab.integrators.base import AbstractAdaptive, AbstractIntegrator
 from impactlab.models.base import AbstractRodModel, Operators
 from impactlab.plugins import kind_of, parts_inside
@@ -42,8 +43,6 @@ def check_heavy_faces(scene: Scene, integrator: AbstractIntegrator, own: Collect
     Two masses that meet jump; a constraint on positions does not say how they part. ``own`` are the names of bodies
     that step by themselves.
     """
-    from impactlab.exact.contact_kinds import massless
-
     found = []
     for number, contact in enumerate(scene.contacts):
         if not contact.law.holds_position or massless(scene, contact.left) or massless(scene, contact.right):

@@ -9,6 +9,7 @@ from numpy.polynomial import chebyshev
 
 from impactlab.exact import kernel, linear
 from impactlab.numerics.addresses import COMPILED
+from impactlab.numerics.linear import solve_bordered
 
 
 def entry(part):
@@ -17,7 +18,7 @@ def entry(part):
 
 
 integrate, relax, restrict, fall = map(entry, (kernel.integrate, kernel.relax, kernel.restrict, kernel.first_fall))
-eliminate, system, recurrence = map(entry, (linear.eliminate, linear.system, linear.recurrence))
+eliminate, system, recurrence = map(entry, (solve_bordered, linear.system, linear.recurrence))
 
 
 def series(function, n=40):

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from impactlab.numerics.addresses import call
 from impactlab.numerics.compiling import INLINE, PART
+from impactlab.numerics.linear import solve_dense
 from impactlab.simulate.stepping.arrays import (
     U_FORCE,
     U_IMPULSE,
@@ -21,7 +21,6 @@ from impactlab.types import MEMORY
 SWEEPS = 5000  # of the coupled answers of several contacts
 SWEEPS_BEFORE_NEWTON = 20  # answers that still change then are coupled so closely that sweeping is slow
 NEWTON_TURNS = 100  # each before one more sweep
-SINGULAR = 1e-12  # of a pivot: answers of which only some sum is determined, as of a row between two walls
 AGREED = 1e-9  # of the largest impulse: answers that still change by more have not been found
 
 
@@ -95,32 +94,6 @@ def replied(m: StepArrays, time: float, dt: float, column: int) -> None:
 
 
 @PART
-def eliminate(system: Any, size: int) -> None:
-    """Solve a small linear system in place by Gauss with row pivots, its right side in column ``size``.
-
-    Unknowns that it leaves undetermined stay zero.
-    """
-    known = size
-    for pivot in range(size):
-        best = pivot
-        for i in range(pivot + 1, size):
-            if abs(system[i, pivot]) > abs(system[best, pivot]):
-                best = i
-        for j in range(pivot, known + 1):
-            system[pivot, j], system[best, j] = system[best, j], system[pivot, j]
-        if abs(system[pivot, pivot]) <= SINGULAR:
-            continue
-        for i in range(pivot + 1, size):
-            factor = system[i, pivot] / system[pivot, pivot]
-            for j in range(pivot, known + 1):
-                system[i, j] -= factor * system[pivot, j]
-    for i in range(size - 1, -1, -1):
-        for j in range(i + 1, size):
-            system[i, known] -= system[i, j] * system[j, known]
-        system[i, known] = system[i, known] / system[i, i] if abs(system[i, i]) > SINGULAR else 0.0
-
-
-@PART
 def newton(m: StepArrays, time: float, dt: float, largest: float) -> None:
     """Move forces and impulses to where the laws' answers, taken as linear, agree; differences give their slopes.
 
@@ -153,7 +126,7 @@ def newton(m: StepArrays, time: float, dt: float, largest: float) -> None:
             given = m.contacts[i // 2].force if i % 2 == 0 else m.contacts[i // 2].impulse
             answered = m.coupled[i, base] + (given * dt if i % 2 == 0 else given)
             m.coupled[i, unknown] = own - (slope if answered != 0.0 else 0.0)
-    eliminate(m.coupled, size)
+    solve_dense(m.coupled, size)
     for number in range(len(m.contacts)):
         contact = m.contacts[number]
         contact.force += m.coupled[2 * number, known] / dt
