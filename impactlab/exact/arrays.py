@@ -1,6 +1,6 @@
-"""The memory of the march: records with names and a few flat arrays, made before it starts.
+"""Arrays of the march: named records and flat arrays, allocated before it starts.
 
-A record is a C structure: the compiled march and plain Python read it under the same names.
+A record is a C structure that the compiled march and plain Python read under the same names.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ class StateRecord(ctypes.Structure):
     gravity: float  # m/s2
     duration: float  # s
     tolerance: float  # s, breaks nearer than this are one
-    resolved: int  # 1 where what solves springs could
+    resolved: int  # 1 if the equations of nodes on springs were resolved
     contact: int  # of the event that was found, or -1
     kind: int  # of that event
     pool_used: int
@@ -27,7 +27,7 @@ class StateRecord(ctypes.Structure):
     intervals: int
     most: int  # intervals before the march returns
     fastest: float  # m/s, largest velocity
-    farthest: float  # m, length below 1e-12 of which a gap is none
+    farthest: float  # m; gaps below 1e-12 of it count as zero
     work: float  # multiplications so far, about
 
 
@@ -112,9 +112,9 @@ class EventRecord(ctypes.Structure):
 
 
 class MarchArrays(NamedTuple):
-    """All that the march touches; rows of the tables are Chebyshev series."""
+    """All arrays of the march; rows of the tables are Chebyshev series."""
 
-    coupled: int  # address of what solves springs; 0 where there are none
+    coupled: int  # address of the solver of nodes on springs; 0 without springs
     state: Sequence[StateRecord]  # (1,)
     junctions: Sequence[JunctionRecord]
     nodes: Sequence[NodeRecord]

@@ -1,4 +1,4 @@
-"""From a scene to its network, or the reason why it has none."""
+"""Network of a scene for the exact solver: nodes, rod pieces, junctions; refusal with a reason."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from impactlab.exact.network import Layout, Link, Log, Network
 from impactlab.scene.bodies import End, Mass, Rod, Wall
 from impactlab.scene.problem import Point, Scene
 
-MERGE = 1.0e-12  # of the shortest round trip: breaks nearer than this are one
+MERGE_TOL = 1.0e-12  # of the shortest round trip: closer breaks are merged
 
 
 @dataclass
@@ -30,7 +30,7 @@ class Nodes:
     def add(
         self, mass: float, v: float, u: float = 0.0, spring: float = 0.0, dashpot: float = 0.0, push: float = 0.0
     ) -> int:
-        """Add a node and return its number; what never moves has no velocity."""
+        """Add a node and return its number; fixed nodes have no velocity."""
         self.mass.append(mass)
         self.spring.append(spring)
         self.dashpot.append(dashpot)
@@ -57,7 +57,7 @@ def cuts(rod: Rod, scene: Scene) -> list[float]:
 
 
 def end_node(nodes: Nodes, end: End, velocity: float, displacement: float) -> int:
-    """Add the node of a rod's end as it is held."""
+    """Add the node of a rod's end with its support."""
     if end.kind == "clamped":
         return nodes.add(math.inf, 0.0, displacement)
     if end.kind == "mass":
@@ -68,9 +68,9 @@ def end_node(nodes: Nodes, end: End, velocity: float, displacement: float) -> in
 
 
 def drop_light(nodes: Nodes, end_nodes: list[int], impedance: list[float], shortest: float) -> None:
-    """Leave out the end masses that follow their rod within the shortest time resolved [s].
+    """Neglect end masses with a time constant below the shortest time resolved [s].
 
-    An end mass m delays an echo by 2 m/Z: by less than a rounding of the round trip, here.
+    An end mass m delays an echo by 2 m/Z; here by less than the rounding of a round trip.
     """
     for node, z in zip(end_nodes, impedance, strict=True):
         if 0.0 < nodes.mass[node] <= z * shortest:
@@ -78,7 +78,7 @@ def drop_light(nodes: Nodes, end_nodes: list[int], impedance: list[float], short
 
 
 def junctions(count: int, pairs: list[tuple[int, int]]) -> list[int]:
-    """Return the junction of every node: nodes that contacts link belong to one."""
+    """Return the junction of every node: nodes linked by contacts share one."""
     label = list(range(count))
     for a, b in pairs:
         old, new = label[b], label[a]
@@ -174,7 +174,7 @@ def assemble(
         shared = sum(node in pair for pair in ordered_pairs) != 1  # its forces come from those of others too
         scale = max(sides) if face is None or shared else sides[face]
         scales.append(scale if scale > 0.0 else bonds[c].rigid_scale(nodes.mass[a], nodes.mass[b]))
-    tolerance = MERGE * 2.0 * min(transit)
+    tolerance = MERGE_TOL * 2.0 * min(transit)
     drop_light(nodes, end_nodes, impedance, tolerance)
     node_junction = np.array(junction, dtype=np.int64)[node_order]
     node_of = np.searchsorted(node_junction, steps)

@@ -1,4 +1,4 @@
-"""What the contacts of a scene are to the exact solver, and which scenes it refuses."""
+"""Contacts of a scene in the exact solver: hard ones, springs with dashpots; refusal of all other scenes."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from impactlab.scene.bodies import Beam, End, Mass, Rayleigh, Rod
 from impactlab.scene.facts import segment_at, side_facts
 from impactlab.scene.problem import Contact, Point, Scene
 
-NO_OVERLAP = 1.0e-9  # of the initial displacements: the gap that a preload closes is typed in with so many digits
+OVERLAP_TOL = 1.0e-9  # of the initial displacements: digits to which a preload and the gap that it closes are given
 
 
 class Bond(NamedTuple):
-    """What a contact is to the exact solver: hard (stiffness -1) or a constant spring and dashpot."""
+    """A contact in the exact solver: hard (stiffness -1) or a constant spring and dashpot."""
 
     stiffness: float  # N/m
     damping: float  # N s/m
@@ -26,19 +26,19 @@ class Bond(NamedTuple):
     turn: int = 0  # forces are found in this order: springs first, then each hard contact once its face has no other
 
     def rigid_scale(self, left: float, right: float) -> float:
-        """Return force per velocity [N s/m] of a spring between two rigid masses [kg], inf for what never moves."""
+        """Return force per velocity [N s/m] of a spring between two rigid masses [kg], inf for fixed bodies."""
         return max(self.damping, math.sqrt(self.stiffness / (1.0 / left + 1.0 / right)))
 
 
 def bond(scene: Scene, number: int) -> Bond:
-    """Return what contact ``number`` is to the exact solver; raises `PairingError` where its law is neither."""
+    """Return a contact as a hard one or a spring; raises `PairingError` if its law is neither."""
     contact = scene.contacts[number]
     if contact.law.hard:
         return Bond(-1.0, 0.0)
     constants = contact.law.spring(side_facts(scene, contact.left), side_facts(scene, contact.right), math.nan)
     if constants is None or not all(math.isfinite(value) for value in constants):
         raise PairingError(
-            f"contact {contact.name}: the exact solution knows hard contacts and constant springs with dashpots only",
+            f"contact {contact.name}: the exact solution serves hard contacts and constant springs with dashpots only",
             remedy="Use wave_identification, addition_deletion or penalty, or a model that steps.",
             path=f"contacts.{number}.law",
         )
@@ -46,7 +46,7 @@ def bond(scene: Scene, number: int) -> Bond:
 
 
 def end_of(scene: Scene, point: Point) -> End | None:
-    """Return what holds the rod at a point (free at an inner point), None for a mass or a wall."""
+    """Return the end of a rod at a point (free at an inner point), None for a mass or a wall."""
     body = scene.bodies[point.body]
     if not isinstance(body, Rod):
         return None
@@ -103,8 +103,8 @@ def check(scene: Scene) -> list[Bond]:
         if kind.stiffness < 0.0:
             if not any(massless(scene, point) for point in sides):
                 raise CaseError(
-                    f"contact {contact.name}: both faces have mass, and how they part after a hard impact is not a "
-                    "matter of waves but of a restitution, which a hard contact has not",
+                    f"contact {contact.name}: both faces have mass; after a hard impact of two masses a coefficient of "
+                    "restitution decides, which a hard contact does not have",
                     path=path,
                     remedy="Use penalty, or let one face be the bare end of a rod.",
                 )
@@ -121,7 +121,7 @@ def check(scene: Scene) -> list[Bond]:
 
 
 def first_gap(scene: Scene, number: int) -> tuple[float, float]:
-    """Return the gap at t = 0 [m], initial displacements included, and what of it may be rounding [m]."""
+    """Return the gap at t = 0 [m], initial displacements included, and the rounding of it [m]."""
     contact = scene.contacts[number]
     gap, size = contact.gap, 0.0
     for point, sign in ((contact.left, -1.0), (contact.right, 1.0)):
@@ -129,7 +129,7 @@ def first_gap(scene: Scene, number: int) -> tuple[float, float]:
         if isinstance(body, Rod) and body.displacement is not None:
             moved = float(body.displacement(np.array([point.x]))[0])
             gap, size = gap + sign * moved, max(size, abs(moved))
-    return gap, NO_OVERLAP * size
+    return gap, OVERLAP_TOL * size
 
 
 def with_faces(scene: Scene, bonds: list[Bond]) -> list[Bond]:
@@ -139,8 +139,8 @@ def with_faces(scene: Scene, bonds: list[Bond]) -> list[Bond]:
     if waiting:
         names = " and ".join(scene.contacts[number].name for number in waiting)
         raise CaseError(
-            f"contacts {names} press bodies with mass against each other through faces without mass; "
-            "how they part after a hard impact is a matter of a restitution, which a hard contact has not",
+            f"contacts {names} press bodies with mass against each other through faces without mass; after such a "
+            "hard impact a coefficient of restitution decides, which a hard contact does not have",
             path=f"contacts.{waiting[-1]}",
             remedy="Use penalty for one of them, or give each face one contact.",
         )
@@ -172,7 +172,7 @@ def balanced(
             contact = scene.contacts[number]
             sides = enumerate((contact.left, contact.right))
             free = [side for side, point in sides if bare(scene, point) and busy.count(key(number, side)) == 1]
-            if following is None and free:  # a force is known best from the face that gives way most
+            if following is None and free:  # the most compliant face determines a force best
                 following = number, min(free, key=lambda side: wave_impedance(scene, contact, side))
         if following is None:
             break

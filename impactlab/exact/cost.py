@@ -1,6 +1,6 @@
-"""The cost of the exact solver, predicted: the start of the march counted, the rest extrapolated as a power of time.
+"""Predicted cost of the exact solver: operations of the first intervals, extrapolated as a power of time.
 
-Counted are intervals and multiplications, never seconds: the same scene always has the same prediction.
+Intervals and multiplications are counted, not seconds: the same scene always has the same prediction.
 """
 
 from __future__ import annotations
@@ -12,18 +12,18 @@ from impactlab.exact.build import build
 from impactlab.exact.network import Log, grown
 from impactlab.scene.problem import Scene
 
-# Seconds, fitted to 150 random scenes (benchmarks/exact_cost.py) on one core of a machine of 2023 with nothing beside.
+# Seconds, fitted to 150 random scenes (benchmarks/exact_cost.py) on one idle core of 2023.
 FIXED_S = 6.0e-6
 INTERVAL_S = 4.0e-7  # an interval of a junction
 WORK_S = 1.0e-9  # a multiplication
 NUMBER_S = 2.0e-9  # a number kept
-PILOT_S = 4.0e-3  # s of predicted solving that are counted: most scenes of the suite take less in all
-FIRST = 128  # intervals up to the first count; each further one comes at twice as many
-STEEPEST = 6.0  # power of time with which the cost may grow: fronts in rods of four or more incommensurate transits
+PILOT_S = 4.0e-3  # s of predicted solution time that are counted: most scenes of the suite take less in all
+FIRST_COUNT = 128  # intervals up to the first count; doubled for each further one
+MAX_POWER = 6.0  # power of time with which the cost may grow: fronts in rods of four or more incommensurate transits
 
 
 def spent(log: Log) -> float:
-    """Return the predicted seconds of all that a march has done."""
+    """Return the predicted seconds of a march so far."""
     return FIXED_S + INTERVAL_S * float(log.tally[2]) + WORK_S * float(log.work[0]) + NUMBER_S * float(log.tally[0])
 
 
@@ -33,7 +33,7 @@ def predicted_s(scene: Scene) -> float:
     coupled = march.springs(layout.network)
     counts: list[tuple[float, float]] = []  # (time reached, seconds)
     while True:
-        log.tally[3] = FIRST * 2 ** len(counts)
+        log.tally[3] = FIRST_COUNT * 2 ** len(counts)
         status = march.march(log, coupled)
         if status == march.PAUSED:
             counts.append((float(min(log.clock)), spent(log)))
@@ -47,5 +47,5 @@ def predicted_s(scene: Scene) -> float:
     before, less = counts[-2] if len(counts) > 1 else (0.0, 0.0)
     power = 1.0
     if 0.0 < before < reached and less > 0.0:
-        power = min(max(1.0, math.log(cost / less) / math.log(reached / before)), STEEPEST)
+        power = min(max(1.0, math.log(cost / less) / math.log(reached / before)), MAX_POWER)
     return cost * (scene.duration / reached) ** power if reached > 0.0 else math.inf

@@ -1,35 +1,35 @@
-"""The next event of a junction, compiled: the first fall of a force or of a gap over one interval."""
+"""The next event of a junction, compiled: the first downward zero crossing of a force or of a gap in an interval."""
 
 from __future__ import annotations
 
 from impactlab.exact.arrays import MarchArrays
-from impactlab.exact.kernel import DEPTH, ZERO, first_fall, restrict
+from impactlab.exact.kernel import MAX_DEPTH, ZERO_TOL, first_crossing, restrict
 from impactlab.numerics.compiling import EXACT_PART
 
 CLOSE, OPEN = 1, 0
-ROUNDED = 1.0e-14  # of displacements and velocities: how far rounding may have moved them
-# Least force of a touch, over that below which a closed contact counts as unloaded (ZERO of the largest that the rods
-# could give): 1e-11 of it in all. Ten times apart, so that rounding cannot close again at once what it has opened.
+ROUNDING = 1.0e-14  # of displacements and velocities: how far rounding may have moved them
+# Least force of a touch, over the force below which a closed contact counts as unloaded (ZERO_TOL of the largest that
+# the rods could give): 1e-11 of it in all. Above 1, so that rounding cannot close at once a contact that it opened.
 MIN_TOUCH = 10.0
 
 
 @EXACT_PART
-def rounded_force(m: MarchArrays, j: int, c: int, n: int) -> float:
-    """Return the force below which contact c has none [N]; a stiff spring makes one of rounded displacements."""
+def least_force(m: MarchArrays, j: int, c: int, n: int) -> float:
+    """Return the force below which contact c counts as unloaded [N]: rounding, a stiff spring's too."""
     state, junction, contact = m.state[0], m.junctions[j], m.contacts[c]
-    none = ZERO * state.fastest * contact.impedance
+    none = ZERO_TOL * state.fastest * contact.impedance
     if contact.stiffness >= 0.0:
         base, nodes = junction.first_node, junction.last_node - junction.first_node
         reach = abs(contact.gap)
         for k in range(n):
             reach += abs(m.rows[nodes + contact.left - base, k]) + abs(m.rows[nodes + contact.right - base, k])
-        none += ROUNDED * (contact.stiffness * reach + contact.damping * state.fastest)
+        none += ROUNDING * (contact.stiffness * reach + contact.damping * state.fastest)
     return float(none)
 
 
 @EXACT_PART
-def yielding(m: MarchArrays, c: int) -> float:
-    """Return how much larger the force of contact c would be on faces that did not give way to it, less 1."""
+def increase_if_rigid(m: MarchArrays, c: int) -> float:
+    """Return the relative increase of the force of contact c if both faces were rigid."""
     contact = m.contacts[c]
     more = 0.0
     for side in (contact.left, contact.right):
@@ -40,10 +40,10 @@ def yielding(m: MarchArrays, c: int) -> float:
 
 
 @EXACT_PART
-def resting(m: MarchArrays, j: int, c: int, n: int, place: float) -> bool:
-    """Return whether faces that meet at a place in [-1, 1] approach too slowly for a force from there on.
+def stays_unloaded(m: MarchArrays, j: int, c: int, n: int, place: float) -> bool:
+    """Return whether faces that meet at a place in [-1, 1] approach too slowly for a force after it.
 
-    The force of a touch is the speed of approach times the impedance of the faces; a face with mass does not yield.
+    The force of a touch is the speed of approach times the impedance of the faces; a face with mass is rigid.
     """
     state, junction, contact = m.state[0], m.junctions[j], m.contacts[c]
     base = junction.first_node
@@ -52,9 +52,9 @@ def resting(m: MarchArrays, j: int, c: int, n: int, place: float) -> bool:
         group = m.nodes[m.nodes[side].group]
         if group.group_mass == 0.0:
             compliance += 1.0 / group.drag
-    slow = MIN_TOUCH * ZERO * state.fastest * contact.impedance * compliance
+    slow = MIN_TOUCH * ZERO_TOL * state.fastest * contact.impedance * compliance
     a, b = contact.left - base, contact.right - base
-    trial, rate = m.stack[DEPTH], m.stack[0]
+    trial, rate = m.stack[MAX_DEPTH], m.stack[0]
     for k in range(n):
         trial[k] = m.rows[a, k] - m.rows[b, k]
     size = restrict(trial, n, place, 1.0, rate)
@@ -65,21 +65,21 @@ def resting(m: MarchArrays, j: int, c: int, n: int, place: float) -> bool:
 
 
 @EXACT_PART
-def fall(m: MarchArrays, base: int, c: int, n: int, floor: float) -> float:
-    """Return where the trial row of contact c first falls below the floor, in [-1, 1], or 2 where it never does.
+def first_crossing_of(m: MarchArrays, base: int, c: int, n: int, floor: float) -> float:
+    """Return where the trial row of contact c first crosses zero downwards in [-1, 1], 2 for never.
 
     Hard faces with a gap within rounding may part at the start and meet later. Closed at the start, they would pull at
-    once, open and close again without end.
+    once, and open and close infinitely often.
     """
-    contact, trial = m.contacts[c], m.stack[DEPTH]
-    place = first_fall(trial, n, floor, m.stack)
+    contact, trial = m.contacts[c], m.stack[MAX_DEPTH]
+    place = first_crossing(trial, n, floor, m.stack)
     if place > -1.0 or contact.closed == 1 or contact.stiffness >= 0.0:
         return float(place)
     left, right = m.rows[contact.left - base], m.rows[contact.right - base]
     speed = 0.0
     for k in range(n):
         speed += right[k] - left[k] if k % 2 == 0 else left[k] - right[k]
-    return float(first_fall(trial, n, 0.0, m.stack) if speed > ZERO * m.state[0].fastest else place)
+    return float(first_crossing(trial, n, 0.0, m.stack) if speed > ZERO_TOL * m.state[0].fastest else place)
 
 
 @EXACT_PART
@@ -90,23 +90,23 @@ def next_event(m: MarchArrays, j: int, n: int) -> float:
     nodes = junction.last_node - base
     first_force = 2 * nodes + 2 * (junction.last_end - junction.first_end)
     place = 2.0
-    no_gap = ZERO * state.farthest
-    trial = m.stack[DEPTH]
+    no_gap = ZERO_TOL * state.farthest
+    trial = m.stack[MAX_DEPTH]
     for c in range(junction.first_contact, junction.last_contact):
         contact = m.contacts[c]
         a, b = contact.left - base, contact.right - base
-        no_force = rounded_force(m, j, c, n)
+        no_force = least_force(m, j, c, n)
         force = m.rows[first_force + c - junction.first_contact]
         if contact.closed == 1 and contact.stiffness < 0.0 and m.nodes[contact.left].bare == 1:
             total = 0.0
             for k in range(n):
                 total += abs(force[k])
-            if total <= no_force:  # faces that rest on each other without force are apart
+            if total <= no_force:  # faces in contact without force count as open
                 state.contact, state.kind = c, OPEN
                 return -1.0
         gap = contact.gap + m.nodes[contact.right].u - m.nodes[contact.left].u
-        # what falls: the force; or the gap; or, of an unloaded spring still behind its contact, both ways out of it,
-        # as it takes load again or the gap opens
+        # Crossing of the force; or of the gap; or, for an unloaded spring that is still overlapped, of both the spring
+        # force (it takes load again) and the gap (it opens).
         behind = contact.closed == 0 and gap < -no_gap and contact.stiffness >= 0.0
         for way in range(2 if behind else 1):
             floor = no_gap
@@ -120,14 +120,14 @@ def next_event(m: MarchArrays, j: int, n: int) -> float:
                     trial[k] = sign * (m.rows[nodes + b, k] - m.rows[nodes + a, k])
                 trial[0] += sign * contact.gap
                 if contact.stiffness < 0.0 and gap < 0.0:
-                    floor -= gap  # faces that rest on each other may lie behind each other by rounding
+                    floor -= gap  # faces in contact may overlap by rounding
             if way == 1:
-                floor = no_force * (1.0 + yielding(m, c))
+                floor = no_force * (1.0 + increase_if_rigid(m, c))
                 for k in range(n):
                     pull = contact.damping * (m.rows[b, k] - m.rows[a, k])
                     trial[k] = pull - contact.stiffness * trial[k]
-            x = fall(m, base, c, n, floor)
-            if x <= 1.0 and contact.closed == 0 and contact.stiffness < 0.0 and resting(m, j, c, n, x):
+            x = first_crossing_of(m, base, c, n, floor)
+            if x <= 1.0 and contact.closed == 0 and contact.stiffness < 0.0 and stays_unloaded(m, j, c, n, x):
                 continue
             if x < place:
                 place = x

@@ -11,7 +11,7 @@ from impactlab.scene.bodies import Mass, Rod
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
 
-MOST_SAMPLES = 4000
+MAX_SAMPLES = 4000
 EVEN_SAMPLES = 201
 
 
@@ -73,13 +73,13 @@ def sample_times(signals: Signals, layout: Layout, duration: float) -> Array:
     stops = [log.stop[j, : log.records[j]] for j in range(len(layout.network.node_of) - 1)]
     breaks = np.unique(np.concatenate(stops))
     breaks = breaks[(breaks > 0.0) & (breaks < duration)]
-    if len(breaks) > MOST_SAMPLES:
-        breaks = breaks[:: len(breaks) // MOST_SAMPLES + 1]
+    if len(breaks) > MAX_SAMPLES:
+        breaks = breaks[:: len(breaks) // MAX_SAMPLES + 1]
     return np.unique(np.concatenate([np.linspace(0.0, duration, EVEN_SAMPLES), breaks]))
 
 
 class SpringContact:
-    """A spring and dashpot contact of a solved network: what it holds and what it has lost."""
+    """Stored and lost energy of a spring-and-dashpot contact of a solved network."""
 
     def __init__(self, layout: Layout, signals: Signals, contact: int) -> None:
         net = layout.network
@@ -100,8 +100,8 @@ class SpringContact:
     def within(self, piece: Integers, until: Array) -> Array:
         """Return the loss from the start of each piece to a time in it [J], shape of both (n,).
 
-        While the force is up the dashpot loses d d'^2. A spring that lost its force behind the contact gives nothing
-        back: it relaxes against the dashpot, so what it holds is lost as the faces part.
+        While the force is up the dashpot loses d d'^2. A spring that is unloaded but still overlapped returns nothing
+        back: it relaxes against the dashpot, and its energy is lost as the faces part.
         """
         x, w = gauss(len(self.force.table) + 2)
         begin = self.begins[piece]
@@ -143,7 +143,7 @@ def energies_at(scene: Scene, layout: Layout, signals: Signals, t: Array) -> Ene
             work += body.mass * net.gravity * (signals.displacement(node)(t) - signals.displacement(node)(t[:1]))
         elif isinstance(body, Rod):
             energy = rod_energy(layout, signals, name, t)
-            # what lies below the rounding of the sums it is the difference of is none
+            # a difference of large sums: below their rounding it is zero
             bodies[name] = np.where(np.abs(energy) < 1e-14 * np.max(np.abs(energy)), 0.0, energy)
             if net.gravity != 0.0:
                 work += gravity_work(layout, signals, name, t)

@@ -1,4 +1,4 @@
-"""What the exact solver returns: any channel at any time, from the waves themselves."""
+"""History of the exact solver: any channel at any time, evaluated from the waves."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from impactlab.scene.frame import carried_energy, touched_in
 from impactlab.scene.problem import Probe, Scene
 from impactlab.types import Array, Quantity
 
-JUMP = 1.0e-9  # of the largest velocity: breaks below are no jumps
+JUMP_TOL = 1.0e-9  # of the largest velocity: smaller jumps are rounding
 QUANTITIES: tuple[Quantity, ...] = ("displacement", "velocity", "strain", "stress", "force")
 FIELD_POINTS = 401
 
@@ -37,9 +37,9 @@ class Place(NamedTuple):
 
 
 class ContinuousHistory(AbstractHistory):
-    """The exact history of a scene; also answers places on a rod that no probe named.
+    """The exact history of a scene; channels exist at any place on a rod, with or without a probe.
 
-    The march has written waves and events down; what is asked for is made of them when it is first asked for.
+    Waves and events are stored; everything else is computed from them on first use.
     """
 
     def __init__(
@@ -89,7 +89,7 @@ class ContinuousHistory(AbstractHistory):
 
     @cached_property
     def dated(self) -> tuple[Event, ...]:
-        """All closings and openings in order of time, with those that are noise."""
+        """All closings and openings in order of time, noise included."""
         log, names = self._log, [self.scene.contacts[place].name for place in self.layout.places]
         found = zip(log.event_time, log.event_contact, log.event_kind, strict=True)
         dated = sorted(
@@ -124,12 +124,12 @@ class ContinuousHistory(AbstractHistory):
 
     @cached_property
     def balanced(self) -> EnergyBook:
-        """The energies without those of a common drift, for which all periods of contact would have to be found."""
+        """The energies without those of a common drift, which needs all contact periods."""
         return energy_book(self.scene, self.layout, self.signals, self.duration)
 
     @property
     def warnings(self) -> list[Warned]:
-        """Warnings; looked for when first asked for."""
+        """Warnings, found on first use."""
         if self._warned is None:
             self._warned = []
             if np.isfinite(self.scene.round_trip):
@@ -287,7 +287,7 @@ class ContinuousHistory(AbstractHistory):
 
     def jumps(self, channel: str) -> Array:
         quantity, _, rest = channel.partition(":")
-        floor = JUMP * self._speed
+        floor = JUMP_TOL * self._speed
         if rest in self._contact and quantity in ("force", "gap"):
             if quantity == "gap":
                 return np.zeros(0)

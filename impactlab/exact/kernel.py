@@ -1,4 +1,4 @@
-"""Chebyshev pieces, compiled: values, restriction, integrals, linear differential equations, first falls.
+"""Chebyshev series on an interval, compiled: evaluation, restriction, integration, linear equations, zero crossings.
 
 All signals of a junction share one piece: a record [t0, t1] with the same number of coefficients per row.
 Rows of a record: velocity of each node, displacement of each node, wave emitted by each end, its time integral,
@@ -14,7 +14,7 @@ from impactlab.types import Array
 
 ROOM = 72  # coefficients a piece may have; the numbers of points below divide it
 ORDER = 68  # coefficients of a solve; the rest is room for integration
-EASY, EASY_RATE = 20, 4.0  # loads of so few coefficients, and rates below: HALF_ORDER is tried first
+MAX_LOAD_HALF, MAX_RATE_HALF = 20, 4.0  # coefficients of the load and rate up to which HALF_ORDER is tried first
 HALF_ORDER = 34
 COSINES = np.cos(np.pi * np.arange(4 * ROOM) / (2 * ROOM))
 SIDE = 6  # points that are taken side by side
@@ -25,10 +25,10 @@ WAVES = np.concatenate(
 )
 WAVES_AT = np.zeros(ROOM + 1, dtype=np.int64)
 WAVES_AT[COUNTS] = np.cumsum([0, *(m * m for m in COUNTS[:-1])])
-CHOP = 4.0e-17  # of the velocity scale: coefficients below are dropped
-RESOLVED = 1.0e-15  # of the velocity scale: the tail of a solved piece lies below
-ZERO = 1.0e-12  # of the scale: forces and gaps below count as none
-DEPTH = 64  # parts of a piece that wait while it is searched for a fall
+CHOP_TOL = 4.0e-17  # of the velocity scale: coefficients below are dropped
+TAIL_TOL = 1.0e-15  # of the velocity scale: the tail of a solved piece lies below
+ZERO_TOL = 1.0e-12  # of the scale: smaller forces and gaps count as zero
+MAX_DEPTH = 64  # parts of a piece that wait during a search for a crossing
 LOW, HIGH, SIZE, WIDTH = ROOM, ROOM + 1, ROOM + 2, ROOM + 3  # columns of such a part after its coefficients
 
 
@@ -139,12 +139,12 @@ def relax(rate: float, b: Array, first: float, order: int, y: Array, work: Array
 
 
 @EXACT_PART
-def settled(rate: float, b: Array, first: float, n: int, floor: float, y: Array) -> bool:
+def without_layer(rate: float, b: Array, first: float, n: int, floor: float, y: Array) -> bool:
     """Write the solution of y' = -rate y + b on [-1, 1] that has no layer; return whether it starts at ``first``.
 
-    Of a load of n coefficients it is a polynomial of as many: b/rate - b'/rate**2 + ..., found from the last one on.
-    Between it and the solution from ``first`` lies a layer exp(-rate (1 + x)). One below the floor is rounding: to
-    resolve it would cut [-1, 1] into pieces of its length.
+    For a load of n coefficients it is a polynomial of n coefficients, b/rate - b'/rate**2 + ..., found from the last
+    one on. It differs from the solution that starts at ``first`` by a layer exp(-rate (1 + x)). A layer below the floor
+    is rounding; resolving it would cut [-1, 1] into pieces of its length.
     """
     start = last = rise = later = 0.0  # later coefficients: y[k + 1], and k + 1 and k + 2 of the derivative
     for k in range(n - 1, -1, -1):
@@ -172,7 +172,7 @@ def split(part: Array, early: Array, late: Array, floor: float) -> None:
 
 @EXACT_PART
 def zero(f: Array, n: int) -> float:
-    """Return the zero of a series that falls on [-1, 1] from above zero to below it.
+    """Return the zero of a series that decreases on [-1, 1] from above zero to below it.
 
     Newton's steps inside a bracket that only shrinks; where one leaves it, or gains less than halving, it is halved.
     """
@@ -205,11 +205,11 @@ def zero(f: Array, n: int) -> float:
 
 
 @EXACT_PART
-def first_fall(f: Array, n: int, floor: float, stack: Array) -> float:
-    """Return where f first falls through zero to below -floor, or 2 where it never does.
+def first_crossing(f: Array, n: int, floor: float, stack: Array) -> float:
+    """Return where f first crosses zero downwards to below -floor, or 2 for never.
 
-    The interval is halved until the coefficients prove a part safe or monotone; nothing is sampled. What stays
-    within the floor is no fall; the place returned is the zero itself. The stack has DEPTH rows or more.
+    The interval is halved until the coefficients prove a part positive or monotone; nothing is sampled. Values within
+    the floor are no crossing; the place returned is the zero itself. The stack has MAX_DEPTH rows or more.
     """
     for k in range(n):
         stack[0, k] = f[k]
@@ -237,7 +237,7 @@ def first_fall(f: Array, n: int, floor: float, stack: Array) -> float:
             continue
         slope = abs(c[1]) if m > 1 else 0.0
         whole = c[0] + spread >= -floor and 2.0 * slope <= bend
-        if whole and b - a >= 1e-13 and top + 2 < DEPTH:
+        if whole and b - a >= 1e-13 and top + 2 < MAX_DEPTH:
             split(c, stack[top + 1], stack[top + 2], floor)
             top += 1
             continue
@@ -246,7 +246,7 @@ def first_fall(f: Array, n: int, floor: float, stack: Array) -> float:
             top -= 1
             continue
         if left <= floor and not rose:
-            return -1.0  # f has been zero to rounding since the start: it falls from there
+            return -1.0  # f has been zero to rounding since the start: that is the crossing
         if left <= 0.0:
             # the zero lies in the part before, where f stayed within the floor; follow the tangent back to it
             rate = (value(c, m, -1.0 + 1e-6) - left) / 1e-6

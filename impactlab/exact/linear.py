@@ -1,16 +1,16 @@
-"""Systems of linear differential equations with constant coefficients, compiled, solved by the tau method."""
+"""Linear differential equations with constant coefficients by the Chebyshev tau method, compiled."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from impactlab.exact.kernel import CHOP, ORDER, RESOLVED, chopped
+from impactlab.exact.kernel import CHOP_TOL, ORDER, TAIL_TOL, chopped
 from impactlab.numerics.compiling import ALLOCATING_PART, EXACT_INLINE
 from impactlab.numerics.linear import solve_bordered
 from impactlab.types import Array
 
-STIFFEST = 1e4  # rate in a of which the recurrence may lose that many roundings; pivoting over blocks does not
-LARGEST = 8.0  # entry of a block of the recurrence: what cancels then is as much larger than what remains
+MAX_RATE = 1e4  # entry of a, above which the recurrence loses more than 1e4 roundings and the full system is solved
+MAX_ENTRY = 8.0  # entry of a block of the recurrence: bounds the loss by cancellation
 
 
 @ALLOCATING_PART
@@ -54,7 +54,7 @@ def steps_down(a: Array, b: Array, n: int, order: int, p: Array) -> bool:
     """
     for i in range(n):
         for m in range(n):
-            if not abs(a[i, m]) <= STIFFEST:
+            if not abs(a[i, m]) <= MAX_RATE:
                 return False
     w: Array = table(n, 2 * n + 1)
     for k in range(order - 1, 0, -1):
@@ -75,7 +75,7 @@ def steps_down(a: Array, b: Array, n: int, order: int, p: Array) -> bool:
         for i in range(n):
             for m in range(n + 1):
                 p[k * n + i, m] = w[i, n + m]
-                if m < n and not abs(w[i, n + m]) <= LARGEST:
+                if m < n and not abs(w[i, n + m]) <= MAX_ENTRY:
                     return False
     return True
 
@@ -118,14 +118,14 @@ def recurrence(a: Array, b: Array, n: int, first: Array, order: int, y: Array) -
 
 @EXACT_INLINE
 def solved(a: Array, force: Array, first: Array, y: Array, speed: float, spent: Array) -> bool:
-    """Solve y' = a y + force with as many coefficients as are needed; return whether ORDER of them are enough.
+    """Solve y' = a y + force with as many coefficients as needed; return whether ORDER of them are enough.
 
-    The multiplications that it took, about, are added to spent[0, 0].
+    The number of multiplications, about, is added to spent[0, 0].
     """
     n = len(a)
     needed = 1
     for i in range(n):
-        needed = max(needed, chopped(force[i], ORDER, CHOP * speed))
+        needed = max(needed, chopped(force[i], ORDER, CHOP_TOL * speed))
     order = min(ORDER, n + 16)
     while True:
         if needed + 4 <= order or order == ORDER:
@@ -140,7 +140,7 @@ def solved(a: Array, force: Array, first: Array, y: Array, speed: float, spent: 
                     size = max(size, abs(y[i, k]))
                 for k in range(order - 3, order):
                     tail = max(tail, abs(y[i, k]))
-            if tail <= 4.0 * RESOLVED * size:
+            if tail <= 4.0 * TAIL_TOL * size:
                 return True
         if order == ORDER:
             return False

@@ -1,8 +1,8 @@
-"""The march of the exact solver, compiled: each junction advances from break to break, events are found by isolation.
+"""The march of the exact solver, compiled: junctions advance from break to break, events are found by root isolation.
 
-A junction is a set of nodes that contacts may tie together. It sees the rest of the scene only through arriving waves,
-which the other ends emitted one transit earlier; so junctions advance one by one, the one furthest behind first.
-What solves springs is a compiled unit of its own, passed as an address: scenes without springs never compile it.
+A junction is a set of nodes that contacts may tie together. The rest of the scene acts on it only by arriving waves,
+emitted at the other ends one transit earlier; so junctions advance one by one, the one furthest behind first. Springs
+are solved by a function that is compiled separately and called by address: scenes without springs never compile it.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 from impactlab.exact import spring_systems
 from impactlab.exact.arrays import MarchArrays
 from impactlab.exact.crossings import next_event
-from impactlab.exact.kernel import DEPTH, ROOM, chopped, restrict
+from impactlab.exact.kernel import MAX_DEPTH, ROOM, chopped, restrict
 from impactlab.exact.merging import joined
 from impactlab.exact.network import Log, Network
 from impactlab.exact.nodes import fill_rows, solve_nodes
@@ -22,7 +22,7 @@ from impactlab.numerics.addresses import COMPILED, entered, load_array_functions
 from impactlab.numerics.compiling import EXACT_ENTRY, EXACT_INLINE, EXACT_PART
 
 DONE, MORE_RECORDS, MORE_POOL, MORE_EVENTS, TOO_MANY, UNRESOLVED, PAUSED = 0, 1, 2, 3, 4, 5, 6
-BURST = 64  # events within 1e3 merge tolerances that count as endless
+MAX_BURST = 64  # events within 1e3 merge tolerances; more count as infinitely many
 
 
 @EXACT_PART
@@ -45,7 +45,7 @@ def arrivals(m: MarchArrays, j: int, t0: float, t1: float) -> int:
     state, junction = m.state[0], m.junctions[j]
     room = len(m.pieces) // len(m.junctions)
     longest = 1
-    trial = m.stack[DEPTH]
+    trial = m.stack[MAX_DEPTH]
     for e in range(junction.first_end, junction.last_end):
         end = m.ends[e]
         piece = m.pieces[room * end.source + end.cursor]
@@ -112,8 +112,8 @@ def keep(m: MarchArrays, j: int, t0: float, t1: float, n: int) -> None:
 
 
 @EXACT_PART
-def happen(m: MarchArrays, j: int, t: float) -> bool:
-    """Let the event that was found happen; return whether events still have an end."""
+def apply_event(m: MarchArrays, j: int, t: float) -> bool:
+    """Open or close the contact of the event found; return False if events accumulate."""
     state, junction = m.state[0], m.junctions[j]
     m.contacts[state.contact].closed = state.kind
     event = m.events[state.events]
@@ -124,12 +124,12 @@ def happen(m: MarchArrays, j: int, t: float) -> bool:
         junction.burst = t
         junction.bursts = 0
     junction.bursts += 1
-    return bool(junction.bursts <= BURST)
+    return bool(junction.bursts <= MAX_BURST)
 
 
 @EXACT_INLINE
 def interval(m: MarchArrays, j: int) -> int:
-    """Advance junction j to its next break or event; return DONE, or why it cannot go on."""
+    """Advance junction j to its next break or event; return a status."""
     state, junction = m.state[0], m.junctions[j]
     t0 = junction.clock
     t1 = horizon(m, j)
@@ -149,10 +149,10 @@ def interval(m: MarchArrays, j: int) -> int:
     if place <= 1.0 and event < t1:
         if event > t0 + state.tolerance:
             nodes, ends = junction.last_node - junction.first_node, junction.last_end - junction.first_end
-            trial = m.stack[DEPTH]
+            trial = m.stack[MAX_DEPTH]
             for i in range(2 * nodes + 2 * ends + junction.last_contact - junction.first_contact):
                 state.work += 2 * n * n
-                # A row keeps its degree: zeros at its end would become rounding, and waves grow with every event.
+                # A row keeps its degree: its last zeros would become rounding, which grows with every event.
                 kept = restrict(m.rows[i], chopped(m.rows[i], n, 0.0), -1.0, place, trial)
                 for k in range(n):
                     m.rows[i, k] = trial[k] if k < kept else 0.0
@@ -160,7 +160,7 @@ def interval(m: MarchArrays, j: int) -> int:
     if t1 > t0 + state.tolerance:
         keep(m, j, t0, t1, n)
     if place <= 1.0 and state.contact >= 0:
-        return DONE if happen(m, j, t1) else TOO_MANY
+        return DONE if apply_event(m, j, t1) else TOO_MANY
     if place <= 1.0 and t1 <= t0 + state.tolerance:
         junction.clock = t0 + state.tolerance
     return DONE
@@ -168,10 +168,10 @@ def interval(m: MarchArrays, j: int) -> int:
 
 @EXACT_ENTRY
 def advance(m: MarchArrays) -> int:
-    """Advance all junctions to the end; return DONE, what has run out of room, or why it cannot go on."""
+    """Advance all junctions to the end; return a status: DONE, an array that is full, or the reason of a stop."""
     state = m.state[0]
     while True:
-        j = len(m.junctions) - 1  # not a literal, for which all would be compiled twice
+        j = len(m.junctions) - 1  # not a literal, which would be compiled as another type
         for other in range(j - 1, -1, -1):
             if m.junctions[other].clock <= m.junctions[j].clock:
                 j = other
@@ -198,7 +198,7 @@ def springs(net: Network) -> bool:
 
 
 def compile_for(log: Log, coupled: bool) -> None:
-    """Load or compile the code for a memory: that is set-up, and no part of solving."""
+    """Load or compile the march for these arrays, so that it counts as set-up and not as solution time."""
     if coupled:
         spring_systems.address(log.memory)
     entry: Any = advance
@@ -208,7 +208,7 @@ def compile_for(log: Log, coupled: bool) -> None:
 
 
 def march(log: Log, coupled: bool) -> int:
-    """Advance all junctions to the end; return DONE, what has run out of room, or why it cannot go on."""
+    """Advance all junctions to the end; return a status: DONE, an array that is full, or the reason of a stop."""
     m = log.memory
     if coupled:
         m = m._replace(coupled=spring_systems.address(m))

@@ -1,39 +1,37 @@
-"""Pieces joined over a break at which nothing breaks, compiled: resampling at the zeros of a Chebyshev polynomial.
+"""Merging of neighbouring pieces without a jump between them, compiled: resampling at Chebyshev points.
 
-A wave front that has passed a node many times, or has met its like, leaves a break in the records without a jump. Every
-break travels on and breaks what it meets; joined pieces keep their number to that of the fronts that are there.
+A wave front that has passed a node many times, or has met an equal one, leaves a break in the records without a jump.
+Breaks travel and cut other pieces; merging keeps the number of pieces to that of the fronts that exist.
 """
 
 from __future__ import annotations
 
 from impactlab.exact.arrays import MarchArrays, PieceRecord
-from impactlab.exact.crossings import rounded_force
+from impactlab.exact.crossings import least_force
 from impactlab.exact.kernel import COSINES, ROOM, SIDE, WAVES, WAVES_AT, value
 from impactlab.numerics.compiling import EXACT_PART
 from impactlab.types import Array
 
-MAX_JUMP = 2.0e-15  # of the largest velocity: ten roundings; a break at which less jumps is none
-FORCE_TOL = (
-    1.0e-2  # of the force below which a contact has none: the same jump in a force, and the rounding of a spring
-)
-FEW = 200  # intervals: in shorter runs, to join waves that are not constant takes longer than it saves
-MOST_POINTS = 36  # of a joined piece: half of what a piece may have, so that it can still be integrated and cut
+MAX_JUMP = 2.0e-15  # of the largest velocity, ten roundings: a smaller jump is removed
+FORCE_TOL = 1.0e-2  # of the force below which a contact is unloaded: the same jump of a force, and a spring's rounding
+MIN_INTERVALS = 200  # in shorter runs, merging waves that are not constant takes longer than it saves
+MAX_POINTS = 36  # of a merged piece: half the capacity, so that it can still be integrated and cut
 
 
 @EXACT_PART
 def jump_floor(m: MarchArrays, j: int, row: int, n: int) -> float:
-    """Return the jump of a row below which it has none; negative for rows that are integrals of others."""
+    """Return the largest jump of a row that merging may remove; negative for rows that are integrals of others."""
     state, junction = m.state[0], m.junctions[j]
     nodes, ends = junction.last_node - junction.first_node, junction.last_end - junction.first_end
     if row < nodes or 2 * nodes <= row < 2 * nodes + ends:
         return float(MAX_JUMP * state.fastest)
     if row >= 2 * (nodes + ends):
-        return float(FORCE_TOL * rounded_force(m, j, junction.first_contact + row - 2 * (nodes + ends), n))
+        return float(FORCE_TOL * least_force(m, j, junction.first_contact + row - 2 * (nodes + ends), n))
     return -1.0
 
 
 @EXACT_PART
-def breaks(m: MarchArrays, at: int, size: int, row: Array, n: int, widths: Array, floor: float) -> int:
+def needed_without_jump(m: MarchArrays, at: int, size: int, row: Array, n: int, widths: Array, floor: float) -> int:
     """Return how many coefficients two neighbouring series need above the floor, 0 where value or slope jump.
 
     The earlier one is pool[at : at + size], the later one row[:n]; ``widths`` are their lengths.
@@ -98,7 +96,7 @@ def resampled(
 
 @EXACT_PART
 def stretched(m: MarchArrays, old: PieceRecord, nodes: int, ends: int, height: int, t1: float) -> None:
-    """Write the rows of a piece of constant waves as they go on to t1."""
+    """Write the rows of a piece of constant waves, extended to t1."""
     half = 0.5 * (t1 - old.start)
     for i in range(height):
         at = old.offset + i * old.size
@@ -119,21 +117,21 @@ def stretched(m: MarchArrays, old: PieceRecord, nodes: int, ends: int, height: i
 
 @EXACT_PART
 def joined(m: MarchArrays, j: int, t0: float, t1: float, n: int) -> int:
-    """Write the rows of the last piece and of [t0, t1] as one; return its coefficients, 0 where they remain two."""
+    """Write the rows of the last piece and of [t0, t1] as one; return its coefficients, 0 if they must stay two."""
     junction = m.junctions[j]
     nodes, ends = junction.last_node - junction.first_node, junction.last_end - junction.first_end
     height = 2 * nodes + 2 * ends + junction.last_contact - junction.first_contact
     old = m.pieces[len(m.pieces) // len(m.junctions) * j + junction.records - 1]
-    if junction.broken == 1 or old.stop <= 0.0 or (m.state[0].intervals < FEW and max(n, old.size) > 2):
+    if junction.broken == 1 or old.stop <= 0.0 or (m.state[0].intervals < MIN_INTERVALS and max(n, old.size) > 2):
         return 0
     widths = m.stack[0]
     widths[0], widths[1] = t0 - old.start, t1 - t0
     needed = 1
-    for i in range(2 * nodes + ends - 1, height + 2 * nodes + ends - 1):  # waves first: they are what jumps
+    for i in range(2 * nodes + ends - 1, height + 2 * nodes + ends - 1):  # waves first: fronts are jumps of waves
         row = i if i < height else i - height
         floor = jump_floor(m, j, row, n)
         if floor >= 0.0:
-            here = breaks(m, old.offset + row * old.size, old.size, m.rows[row], n, widths, floor)
+            here = needed_without_jump(m, old.offset + row * old.size, old.size, m.rows[row], n, widths, floor)
             if here == 0:
                 return 0
             needed = max(needed, here)
@@ -143,7 +141,7 @@ def joined(m: MarchArrays, j: int, t0: float, t1: float, n: int) -> int:
     points = SIDE
     while points < needed + 4 or ROOM % points != 0:
         points += SIDE
-    if points > MOST_POINTS:
+    if points > MAX_POINTS:
         return 0
     for row in range(height):
         if not resampled(m, old, row, t0, t1, n, points, jump_floor(m, j, row, n)):

@@ -19,7 +19,7 @@ from impactlab.exact.arrays import (
     PieceRecord,
     StateRecord,
 )
-from impactlab.exact.kernel import DEPTH, ROOM, WIDTH
+from impactlab.exact.kernel import MAX_DEPTH, ROOM, WIDTH
 from impactlab.numerics.records import columns, dtype_of
 from impactlab.types import Array
 
@@ -141,7 +141,7 @@ def log_of(net: Network, u: Array, v: Array, room: int, pool: int, events: int) 
     tables = np.zeros((3, int((before[1:] - before[:-1]).max()), ROOM))
     memory = MarchArrays(
         0, states, junctions, nodes, ends, contacts, (), (), np.empty(pool),
-        tables[0], tables[1], tables[2], np.zeros((DEPTH + 1, WIDTH)),
+        tables[0], tables[1], tables[2], np.zeros((MAX_DEPTH + 1, WIDTH)),
     )  # fmt: skip
     place = {name: offset for name, (_, offset) in dtype_of(StateRecord).fields.items()}  # bytes
     tally = np.ndarray((4,), np.int64, state, place["pool_used"])

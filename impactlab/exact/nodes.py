@@ -1,4 +1,4 @@
-"""The nodes of a junction over one interval, compiled: what they are joined to, how they move, and the record of it."""
+"""Motion of the nodes of a junction over one interval, compiled: groups held by contacts, velocities, all rows."""
 
 from __future__ import annotations
 
@@ -6,24 +6,24 @@ import numpy as np
 
 from impactlab.exact.arrays import MarchArrays
 from impactlab.exact.kernel import (
-    CHOP,
-    EASY,
-    EASY_RATE,
+    CHOP_TOL,
     HALF_ORDER,
+    MAX_LOAD_HALF,
+    MAX_RATE_HALF,
     ORDER,
-    RESOLVED,
     ROOM,
+    TAIL_TOL,
     chopped,
     integrate,
     relax,
-    settled,
+    without_layer,
 )
 from impactlab.numerics.addresses import call
 from impactlab.numerics.compiling import EXACT_PART
 from impactlab.types import Array
 
-SHORT = 100.0  # relaxations in half an interval, beyond which a layer at its start is short
-ROUNDED_V = 2.0e-14  # of the largest velocity: a layer below is rounding
+MIN_RELAXATIONS = 100.0  # relaxation times in half an interval, from which a layer at its start is short
+LAYER_TOL = 2.0e-14  # of the largest velocity: a smaller layer is rounding
 
 
 @EXACT_PART
@@ -72,7 +72,7 @@ def tail(a: Array, n: int) -> float:
 
 
 @EXACT_PART
-def follow(m: MarchArrays, j: int, i: int, half: float, longest: int) -> int:
+def solve_group(m: MarchArrays, j: int, i: int, half: float, longest: int) -> int:
     """Write the velocity of a group with mass, that of node i; return its coefficients, 0 where not resolved."""
     state, node = m.state[0], m.nodes[i]
     group, base = m.nodes[node.group], m.junctions[j].first_node
@@ -80,18 +80,18 @@ def follow(m: MarchArrays, j: int, i: int, half: float, longest: int) -> int:
     for k in range(longest):
         load[k] *= half / group.group_mass
     rate = half * group.drag / group.group_mass
-    if rate >= SHORT and rate * SHORT >= longest * longest:
+    if rate >= MIN_RELAXATIONS and rate * MIN_RELAXATIONS >= longest * longest:
         state.work += 4 * longest
-        if settled(rate, load, node.v, longest, ROUNDED_V * state.fastest, out):
+        if without_layer(rate, load, node.v, longest, LAYER_TOL * state.fastest, out):
             return longest
-    order = HALF_ORDER if longest <= EASY and rate <= EASY_RATE else ORDER
+    order = HALF_ORDER if longest <= MAX_LOAD_HALF and rate <= MAX_RATE_HALF else ORDER
     relax(rate, load, node.v, order, out, m.stack)
     state.work += 16 * order
-    if order < ORDER and tail(out, order) > CHOP * state.fastest:
+    if order < ORDER and tail(out, order) > CHOP_TOL * state.fastest:
         order = ORDER
         state.work += 16 * order
         relax(rate, load, node.v, order, out, m.stack)
-    return 0 if tail(out, order) > RESOLVED * state.fastest else order
+    return 0 if tail(out, order) > TAIL_TOL * state.fastest else order
 
 
 @EXACT_PART
@@ -122,7 +122,7 @@ def solve_nodes(m: MarchArrays, j: int, half: float, longest: int) -> int:
                 for k in range(longest):
                     m.rows[i - base, k] = m.load[i - base, k] / group.drag
             elif group.group_mass < np.inf and node.mass > 0.0:
-                order = follow(m, j, i, half, longest)
+                order = solve_group(m, j, i, half, longest)
                 if order == 0:
                     return 0
                 used = max(used, order)
@@ -131,13 +131,13 @@ def solve_nodes(m: MarchArrays, j: int, half: float, longest: int) -> int:
         out, source = m.rows[i - base], m.rows[m.nodes[i].group - base]
         for k in range(used):
             out[k] = source[k]
-        n = max(n, chopped(out, used, CHOP * state.fastest))
+        n = max(n, chopped(out, used, CHOP_TOL * state.fastest))
     return n
 
 
 @EXACT_PART
 def balance(m: MarchArrays, j: int, c: int, n: int, force: Array) -> None:
-    """Write the force of a hard contact: what all else on its bare face takes, rods, what holds it, other contacts."""
+    """Write the force of a hard contact: balance of its massless face with rods, spring, dashpot, other contacts."""
     junction = m.junctions[j]
     base, first_end = junction.first_node, junction.first_end
     nodes, ends = junction.last_node - base, junction.last_end - first_end
@@ -179,7 +179,7 @@ def fill_rows(m: MarchArrays, j: int, half: float, longest: int, n: int) -> int:
                 m.rows[nodes + i, k] = m.rows[nodes + node.group - base, k]
     for i in range(nodes):
         node = m.nodes[base + i]
-        if m.nodes[node.group].place >= 0:  # what springs tie has its displacement from them
+        if m.nodes[node.group].place >= 0:  # groups tied by springs: solved with the velocities
             m.rows[nodes + i, 0] += node.u
     for e in range(ends):
         end = m.ends[first_end + e]

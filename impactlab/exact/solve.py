@@ -1,4 +1,4 @@
-"""The exact answer of a scene of uniform rods, rigid masses and walls, from event to event."""
+"""Exact solution of uniform rods, rigid masses and walls, from event to event: d'Alembert waves in Chebyshev pieces."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from impactlab.exact.thinned import ThinnedHistory, Thinner
 from impactlab.scene.problem import Scene
 from impactlab.scene.sizes import NUMBER, in_bytes, memory_limit
 
-DIGITS = 1e-6  # of the energy in play: a balance that is off by more is no rounding
-KEPT = 0.1  # of the memory allowed, for all waves of a run; beyond it they are read at the instants kept and dropped
-WHOLE = 0.25  # of it, where every wave is needed: a reference is read at any time
-PIECE_NUMBERS = 4  # of a piece, beside its coefficients
-TURN = 200_000  # intervals between two looks at the memory
-MOST_INTERVALS = 30_000_000  # some minutes: an interval takes 0.5 to 10 us
+BALANCE_TOL = 1e-6  # of the reference energy: a larger error of the balance is not rounding
+MAX_KEPT_SHARE = 0.1  # of the memory allowed, for all waves of a run; beyond it they are sampled and dropped
+MAX_WHOLE_SHARE = 0.25  # the same where every wave is needed: references are evaluated at any time
+PIECE_NUMBERS = 4  # kept for a piece, besides its coefficients
+INTERVALS_PER_CHECK = 200_000  # intervals between two checks of the memory
+MAX_INTERVALS = 30_000_000  # some minutes, as an interval takes 0.5 to 10 us
 
 
 def serves(scene: Scene) -> str | None:
-    """Return None where `solve` answers the scene, else the reason in one sentence; looks at bodies and contacts."""
+    """Return None if `solve` serves the bodies and contacts of a scene, else the reason in one sentence."""
     try:
         build(scene)
     except (CaseError, PairingError) as error:
@@ -39,15 +39,15 @@ def solve(scene: Scene, whole: bool = False) -> ContinuousHistory | ThinnedHisto
     every signal is one Chebyshev piece; nodes with mass or springs obey linear differential equations, solved
     spectrally; events are first zeros found by isolation. There is no time step.
 
-    A run of more waves than a tenth of the memory allowed holds is read at its ``records`` instants while it goes on
-    (`impactlab.exact.thinned`), except where it is to be kept ``whole``.
+    If the waves need more than a tenth of the memory allowed, the run is sampled at its ``records`` instants as it
+    proceeds (`impactlab.exact.thinned`), unless it must be kept ``whole``.
 
     Raises
     ------
     CaseError, PairingError
-        Before the start, for a scene that cannot be served.
+        Before the start, for a scene that the solver does not serve.
     StepError
-        When events or pieces come without end; carries what was reached.
+        If events or pieces accumulate without limit; carries the history so far.
 
     References
     ----------
@@ -60,17 +60,17 @@ def solve(scene: Scene, whole: bool = False) -> ContinuousHistory | ThinnedHisto
     march.compile_for(log, coupled)
     ready = clock.perf_counter()
     thinner: Thinner | None = None
-    log.tally[3] = TURN
+    log.tally[3] = INTERVALS_PER_CHECK
     while True:
         status = march.march(log, coupled)
         if status == march.DONE:
             break
-        if status in (march.TOO_MANY, march.UNRESOLVED) or log.tally[2] >= MOST_INTERVALS:
+        if status in (march.TOO_MANY, march.UNRESOLVED) or log.tally[2] >= MAX_INTERVALS:
             stop(scene, layout, log, reason(scene, layout, log, status), thinner)
         if status == march.PAUSED:
-            log.tally[3] += TURN
+            log.tally[3] += INTERVALS_PER_CHECK
             continue
-        most = (WHOLE if whole else KEPT) * memory_limit() / NUMBER
+        most = (MAX_WHOLE_SHARE if whole else MAX_KEPT_SHARE) * memory_limit() / NUMBER
         if status != march.MORE_EVENTS and 2 * room(log) > most:
             if whole:
                 stop(scene, layout, log, _too_large(log, most), thinner)
@@ -94,11 +94,11 @@ def room(log: Log) -> int:
 
 
 def check_balance(history: ContinuousHistory | ThinnedHistory) -> None:
-    """Raise `StepError` where the energy of an exact history does not balance: its digits are lost."""
+    """Raise `StepError` if the energy of an exact history does not balance."""
     book = history.balanced if isinstance(history, ContinuousHistory) else history.energy
     given = max(float(np.abs(book.total[0])), float(np.abs(book.work).max()))
     error = float(np.max(np.abs(book.balance)))
-    if not error <= DIGITS * (given or float(np.abs(book.total).max())):
+    if not error <= BALANCE_TOL * (given or float(np.abs(book.total).max())):
         raise StepError(
             "the exact solution lost its digits: its energy does not balance",
             time=history.duration,
@@ -110,11 +110,11 @@ def check_balance(history: ContinuousHistory | ThinnedHistory) -> None:
 
 
 def reason(scene: Scene, layout: Layout, log: Log, status: int) -> tuple[str, str]:
-    """Return why a march cannot go on, and the remedy."""
+    """Return the reason why a march stopped, and the remedy."""
     if status == march.TOO_MANY:
         name = scene.contacts[int(layout.places[int(log.event_contact[int(log.tally[1]) - 1])])].name
         return (
-            f"contact {name} opens and closes more than {march.BURST} times at one instant",
+            f"contact {name} opens and closes more than {march.MAX_BURST} times at one instant",
             f"Give that contact the law penalty, or end the run before {min(log.clock):.6g} s. "
             "Bars that stay together are better described as one rod with segments.",
         )
@@ -125,7 +125,7 @@ def reason(scene: Scene, layout: Layout, log: Log, status: int) -> tuple[str, st
             "Give a larger mass or a softer spring, or a model that steps.",
         )
     return (
-        f"wave fronts have cut the run into {MOST_INTERVALS:,} intervals; every front is split at each step of a rod",
+        f"wave fronts have cut the run into {MAX_INTERVALS:,} intervals; every front is split at each step of a rod",
         _shorter(log),
     )
 
@@ -146,7 +146,7 @@ def _shorter(log: Log) -> str:
 
 
 def stop(scene: Scene, layout: Layout, log: Log, why: tuple[str, str], thinner: Thinner | None) -> None:
-    """Raise the `StepError` of a march that has no end, with what was reached."""
+    """Raise the `StepError` of a march that stopped early, with the history so far."""
     reached = float(min(log.clock))
     history: ContinuousHistory | ThinnedHistory | None = None
     if thinner is not None:

@@ -1,4 +1,4 @@
-"""Nodes tied by springs, compiled as a unit of its own: their linear differential equations, gathered and solved."""
+"""Nodes coupled by springs, compiled separately: assembly and solution of their linear differential equations."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ typeof: Any = numba.typeof
 
 @ALLOCATING_PART
 def number_groups(m: MarchArrays, j: int) -> tuple[int, int]:
-    """Give the groups that can move their places, those with mass first; return how many have mass, and how many."""
+    """Number the groups that can move, those with mass first; return how many have mass, and how many move."""
     junction = m.junctions[j]
     moving = 0
     heavy = 0
@@ -111,8 +111,8 @@ def coupled(m: MarchArrays, j: int, half: float) -> None:
     """Velocities and displacements of groups tied by springs: m V' + D V + K U = load, U' = V.
 
     Unknowns are the velocities of the groups with mass and U/half of all that can move; velocities of groups without
-    mass follow from them. U is handed over as it was solved: the integral of a velocity that hangs on a stiff spring
-    would bring that spring's stiffness to its own rounding. The state says whether all are resolved.
+    mass follow from them. U is returned as solved: integrating the velocity of a group on a stiff spring would multiply
+    rounding by that stiffness. ``state.resolved`` is 1 if the series converged.
     """
     state, junction = m.state[0], m.junctions[j]
     nodes = junction.last_node - junction.first_node
@@ -153,7 +153,7 @@ def coupled(m: MarchArrays, j: int, half: float) -> None:
                 m.rows[nodes + g - junction.first_node, k] = half * y[heavy + i, k]
 
 
-_address: dict[bool, int] = {}  # one entry: memories differ in size and never in type, and to type one takes 0.3 ms
+_address: dict[bool, int] = {}  # one entry: arrays differ in size and never in type, and typing them takes 0.3 ms
 
 
 def address(m: MarchArrays) -> int:

@@ -1,6 +1,6 @@
-"""Exact runs with more waves than memory may hold: read window by window at the instants that a run keeps.
+"""Exact runs with more waves than fit into memory: sampled window by window at the instants that a run keeps.
 
-Of a wave that has been read, no more is kept than the march needs: one transit of the longest rod piece.
+Of sampled waves only those that the march still needs are kept: one transit of the longest rod piece.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ from impactlab.scene.frame import carried_energy, touched_in
 from impactlab.scene.problem import Probe, Scene
 from impactlab.types import Array
 
-ENERGIES = 1000  # instants of the energy book, at most
+MAX_ENERGY_SAMPLES = 1000  # instants of the energy book, at most
 
 
 @final
 class ThinnedHistory(AbstractHistory):
     """An exact history read at equal instants: channels are lines between them, forces have their means.
 
-    Instants, events, periods of contact and energies are exact; places without a probe are not kept, and fields at
-    snapshots alone.
+    Instants, events, contact periods and energies are exact; places without a probe are not kept, fields at snapshots
+    only.
     """
 
     def __init__(self, scene: Scene, duration: float, time: Array, values: dict[str, Array]) -> None:
@@ -40,7 +40,7 @@ class ThinnedHistory(AbstractHistory):
         self.scene = scene
         self.time = time  # (n,) s
         self.values = values  # channel -> (n,); of a force its time integral [N s]
-        # Forces that are constant between jumps, or nearly so, stay as their means; a spring's has a slope.
+        # Forces of hard contacts are piecewise nearly constant and stay as means; a spring force gets slopes.
         self.stairs = {f"force:{contact.name}" for contact in scene.contacts if contact.law.hard}
         self.fields: dict[tuple[str, str, float], Field] = {}
         self.cost = Cost()
@@ -82,12 +82,12 @@ class ThinnedHistory(AbstractHistory):
 
 
 class Thinner:
-    """Reads the windows of a march one after the other."""
+    """Samples the windows of a march one after the other."""
 
     def __init__(self, scene: Scene, layout: Layout, log: Log) -> None:
         self.scene, self.layout = scene, layout
         self.grid = np.linspace(0.0, scene.duration, scene.records + 1)
-        self.every = max(1, scene.records // ENERGIES)
+        self.every = max(1, scene.records // MAX_ENERGY_SAMPLES)
         self.begun, self.taken = 0.0, 0
         first = ContinuousHistory(scene, layout, log, float(min(log.clock)))
         links = [link for pieces in layout.links.values() for link in pieces]
@@ -102,7 +102,7 @@ class Thinner:
         self.fields: dict[tuple[str, str, float], Field] = {}
 
     def take(self, log: Log) -> Log:
-        """Read all that is known of every junction and return the log without it."""
+        """Sample every junction up to the time that all have reached, and return the log without it."""
         until = float(min(log.clock))
         self._read(log, until)
         longest = float(np.max(self.layout.network.transit))
@@ -154,7 +154,7 @@ class Thinner:
         )
 
     def _contacts(self, window: ContinuousHistory, until: float) -> None:
-        """Date the events of the window, and add its part of impulse and peak to every period of contact."""
+        """Add the events of the window, and its part of impulse and peak to every contact period."""
         dated = window.dated
         self.events += dated
         for name in self.impulses:

@@ -108,7 +108,7 @@ def test_intervals_without_end_stop_the_run_with_what_was_reached(monkeypatch):
 
     def nearly_spent(scene):
         layout, log = build(scene)
-        log.tally[2] = solver.MOST_INTERVALS - 9
+        log.tally[2] = solver.MAX_INTERVALS - 9
         return layout, log
 
     monkeypatch.setattr(solver, "build", nearly_spent)
@@ -116,7 +116,7 @@ def test_intervals_without_end_stop_the_run_with_what_was_reached(monkeypatch):
         solve(struck_rod)
     error = caught.value
     assert 0.0 < error.time < 6.0
-    assert error.step == solver.MOST_INTERVALS
+    assert error.step == solver.MAX_INTERVALS
     t = np.linspace(0.0, error.time, 50, endpoint=False)
     for channel in ("position:hammer", "velocity:hammer", "stress:rod@0"):
         assert error.history.evaluate(t, channel) == pytest.approx(whole.evaluate(t, channel), abs=1e-13)
@@ -127,7 +127,7 @@ def test_events_without_end_stop_the_run(monkeypatch):
     def busy(scene):
         layout, log = build(scene)
         log.memory.junctions["burst"] = 0.0
-        log.memory.junctions["bursts"] = march.BURST
+        log.memory.junctions["bursts"] = march.MAX_BURST
         return layout, log
 
     monkeypatch.setattr(solver, "build", busy)

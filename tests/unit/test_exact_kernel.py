@@ -17,7 +17,7 @@ def entry(part):
     return numba.njit(error_model="numpy")(part.py_func) if COMPILED else part
 
 
-integrate, relax, restrict, fall = map(entry, (kernel.integrate, kernel.relax, kernel.restrict, kernel.first_fall))
+integrate, relax, restrict, fall = map(entry, (kernel.integrate, kernel.relax, kernel.restrict, kernel.first_crossing))
 eliminate, system, recurrence = map(entry, (solve_bordered, linear.system, linear.recurrence))
 
 
@@ -29,7 +29,7 @@ def series(function, n=40):
 
 
 def first_fall(f, n, floor=1e-12):
-    return fall(f, n, floor, np.zeros((kernel.DEPTH, kernel.WIDTH)))
+    return fall(f, n, floor, np.zeros((kernel.MAX_DEPTH, kernel.WIDTH)))
 
 
 @pytest.mark.parametrize(("low", "high"), [(-1.0, 1.0), (-0.3, 0.8), (-1.0, -0.999), (0.5, 0.5 + 1e-9)])
