@@ -16,7 +16,7 @@ from impactlab.errors import CaseError, ImpactlabError
 
 app = typer.Typer(
     name="impactlab",
-    help="Impacts on flexible rods: run a case, compare methods on it, see what each costs and how wrong it is.",
+    help="Impacts on flexible rods: run a case, compare methods on it, see the cost and the error of each.",
     no_args_is_help=True,
     rich_markup_mode=None,
     add_completion=False,
@@ -46,7 +46,7 @@ def main() -> None:
     except Left:
         raise
     except SystemExit as leaving:
-        if leaving.code == 2 and "--json" in sys.argv:  # typer has said on standard error what is wrong
+        if leaving.code == 2 and "--json" in sys.argv:  # typer has printed the reason on standard error
             print_failure(None, CaseError("the command line is wrong", remedy="See standard error, or --help."))
         raise
 
@@ -61,6 +61,6 @@ def _check_surroundings() -> None:
             import json
 
             places = dict.fromkeys(("file", "line", "path"))
-            told = {"kind": type(error).__name__, **places, "text": error.text, "remedy": error.remedy}
-            print(json.dumps({"schema_version": 1, "case": "", "status": "refused", "error": told}, indent=1))
+            fault = {"kind": type(error).__name__, **places, "text": error.text, "remedy": error.remedy}
+            print(json.dumps({"schema_version": 1, "case": "", "status": "refused", "error": fault}, indent=1))
         raise Left(2) from None

@@ -25,14 +25,15 @@ def bench(
         str, typer.Option("--suite", metavar="NAME", help="standard: cases/*.yaml here; hard: cases/hard/*.yaml.")
     ] = "standard",
     grid: Annotated[
-        Path | None, typer.Option("--grid", metavar="FILE", help="A grid of one's own.", show_default=False)
+        Path | None,
+        typer.Option("--grid", metavar="FILE", help="Grid file to use in place of the suite's.", show_default=False),
     ] = None,
     methods: Annotated[
         str | None,
         typer.Option(
             "--methods",
             metavar="A,B,...",
-            help="Methods of the grid, own for those of the cases; all if not given.",
+            help="Methods of the grid; own: those of the cases; default all.",
             show_default=False,
         ),
     ] = None,
@@ -43,11 +44,14 @@ def bench(
         int, typer.Option("--jobs", metavar="N", min=0, max=1024, help="Processes; 0 for one per core.")
     ] = 1,
     repeats: Annotated[
-        int, typer.Option("--repeats", metavar="N", min=1, max=1000, help="Of a timed run, at most.")
+        int, typer.Option("--repeats", metavar="N", min=1, max=1000, help="Most repeats of a timed run.")
     ] = 9,
     no_timing: Annotated[bool, typer.Option("--no-timing", help="Leave out the times.")] = False,
     time_limit: Annotated[
-        float, typer.Option("--time-limit", metavar="S", min=0.001, max=1e6, help="Seconds after which a run has hung.")
+        float,
+        typer.Option(
+            "--time-limit", metavar="S", min=0.001, max=1e6, help="Seconds after which a run is stopped as hung."
+        ),
     ] = 60.0,
     no_report: Annotated[bool, typer.Option("--no-report", help="Leave out figures, tables and pages.")] = False,
     table: Annotated[
@@ -58,13 +62,13 @@ def bench(
     ] = None,
     as_json: Json = False,
 ) -> None:
-    """Speed against error: a grid of methods over cases, one table row per run. What is done is not done again."""
+    """Measure speed against error: a grid of methods over cases, one table row per run. Existing rows are kept."""
     with reporting(None, as_json):
         if table is not None:
             with _made(out):
                 page = _draw_bench(out, table, jobs, suite)
             if as_json:
-                console.answer({"schema_version": 1, "report": str(page)})
+                console.print_json({"schema_version": 1, "report": str(page)})
             return
         files = cells.case_files(cases or [], suite)
         names = [name.strip() for name in methods.split(",") if name.strip()] if methods is not None else None
@@ -77,19 +81,19 @@ def bench(
         console.say(f"written: {out / 'table.csv'}")
         if not no_report:
             _draw_bench(out, out / "table.csv", jobs, suite)
-        console.answer(found.document) if as_json else print(f"{len(found.cells)} rows: {counts}")
+        console.print_json(found.document) if as_json else print(f"{len(found.cells)} rows: {counts}")
 
 
 @contextlib.contextmanager
 def _made(folder: Path) -> Iterator[None]:
-    """Make a folder where there is none; where nothing came of it, take it away again."""
+    """Make a folder if needed; remove it again after a failure if nothing was written."""
     missing = [each for each in (folder, *folder.parents) if not each.exists()]
     folder.mkdir(parents=True, exist_ok=True)
     try:
         yield
     except BaseException:
         for each in missing:
-            with contextlib.suppress(OSError):  # something stands in it
+            with contextlib.suppress(OSError):  # it is not empty
                 each.rmdir()
         raise
 

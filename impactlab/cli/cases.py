@@ -42,7 +42,7 @@ def check(
         document = {"schema_version": 1, "case": loaded.label, "resolved": loaded.resolved(), "methods": plans}
         for name, fault in faults:
             console.say(f"method {name}: {fault}")
-        console.answer(document) if as_json else print(console.tree_text(_brief(document)))
+        console.print_json(document) if as_json else print(console.tree_text(_brief(document)))
         if faults:
             raise Left(2)
 
@@ -72,7 +72,7 @@ def choose(
         console.say_if_compiling()
         scene = loaded.scene()
         document = ladder.choose(loaded.label, scene, api.physics_of(loaded), scene.tolerance or 0.0)
-        console.answer(document) if as_json else print(choice_text.ladder_text(document))
+        console.print_json(document) if as_json else print(choice_text.ladder_text(document))
 
 
 def cite(case: CaseFile, method: Method = None, as_json: Json = False) -> None:
@@ -80,7 +80,9 @@ def cite(case: CaseFile, method: Method = None, as_json: Json = False) -> None:
     with reporting(case, as_json):
         found = citations.cite(load(case, None, method))
         if as_json:
-            console.answer({"schema_version": 1, "case": case.stem, "keys": list(found.keys), "bibtex": found.bibtex})
+            console.print_json(
+                {"schema_version": 1, "case": case.stem, "keys": list(found.keys), "bibtex": found.bibtex}
+            )
         else:
             print(found.bibtex)
 
@@ -92,7 +94,7 @@ def new(name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the ca
 
 
 def _brief(document: dict[str, Any]) -> dict[str, Any]:
-    """Leave the text of refusals to standard error."""
+    """Return the document without the refusals, which are printed on standard error."""
     methods = {
         name: {key: plan[key] for key in ("status", "dt", "steps") if key in plan}
         for name, plan in document["methods"].items()

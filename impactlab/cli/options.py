@@ -1,4 +1,4 @@
-"""Arguments that several commands share, and the case that they name."""
+"""Arguments that several commands share, and loading of the case that they name."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ Variant = Annotated[
 
 Metrics = Annotated[
     list[str] | None,
-    typer.Option("--metric", metavar="NAME", help="Measure a plugin's metric, too.", show_default=False),
+    typer.Option("--metric", metavar="NAME", help="Evaluate this metric of a plugin, too.", show_default=False),
 ]
 
 

@@ -17,7 +17,7 @@ def schema(
     """Print the JSON schema of case files, with the fields of every installed part."""
     with reporting(None, as_json=False):
         installed = plugins.registry()
-        console.answer(jsonschema.case_schema(installed.only("impactlab") if builtin else installed))
+        console.print_json(jsonschema.case_schema(installed.only("impactlab") if builtin else installed))
 
 
 def plugins_(
@@ -37,13 +37,13 @@ def plugins_(
         if check_name is not None:
             console.say_if_compiling()
             found = verdicts.verdict(check_name, plugins.registry())
-            console.answer(found.document()) if as_json else print(console.verdict_text(found.document()))
+            console.print_json(found.document()) if as_json else print(console.verdict_text(found.document()))
             if not found.ok:
                 raise Left(1)
             return
         listing = listings.listing(plugins.registry())
         if as_json:
-            console.answer({"schema_version": 1, "parts": [line._asdict() for line in listing]})
+            console.print_json({"schema_version": 1, "parts": [line._asdict() for line in listing]})
             return
         group = ""
         for line in listing:

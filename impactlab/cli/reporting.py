@@ -1,4 +1,4 @@
-"""How a command fails: one message on standard error, a JSON document if asked for, and an exit code."""
+"""Failure of a command: one message on standard error, a JSON document with ``--json``, an exit code."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Left(SystemExit):
 
 @contextlib.contextmanager
 def reporting(case: Path | None, as_json: bool) -> Iterator[None]:
-    """Turn any failure inside into one message on standard error, a JSON document if asked for, and an exit code."""
+    """Turn any failure inside into one message on standard error, a JSON document with ``--json``, an exit code."""
     try:
         yield
     except (typer.Exit, typer.Abort, BrokenPipeError):
@@ -42,7 +42,7 @@ def _report(case: Path | None, as_json: bool, error: BaseException, text: str) -
 
 def print_failure(case: Path | None, error: BaseException) -> None:
     """Print the JSON document of a command that failed."""
-    console.answer(api.failure(case.stem if case is not None else "", error))
+    console.print_json(api.failure(case.stem if case is not None else "", error))
 
 
 def words(error: BaseException) -> str:
@@ -50,7 +50,7 @@ def words(error: BaseException) -> str:
     if isinstance(error, ImpactlabError):
         return str(error)
     text = f"{type(error).__name__}: {str(error)[:500]}"
-    return f"{text}\nThis came out of a part or of impactlab itself; IMPACTLAB_DEBUG=1 shows where."
+    return f"{text}\nThis is a fault of a part or of impactlab itself; IMPACTLAB_DEBUG=1 shows where."
 
 
 def code_of(error: BaseException) -> int:

@@ -19,7 +19,7 @@ def run(
     out: Out = None,
     reference: Annotated[
         bool,
-        typer.Option("--reference", help="Where no exact answer serves, take the time for a converged one."),
+        typer.Option("--reference", help="Without an exact solution, compute a converged reference."),
     ] = False,
     metric: Metrics = None,
     as_json: Json = False,
@@ -31,12 +31,12 @@ def run(
             output.check_target(out)
         with console.progress() as show, api.warnings_kept():
 
-            def tell(fraction: float) -> None:
-                if fraction == 0.0:  # nothing stands against the run any more
+            def report(fraction: float) -> None:
+                if fraction == 0.0:  # all checks before the first step are passed
                     console.say_if_compiling()
                 show(loaded.label, fraction)
 
-            history = api.run(loaded, tell)
+            history = api.run(loaded, report)
         summary, judge = api.summarised(loaded, history, references.THOROUGH if reference else references.CHEAP)
         if out is not None:
             console.say(f"drawing figures for {out} ...")
@@ -44,7 +44,7 @@ def run(
                 again = command_line("run", case, sets, method, variant, metric, *["--reference"] * reference)
                 run_report.write_run(draft, summary, history, loaded.scene(), judge, loaded.title, loaded.source, again)
             console.say(f"written: {out}")
-        console.answer(summary) if as_json else print(console.summary_text(summary))
+        console.print_json(summary) if as_json else print(console.summary_text(summary))
         if summary["status"] != "completed":
             raise Left(1)
 
@@ -61,7 +61,7 @@ def compare(
     metric: Metrics = None,
     as_json: Json = False,
 ) -> None:
-    """Run several methods on one case: one table, one set of figures, errors against the exact answer."""
+    """Run several methods on one case: one table, one set of figures, errors against the exact solution."""
     with reporting(case, as_json):
         loaded = load(case, sets, None, variant, metric)
         names = [name.strip() for name in methods.split(",") if name.strip()] if methods is not None else None
@@ -94,13 +94,13 @@ def compare(
                     command_line("compare", case, sets, None, variant, metric, *named),
                 )
             console.say(f"written: {out}")
-        console.answer(document) if as_json else print(comparison)
+        console.print_json(document) if as_json else print(comparison)
         if code:
             raise Left(code)
 
 
 def _code_of_rows(comparison: Any) -> int:
-    """A comparison is done if any method ended as it should; otherwise it fails as its first method did."""
+    """Return 0 if any method completed, else the exit code of the first failure."""
     if any(row.summary["status"] == "completed" for row in comparison.rows):
         return 0
     if any(row.error is None for row in comparison.rows):

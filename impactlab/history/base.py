@@ -1,4 +1,4 @@
-"""What every run returns: channels at any time, dated events, contacts, energies. Computed and exact alike."""
+"""History of a run, stepped or exact: channels at any time, events, contact periods, energies, warnings, cost."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Array = NDArray[float64]
 
 
 class Event(NamedTuple):
-    """Something that happened at a contact at one instant."""
+    """A closing, an opening or an impulse of a contact at one instant."""
 
     time: float  # s
     contact: str
@@ -43,13 +43,13 @@ class ContactSpan(NamedTuple):
 
 
 class CarriedEnergy(NamedTuple):
-    """Energy that bodies carry in a motion common to all that interact, and cannot give to each other."""
+    """Energy of the common motion of all interacting bodies, which they cannot exchange."""
 
     kinetic: float  # J, of the centres of mass at t = 0
     work: Array  # (n,) J, of loads on the common motion
 
 
-DRIFT_ROUNDING = 1e-13  # of the energy of all bodies: what a difference of such energies leaves below is rounding
+DRIFT_ROUNDING = 1e-13  # of the energy of all bodies: a smaller difference of such energies is rounding
 
 
 @dataclass(frozen=True)
@@ -79,10 +79,10 @@ class EnergyBook:
 
     @cached_property
     def at_stake(self) -> float:
-        """Energy that the bodies can give to each other, or that loads give them, the larger [J]; 0 if both are zero.
+        """Reference energy [J]: the larger of what bodies can exchange and what loads supply; 0 if both are zero.
 
-        It is measured in the frame of the centre of mass of what interacts. Bodies that only drift have none there:
-        then it is that of the drift.
+        It is measured in the frame of the centre of mass of the interacting bodies. Bodies that only drift have none
+        there; for them it is the energy of the drift.
         """
         start = float(np.abs(self.total[0]))
         whole = max(start, float(np.max(np.abs(self.work), initial=0.0)))
@@ -105,17 +105,17 @@ class EnergyBook:
 
     @cached_property
     def final_error(self) -> float:
-        """How far the balance is from zero at the end, over the scale."""
+        """Error of the balance at the end, over the scale."""
         return abs(float(self.balance[-1])) / self.scale
 
     @cached_property
     def largest_gain(self) -> float:
-        """How far the balance ever rises above its start, over the scale."""
+        """Largest rise of the balance above its start, over the scale."""
         return max(0.0, float(np.max(self.balance))) / self.scale
 
     @cached_property
     def largest_loss(self) -> float:
-        """How far the balance ever falls below its start, over the scale."""
+        """Largest fall of the balance below its start, over the scale."""
         return max(0.0, -float(np.min(self.balance))) / self.scale
 
 
@@ -126,7 +126,7 @@ class Warned(NamedTuple):
     text: str
 
 
-SERIOUS = ("tolerance_not_met", "energy_gain")  # codes of warnings that put the answer in doubt: shown first
+SERIOUS = ("tolerance_not_met", "energy_gain")  # codes of warnings that make the result doubtful: shown first
 
 
 @dataclass
@@ -134,11 +134,11 @@ class Cost:
     """What a run cost."""
 
     setup_s: float = 0.0  # s, before the first step
-    solve_s: float = 0.0  # s, the steps, and their records made ready to be read
+    solve_s: float = 0.0  # s, the steps, and reading their records
     steps: int = 0
     rhs_evaluations: int | None = None  # of an adaptive run
-    checks_s: float = 0.0  # s, after the run: what it warns of
-    unknowns: int | None = None  # displacements that are stepped, over all bodies; None where nothing is
+    checks_s: float = 0.0  # s, after the run: checks for warnings
+    unknowns: int | None = None  # displacements that are stepped, over all bodies; None without steps
     factorisations: int | None = None  # of an adaptive run that is implicit: LU decompositions
 
 
@@ -149,7 +149,7 @@ class Field(NamedTuple):
     values: Array  # (n,)
 
 
-END_ROUNDING = 1e-9  # of the duration: a time this little outside a run is its start or its end
+END_ROUNDING = 1e-9  # of the duration: a time outside a run by less is moved to its start or end
 
 
 def within_run(t: ArrayLike, duration: float) -> Array:
@@ -175,11 +175,11 @@ def within_run(t: ArrayLike, duration: float) -> Array:
 class AbstractHistory(ABC):
     """A run, computed or exact. To write one, supply the four abstract methods and set the fields.
 
-    1. ``channels``: the names that ``evaluate`` answers.
+    1. ``channels``: the names that ``evaluate`` accepts.
     2. ``evaluate``: values of a channel at any times in [0, duration]. At a jump the value after it is given. Times
        outside the run are refused (`within_run`).
     3. ``field``: a quantity along a body at one time of the run.
-    4. ``jumps``: the instants at which a channel jumps, for norms that stay away from them.
+    4. ``jumps``: the instants at which a channel jumps, for norms that leave their neighbourhood out.
 
     Channels: ``displacement|velocity|strain|stress|force:body@x`` (x as %.6g m), ``position:body`` and
     ``velocity:body`` of a mass, ``force:a|b``, ``gap:a|b``, ``momentum:body``, ``energy:body``.
@@ -192,16 +192,16 @@ class AbstractHistory(ABC):
     energy: EnergyBook
     warnings: list[Warned]
     cost: Cost
-    choice: Choice | None = None  # of a run with a tolerance: what was chosen, and why
+    choice: Choice | None = None  # of a run with a tolerance: the method chosen, and why
     integrator_used: bool = True  # False: every elastic body steps by itself, or the run is exact
 
     @abstractmethod
     def channels(self) -> tuple[str, ...]:
-        """Return the names of the channels that were recorded (an exact history also answers any other x)."""
+        """Return the names of the channels that were recorded (an exact history has them at any other x, too)."""
 
     @abstractmethod
     def evaluate(self, t: ArrayLike, channel: str) -> Array:
-        """Return the channel at the times t [s], same shape as t, SI units; NaN where the method has no answer.
+        """Return the channel at the times t [s], same shape as t, SI units; NaN where the method gives no value.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""The warning that a run sits near a grazing contact, where small errors change the number of contacts."""
+"""The warning ``near_grazing``: small errors of this run would change the number of contacts."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ import numpy as np
 
 from impactlab.history.base import AbstractHistory
 
-SHALLOW = 0.10  # of the largest gap of the flight so far: a minimum below nearly touches
-SHORT = 0.07  # round trips: a contact shorter than this nearly did not happen
-SLOW = 0.1  # of the fastest rate of a flight, whose square is the share of its way that is left to go
-MIN_TOUCH = 1e-4  # of the largest impulse of a contact: what is less is a ripple
-MIN_FLIGHT = 1e-3  # of the widest gap: ripples of faces that have hardly parted are no flights
-LOOKS = 32  # at the gap of an opening
+MAX_NEAR_GAP = 0.10  # of the largest gap of the flight so far: a smaller minimum is nearly a touch
+MIN_CONTACT = 0.07  # round trips: a shorter contact nearly did not happen
+MIN_MEETING_RATE = 0.1  # of the fastest rate of a flight; its square is the share of the way that is left
+MIN_TOUCH = 1e-4  # of the largest impulse of a contact: a smaller one is a ripple
+MIN_FLIGHT = 1e-3  # of the widest gap: smaller openings are ripples
+OPENING_SAMPLES = 32  # of the gap of an opening
 SAMPLES = 512  # of the gap per round trip
-MOST_SAMPLES = 50_000  # of a flight
-MOST_OF_RUN = 1_000_000  # of all flights together
+MAX_SAMPLES = 50_000  # of a flight
+MAX_RUN_SAMPLES = 1_000_000  # of all flights together
 
 
 class Touch(NamedTuple):
-    """A period of contact; openings so short that the faces chatter, and do not fly, belong to it."""
+    """A contact period, with the short openings of chattering faces inside it."""
 
     start: float  # s
     end: float | None  # s
@@ -29,22 +29,22 @@ class Touch(NamedTuple):
 
 
 def touches_of(history: AbstractHistory, contact_name: str, quiet: float) -> list[Touch]:
-    """Return the touches of a contact, those without a flight between them as one.
+    """Return the touches of a contact, merged where no flight lies between them.
 
     A flight takes longer than ``quiet`` [s], and its gap grows beyond a thousandth of the widest one. With quiet = 0
-    every opening is one.
+    every opening is a flight.
     """
     spans = [span for span in history.contacts if span.contact == contact_name]
     channel = f"gap:{contact_name}"
     widest = 0.0
     if quiet > 0.0 and len(spans) > 1:
-        widest = float(np.max(history.evaluate(np.linspace(0.0, history.duration, MOST_SAMPLES // 10), channel)))
+        widest = float(np.max(history.evaluate(np.linspace(0.0, history.duration, MAX_SAMPLES // 10), channel)))
     touches: list[Touch] = []
     for span in spans:
         last = touches[-1] if touches else None
         joined = last is not None and (last.end is None or span.start - last.end <= quiet)
         if last is not None and last.end is not None and not joined and quiet > 0.0:
-            opening = history.evaluate(np.linspace(last.end, span.start, LOOKS), channel)
+            opening = history.evaluate(np.linspace(last.end, span.start, OPENING_SAMPLES), channel)
             joined = float(np.max(opening)) <= MIN_FLIGHT * widest
         if last is not None and joined:
             touches[-1] = Touch(last.start, span.end, last.impulse + span.impulse)
@@ -54,7 +54,7 @@ def touches_of(history: AbstractHistory, contact_name: str, quiet: float) -> lis
 
 
 def near_grazing(history: AbstractHistory, contact_name: str, round_trip: float, dt: float = 0.0) -> str | None:
-    """Return the text of the warning ``near_grazing``, or None where no contact of this name is near grazing.
+    """Return the text of the warning ``near_grazing``, or None.
 
     Three signs: inside a flight (from an opening on) the gap has a local minimum, not ended by contact there, below
     10 % of the largest gap between opening and that minimum; or a contact lasts less than 0.07 round trips; or the
@@ -73,12 +73,12 @@ def near_grazing(history: AbstractHistory, contact_name: str, round_trip: float,
     dt : float, optional
         Step [s] of a stepped run: contacts shorter than three steps are left to chance and not reported.
     """
-    touches = touches_of(history, contact_name, max(10.0 * dt, SHORT * round_trip) if dt > 0.0 else 0.0)
+    touches = touches_of(history, contact_name, max(10.0 * dt, MIN_CONTACT * round_trip) if dt > 0.0 else 0.0)
     strongest = max((abs(touch.impulse) for touch in touches), default=0.0)
     for touch in touches:
         if touch.end is None or (dt > 0.0 and abs(touch.impulse) <= MIN_TOUCH * strongest):
             continue
-        if 3.0 * dt <= touch.end - touch.start < SHORT * round_trip:
+        if 3.0 * dt <= touch.end - touch.start < MIN_CONTACT * round_trip:
             lasts = (touch.end - touch.start) / round_trip
             return (
                 f"{contact_name}: the contact at {touch.start:.6g} s lasts only {lasts:.3g} round trips; "
@@ -95,13 +95,13 @@ def _missed_touch(
 ) -> str | None:
     """Return the text for the first flight after a touch (start, end) in which the faces nearly meet, or None."""
     widest = float(
-        np.max(history.evaluate(np.linspace(0.0, history.duration, MOST_SAMPLES // 10), f"gap:{contact_name}"))
+        np.max(history.evaluate(np.linspace(0.0, history.duration, MAX_SAMPLES // 10), f"gap:{contact_name}"))
     )
     for number, (_, end) in enumerate(touches):
         until = touches[number + 1][0] if number + 1 < len(touches) else history.duration
         if end >= until:
             continue
-        count = int(min(MOST_SAMPLES, 16 + SAMPLES * (until - end) / round_trip))
+        count = int(min(MAX_SAMPLES, 16 + SAMPLES * (until - end) / round_trip))
         t = np.linspace(end, until, count)
         gap = history.evaluate(t, f"gap:{contact_name}")
         largest = np.maximum.accumulate(gap)
@@ -109,7 +109,7 @@ def _missed_touch(
         # Faces may overlap while no force acts (laws that do not tie positions, soft springs): that is no flight; nor
         # are ripples of faces that have hardly parted.
         flies = largest[inner] > MIN_FLIGHT * widest
-        near = inner[flies & (gap[inner] >= 0.0) & (gap[inner] < SHALLOW * largest[inner])]
+        near = inner[flies & (gap[inner] >= 0.0) & (gap[inner] < MAX_NEAR_GAP * largest[inner])]
         if len(near):
             i = int(near[0])
             share = 100.0 * gap[i] / largest[i]
@@ -136,15 +136,15 @@ def _slow_meeting(
 ) -> str | None:
     """Return the text for the first touch (start, end) whose faces come to rest against each other, or None."""
     before = 0.0
-    most = min(MOST_SAMPLES, MOST_OF_RUN // max(1, len(touches)))
+    most = min(MAX_SAMPLES, MAX_RUN_SAMPLES // max(1, len(touches)))
     for start, end in touches:
         begin, before = before, end
-        if start - begin <= max(10.0 * dt, SHORT * round_trip):
-            continue  # touches in quick series: faces that chatter, not that fly
+        if start - begin <= max(10.0 * dt, MIN_CONTACT * round_trip):
+            continue  # touches in quick succession: chatter, not flights
         count = int(min(16 + most, 16 + SAMPLES * (start - begin) / round_trip))
         gap = history.evaluate(np.linspace(begin, start, count), f"gap:{contact_name}")
         rates = np.diff(gap)
-        if np.max(gap) > 0.0 and 0.0 < -rates[-1] < SLOW * np.max(np.abs(rates)):
+        if np.max(gap) > 0.0 and 0.0 < -rates[-1] < MIN_MEETING_RATE * np.max(np.abs(rates)):
             share = -100.0 * rates[-1] / np.max(np.abs(rates))
             return (
                 f"{contact_name}: at {start:.6g} s the faces meet at {share:.2g} % of the speed of their flight; "

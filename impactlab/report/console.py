@@ -1,4 +1,4 @@
-"""What people see: progress on standard error, summaries and listings as plain text."""
+"""Text for users: progress on standard error, summaries and listings as plain text."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ else:  # they load numba, which `check` and the listings need not
     addresses, cache = lazy("impactlab.numerics.addresses"), lazy("impactlab.numerics.cache")
     loop = lazy("impactlab.simulate.stepping.loop")
 
-MAX_LINES = 12  # of events, contacts or collisions that people are shown; a law of impulses may have thousands
+MAX_LINES = 12  # of events, contacts or collisions that are printed; an impulse law may have thousands
 FIRST_LINES, LAST_LINES = 5, 2  # of a longer list
 
 
@@ -30,10 +30,12 @@ def say(text: str) -> None:
     print(text, file=sys.stderr, flush=True)
 
 
-def answer(document: Any) -> None:
+def print_json(document: Any) -> None:
     """Print one JSON document on standard output; a number that is not finite becomes null."""
     text = json.dumps(_finite(document), indent=1, allow_nan=False, ensure_ascii=False)
-    print(text.encode("utf-8", "backslashreplace").decode("utf-8"), flush=True)  # the name of a file may be no text
+    print(
+        text.encode("utf-8", "backslashreplace").decode("utf-8"), flush=True
+    )  # file names may hold bytes that are not text
 
 
 @contextlib.contextmanager
@@ -198,6 +200,6 @@ def _number(value: Any) -> str:
 
 
 def say_if_compiling() -> None:
-    """Say on standard error that the first run on a machine takes longer, and why."""
+    """Print on standard error that kernels are compiled first, if they are not on disk."""
     if addresses.COMPILED and not cache.is_kept(loop.advance_dated):
         say("compiling the loops: once on this machine, up to a minute ...")
