@@ -7,24 +7,25 @@ write the page with ``python -m studies bench``.
 from __future__ import annotations
 
 import argparse
-import csv
 import gzip
-import io
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import pandas
+
 from impactlab.bench.report import energy, overview
 from impactlab.bench.report.automatic import automatic_sheet
 from impactlab.bench.report.looks import Look, looks
 from impactlab.bench.report.precision import precision
-from impactlab.bench.report.read import FIELDS, Row, read_table
+from impactlab.bench.report.read import read_table
 from impactlab.bench.report.sheets import Sheet, markdown
 from impactlab.bench.report.special import special_summary
 from impactlab.bench.report.summary_sheets import certainty, ranking_sheet, winners
 from impactlab.bench.report.views import BOTH, NORMS, SceneRows, gathered
 from impactlab.bench.report.words import certainty_words, findings
+from impactlab.bench.schema import FIELDS, Row
 from studies.pages import DOCS, Study, filled
 
 if TYPE_CHECKING:
@@ -35,24 +36,11 @@ CLOSE_UP = ("axial_impact", "two_material_rod")  # the scenes that are shown clo
 
 def stored(path: Path) -> bytes:
     """Return a table as it is stored: without keys, numbers of six digits; the same rows give the same bytes."""
-    raw = path.read_bytes()
-    reader = csv.DictReader(io.StringIO((gzip.decompress(raw) if path.suffix == ".gz" else raw).decode("utf-8")))
-    names = [name for name in reader.fieldnames or () if name != "key"]
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(names)
-    writer.writerows([_rounded(row[name], FIELDS.get(name, float)) for name in names] for row in reader)
-    return gzip.compress(out.getvalue().encode("utf-8"), 9, mtime=0)
-
-
-def _rounded(text: str, kind: object) -> str:
-    """Return a cell; of a number that is none of a whole kind, six digits."""
-    if kind in (str, int | None):
-        return text
-    try:
-        return f"{float(text):.6g}"
-    except ValueError:
-        return text
+    cells = pandas.read_csv(path, dtype=str, keep_default_na=False).drop(columns="key", errors="ignore")
+    for name in cells:
+        if FIELDS.get(name, float) not in (str, int | None):
+            cells[name] = [f"{float(text):.6g}" if text else "" for text in cells[name]]
+    return gzip.compress(cells.to_csv(index=False, lineterminator="\n").encode("utf-8"), 9, mtime=0)
 
 
 class Bench:

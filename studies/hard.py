@@ -13,9 +13,10 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from impactlab.bench.report.read import Row, read_table
+from impactlab.bench.report.read import read_table
 from impactlab.bench.report.stability import markdown, report
 from impactlab.bench.report.verdicts import WRONG, faults
+from impactlab.bench.schema import Row
 from studies.pages import DOCS, ROOT, Study
 
 TABLE = DOCS / "bench" / "hard.csv.gz"

@@ -2,36 +2,16 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from impactlab.bench.cells import Cell
-from impactlab.metrics.norms import ORDER
+from impactlab.bench.schema import columns
 from impactlab.report.summary import has_numbers
 
-NORMS = ORDER[: ORDER.index("events_extra") + 1]  # the first columns of errors, in the order of a summary
-LAST = ("momentum_error", "force_oscillation")  # metrics that stand beside the energies
 TIMES = ("repeats", "setup_s", "setup_spread_s", "solve_s", "solve_spread_s")
-WHAT = ("key", "suite", "case", "variant", "method", "level", "settings")
-HOW = ("model", "basis", "law", "integrator", "events", "dt", "steps", "unknowns", "elements", "modes")
-END = ("status", "reason", "remedy", "reached_time", "reference", "reference_uncertainty")
-ENERGY = ("displacement", "energy_initial", "energy_gain", "energy_loss", "energy_final_error")
-FOUND = ("warnings", "contacts", "events_found", "rhs_evaluations", "factorisations")
-CHOICE = ("tolerance_asked", "expected_error", "choosing_s")
-WHERE = ("round_trips", "code", "machine", "python", "numpy", "scipy", "numba")
-COLUMNS_BEFORE = (*WHAT, *HOW, *END, *NORMS)
-COLUMNS_AFTER = (*ENERGY, *LAST, *FOUND, *TIMES, *CHOICE, *WHERE)
 COST = ("steps", "unknowns", "rhs_evaluations", "factorisations")
-
-
-def columns(metrics: Iterable[str]) -> tuple[str, ...]:
-    """Return the columns of the table, given the names of all metrics that rows may hold."""
-    further = [name for name in metrics if name not in (*NORMS, *LAST)]
-    known = [name for name in ORDER if name in further]
-    return (*COLUMNS_BEFORE, *known, *sorted(set(further) - set(known)), *COLUMNS_AFTER)
 
 
 def rows(
@@ -57,14 +37,13 @@ def rows(
 
 def as_csv(rows: Sequence[Mapping[str, Any]]) -> str:
     """Return rows as CSV: every bit of a number, nothing for None."""
+    import pandas
+
     names = columns({name for row in rows for name in row["metrics"]})
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(names)
-    for row in rows:
-        values = {**row, **row["metrics"]}
-        writer.writerow([_text(values.get(name)) for name in names])
-    return out.getvalue()
+    cells = [{**row, **row["metrics"]} for row in rows]
+    # As objects, so that whole numbers stay whole beside empty cells.
+    frame = pandas.DataFrame([[row.get(name) for name in names] for row in cells], columns=names, dtype=object)
+    return str(frame.to_csv(index=False, lineterminator="\n"))
 
 
 def document(
@@ -141,9 +120,3 @@ def _joined(kinds: Iterable[str]) -> str | None:
 
 def _line(text: str | None) -> str | None:
     return " ".join(text.split()) if text else None
-
-
-def _text(value: Any) -> str:
-    if value is None:
-        return ""
-    return repr(float(value)) if isinstance(value, float) else str(value)  # of numpy, repr names the type

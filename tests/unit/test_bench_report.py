@@ -23,7 +23,7 @@ from impactlab.bench.report.fronts import front_of, stepped
 from impactlab.bench.report.looks import leaders, looks, power, within
 from impactlab.bench.report.precision import precision
 from impactlab.bench.report.ranking import judged, profile, ranking
-from impactlab.bench.report.read import FIELDS, Row, read_table, setting
+from impactlab.bench.report.read import read_table
 from impactlab.bench.report.scene_sheets import families_sheet, front_sheet, unfinished
 from impactlab.bench.report.sheets import Heading, Sheet, escaped, latex, markdown, short
 from impactlab.bench.report.special import pairs, special_grids, special_summary
@@ -31,6 +31,7 @@ from impactlab.bench.report.summary_sheets import excluded, ranking_sheet, winne
 from impactlab.bench.report.views import BOTH, NORMS, SceneRows, error, gathered
 from impactlab.bench.report.words import certainty_words, findings
 from impactlab.bench.report.write import write_bench
+from impactlab.bench.schema import FIELDS, Row, setting
 from impactlab.cli import app
 from impactlab.errors import CaseError
 from impactlab.report.style import to_svg
@@ -176,9 +177,12 @@ def test_a_setting_is_found_however_the_row_nests_it() -> None:
         {"solve.step.courant": 0.9},
         {"solve": {"step": {"courant": 0.9}}},
     ):
-        assert setting(Row("a", "m", "completed", settings=json.dumps(settings)), "solve.step.courant") == 0.9
-    assert setting(Row("a", "m", "completed", settings="{}"), "solve.step.courant") is None
-    assert setting(Row("a", "m", "completed", settings="no json"), "solve.step.courant") is None
+        assert (
+            setting(Row(case="a", method="m", status="completed", settings=json.dumps(settings)), "solve.step.courant")
+            == 0.9
+        )
+    assert setting(Row(case="a", method="m", status="completed", settings="{}"), "solve.step.courant") is None
+    assert setting(Row(case="a", method="m", status="completed", settings="no json"), "solve.step.courant") is None
 
 
 # Ranking

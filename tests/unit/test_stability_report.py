@@ -7,12 +7,12 @@ from pathlib import Path
 import pytest
 
 from impactlab import CaseError
-from impactlab.bench.report.read import Row
 from impactlab.bench.report.stability import Codes, alike, drift, matrix, write_stability
 from impactlab.bench.report.verdicts import Verdict, verdict, violations
 from impactlab.bench.report.write import write_bench
+from impactlab.bench.schema import Row
 
-GOOD = Row("case", "method", "completed", energy_gain=0.0, energy_loss=0.0, momentum_error=1e-12)
+GOOD = Row(case="case", method="method", status="completed", energy_gain=0.0, energy_loss=0.0, momentum_error=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -28,12 +28,12 @@ GOOD = Row("case", "method", "completed", energy_gain=0.0, energy_loss=0.0, mome
         (GOOD._replace(energy_gain=0.06, warnings="energy_gain"), Verdict.UNKNOWN),
         (GOOD._replace(energy_gain=None), Verdict.VIOLATION),
         (GOOD._replace(momentum_error=0.03), Verdict.VIOLATION),
-        (Row("c", "m", "refused", reason="too soft", remedy="Give more."), Verdict.REFUSED),
-        (Row("c", "m", "refused", reason="too soft"), Verdict.VIOLATION),
-        (Row("c", "m", "failed", reason="diverged", reached_time=1e-3), Verdict.FAILED),
-        (Row("c", "m", "failed", reason="diverged"), Verdict.VIOLATION),
-        (Row("c", "m", "hung", reason="no answer after 60 s"), Verdict.VIOLATION),
-        (Row("c", "m", "crashed", reason="ValueError"), Verdict.VIOLATION),
+        (Row(case="c", method="m", status="refused", reason="too soft", remedy="Give more."), Verdict.REFUSED),
+        (Row(case="c", method="m", status="refused", reason="too soft"), Verdict.VIOLATION),
+        (Row(case="c", method="m", status="failed", reason="diverged", reached_time=1e-3), Verdict.FAILED),
+        (Row(case="c", method="m", status="failed", reason="diverged"), Verdict.VIOLATION),
+        (Row(case="c", method="m", status="hung", reason="no answer after 60 s"), Verdict.VIOLATION),
+        (Row(case="c", method="m", status="crashed", reason="ValueError"), Verdict.VIOLATION),
     ],
 )
 def test_a_verdict_follows_from_the_row_alone(row: Row, expected: Verdict) -> None:
@@ -42,7 +42,9 @@ def test_a_verdict_follows_from_the_row_alone(row: Row, expected: Verdict) -> No
 
 
 def test_reasons_that_differ_by_numbers_and_names_share_a_code() -> None:
-    one = Row("c", "a", "refused", reason="a step of 1.5e-7 s is beyond the limit of 'newmark'", remedy="x")
+    one = Row(
+        case="c", method="a", status="refused", reason="a step of 1.5e-7 s is beyond the limit of 'newmark'", remedy="x"
+    )
     other = one._replace(method="b", reason="a step of 3 s is beyond the limit of 'bathe'")
     third = one._replace(method="d", reason="no mesh")
     codes = Codes([one, other, third])

@@ -12,9 +12,9 @@ import pytest
 import impactlab as il
 from impactlab import api
 from impactlab.bench.references import References
-from impactlab.bench.report.read import Row
 from impactlab.bench.report.verdicts import Verdict, verdict
 from impactlab.bench.rows import row_of
+from impactlab.bench.schema import Row
 from impactlab.cli import app
 from impactlab.errors import RunWarning, StepError
 from impactlab.history import Warned
@@ -115,7 +115,9 @@ def test_rows_of_a_comparison_and_of_a_bench_keep_status_and_numbers(tmp_path: P
     record = row_of(il.load_case(file), "base", {}, References(None))
     assert record["summary"]["status"] == "tolerance_not_met"
     assert record["summary"]["cost"]["steps"] > 0
-    row = Row("case", "base", "tolerance_not_met", displacement=0.5, energy_gain=0.0, energy_loss=0.0)
+    row = Row(
+        case="case", method="base", status="tolerance_not_met", displacement=0.5, energy_gain=0.0, energy_loss=0.0
+    )
     assert row.completed
     assert verdict(row._replace(warnings="tolerance_not_met")) is Verdict.TOLD
 

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from impactlab.bench.report.ranking import best
-from impactlab.bench.report.read import Row
 from impactlab.bench.report.sheets import DASH, Heading, Sheet, milliseconds, short
 from impactlab.bench.report.views import BOTH, CLOCKS, SURE, SceneRows, error
+from impactlab.bench.schema import Row
 
 KEPT, MISSED, DECLINED, LOST, UNJUDGED = "kept", "missed", "declined", "failed", "not judged"
 DEAR = 2.0  # times the best that a chosen run may take

@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from impactlab.bench.report.looks import GREY, End, Look, decades, is_special, name_ends, shortened, told_apart
-from impactlab.bench.report.read import Row
 from impactlab.bench.report.views import Family, SceneRows
+from impactlab.bench.schema import Row
 from impactlab.report.style import LETTER, MUTED, Margins, drawn, grid, log_axis
 
 if TYPE_CHECKING:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
-from impactlab.bench.report.read import Row
 from impactlab.bench.report.views import CLOCKS, Norm, SceneRows, error
+from impactlab.bench.schema import Row
 
 
 class Point(NamedTuple):

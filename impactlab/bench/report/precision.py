@@ -19,8 +19,8 @@ from impactlab.bench.report.looks import (
     shortened,
     told_apart,
 )
-from impactlab.bench.report.read import Row
 from impactlab.bench.report.views import Family, Norm, SceneRows, error
+from impactlab.bench.schema import Row
 from impactlab.report.style import INK, LETTER, MUTED, PAPER, WIDTH, drawn
 
 if TYPE_CHECKING:

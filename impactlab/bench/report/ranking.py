@@ -7,7 +7,6 @@ import statistics
 from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
-from impactlab.bench.report.read import Row
 from impactlab.bench.report.views import (
     CLOCKS,
     SURE,
@@ -19,6 +18,7 @@ from impactlab.bench.report.views import (
     methods_of,
     on_special_grid,
 )
+from impactlab.bench.schema import Row
 
 CONVERGED = "converged"  # the name of a reference that is itself computed
 MET, MISSED, REFUSED, FAILED, UNMEASURED, ABSENT = "met", "missed", "refused", "failed", "unmeasured", "absent"

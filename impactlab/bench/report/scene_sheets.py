@@ -8,10 +8,10 @@ from typing import NamedTuple
 from impactlab.bench.report.fronts import front_of, stepped
 from impactlab.bench.report.looks import power
 from impactlab.bench.report.ranking import fastest
-from impactlab.bench.report.read import COMPLETED, Row
 from impactlab.bench.report.sheets import DASH, Heading, Sheet, milliseconds, percent, short
 from impactlab.bench.report.summary_sheets import named
 from impactlab.bench.report.views import BOTH, CLOCKS, NORMS, TOLERANCES, Family, SceneRows, error
+from impactlab.bench.schema import COMPLETED, Row
 from impactlab.report.summary import cell
 
 

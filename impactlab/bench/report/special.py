@@ -7,9 +7,9 @@ import statistics
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from impactlab.bench.report.read import Row, settings_of
 from impactlab.bench.report.sheets import DASH, Heading, Sheet, milliseconds, short
 from impactlab.bench.report.views import BOTH, Family, SceneRows, courant, error
+from impactlab.bench.schema import Row, settings_of
 
 RAGGED = ("two_material", "stepped")
 """In the names of cases whose rods are not uniform: on them dt = h/c makes nothing exact."""

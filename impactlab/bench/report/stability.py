@@ -8,9 +8,10 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from impactlab.bench.report.read import Row, read_table
+from impactlab.bench.report.read import read_table
 from impactlab.bench.report.verdicts import WRONG, Verdict, faults, told, verdict, worst_error
 from impactlab.bench.report.write import STABILITY, write_pages
+from impactlab.bench.schema import Row
 
 LONG = "long_runs"  # the case whose methods differ by their number of steps
 STEPS = re.compile(r"_1e(\d+)$")

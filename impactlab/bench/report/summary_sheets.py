@@ -7,9 +7,9 @@ from collections.abc import Sequence
 
 from impactlab.bench.report.looks import power
 from impactlab.bench.report.ranking import FAILED, MET, REFUSED, Standing, best, fastest, judged, median, ranking
-from impactlab.bench.report.read import COMPLETED, Row
 from impactlab.bench.report.sheets import DASH, SPECIAL, Heading, Sheet, milliseconds, short
 from impactlab.bench.report.views import BOTH, CLOCKS, TOLERANCES, Norm, SceneRows, on_special_grid
+from impactlab.bench.schema import COMPLETED, Row
 
 CLOCK_WORDS = {"solve": "time to solve", "total": "time to solve with set-up"}
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from enum import Enum
 
-from impactlab.bench.report.read import Row
+from impactlab.bench.schema import Row
 
 WRONG = 0.2  # error of displacement or impulse from which a completed run must have said what is wrong
 BALANCE = 0.02  # of the momentum in play, which a summary reads between records; the run checks it to 1e-9 itself

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
-from impactlab.bench.report.read import Row, setting
+from impactlab.bench.schema import Row, setting
 
 AUTOMATIC = "automatic"  # the method that chooses
 OWN = "own."  # begins the names of methods that a case brings along: another thing in every case, so never ranked

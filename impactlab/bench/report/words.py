@@ -9,10 +9,10 @@ from collections.abc import Sequence
 from impactlab.bench.report.automatic import verdict_words
 from impactlab.bench.report.looks import power
 from impactlab.bench.report.ranking import MET, best, judged, median, ranking
-from impactlab.bench.report.read import COMPLETED, Row
 from impactlab.bench.report.sheets import milliseconds, short
 from impactlab.bench.report.summary_sheets import percent_of, spreads
 from impactlab.bench.report.views import BOTH, CLOCKS, TOLERANCES, SceneRows, on_special_grid
+from impactlab.bench.schema import COMPLETED, Row
 
 NAMED = 3  # methods that a sentence names
 

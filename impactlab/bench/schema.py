@@ -1,0 +1,145 @@
+"""The schema of the table of a bench: one row per case, method and setting."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from functools import cache
+from typing import Any, NamedTuple, get_type_hints
+
+from impactlab.metrics.norms import ORDER
+
+COMPLETED = "completed"
+ENDED = (COMPLETED, "tolerance_not_met")  # with all their numbers
+STATUSES = (*ENDED, "refused", "failed", "hung", "crashed")
+BASE = "base"  # name of the scene that a case describes without a variant
+
+
+class Row(NamedTuple):
+    """One run of one method at one setting on one scene: its fields are the columns of the table, None an empty cell.
+
+    Units: SI; errors are relative, those of event times in round trips.
+    """
+
+    key: str = ""
+    suite: str = ""
+    case: str = ""
+    variant: str = ""
+    method: str = ""
+    level: str = ""
+    settings: str = ""  # JSON: path to value
+    model: str = ""
+    basis: str = ""
+    law: str = ""
+    integrator: str = ""
+    events: str = ""
+    dt: float | None = None
+    steps: int | None = None
+    unknowns: int | None = None
+    elements: int | None = None
+    modes: int | None = None
+    status: str = ""
+    reason: str = ""
+    remedy: str = ""
+    reached_time: float | None = None
+    reference: str = ""
+    reference_uncertainty: float | None = None
+    mass_displacement: float | None = None
+    face_displacement: float | None = None
+    force: float | None = None
+    force_away_from_jumps: float | None = None
+    force_graph: float | None = None
+    impulse: float | None = None
+    peak_force: float | None = None
+    event_times: float | None = None
+    events_missed: int | None = None
+    events_extra: int | None = None
+    displacement: float | None = None
+    energy_initial: float | None = None
+    energy_gain: float | None = None
+    energy_loss: float | None = None
+    energy_final_error: float | None = None
+    momentum_error: float | None = None
+    force_oscillation: float | None = None
+    warnings: str = ""
+    contacts: int | None = None
+    events_found: int | None = None
+    rhs_evaluations: int | None = None
+    factorisations: int | None = None
+    repeats: int | None = None
+    setup_s: float | None = None
+    setup_spread_s: float | None = None
+    solve_s: float | None = None
+    solve_spread_s: float | None = None
+    tolerance_asked: float | None = None
+    expected_error: float | None = None
+    choosing_s: float | None = None
+    round_trips: float | None = None
+    code: str = ""
+    machine: str = ""
+    python: str = ""
+    numpy: str = ""
+    scipy: str = ""
+    numba: str = ""
+    more: Mapping[str, str] = {}  # further metrics, as text
+
+    @property
+    def scene(self) -> str:
+        """Return the name of what was solved: ``case`` or ``case/variant``."""
+        return self.case if self.variant in ("", BASE) else f"{self.case}/{self.variant}"
+
+    @property
+    def completed(self) -> bool:
+        """Return whether the run came to its end."""
+        return self.status in ENDED
+
+    @property
+    def stepless(self) -> bool:
+        """Return whether the run went from event to event: no step, nothing to refine."""
+        return self.completed and self.dt is None and not self.integrator
+
+    @property
+    def total_s(self) -> float | None:
+        """Return the time to solve with set-up [s]."""
+        return None if self.solve_s is None else self.solve_s + (self.setup_s or 0.0)
+
+
+NEEDED = ("case", "method", "status", "displacement", "impulse", "solve_s", "setup_s", "steps", "unknowns")
+"""Columns that a table must have; others may be missing."""
+FIELDS = {name: hint for name, hint in get_type_hints(Row).items() if name != "more"}
+FURTHER = list(FIELDS).index("displacement")  # place of the columns of further metrics
+
+
+def columns(metrics: Iterable[str]) -> tuple[str, ...]:
+    """Return the columns of a table whose rows hold these metrics."""
+    known, further = tuple(FIELDS), {name for name in metrics if name not in FIELDS}
+    ordered = (*(name for name in ORDER if name in further), *sorted(further.difference(ORDER)))
+    return (*known[:FURTHER], *ordered, *known[FURTHER:])
+
+
+def settings_of(row: Row) -> dict[str, Any]:
+    """Return the settings of a row, path to value; empty if it has none."""
+    return _parsed(row.settings)
+
+
+@cache
+def _parsed(text: str) -> dict[str, Any]:
+    try:
+        settings = json.loads(text or "{}")
+    except ValueError:
+        return {}
+    return settings if isinstance(settings, dict) else {}
+
+
+def setting(row: Row, path: str) -> Any:
+    """Return one setting of a row by its dotted path, ``solve.step.courant``; None if it is not set there."""
+    for start, block in settings_of(row).items():
+        if start == path:
+            return block
+        if path.startswith(f"{start}."):
+            value = block
+            for part in path[len(start) + 1 :].split("."):
+                value = value.get(part) if isinstance(value, dict) else None
+            if value is not None:
+                return value
+    return None
