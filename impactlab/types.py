@@ -76,39 +76,54 @@ class Side(ctypes.Structure):
 
 @record
 class Port(ctypes.Structure):
-    """All that a law sees of one contact in one step. Gap and rate are positive when open and opening."""
+    """All that a law sees of one contact in one step. Gap and rate are positive when open and opening.
+
+    "free" is without the contact's own force. A compliance is the change per unit force, which is constant over the
+    step. Where in the step the force acts is a matter of the scheme: the law of a force F = f(gap, rate) takes the
+    values there. A force of one instant has ``first_gap`` = ``last_gap``; else it is the mean over the gaps in between.
+    """
 
     time: float  # s, start of the step
     dt: float  # s
-    load_point: float  # where in the step its force acts: 0 start, 1/2 middle, 1 end
     gap: float  # m, at the start of the step
     gap_rate: float  # m/s, at the start, before any impulse of this step
-    others_rate: float  # m/s, what impulses at other contacts add to it at once
-    predicted_gap: float  # m, gap + dt gap_rate, others' projections of the predictor included
-    free_gap: float  # m, at the end without contact force
-    free_gap_rate: float  # m/s, the same
-    gap_per_force: float  # m/N, gap at the end per force over the step
-    rate_per_force: float  # m/(N s), gap rate at the end per force over the step
+    free_gap: float  # m, at the end
+    free_gap_rate: float  # m/s, at the end
+    gap_per_force: float  # m/N, at the end
+    rate_per_force: float  # m/(N s), at the end
+    acting_gap: float  # m, free gap where the force acts
+    acting_rate: float  # m/s, free gap rate there
+    acting_gap_per_force: float  # m/N, compliance of the gap there; 0 in an explicit scheme
+    acting_rate_per_force: float  # m/(N s), compliance of the rate there
+    first_gap: float  # m, free gap where the force begins to act
+    last_gap: float  # m, free gap where it ends to act
+    travel_start: float  # m, gap from which a force of this step works
+    free_travel: float  # m, change of the gap over which it works from there: work is force times travel
+    travel_per_force: float  # m/N, change of that travel
+    first_weight: float  # steps that the first force after a touch stands for; 1 where it is a mean, and later
+    others_rate: float  # m/s, jump of the gap rate by impulses at other contacts
+    rate_before_impulse: float  # m/s, gap rate that an impulse of this step changes, those of other contacts included
     gap_per_impulse: float  # m/(N s), gap at the end per impulse at the start
-    rate_per_impulse: float  # 1/kg, jump of the gap rate per impulse, at once
+    rate_per_impulse: float  # 1/kg, jump of the gap rate per impulse
+    jump_in_force: float  # 1 where F dt already holds a closing jump, else 0
+    predicted_gap: float  # m, gap of the predictor that a projection moves; inf where it moves the end of the step
     gap_per_projection: float  # 1/kg, gap at the end per projection
-    rate_per_projection: float  # 1/(kg s), gap rate at the end per projection
-    flexibility: float  # m/N, of massless faces: what a force presses in at once, beyond the gap
-    offset: float  # m, what the law replied last time
+    offset: float  # m, last reply
     pushed: float  # value of the row that the law may push along, at the start of the step
-    free_pushed: float  # the same at the end without contact
-    pushed_per_force: float  # 1/N, at the end, per force over the step
+    free_pushed: float  # the same at the end
+    pushed_per_force: float  # 1/N, at the end
     pushed_per_push: float  # the same per push over the step
     gap_per_push: float  # gap at the end per push over the step
-    rate_per_push: float  # 1/s, gap rate at the end per push over the step
-    jump_in_force: float  # 1 where F dt already holds a closing jump, else 0
-    projects_first: float  # 1 where a projection moves the scheme's predictor, 0 the end of the step
+    acting_pushed: float  # the free value where the force acts, and its compliances there
+    acting_pushed_per_force: float
+    acting_pushed_per_push: float
+    acting_gap_per_push: float
     in_contact: float  # 1 after a step with contact, else 0
     left: Side
     right: Side
-    readings: Annotated[Numbers, READINGS]  # values at the start of the step, in the order asked for
-    memory: Annotated[Numbers, MEMORY]  # what the law replied last time; `begin` gives the first
-    parameters: Annotated[Numbers, PARAMETERS]  # what `begin` gave
+    readings: Annotated[Numbers, READINGS]  # values at the start of the step, in the order of `Start.readings`
+    memory: Annotated[Numbers, MEMORY]  # last reply; `begin` gives the first
+    parameters: Annotated[Numbers, PARAMETERS]  # from `begin`
 
 
 @record

@@ -46,28 +46,20 @@ class AdditionDeletion(AbstractContactLaw):
     def respond(port: Port, reply: Reply) -> None:
         free_gap = port.free_gap
         if port.jump_in_force > 0.0:
-            if port.projects_first > 0.0 and port.predicted_gap < 0.0:
+            travel = port.free_travel
+            if port.predicted_gap < 0.0:
                 reply.projection = -port.predicted_gap / port.rate_per_impulse
-                free_gap += port.gap_per_projection * reply.projection
+                moved = port.gap_per_projection * reply.projection
+                free_gap, travel = free_gap + moved, travel + moved
             reply.trial = -free_gap / port.gap_per_force
-            if port.projects_first > 0.0:
-                # A projection p moves the faces without a velocity. With w their mean free acceleration it takes p w,
-                # and the force does F (change of the gap): together 2 p (gap at the end)/dt^2 - F (change of the gap).
-                reply.force = max(0.0, reply.trial)
-                reply.in_contact = 1.0 if reply.force > 0.0 else 0.0
-                end = max(0.0, free_gap) if reply.force == 0.0 else 0.0
-                lost = 2.0 * reply.projection * end / port.dt**2 + reply.force * (port.gap - end)
-                reply.dissipated = max(0.0, lost)
-            elif reply.trial > 0.0:
+            if reply.trial > 0.0:
                 reply.force = reply.trial
                 reply.in_contact = 1.0
-                # A force at the start of a step works half of its way in the step before, else all in this one, which
-                # ends without a gap.
-                way = port.gap
-                if port.load_point == 0.0:
-                    rate_end = port.free_gap_rate + port.rate_per_force * reply.force
-                    way = -0.5 * port.dt * (port.gap_rate + rate_end)
-                reply.dissipated = max(0.0, reply.force * way)
+                reply.dissipated = max(0.0, -reply.force * (travel + port.travel_per_force * reply.force))
+            else:
+                # A projection p moves the faces without a velocity. With w = 2 (gap at the end)/dt^2 their mean free
+                # acceleration it takes p w.
+                reply.dissipated = 2.0 * reply.projection * free_gap / port.dt**2
             return
         if port.in_contact == 0.0:
             rate = port.gap_rate + port.others_rate

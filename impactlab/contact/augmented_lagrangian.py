@@ -80,12 +80,8 @@ class AugmentedLagrangian(AbstractContactLaw):
             if port.jump_in_force > 0.0:
                 # The overlap that augmentations leave is pressed out in later steps: what the force has taken is held
                 # until the contact lets go, and what it gives back then comes from there.
-                # A force at the start of a step works half of its way in the step before, else all in this one.
-                way = port.gap - free_gap - port.gap_per_force * reply.force
-                if port.load_point == 0.0:
-                    rate = port.free_gap_rate + port.rate_per_force * reply.force
-                    way = -0.5 * port.dt * (port.gap_rate + rate)
-                reply.memory[1] = port.memory[1] + reply.force * way
+                travel = port.free_travel + port.travel_per_force * reply.force
+                reply.memory[1] = port.memory[1] - reply.force * travel
                 reply.stored = max(0.0, reply.memory[1])
         else:
             reply.dissipated = max(0.0, port.memory[1])

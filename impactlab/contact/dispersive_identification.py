@@ -51,12 +51,10 @@ class DispersiveIdentification(AbstractContactLaw):
         if (port.in_contact > 0.0 or port.gap + pressed <= 0.0) and reply.trial > 0.0:
             reply.force = now = reply.trial
             reply.in_contact = 1.0
-            # The faces take one velocity within the step: force times way is lost, but for what the residual takes of
-            # it. A step in which the force works the other way is set against the losses after it.
-            way = port.free_gap + port.gap_per_force * now - port.gap
-            if port.load_point == 0.0:
-                way = 0.5 * port.dt * (port.gap_rate + port.free_gap_rate + port.rate_per_force * now)
-            lost = port.memory[1] - now * (way + port.parameters[0] * (now - before))
+            # The faces take one velocity within the step: force times travel is lost, except what the residual takes
+            # of it. A step in which the force works the other way is set against the losses after it.
+            travel = port.free_travel + port.travel_per_force * now
+            lost = port.memory[1] - now * (travel + port.parameters[0] * (now - before))
             reply.dissipated = max(0.0, lost)
             reply.memory[1] = min(0.0, lost)
         reply.unresolved = 0.5 * port.parameters[0] * (now - before) ** 2

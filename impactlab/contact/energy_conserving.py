@@ -39,6 +39,6 @@ class EnergyConserving(AbstractContactLaw):
         if reply.trial > 0.0:
             reply.force = reply.trial
             reply.in_contact = 1.0
-            if port.load_point == 0.0:
-                rate_end = port.free_gap_rate + port.rate_per_force * reply.force
-                reply.dissipated = max(0.0, -0.5 * reply.force * port.dt * (port.gap_rate + rate_end))
+            if port.travel_per_force != port.gap_per_force:  # else the travel is the change of the gap, which is zero
+                travel = port.free_travel + port.travel_per_force * reply.force
+                reply.dissipated = max(0.0, -reply.force * travel)

@@ -60,13 +60,12 @@ class ImpedanceResidual(AbstractContactLaw):
         if port.in_contact == 0.0 and port.gap + pressed <= 0.0:
             pressed = -port.gap  # a touch found late: what the faces overlap is what is pressed in
         if port.in_contact > 0.0 or port.gap + pressed <= 0.0:
-            if port.load_point == 0.0:
-                rate, pliancy = 0.5 * (port.gap_rate + port.free_gap_rate), 0.5 * port.rate_per_force
-                reply.trial = (stiffness * pressed - impedance * rate) / (1.0 + impedance * pliancy)
-            else:
-                pliancy = port.gap_per_force
-                pull = 0.5 * stiffness * (pressed - port.free_gap) - impedance * (port.free_gap + pressed) / dt
-                reply.trial = pull / (1.0 + 0.5 * stiffness * pliancy + impedance * pliancy / dt)
+            # The spring's force is the mean over the travel, so that it gives back what it took; an explicit scheme
+            # keeps another energy, in which it is that of the start.
+            spring = 0.0 if port.acting_gap_per_force == 0.0 else 0.5 * stiffness
+            dash = impedance / dt
+            push = stiffness * pressed - (spring + dash) * port.free_travel
+            reply.trial = push / (1.0 + (spring + dash) * port.travel_per_force)
         if reply.trial > 0.0:
             reply.force = reply.trial
             reply.in_contact = 1.0

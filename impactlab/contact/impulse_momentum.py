@@ -39,10 +39,7 @@ class ImpulseMomentum(AbstractContactLaw):
         # Restitution refers to the approach before any impulse of the step, also where other contacts kick too; faces
         # that did not approach are kept from being driven into each other.
         target = max(0.0, -port.parameters[0] * port.gap_rate)
-        rate = port.gap_rate + port.others_rate
-        if port.load_point == 0.0:
-            # The rates of two half steps straddle the kick, and the restitution stands between these.
-            rate = port.free_gap_rate
+        rate = port.rate_before_impulse
         needed = (target - rate) / port.rate_per_impulse
         if port.gap <= 0.0 and needed > 0.0 and rate < 0.0 and port.gap_rate + port.others_rate < 0.0:
             reply.impulse = needed

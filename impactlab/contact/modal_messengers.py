@@ -92,8 +92,6 @@ class ModalMessengers(AbstractContactLaw):
             reply.force = reply.trial
             reply.in_contact = 1.0
             if port.in_contact == 0.0:
-                # As in dispersive_identification: at a touch force times way is lost.
-                way = port.free_gap + port.gap_per_force * reply.force - port.gap
-                if port.load_point == 0.0:
-                    way = 0.5 * port.dt * (port.gap_rate + port.free_gap_rate + port.rate_per_force * reply.force)
-                reply.dissipated = max(0.0, -reply.force * way)
+                # As in dispersive_identification: at a touch force times travel is lost.
+                travel = port.free_travel + port.travel_per_force * reply.force
+                reply.dissipated = max(0.0, -reply.force * travel)

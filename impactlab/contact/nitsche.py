@@ -61,18 +61,12 @@ class Nitsche(AbstractContactLaw):
     @staticmethod
     def respond(port: Port, reply: Reply) -> None:
         compliance, theta = port.parameters[0], port.parameters[1]
-        # Where the force acts: stress and gap = known + per force * F + per push * Q.
-        share = port.load_point
-        stress = (1.0 - share) * port.pushed + share * port.free_pushed
-        gap = (1.0 - share) * port.gap + share * port.free_gap
-        stress_per_force, stress_per_push = share * port.pushed_per_force, share * port.pushed_per_push
-        gap_per_force, gap_per_push = share * port.gap_per_force, share * port.gap_per_push
-        # F = S - gap/g and Q = theta g (S - F), two linear equations.
-        a = 1.0 - stress_per_force + gap_per_force / compliance
-        b = -stress_per_push + gap_per_push / compliance
-        c = theta * compliance * (1.0 - stress_per_force)
-        d = 1.0 - theta * compliance * stress_per_push
-        known, push = stress - gap / compliance, theta * compliance * stress
+        # F = S - gap/g and Q = theta g (S - F), two linear equations: S and gap are linear in F and Q.
+        a = 1.0 - port.acting_pushed_per_force + port.acting_gap_per_force / compliance
+        b = -port.acting_pushed_per_push + port.acting_gap_per_push / compliance
+        c = theta * compliance * (1.0 - port.acting_pushed_per_force)
+        d = 1.0 - theta * compliance * port.acting_pushed_per_push
+        known, push = port.acting_pushed - port.acting_gap / compliance, theta * compliance * port.acting_pushed
         reply.trial = (known * d - b * push) / (a * d - b * c)
         if reply.trial > 0.0:
             reply.force = reply.trial

@@ -78,81 +78,44 @@ class Penalty(AbstractContactLaw):
 
     @staticmethod
     def respond(port: Port, reply: Reply) -> None:
-        stiffness, damping = port.parameters[0], port.parameters[1]
-        reply.dissipated = port.memory[0]  # a spring that is let go of gives nothing back
-        gap, free_gap, pliancy = port.gap, port.free_gap, port.gap_per_force
-        if port.load_point == 0.0:
-            # The force acts at the start of the step; the rates of its two half steps straddle it.
-            rate, rate_pliancy = 0.5 * (port.gap_rate + port.free_gap_rate), 0.5 * port.rate_per_force
-            dash = damping
-            if port.in_contact == 0.0 and gap < 0.0 and 1.001 * port.gap_rate * port.dt <= gap:
-                # The first force after a touch stands for the time since the touch, a step at most, and half a step.
-                dash *= 0.5 + min(1.0, gap / (port.gap_rate * port.dt))
-            reply.trial = -(stiffness * gap + dash * rate) / (1.0 + dash * rate_pliancy)
-            if gap < 0.0 and reply.trial > 0.0:
-                rate += rate_pliancy * reply.trial
-                reply.force = reply.trial
-                reply.in_contact = 1.0
-                reply.stored = 0.5 * stiffness * gap * min(0.0, free_gap + pliancy * reply.force)
-                reply.dissipated = dash * rate * rate * port.dt
-                reply.offset = -port.parameters[2] * min(0.0, free_gap + pliancy * reply.force)
-        elif port.load_point == 1.0:
-            # The force is that of the penetration and its rate at the end of the step.
-            dash = damping
-            if port.in_contact == 0.0 and gap >= 0.0 and free_gap < 0.0:
-                # The first force after a touch stands for the time since the touch and half a step more.
-                dash *= 0.5 + free_gap / (free_gap - gap)
-            pressed = stiffness * free_gap + dash * port.free_gap_rate
-            reply.trial = -pressed / (1.0 + stiffness * pliancy + dash * port.rate_per_force)
-            reply.dissipated = (
-                0.0  # what a spring keeps that lets go between two ends of steps is an error of the scheme
-            )
-            if free_gap < 0.0 and reply.trial > 0.0:
-                reply.force = min(reply.trial, -free_gap / pliancy)  # a dashpot stops a touch, no more
-                end = min(0.0, free_gap + pliancy * reply.force)
-                reply.in_contact = 1.0
-                reply.stored = 0.5 * stiffness * end * end
-                reply.offset = -port.parameters[2] * end
-                reply.dissipated = max(0.0, (reply.force + stiffness * end) * (min(gap, 0.0) - end))
-        elif gap < 0.0 or free_gap < 0.0:
-            # Force times change of the gap is the change of the spring's energy, also where the gap passes through zero
-            # within the step: (1 + s a) g^2 + b g + c = 0 for the gap g at the end.
-            dash = damping * pliancy / port.dt
-            spring = 0.5 * stiffness * pliancy
-            square = 1.0 + dash + spring
-            held = 0.0
-            if gap >= 0.0:
-                # The dashpot gives its force times the time since the touch: c times the penetration at the end.
-                linear = -(free_gap + gap + dash * gap)
-                end = (-linear - math.sqrt(linear * linear - 4.0 * square * free_gap * gap)) / (2.0 * square)
-                reply.force = reply.trial = (end - free_gap) / pliancy
-                reply.in_contact = 1.0
-                reply.stored = 0.5 * stiffness * end * end
-                # Force times way, less the energy of the spring.
-                reply.dissipated = dash * end * (end - gap) / pliancy
-                reply.offset = -port.parameters[2] * end
-            else:
-                # As if the spring also pulled: the answer that stays in contact is linear.
-                end = (free_gap + (dash - spring) * gap) / square
-                # The signed force dates the opening: that of a spring that could pull.
-                reply.trial = -(0.5 * stiffness * (gap + end) + damping * (end - gap) / port.dt)
-                if end > 0.0:
-                    linear = -(free_gap + gap + 2.0 * dash * gap)
-                    constant = free_gap * gap + dash * gap * gap - spring * gap * gap
-                    square -= spring
-                    end = (-linear + math.sqrt(max(0.0, linear * linear - 4.0 * square * constant))) / (2.0 * square)
-                force = (end - free_gap) / pliancy
-                if end < 0.0 and dash + spring < 1.0:
-                    force = reply.trial  # the same, without the rounding of two gaps over a small compliance
-                if force > 0.0:
-                    reply.force = force
-                    reply.in_contact = 1.0 if end < 0.0 else 0.0
-                    held = min(end, 0.0)
-                    reply.stored = 0.5 * stiffness * held * held
-                    reply.dissipated = dash * (end - gap) ** 2 / pliancy
-                    reply.offset = -port.parameters[2] * held
-                else:
-                    # Let go before it is relaxed: its dashpot takes up the energy that it gives as it follows the face.
-                    reply.stored = 0.5 * stiffness * min(free_gap, 0.0) ** 2
-                    reply.dissipated = max(0.0, port.memory[0] - reply.stored)
+        stiffness, damping = port.parameters[0], port.parameters[1] * port.first_weight
+        gap, free_gap, compliance = port.gap, port.free_gap, port.gap_per_force
+        averaged = port.first_gap != port.last_gap
+        explicit = not averaged and port.acting_gap_per_force == 0.0
+        spring, dash = stiffness * port.acting_gap_per_force, damping * port.acting_rate_per_force
+        # Spring and dashpot as if they could also pull: a linear equation, whose sign dates the opening.
+        force = -(stiffness * port.acting_gap + damping * port.acting_rate) / (1.0 + spring + dash)
+        reply.trial = force
+        end = free_gap + compliance * force
+        if averaged and free_gap < 0.0 <= gap:
+            # The faces meet within the step: force times travel is the energy of the spring, and the dashpot gives c
+            # times the penetration at the end. (1 + dash + spring) end^2 - b end + (free gap) gap = 0.
+            square, b = 1.0 + dash + spring, free_gap + gap + dash * gap
+            end = (b - math.sqrt(b * b - 4.0 * square * free_gap * gap)) / (2.0 * square)
+            force = reply.trial = (end - free_gap) / compliance
+        elif averaged and end > 0.0:
+            # They part within the step: the spring gives all of its energy, and the dashpot acts to the end.
+            square, b = 1.0 + dash, free_gap + gap + 2.0 * dash * gap
+            constant = free_gap * gap + (dash - spring) * gap * gap
+            end = (b + math.sqrt(max(0.0, b * b - 4.0 * square * constant))) / (2.0 * square)
+            force = (end - free_gap) / compliance
+        elif not explicit and end > 0.0:
+            force, end = -free_gap / compliance, 0.0  # a dashpot stops a touch, no more
+        if force > 0.0 and (port.first_gap < 0.0 or port.last_gap < 0.0):
+            last = gap if explicit else end  # where the force ceases to act
+            reply.force = force
+            reply.in_contact = 1.0 if last <= 0.0 else 0.0
+            reply.stored = 0.5 * stiffness * min(last, 0.0) * min(end, 0.0)
+            reply.offset = -port.parameters[2] * min(end, 0.0)
+            travel = port.free_travel + port.travel_per_force * force
+            if averaged and gap >= 0.0:
+                reply.dissipated = damping * end * travel / port.dt
+            else:  # only faces in contact move the dashpot
+                rate = port.acting_rate + port.acting_rate_per_force * force
+                reply.dissipated = max(0.0, damping * rate * (travel + max(gap, 0.0)))
+        elif averaged or explicit:
+            # Let go before it is relaxed: the dashpot takes the energy that the spring gives as it follows the face.
+            # Between two ends of steps that is an error of the scheme.
+            reply.stored = 0.5 * stiffness * min(free_gap, 0.0) ** 2 if averaged else 0.0
+            reply.dissipated = max(0.0, port.memory[0] - reply.stored)
         reply.memory[0] = reply.stored

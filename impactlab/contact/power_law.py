@@ -10,6 +10,10 @@ from typing import final
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.types import Level, Noted, Port, Reply, Restitution, SideFacts, Start, option
 
+MAX_EXPLICIT = 4.0  # stiffness times compliance of the faces: the stability limit w dt = 2 of an explicit step
+COARSE_WARN = 0.25  # the same, and damping times compliance, from which a step is long against the contact's own times
+MIN_COMPLIANCE = 1e-300  # m/N, to divide by
+MAX_TURNS = 1000  # of Newton's iteration; a few are enough but for extreme exponents
 TOO_STIFF = "the power law's tangent stiffness passed the stability limit of an explicit step: 4 over m/N of the faces"
 SLOW = Noted(
     slot=2,
@@ -24,27 +28,27 @@ COARSE = Noted(
 
 
 def respond(port: Port, reply: Reply) -> None:
-    """Answer one step by F = K d^n (1 + a d'), never pulling; a is the hysteresis factor over the approach speed.
+    """Evaluate F = K d^n (1 + a d') over one step, never pulling; a is the hysteresis factor over the approach speed.
 
     Parameters of the port: K, n, a v0, least v0. Memory: energy stored [J], approach speed v0 [m/s] (0 while open),
     number of touches slower than the least, number of explicit steps that are long against the contact's own times.
 
-    Where the force acts within the step, K d^n is the change of V = K d^(n+1)/(n+1) over the change of the gap, so that
-    force times path is the energy stored, to rounding, also where the faces meet or part inside the step. The
+    Where the force is a mean over the step, K d^n is the change of V = K d^(n+1)/(n+1) over the change of the gap, so
+    that force times travel is the energy stored, to rounding, also where the faces meet or part inside the step. The
     indentation gained in the step, y, then solves y + (gap per force) F(y) = y without contact; F rises and is convex,
     so Newton's iteration from the right never leaves the root's right side. Where the force acts at the end of the step
     it is that of the indentation and its rate there, and the equation has the same shape.
     """
     stiffness, n = port.parameters[0], port.parameters[1]
-    gap, free_gap, pliancy, dt = port.gap, port.free_gap, port.gap_per_force, port.dt
-    explicit, at_end = port.load_point == 0.0, port.load_point == 1.0
+    gap, free_gap, compliance = port.gap, port.free_gap, port.gap_per_force
+    averaged = port.first_gap != port.last_gap
+    explicit = not averaged and port.acting_gap_per_force == 0.0
     reply.memory[0], reply.memory[1] = 0.0, 0.0
     # A spring that is let go of gives nothing back; between two ends of steps that is an error of the scheme.
-    held = 0.0 if at_end else port.memory[0]
+    held = port.memory[0] if explicit or averaged else 0.0
     reply.dissipated = held
-    if free_gap >= 0.0 and (gap >= 0.0 or at_end) and not explicit:
-        return
-    if explicit and (gap > 0.0 or (gap == 0.0 and port.gap_rate >= 0.0)):
+    nearest = min(port.first_gap, port.last_gap)
+    if nearest > 0.0 or (nearest == 0.0 and (not explicit or port.gap_rate >= 0.0)):
         return
     speed = port.memory[1]
     if speed == 0.0:
@@ -56,35 +60,34 @@ def respond(port: Port, reply: Reply) -> None:
     gain = port.parameters[2] / speed
     before = max(0.0, -gap)
     if explicit:
-        # The force acts at the start of the step; the rates of its two half steps straddle it.
-        rate, rate_pliancy = 0.5 * (port.gap_rate + port.free_gap_rate), 0.5 * port.rate_per_force
+        rate, rate_compliance = port.acting_rate, port.acting_rate_per_force
         spring, tangent = stiffness * before**n, n * stiffness * before ** (n - 1.0)
-        if tangent * pliancy > 4.0:
+        if tangent * compliance > MAX_EXPLICIT:
             reply.failed = 1.0
             return
-        reply.memory[3] += 1.0 if max(tangent * pliancy, spring * gain * rate_pliancy) > 0.25 else 0.0
-        reply.trial = spring * (1.0 - gain * rate) / (1.0 + spring * gain * rate_pliancy)
+        reply.memory[3] += 1.0 if max(tangent * compliance, spring * gain * rate_compliance) > COARSE_WARN else 0.0
+        reply.trial = spring * (1.0 - gain * rate) / (1.0 + spring * gain * rate_compliance)
         reply.force = max(0.0, reply.trial)
-        after = max(0.0, -(free_gap + pliancy * reply.force))
+        after = max(0.0, -(free_gap + compliance * reply.force))
         # The energy that leapfrog keeps with n = 1 is k/2 times both indentations.
         reply.stored = stiffness * (before * after) ** (0.5 * (n + 1.0)) / (n + 1.0)
-        lost = spring * gain * (rate + rate_pliancy * reply.force) ** 2 * dt
+        lost = spring * gain * (rate + rate_compliance * reply.force) ** 2 * port.dt
         reply.in_contact = 1.0 if reply.trial > 0.0 or gap == 0.0 else 0.0
     else:
         free = gap - free_gap
         y, after, spring, rise = free, 0.0, 0.0, 0.0
         energy = before ** (n + 1.0)
         size = math.inf
-        # The rate of indentation, in the mean or at the end, is linear in the indentation gained.
-        slope = port.rate_per_force / max(pliancy, 1e-300) if at_end else 1.0 / dt
-        rate = -port.free_gap_rate - slope * free if at_end else 0.0
-        for _ in range(1000):
+        # The rate of indentation where the force acts is linear in the indentation gained.
+        slope = port.acting_rate_per_force / max(compliance, MIN_COMPLIANCE)
+        rate = -port.acting_rate - slope * free
+        for _ in range(MAX_TURNS):
             after = max(0.0, y - gap)
             if before + after == 0.0:
                 break  # they touch by less than a rounding
             ratio = y / (before + after)
             rise = max(0.0, 1.0 + gain * (rate + slope * y))
-            if at_end:
+            if not averaged:
                 spring, tangent = stiffness * after**n, n * stiffness * after ** (n - 1.0)
             elif abs(ratio) < 1e-3 and before > 0.0:
                 # The quotient would be a difference of nearly equal numbers: its series about the middle.
@@ -97,15 +100,15 @@ def respond(port: Port, reply: Reply) -> None:
                 tangent = (stiffness * after**n - spring) / y
             reply.force = spring * rise
             tangent = tangent * rise + (spring * gain * slope if rise > 0.0 else 0.0)
-            change = (y - free + pliancy * reply.force) / (1.0 + pliancy * tangent)
+            change = (y - free + compliance * reply.force) / (1.0 + compliance * tangent)
             size, last = abs(change), size
             if size <= 1e-15 * abs(free) or last <= size <= 1e-11 * abs(free):
-                if pliancy * tangent > 1.0:
-                    reply.force = max(0.0, (free - y) / pliancy)  # rounding of y is not magnified here
+                if compliance * tangent > 1.0:
+                    reply.force = max(0.0, (free - y) / compliance)  # rounding of y is not magnified here
                 break
             y -= change
         reply.stored = stiffness * after ** (n + 1.0) / (n + 1.0)
-        lost = max(0.0, spring * gain * (rate + slope * y) * (after - before if at_end else y))
+        lost = max(0.0, spring * gain * (rate + slope * y) * (y if averaged else after - before))
         if after > 0.0:
             # Faces that part need no trial force: their gap dates it. A negative one dates a force lost before that.
             reply.trial = reply.force if reply.force > 0.0 else spring * (1.0 + gain * (rate + slope * y))

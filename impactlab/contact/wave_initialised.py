@@ -47,7 +47,6 @@ class WaveInitialised(AbstractContactLaw):
 
     @staticmethod
     def respond(port: Port, reply: Reply) -> None:
-        free_gap = port.free_gap
         if port.in_contact == 0.0:
             rate = port.gap_rate + port.others_rate
             if port.gap > 0.0 or rate >= 0.0:
@@ -61,20 +60,13 @@ class WaveInitialised(AbstractContactLaw):
             else:
                 reply.force -= rate / (port.rate_per_impulse * port.dt)
                 reply.trial = reply.force
-                # A force at the start of a step works half of its way in the step before, else all in this one.
-                way = port.gap - free_gap - port.gap_per_force * reply.force
-                if port.load_point == 0.0:
-                    end = port.free_gap_rate + port.rate_per_force * reply.force
-                    way = -0.5 * port.dt * (port.gap_rate + end)
-                reply.dissipated = max(0.0, reply.force * way)
+                travel = port.free_travel + port.travel_per_force * reply.force
+                reply.dissipated = max(0.0, -reply.force * travel)
             return
-        reply.trial = -free_gap / port.gap_per_force
+        reply.trial = -port.free_gap / port.gap_per_force
         if reply.trial > 0.0:
             reply.force = reply.trial
             reply.in_contact = 1.0
             if port.jump_in_force > 0.0:
-                way = port.gap
-                if port.load_point == 0.0:
-                    rate_end = port.free_gap_rate + port.rate_per_force * reply.force
-                    way = -0.5 * port.dt * (port.gap_rate + rate_end)
-                reply.dissipated = max(0.0, reply.force * way)
+                travel = port.free_travel + port.travel_per_force * reply.force
+                reply.dissipated = max(0.0, -reply.force * travel)

@@ -39,6 +39,11 @@ EXACT_INLINE: Decorator = njit(inline="always", **EXACTLY, **CALLED)
 ALLOCATING_PART: Decorator = njit(error_model="numpy", **CALLED)
 
 
+def plain(function: Function) -> Function:
+    """Return the Python function behind a compiled one, itself where nothing is compiled."""
+    return getattr(function, "py_func", function)
+
+
 def called(inlined: Function) -> Function:
     """Return a function that is copied into its callers, compiled once and called instead."""
-    return PART(getattr(inlined, "py_func", inlined))
+    return PART(plain(inlined))

@@ -8,16 +8,26 @@ import numpy as np
 import pytest
 
 from impactlab.contact.power_law import Flores, Hertz, respond
+from impactlab.numerics.compiling import plain
+from impactlab.simulate.stepping.ports import fill_acting
 from impactlab.types import Port, Reply
 
 K = 1e9
 
 
-def port(gap: float, free_gap: float, dt: float = 1e-5, pliancy: float = 0.0, load_point: float = 0.5) -> Port:
+def port(
+    gap: float,
+    free_gap: float,
+    dt: float = 1e-5,
+    pliancy: float = 0.0,
+    load_point: float = 0.5,
+    rates: tuple[float, float] | None = None,
+) -> Port:
     made = Port()
-    made.dt, made.load_point, made.gap, made.free_gap = dt, load_point, gap, free_gap
-    made.gap_rate = made.free_gap_rate = (free_gap - gap) / dt
+    made.dt, made.gap, made.free_gap = dt, gap, free_gap
+    made.gap_rate, made.free_gap_rate = rates or ((free_gap - gap) / dt,) * 2
     made.gap_per_force, made.rate_per_force = pliancy, 2.0 * pliancy / dt
+    plain(fill_acting)(made, load_point)
     return made
 
 
@@ -84,8 +94,7 @@ def test_both_ways_to_the_mean_force_meet() -> None:
 @pytest.mark.parametrize("rate", [-0.7, 0.0, 0.04])
 def test_at_one_instant_it_is_the_law_itself(rate: float) -> None:
     law = Flores(K, restitution=0.2)
-    made = port(-1e-4, -1e-4, load_point=0.0)
-    made.gap_rate = made.free_gap_rate = rate
+    made = port(-1e-4, -1e-4, load_point=0.0, rates=(rate, rate))
     reply = told(made, law, speed=0.5)
     assert reply.force == pytest.approx(K * 1e-4**1.5 * (1.0 - law.hysteresis() / 0.5 * rate), rel=1e-14)
     assert reply.memory[1] == 0.5
@@ -99,8 +108,8 @@ def test_at_the_end_of_the_step_it_is_the_law_of_the_gap_and_rate_there(law: Her
         size = 10.0 ** random.uniform(-9.0, -3.0)
         gap, free_gap = size * random.normal(size=2)
         pliancy = 10.0 ** random.uniform(-16.0, -2.0)
-        made = port(gap, free_gap, pliancy=pliancy, load_point=1.0)
-        made.free_gap_rate = size / made.dt * random.normal()
+        rate = size / 1e-5 * random.normal()
+        made = port(gap, free_gap, pliancy=pliancy, load_point=1.0, rates=((free_gap - gap) / 1e-5, rate))
         reply = told(made, law, speed=size / made.dt)
         end, rate = free_gap + pliancy * reply.force, made.free_gap_rate + made.rate_per_force * reply.force
         assert reply.force >= 0.0
@@ -144,8 +153,7 @@ def test_the_approach_speed_is_that_of_the_touch(load_point: float) -> None:
     reply = told(made, law)
     assert reply.memory[1] == pytest.approx(0.3, rel=1e-12)
     assert reply.memory[2] == 0.0
-    made.gap_rate = 0.0
-    slow = told(made, law)
+    slow = told(port(0.0, -3e-6, load_point=load_point, rates=(0.0, -0.3)), law)
     if load_point > 0.0:
         assert slow.memory[1] == law.slowest_approach
         assert slow.memory[2] == 1.0
@@ -154,8 +162,7 @@ def test_the_approach_speed_is_that_of_the_touch(load_point: float) -> None:
         assert slow.memory[1] == 0.0
     # Inside the step, the rate where the gap passes through zero.
     if load_point > 0.0:
-        falling = port(1e-6, -1e-6)
-        falling.gap_rate, falling.free_gap_rate = -0.1, -0.3
+        falling = port(1e-6, -1e-6, rates=(-0.1, -0.3))
         assert told(falling, law).memory[1] == pytest.approx(0.2, rel=1e-12)
 
 

@@ -38,7 +38,7 @@ class Touch:
 
     def __init__(self, law: AbstractContactLaw, start: Start, dt: float) -> None:
         self.port, self.reply = Port(), Reply()
-        self.port.dt = dt
+        self.port.dt, self.port.first_weight = dt, 1.0
         self.port.parameters[: len(start.parameters)] = [*start.parameters]
         self.port.memory[: len(start.memory)] = [*start.memory]
         self.closed, self.held = False, 0.0
@@ -52,8 +52,8 @@ class Touch:
         `OVERFLOWN`, so that the solver rejects the step and takes a shorter one.
         """
         port, reply = self.port, self.reply
-        port.gap = port.free_gap = gap
-        port.gap_rate = port.free_gap_rate = rate
+        port.gap = port.free_gap = port.acting_gap = port.first_gap = port.last_gap = port.travel_start = gap
+        port.gap_rate = port.free_gap_rate = port.acting_rate = rate
         port.in_contact = 1.0 if self.closed else 0.0
         ctypes.memset(ctypes.addressof(reply), 0, ctypes.sizeof(reply))
         ctypes.memmove(ctypes.addressof(reply) + REPLY_MEMORY, self._remembered, 8 * MEMORY)

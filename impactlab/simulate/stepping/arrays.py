@@ -60,6 +60,8 @@ class ContactRecord(ctypes.Structure):
     law: int  # address
     dates: int  # 1 where closings and openings are dated: the law answers by force
     smooth: int  # 1 where the force follows from gap and rate alone
+    projects_first: int  # 1 where a projection moves the scheme's predictor, 0 the end of the step
+    load_point: float  # where in the step the force acts: 0 start, 1/2 mean over the step, 1 end
     trial_point: float  # where in the step the trial force belongs
     initial_gap: float  # m
     force: float  # N, of the last step

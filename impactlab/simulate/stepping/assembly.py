@@ -332,23 +332,20 @@ class Assembly:
             port = self.ports[number]
             port.parameters[: len(given.parameters)] = list(given.parameters)
             port.memory[: len(given.memory)] = list(given.memory)
-            port.load_point = self.integrator.load_point
             # Where a continuous body is struck there is no mass to take an impulse: a force closes the contact.
             own = any(
                 isinstance(self.built[point.body].model, AbstractSelfStepping)
                 for point in (contact.left, contact.right)
             )
             port.jump_in_force = float(self.integrator.jump_in_force or own)
-            port.projects_first = float(self.integrator.projects_first)
             yields = [self._yield_beyond(point.body, point.x) for point in (contact.left, contact.right)]
-            port.flexibility = sum(
-                dict(self.built[p.body].system.massless).get(p.x, 0.0) for p in (contact.left, contact.right)
-            )
             fill(
                 self.contacts[number],
                 law=self.laws[number].value,
                 dates=int(contact.law.answers_force),
                 smooth=int(contact.law.smooth),
+                projects_first=int(self.integrator.projects_first),
+                load_point=self.integrator.load_point,
                 trial_point=1.0 if contact.law.trial_at_end else self.integrator.load_point,
                 initial_gap=contact.gap,
                 old_gap=contact.gap,

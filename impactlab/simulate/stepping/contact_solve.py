@@ -16,6 +16,7 @@ from impactlab.simulate.stepping.arrays import (
     ContactRecord,
     StepArrays,
 )
+from impactlab.simulate.stepping.ports import fill_acting, fill_acting_push, predicted_gap
 from impactlab.types import MEMORY
 
 SWEEPS = 5000  # of the coupled answers of several contacts
@@ -70,10 +71,13 @@ def ask(m: StepArrays, number: int, time: float, dt: float) -> None:
     if contact.touching != 0.0 and port.gap + port.offset > 0.0:
         port.gap = -port.offset
     port.gap_rate, port.others_rate = right.v - left.v, others_rate
-    port.predicted_gap = port.gap + dt * port.gap_rate + predicted
     port.free_gap = contact.initial_gap + right_u - left_u
     port.free_gap_rate = right_v - left_v
-    port.free_pushed = own_pushed + others_pushed
+    port.predicted_gap = predicted_gap(port, predicted, contact.projects_first != 0)
+    fill_acting(port, contact.load_point)
+    if len(m.pushes) > 0:
+        port.free_pushed = own_pushed + others_pushed
+        fill_acting_push(port, contact.load_point)
     reply.force, reply.impulse, reply.projection, reply.push, reply.trial = 0.0, 0.0, 0.0, 0.0, 0.0
     reply.stored, reply.dissipated, reply.unresolved, reply.offset = 0.0, 0.0, 0.0, 0.0
     reply.in_contact, reply.failed = 0.0, 0.0

@@ -102,9 +102,7 @@ def compliances(m: StepArrays) -> None:
         port.gap_per_impulse = m.answers[U_IMPULSE, right, contact] - m.answers[U_IMPULSE, left, contact]
         port.rate_per_impulse = m.answers[V_JUMP, right, contact] - m.answers[V_JUMP, left, contact]
         port.gap_per_projection = m.answers[U_PROJECTION, right, contact] - m.answers[U_PROJECTION, left, contact]
-        port.rate_per_projection = m.answers[V_PROJECTION, right, contact] - m.answers[V_PROJECTION, left, contact]
         port.gap_per_push = m.answers[U_PUSH, right, contact] - m.answers[U_PUSH, left, contact]
-        port.rate_per_push = m.answers[V_PUSH, right, contact] - m.answers[V_PUSH, left, contact]
         port.pushed_per_force = m.answers[U_FORCE, pushed, contact]
         port.pushed_per_push = m.answers[U_PUSH, pushed, contact]
 

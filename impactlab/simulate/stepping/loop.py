@@ -231,12 +231,12 @@ def start(m: StepArrays) -> None:
         face.v = row_times_state(m, n_faces + number)
         face.free_u, face.free_v = face.u, face.v
     for number in range(len(m.contacts)):
-        contact, port = m.contacts[number], m.ports[number]
+        contact = m.contacts[number]
         if contact.smooth != 0 and contact.initial_gap < 0.0:
             # Faces that overlap from the start hold energy: the law is asked while all compliances are still zero.
-            load_point, port.load_point = port.load_point, 0.0
+            load_point, contact.load_point = contact.load_point, 0.0
             ask(m, number, 0.0, 1.0)
-            port.load_point = load_point
+            contact.load_point = load_point
     compliances(m)
     if len(m.phases) > 0:
         change_phases(m)

@@ -10,6 +10,8 @@ import numpy as np
 
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.numerics.addresses import COMPILED, LawAddress
+from impactlab.numerics.compiling import plain
+from impactlab.simulate.stepping.ports import fill_acting, fill_acting_push
 from impactlab.testing.contracts.common import PIECE, PORTS, described
 from impactlab.types import Arriving, Level, Port, Reply, SideFacts
 
@@ -34,8 +36,8 @@ class ContactLawContract:
         start = type(self.part).begin(self.part, left, right, self.dt)
         port = Port()
         port.time, port.dt = 0.0, self.dt
-        port.load_point = float(random.choice([0.0, 0.5, 1.0]))
-        port.jump_in_force = 1.0 if port.load_point == 0.0 else float(random.integers(0, 2))
+        load_point = float(random.choice([0.0, 0.5, 1.0]))
+        port.jump_in_force = 1.0 if load_point == 0.0 else float(random.integers(0, 2))
         port.in_contact = 0.0 if opened else float(random.integers(0, 2))
         for side, facts in ((port.left, left), (port.right, right)):
             side.displacement, side.velocity = random.normal(0.0, 1e-7), random.normal(0.0, 1.0)
@@ -54,12 +56,14 @@ class ContactLawContract:
         port.rate_per_impulse = port.left.velocity_per_impulse + port.right.velocity_per_impulse
         port.gap_per_impulse = self.dt * port.rate_per_impulse
         port.gap_per_projection = port.rate_per_impulse
-        port.predicted_gap = port.gap + port.dt * port.gap_rate
+        port.predicted_gap = math.inf
         # The compliance over gap and pushed row is symmetric and positive, as that of a body is.
         port.pushed_per_push = 0.5 * right.element_stiffness
         port.pushed_per_force = port.gap_per_push = 0.3 * math.sqrt(port.gap_per_force * port.pushed_per_push)
         if not opened:
             port.pushed, port.free_pushed = random.normal(0.0, 4e4, 2)
+        plain(fill_acting)(port, load_point)
+        plain(fill_acting_push)(port, load_point)
         port.parameters[: len(start.parameters)] = [*start.parameters]
         port.memory[: len(start.memory)] = [*start.memory]
         for number, reading in enumerate(start.readings):

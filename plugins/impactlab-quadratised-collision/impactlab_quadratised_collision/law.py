@@ -42,12 +42,8 @@ class QuadratisedPowerLaw(AbstractContactLaw):
     @staticmethod
     def respond(port: Port, reply: Reply) -> None:
         scale, power = port.parameters[0], port.parameters[1]  # psi(d) = scale d^power
-        start, end, pliancy = -port.gap, -port.free_gap, port.gap_per_force
-        if port.load_point == 0.0:
-            # A force at the start of the step works over the halves of the steps on both sides of it.
-            start = -port.gap + 0.5 * port.dt * port.gap_rate
-            end = -port.gap - 0.5 * port.dt * port.free_gap_rate
-            pliancy = 0.5 * port.dt * port.rate_per_force
+        # Depths at the ends of the travel over which the force works, the later one without force.
+        start, end, compliance = -port.travel_start, -(port.travel_start + port.free_travel), port.travel_per_force
         if start <= 0.0 and end <= 0.0:
             reply.dissipated = 0.5 * port.memory[0] * port.memory[0]  # nothing is left, but for other contacts' pulls
             return
@@ -59,15 +55,15 @@ class QuadratisedPowerLaw(AbstractContactLaw):
             slope = (scale * max(end, 0.0) ** power - scale * max(start, 0.0) ** power) / (end - start)
         else:  # a difference of nearly equal numbers says less than the derivative between them
             slope = scale * power * (0.5 * (start + end)) ** (power - 1.0)
-        force = slope * (psi + 0.5 * slope * (end - start)) / (1.0 + 0.5 * slope * slope * pliancy)
-        depth = end - pliancy * force
+        force = slope * (psi + 0.5 * slope * (end - start)) / (1.0 + 0.5 * slope * slope * compliance)
+        depth = end - compliance * force
         after = psi + slope * (depth - start)
         if depth <= 0.0 or after < 0.0 or force < 0.0:
-            # Parting: F (start - depth) = psi^2/2 with depth = end - pliancy F.
+            # Parting: F (start - depth) = psi^2/2 with depth = end - compliance F.
             back = start - end
-            root = back + math.sqrt(back * back + 2.0 * pliancy * psi * psi)
+            root = back + math.sqrt(back * back + 2.0 * compliance * psi * psi)
             force = psi * psi / root if psi > 0.0 and root > 0.0 else 0.0
-            depth, after = end - pliancy * force, 0.0
+            depth, after = end - compliance * force, 0.0
         reply.force = reply.trial = force
         reply.in_contact = 1.0 if depth > 0.0 else 0.0
         reply.stored = 0.5 * after * after
