@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 
 from impactlab.errors import CaseError
-from impactlab.scene.bodies import Profile, Rod
+from impactlab.scene.bodies import Profile, WaveBody
 from impactlab.types import Array, Quantity
 
 
@@ -23,7 +23,7 @@ class AnalyticBasis:
         rad/s; exactly zero for the rigid mode.
     """
 
-    def __init__(self, rod: Rod, modes: int) -> None:
+    def __init__(self, rod: WaveBody, modes: int) -> None:
         kinds = (rod.left.kind, rod.right.kind)
         if len(rod.segments) != 1 or any(kind not in ("free", "clamped") for kind in kinds):
             raise CaseError(

@@ -12,7 +12,6 @@ from impactlab.casefile import Case
 from impactlab.casefile.document import Document, Kind, read_document
 from impactlab.casefile.words import closest, listed, shown
 from impactlab.errors import CaseError
-from impactlab.scene.bodies import Beam
 from impactlab.scene.problem import Scene
 
 BUILT_IN = Path(__file__).with_name("grid.yaml")
@@ -46,7 +45,7 @@ class Family:
 
     def serves(self, scene: Scene) -> bool:
         """Return whether the family says anything about a scene."""
-        bent = any(isinstance(body, Beam) for body in scene.bodies.values())
+        bent = any(body.bends for body in scene.bodies.values())
         if self.scenes in ("any", "beams"):
             return bent or self.scenes == "any"
         without = not bent and all(contact.law.hard or contact.law.is_spring for contact in scene.contacts)

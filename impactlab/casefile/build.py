@@ -5,13 +5,14 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
-from impactlab.casefile.check import faces_of, reference_rod, shape_of
+from impactlab.casefile.arms import lever_arm_of
+from impactlab.casefile.blocks import ElasticBlock
+from impactlab.casefile.check import faces_of, reference_rod
 from impactlab.casefile.parts import read_part
-from impactlab.casefile.schema import BeamBlock, CaseBlock, MassBlock, RodBlock, RoundTrips
-from impactlab.casefile.sections import beam_segments
+from impactlab.casefile.schema import CaseBlock, MassBlock, RoundTrips
 from impactlab.errors import CaseError, ImpactlabError, PluginError
 from impactlab.plugins import INTEGRATORS, LAWS, METRICS, MODELS, Registry
-from impactlab.scene.bodies import Beam, Body, ElasticBody, End, Mass, Rayleigh, Rod, Segment, Wall
+from impactlab.scene.bodies import Body, ElasticBody, Mass, Wall
 from impactlab.scene.problem import Contact, Probe, Scene, StepRule
 from impactlab.scene.ranges import check_scales
 from impactlab.types import Relative
@@ -62,7 +63,7 @@ def build_scene(case: CaseBlock, name: str, registry: Registry) -> Scene:
         events=case.solve.events,  # type: ignore[arg-type]
         records=case.solve.records,
         gravity=case.gravity,
-        probes=tuple(Probe(probe.body, probe.at, probe.quantity) for probe in case.probes),  # type: ignore[arg-type]
+        probes=tuple(Probe(probe.body, probe.at, probe.quantity) for probe in case.probes),
         snapshots=tuple(case.snapshots),
         metrics=tuple(dict.fromkeys(case.metrics)),
         round_trip=round_trip,
@@ -93,43 +94,11 @@ def _body(case: CaseBlock, name: str, registry: Registry) -> Body:
     block = case.bodies[name]
     if isinstance(block, MassBlock):
         return Mass(name, block.mass, block.velocity)
-    if not isinstance(block, RodBlock | BeamBlock):
+    if not isinstance(block, ElasticBlock):
         return Wall(name)
     path = f"solve.models.{name}" if name in case.solve.models else "solve.model"
     asked = case.solve.models.get(name, case.solve.model) if case.solve.tolerance is None else UNDESCRIBED
-    model = read_part(asked, path, MODELS, registry)
-    shared = {
-        "velocity": block.velocity,
-        "displacement": shape_of(block),
-        "model": model,
-        "damping": Rayleigh(block.damping.mass, block.damping.stiffness),
-    }
-    if isinstance(block, BeamBlock):
-        ends = block.ends.left, block.ends.right
-        theory: Any = block.theory
-        return Beam(name, beam_segments(block), *ends, theory=theory, tension=block.tension, **shared)
-    segments = _segments(block)
-    left, right = (
-        _bounded(end, segment) for end, segment in ((block.ends.left, segments[0]), (block.ends.right, segments[-1]))
-    )
-    return Rod(name, segments, left, right, **shared)
-
-
-def _bounded(end: End, segment: Segment) -> End:
-    """Return the end of a rod as it is held; a rod that goes on for ever is held by a dashpot of its impedance."""
-    return End("dashpot", segment.impedance) if end.kind == "infinite" else end
-
-
-def _segments(rod: RodBlock) -> tuple[Segment, ...]:
-    if rod.segments is not None:
-        pieces = rod.segments
-        return tuple(
-            Segment(p.length, p.area, p.material.young, p.material.density, p.material.viscosity) for p in pieces
-        )
-    if rod.length is None or rod.area is None or rod.material is None:
-        raise CaseError("a rod without length, area or material")
-    material = rod.material
-    return (Segment(rod.length, rod.area, material.young, material.density, material.viscosity),)
+    return block.body(name, lever_arm_of(case, name), {"model": read_part(asked, path, MODELS, registry)})
 
 
 def _contact(case: CaseBlock, number: int, registry: Registry) -> Contact:

@@ -7,16 +7,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from impactlab.casefile.formula import Formula
-from impactlab.casefile.points import Face, check_place, find_body, length_of, read_face
-from impactlab.casefile.schema import CHOSEN, BeamBlock, CaseBlock, ElasticBlock, RodBlock, RoundTrips, WallBlock
-from impactlab.casefile.sections import check_section, check_shear, pieces_of
+from impactlab.casefile.arms import shafts_have_lever_arms
+from impactlab.casefile.blocks import ElasticBlock
+from impactlab.casefile.points import Face, check_place, find_body, read_face
+from impactlab.casefile.schema import CHOSEN, CaseBlock, RoundTrips, WallBlock
 from impactlab.casefile.stops import stops_leave_room
 from impactlab.casefile.words import listed, shown
 from impactlab.errors import CaseError, combined
-from impactlab.scene.bodies import Profile, Table
+from impactlab.scene.bodies import Table
 from impactlab.scene.ranges import range_of
-from impactlab.types import QUANTITIES_OF_BEAM, QUANTITIES_OF_ROD
 
 
 class Faces(NamedTuple):
@@ -45,13 +44,6 @@ def faces_of(case: CaseBlock, number: int) -> Faces:
     return Faces(read_face(case, left, f"{path}.0"), read_face(case, right, f"{path}.1"))
 
 
-def shape_of(rod: RodBlock | BeamBlock) -> Profile | None:
-    """Return the initial displacement of a rod or a beam as a function of x [m]."""
-    if rod.displacement is None or isinstance(rod.displacement, (Formula, Table)):
-        return rod.displacement
-    return Formula(str(rod.displacement), length_of(rod))
-
-
 def reference_rod(case: CaseBlock) -> str | None:
     """Return the rod or beam whose round trip the case counts in: the one named, else the first, else None."""
     if case.solve.round_trips_of is not None:
@@ -61,18 +53,18 @@ def reference_rod(case: CaseBlock) -> str | None:
 
 def _bodies_have_a_shape(case: CaseBlock) -> None:
     for name, body in case.bodies.items():
-        if not isinstance(body, RodBlock | BeamBlock):
+        if not isinstance(body, ElasticBlock):
             continue
-        keys = ("length", "area", "material") if isinstance(body, RodBlock) else ("length", "section", "material")
+        keys = body.shape_keys
         for key in keys:
             given = getattr(body, key) is not None
-            if body.segments is not None and given:
+            if getattr(body, "segments", None) is not None and given:
                 raise CaseError(
                     f"given together with segments, which replace {keys[0]}, {keys[1]} and {keys[2]}",
                     remedy=f"Keep either {key} or segments.",
                     path=f"bodies.{name}.{key}",
                 )
-            if body.segments is None and not given:
+            if getattr(body, "segments", None) is None and not given:
                 raise CaseError(
                     "this key is missing",
                     remedy=f"A {body.kind} has {keys[0]}, {keys[1]} and {keys[2]}, or segments with these three each.",
@@ -82,32 +74,29 @@ def _bodies_have_a_shape(case: CaseBlock) -> None:
 
 def _sections_are_whole(case: CaseBlock) -> None:
     for name, body in case.bodies.items():
-        if isinstance(body, BeamBlock):
-            for path, section, material in pieces_of(body):
-                check_section(section, f"bodies.{name}.{path}section")
-                if body.theory == "timoshenko":
-                    check_shear(section, material, f"bodies.{name}.{path}")
+        if isinstance(body, ElasticBlock):
+            body.check_pieces(f"bodies.{name}")
 
 
 def _shapes_are_finite(case: CaseBlock) -> None:
     for name, body in case.bodies.items():
-        if not isinstance(body, RodBlock | BeamBlock) or body.displacement is None:
+        given = getattr(body, body.profile_key) if isinstance(body, ElasticBlock) else None
+        if not isinstance(body, ElasticBlock) or given is None:
             continue
-        path, length = f"bodies.{name}.displacement", length_of(body)
-        if isinstance(body.displacement, Table) and (body.displacement.x[0] > 0.0 or body.displacement.x[-1] < length):
+        path, length, unit = f"bodies.{name}.{body.profile_key}", body.total_length, body.profile_unit
+        if isinstance(given, Table) and (given.x[0] > 0.0 or given.x[-1] < length):
             raise CaseError(
-                f"the table goes from {body.displacement.x[0]:g} to {body.displacement.x[-1]:g} m; "
-                f"the {body.kind} from 0 to {length:g} m",
+                f"the table goes from {given.x[0]:g} to {given.x[-1]:g} m; the {body.kind} from 0 to {length:g} m",
                 remedy=f"Give values over the whole {body.kind}.",
                 path=path,
             )
-        shape = shape_of(body)
+        shape = body.profile
         values = shape(np.linspace(0.0, length, 1001)) if shape else np.zeros(2)
         largest = range_of("m").most
         if not np.all(np.isfinite(values)) or np.max(np.abs(values)) > largest:
             finite = np.all(np.isfinite(values))
             raise CaseError(
-                f"{shown(body.displacement)} is not a {f'number up to {largest:g} m' if finite else 'finite number'} "
+                f"{shown(given)} is not a {f'number up to {largest:g} {unit}' if finite else 'finite number'} "
                 f"everywhere on the {body.kind}, 0 to {length:g} m",
                 remedy="Fix the formula (a division by zero, the root of a negative number, a factor too large).",
                 path=path,
@@ -116,7 +105,7 @@ def _shapes_are_finite(case: CaseBlock) -> None:
             held = getattr(body.ends, side).kind
             if held in ("clamped", "pinned") and abs(value) > 1e-9 * float(np.max(np.abs(values))):
                 raise CaseError(
-                    f"the displacement at the {held} {side} end is {value:g} m; a {held} end stays at 0",
+                    f"the {body.profile_key} at the {held} {side} end is {value:g} {unit}; a {held} end stays at 0",
                     remedy=f"Choose a shape that is 0 there, or free the {side} end.",
                     path=path,
                 )
@@ -153,13 +142,15 @@ def _faces_look_at_each_other(case: CaseBlock) -> None:
         faces = faces_of(case, number)
         wrong = (("0", faces.left, "left", "right"), ("1", faces.right, "right", "left"))
         for place, face, at_side, facing in wrong:
-            if face.end == at_side and isinstance(case.bodies[face.point.body], RodBlock):
+            body = case.bodies[face.point.body]
+            if face.end == at_side and isinstance(body, ElasticBlock) and not body.both_sides:
                 other = contact.between[1 - int(place)]
                 swap = f"[{contact.between[1]}, {contact.between[0]}]"
                 raise CaseError(
                     f"{face.point.label!r} looks away from {other!r}: "
                     "of between: [a, b], a lies on the left of b, "
-                    f"so the {'first' if place == '0' else 'second'} is a mass, a wall, or the {facing} end of a rod",
+                    f"so the {'first' if place == '0' else 'second'} is a mass, a wall, or the {facing} end of a "
+                    f"{body.kind}",
                     remedy=f"Swap the two, {swap}, or name {face.point.body}.{facing}.",
                     path=f"contacts.{number}.between.{place}",
                 )
@@ -169,7 +160,7 @@ def _held_ends_are_not_struck(case: CaseBlock) -> None:
     for number in range(len(case.contacts)):
         for place, face in enumerate(faces_of(case, number)):
             body = case.bodies[face.point.body]
-            if not isinstance(body, RodBlock | BeamBlock) or not face.end:
+            if not isinstance(body, ElasticBlock) or not face.end:
                 continue
             held = getattr(body.ends, face.end).kind
             if held in ("clamped", "pinned"):
@@ -185,9 +176,10 @@ def _gaps_are_open(case: CaseBlock) -> None:
         gap, moved = contact.gap, 0.0
         for face, sign in zip(faces_of(case, number), (-1.0, 1.0), strict=True):
             body = case.bodies[face.point.body]
-            shape = shape_of(body) if isinstance(body, RodBlock | BeamBlock) else None
+            shape = body.profile if isinstance(body, ElasticBlock) else None
             if shape is not None:
-                shift = float(shape(np.array([face.point.x]))[0])
+                arm = contact.lever_arm or 1.0  # by which a twist moves the face
+                shift = arm * float(shape(np.array([face.point.x]))[0])
                 gap, moved = gap + sign * shift, max(moved, abs(shift))
         # What a preload takes away must be typed in as the gap: its last digits are rounding.
         if gap < -1e-9 * moved and contact.overlap is None:
@@ -294,9 +286,9 @@ def _probes_lie_on_bodies(case: CaseBlock) -> None:
     for number, probe in enumerate(case.probes):
         path = f"probes.{number}"
         body = find_body(case, probe.body, f"{path}.body")
-        if isinstance(body, RodBlock | BeamBlock):
-            check_place(probe.at, probe.body, length_of(body), f"{path}.at")
-            known = QUANTITIES_OF_ROD if isinstance(body, RodBlock) else QUANTITIES_OF_BEAM
+        if isinstance(body, ElasticBlock):
+            check_place(probe.at, probe.body, body.total_length, f"{path}.at")
+            known = body.quantities
             if probe.quantity not in known:
                 raise CaseError(
                     f"the {body.kind} {probe.body!r} has no {probe.quantity} to record. Allowed: {', '.join(known)}",
@@ -326,6 +318,7 @@ RULES: tuple[Callable[[CaseBlock], None], ...] = (
     _contacts_join_two_bodies,
     _faces_look_at_each_other,
     _held_ends_are_not_struck,
+    shafts_have_lever_arms,
     stops_leave_room,
     _gaps_are_open,
     _order_is_possible,

@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from typing import NamedTuple
 
-from impactlab.casefile.schema import BeamBlock, CaseBlock, MassBlock, RodBlock
+from impactlab.casefile.blocks import ElasticBlock
+from impactlab.casefile.schema import BodyBlock, CaseBlock, MassBlock
 from impactlab.casefile.units import to_si
 from impactlab.casefile.words import closest, listed, shown
 from impactlab.errors import CaseError
@@ -23,13 +24,6 @@ class Face(NamedTuple):
     end: str  # left, right, or empty for an inner point, a mass and a wall
 
 
-def length_of(rod: RodBlock | BeamBlock) -> float:
-    """Return the whole length of a rod or a beam [m]."""
-    if rod.segments is not None:
-        return sum(segment.length for segment in rod.segments)
-    return float(rod.length or 0.0)
-
-
 def read_face(case: CaseBlock, text: str, path: str) -> Face:
     """Return the face that a text names.
 
@@ -43,7 +37,7 @@ def read_face(case: CaseBlock, text: str, path: str) -> Face:
         raise CaseError(f"{shown(text)} does not name a face", remedy=_REMEDY, path=path)
     name, side, place = match.groups()
     body = find_body(case, name, path)
-    if not isinstance(body, RodBlock | BeamBlock):
+    if not isinstance(body, ElasticBlock):
         if side is not None:
             kind = "a mass" if isinstance(body, MassBlock) else "a wall"
             raise CaseError(
@@ -57,7 +51,7 @@ def read_face(case: CaseBlock, text: str, path: str) -> Face:
             remedy=f"Say where on the {body.kind}.",
             path=path,
         )
-    length = length_of(body)
+    length = body.total_length
     if side == "at" and place is not None:
         return _inner(name, place, length, text, path)
     if side not in ("left", "right") or place is not None:
@@ -71,7 +65,7 @@ def read_face(case: CaseBlock, text: str, path: str) -> Face:
     return Face(Point(name, 0.0 if side == "left" else length, f"{name}.{side}"), side)
 
 
-def find_body(case: CaseBlock, name: str, path: str) -> RodBlock | BeamBlock | MassBlock | object:
+def find_body(case: CaseBlock, name: str, path: str) -> BodyBlock:
     """Return the body of that name, or raise with the closest one."""
     if name not in case.bodies:
         raise CaseError(

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from impactlab.casefile.blocks import end_values, profile_values
 from impactlab.casefile.build import DEFAULT_INTEGRATOR
-from impactlab.casefile.formula import Formula
 from impactlab.casefile.parts import describe_part
 from impactlab.casefile.schema import CaseBlock
-from impactlab.scene.bodies import Beam, BeamSegment, Body, ElasticBody, End, Mass, Segment, Table
+from impactlab.casefile.shafts import derived_of, described
+from impactlab.scene.bodies import Beam, BeamSegment, Body, ElasticBody, Mass, Segment, Shaft
 from impactlab.scene.problem import Scene
 
 
@@ -29,6 +30,7 @@ def resolve(case: CaseBlock, scene: Scene) -> dict[str, Any]:
             {
                 "between": [contact.left.label, contact.right.label],
                 "gap": contact.gap,
+                **({} if block.lever_arm is None else {"lever_arm": block.lever_arm}),
                 **({"overlap": "allowed"} if contact.overlap_allowed else {}),
                 **({} if block.law is None else {"law": describe_part(contact.law, block.law)}),
             }
@@ -65,18 +67,16 @@ def _body(body: Body) -> dict[str, Any]:
         return {"kind": "mass", "mass": body.mass, "velocity": body.velocity}
     if not isinstance(body, ElasticBody):
         return {"kind": "wall"}
+    if isinstance(body, Shaft):
+        return described(body)
     segments = [_piece(piece) for piece in body.segments]
     shape: dict[str, Any] = segments[0] if len(segments) == 1 else {"segments": segments}
-    values = {"kind": body.kind, **shape, "ends": {"left": _end(body.left), "right": _end(body.right)}}
+    values = {"kind": body.kind, **shape, "ends": {"left": end_values(body.left), "right": end_values(body.right)}}
     if isinstance(body, Beam):
         values |= {"theory": body.theory, "tension": body.tension}
     values["damping"] = {"mass": body.damping.mass, "stiffness": body.damping.stiffness}
     values["velocity"] = body.velocity
-    if isinstance(body.displacement, Formula):
-        values["displacement"] = body.displacement.text
-    elif isinstance(body.displacement, Table):
-        values["displacement"] = {"x": list(body.displacement.x), "u": list(body.displacement.u)}
-    return values
+    return values | profile_values("displacement", body.displacement)
 
 
 def _piece(piece: Segment) -> dict[str, Any]:
@@ -92,15 +92,8 @@ def _piece(piece: Segment) -> dict[str, Any]:
     return {"length": piece.length, "section": section, "material": material}
 
 
-def _end(end: End) -> Any:
-    held: dict[str, float] = {end.kind: end.value} if end.value > 0.0 else {}
-    held |= {"rotational": end.rotational} if end.rotational > 0.0 else {}
-    pushed = {"force": end.force} if end.force != 0.0 else {}
-    return {**held, **pushed} or end.kind
-
-
 def _derived(scene: Scene) -> dict[str, Any]:
-    derived: dict[str, dict[str, Any]] = {"rods": {}, "beams": {}}
+    derived: dict[str, dict[str, Any]] = {"rods": {}, "beams": {}}  # of other kinds where there are some
     for name, body in scene.bodies.items():
         if isinstance(body, ElasticBody):
             known = {
@@ -114,5 +107,7 @@ def _derived(scene: Scene) -> dict[str, Any]:
                     known["shear_speed"] = [piece.shear_speed for piece in body.segments]
             else:
                 known["impedance"] = [piece.impedance for piece in body.segments]
-            derived[f"{body.kind}s"][name] = known
+            if isinstance(body, Shaft):
+                known |= derived_of(body)
+            derived.setdefault(f"{body.kind}s", {})[name] = known
     return {**derived, "contacts": [contact.name for contact in scene.contacts]}

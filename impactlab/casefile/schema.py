@@ -4,31 +4,31 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
-from impactlab.casefile.values import BEAM_END, END, SHAPE, Allowed, quantity, refuse, words
+from impactlab.casefile.beams import BeamBlock
+from impactlab.casefile.blocks import (
+    Block,
+    Instant,
+    Length,
+    MassValue,
+    Name,
+    Place,
+    Positive,
+    Records,
+    Text,
+    Time,
+    Velocity,
+)
+from impactlab.casefile.rods import RodBlock
+from impactlab.casefile.shafts import ShaftBlock
+from impactlab.casefile.values import Allowed, quantity, refuse, words
 from impactlab.casefile.values import Reader as Reader
 from impactlab.casefile.words import shown
-from impactlab.scene.bodies import End
 from impactlab.scene.problem import COUNTED, RECORDS
-from impactlab.types import QUANTITIES_OF_BEAM, QUANTITIES_OF_ROD
 
-QUANTITIES = tuple(dict.fromkeys((*QUANTITIES_OF_ROD, *QUANTITIES_OF_BEAM)))
-
-Length = Annotated[float, quantity("m", gt=0.0)]
-Area = Annotated[float, quantity("m2", gt=0.0)]
-Inertia = Annotated[float, quantity("m4", gt=0.0)]
-Modulus = Annotated[float, quantity("Pa", gt=0.0)]
-Density = Annotated[float, quantity("kg/m3", gt=0.0)]
-MassValue = Annotated[float, quantity("kg", gt=0.0)]
-Velocity = Annotated[float, quantity("m/s")]
-Place = Annotated[float, quantity("m")]
-Time = Annotated[float, quantity("s", gt=0.0)]
-Instant = Annotated[float, quantity("s", ge=0.0)]
-Records = Annotated[int, Allowed("1", (("ge", 100), ("le", 10_000_000)), whole=True).reader()]
-Positive = Annotated[float, quantity("1", gt=0.0)]
-Name = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_-]{0,39}$")]
-Text = Annotated[str, Field(max_length=2000, pattern=r"^[^\x00-\x08\x0b-\x1f\x7f-\x9f]*$")]
+KINDS = {"rod": RodBlock.quantities, "beam": BeamBlock.quantities, "shaft": ShaftBlock.quantities}
+QUANTITIES = tuple(dict.fromkeys(quantity for quantities in KINDS.values() for quantity in quantities))
 
 
 def _read_block(value: Any) -> dict[str, Any]:
@@ -45,139 +45,6 @@ PartBlock = Annotated[
 """A part: its kind, and parameters that are read by the part's own fields in a second pass."""
 
 
-class Block(BaseModel):
-    """What all blocks share: frozen, no unknown keys, defaults checked like given values."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True, arbitrary_types_allowed=True)
-
-
-class Material(Block):
-    """A linear elastic material."""
-
-    young: Modulus = Field(description="Young's modulus E [Pa]")
-    density: Density = Field(description="density rho [kg/m3]")
-    viscosity: Annotated[float, quantity("Pa s", ge=0.0)] = Field(
-        default=0.0, description="viscosity [Pa s]: stress = E strain + viscosity times strain rate (Kelvin and Voigt)"
-    )
-
-
-class SegmentBlock(Block):
-    """A uniform piece of a rod."""
-
-    length: Length = Field(description="length [m]")
-    area: Area = Field(description="area of the cross section [m2]")
-    material: Material = Field(description="material")
-
-
-class EndsBlock(Block):
-    """What holds the two ends of a rod, and forces that act on them from t = 0 on."""
-
-    left: Annotated[End, END] = Field(
-        default=End("free"), description="left end, at x = 0; a force [N] is positive along +x"
-    )
-    right: Annotated[End, END] = Field(
-        default=End("free"), description="right end, at x = L; a force [N] is positive along +x"
-    )
-
-
-class DampingBlock(Block):
-    """Rayleigh damping of a rod: C = mass M + stiffness K."""
-
-    mass: Annotated[float, quantity("1/s", ge=0.0)] = Field(default=0.0, description="share of the mass matrix [1/s]")
-    stiffness: Annotated[float, quantity("s", ge=0.0)] = Field(
-        default=0.0, description="share of the stiffness matrix [s]"
-    )
-
-
-class ElasticBlock(Block):
-    """What rods and beams share."""
-
-    length: Length | None = Field(default=None, description="length [m]")
-    material: Material | None = Field(default=None, description="material")
-    damping: DampingBlock = Field(default=DampingBlock(), description="Rayleigh damping of the whole body")
-    velocity: Velocity = Field(default=0.0, description="velocity at t = 0, uniform [m/s]")
-    displacement: Annotated[Any, SHAPE] = Field(
-        default=None, description="displacement at t = 0 [m]: a formula of x, or {x: [...], u: [...]}"
-    )
-
-
-class RodBlock(ElasticBlock):
-    """A straight elastic rod: length, area and material, or segments."""
-
-    kind: Literal["rod"] = Field(description="rod")
-    area: Area | None = Field(default=None, description="area of the cross section [m2]")
-    segments: tuple[SegmentBlock, ...] | None = Field(
-        default=None,
-        min_length=1,
-        max_length=1000,
-        description="uniform pieces from left to right, in place of the three",
-    )
-    ends: EndsBlock = Field(default=EndsBlock(), description="what holds the ends; free if not given")
-
-
-class BeamMaterial(Material):
-    """A linear elastic material that may shear."""
-
-    poisson: Annotated[float | None, Allowed("1", (("ge", 0.0), ("le", 0.5)), number=True, nothing=True).reader()] = (
-        Field(default=None, description="Poisson's ratio; it gives the shear modulus G = E/(2 (1 + nu))")
-    )
-    shear_modulus: Annotated[float | None, Allowed("Pa", (("gt", 0.0),), number=True, nothing=True).reader()] = Field(
-        default=None, description="shear modulus G [Pa], in place of poisson"
-    )
-
-
-SHARE = Allowed("1", (("gt", 0.0), ("le", 1.0)), number=True, nothing=True).reader()
-
-
-class SectionBlock(Block):
-    """The cross section of a beam: width and height, a diameter, or area and inertia."""
-
-    width: Length | None = Field(default=None, description="of a rectangle, across the plane of bending [m]")
-    height: Length | None = Field(default=None, description="in the plane of bending [m]")
-    diameter: Length | None = Field(default=None, description="of a full circle [m]")
-    area: Area | None = Field(default=None, description="area of any other section [m2]")
-    inertia: Inertia | None = Field(default=None, description="second moment of area of any other section [m4]")
-    shear_factor: Annotated[float | None, SHARE] = Field(
-        default=None, description="shear correction factor k; of a rectangle 5/6, of a circle 9/10 if not given"
-    )
-
-
-class BeamSegmentBlock(Block):
-    """A uniform piece of a beam."""
-
-    length: Length = Field(description="length [m]")
-    section: SectionBlock = Field(description="cross section")
-    material: BeamMaterial = Field(description="material")
-
-
-class BeamEndsBlock(Block):
-    """What holds the two ends of a beam, and forces that act across them from t = 0 on."""
-
-    left: Annotated[End, BEAM_END] = Field(default=End("free"), description="left end, at x = 0; a force acts along +u")
-    right: Annotated[End, BEAM_END] = Field(
-        default=End("free"), description="right end, at x = L; a force acts along +u"
-    )
-
-
-class BeamBlock(ElasticBlock):
-    """A straight elastic beam that bends: length, section and material, or segments."""
-
-    kind: Literal["beam"] = Field(description="beam")
-    theory: Annotated[str, words("euler_bernoulli", "timoshenko")] = Field(
-        default="euler_bernoulli", description="euler_bernoulli, or timoshenko with shear and rotary inertia"
-    )
-    section: SectionBlock | None = Field(default=None, description="cross section")
-    material: BeamMaterial | None = Field(default=None, description="material")
-    segments: tuple[BeamSegmentBlock, ...] | None = Field(
-        default=None,
-        min_length=1,
-        max_length=1000,
-        description="uniform pieces from left to right, in place of the three",
-    )
-    ends: BeamEndsBlock = Field(default=BeamEndsBlock(), description="what holds the ends; free if not given")
-    tension: Annotated[float, quantity("N")] = Field(default=0.0, description="axial preload [N], positive in tension")
-
-
 class MassBlock(Block):
     """A rigid body."""
 
@@ -192,7 +59,7 @@ class WallBlock(Block):
     kind: Literal["wall"] = Field(description="wall")
 
 
-BodyBlock = Annotated[RodBlock | BeamBlock | MassBlock | WallBlock, Field(discriminator="kind")]
+BodyBlock = Annotated[RodBlock | BeamBlock | ShaftBlock | MassBlock | WallBlock, Field(discriminator="kind")]
 
 
 class ContactBlock(Block):
@@ -200,6 +67,9 @@ class ContactBlock(Block):
 
     between: tuple[str, str] = Field(description="left and right face: body, body.left, body.right or body.at(x)")
     gap: Place = Field(default=0.0, description="gap at t = 0 [m], positive when open")
+    lever_arm: Length | None = Field(
+        default=None, description="distance of the contact from the axis of the shaft that it turns [m]"
+    )
     overlap: Annotated[str | None, Allowed(words=("allowed",), nothing=True).reader()] = Field(
         default=None, description="'allowed' lets a gap be negative"
     )
@@ -286,7 +156,7 @@ class ProbeBlock(Block):
     body: str = Field(description="name of the body")
     at: Place = Field(default=0.0, description="x from the left end [m]")
     quantity: Annotated[str, words(*QUANTITIES)] = Field(
-        description=f"of a rod {', '.join(QUANTITIES_OF_ROD)}; of a beam {', '.join(QUANTITIES_OF_BEAM)}"
+        description="; ".join(f"of a {kind} {', '.join(quantities)}" for kind, quantities in KINDS.items())
     )
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from impactlab.casefile.beams import BeamBlock
 from impactlab.casefile.points import read_face
-from impactlab.casefile.schema import BeamBlock, CaseBlock, WallBlock
+from impactlab.casefile.schema import CaseBlock, WallBlock
 from impactlab.errors import CaseError
 
 

@@ -193,8 +193,7 @@ def words(*allowed: str) -> Reader:
     return Allowed(words=allowed).reader()
 
 
-_END_VALUES = {"spring": "N/m", "dashpot": "N s/m", "mass": "kg"}
-_END_FORCE = Allowed(unit="N", number=True)
+_SUPPORTS = {"spring": ("spring", "N/m"), "dashpot": ("dashpot", "N s/m"), "mass": ("mass", "kg")}
 _ROTATIONAL = Allowed(unit="N m", limits=(("ge", 0.0),), number=True)  # a radian has no dimension
 
 
@@ -204,14 +203,17 @@ class EndReader:
 
     body: str
     words: tuple[str, ...]
-    turns: bool  # the end may rotate, and a spring resist it
+    turns: bool = False  # the end may rotate, and a spring resist it
+    supports: Mapping[str, tuple[str, str]] = field(default_factory=lambda: _SUPPORTS)  # key: kind of end, unit
+    load: tuple[str, str] = ("force", "N")  # key and unit
 
     @property
     def allowed(self) -> str:
         """What is allowed, for people."""
-        spring = "{spring: N/m, rotational: N m}" if self.turns else "{spring: N/m}"
-        held = f"{spring}, {{dashpot: N s/m}}, {{mass: kg}}, {{force: N}}"
-        return f"{', '.join(self.words)}, {held}, or one of the three with a force"
+        turning = {"spring": ", rotational: N m"} if self.turns else {}
+        held = [f"{{{key}: {unit}{turning.get(key, '')}}}" for key, (_, unit) in self.supports.items()]
+        load, unit = self.load
+        return f"{', '.join((*self.words, *held))}, {{{load}: {unit}}}, or one of the three with a {load}"
 
     def read(self, value: Any) -> End:
         """Return the end, or raise with what is allowed."""
@@ -224,27 +226,30 @@ class EndReader:
             raise refuse(f"{shown(value)} is not an end of a {self.body}.{hint} Allowed: {self.allowed}")
         if not isinstance(value, Mapping) or not value:
             raise refuse(f"{shown(value)} is not an end of a {self.body}. Allowed: {self.allowed}")
-        force = _END_FORCE.read(value["force"]) if "force" in value else 0.0
+        load, unit = self.load
+        force = Allowed(unit=unit, number=True).read(value[load]) if load in value else 0.0
         turning = self.turns and "rotational" in value and "spring" in value
         rotational = _ROTATIONAL.read(value["rotational"]) if turning else 0.0
-        held = [kind for kind in value if kind != "force" and not (kind == "rotational" and turning)]
+        held = [kind for kind in value if kind != load and not (kind == "rotational" and turning)]
         for kind in held:
-            if kind not in _END_VALUES:
-                words = closest(str(kind), (*_END_VALUES, "force"))
+            if kind not in self.supports:
+                words = closest(str(kind), (*self.supports, load))
                 raise refuse(f"{shown(kind)} cannot hold an end.{words} Allowed: {self.allowed}")
         if len(held) > 1:
             raise refuse(f"{' and '.join(held)} hold one end together. Allowed: {self.allowed}")
         if not held:
             return End("free", force=force)
         [name] = held
-        number = Allowed(unit=_END_VALUES[name], limits=(("gt", 0.0),), number=True).read(value[name])
-        return End(name, number, force, rotational)
+        kind, unit = self.supports[name]
+        number = Allowed(unit=unit, limits=(("gt", 0.0),), number=True).read(value[name])
+        return End(kind, number, force, rotational)  # type: ignore[arg-type]
 
     def schema(self) -> dict[str, Any]:
         """Return the JSON schema of such an end."""
         choices: list[dict[str, Any]] = [{"enum": list(self.words)}]
-        force = {"force": _END_FORCE.json_schema()}
-        for name, unit in _END_VALUES.items():
+        load, unit = self.load
+        force = {load: Allowed(unit=unit, number=True).json_schema()}
+        for name, (_, unit) in self.supports.items():
             value = Allowed(unit=unit, limits=(("gt", 0.0),), number=True).json_schema()
             turning = {"rotational": _ROTATIONAL.json_schema()} if self.turns and name == "spring" else {}
             choices.append(
@@ -255,11 +260,11 @@ class EndReader:
                     "additionalProperties": False,
                 }
             )
-        choices.append({"type": "object", "properties": force, "required": ["force"], "additionalProperties": False})
+        choices.append({"type": "object", "properties": force, "required": [load], "additionalProperties": False})
         return {"anyOf": choices}
 
 
-_ROD_END = EndReader("rod", ("free", "clamped", "infinite"), turns=False)
+_ROD_END = EndReader("rod", ("free", "clamped", "infinite"))
 _BEAM_END = EndReader("beam", ("free", "clamped", "pinned", "infinite"), turns=True)
 END = Reader(_ROD_END.read, _ROD_END.schema())
 BEAM_END = Reader(_BEAM_END.read, _BEAM_END.schema())

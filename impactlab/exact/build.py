@@ -10,7 +10,7 @@ import numpy as np
 from impactlab.exact.contact_kinds import Bond, check
 from impactlab.exact.initial_waves import end_pieces, first_records
 from impactlab.exact.network import Layout, Link, Log, Network
-from impactlab.scene.bodies import End, Mass, Rod, Wall
+from impactlab.scene.bodies import End, WaveBody
 from impactlab.scene.problem import Point, Scene
 
 MERGE_TOL = 1.0e-12  # of the shortest round trip: closer breaks are merged
@@ -40,7 +40,7 @@ class Nodes:
         return len(self.mass) - 1
 
 
-def cuts(rod: Rod, scene: Scene) -> list[float]:
+def cuts(rod: WaveBody, scene: Scene) -> list[float]:
     """Return the places [m] of the nodes of a rod: ends, segment boundaries, inner contact points."""
     places = [0.0]
     for segment in rod.segments:
@@ -97,8 +97,9 @@ def build(scene: Scene) -> tuple[Layout, Log]:
     end_nodes: list[int] = []
     impedance: list[float] = []
     transit: list[float] = []
-    for name, body in scene.in_order.items():
-        if isinstance(body, Rod):
+    for name, any_body in scene.in_order.items():
+        body = any_body.waves
+        if body is not None:
             x = cuts(body, scene)
             shape = [0.0] * len(x) if body.displacement is None else [float(u) for u in body.displacement(np.array(x))]
             row = [end_node(nodes, body.left, body.velocity, shape[0])]
@@ -123,16 +124,15 @@ def build(scene: Scene) -> tuple[Layout, Log]:
             links[name] = tuple(pieces)
             members[name] = row
             places[name] = x
-        elif isinstance(body, Mass):
-            members[name] = [nodes.add(body.mass, body.velocity)]
         else:
-            members[name] = []
+            members[name] = (
+                [nodes.add(any_body.rigid_mass, any_body.velocity)] if any_body.rigid_mass < math.inf else []
+            )
 
     def node_at(point: Point) -> int:
-        body = scene.bodies[point.body]
-        if isinstance(body, Rod):
+        if point.body in places:
             return members[point.body][int(np.argmin([abs(x - point.x) for x in places[point.body]]))]
-        if isinstance(body, Wall):  # a wall ties nothing together: one node for every contact
+        if not scene.bodies[point.body].moves:  # a wall ties nothing together: one node for every contact
             members[point.body].append(nodes.add(math.inf, 0.0))
         return members[point.body][-1]
 

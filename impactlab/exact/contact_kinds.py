@@ -10,8 +10,8 @@ import numpy as np
 
 from impactlab.errors import CaseError, PairingError
 from impactlab.models.continuous.delay_line import dispersed
-from impactlab.scene.bodies import Beam, End, Mass, Rayleigh, Rod
-from impactlab.scene.facts import segment_at, side_facts
+from impactlab.scene.bodies import End, Rayleigh
+from impactlab.scene.facts import rods_of, side_facts
 from impactlab.scene.problem import Contact, Point, Scene
 
 OVERLAP_TOL = 1.0e-9  # of the initial displacements: digits to which a preload and the gap that it closes are given
@@ -48,11 +48,11 @@ def bond(scene: Scene, number: int) -> Bond:
 def end_of(scene: Scene, point: Point) -> End | None:
     """Return the end of a rod at a point (free at an inner point), None for a mass or a wall."""
     body = scene.bodies[point.body]
-    if not isinstance(body, Rod):
+    if body.waves is None:
         return None
     if point.x <= 0.0:
-        return body.left
-    return body.right if point.x >= body.length else End("free")
+        return body.waves.left
+    return body.waves.right if point.x >= body.length else End("free")
 
 
 def massless(scene: Scene, point: Point) -> bool:
@@ -64,39 +64,41 @@ def massless(scene: Scene, point: Point) -> bool:
 def wave_impedance(scene: Scene, contact: Contact, side: int) -> float:
     """Return the impedance of the rod at one face of a contact [N s/m], 0 left or 1 right; inf without a rod."""
     point = (contact.left, contact.right)[side]
-    body = scene.bodies[point.body]
-    if not isinstance(body, Rod):
-        return math.inf
-    ends = 1 if point.x in (0.0, body.length) else 2
-    return ends * segment_at(body.segments, point.x).impedance
+    return scene.bodies[point.body].impedance_at(point.x)
 
 
 def check(scene: Scene) -> list[Bond]:
     """Return the bonds of all contacts; raises `CaseError` or `PairingError`, with path and remedy."""
-    if not any(isinstance(body, Rod) for body in scene.bodies.values()):
+    if not rods_of(scene):
         raise CaseError(
             "the scene has no rod, and the exact solution is one of waves in rods", path="bodies", remedy="Add a rod."
         )
-    for name, body in scene.bodies.items():
-        if isinstance(body, Rod) and body.is_damped:
+    for body in rods_of(scene):
+        if scene.gravity and not body.falls:
+            raise CaseError(
+                f"gravity does not act on the {body.kind} '{body.name}', and the exact solution lets all bodies fall",
+                path="gravity",
+                remedy="Use finite_element or modal, or leave gravity out.",
+            )
+        if body.is_damped:
             where = "damping" if body.damping != Rayleigh() else "material"
             raise CaseError(
                 dispersed(body),
-                path=f"bodies.{name}.{where}",
+                path=f"bodies.{body.name}.{where}",
                 remedy="Use finite_element or modal, or leave it undamped.",
             )
     bonds = []
     for number, contact in enumerate(scene.contacts):
         path = f"contacts.{number}"
         sides = (contact.left, contact.right)
-        if any(isinstance(scene.bodies[point.body], Beam) for point in sides):
+        if any(scene.bodies[point.body].bends for point in sides):
             raise CaseError(
                 f"contact {contact.name} meets a beam, and the exact solution is one of waves in rods",
                 path=path,
                 remedy="Use a model that steps.",
             )
         kind = bond(scene, number)
-        if not any(isinstance(scene.bodies[point.body], Rod | Mass) for point in sides):
+        if not any(scene.bodies[point.body].moves for point in sides):
             raise CaseError(f"contact {contact.name}: neither side can move", path=path, remedy="Leave it out.")
         if contact.left.body == contact.right.body:
             raise CaseError(f"contact {contact.name} ties a rod to itself", path=path, remedy="Name two bodies.")
@@ -125,8 +127,8 @@ def first_gap(scene: Scene, number: int) -> tuple[float, float]:
     contact = scene.contacts[number]
     gap, size = contact.gap, 0.0
     for point, sign in ((contact.left, -1.0), (contact.right, 1.0)):
-        body = scene.bodies[point.body]
-        if isinstance(body, Rod) and body.displacement is not None:
+        body = scene.bodies[point.body].waves
+        if body is not None and body.displacement is not None:
             moved = float(body.displacement(np.array([point.x]))[0])
             gap, size = gap + sign * moved, max(size, abs(moved))
     return gap, OVERLAP_TOL * size

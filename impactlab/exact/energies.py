@@ -7,7 +7,6 @@ import numpy as np
 from impactlab.exact.network import Integers, Layout, Link
 from impactlab.exact.signals import Signals, clenshaw, gauss
 from impactlab.history.base import EnergyBook
-from impactlab.scene.bodies import Mass, Rod
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
 
@@ -137,16 +136,16 @@ def energies_at(scene: Scene, layout: Layout, signals: Signals, t: Array) -> Ene
     bodies: dict[str, Array] = {}
     work = np.zeros_like(t)
     for name, body in scene.in_order.items():
-        if isinstance(body, Mass):
-            node = layout.nodes[name][0]
-            bodies[name] = 0.5 * body.mass * signals.velocity(node)(t) ** 2
-            work += body.mass * net.gravity * (signals.displacement(node)(t) - signals.displacement(node)(t[:1]))
-        elif isinstance(body, Rod):
+        if name in layout.links:
             energy = rod_energy(layout, signals, name, t)
             # a difference of large sums: below their rounding it is zero
             bodies[name] = np.where(np.abs(energy) < 1e-14 * np.max(np.abs(energy)), 0.0, energy)
             if net.gravity != 0.0:
                 work += gravity_work(layout, signals, name, t)
+        elif body.rigid_mass < np.inf:
+            node, mass = layout.nodes[name][0], body.rigid_mass
+            bodies[name] = 0.5 * mass * signals.velocity(node)(t) ** 2
+            work += mass * net.gravity * (signals.displacement(node)(t) - signals.displacement(node)(t[:1]))
         else:
             bodies[name] = np.zeros_like(t)
     for pushed in np.flatnonzero(net.push):

@@ -18,7 +18,7 @@ from impactlab.exact.signals import Signal, Signals
 from impactlab.history.base import AbstractHistory, ContactSpan, Cost, EnergyBook, Event, Field, Warned, within_run
 from impactlab.history.noise_floor import above_noise
 from impactlab.metrics.grazing import near_grazing
-from impactlab.scene.bodies import Mass, Rod
+from impactlab.scene.bodies import WaveBody
 from impactlab.scene.frame import carried_energy, touched_in
 from impactlab.scene.problem import Probe, Scene
 from impactlab.types import Array, Quantity
@@ -31,7 +31,7 @@ FIELD_POINTS = 401
 class Place(NamedTuple):
     """A place on a rod: its uniform piece and how long a wave takes there from the piece's left end."""
 
-    rod: Rod
+    rod: WaveBody
     link: Link
     way: float | Array  # s; one per time
 
@@ -73,7 +73,8 @@ class ContinuousHistory(AbstractHistory):
     @cached_property
     def _exact_x(self) -> dict[str, float]:
         touching = [point for contact in self.scene.contacts for point in (contact.left, contact.right)]
-        faces = [Probe(point.body, point.x, kind) for point in touching for kind in QUANTITIES]
+        waves = [point for point in touching if point.body in self.layout.links]
+        faces = [Probe(point.body, point.x, own) for point in waves for own in self.scene.bodies[point.body].quantities]
         return {probe.channel: probe.x for probe in (*faces, *self.scene.probes)}
 
     @property
@@ -174,9 +175,8 @@ class ContinuousHistory(AbstractHistory):
     def channels(self) -> tuple[str, ...]:
         names = [probe.channel for probe in (*self.scene.probes, *self.scene.loaded_ends)]
         for name, body in self.scene.bodies.items():
-            if isinstance(body, Mass):
-                names += [f"position:{name}", f"velocity:{name}"]
-            if isinstance(body, Mass | Rod):
+            names += [f"{own}:{name}" for own, _ in body.own_channels]
+            if name in self.layout.links or body.own_channels:
                 names += [f"momentum:{name}", f"energy:{name}"]
         for contact in self.scene.contacts:
             names += [f"force:{contact.name}", f"gap:{contact.name}"]
@@ -196,19 +196,19 @@ class ContinuousHistory(AbstractHistory):
             left, right = (self.signals.displacement(int(node[contact])) for node in (net.left, net.right))
             return np.asarray(net.gap[contact] + right(t) - left(t))
         name, at, x = rest.rpartition("@")
-        if at and quantity in QUANTITIES and isinstance(self.scene.bodies.get(name), Rod):
-            place = self._place(name, channel, x)
-            return self._wave(t, quantity, place)
+        if at and name in self.layout.links and quantity in self.scene.bodies[name].quantities:
+            read, factor = self.scene.bodies[name].reading(quantity)
+            return factor * self._wave(t, read, self._place(name, channel, x))
         body = self.scene.bodies.get(rest)
-        if isinstance(body, Mass) and quantity in ("position", "velocity", "momentum", "energy"):
-            node = self.layout.nodes[rest][0]
+        if rest in self.layout.links and quantity in ("momentum", "energy"):
+            evaluated = rod_momentum if quantity == "momentum" else rod_energy
+            return evaluated(self.layout, self.signals, rest, t)
+        if body is not None and body.own_channels and quantity in ("position", "velocity", "momentum", "energy"):
+            node, mass = self.layout.nodes[rest][0], body.rigid_mass
             if quantity == "position":
                 return self.signals.displacement(node)(t)
             v = self.signals.velocity(node)(t)
-            return {"velocity": v, "momentum": body.mass * v, "energy": 0.5 * body.mass * v * v}[quantity]
-        if isinstance(body, Rod) and quantity in ("momentum", "energy"):
-            evaluated = rod_momentum if quantity == "momentum" else rod_energy
-            return evaluated(self.layout, self.signals, rest, t)
+            return {"velocity": v, "momentum": mass * v, "energy": 0.5 * mass * v * v}[quantity]
         raise CaseError(
             f"'{channel}' is not a channel of this history",
             remedy=f"Channels: {', '.join(self.channels())}, and {'|'.join(QUANTITIES)}:rod@x at any x of a rod.",
@@ -216,8 +216,8 @@ class ContinuousHistory(AbstractHistory):
 
     def _place(self, name: str, channel: str, text: str) -> Place:
         """Return the place of a channel; x of a probe is taken as the probe has it, not as its name rounds it."""
-        body = self.scene.bodies[name]
-        if not isinstance(body, Rod):
+        body = self.scene.bodies[name].waves
+        if body is None:
             raise CaseError(f"'{channel}': '{name}' is no rod", remedy="Name a rod.")
         try:
             x = self._exact_x[channel] if channel in self._exact_x else float(text)
@@ -254,7 +254,7 @@ class ContinuousHistory(AbstractHistory):
         }[quantity]
         return np.asarray(factor * (right - left))
 
-    def _rest(self, rod: Rod, link: Link) -> float:
+    def _rest(self, rod: WaveBody, link: Link) -> float:
         """Constant of the displacement of a link: its left end at t = 0."""
         shape = rod.displacement
         start = 0.0 if shape is None else float(shape(np.array([link.x]))[0])
@@ -271,9 +271,10 @@ class ContinuousHistory(AbstractHistory):
         return self.signals.force(self._contact[name])
 
     def field(self, body: str, t: float, quantity: str) -> Field:
-        rod = self.scene.bodies.get(body)
-        if not isinstance(rod, Rod) or quantity not in QUANTITIES:
+        rod = self.scene.bodies[body].waves if body in self.scene.bodies else None
+        if rod is None or quantity not in rod.quantities:
             raise CaseError(f"no field '{quantity}' of '{body}'", remedy=f"Fields: {', '.join(QUANTITIES)} of a rod.")
+        read, factor = rod.reading(quantity)
         x = np.linspace(0.0, rod.length, FIELD_POINTS)
         values = np.empty_like(x)
         links = self.layout.links[body]
@@ -282,7 +283,7 @@ class ContinuousHistory(AbstractHistory):
             mine = (x >= link.x) & ((x < link.x + link.length) | (i == len(links) - 1))
             ways = np.clip((x[mine] - link.x) / link.wave_speed, 0.0, link.transit)
             at = np.full(int(np.sum(mine)), time)
-            values[mine] = self._wave(at, quantity, Place(rod, link, ways))
+            values[mine] = factor * self._wave(at, read, Place(rod, link, ways))
         return Field(x, values)
 
     def jumps(self, channel: str) -> Array:
@@ -296,7 +297,9 @@ class ContinuousHistory(AbstractHistory):
             found = self.signals.force(contact).jumps(floor * scale)
             return np.asarray(found[(found >= 0.0) & (found <= self.duration)])
         name, at, x = rest.rpartition("@")
-        if not at or quantity == "displacement" or not isinstance(self.scene.bodies.get(name), Rod):
+        known = self.scene.bodies[name].quantities if name in self.layout.links else {}
+        read, _ = known.get(quantity, ("displacement", 1.0))
+        if not at or read == "displacement" or name not in self.layout.links:
             self._answer(np.zeros(1), channel)  # refuses what is no channel
             return np.zeros(0)
         place = self._place(name, channel, x)
@@ -313,6 +316,6 @@ class ContinuousHistory(AbstractHistory):
         slack = 4.0 * self.layout.network.tolerance
         times = times[np.concatenate([[True], np.diff(times) > slack])]
         shape = {"velocity": 1.0, "strain": 1.0 / link.wave_speed, "stress": link.density * link.wave_speed}
-        scale = shape.get(quantity, link.density * link.wave_speed * link.area)
-        before, after = self._wave(times - slack, quantity, place), self._wave(times + slack, quantity, place)
+        scale = shape.get(read, link.density * link.wave_speed * link.area)
+        before, after = self._wave(times - slack, read, place), self._wave(times + slack, read, place)
         return np.asarray(times[(np.abs(after - before) > 10.0 * floor * scale) | (times <= slack)])

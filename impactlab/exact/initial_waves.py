@@ -9,7 +9,7 @@ from numpy.polynomial import chebyshev
 
 from impactlab.errors import CaseError
 from impactlab.exact.network import Layout, Link, Log, log_of
-from impactlab.scene.bodies import Profile, Rod, Table
+from impactlab.scene.bodies import Profile, Table, WaveBody
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
 
@@ -43,7 +43,7 @@ def resolved(shape: Profile, a: float, b: float, scale: float) -> Array | None:
     return np.asarray(coefficients[:n])
 
 
-def profile_pieces(rod: Rod, shape: Profile, a: float, b: float) -> list[tuple[float, float, Array]]:
+def profile_pieces(rod: WaveBody, shape: Profile, a: float, b: float) -> list[tuple[float, float, Array]]:
     """Return (start, end, coefficients) of the profile on [a, b] [m]; kinks are found by bisection.
 
     Raises `CaseError` where the profile jumps, is not finite, or is not smooth in pieces.
@@ -103,8 +103,8 @@ def end_pieces(scene: Scene, layout: Layout) -> dict[int, list[Piece]]:
     """Return what every end with a profile would have emitted before t = 0, without gravity, in order of time."""
     result: dict[int, list[Piece]] = {}
     for name, links in layout.links.items():
-        rod = scene.bodies[name]
-        if not isinstance(rod, Rod) or rod.displacement is None:
+        rod = scene.bodies[name].waves
+        if rod is None or rod.displacement is None:
             continue
         check_held(rod, rod.displacement)
         for link in links:
@@ -116,7 +116,7 @@ def end_pieces(scene: Scene, layout: Layout) -> dict[int, list[Piece]]:
     return result
 
 
-def check_held(rod: Rod, shape: Profile) -> None:
+def check_held(rod: WaveBody, shape: Profile) -> None:
     """Refuse a profile that moves a clamped end: the rod would be torn there at t = 0."""
     scale = float(np.max(np.abs(shape(np.linspace(0.0, rod.length, 257)))))
     for end, x, name in ((rod.left, 0.0, "left"), (rod.right, rod.length, "right")):
@@ -128,7 +128,7 @@ def check_held(rod: Rod, shape: Profile) -> None:
             )
 
 
-def emitted(rod: Rod, link: Link, piece: Piece, direction: float) -> Piece:
+def emitted(rod: WaveBody, link: Link, piece: Piece, direction: float) -> Piece:
     """Return the emission that carries a profile piece: v0/2 -+ c u'/2, dated back by the way from the end."""
     a, b, coefficients = piece
     c = link.wave_speed
@@ -155,8 +155,7 @@ def first_records(scene: Scene, layout: Layout, pieces: dict[int, list[Piece]], 
     for name, links in layout.links.items():
         rod = scene.bodies[name]
         for link in links:
-            if isinstance(rod, Rod):
-                speed[link.left_end] = speed[link.right_end] = rod.velocity
+            speed[link.left_end] = speed[link.right_end] = rod.velocity
     fastest = max(map(abs, [*v.tolist(), *speed]))
     records: list[list[tuple[float, float, Array]]] = []
     for j in range(total):

@@ -13,12 +13,11 @@ from numpy.typing import ArrayLike
 
 from impactlab.errors import CaseError
 from impactlab.exact.energies import energies_at
-from impactlab.exact.history import QUANTITIES, ContinuousHistory
+from impactlab.exact.history import ContinuousHistory
 from impactlab.exact.network import Layout, Log, without
 from impactlab.history.base import AbstractHistory, ContactSpan, Cost, EnergyBook, Event, Field, within_run
 from impactlab.history.noise_floor import above_noise
 from impactlab.numerics.slopes import slopes
-from impactlab.scene.bodies import ElasticBody, Rod
 from impactlab.scene.frame import carried_energy, touched_in
 from impactlab.scene.problem import Probe, Scene
 from impactlab.types import Array
@@ -143,7 +142,7 @@ class Thinner:
         for time in self.scene.snapshots:
             if self.begun <= time < until or (last and time >= until):
                 for body in self.scene.bodies.values():
-                    for kind in QUANTITIES if isinstance(body, Rod) else ():
+                    for kind in body.quantities if body.waves is not None else ():
                         self.fields[body.name, kind, time] = window.field(body.name, time, kind)
         self.taken = upto
 
@@ -195,7 +194,7 @@ class Thinner:
 def _faces(scene: Scene) -> list[str]:
     """Return the channels of the faces in contact."""
     points = [point for contact in scene.contacts for point in (contact.left, contact.right)]
-    rods = [point for point in points if isinstance(scene.bodies[point.body], ElasticBody)]
+    rods = [point for point in points if scene.bodies[point.body].elastic is not None]
     return [Probe(point.body, point.x, kind).channel for point in rods for kind in ("displacement", "velocity")]
 
 

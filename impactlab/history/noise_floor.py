@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from impactlab.history.base import ContactSpan, Event
-from impactlab.scene.bodies import Beam, BeamSegment, Body, ElasticBody, Rod, Wall
-from impactlab.scene.frame import Group, groups, own_velocity
+from impactlab.scene.bodies import Body
+from impactlab.scene.frame import Group, groups
 from impactlab.scene.problem import Contact, Point, Scene
 
 MIN_SHARE = 1e-11  # of the largest force and impulse among the bodies that interact: a touch below it is rounding
@@ -206,7 +206,7 @@ def _groups_of(scene: Scene, joined: Sequence[Group]) -> dict[str, int]:
     group_of = {name: number for number, group in enumerate(joined) for name in group.bodies}
     return {
         contact.name: max(
-            (group_of[p.body] for p in (contact.left, contact.right) if not isinstance(scene.bodies[p.body], Wall)),
+            (group_of[p.body] for p in (contact.left, contact.right) if scene.bodies[p.body].moves),
             default=-1,
         )
         for contact in scene.contacts
@@ -232,8 +232,8 @@ def first_arrivals(scene: Scene) -> dict[str, float]:
                 for point in (contact.left, contact.right):
                     for source in (other.left, other.right):
                         body = scene.bodies[point.body]
-                        if source.body == point.body and not isinstance(body, Wall):
-                            later = arrival[other.name] + travel_time(body, point.x, source.x)
+                        if source.body == point.body and body.moves:
+                            later = arrival[other.name] + _travel_time(body, point.x, source.x)
                             arrival[contact.name] = min(arrival[contact.name], later)
     return {name: 0.0 if math.isinf(time) else time for name, time in arrival.items()}
 
@@ -241,40 +241,25 @@ def first_arrivals(scene: Scene) -> dict[str, float]:
 def _moves(scene: Scene, contact: Contact) -> bool:
     """Return whether the faces of a contact may move against each other from the start."""
     bodies = [scene.bodies[point.body] for point in (contact.left, contact.right)]
-    still = own_velocity(bodies[0]) == own_velocity(bodies[1])
+    still = bodies[0].velocity == bodies[1].velocity
     # A clamped body that moves at the start strikes its own clamp.
-    held = any(isinstance(body, ElasticBody) and body.is_held and body.velocity != 0.0 for body in bodies)
+    held = any(body.is_held and body.velocity != 0.0 for body in bodies)
     return not still or held or scene.gravity != 0.0 or contact.gap != 0.0
 
 
 def _from_sources(scene: Scene, point: Point) -> float:
     """Return when forces on the ends of a body, or its initial displacement, reach a point [s]; inf without any."""
     body = scene.bodies[point.body]
-    if not isinstance(body, ElasticBody):
-        return math.inf
-    if body.displacement is not None:
+    if body.elastic is not None and body.elastic.displacement is not None:
         return 0.0
-    ends = [x for x, end in ((0.0, body.left), (body.length, body.right)) if end.force != 0.0]
-    return min((travel_time(body, point.x, x) for x in ends), default=math.inf)
+    ends = [x for x, end in body.ends if end.force != 0.0]
+    return min((_travel_time(body, point.x, x) for x in ends), default=math.inf)
 
 
-def travel_time(body: Body, x: float, other: float) -> float:
-    """Return the least time [s] that a wave takes between two places of a body; 0 where its waves have no front."""
-    if not isinstance(body, ElasticBody) or not _has_fronts(body):
-        return 0.0
-    low, high = min(x, other), max(x, other)
-    time = at = 0.0
-    for segment in body.segments:
-        speed = max(segment.wave_speed, segment.shear_speed if isinstance(segment, BeamSegment) else 0.0)
-        inside = max(0.0, min(high, at + segment.length) - max(low, at))
-        time, at = time + inside / speed, at + segment.length
-    return time
+def _travel_time(body: Body, x: float, other: float) -> float:
+    """Return the least time [s] that a wave takes between two places of a body; 0 where its waves have no front.
 
-
-def _has_fronts(body: ElasticBody) -> bool:
-    if body.is_damped:
-        return False
-    if isinstance(body, Rod) and body.model is not None and len(body.segments) == 1:
-        # A model with a theory of its own, as Love's, has waves that begin everywhere at once.
-        return body.model.exact_frequencies(body, 1) is None
-    return isinstance(body, Rod) or (isinstance(body, Beam) and body.theory == "timoshenko")
+    A model with a theory of its own, as Love's, has waves that begin everywhere at once.
+    """
+    own = body.elastic is not None and body.elastic.model is not None and body.elastic.model.theory != ""
+    return 0.0 if own else body.travel_time(x, other)

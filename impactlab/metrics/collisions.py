@@ -18,11 +18,8 @@ from typing import Any
 import numpy as np
 
 from impactlab.history.base import AbstractHistory, ContactSpan
-from impactlab.scene.bodies import Beam, ElasticBody, Mass, Rod, Wall
-from impactlab.scene.frame import own_velocity
 from impactlab.scene.problem import Scene
 
-CANTILEVER = 2.0 * math.pi / 1.8751040687119611**2  # period of a cantilever over L2 sqrt(rho A/EI)
 MIN_APPROACH = 1e-9  # of the fastest body or of the exit speed: a slower approach is the rounding of mean speeds
 LOOKS = 64  # at a gap in each opening
 MOST_LOOKS = 100_000
@@ -67,18 +64,7 @@ def collisions(scene: Scene, history: AbstractHistory) -> tuple[Collision, ...]:
 
 def memory(scene: Scene, pair: Sequence[str]) -> float:
     """Return the longest opening inside a collision [s]: the slowest of their periods; 0 of rigid ones."""
-    return max(slowest_period(scene, name) for name in pair)
-
-
-def slowest_period(scene: Scene, name: str) -> float:
-    """Return the first period of a body clamped at one end and free at the other [s]; 0 of a rigid body."""
-    body = scene.bodies[name]
-    if isinstance(body, Rod):
-        return 2.0 * body.round_trip
-    if isinstance(body, Beam):
-        softest = max(math.sqrt(each.density * each.area / each.bending_stiffness) for each in body.segments)
-        return CANTILEVER * body.length**2 * softest
-    return 0.0
+    return max(scene.bodies[name].slowest_period for name in pair)
 
 
 def _groups(spans: Sequence[ContactSpan], longest: float) -> Iterator[list[ContactSpan]]:
@@ -108,7 +94,7 @@ def _collision(scene: Scene, history: AbstractHistory, pair: tuple[str, str], sp
     approach = None if before is None else sign * before
     leaves = None if after is None else -sign * after
     lost, given = (_energy_change(scene, history, name, start, until) for name in (striker, other))
-    fastest = max((abs(own_velocity(body)) for body in scene.bodies.values()), default=0.0)
+    fastest = max((abs(body.velocity) for body in scene.bodies.values()), default=0.0)
     slowest = MIN_APPROACH * max(fastest, abs(leaves or 0.0))
     meets = approach is not None and approach > slowest
     return Collision(
@@ -136,8 +122,7 @@ def _roles(scene: Scene, pair: tuple[str, str]) -> tuple[str, str]:
 
     def rank(name: str) -> tuple[bool, bool, bool]:
         body = scene.bodies[name]
-        moves = not isinstance(body, Wall) and body.velocity != 0.0
-        return (not isinstance(body, Wall), isinstance(body, Mass), moves)
+        return (body.moves, body.elastic is None and body.moves, body.velocity != 0.0)
 
     left, right = pair
     return (left, right) if rank(left) >= rank(right) else (right, left)
@@ -161,16 +146,13 @@ def _mean_velocity(scene: Scene, history: AbstractHistory, name: str, time: floa
     record, which is kept at fewer instants.
     """
     body = scene.bodies[name]
-    if isinstance(body, Wall) or (isinstance(body, ElasticBody) and body.is_held):
+    if body.is_held:
         return 0.0
-    mass, force, grounded = body.mass, 0.0, False
-    if isinstance(body, ElasticBody):
-        mass += body.left.value + body.right.value
-        force, grounded = body.end_force, body.damping.mass > 0.0
+    mass = body.moving_mass
     signs = {each.name: float(each.right.body == name) - float(each.left.body == name) for each in scene.contacts}
     spans = [span for span in history.contacts if signs[span.contact] != 0.0 and span.start <= time]
-    if not grounded and all(span.end is not None and span.end <= time for span in spans):
-        loads = mass * scene.gravity + force
+    if body.is_free and all(span.end is not None and span.end <= time for span in spans):
+        loads = (mass * scene.gravity if body.falls else 0.0) + body.end_force
         return body.velocity + (sum(signs[span.contact] * span.impulse for span in spans) + loads * time) / mass
     if f"momentum:{name}" not in history.channels():
         return None
@@ -180,13 +162,13 @@ def _mean_velocity(scene: Scene, history: AbstractHistory, name: str, time: floa
 def _energy_change(scene: Scene, history: AbstractHistory, name: str, start: float, end: float) -> float | None:
     """Return by how much the energy of a body grows from before a start to an end [J]; None where it is not known."""
     body = scene.bodies[name]
-    if isinstance(body, Wall):
+    if not body.moves:
         return 0.0
-    if isinstance(body, Mass):
+    if body.elastic is None:
         speeds = [_mean_velocity(scene, history, name, t) for t in (_just_before(start), end)]
         if any(speed is None for speed in speeds):
             return None
-        return 0.5 * body.mass * (float(speeds[1] or 0.0) ** 2 - float(speeds[0] or 0.0) ** 2)
+        return 0.5 * body.moving_mass * (float(speeds[1] or 0.0) ** 2 - float(speeds[0] or 0.0) ** 2)
     if f"energy:{name}" not in history.channels():
         return None
     first, last = history.evaluate([max(0.0, _just_before(start)), end], f"energy:{name}")

@@ -11,9 +11,8 @@ import numpy as np
 
 from impactlab.history.base import AbstractHistory
 from impactlab.metrics.norms import ZERO, force_channels, largest, midpoints
-from impactlab.scene.bodies import ElasticBody, Mass
 from impactlab.scene.frame import groups, touched_in
-from impactlab.scene.momentum import Seen, balance, is_free, moving_mass
+from impactlab.scene.momentum import Seen, balance
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
 
@@ -32,8 +31,8 @@ def free_bodies(scene: Scene, *histories: AbstractHistory) -> Iterator[Free]:
     for name, body in scene.bodies.items():
         if not all(f"momentum:{name}" in history.channels() for history in histories):
             continue
-        if isinstance(body, Mass) or (isinstance(body, ElasticBody) and not body.is_held):
-            yield Free(name, moving_mass(body))
+        if not body.is_held:
+            yield Free(name, body.moving_mass)
 
 
 def exit_velocity(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
@@ -126,7 +125,7 @@ def momentum_error(
         sum(span.impulse for span in history.contacts if span.contact == contact.name) for contact in scene.contacts
     ]
     for body in free_bodies(scene, history):
-        if not is_free(scene.bodies[body.name]):
+        if not scene.bodies[body.name].is_free:
             continue
         momentum = history.evaluate(np.append(t, history.duration), f"momentum:{body.name}")
         energy = float(np.max(np.abs(history.energy.bodies[body.name])))

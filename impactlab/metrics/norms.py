@@ -17,9 +17,8 @@ import numpy as np
 from impactlab.errors import PluginError
 from impactlab.history.base import AbstractHistory, Event, Warned
 from impactlab.plugins import METRICS, Registry, registry
-from impactlab.scene.bodies import ElasticBody, Mass
 from impactlab.scene.frame import drift, touched_in
-from impactlab.scene.problem import Contact, Point, Scene
+from impactlab.scene.problem import Contact, Scene
 from impactlab.types import Array
 
 Metric = Callable[[AbstractHistory, AbstractHistory, Scene], float | None]
@@ -38,12 +37,12 @@ def midpoints(duration: float, cells: int = CELLS) -> Array:
 
 def mass_channels(scene: Scene) -> tuple[str, ...]:
     """Return the displacement channels of the rigid masses in contacts: ``position:hammer``."""
-    return _face_channels(scene, lambda point: f"position:{point.body}", Mass)
+    return _face_channels(scene, elastic=False)
 
 
 def face_channels(scene: Scene) -> tuple[str, ...]:
     """Return the displacement channels of the rod faces in contacts and of loaded ends: ``displacement:rod@0``."""
-    faces = _face_channels(scene, lambda point: f"displacement:{point.body}@{point.x:.6g}", ElasticBody)
+    faces = _face_channels(scene, elastic=True)
     return tuple(dict.fromkeys((*faces, *(probe.channel for probe in scene.loaded_ends))))
 
 
@@ -52,9 +51,11 @@ def force_channels(scene: Scene) -> tuple[str, ...]:
     return tuple(f"force:{contact.name}" for contact in scene.contacts)
 
 
-def _face_channels(scene: Scene, name: Callable[[Point], str], kind: type[Mass | ElasticBody]) -> tuple[str, ...]:
+def _face_channels(scene: Scene, elastic: bool) -> tuple[str, ...]:
     points = (point for contact in scene.contacts for point in (contact.left, contact.right))
-    return tuple(dict.fromkeys(name(point) for point in points if isinstance(scene.bodies[point.body], kind)))
+    faces = ((scene.bodies[point.body], point.x) for point in points)
+    moving = (body.face_channel(x) for body, x in faces if body.moves and (body.elastic is not None) == elastic)
+    return tuple(dict.fromkeys(moving))
 
 
 ZERO = 1e-12  # of the values: a reference below it is zero

@@ -9,7 +9,6 @@ import numpy as np
 
 from impactlab.history.base import AbstractHistory
 from impactlab.metrics.norms import NEAR_JUMP, largest, midpoints
-from impactlab.scene.bodies import Rod
 from impactlab.scene.problem import Contact, Scene
 from impactlab.types import Array
 
@@ -95,8 +94,8 @@ def _fronts(history: AbstractHistory, scene: Scene, contact: Contact) -> Array:
     """Return the instants at which the force of a contact may jump, shape (k,), rising [s]."""
     jumping = {each.name for each in scene.contacts if each.law.force_jumps}
     touches = [event for event in history.events if event.kind == "close" and event.contact in jumping]
-    bodies = (scene.bodies[point.body] for point in (contact.left, contact.right))
-    trips = [body.round_trip for body in bodies if isinstance(body, Rod)]
+    waves = (scene.bodies[point.body].waves for point in (contact.left, contact.right))
+    trips = [body.round_trip for body in waves if body is not None]
     here = {event.time for event in touches if event.contact == contact.name}
     away = {event.time for event in touches} - here
     if scene.fronts_at_start:

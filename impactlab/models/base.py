@@ -10,7 +10,7 @@ from impactlab.errors import PairingError
 from impactlab.types import Array, Quantity
 
 if TYPE_CHECKING:
-    from impactlab.scene.bodies import Beam, ElasticBody, Rod
+    from impactlab.scene.bodies import Beam, ElasticBody, WaveBody
 
 
 class Face(NamedTuple):
@@ -112,7 +112,7 @@ class AbstractRodModel(ABC):
         """Return h [m], the shortest element, or the length per mode where there is no mesh."""
 
     @abstractmethod
-    def build(self, rod: Rod, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractDiscreteModel:
+    def build(self, rod: WaveBody, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractDiscreteModel:
         """Return the rod in coordinates, or as a body that steps by itself (`AbstractSelfStepping`).
 
         ``faces`` are the rod's contacts, for descriptions that depend on where it is struck and by what. Raises
@@ -127,7 +127,7 @@ class AbstractRodModel(ABC):
             path=f"solve.models.{beam.name}",
         )
 
-    def exact_frequencies(self, rod: Rod, count: int) -> Array | None:
+    def exact_frequencies(self, rod: WaveBody, count: int) -> Array | None:
         """Return the lowest elastic frequencies of a uniform rod by the model's own theory, (count,) [rad/s].
 
         None, as here, says that the theory is the classical bar, u'' = u_tt/c^2.

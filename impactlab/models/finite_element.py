@@ -10,7 +10,7 @@ from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Face
 from impactlab.models.mesh.bar_elements import elements_per_segment, reference
 from impactlab.models.mesh.bars import Mesh
 from impactlab.models.mesh.beams import BeamMesh
-from impactlab.scene.bodies import Beam, ElasticBody, Rod
+from impactlab.scene.bodies import Beam, ElasticBody, WaveBody
 from impactlab.types import option
 
 
@@ -67,7 +67,7 @@ class FiniteElement(AbstractRodModel):
         shortest = min(segment.length / count for segment, count in zip(body.segments, counts, strict=True))
         return shortest * node_distance(self.order)
 
-    def build(self, rod: Rod, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractDiscreteModel:
+    def build(self, rod: WaveBody, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractDiscreteModel:
         return Mesh(rod, self.elements, self.mass, gravity, self.order, faces)
 
     def build_beam(self, beam: Beam, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractDiscreteModel:

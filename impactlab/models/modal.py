@@ -16,7 +16,7 @@ from impactlab.models.finite_element import beam_mesh, check_order, node_distanc
 from impactlab.models.mesh.bars import Mesh
 from impactlab.models.mesh.base import AbstractMesh
 from impactlab.models.modal_body import ModalBody, reduced_body
-from impactlab.scene.bodies import Beam, ElasticBody, Rod
+from impactlab.scene.bodies import Beam, ElasticBody, WaveBody
 from impactlab.types import option
 
 MOST = 2000  # coordinates of the mesh behind the modes, as the matrices are full
@@ -70,7 +70,7 @@ class Modal(AbstractRodModel):
     def element_length(self, body: ElasticBody) -> float:
         return body.length / (self.elements or self.modes or 1) * node_distance(self.order)
 
-    def build(self, rod: Rod, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractDiscreteModel:
+    def build(self, rod: WaveBody, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractDiscreteModel:
         self._check_ends(rod)
         if self.elements is not None:
             mesh = Mesh(rod, self.elements, self.mass, 0.0, self.order, faces)

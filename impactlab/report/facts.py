@@ -8,7 +8,7 @@ from typing import Any
 
 from impactlab.report.style import scaled
 from impactlab.report.summary import cell, has_numbers, in_round_trips, model_label
-from impactlab.scene.bodies import Beam, Body, End, Mass, Wall
+from impactlab.scene.bodies import Beam, Body, End, Mass, Rod, Wall
 from impactlab.scene.problem import Scene
 
 CLOSE = 1.02  # errors within 2 % of each other are said together
@@ -43,6 +43,8 @@ def _body(body: Body) -> str:
         return "rigid wall"
     if isinstance(body, Beam):
         return _beam(body)
+    if not isinstance(body, Rod):
+        return body.kind
     pieces = "; ".join(
         f"{si(s.length, 'm')} long, Z = {si(s.impedance, 'N s/m')}, c = {s.wave_speed:.4g} m/s" for s in body.segments
     )

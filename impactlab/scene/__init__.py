@@ -11,8 +11,10 @@ from impactlab.scene.bodies import (
     Rayleigh,
     Rod,
     Segment,
+    Shaft,
     Table,
     Wall,
+    WaveBody,
 )
 from impactlab.scene.problem import COUNTED, RECORDS, Contact, Counted, Point, Probe, Scene, StepRule
 
@@ -34,7 +36,9 @@ __all__ = [
     "Rod",
     "Scene",
     "Segment",
+    "Shaft",
     "StepRule",
     "Table",
     "Wall",
+    "WaveBody",
 ]

@@ -15,8 +15,6 @@ from typing import NamedTuple
 import numpy as np
 
 from impactlab.history.base import AbstractHistory, CarriedEnergy
-from impactlab.scene.bodies import Body, ElasticBody, Wall
-from impactlab.scene.momentum import is_free, moving_mass
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
 
@@ -51,14 +49,16 @@ def groups(scene: Scene, touched: Collection[str] | None = None) -> tuple[Group,
             name = leader[name]
         return name
 
-    held = {name for name, body in scene.bodies.items() if not isinstance(body, Wall) and not is_free(body)}
+    pulled = scene.gravity != 0.0  # what does not fall with the others holds their frame
+    free = {name for name, body in scene.bodies.items() if body.is_free and (body.falls or not pulled)}
+    held = {name for name, body in scene.bodies.items() if body.moves and name not in free}
     for contact in scene.contacts:
         if touched is not None and contact.name not in touched:
             continue
         left, right = contact.left.body, contact.right.body
-        walls = [isinstance(scene.bodies[name], Wall) for name in (left, right)]
-        if any(walls):
-            held.add(right if walls[0] else left)
+        moves = [scene.bodies[name].moves for name in (left, right)]
+        if not all(moves):
+            held.add(left if moves[0] else right)
         else:
             leader[first(left)] = first(right)
     members: dict[str, list[str]] = {}
@@ -69,22 +69,17 @@ def groups(scene: Scene, touched: Collection[str] | None = None) -> tuple[Group,
 
 def _group(scene: Scene, names: Sequence[str], held: set[str]) -> Group:
     bodies = [scene.bodies[name] for name in names]
-    if not held.isdisjoint(names) or any(isinstance(body, Wall) for body in bodies):
+    if not held.isdisjoint(names) or not all(body.moves for body in bodies):
         return Group(tuple(names), 0.0, 0.0, 0.0, 0.0)
-    mass = sum(moving_mass(body) for body in bodies)
-    momentum = sum(moving_mass(body) * own_velocity(body) for body in bodies)
-    force = sum(body.end_force for body in bodies if isinstance(body, ElasticBody))
+    mass = sum(body.moving_mass for body in bodies)
+    momentum = sum(body.moving_mass * body.velocity for body in bodies)
+    force = sum(body.end_force for body in bodies)
     return Group(tuple(names), mass, momentum / mass, scene.gravity, force)
 
 
 def touched_in(history: AbstractHistory) -> frozenset[str]:
     """Return the names of the contacts that were closed in a run."""
     return frozenset(span.contact for span in history.contacts)
-
-
-def own_velocity(body: Body) -> float:
-    """Return the velocity [m/s] of a body at t = 0; 0 of a wall."""
-    return 0.0 if isinstance(body, Wall) else body.velocity
 
 
 def drift_velocities(scene: Scene, touched: Collection[str] | None = None) -> dict[str, float]:

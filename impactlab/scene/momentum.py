@@ -6,7 +6,6 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from impactlab.scene.bodies import Body, ElasticBody, Mass
 from impactlab.scene.problem import Scene
 
 
@@ -32,20 +31,6 @@ class Balance(NamedTuple):
         return abs(self.changed - self.given) / self.scale if self.scale > 0.0 else 0.0
 
 
-def is_free(body: Body) -> bool:
-    """Return whether only contacts and loads change the momentum of a body; damping by its mass holds it, too."""
-    if isinstance(body, ElasticBody):
-        return not body.is_held and body.damping.mass == 0.0
-    return isinstance(body, Mass)
-
-
-def moving_mass(body: Body) -> float:
-    """Return the mass that the momentum of a body moves [kg], with what rides on its ends; inf of a wall."""
-    if isinstance(body, ElasticBody):
-        return body.mass + sum(end.value for end in (body.left, body.right) if end.kind == "mass")
-    return body.mass if isinstance(body, Mass) else math.inf
-
-
 def balance(scene: Scene, name: str, impulses: Sequence[float], time: float, seen: Seen) -> Balance:
     """Return the balance of a free body over [0, time].
 
@@ -56,7 +41,7 @@ def balance(scene: Scene, name: str, impulses: Sequence[float], time: float, see
     ----------
     scene : Scene
     name : str
-        Of the body; see `is_free`.
+        Of the body, which is free (`Body.is_free`).
     impulses : sequence of float
         Impulse of each contact so far [N s].
     time : float
@@ -69,7 +54,7 @@ def balance(scene: Scene, name: str, impulses: Sequence[float], time: float, see
     for contact, impulse in zip(scene.contacts, impulses, strict=True):
         push = impulse * (float(contact.right.body == name) - float(contact.left.body == name))
         given, scale = given + push, scale + abs(push)
-    mass = moving_mass(body)
-    loads = (mass * scene.gravity + (body.end_force if isinstance(body, ElasticBody) else 0.0)) * time
+    mass = body.moving_mass
+    loads = ((mass * scene.gravity if body.falls else 0.0) + body.end_force) * time
     scale += abs(loads) + seen.largest + math.sqrt(2.0 * mass * seen.energy)
     return Balance(given + loads, seen.end - seen.start, scale)

@@ -51,12 +51,10 @@ def check_finite(what: str, path: str, body: Body | None, *arrays: Array) -> Non
 
 def beyond(what: str, path: str, body: Body | None = None) -> CaseError:
     """Return the error of numbers that cannot be computed with."""
-    from impactlab.scene.bodies import ElasticBody
-
     text = f"{what} cannot be computed in double precision"
     remedy = "Bring the sizes of masses, stiffnesses, dampings and times nearer to one another; check their units."
-    if isinstance(body, ElasticBody):
-        words, ratio, place = max(ratios(body), key=lambda each: abs(_decades(each[1])))
+    if body is not None and body.elastic is not None:
+        words, ratio, place = max(ratios(body.elastic), key=lambda each: abs(_decades(each[1])))
         if abs(_decades(ratio)) > NOTED:
             text += f"; furthest from the body's own is {words}: {ratio:.3g} times. Allowed: about "
             text, path = text + f"{1.0 / TOGETHER:g} to {TOGETHER:g}", place
@@ -65,16 +63,11 @@ def beyond(what: str, path: str, body: Body | None = None) -> CaseError:
 
 def ratios(body: ElasticBody) -> Iterator[tuple[str, float, str]]:
     """Give the ratios of what a body carries and loses to its own mass, stiffness, impedance and times, with paths."""
-    from impactlab.scene.bodies import Beam, BeamSegment
-
     path, piece = f"bodies.{body.name}", body.segments[0]
     whole, trip = body.length, body.round_trip
-    stiffness = piece.young * piece.area / whole
-    if isinstance(body, Beam) and isinstance(piece, BeamSegment):
-        stiffness = piece.bending_stiffness / whole**3
-        yield "the tension over EI/L2", abs(body.tension) * whole**2 / piece.bending_stiffness, f"{path}.tension"
-        yield "L2 A/I", whole**2 * piece.area / piece.inertia, f"{path}.section"
-    own = {"mass": body.mass, "spring": stiffness, "dashpot": piece.impedance}
+    for text, ratio, key in body.own_ratios():
+        yield text, ratio, f"{path}.{key}"
+    own = {"mass": body.mass, "spring": body.stiffness, "dashpot": piece.impedance}
     for side in ("left", "right"):
         end = getattr(body, side)
         if end.kind in own and end.value > 0.0:

@@ -15,7 +15,6 @@ from typing import Literal
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.integrators.base import AbstractScheme
 from impactlab.scene.bodies import Body, ElasticBody
-from impactlab.types import Quantity
 
 RECORDS = 20_000  # instants that a run keeps unless the case says otherwise
 Counted = Literal["displacements", "impulses", "peak_forces"]
@@ -54,7 +53,7 @@ class Probe:
 
     body: str
     x: float  # m
-    quantity: Quantity
+    quantity: str  # one of the body's own: see `Body.quantities`
 
     @property
     def channel(self) -> str:
@@ -99,8 +98,8 @@ class Scene:
     @property
     def fronts_at_start(self) -> bool:
         """Whether waves with a front set out at t = 0: from an end force, or from an end that holds a moving body."""
-        moving = [body for body in self.bodies.values() if isinstance(body, ElasticBody) and body.velocity != 0.0]
-        held = any(end.kind in ("clamped", "dashpot") for body in moving for end in (body.left, body.right))
+        moving = [body for body in self.bodies.values() if body.velocity != 0.0]
+        held = any(end.kind in ("clamped", "dashpot") for body in moving for _, end in body.ends)
         return held or bool(self.loaded_ends)
 
     @cached_property
@@ -112,9 +111,13 @@ class Scene:
         touching = [point.body for contact in self.contacts for point in (contact.left, contact.right)]
         return {name: self.bodies[name] for name in dict.fromkeys((*touching, *sorted(self.bodies)))}
 
+    @cached_property
+    def elastic(self) -> dict[str, ElasticBody]:
+        """Bodies that deform and need a model, by name."""
+        return {name: body.elastic for name, body in self.bodies.items() if body.elastic is not None}
+
     @property
     def loaded_ends(self) -> tuple[Probe, ...]:
         """Displacements of the ends of rods and beams on which forces act: recorded like those of faces in contact."""
-        rods = [body for body in self.bodies.values() if isinstance(body, ElasticBody)]
-        ends = [(rod, end, x) for rod in rods for end, x in ((rod.left, 0.0), (rod.right, rod.length))]
-        return tuple(Probe(rod.name, x, "displacement") for rod, end, x in ends if end.force != 0.0)
+        ends = [(name, x, end) for name, body in self.bodies.items() for x, end in body.ends]
+        return tuple(Probe(name, x, "displacement") for name, x, end in ends if end.force != 0.0)

@@ -112,9 +112,8 @@ def _described(body: ElasticBody, ports: int) -> tuple[float, float, str]:
     """Return coordinates and numbers that a description takes, and its words; zeros where it is not known."""
     from impactlab.models.finite_element import FiniteElement
     from impactlab.models.modal import Modal
-    from impactlab.scene.bodies import Beam
 
-    model, each = body.model, 2 if isinstance(body, Beam) else 1
+    model, each = body.model, body.coordinates_per_node
     if isinstance(model, FiniteElement):
         elements = max(model.elements, len(body.segments))
         count = float(each * elements * model.order + each)

@@ -7,36 +7,27 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from impactlab.history.base import AbstractHistory, ContactSpan, Warned
 from impactlab.metrics.collisions import memory
-from impactlab.scene.bodies import Beam, BeamSegment
+from impactlab.scene.bodies import Body
 from impactlab.scene.problem import Contact, Scene
 from impactlab.simulate.resolvability import apart
 from impactlab.simulate.stepping.preparation import BuiltBody
 
-SLENDER = 10.0  # length over height, from which on shear hardly matters to the slowest motion
-SHORT_WAVES = 0.15  # radius of gyration times wave number: there waves run 4 to 5 % too fast without shear and rotation
 RESOLVED = 3.0  # times what a method tells apart: a contact that is shorter has no shape and no impulse of its own
 
 
 def warnings(scene: Scene, built: Mapping[str, BuiltBody], history: AbstractHistory, dt: float) -> Iterator[Warned]:
     """Give the warnings of a finished run that concern its beams; arguments as of `resolution.unresolved`."""
     for name, body in scene.bodies.items():
-        if isinstance(body, Beam) and body.theory == "euler_bernoulli":
-            yield from _stocky(body, _shortest(scene, history, name))
+        if doubts := body.theory_doubts(*_shortest(scene, history, name)):
+            text = f"'{name}' has theory euler_bernoulli, and {' and '.join(doubts)}; use theory: timoshenko"
+            yield Warned("stocky_beam", text)
     for contact in scene.contacts:
-        beams = [body for body in _sides(scene, contact) if isinstance(body, Beam)]
+        bodies = (scene.bodies[point.body] for point in (contact.left, contact.right))
+        beams = [body for body in bodies if body.bends]
         spans = [span for span in history.contacts if span.contact == contact.name]
         if beams and spans:
             yield from _singular(contact, beams, spans)
             yield from _too_short(scene, built, contact, spans, dt)
-
-
-def _sides(scene: Scene, contact: Contact) -> list[object]:
-    return [scene.bodies[point.body] for point in (contact.left, contact.right)]
-
-
-def gyration(segment: BeamSegment) -> float:
-    """Return the radius of gyration sqrt(I/A) of a cross section [m]."""
-    return math.sqrt(segment.inertia / segment.area)
 
 
 def _shortest(scene: Scene, history: AbstractHistory, name: str) -> tuple[str, float]:
@@ -51,31 +42,9 @@ def _shortest(scene: Scene, history: AbstractHistory, name: str) -> tuple[str, f
     return contact, time
 
 
-def _stocky(beam: Beam, shortest: tuple[str, float]) -> Iterator[Warned]:
-    """Warn of Euler and Bernoulli's theory on a beam that is not slender, as a body or for what excites it."""
-    segment = max(beam.segments, key=gyration)
-    radius = gyration(segment)
-    height = segment.height if segment.height > 0.0 else math.sqrt(12.0) * radius  # that of a rectangle with this I/A
-    slender = beam.length / height
-    contact, time = shortest
-    wave = math.sqrt(math.pi / time / (segment.wave_speed * radius))  # of half a period in the contact: w = c r k2
-    reasons = []
-    if slender < SLENDER:
-        given = "" if segment.height > 0.0 else ", the height taken as sqrt(12 I/A)"
-        reasons.append(f"it is {slender:.3g} times as long as high (slender from {SLENDER:g} on{given})")
-    if radius * wave > SHORT_WAVES:
-        reasons.append(
-            f"{contact} lasts {time:.3g} s and excites waves with r k = {radius * wave:.2g} (allowed: {SHORT_WAVES:g}; "
-            f"r = {radius:.3g} m)"
-        )
-    if reasons:
-        text = f"'{beam.name}' has theory euler_bernoulli, and {' and '.join(reasons)}; use theory: timoshenko"
-        yield Warned("stocky_beam", text)
-
-
-def _singular(contact: Contact, beams: Sequence[Beam], spans: Sequence[ContactSpan]) -> Iterator[Warned]:
+def _singular(contact: Contact, beams: Sequence[Body], spans: Sequence[ContactSpan]) -> Iterator[Warned]:
     """Warn of a hard contact on a beam that does not shear: its force starts without bound, as t^-1/2."""
-    if not contact.law.hard or all(beam.theory != "euler_bernoulli" for beam in beams):
+    if not contact.law.hard or not any(beam.unbounded_first_force for beam in beams):
         return
     peak = max((span.peak_force or 0.0 for span in spans), default=0.0)
     said = f"the largest force here, {peak:.4g} N," if peak > 0.0 else "its size here"
@@ -89,7 +58,7 @@ def _singular(contact: Contact, beams: Sequence[Beam], spans: Sequence[ContactSp
 
 def _half_periods(scene: Scene, built: Mapping[str, BuiltBody], contact: Contact) -> list[float]:
     """Return half the shortest period of the coordinates of each beam of a contact [s], at least one number."""
-    names = [point.body for point in (contact.left, contact.right) if isinstance(scene.bodies[point.body], Beam)]
+    names = [point.body for point in (contact.left, contact.right) if scene.bodies[point.body].bends]
     highest = [built[name].system.highest_frequency for name in names if name in built]
     return [0.0, *(math.pi / frequency for frequency in highest if frequency > 0.0)]
 

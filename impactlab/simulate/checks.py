@@ -13,7 +13,7 @@ from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.plugins import kind_of
 from impactlab.scene.facts import moving_faces
 from impactlab.scene.frame import drift, touched_in
-from impactlab.scene.momentum import Seen, balance, is_free
+from impactlab.scene.momentum import Seen, balance
 from impactlab.scene.precision import LOST_DIGITS
 from impactlab.scene.problem import Scene
 from impactlab.simulate import beam_warnings
@@ -191,7 +191,7 @@ def check_momentum(assembly: Assembly, history: AbstractHistory) -> None:
         return
     impulses = [contact.total for contact in assembly.contacts]
     for number, (name, body) in enumerate(scene.bodies.items()):
-        if not is_free(body) or isinstance(assembly.built[name].model, AbstractSelfStepping):
+        if not body.is_free or isinstance(assembly.built[name].model, AbstractSelfStepping):
             continue
         momentum, energies = samples[:, SAMPLED + 2 + 3 * number], np.abs(samples[:, SAMPLED + 3 * number])
         seen = Seen(momentum[0], momentum[-1], np.abs(momentum).max(), energies.max())

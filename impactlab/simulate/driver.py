@@ -15,7 +15,7 @@ from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
 from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.plugins import kind_of
-from impactlab.scene.bodies import ElasticBody, Rod
+from impactlab.scene.bodies import ElasticBody
 from impactlab.scene.precision import beyond, in_precision
 from impactlab.scene.problem import Scene
 from impactlab.scene.ranges import PERIODS_IN_A_STEP
@@ -79,7 +79,7 @@ def is_exact(scene: Scene) -> bool:
     """Return whether a scene is solved from event to event: all rods continuous, all laws hard or constant springs."""
     elastic = [body for body in scene.bodies.values() if isinstance(body, ElasticBody)]
     continuous = bool(elastic) and all(
-        isinstance(body, Rod) and body.model is not None and body.model.exact for body in elastic
+        body.waves is not None and body.model is not None and body.model.exact for body in elastic
     )
     return continuous and all(
         (contact.law.hard and contact.law.answers_force) or contact.law.is_spring for contact in scene.contacts

@@ -5,16 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Collection
 
-import numpy as np
-
 from impactlab.bases.base import AbstractBasis
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import PairingError
 from impactlab.exact.contact_kinds import massless
 from impactlab.integrators.base import AbstractAdaptive, AbstractIntegrator
-from impactlab.models.base import AbstractRodModel, Operators
+from impactlab.models.base import Operators
 from impactlab.plugins import kind_of, parts_inside
-from impactlab.scene.bodies import Beam, Body, ElasticBody, Rod
+from impactlab.scene.bodies import Body
 from impactlab.scene.problem import Contact, Scene
 from impactlab.types import Level
 
@@ -62,7 +60,7 @@ def check_heavy_faces(scene: Scene, integrator: AbstractIntegrator, own: Collect
 def on_continuous_beam(scene: Scene, contact: Contact, own: Collection[str]) -> bool:
     """Return whether one face of a contact is a beam that steps by itself, whose face has no mass."""
     names = (point.body for point in (contact.left, contact.right))
-    return any(name in own and isinstance(scene.bodies[name], Beam) for name in names)
+    return any(name in own and scene.bodies[name].bends for name in names)
 
 
 def check_continuous(law: AbstractContactLaw, path: str, beam: bool) -> None:
@@ -118,22 +116,11 @@ def energy_bound(scene: Scene, integrator: AbstractIntegrator, own: Collection[s
 
 def gains_of(body: Body) -> float:
     """Return the energy gain that a body's description declares: of the parts inside it, of a beam its rounding."""
-    model = body.model if isinstance(body, ElasticBody) else None
-    if model is None:
+    model = None if body.elastic is None else body.elastic.model
+    if body.elastic is None or model is None:
         return 0.0
     inside = sum(part.gains_energy for part in parts_inside(model) if isinstance(part, AbstractBasis))
-    return inside + (rounding_of(body, model) if isinstance(body, Beam) else 0.0)
-
-
-def rounding_of(beam: Beam, model: AbstractRodModel) -> float:
-    """Return the energy that rounding may give the mesh of a beam, over that of its slow bending.
-
-    Its stiffness holds 12 EI/h3 where the beam as a whole bends with EI/L3: sums of products lose (L/h)3 of their last
-    digits. Fifty roundings were enough for twenty thousand steps on 800 elements.
-    """
-    if not model.has_mesh:
-        return 0.0
-    return 50.0 * float(np.finfo(float).eps) * (beam.length / model.element_length(beam)) ** 3
+    return inside + (body.mesh_rounding(model.element_length(body.elastic)) if model.has_mesh else 0.0)
 
 
 def check_events(scene: Scene, integrator: AbstractIntegrator, own: Collection[str]) -> None:
@@ -146,11 +133,10 @@ def check_events(scene: Scene, integrator: AbstractIntegrator, own: Collection[s
             remedy="Use midpoint or exact_modal, or events: dated.",
             path="solve.events",
         )
-    for name, body in scene.bodies.items():
-        if isinstance(body, ElasticBody) and name in own:
-            steps = f"the {'delay line of the ' if isinstance(body, Rod) else ''}continuous {body.kind} '{name}'"
+    for name, body in scene.elastic.items():
+        if name in own:
             raise PairingError(
-                f"events: located cuts steps, and {steps} has one step length",
+                f"events: located cuts steps, and the continuous {body.kind} '{name}' has one step length",
                 remedy="Use modal for this body, or events: dated.",
                 path="solve.events",
             )
@@ -177,8 +163,8 @@ def check_smooth(scene: Scene, integrator: AbstractAdaptive, own: Collection[str
                 remedy="Use penalty, or integrator newmark, central_difference or exact_modal.",
                 path=f"contacts.{number}.law",
             )
-    for body in scene.bodies.values():
-        if isinstance(body, ElasticBody) and body.name in own:
+    for body in scene.elastic.values():
+        if body.name in own:
             raise PairingError(
                 f"integrator '{name}' needs bodies in coordinates, "
                 f"and the continuous {body.kind} '{body.name}' has none",

@@ -8,7 +8,6 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from impactlab.history.base import AbstractHistory, Warned
-from impactlab.scene.bodies import Mass, Rod, Wall
 from impactlab.scene.facts import impedance_of, stiffness_at, stiffness_of, striker_of
 from impactlab.scene.problem import Contact, Scene
 from impactlab.simulate.stepping.preparation import BuiltBody
@@ -44,7 +43,7 @@ def apart(scene: Scene, built: Mapping[str, BuiltBody], contact: Contact, dt: fl
     """Return the shortest time that a method tells apart at a contact [s]: its step, or half its shortest period."""
     times = [dt]
     for point in (contact.left, contact.right):
-        if isinstance(scene.bodies[point.body], Rod) and built[point.body].system.highest_frequency > 0.0:
+        if scene.bodies[point.body].waves is not None and built[point.body].system.highest_frequency > 0.0:
             times.append(math.pi / built[point.body].system.highest_frequency)
     return max(times)
 
@@ -94,11 +93,7 @@ def _too_soft(scene: Scene, contact: Contact) -> Iterator[Warned]:
         return
     pliancy = 0.0
     for point in (contact.left, contact.right):
-        body = scene.bodies[point.body]
-        if isinstance(body, Rod):
-            pliancy += sum(each.length / (each.young * each.area) for each in body.segments)
-        elif not isinstance(body, (Mass, Wall)):
-            return
+        pliancy += scene.bodies[point.body].static_compliance
     if pliancy > 0.0 and 1.0 / stiffness > SOFT * pliancy * (1.0 + 1e-9):
         text = (
             f"{contact.name}: the spring of {stiffness:.3g} N/m gives way by {100.0 / (stiffness * pliancy):.2g} % of "

@@ -9,10 +9,8 @@ import numpy as np
 
 from impactlab.history.base import AbstractHistory, ContactSpan, Warned
 from impactlab.metrics.norms import midpoints
-from impactlab.scene.bodies import Wall
 from impactlab.scene.facts import impedance_of, moving_faces, stiffness_of
 from impactlab.scene.frame import drift, touched_in
-from impactlab.scene.momentum import is_free, moving_mass
 from impactlab.scene.problem import Contact, Scene
 from impactlab.simulate.resolvability import COARSE, apart
 from impactlab.simulate.stepping.preparation import BuiltBody
@@ -157,14 +155,14 @@ def _chattering(
         found = list(_unresolved(spans, RESOLVED * (tells[contact.name] + _delay(scene, contact))))
         for point in (contact.left, contact.right):
             body = scene.bodies[point.body]
-            if isinstance(body, Wall):
+            if not body.moves:
                 continue
             unresolved, of = counts.get(point.body, (0, 0))
             counts[point.body] = unresolved + len(found), of + len(spans)
             for start, impulse in found:
                 left = max(0.0, scene.duration - start)
-                lasts = left / math.sqrt(3.0) if is_free(body) else min(left, 0.5 * scene.round_trip)
-                moved = impulse / moving_mass(body) * lasts * math.sqrt(left / scene.duration)
+                lasts = left / math.sqrt(3.0) if body.is_free else min(left, 0.5 * scene.round_trip)
+                moved = impulse / body.moving_mass * lasts * math.sqrt(left / scene.duration)
                 passed.setdefault(point.body, []).append(moved)
     worst = (0.0, "", "")
     for body_name, moved_by in passed.items():

@@ -6,7 +6,6 @@ import numpy as np
 
 from impactlab.history.base import AbstractHistory
 from impactlab.numerics.banded import solve
-from impactlab.scene.bodies import Mass, Rod
 from impactlab.scene.problem import Scene
 from impactlab.simulate.stepping.history import RecordedHistory
 from impactlab.testing.momentum import field_truncation, worst_balance
@@ -65,10 +64,10 @@ def exchanged_momentum_error(traced: Trace) -> float:
     """Return how far the change of a mass's momentum is from the impulse that its contacts gave, over its momenta."""
     worst, given = 0.0, given_impulses(traced)
     for name, body in traced.scene.bodies.items():
-        if not isinstance(body, Mass):
+        if body.elastic is not None or not body.moves:
             continue
         momentum = traced.momentum(name)
-        taken = body.mass * traced.scene.gravity * traced.dt * len(traced.forces)
+        taken = body.moving_mass * traced.scene.gravity * traced.dt * len(traced.forces)
         size = abs(taken) + np.max(np.abs(momentum))
         for contact in traced.scene.contacts:
             for point, sign in ((contact.left, -1.0), (contact.right, 1.0)):
@@ -80,12 +79,7 @@ def exchanged_momentum_error(traced: Trace) -> float:
 
 def is_free(scene: Scene) -> bool:
     """Return whether nothing outside holds the bodies: no wall, no clamp, no spring, no dashpot."""
-    bodies = scene.bodies.values()
-    held = ("clamped", "spring", "dashpot")
-    return all(
-        isinstance(body, Mass) or (isinstance(body, Rod) and not {body.left.kind, body.right.kind} & set(held))
-        for body in bodies
-    )
+    return not any(body.is_held for body in scene.bodies.values())
 
 
 def free_momentum_error(traced: Trace) -> float:
@@ -105,8 +99,7 @@ def precursor(history: RecordedHistory, body: str, speed: float, margin: float =
 
     Ahead means further than c t + ``margin`` [m]. The rod must be at rest at first, uniform, and struck at t = 0.
     """
-    rod = history.assembly.scene.bodies[body]
-    assert isinstance(rod, Rod)
+    rod = history.assembly.scene.elastic[body]
     assert len(rod.segments) == 1
     worst = 0.0
     for time in history.assembly.scene.snapshots:

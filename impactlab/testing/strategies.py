@@ -33,7 +33,7 @@ from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
 from impactlab.plugins import INTEGRATORS, LAWS, MODELS, Group, registry
-from impactlab.scene.bodies import Beam, BeamSegment, Body, End, Mass, Rayleigh, Rod, Segment, Wall
+from impactlab.scene.bodies import Body, End, Mass, Rayleigh, Rod, Segment, Wall
 from impactlab.scene.problem import Contact, Point, Scene, StepRule
 from impactlab.simulate.driver import prepare
 from impactlab.types import Relative
@@ -156,24 +156,22 @@ def mirrored(scene: Scene) -> Scene:
     """Return the same scene seen from behind: x from right to left."""
 
     def turned(body: Body) -> Body:
-        if isinstance(body, Wall):
+        if not body.moves:
             return body
-        if isinstance(body, Mass):
-            return dataclasses.replace(body, velocity=-body.velocity)
-        profile, length = body.displacement, body.length
-        pieces: Any = body.segments[::-1]
-        return dataclasses.replace(
-            body,
-            segments=pieces,
-            left=dataclasses.replace(body.right, force=-body.right.force),
-            right=dataclasses.replace(body.left, force=-body.left.force),
-            velocity=-body.velocity,
-            displacement=None if profile is None else lambda x: -profile(length - x),
-        )
+        values: dict[str, Any] = {"velocity": -body.velocity}
+        if (elastic := body.elastic) is not None:
+            profile, length = elastic.displacement, elastic.length
+            values |= {
+                "segments": elastic.segments[::-1],
+                "left": dataclasses.replace(elastic.right, force=-elastic.right.force),
+                "right": dataclasses.replace(elastic.left, force=-elastic.left.force),
+                "displacement": None if profile is None else lambda x: -profile(length - x),
+            }
+        return dataclasses.replace(body, **values)
 
     def moved(point: Point) -> Point:
         body = scene.bodies[point.body]
-        if not isinstance(body, Rod):
+        if body.elastic is None:
             return point
         side = {0.0: "right", body.length: "left"}.get(point.x)
         label = f"{point.body}.{side}" if side else f"{point.body}.at({body.length - point.x:g})"
@@ -192,44 +190,38 @@ def in_other_units(scene: Scene, mass: float, length: float, time: float) -> Sce
     With factors that are powers of 4 no digit of any number changes, only its exponent.
     """
     stiffness, damping, speed = mass / time**2, mass / time, length / time
-    factors = {"spring": stiffness, "dashpot": damping, "mass": mass}
+    of_ends = {"spring": stiffness, "dashpot": damping, "mass": mass}
+    of_pieces = {
+        "length": length,
+        "area": length**2,
+        "young": stiffness / length,
+        "density": mass / length**3,
+        "viscosity": stiffness / length * time,
+        "inertia": length**4,
+        "shear_stiffness": stiffness * length,
+        "rotary_inertia": mass * length,
+        "height": length,
+    }
+    of_bodies = {"mass": mass, "velocity": speed, "tension": stiffness * length}
 
-    def rescaled(piece: Segment) -> Segment:
-        values = {
-            "length": piece.length * length,
-            "area": piece.area * length**2,
-            "young": piece.young * (stiffness / length),
-            "density": piece.density * (mass / length**3),
-            "viscosity": piece.viscosity * (stiffness / length * time),
-        }
-        if isinstance(piece, BeamSegment):
-            values["inertia"] = piece.inertia * length**4
-            values["shear_stiffness"] = piece.shear_stiffness * (stiffness * length)
-            values["rotary_inertia"] = piece.rotary_inertia * (mass * length)
-            values["height"] = piece.height * length
-        return dataclasses.replace(piece, **values)
+    def times(record: Body | Segment, factors: dict[str, float]) -> dict[str, Any]:
+        names = [each.name for each in dataclasses.fields(record) if each.name in factors]
+        return {name: getattr(record, name) * factors[name] for name in names}
+
+    def at_end(end: End) -> End:
+        force, rotational = mass * length / time**2, stiffness * length**2
+        return End(end.kind, end.value * of_ends.get(end.kind, 1.0), end.force * force, end.rotational * rotational)
 
     def scaled(body: Body) -> Body:
-        if isinstance(body, Wall):
-            return body
-        if isinstance(body, Mass):
-            return dataclasses.replace(body, mass=body.mass * mass, velocity=body.velocity * speed)
-        pieces: Any = tuple(rescaled(piece) for piece in body.segments)
-        left, right = (
-            End(
-                end.kind,
-                end.value * factors.get(end.kind, 1.0),
-                end.force * (mass * length / time**2),
-                end.rotational * (stiffness * length**2),
-            )
-            for end in (body.left, body.right)
-        )
-        damping = Rayleigh(body.damping.mass / time, body.damping.stiffness * time)
-        if isinstance(body, Beam):
-            body = dataclasses.replace(body, tension=body.tension * (stiffness * length))
-        return dataclasses.replace(
-            body, segments=pieces, left=left, right=right, velocity=body.velocity * speed, damping=damping
-        )
+        values = times(body, of_bodies)
+        if (elastic := body.elastic) is not None:
+            values |= {
+                "segments": tuple(dataclasses.replace(piece, **times(piece, of_pieces)) for piece in elastic.segments),
+                "left": at_end(elastic.left),
+                "right": at_end(elastic.right),
+                "damping": Rayleigh(elastic.damping.mass / time, elastic.damping.stiffness * time),
+            }
+        return dataclasses.replace(body, **values)
 
     def placed(point: Point) -> Point:
         return dataclasses.replace(point, x=point.x * length)

@@ -83,6 +83,16 @@ PROMISES: Mapping[str, tuple[Promise, ...]] = {
         Promise("36657.74", at("force:hammer|rod.left", 0.0)),
         Promise("78276.57", peak()),
     ),
+    "shaft_impact": (
+        Promise("1.533834", opened(0), T),
+        Promise("2.124623", close(1), T),
+        Promise("2.162843", opened(1), T),
+        Promise("-0.698876", HAMMER),
+        Promise("100.771950", at("force:hammer|shaft.left", 0.0)),
+        Promise("215.181901", peak()),
+        Promise("25.192988", at("torque:shaft@0", 0.0)),
+        Promise("50.385975", at("torque:shaft@0.5", 156.6246e-6)),
+    ),
     "ball_on_stepped_rod": (
         Promise("61.9333", opened(0), US),
         Promise("0.1185887", impulse()),

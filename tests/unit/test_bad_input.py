@@ -60,7 +60,7 @@ EDITS = [
         "kind: rod",
         "kind: rodd",
         6,
-        ["'rodd' is not a kind of body. Did you mean 'rod'? Allowed: beam, mass, rod, wall"],
+        ["'rodd' is not a kind of body. Did you mean 'rod'? Allowed: beam, mass, rod, shaft, wall"],
     ),
     (
         "beam with an area",

@@ -80,7 +80,7 @@ def test_located_events_refuse_a_delay_line() -> None:
     }
     contact = Contact(Point("a", 1.0, "a.right"), Point("b", 0.0, "b.left"), 1e-2, Penalty())
     scene = Scene("x", bodies, (contact,), 1.0, ExactModal(), MILLI, "located")
-    with pytest.raises(PairingError, match="the delay line of the continuous rod 'b' has one step length"):
+    with pytest.raises(PairingError, match="the continuous rod 'b' has one step length"):
         prepare(scene)
 
 

@@ -11,7 +11,7 @@ from impactlab.errors import CaseError
 from impactlab.integrators.base import Stepper
 from impactlab.models.base import Operators
 from impactlab.models.continuous.base import AbstractSelfStepping
-from impactlab.scene.bodies import End, Rod
+from impactlab.scene.bodies import End, WaveBody
 from impactlab.scene.sizes import check_cells
 from impactlab.types import Array, Quantity
 
@@ -73,7 +73,7 @@ class DelayLine(AbstractSelfStepping):
     Its velocity per force is 1/Z at a free end, exact for every step up to the transit.
     """
 
-    def __init__(self, rod: Rod, gravity: float) -> None:
+    def __init__(self, rod: WaveBody, gravity: float) -> None:
         if len(rod.segments) != 1:
             raise CaseError(
                 f"the stepped delay line serves uniform rods, and '{rod.name}' has {len(rod.segments)} segments",
@@ -196,6 +196,6 @@ class DelayLine(AbstractSelfStepping):
         return 1.0 / (self._segment.impedance + damping + 0.5 * spring * dt + inertia), spring, inertia
 
 
-def dispersed(rod: Rod) -> str:
+def dispersed(rod: WaveBody) -> str:
     """Return why a damped rod is no delay line."""
     return f"'{rod.name}' is damped, and waves in a damped rod change their shape: the continuous model serves none"

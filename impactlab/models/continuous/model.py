@@ -10,7 +10,7 @@ from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.models.continuous.delay_line import DelayLine
 from impactlab.models.continuous.infinite_beam import InfiniteBeam
 from impactlab.models.continuous.timoshenko import TimoshenkoWaves
-from impactlab.scene.bodies import Beam, ElasticBody, Rod
+from impactlab.scene.bodies import Beam, ElasticBody, WaveBody
 
 
 @final
@@ -46,7 +46,7 @@ class Continuous(AbstractRodModel):
         """Return L/100 [m]: the scale of relative contact stiffnesses, as there is no mesh."""
         return body.length / 100.0
 
-    def build(self, rod: Rod, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractSelfStepping:
+    def build(self, rod: WaveBody, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractSelfStepping:
         """Return the rod as a pair of delays."""
         return DelayLine(rod, gravity)
 

@@ -13,7 +13,7 @@ from impactlab.models.mesh.base import AbstractMesh
 from impactlab.models.mesh.frequency_bound import highest_frequency
 from impactlab.models.mesh.massless import Ints, MasslessNodes, redistribute, struck_nodes
 from impactlab.numerics.banded import multiply
-from impactlab.scene.bodies import End, Profile, Rod
+from impactlab.scene.bodies import End, Profile, WaveBody
 from impactlab.types import Array, Quantity
 
 MassMatrix = Literal["consistent", "lumped", "redistributed"]
@@ -31,7 +31,7 @@ class Mesh(AbstractMesh):
 
     Parameters
     ----------
-    rod : Rod
+    rod : WaveBody
     elements : int
         Elements over the whole rod, shared among segments by travel time.
     mass : "consistent" (exact integrals), "lumped" (quadrature at the nodes: diagonal) or "redistributed"
@@ -48,7 +48,7 @@ class Mesh(AbstractMesh):
 
     def __init__(
         self,
-        rod: Rod,
+        rod: WaveBody,
         elements: int,
         mass: MassMatrix,
         gravity: float,

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impactlab.errors import CaseError
-from impactlab.scene.bodies import Rod
+from impactlab.scene.bodies import WaveBody
 from impactlab.types import Array
 
 Ints = NDArray[np.int64]
@@ -74,7 +74,7 @@ class MasslessNodes:
         return result
 
 
-def struck_nodes(rod: Rod, faces: Sequence[tuple[float, Array]]) -> Ints:
+def struck_nodes(rod: WaveBody, faces: Sequence[tuple[float, Array]]) -> Ints:
     """Return the numbers of the contacts' nodes among those not clamped, or raise where they cannot lose their mass.
 
     Each face is a place x [m] and the row of its displacement over these nodes, shape (n_nodes,).

@@ -13,7 +13,6 @@ from impactlab.history.noise_floor import above_noise
 from impactlab.scene.frame import carried_energy, touched_in
 from impactlab.simulate.adaptive.record import Record
 from impactlab.simulate.stepping.history import Channel, read_channel
-from impactlab.types import Quantity
 
 
 @final
@@ -91,11 +90,11 @@ class AdaptiveHistory(AbstractHistory):
                 path="snapshots",
             )
         n = system.n_dof
-        motion = (kept[0][n : 2 * n] if quantity == "velocity" else kept[0][:n])[system.parts[body]]
+        read, factor = system.scene.bodies[body].reading(quantity)
+        motion = (kept[0][n : 2 * n] if read == "velocity" else kept[0][:n])[system.parts[body]]
         model = system.built[body].model
-        known: dict[str, Quantity] = {q: q for q in ("displacement", "velocity", "strain", "stress", "force")}
         x = model.grid()
-        return Field(x, np.array([model.row(float(place), known[quantity]) @ motion for place in x]))
+        return Field(x, np.array([factor * (model.row(float(place), read) @ motion) for place in x]))
 
     def jumps(self, channel: str) -> Array:
         found = self._channels[channel]

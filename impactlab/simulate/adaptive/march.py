@@ -12,8 +12,7 @@ import numpy as np
 from impactlab.errors import StepError
 from impactlab.history.base import ContactSpan, Event
 from impactlab.integrators.base import AbstractAdaptive, Problem
-from impactlab.scene.bodies import ElasticBody
-from impactlab.scene.momentum import Seen, balance, is_free
+from impactlab.scene.momentum import Seen, balance
 from impactlab.scene.precision import LOST_DIGITS
 from impactlab.simulate.adaptive.events import Change, first_change, largest_force
 from impactlab.simulate.adaptive.history import AdaptiveHistory
@@ -49,7 +48,7 @@ class March:
     def __init__(self, system: System, integrator: AbstractAdaptive, longest: float | None) -> None:
         self.system, self.integrator = system, integrator
         scene = system.scene
-        transits = [0.5 * body.round_trip for body in scene.bodies.values() if isinstance(body, ElasticBody)]
+        transits = [0.5 * body.round_trip for body in scene.elastic.values()]
         self.longest = min([scene.duration, *transits]) if longest is None else longest
         self.time, self.steps, self.factorisations = 0.0, 0, 0
         self.state = system.start.copy()
@@ -183,7 +182,7 @@ class March:
         impulses: Array = self.state[self.system.impulses]
         _, samples = self.record.energies
         for number, (name, body) in enumerate(scene.in_order.items()):
-            if not is_free(body):
+            if not body.is_free:
                 continue
             momenta = [float(energies.momentum[number]) for _, energies, _, _ in samples]
             energy = max(abs(float(energies.bodies[number])) for _, energies, _, _ in samples)

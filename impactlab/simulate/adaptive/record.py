@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from impactlab.scene.bodies import ElasticBody, Mass
 from impactlab.simulate.adaptive.system import Energies, System
 from impactlab.simulate.stepping.assembly import SAMPLES
-from impactlab.types import Array
+from impactlab.types import Array, Quantity
+
+MOTION: tuple[Quantity, ...] = ("displacement", "velocity")
 
 CHUNK = 256  # instants read off an interpolant at once
 APART = 1e-3  # of the spacing: an equal instant nearer to an event is left to it
@@ -22,18 +23,19 @@ class Record:
         self.system, scene = system, system.scene
         self.names, displacements, velocities = [], [], []
         watched = (*scene.probes, *scene.loaded_ends)
-        asked = [(probe.channel, probe.body, probe.x, probe.quantity) for probe in watched]
+        asked = [
+            (probe.channel, probe.body, probe.x, *scene.bodies[probe.body].reading(probe.quantity)) for probe in watched
+        ]
         for contact in scene.contacts:
             for point in (contact.left, contact.right):
-                if isinstance(scene.bodies[point.body], ElasticBody):
+                if scene.bodies[point.body].elastic is not None:
                     place = f"{point.body}@{point.x:.6g}"
-                    asked += [(f"{q}:{place}", point.body, point.x, q) for q in ("displacement", "velocity")]
+                    asked += [(f"{q}:{place}", point.body, point.x, q, 1.0) for q in MOTION]
         for name, body in scene.bodies.items():
-            if isinstance(body, Mass):
-                asked += [(f"position:{name}", name, 0.0, "displacement"), (f"velocity:{name}", name, 0.0, "velocity")]
-        for channel, name, x, quantity in asked:
+            asked += [(f"{own}:{name}", name, 0.0, quantity, 1.0) for own, quantity in body.own_channels]
+        for channel, name, x, quantity, factor in asked:
             row = np.zeros(system.n_dof)
-            row[system.parts[name]] = system.built[name].model.row(x, quantity)
+            row[system.parts[name]] = factor * system.built[name].model.row(x, quantity)
             moves = quantity == "velocity"
             self.names.append(channel)
             displacements.append(np.zeros_like(row) if moves else row)

@@ -12,10 +12,8 @@ from scipy.linalg import cho_solve_banded, cholesky_banded
 from scipy.sparse import csr_array, diags_array
 
 from impactlab.numerics.banded import grounded, multiply, widened
-from impactlab.scene.bodies import ElasticBody, Wall
 from impactlab.scene.facts import side_facts
-from impactlab.scene.frame import drift_velocities, own_velocity
-from impactlab.scene.momentum import moving_mass
+from impactlab.scene.frame import drift_velocities
 from impactlab.scene.problem import Contact, Point, Scene
 from impactlab.simulate.adaptive.law import Touch
 from impactlab.simulate.stepping.packing import end_dashpots
@@ -125,19 +123,18 @@ class System:
         period of the bodies, or the run.
         """
         scene, n = self.scene, self.n_dof
-        masses = {name: moving_mass(body) for name, body in scene.bodies.items() if not isinstance(body, Wall)}
+        masses = {name: body.moving_mass for name, body in scene.bodies.items() if body.moves}
         at_start = self.energies(self.start)
         speeds = [abs(scene.gravity) * scene.duration]
-        for body in scene.bodies.values():
-            if isinstance(body, ElasticBody):
-                speeds.append(abs(body.left.force) / body.segments[0].impedance)
-                speeds.append(abs(body.right.force) / body.segments[-1].impedance)
+        for body in scene.elastic.values():
+            speeds.append(abs(body.left.force) / body.segments[0].impedance)
+            speeds.append(abs(body.right.force) / body.segments[-1].impedance)
         energies, frames = dict(zip(self.built, at_start.bodies.tolist(), strict=True)), drift_velocities(scene)
         drifting = max(map(abs, frames.values()), default=0.0)
         speeds.append(DRIFT_FLOOR * drifting)
         for name, mass in masses.items():
             drift = frames[name]
-            carried = drift * (own_velocity(scene.bodies[name]) - 0.5 * drift)
+            carried = drift * (scene.bodies[name].velocity - 0.5 * drift)
             speeds.append(math.sqrt(2.0 * max(0.0, energies[name] / mass - carried)))
         lightest, heaviest = min(masses.values(), default=1.0), max(masses.values(), default=1.0)
         speeds.append(float(np.sqrt(2.0 * at_start.stored / lightest)))

@@ -13,7 +13,6 @@ from impactlab.models.base import AbstractDiscreteModel, Phases
 from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.numerics.addresses import DERIVE, FREE, MEASURE, RETIME, LawAddress, kernel_address
 from impactlab.numerics.records import records
-from impactlab.scene.bodies import Mass
 from impactlab.scene.problem import Contact, Scene
 from impactlab.simulate.stepping.arrays import (
     LAYERS,
@@ -215,8 +214,8 @@ class Assembly:
         With them the answers of the modes left out at each reading per force of each contact.
         """
 
-        def row(body: str, x: float, quantity: Quantity) -> tuple[int, Array]:
-            values = models[body].row(x, quantity)
+        def row(body: str, x: float, quantity: Quantity, factor: float = 1.0) -> tuple[int, Array]:
+            values = factor * models[body].row(x, quantity)
             return self._shift[body] + (values.size if quantity == "velocity" else 0), values
 
         contacts = self.scene.contacts
@@ -237,7 +236,7 @@ class Assembly:
                 rows.append(row(point.body, x, reading.quantity))
                 answers = [left_out_per_force(model, other, point.body, x, reading.quantity) for other in contacts]
                 left_out.append(answers if reading.left_out else [0.0] * len(contacts))
-        rows += [row(body, x, quantity) for _, body, x, quantity in self._probes()]
+        rows += [row(body, x, quantity, factor) for _, body, x, quantity, factor in self._probes()]
         rows += [row(push.body, push.x, push.quantity) for push in pushed]
         return rows, np.array(left_out, float).reshape(len(left_out), len(contacts))
 
@@ -284,17 +283,18 @@ class Assembly:
         self.events, events = records(EventRecord, max(EVENTS, 1024 * len(self.scene.contacts)))
         return events
 
-    def _probes(self) -> list[tuple[str, str, float, Quantity]]:
-        """Return channel, body, x and quantity of the probes, those of masses and loaded ends included."""
-        watched = (*self.scene.probes, *self.scene.loaded_ends)
-        asked = [(probe.channel, probe.body, probe.x, probe.quantity) for probe in watched]
+    def _probes(self) -> list[tuple[str, str, float, Quantity, float]]:
+        """Return channel, body, x, quantity and factor of the probes, those of masses and loaded ends included."""
+        asked = [
+            (probe.channel, probe.body, probe.x, *self.scene.bodies[probe.body].reading(probe.quantity))
+            for probe in (*self.scene.probes, *self.scene.loaded_ends)
+        ]
         for name, body in self.scene.bodies.items():
-            if isinstance(body, Mass):
-                asked += [(f"position:{name}", name, 0.0, "displacement"), (f"velocity:{name}", name, 0.0, "velocity")]
+            asked += [(f"{own}:{name}", name, 0.0, quantity, 1.0) for own, quantity in body.own_channels]
         return asked
 
     def _probe_channels(self) -> list[tuple[str, Quantity]]:
-        return [(channel, quantity) for channel, _, _, quantity in self._probes()]
+        return [(channel, quantity) for channel, _, _, quantity, _ in self._probes()]
 
     def _faces(self, names: list[str], steppers: dict[str, Stepper]) -> Any:
         by_name, faces = records(FaceRecord, 2 * len(self.scene.contacts))

@@ -13,12 +13,10 @@ from impactlab.history.base import AbstractHistory, Array, ContactSpan, Cost, En
 from impactlab.history.noise_floor import above_noise, reach_of
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.numerics.slopes import slopes
-from impactlab.scene.bodies import ElasticBody
 from impactlab.scene.frame import carried_by, groups, touched_in
 from impactlab.simulate.stepping import event_times as dating
 from impactlab.simulate.stepping.arrays import SAMPLED
 from impactlab.simulate.stepping.assembly import Assembly
-from impactlab.types import QUANTITIES_OF_BEAM, QUANTITIES_OF_ROD, Quantity
 
 
 class Channel(NamedTuple):
@@ -124,7 +122,8 @@ class RecordedHistory(AbstractHistory):
                 path="snapshots",
             )
         number = int(near[0])
-        model, moves = assembly.built[body].model, quantity == "velocity"
+        read, factor = scene.bodies[body].reading(quantity)
+        model, moves = assembly.built[body].model, read == "velocity"
         before, after = assembly.snapshots[number].before, assembly.snapshots[number].after
         # Leapfrog velocities belong to the middle of their step.
         late = (1.0 - self._integrator.velocity_point) * (after - before) if moves else 0.0
@@ -132,8 +131,7 @@ class RecordedHistory(AbstractHistory):
         states = assembly.memory.snapshot_state[number]
         state = (1.0 - share) * states[0] + share * states[1]
         x = model.grid()
-        known: dict[str, Quantity] = {q: q for q in (*QUANTITIES_OF_ROD, *QUANTITIES_OF_BEAM)}
-        rows = np.array([model.row(float(place), known[quantity]) for place in x])
+        rows = np.array([factor * model.row(float(place), read) for place in x])
         return Field(x, np.asarray(rows @ assembly.state_of(body, state, velocities=moves)))
 
     def jumps(self, channel: str) -> Array:
@@ -162,7 +160,7 @@ class RecordedHistory(AbstractHistory):
             channels[f"force:{contact.name}"] = Channel(of_force, force, True, None if contact.law.hard else middles)
             channels[f"gap:{contact.name}"] = Channel(times, record[:, column + 1], False)
             for side, point in enumerate((contact.left, contact.right)):
-                if isinstance(assembly.scene.bodies[point.body], ElasticBody):
+                if assembly.scene.bodies[point.body].elastic is not None:
                     at = column + 2 + 2 * side
                     place = f"{point.body}@{point.x:.6g}"
                     channels[f"displacement:{place}"] = Channel(times, record[:, at], False)

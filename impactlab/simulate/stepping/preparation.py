@@ -13,9 +13,9 @@ import numpy as np
 from impactlab.errors import CaseError, PairingError
 from impactlab.integrators.base import AbstractIntegrator, Stepper
 from impactlab.models.base import AbstractDiscreteModel, Face, Operators
+from impactlab.models.building import build_body
 from impactlab.models.continuous.base import AbstractSelfStepping
-from impactlab.models.rigid import RigidBody
-from impactlab.scene.bodies import Beam, Body, ElasticBody, Mass, Rod, Wall
+from impactlab.scene.bodies import Body
 from impactlab.scene.facts import side_facts
 from impactlab.scene.precision import beyond, check_finite, in_precision
 from impactlab.scene.problem import Contact, Point, Scene
@@ -49,23 +49,12 @@ def build_bodies(scene: Scene) -> dict[str, BuiltBody]:
     """Return every body in its coordinates; raises `CaseError` where a model cannot serve one."""
     built = {}
     for name, body in scene.bodies.items():
-        model: AbstractDiscreteModel
-        if isinstance(body, ElasticBody):
-            if body.model is None:
-                raise CaseError(f"'{name}' has no model", path="solve.model", remedy="Give solve.model.")
-            faces = faces_of(scene, name)
-            with in_precision(f"the description of '{name}'", f"bodies.{name}", body):
-                if isinstance(body, Beam):
-                    model = body.model.build_beam(body, scene.gravity, faces)
-                elif isinstance(body, Rod):
-                    model = body.model.build(body, scene.gravity, faces)
-                if isinstance(model, AbstractSelfStepping):
-                    probes = tuple(probe for probe in (*scene.probes, *scene.loaded_ends) if probe.body == name)
-                    model = model.recorded(probes, scene.duration, bool(scene.snapshots))
-        elif isinstance(body, Mass):
-            model = RigidBody(body.mass, body.velocity, scene.gravity)
-        else:
-            model = RigidBody(None, 0.0, 0.0)
+        with in_precision(f"the description of '{name}'", f"bodies.{name}", body):
+            chosen = None if body.elastic is None else body.elastic.model
+            model = build_body(body, chosen, scene.gravity, faces_of(scene, name))
+            if isinstance(model, AbstractSelfStepping):
+                probes = tuple(probe for probe in (*scene.probes, *scene.loaded_ends) if probe.body == name)
+                model = model.recorded(probes, scene.duration, bool(scene.snapshots))
         with in_precision(f"the matrices of '{name}'", f"bodies.{name}", body):
             built[name] = BuiltBody(body, model, model.operators())
         system = built[name].system
@@ -87,9 +76,7 @@ def faces_of(scene: Scene, body: str) -> tuple[Face, ...]:
     for number, contact in enumerate(scene.contacts):
         for point, other in ((contact.left, contact.right), (contact.right, contact.left)):
             if point.body == body:
-                partner = scene.bodies[other.body]
-                mass = math.inf if isinstance(partner, Wall) else math.nan
-                faces.append(Face(point.x, number, partner.mass if isinstance(partner, Mass) else mass))
+                faces.append(Face(point.x, number, scene.bodies[other.body].rigid_mass))
     return tuple(faces)
 
 
@@ -276,7 +263,7 @@ def pushes_of(scene: Scene, built: dict[str, BuiltBody], starts: tuple[Start, ..
                     remedy="Use addition_deletion or penalty.",
                     path=f"contacts.{number}.law",
                 )
-            middle = model.row(0.5 * body.length if isinstance(body, ElasticBody) else 0.0, reading.quantity)
+            middle = model.row(0.5 * body.length, reading.quantity)
             if np.abs(model.row(x, reading.quantity)).max(initial=0.0) <= 1e-9 * np.abs(middle).max(initial=0.0):
                 raise PairingError(
                     f"the law works with the {reading.quantity} at the face, and in every coordinate of "

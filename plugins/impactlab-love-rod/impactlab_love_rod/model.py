@@ -13,7 +13,7 @@ from impactlab.models.mesh.bar_elements import elements_per_segment
 from impactlab.models.mesh.bars import Mesh
 from impactlab.models.modal_body import ModalBody
 from impactlab.numerics.banded import widened
-from impactlab.scene import ElasticBody, End, Rod, Segment
+from impactlab.scene import ElasticBody, End, Segment, WaveBody
 from impactlab.types import Array, Quantity, option
 from impactlab_love_rod.modes import LoveModes
 
@@ -64,7 +64,7 @@ class LoveRod(AbstractRodModel):
         counts = elements_per_segment(body.segments, self.elements)
         return min(segment.length / count for segment, count in zip(body.segments, counts, strict=True))
 
-    def build(self, rod: Rod, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractDiscreteModel:
+    def build(self, rod: WaveBody, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractDiscreteModel:
         if self.modes is not None:
             segment = rod.segments[0]
             basis = LoveModes(rod, self.modes, self.lateral_length(segment))
@@ -79,7 +79,7 @@ class LoveRod(AbstractRodModel):
         )
         return self.poisson * radius
 
-    def exact_frequencies(self, rod: Rod, count: int) -> Array:
+    def exact_frequencies(self, rod: WaveBody, count: int) -> Array:
         """Return w = c k/sqrt(1 + nu^2 r_p^2 k^2) of a uniform rod with free or clamped ends, shape (count,)."""
         segment = rod.segments[0]
         quarter = (rod.left.kind == "clamped") != (rod.right.kind == "clamped")
@@ -92,7 +92,7 @@ class LoveRod(AbstractRodModel):
 class LoveBody(AbstractDiscreteModel):
     """A mesh of bars whose mass holds the lateral inertia."""
 
-    def __init__(self, model: LoveRod, rod: Rod, gravity: float) -> None:
+    def __init__(self, model: LoveRod, rod: WaveBody, gravity: float) -> None:
         self._mesh = Mesh(rod, model.elements, "consistent", gravity)
         counts = elements_per_segment(rod.segments, model.elements)
         lateral = np.repeat([model.lateral_length(segment) for segment in rod.segments], counts)

@@ -8,7 +8,7 @@ import numpy as np
 
 from impactlab.bases.analytic import AnalyticBasis
 from impactlab.models.messengers import Waves
-from impactlab.scene import Profile, Rod, Segment
+from impactlab.scene import Profile, Segment, WaveBody
 from impactlab.types import Array, Quantity
 
 
@@ -21,7 +21,7 @@ class LoveModes:
 
     Parameters
     ----------
-    rod : Rod
+    rod : WaveBody
     modes : int
         Elastic ones.
     lateral : float
@@ -33,7 +33,7 @@ class LoveModes:
         rad/s.
     """
 
-    def __init__(self, rod: Rod, modes: int, lateral: float) -> None:
+    def __init__(self, rod: WaveBody, modes: int, lateral: float) -> None:
         self._bar = AnalyticBasis(rod, modes)
         self._numbers: Array = self._bar.frequencies / rod.segments[0].wave_speed
         self._smaller: Array = 1.0 / np.sqrt(1.0 + (lateral * self._numbers) ** 2)

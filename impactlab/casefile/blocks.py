@@ -1,0 +1,116 @@
+"""Keys that the blocks of several kinds of body share, with their units, and the facts of an elastic body's block."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from typing import Annotated, Any, ClassVar
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from impactlab.casefile.formula import Formula
+from impactlab.casefile.values import SHAPE, Allowed, quantity
+from impactlab.scene.bodies import ElasticBody, End, Profile, Rayleigh, Table
+
+Length = Annotated[float, quantity("m", gt=0.0)]
+Area = Annotated[float, quantity("m2", gt=0.0)]
+Inertia = Annotated[float, quantity("m4", gt=0.0)]
+Modulus = Annotated[float, quantity("Pa", gt=0.0)]
+Density = Annotated[float, quantity("kg/m3", gt=0.0)]
+MassValue = Annotated[float, quantity("kg", gt=0.0)]
+Velocity = Annotated[float, quantity("m/s")]
+Place = Annotated[float, quantity("m")]
+Time = Annotated[float, quantity("s", gt=0.0)]
+Instant = Annotated[float, quantity("s", ge=0.0)]
+Records = Annotated[int, Allowed("1", (("ge", 100), ("le", 10_000_000)), whole=True).reader()]
+Positive = Annotated[float, quantity("1", gt=0.0)]
+Name = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_-]{0,39}$")]
+Text = Annotated[str, Field(max_length=2000, pattern=r"^[^\x00-\x08\x0b-\x1f\x7f-\x9f]*$")]
+
+
+class Block(BaseModel):
+    """What all blocks share: frozen, no unknown keys, defaults checked like given values."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True, arbitrary_types_allowed=True)
+
+
+class Material(Block):
+    """A linear elastic material."""
+
+    young: Modulus = Field(description="Young's modulus E [Pa]")
+    density: Density = Field(description="density rho [kg/m3]")
+    viscosity: Annotated[float, quantity("Pa s", ge=0.0)] = Field(
+        default=0.0, description="viscosity [Pa s]: stress = E strain + viscosity times strain rate (Kelvin and Voigt)"
+    )
+
+
+class DampingBlock(Block):
+    """Rayleigh damping of a rod: C = mass M + stiffness K."""
+
+    mass: Annotated[float, quantity("1/s", ge=0.0)] = Field(default=0.0, description="share of the mass matrix [1/s]")
+    stiffness: Annotated[float, quantity("s", ge=0.0)] = Field(
+        default=0.0, description="share of the stiffness matrix [s]"
+    )
+
+
+class ElasticBlock(Block):
+    """An elastic body: length and material, or segments, its damping, and the state at t = 0."""
+
+    length: Length | None = Field(default=None, description="length [m]")
+    damping: DampingBlock = Field(default=DampingBlock(), description="Rayleigh damping of the whole body")
+
+    shape_keys: ClassVar[tuple[str, ...]] = ("length", "area", "material")  # of a uniform body; segments replace them
+    profile_key: ClassVar[str] = "displacement"  # of the shape at t = 0
+    profile_unit: ClassVar[str] = "m"
+    quantities: ClassVar[tuple[str, ...]] = ()  # that a probe records
+    both_sides: ClassVar[bool] = False  # True: it can be struck on either side anywhere
+
+    @abstractmethod
+    def body(self, name: str, lever_arm: float, shared: dict[str, Any]) -> ElasticBody:
+        """Return the checked body in SI; ``shared`` are arguments of its class that are the same for all kinds."""
+
+    def check_pieces(self, path: str) -> None:
+        """Raise `CaseError` where sections or materials do not make a body; ``path`` is that of the block."""
+
+    @property
+    def total_length(self) -> float:
+        """Whole length [m]."""
+        pieces = getattr(self, "segments", None)
+        return float(self.length or 0.0) if pieces is None else float(sum(piece.length for piece in pieces))
+
+    @property
+    def profile(self) -> Profile | None:
+        """The shape at t = 0 as a function of x [m]."""
+        given = getattr(self, self.profile_key)
+        if given is None or isinstance(given, (Formula, Table)):
+            return given
+        return Formula(str(given), self.total_length)
+
+    @property
+    def rayleigh(self) -> Rayleigh:
+        """Its damping in the scene."""
+        return Rayleigh(self.damping.mass, self.damping.stiffness)
+
+
+class MovingBlock(ElasticBlock):
+    """An elastic body that moves along its axis or across it."""
+
+    material: Material | None = Field(default=None, description="material")
+    velocity: Velocity = Field(default=0.0, description="velocity at t = 0, uniform [m/s]")
+    displacement: Annotated[Any, SHAPE] = Field(
+        default=None, description="displacement at t = 0 [m]: a formula of x, or {x: [...], u: [...]}"
+    )
+
+
+def end_values(end: End) -> Any:
+    """Return what a case gives for an end."""
+    held: dict[str, float] = {end.kind: end.value} if end.value > 0.0 else {}
+    held |= {"rotational": end.rotational} if end.rotational > 0.0 else {}
+    pushed = {"force": end.force} if end.force != 0.0 else {}
+    return {**held, **pushed} or end.kind
+
+
+def profile_values(key: str, profile: Profile | None) -> dict[str, Any]:
+    """Return what a case gives for a shape at t = 0 under a key."""
+    if isinstance(profile, Formula):
+        return {key: profile.text}
+    return {key: {"x": list(profile.x), "u": list(profile.u)}} if isinstance(profile, Table) else {}

@@ -1,0 +1,41 @@
+"""From a body and the model chosen for it to its coordinates: which of a model's ways serves which kind."""
+
+from __future__ import annotations
+
+from impactlab.errors import CaseError, PairingError
+from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Face
+from impactlab.models.rigid import RigidBody
+from impactlab.scene.bodies import Beam, Body, Rod
+
+
+def build_body(
+    body: Body, model: AbstractRodModel | None, gravity: float, faces: tuple[Face, ...]
+) -> AbstractDiscreteModel:
+    """Return a body in coordinates, for gravity [m/s2] and the faces of its contacts.
+
+    Raises
+    ------
+    CaseError
+        If a body that deforms has no model, or its model cannot serve it.
+    PairingError
+        If the model has a theory of rods, and the body is of another kind.
+    """
+    if body.elastic is None:
+        return RigidBody(body.rigid_mass if body.moves else None, body.velocity, gravity if body.moves else 0.0)
+    if model is None:
+        raise CaseError(f"'{body.name}' has no model", path="solve.model", remedy="Give solve.model.")
+    if isinstance(body, Beam):
+        return model.build_beam(body, gravity, faces)
+    if model.theory and not isinstance(body, Rod):
+        raise PairingError(
+            f"theory '{model.theory}' is one of rods, and '{body.name}' is a {body.kind}",
+            remedy="Use finite_element, modal or continuous for this body.",
+            path=f"solve.models.{body.name}",
+        )
+    if body.waves is None:
+        raise PairingError(
+            f"no model describes '{body.name}', a {body.kind}",
+            remedy="Give its kind the wave equation (`WaveBody`), or a model that builds it.",
+            path=f"solve.models.{body.name}",
+        )
+    return model.build(body.waves, gravity if body.falls else 0.0, faces)

@@ -1,0 +1,27 @@
+"""Bodies in SI and in plain frozen records, one kind a file: rods, beams, shafts, masses, walls."""
+
+from impactlab.scene.bodies.base import Body, ElasticBody, End, Profile, Rayleigh, Segment, Table, WaveBody
+from impactlab.scene.bodies.beam import Beam, BeamSegment
+from impactlab.scene.bodies.rigid import Mass, Wall
+from impactlab.scene.bodies.rod import Rod
+from impactlab.scene.bodies.shaft import AtArm, Shaft, shaft_end, shaft_segment
+
+__all__ = [
+    "AtArm",
+    "Beam",
+    "BeamSegment",
+    "Body",
+    "ElasticBody",
+    "End",
+    "Mass",
+    "Profile",
+    "Rayleigh",
+    "Rod",
+    "Segment",
+    "Shaft",
+    "Table",
+    "Wall",
+    "WaveBody",
+    "shaft_end",
+    "shaft_segment",
+]

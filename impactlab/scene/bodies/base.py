@@ -1,0 +1,389 @@
+"""The facts of every body, and of those that deform: segments, ends, damping, in SI and in plain frozen records.
+
+x runs from a body's left end to its right end; displacements and velocities are positive to the right. Of a beam the
+displacement is the deflection, positive up.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import ClassVar, Literal, TypeVar
+
+import numpy as np
+from numpy import float64
+from numpy.typing import NDArray
+
+from impactlab.errors import CaseError
+from impactlab.models.base import AbstractRodModel
+from impactlab.types import QUANTITIES_OF_ROD, Quantity, SideFacts
+
+Piece = TypeVar("Piece", bound="Segment")
+
+Profile = Callable[[NDArray[float64]], NDArray[float64]]
+"""A quantity as a function of x [m], shape (n,) to shape (n,)."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """A quantity given at places x [m], rising; straight lines between them."""
+
+    x: tuple[float, ...]
+    u: tuple[float, ...]
+
+    def __call__(self, x: NDArray[float64]) -> NDArray[float64]:
+        return np.asarray(np.interp(x, self.x, self.u), dtype=float)
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A uniform piece of a rod or a beam."""
+
+    length: float  # m
+    area: float  # m2
+    young: float  # Pa
+    density: float  # kg/m3
+    viscosity: float = 0.0  # Pa s: stress = E strain + viscosity times strain rate (Kelvin and Voigt)
+
+    @property
+    def wave_speed(self) -> float:
+        """Speed of axial waves sqrt(E/rho) [m/s]."""
+        return float((self.young / self.density) ** 0.5)
+
+    @property
+    def front_speed(self) -> float:
+        """Speed of its fastest front [m/s]."""
+        return self.wave_speed
+
+    @property
+    def impedance(self) -> float:
+        """Impedance rho c A [N s/m]."""
+        return self.density * self.wave_speed * self.area
+
+    @property
+    def bending_stiffness(self) -> float:
+        """Bending stiffness E I [N m2]; NaN where nothing bends."""
+        return math.nan
+
+    @property
+    def mass(self) -> float:
+        """Mass rho A L [kg]."""
+        return self.density * self.area * self.length
+
+
+@dataclass(frozen=True)
+class End:
+    """What holds an end of a rod or a beam: nothing, a clamp, a grounded spring or dashpot, or a mass riding on it.
+
+    A beam may be pinned (no deflection, free rotation), its spring may resist rotation too, and it may go on for ever.
+    A force may act on an end that is not clamped or pinned.
+    """
+
+    kind: Literal["free", "clamped", "spring", "dashpot", "mass", "pinned", "infinite"]
+    value: float = 0.0  # N/m, N s/m or kg
+    force: float = 0.0  # N, along +x (of a beam along +u), constant from t = 0 on
+    rotational: float = 0.0  # N m/rad, of a spring against rotation at the end of a beam
+
+    @property
+    def carries(self) -> str:
+        """What contact laws are told of this end: its kind, or `force` where a force acts on it."""
+        return "force" if self.force != 0.0 else self.kind
+
+
+@dataclass(frozen=True)
+class Rayleigh:
+    """Damping of a whole rod by its own matrices: C = mass M + stiffness K."""
+
+    mass: float = 0.0  # 1/s
+    stiffness: float = 0.0  # s
+
+
+@dataclass(frozen=True)
+class Body(ABC):
+    """A body of a scene: the facts of its motion that contacts, checks, warnings and reports ask for.
+
+    A rigid body has no length and no waves; `ElasticBody` adds segments and ends. A new kind of body overrides the
+    facts in which it differs.
+    """
+
+    name: str
+
+    moves: ClassVar[bool] = True  # False: nothing can move it
+    falls: ClassVar[bool] = True  # False: gravity does not act along its motion
+    bends: ClassVar[bool] = False  # True: it moves across its axis, and has a face on either side everywhere
+    coordinates_per_node: ClassVar[int] = 1  # of a finite element mesh
+    own_channels: ClassVar[tuple[tuple[str, Quantity], ...]] = ()  # recorded in every run: name and quantity at x = 0
+
+    @property
+    @abstractmethod
+    def kind(self) -> str:
+        """What a case calls such a body: ``rod``."""
+
+    @property
+    def velocity(self) -> float:
+        """Velocity at t = 0 [m/s]."""
+        return 0.0
+
+    @property
+    @abstractmethod
+    def moving_mass(self) -> float:
+        """Mass that its momentum moves [kg], with the masses on its ends; inf where it never moves."""
+
+    @property
+    def rigid_mass(self) -> float:
+        """Mass that a contact strikes as a whole [kg]; NaN of a body that deforms, inf where it never moves."""
+        return math.nan
+
+    @property
+    def length(self) -> float:
+        """Whole length [m]; 0 of a rigid body."""
+        return 0.0
+
+    @property
+    def elastic(self) -> ElasticBody | None:
+        """The body itself where it deforms and needs a model, None where it is rigid."""
+        return None
+
+    @property
+    def waves(self) -> WaveBody | None:
+        """The body itself where its motion is the wave equation of a rod, else None."""
+        return None
+
+    @property
+    def quantities(self) -> Mapping[str, tuple[Quantity, float]]:
+        """Quantities that can be recorded of it, each with the quantity of its model and the factor on that."""
+        return plain("displacement", "velocity") if self.moves else {}
+
+    def reading(self, quantity: str) -> tuple[Quantity, float]:
+        """Return the quantity of its model, and the factor on that, which give one of `quantities`.
+
+        Raises
+        ------
+        CaseError
+            If the body has no such quantity.
+        """
+        if quantity not in self.quantities:
+            raise CaseError(
+                f"the {self.kind} '{self.name}' has no {quantity}",
+                remedy=f"It has: {', '.join(self.quantities) or 'nothing, as it never moves'}.",
+                path="probes",
+            )
+        return self.quantities[quantity]
+
+    @property
+    def ends(self) -> tuple[tuple[float, End], ...]:
+        """Place x [m] and support of each end; none of a rigid body."""
+        return ()
+
+    @property
+    def end_force(self) -> float:
+        """Sum of the forces on both ends [N], along +x, of a beam along +u."""
+        return 0.0
+
+    @property
+    def is_held(self) -> bool:
+        """Whether a support other than contacts and loads can change its momentum."""
+        return False
+
+    @property
+    def is_free(self) -> bool:
+        """Whether only contacts and loads change its momentum; damping by its mass holds it, too."""
+        return True
+
+    @property
+    def slowest_period(self) -> float:
+        """First period if it were clamped at one end and free at the other [s]; 0 of a rigid body."""
+        return 0.0
+
+    @property
+    def static_compliance(self) -> float:
+        """Compliance of the whole body along its motion, L/EA of a rod [m/N]; 0 of a rigid body, NaN if it bends."""
+        return 0.0
+
+    @property
+    def has_fronts(self) -> bool:
+        """Whether its waves have a front, before which nothing moves."""
+        return False
+
+    @property
+    def unbounded_first_force(self) -> bool:
+        """Whether its face, struck by a hard contact, resists with a force without bound at first."""
+        return False
+
+    def theory_doubts(self, contact: str, duration: float) -> tuple[str, ...]:
+        """Return why its theory may not hold, the body or its shortest soft contact considered; a sentence each.
+
+        ``contact`` is the name of that contact, ``duration`` its length [s], inf without one.
+        """
+        return ()
+
+    def mesh_rounding(self, element_length: float) -> float:
+        """Return the energy that rounding may give its mesh, over its energy of the slowest motion."""
+        return 0.0
+
+    def face_channel(self, x: float) -> str:
+        """Return the name of the channel of the displacement at x [m]: ``displacement:rod@0.15``."""
+        return f"displacement:{self.name}@{x:.6g}"
+
+    def impedance_at(self, x: float) -> float:
+        """Return the wave impedance [N s/m] at x [m], of both directions together; inf without a wave equation."""
+        return math.inf
+
+    @abstractmethod
+    def side_facts(self, x: float, element_length: float) -> SideFacts:
+        """Return the facts of a face at x [m] for elements of a length [m], without gravity and steps."""
+
+    def travel_time(self, x: float, other: float) -> float:
+        """Return the least time [s] of a wave between two places x [m]; 0 where its waves have no front."""
+        return 0.0
+
+
+@dataclass(frozen=True)
+class ElasticBody(Body):
+    """A straight body of one or more uniform segments along x, which moves along its axis or across it."""
+
+    segments: tuple[Segment, ...]
+    left: End
+    right: End
+    velocity: float = 0.0  # m/s, uniform at t = 0
+    displacement: Profile | None = None  # m, at t = 0
+    model: AbstractRodModel | None = None  # None only while a case is being read
+    damping: Rayleigh = Rayleigh()
+
+    @property
+    def elastic(self) -> ElasticBody:
+        return self
+
+    @property
+    def length(self) -> float:
+        return sum(segment.length for segment in self.segments)
+
+    @property
+    def mass(self) -> float:
+        """Mass of the segments, without end masses [kg]."""
+        return sum(segment.mass for segment in self.segments)
+
+    @property
+    def moving_mass(self) -> float:
+        return self.mass + sum(end.value for end in (self.left, self.right) if end.kind == "mass")
+
+    @property
+    def ends(self) -> tuple[tuple[float, End], ...]:
+        return (0.0, self.left), (self.length, self.right)
+
+    @property
+    def end_force(self) -> float:
+        return self.left.force + self.right.force
+
+    @property
+    @abstractmethod
+    def stiffness(self) -> float:
+        """Static stiffness of its first segment taken over its whole length, EA/L of a rod [N/m]."""
+
+    def own_ratios(self) -> tuple[tuple[str, float, str], ...]:
+        """Return its ratios of sizes that only its kind has: text, ratio, and key below the body."""
+        return ()
+
+    @property
+    def is_damped(self) -> bool:
+        """Whether the body itself loses energy; dashpots at its ends do not count."""
+        return self.damping != Rayleigh() or any(segment.viscosity > 0.0 for segment in self.segments)
+
+    @property
+    def is_held(self) -> bool:
+        return any(end.kind not in ("free", "mass") for end in (self.left, self.right))
+
+    @property
+    def is_free(self) -> bool:
+        return not self.is_held and self.damping.mass == 0.0
+
+    @property
+    def round_trip(self) -> float:
+        """Time of a wave to the far end and back, 2 L/c summed over the segments [s], with c = sqrt(E/rho)."""
+        return sum(2.0 * segment.length / segment.wave_speed for segment in self.segments)
+
+    def segment_at(self, x: float) -> Segment:
+        """Return the segment that holds x [m]; at a boundary the right one, at the right end the last."""
+        return segment_at(self.segments, x)
+
+    def is_inner(self, x: float) -> bool:
+        """Return whether x [m] lies between the ends."""
+        return 0.0 < x < self.length
+
+    def carries(self, x: float) -> str:
+        """Return the support of a place x [m] as contact laws read it: ``inner``, ``force``, or the kind of the end."""
+        return "inner" if self.is_inner(x) else (self.left if x == 0.0 else self.right).carries
+
+    def travel_time(self, x: float, other: float) -> float:
+        if not self.has_fronts:
+            return 0.0
+        low, high = min(x, other), max(x, other)
+        time = at = 0.0
+        for segment in self.segments:
+            inside = max(0.0, min(high, at + segment.length) - max(low, at))
+            time, at = time + inside / segment.front_speed, at + segment.length
+        return time
+
+
+@dataclass(frozen=True)
+class WaveBody(ElasticBody):
+    """An elastic body whose displacement u solves the wave equation of rods, E A u'' = rho A u_tt in each segment."""
+
+    @property
+    def waves(self) -> WaveBody:
+        return self
+
+    @property
+    def quantities(self) -> Mapping[str, tuple[Quantity, float]]:
+        return plain(*QUANTITIES_OF_ROD)
+
+    @property
+    def slowest_period(self) -> float:
+        return 2.0 * self.round_trip
+
+    @property
+    def stiffness(self) -> float:
+        return self.segments[0].young * self.segments[0].area / self.length
+
+    @property
+    def static_compliance(self) -> float:
+        return sum(each.length / (each.young * each.area) for each in self.segments)
+
+    @property
+    def has_fronts(self) -> bool:
+        return not self.is_damped
+
+    def impedance_at(self, x: float) -> float:
+        ends = 1.0 if x in (0.0, self.length) else 2.0
+        return ends * self.segment_at(x).impedance
+
+    def side_facts(self, x: float, element_length: float) -> SideFacts:
+        inner, segment = self.is_inner(x), self.segment_at(x)
+        return SideFacts(
+            kind="rod",
+            impedance=math.nan if inner else segment.impedance,
+            wave_speed=segment.wave_speed,
+            area=segment.area,
+            element_stiffness=segment.young * segment.area / element_length,
+            room=math.nan if inner else segment.length,
+            mass=self.mass,
+            gravity=0.0,
+            end=self.carries(x),
+        )
+
+
+def plain(*quantities: Quantity) -> dict[str, tuple[Quantity, float]]:
+    """Return quantities that are those of the model itself, for `Body.quantities`."""
+    return {quantity: (quantity, 1.0) for quantity in quantities}
+
+
+def segment_at(segments: tuple[Piece, ...], x: float) -> Piece:
+    """Return the segment that holds x [m]; at a boundary the right one, at the right end the last."""
+    start = 0.0
+    for segment in segments:
+        start += segment.length
+        if x < start:
+            return segment
+    return segments[-1]
