@@ -91,7 +91,7 @@ PROMISES: Mapping[str, tuple[Promise, ...]] = {
         Promise("100.771950", at("force:hammer|shaft.left", 0.0)),
         Promise("215.181901", peak()),
         Promise("25.192988", at("torque:shaft@0", 0.0)),
-        Promise("50.385975", at("torque:shaft@0.5", 156.6246e-6)),
+        Promise("50.385975", at("torque:shaft@0.5", (1.0 + 1e-9) * 0.5 / np.sqrt(8.0e10 / 7850.0))),
     ),
     "ball_on_stepped_rod": (
         Promise("61.9333", opened(0), US),
