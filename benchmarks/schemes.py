@@ -16,7 +16,6 @@ from typing import Any
 from step_loop import scene_of, time_loop
 
 from impactlab.contact.addition_deletion import AdditionDeletion
-from impactlab.contact.velocity_complementarity import VelocityComplementarity
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.models.modal import Modal
 from impactlab.plugins import INTEGRATORS, registry
@@ -27,8 +26,8 @@ STEPS = 4800.0  # of each run: round trips fall as the mesh grows
 
 
 def plan_of(integrator: AbstractIntegrator, elements: int) -> Plan:
-    """Return the run on a mesh, or on as many analytic modes; with a law that the scheme serves."""
-    law = AdditionDeletion() if AdditionDeletion.needs <= integrator.serves else VelocityComplementarity()
+    """Return the run on a mesh, or on as many analytic modes."""
+    law = AdditionDeletion()
     model = Modal(elements=elements) if integrator.needs_modes else None
     return prepare(scene_of(elements, law, integrator, model, 0.5, STEPS / (4.0 * elements)))
 

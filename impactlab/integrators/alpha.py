@@ -1,4 +1,4 @@
-"""The stepper of the generalised-alpha family, which its schemes share.
+"""The step of the generalised-alpha family, which its schemes share.
 
 With am, af, gamma = 1/2 + af - am, beta = (1 + af - am)^2/4 the scheme never gains energy in free undamped motion: with
 b = (af - am)^2/4, f = 1/2 - af, m = 1/2 - am, and y from (1 - am) y_new + am y = u_new - u, y = 0 at first, the energy
@@ -15,23 +15,21 @@ from __future__ import annotations
 
 import numpy as np
 
-from impactlab.integrators.banded_steps import alpha_free, measure
-from impactlab.integrators.base import Stepper
-from impactlab.integrators.packing import factors, packed
+from impactlab.integrators.banded_steps import LOAD, alpha_derive, alpha_free, measure
+from impactlab.integrators.base import Step, without_load
+from impactlab.integrators.packing import combined, factors, packed, trimmed
 from impactlab.models.base import Operators
-from impactlab.numerics.banded import multiply, solve
 from impactlab.types import Array
 
 
-def prepare_alpha(
+def alpha_step(
     system: Operators,
-    ports: Array,
     dt: float,
     filters: tuple[float, float],
     newmark: tuple[float, float],
     in_accelerations: bool = False,
-) -> Stepper:
-    """Return the stepper of a scheme with weights (af, am) and (beta, gamma).
+) -> Step:
+    """Return the step of a scheme with weights (af, am) and (beta, gamma).
 
     Without ``in_accelerations`` the force of a step acts beside the accelerations, constant over the step: it adds its
     exact impulse and the displacement F dt^2/2. With it, the force is that of the equation of motion at the step's end.
@@ -41,47 +39,33 @@ def prepare_alpha(
     filtered = af != 0.0 or am != 0.0
     of_y = (0.5 - af) * (af - am) if filtered else 0.0
     still_to_come = (dt * (1.0 - am - gamma), dt * af) if in_accelerations else (0.0, 0.0)
-    weights = ((beta - 0.5 * gamma) * dt**2, of_y, *still_to_come)
-    body = packed(system, dt, (af, am, beta, gamma), weights)
-    mass, damping, stiffness = body.mass, body.damping, body.stiffness
     share, n_dof = (1.0 - af) / (1.0 - am), system.load.size
-    matrix = mass + gamma * share * dt * damping + beta * share * dt**2 * stiffness
-
-    def kept(u: Array, v: Array, a: Array, w: Array, y: Array) -> Array:
-        return np.concatenate((u, v, a, w, y) if filtered else (u, v, a))
-
-    def finished(u: Array, v: Array, push: Array, a: Array) -> Array:
-        """Return the end of a step from what it predicts, and from the part of a that is known."""
-        w = solve(matrix, push - multiply(damping, v) - multiply(stiffness, u))
-        u, v = u + beta * share * dt**2 * w, v + gamma * share * dt * w
-        return kept(u, v, a + share * w, w, u / (1.0 - am))
-
-    none = np.zeros(n_dof)
-    size = (5 if filtered else 3) * n_dof
-    force_response, impulse_response, projection_response = np.zeros((3, len(ports), size))
-    jump = np.zeros((len(ports), n_dof))
-    for port, row in enumerate(ports):
-        jump[port] = solve(mass, row)
-        if in_accelerations:
-            force_response[port] = finished(none, none, row, none)
-        else:
-            force_response[port] = finished(0.5 * dt**2 * jump[port], dt * jump[port], none, none)
-        change = solve(mass, -multiply(damping, jump[port]))
-        held = (af - am) / (1.0 - am) * change
-        u = dt * jump[port] + dt**2 * ((0.5 - beta) * change + beta * held)
-        impulse_response[port] = finished(u, jump[port] + dt * ((1.0 - gamma) * change + gamma * held), none, held)
-        change = solve(mass, -multiply(stiffness, jump[port]))
-        projection_response[port] = kept(jump[port], none, change, change, none)
-    internal = system.load - multiply(damping, system.velocity) - multiply(stiffness, system.displacement)
-    acceleration = solve(mass, internal)
-    return Stepper(
+    arrays = factors(combined(system, gamma * share * dt, beta * share * dt**2)), factors(trimmed(system.mass))
+    weights = ((beta - 0.5 * gamma) * dt**2, of_y, *still_to_come)
+    step = Step(
         free=alpha_free,
         measure=measure,
-        parameters=np.concatenate((body.header, *body.arrays, *factors(matrix))),
-        state=kept(system.displacement, system.velocity, acceleration, acceleration, none),
-        force_response=force_response,
-        impulse_response=impulse_response,
-        projection_response=projection_response,
-        jump=jump,
-        face_rows=ports,
+        parameters=packed(system, dt, (af, am, beta, gamma), *arrays, weights=weights),
+        load=slice(LOAD, LOAD + system.load.size),
+        state=np.concatenate((system.displacement, system.velocity, np.zeros((3 if filtered else 1) * n_dof))),
+        derive=alpha_derive,
     )
+
+    def beside(jump: Array) -> Array:
+        columns = mid_step(step, dt, jump)
+        if filtered:  # y counts from where the face stood, not from where the path of the impulse began
+            columns[:, 4 * n_dof :] -= 0.5 * dt**2 / (1.0 - am) * jump
+        return columns
+
+    return step if in_accelerations else step._replace(force=beside)
+
+
+def mid_step(step: Step, dt: float, jump: Array) -> Array:
+    """Return the columns of forces that act beside the accelerations: impulses dt in the middle of the step.
+
+    What such an impulse moves lies, traced back to the start of the step, half a step behind.
+    """
+    n_dof = jump.shape[1]
+    begun = np.zeros((len(jump), step.state.size))
+    begun[:, :n_dof], begun[:, n_dof : 2 * n_dof] = -0.5 * dt**2 * jump, dt * jump
+    return without_load(step, step.free, begun)

@@ -1,18 +1,24 @@
 """Compiled steps of the implicit schemes, for mass, damping and stiffness of any bandwidth.
 
-Parameters of all of them: a header of 16 numbers (n, bandwidths of stiffness, damping (-1: none), mass and factors, dt,
-the scheme's own, four weights for `measure`), then load, stiffness, mass and damping, then what the scheme needs: its
-factors (`impactlab.numerics.banded.factorised`) and room to work in. Stiffness and damping stand as springs to the
-ground (the sums of their rows) and bands below the diagonal, so that forces come from differences of displacements: a
-body far from where it began feels no rounding of its travel.
+Parameters of all of them: a header, whose places are the constants below, then the arrays that `split` returns: load,
+stiffness, mass, damping, momentum row, and what the scheme needs: its factors (`impactlab.numerics.banded.factorised`)
+and room to work in. Stiffness and damping stand as springs to the ground (the sums of their rows) and bands below the
+diagonal, so that forces come from differences of displacements: a body far from its start feels no rounding of its
+travel.
 """
 
 from __future__ import annotations
 
-from impactlab.numerics.compiling import HELPER
+from impactlab.numerics.compiling import HELPER, UNPACK
 from impactlab.types import Array
 
-HEADER = 16
+# Places in the header: size, bandwidths of stiffness, damping (-1: undamped), mass and factors, step, then the numbers
+# of a scheme (up to six), and four weights for `measure`.
+N, STIFF, DAMPED, HEAVY, WIDE, DT = range(6)
+AF, AM, BETA, GAMMA = range(6, 10)  # of the generalised-alpha family
+THETA = PART = 6
+WEIGHTS = 12
+LOAD = HEADER = 16
 
 
 @HELPER
@@ -151,16 +157,15 @@ def add_matrix(
 
 
 @HELPER
-def in_springs(n: int, bandwidth: int, springs: Array, u: Array) -> float:
-    """Return u K u/2 of springs at displacements u."""
+def in_springs(n: int, bandwidth: int, springs: Array, x: Array, y: Array) -> float:
+    """Return x K y/2 of springs; with displacements u for both, their energy."""
     energy = 0.0
     for i in range(n):
-        energy += 0.5 * springs[i] * u[i] * u[i]
+        energy += 0.5 * springs[i] * x[i] * y[i]
     for offset in range(1, bandwidth + 1):
         band = springs[offset * n : (offset + 1) * n]
         for i in range(n - offset):
-            stretch = u[i + offset] - u[i]
-            energy -= 0.5 * band[i] * stretch * stretch
+            energy -= 0.5 * band[i] * (x[i + offset] - x[i]) * (y[i + offset] - y[i])
     return energy
 
 
@@ -177,28 +182,52 @@ def in_motion(n: int, bandwidth: int, masses: Array, v: Array) -> float:
     return energy
 
 
+@UNPACK
+def sizes(parameters: Array) -> tuple[int, int, int, int, int]:
+    """Return n, and the bandwidths of stiffness, damping (-1: undamped), mass and factors."""
+    stiff, damped = int(parameters[STIFF]), int(parameters[DAMPED])
+    return int(parameters[N]), stiff, damped, int(parameters[HEAVY]), int(parameters[WIDE])
+
+
+@UNPACK
+def split(parameters: Array) -> tuple[Array, Array, Array, Array, Array, Array]:
+    """Return load, springs, masses, dashpots, momentum row and the rest of the parameters, all flat."""
+    n, stiff, damped, heavy, _ = sizes(parameters)
+    arrays = parameters[LOAD:]
+    masses = (stiff + 2) * n
+    dashpots = masses + (heavy + 1) * n
+    momentum = dashpots + (damped + 1) * n
+    return (
+        arrays[:n],
+        arrays[n:masses],
+        arrays[masses:dashpots],
+        arrays[dashpots:momentum],
+        arrays[momentum : momentum + n],
+        arrays[momentum + n :],
+    )
+
+
 def measure(parameters: Array, state: Array, out: Array) -> None:
     """Write energy [J], work of the load so far, up to a constant [J], and momentum still to come [N s].
 
     The energy is v M v/2 + u K u/2 + weights[0] a M a/2 + weights[1] y K y/2; the momentum row (weights[2] a +
     weights[3] w): see `impactlab.integrators.alpha`.
     """
-    n, stiff, damped, heavy = int(parameters[0]), int(parameters[1]), int(parameters[2]), int(parameters[3])
-    weights, arrays = parameters[12:16], parameters[16:]
-    load, springs = arrays[:n], arrays[n : (stiff + 2) * n]
-    masses = arrays[(stiff + 2) * n : (stiff + heavy + 3) * n]
-    energy = in_springs(n, stiff, springs, state[:n]) + in_motion(n, heavy, masses, state[n : 2 * n])
+    n, stiff, _, heavy, _ = sizes(parameters)
+    weights = parameters[WEIGHTS:LOAD]
+    load, springs, masses, _, row, _ = split(parameters)
+    energy = in_springs(n, stiff, springs, state[:n], state[:n]) + in_motion(n, heavy, masses, state[n : 2 * n])
     if weights[0] != 0.0:
         energy += weights[0] * in_motion(n, heavy, masses, state[2 * n : 3 * n])
     if weights[1] != 0.0:
-        energy += weights[1] * in_springs(n, stiff, springs, state[4 * n : 5 * n])
+        y = state[4 * n : 5 * n]
+        energy += weights[1] * in_springs(n, stiff, springs, y, y)
     work = 0.0
     for i in range(n):
         work += load[i] * state[i]
     out[0], out[1] = energy, work
     if weights[2] != 0.0 or weights[3] != 0.0:
         a, w = state[2 * n : 3 * n], state[3 * n : 4 * n]
-        row = arrays[(stiff + heavy + damped + 4) * n : (stiff + heavy + damped + 5) * n]
         for i in range(n):
             out[2] += row[i] * (weights[2] * a[i] + weights[3] * w[i])
 
@@ -209,13 +238,9 @@ def alpha_free(parameters: Array, state: Array) -> None:
     (1 - am) a_new + am a = (1 - af) w_new + af w, M w = load - C v - K u at the same instant, and Newmark's formulas
     with a. The state is u, v, a, and unless am = af = 0 also w and y, where (1 - am) y_new + am y = u_new - u.
     """
-    n, stiff, damped, heavy = int(parameters[0]), int(parameters[1]), int(parameters[2]), int(parameters[3])
-    wide, dt, af, am = int(parameters[4]), parameters[5], parameters[6], parameters[7]
-    beta, gamma = parameters[8], parameters[9]
-    arrays = parameters[16:]
-    load, springs = arrays[:n], arrays[n : (stiff + 2) * n]
-    dampers = arrays[(stiff + heavy + 3) * n : (stiff + heavy + damped + 4) * n]
-    factors = arrays[(stiff + heavy + damped + 5) * n :]
+    n, stiff, damped, _, wide = sizes(parameters)
+    dt, af, am, beta, gamma = parameters[DT], parameters[AF], parameters[AM], parameters[BETA], parameters[GAMMA]
+    load, springs, _, dashpots, _, factors = split(parameters)
     pivot, lower = factors[:n], factors[n : (wide + 1) * n]
     u, v, a = state[:n], state[n : 2 * n], state[2 * n : 3 * n]
     old_u, old_v, new_u, new_v = dt * dt * (0.5 - beta), dt * (1.0 - gamma), dt * dt * beta, dt * gamma
@@ -226,7 +251,7 @@ def alpha_free(parameters: Array, state: Array) -> None:
             a[i] = load[i]
         pull(n, stiff, springs, u, a)
         if damped >= 0:
-            pull(n, damped, dampers, v, a)
+            pull(n, damped, dashpots, v, a)
         solve(n, wide, pivot, lower, a)
         for i in range(n):
             u[i] += new_u * a[i]
@@ -243,7 +268,7 @@ def alpha_free(parameters: Array, state: Array) -> None:
         w[i] = load[i]
     pull(n, stiff, springs, u, w)
     if damped >= 0:
-        pull(n, damped, dampers, v, w)
+        pull(n, damped, dashpots, v, w)
     solve(n, wide, pivot, lower, w)
     new_u, new_v, of_y = share * new_u, share * new_v, 1.0 / (1.0 - am)
     for i in range(n):
@@ -253,17 +278,31 @@ def alpha_free(parameters: Array, state: Array) -> None:
         y[i] = of_y * (y[i] + u[i])
 
 
+def alpha_derive(parameters: Array, state: Array) -> None:
+    """Rewrite the accelerations a and w, M a = load - C v - K u; the factors of M follow those of the step."""
+    n, stiff, damped, heavy, wide = sizes(parameters)
+    load, springs, _, dashpots, _, factors = split(parameters)
+    mass = factors[(wide + 1) * n :]
+    a = state[2 * n : 3 * n]
+    for i in range(n):
+        a[i] = load[i]
+    pull(n, stiff, springs, state[:n], a)
+    if damped >= 0:
+        pull(n, damped, dashpots, state[n : 2 * n], a)
+    solve(n, heavy, mass[:n], mass[n : (heavy + 1) * n], a)
+    if state.size > 3 * n:
+        for i in range(n):
+            state[3 * n + i] = a[i]
+
+
 def theta_free(parameters: Array, state: Array) -> None:
     """Step of the theta method: M (v_new - v) = dt (load - C v_theta - K u_theta), u_new = u + dt v_theta.
 
     v_theta = theta v_new + (1 - theta) v and u_theta likewise.
     """
-    n, stiff, damped, heavy = int(parameters[0]), int(parameters[1]), int(parameters[2]), int(parameters[3])
-    wide, dt, theta = int(parameters[4]), parameters[5], parameters[6]
-    arrays = parameters[16:]
-    load, springs = arrays[:n], arrays[n : (stiff + 2) * n]
-    dampers = arrays[(stiff + heavy + 3) * n : (stiff + heavy + damped + 4) * n]
-    factors = arrays[(stiff + heavy + damped + 5) * n :]
+    n, stiff, damped, _, wide = sizes(parameters)
+    dt, theta = parameters[DT], parameters[THETA]
+    load, springs, _, dashpots, _, factors = split(parameters)
     pivot, lower, gained = factors[:n], factors[n : (wide + 1) * n], factors[(wide + 1) * n : (wide + 2) * n]
     u, v = state[:n], state[n : 2 * n]
     ahead, rest, whole = theta * dt, (1.0 - theta) * dt, theta * dt * dt
@@ -272,65 +311,33 @@ def theta_free(parameters: Array, state: Array) -> None:
         gained[i] = load[i]
     pull(n, stiff, springs, u, gained)
     if damped >= 0:
-        pull(n, damped, dampers, v, gained)
+        pull(n, damped, dashpots, v, gained)
     solve(n, wide, pivot, lower, gained)
     for i in range(n):
         u[i] += rest * v[i] + whole * gained[i]
         v[i] += dt * gained[i]
 
 
-def theta_retime(parameters: Array, dt: float, jump: Array, force_response: Array, impulse_response: Array) -> None:
-    """Factorise for another step length, and rewrite the responses (flat, port by port)."""
-    n, stiff, damped, heavy = int(parameters[0]), int(parameters[1]), int(parameters[2]), int(parameters[3])
-    wide, theta = int(parameters[4]), parameters[6]
-    parameters[5] = dt
-    arrays = parameters[16:]
-    springs, masses = arrays[n : (stiff + 2) * n], arrays[(stiff + 2) * n : (stiff + heavy + 3) * n]
-    dampers = arrays[(stiff + heavy + 3) * n : (stiff + heavy + damped + 4) * n]
-    factors = arrays[(stiff + heavy + damped + 5) * n :]
+def theta_retime(parameters: Array, dt: float) -> None:
+    """Factorise M + theta dt C + (theta dt)^2 K for another step length."""
+    n, stiff, damped, heavy, wide = sizes(parameters)
+    theta = parameters[THETA]
+    parameters[DT] = dt
+    _, springs, masses, dashpots, _, factors = split(parameters)
     pivot, lower = factors[:n], factors[n : (wide + 1) * n]
-    for i in range((wide + 1) * n):
-        factors[i] = 0.0
+    factors[: (wide + 1) * n] = 0.0
     add_matrix(n, 1.0, heavy, masses, False, pivot, lower)
     add_matrix(n, theta * theta * dt * dt, stiff, springs, True, pivot, lower)
     if damped >= 0:
-        add_matrix(n, theta * dt, damped, dampers, True, pivot, lower)
+        add_matrix(n, theta * dt, damped, dashpots, True, pivot, lower)
     factorise(n, wide, pivot, lower)
-    for port in range(force_response.size // max(2 * n, 1)):
-        at = 2 * port * n
-        push = jump[port * n : (port + 1) * n]
-        u, v = force_response[at : at + n], force_response[at + n : at + 2 * n]
-        for i in range(n):
-            v[i] = masses[i] * push[i]
-        for offset in range(1, heavy + 1):
-            for i in range(n - offset):
-                v[i] += masses[offset * n + i] * push[i + offset]
-                v[i + offset] += masses[offset * n + i] * push[i]
-        solve(n, wide, pivot, lower, v)
-        for i in range(n):
-            u[i] = theta * dt * dt * v[i]
-            v[i] *= dt
-        u, v = impulse_response[at : at + n], impulse_response[at + n : at + 2 * n]
-        for i in range(n):
-            u[i] = theta * dt * push[i]
-            v[i] = 0.0
-        pull(n, stiff, springs, u, v)
-        if damped >= 0:
-            pull(n, damped, dampers, push, v)
-        solve(n, wide, pivot, lower, v)
-        for i in range(n):
-            u[i] = dt * push[i] + theta * dt * dt * v[i]
-            v[i] = push[i] + dt * v[i]
 
 
 def bathe_free(parameters: Array, state: Array) -> None:
     """Step of the composite scheme: the trapezoidal rule over a first part, then the three-point backward formula."""
-    n, stiff, damped, heavy = int(parameters[0]), int(parameters[1]), int(parameters[2]), int(parameters[3])
-    wide, dt, part = int(parameters[4]), parameters[5], parameters[6]
-    arrays = parameters[16:]
-    load, springs = arrays[:n], arrays[n : (stiff + 2) * n]
-    dampers = arrays[(stiff + heavy + 3) * n : (stiff + heavy + damped + 4) * n]
-    factors = arrays[(stiff + heavy + damped + 5) * n :]
+    n, stiff, damped, _, wide = sizes(parameters)
+    dt, part = parameters[DT], parameters[PART]
+    load, springs, _, dashpots, _, factors = split(parameters)
     size = (wide + 1) * n
     pivot, lower, next_pivot, next_lower = factors[:n], factors[n:size], factors[size : size + n], factors[size + n :]
     room = factors[2 * size :]
@@ -344,7 +351,7 @@ def bathe_free(parameters: Array, state: Array) -> None:
         gained[i] = load[i]
     pull(n, stiff, springs, u, gained)
     if damped >= 0:
-        pull(n, damped, dampers, v, gained)
+        pull(n, damped, dashpots, v, gained)
     solve(n, wide, pivot, lower, gained)
     # v_dot_new = (v_new - v) lag - (v - v_old) lag carry, in the differences from the state at the first part's end.
     lag = (1.0 - part) / (2.0 - part) * dt
@@ -358,7 +365,7 @@ def bathe_free(parameters: Array, state: Array) -> None:
         gained[i] = load[i]
     pull(n, stiff, springs, u, gained)
     if damped >= 0:
-        pull(n, damped, dampers, v, gained)
+        pull(n, damped, dashpots, v, gained)
     solve(n, wide, next_pivot, next_lower, gained)
     for i in range(n):
         u[i] += lag * lag * gained[i]

@@ -1,4 +1,4 @@
-"""What an integrator is, and the stepper it prepares."""
+"""Base classes of schemes, and the stepper that a scheme prepares for one body."""
 
 from __future__ import annotations
 
@@ -7,36 +7,75 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
+import numpy as np
+
+from impactlab.integrators.columns import apply_to_each, write_columns
 from impactlab.models.base import Operators
-from impactlab.types import Array, Level
+from impactlab.numerics.addresses import DERIVE, FREE, entered, kernel_address
+from impactlab.numerics.banded import solve_each
+from impactlab.types import Array
 
 Kernel = Callable[..., None]
 """A function of float arrays that numba can compile; it returns nothing and writes into its arguments."""
 
 
-@dataclass(frozen=True)
-class Stepper:
-    """One body's scheme, prepared: linear, so its answer to a force is a column that never changes.
+class Step(NamedTuple):
+    """A scheme for one body and one step length, as its author writes it.
 
-    The state holds displacements, then velocities (n_dof each), then what the scheme keeps for itself.
+    The state holds displacements, then velocities (n_dof each), then what the scheme keeps for itself. The parameters
+    are whatever the kernels read; among them, at ``load``, stands the constant load of the body: n_dof numbers, or
+    a mark before them, 1 where there is a load and else 0, so that a kernel may skip it.
     """
 
     free: Kernel  # free(parameters, state): a step without contact, in place
     measure: Kernel  # measure(parameters, state, out): energy [J] as the scheme conserves it, work of the load [J], and
     #                  momentum [N s] beyond that of the model's momentum row (0 as a rule)
     parameters: Array  # (n_parameters,)
-    state: Array  # (n_state,) at t = 0
+    load: slice  # of the parameters
+    state: Array  # (n_state,) at t = 0; entries that `derive` writes may be zero
+    derive: Kernel | None = None  # derive(parameters, state): rewrite what follows from displacements and velocities
+    retime: Kernel | None = None  # retime(parameters, dt): prepare for another step length; with any_dt only
+    force: Callable[[Array], Array] | None = None  # state after a step per force, (n_ports, n_state), from velocity per
+    #                                  impulse (n_ports, n_dof); None: that of a step from rest with the force as a load
+
+
+def loads_of(load: slice, ports: Array) -> Array:
+    """Return what stands at the load for a unit force on each port, then for none, flat: see `Step`."""
+    marks = np.ones((len(ports) + 1, load.stop - load.start - ports.shape[1]))
+    loads = np.hstack((marks, np.vstack((ports, np.zeros(ports.shape[1])))))
+    loads[-1] = 0.0
+    return loads.ravel()
+
+
+def without_load(step: Step, kernel: Kernel, states: Array) -> Array:
+    """Return what `free` or `derive` makes of some states, (n_states, n_state), of the body without its load."""
+    load, after = step.parameters[step.load].copy(), np.array(states)
+    step.parameters[step.load] = 0.0
+    entered(apply_to_each, kernel_address(kernel, FREE), step.parameters, after)
+    step.parameters[step.load] = load
+    return after
+
+
+@dataclass(frozen=True)
+class Stepper:
+    """A prepared step with its response columns: linear, so that the columns are the same in every step.
+
+    A body whose columns change with its state (a mechanism) needs two more kernels here: one that rewrites the columns,
+    called after `free`, and one that evaluates the rows of its faces again, called after the correction.
+    """
+
+    free: Kernel  # these as in `Step`
+    measure: Kernel
+    parameters: Array
+    state: Array
     force_response: Array  # (n_ports, n_state) end-of-step state per force constant over the step
     impulse_response: Array  # (n_ports, n_state) end-of-step state per impulse at the start of the step
     projection_response: Array  # (n_ports, n_state) end-of-step state per projection
     jump: Array  # (n_ports, n_dof) velocities per impulse, at once
     face_rows: Array  # (n_ports, n_dof) rows of the contacts over the displacements, as given to `prepare`
-    derive: Kernel | None = (
-        None  # derive(parameters, state): rewrite what the scheme derives from displacements and velocities
-    )
-    retime: Kernel | None = (
-        None  # retime(parameters, dt, jump, force_response, impulse_response), flat; only with any_dt
-    )
+    derive: Kernel | None = None
+    retime: Kernel | None = None
+    load: slice | None = None  # set where a step may be cut
 
 
 class AbstractScheme(ABC):
@@ -52,35 +91,63 @@ class AbstractScheme(ABC):
 
 
 class AbstractIntegrator(AbstractScheme):
-    """A time-stepping scheme. To write one, supply the class facts and two methods.
+    """A scheme with fixed steps. To write one, supply the class facts that differ, `step`, `limit`, `gains_energy`."""
 
-    1. ``serves``: which compliances it offers. 2. ``order`` on a smooth problem. 3. ``prepare``. 4. ``limit``.
-    5. ``gains_energy``, which may depend on its options.
-    """
-
-    serves: ClassVar[frozenset[Level]]
-    order: ClassVar[int]
+    order: ClassVar[int]  # on a smooth problem
     any_dt: ClassVar[bool] = False  # a step may be cut at an event
     load_point: ClassVar[float] = 0.5  # where in the step a force acts: 0 start, 1/2 middle, 1 end
-    force_in_accelerations: ClassVar[bool] = False  # the accelerations carried on hold the contact force
     velocity_point: ClassVar[float] = 1.0  # where in the step the velocities at its end belong: 1/2 for leapfrog
-    jump_in_force: ClassVar[bool] = False  # F dt already holds a closing jump
+    jump_in_force: ClassVar[bool] = False  # F dt holds a closing jump; if not, hard position constraints gain energy
     projects_first: ClassVar[bool] = False  # a projection moves the predictor, not the end of the step
     needs_diagonal_mass: ClassVar[bool] = False
     needs_modes: ClassVar[bool] = False  # mass and stiffness must be diagonal
-    hard_constraint_gains: ClassVar[bool] = False  # a hard position constraint makes it gain energy
 
     @abstractmethod
     def limit(self, system: Operators) -> float:
         """Return the largest stable step [s]; inf where every step is stable."""
 
     @abstractmethod
+    def step(self, system: Operators, dt: float) -> Step:
+        """Return the scheme for one body and a step of dt [s]; raise `PairingError` where it cannot serve the body."""
+
     def prepare(self, system: Operators, ports: Array, dt: float) -> Stepper:
         """Return the stepper of one body; ``ports`` (n_ports, n_dof) are the rows along which contacts push it.
 
         A projection p at a port moves the displacements by M^-1 row p at the end of the step, with all that the scheme
         derives from displacements, and leaves the velocities alone.
         """
+        step, n_dof = self.step(system, dt), system.load.size
+        free, derive = kernel_address(step.free, FREE), kernel_address(step.derive, DERIVE)
+        state, jump = np.array(step.state), solve_each(system.mass, ports)
+        if derive:
+            entered(apply_to_each, derive, step.parameters, state[None, :])
+        shape = len(ports), state.size
+        force, impulse = np.zeros(shape if step.force is None else (0, 0)), np.zeros(shape)
+        if impulse.size:
+            at, loads = step.load.start, loads_of(step.load, ports)
+            flat = loads, jump.ravel(), force.ravel(), impulse.ravel()
+            entered(write_columns, free, derive, step.parameters, at, n_dof, *flat)
+        force = force if step.force is None else step.force(jump)
+        if self.projects_first:  # a velocity p/dt that is given at the start and taken away at the end
+            projection = impulse / dt
+            projection[:, n_dof : 2 * n_dof] -= jump / dt
+        else:
+            projection = np.hstack((jump, np.zeros((len(ports), state.size - n_dof))))
+            projection = projection if step.derive is None else without_load(step, step.derive, projection)
+        return Stepper(
+            free=step.free,
+            measure=step.measure,
+            parameters=step.parameters,
+            state=state,
+            force_response=force,
+            impulse_response=impulse,
+            projection_response=projection,
+            jump=jump,
+            face_rows=ports,
+            derive=step.derive,
+            retime=step.retime if self.any_dt else None,
+            load=step.load if self.any_dt else None,
+        )
 
 
 class Problem(NamedTuple):

@@ -8,12 +8,11 @@ from typing import final
 
 import numpy as np
 
-from impactlab.integrators.banded_steps import bathe_free, measure
-from impactlab.integrators.base import AbstractIntegrator, Stepper
-from impactlab.integrators.packing import factors, packed
+from impactlab.integrators.banded_steps import LOAD, bathe_free, measure
+from impactlab.integrators.base import AbstractIntegrator, Step
+from impactlab.integrators.packing import combined, factors, packed
 from impactlab.models.base import Operators
-from impactlab.numerics.banded import multiply, solve
-from impactlab.types import Array, Level, option
+from impactlab.types import option
 
 
 @final
@@ -31,9 +30,7 @@ class Bathe(AbstractIntegrator):
 
     citations = ("BatheBaig2005", "Bathe2007")
     examples = ({}, {"first_part": 0.5})
-    serves = frozenset(Level)
     order = 2
-    hard_constraint_gains = True
     gains_energy = 0.0
 
     first_part: float = option(
@@ -43,37 +40,14 @@ class Bathe(AbstractIntegrator):
     def limit(self, system: Operators) -> float:
         return math.inf
 
-    def prepare(self, system: Operators, ports: Array, dt: float) -> Stepper:
-        part = self.first_part
-        body = packed(system, dt, (part,), (0.0, 0.0, 0.0, 0.0))
-        mass, damping, stiffness = body.mass, body.damping, body.stiffness
+    def step(self, system: Operators, dt: float) -> Step:
+        part, n_dof = self.first_part, system.load.size
         half, lag = 0.5 * part * dt, (1.0 - part) / (2.0 - part) * dt
-        carry = (1.0 - part) ** 2 / (part * (2.0 - part))
-        matrices = [mass + weight * damping + weight**2 * stiffness for weight in (half, lag)]
-        n_dof = system.load.size
-
-        def linear_step(u: Array, v: Array, push: Array) -> Array:
-            """Return the end of a step under a constant load."""
-            swing = solve(matrices[0], push - multiply(damping, v) - multiply(stiffness, u + half * v))
-            swung, moved = 2.0 * half * swing, 2.0 * half * (v + half * swing)
-            v_next = v + (1.0 + carry) * swung
-            u_next = u + (1.0 + carry) * moved + lag * v_next
-            swing = solve(matrices[1], push - multiply(damping, v_next) - multiply(stiffness, u_next))
-            return np.concatenate((u_next + lag**2 * swing, v_next + lag * swing))
-
-        none = np.zeros(n_dof)
-        jump = np.array([solve(mass, row) for row in ports]).reshape(len(ports), n_dof)
-        size = (len(ports), 2 * n_dof)
-        return Stepper(
+        matrices = [factors(combined(system, weight, weight**2)) for weight in (half, lag)]
+        return Step(
             free=bathe_free,
             measure=measure,
-            parameters=np.concatenate(
-                (body.header, *body.arrays, *factors(matrices[0]), *factors(matrices[1]), np.zeros(2 * n_dof))
-            ),
+            parameters=packed(system, dt, (part,), *matrices, np.zeros(2 * n_dof)),
+            load=slice(LOAD, LOAD + system.load.size),
             state=np.concatenate((system.displacement, system.velocity)),
-            force_response=np.array([linear_step(none, none, row) for row in ports]).reshape(size),
-            impulse_response=np.array([linear_step(none, row, none) for row in jump]).reshape(size),
-            projection_response=np.hstack((jump, np.zeros_like(jump))),
-            jump=jump,
-            face_rows=ports,
         )

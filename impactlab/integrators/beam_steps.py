@@ -6,8 +6,7 @@ these three are known once. What a stiffness holds beyond that stands at single 
 tension what resists each rotation. Forces come from differences of deflections, so that a body far from where it began
 feels little rounding of its travel.
 
-Parameters: a header of 24 numbers (n, dt, marks, first whole node, nodes, runs, then what holds the ends), then gain,
-keep, push, mass and load, the rest at the rotations, and the runs.
+Parameters: a header, whose places are the constants below, then the arrays that `split` returns.
 """
 
 from __future__ import annotations
@@ -17,10 +16,13 @@ from typing import NamedTuple
 import numpy as np
 
 from impactlab.numerics.banded import multiply
-from impactlab.numerics.compiling import HELPER
+from impactlab.numerics.compiling import HELPER, UNPACK
 from impactlab.types import Array
 
-HEADER = 24
+# Places in the header: size, step, marks of damping and of rotations held, coordinates before the first whole node,
+# number of whole nodes, of runs, what holds the ends (12), mark of the load.
+N, DT, DAMPED, RESTED, LEAD, NODES, RUNS, ENDS = range(8)
+LOADED, LOAD = 20, 21
 RUN = 4  # numbers of a run: elements, a, l, b
 ROUNDING = 1e-14  # of a diagonal entry: what taking elements out of it leaves of nothing
 ALIKE = 1e-9  # of a force: how well the parts must give the forces of the whole
@@ -34,6 +36,15 @@ class BeamRow(NamedTuple):
     ends: Array  # (12,) what holds the first and the last whole node, then a lone rotation beyond each: own, coupling
     rest: Array  # (nodes,) stiffness of rotations to the ground
     runs: Array  # (n_runs, RUN)
+
+
+@UNPACK
+def split(parameters: Array) -> tuple[Array, Array, Array, Array, Array, Array]:
+    """Return load, gain dt/(M + dt C/2), what is kept of v, mass, springs at rotations, and the runs, flat."""
+    n, arrays = int(parameters[N]), parameters[LOAD:]
+    rest = 4 * n + int(parameters[NODES])
+    load, gain, keep, mass = arrays[:n], arrays[n : 2 * n], arrays[2 * n : 3 * n], arrays[3 * n : 4 * n]
+    return load, gain, keep, mass, arrays[4 * n : rest], arrays[rest:]
 
 
 @HELPER
@@ -53,13 +64,11 @@ def along(
 
 def free(parameters: Array, state: Array) -> None:
     """Step without contact: v += dt M^-1 (load - K u - C (v_old + v_new)/2), then u += dt v."""
-    n, dt, damped, loaded = int(parameters[0]), parameters[1], parameters[2], parameters[3]
-    rested, lead, nodes, runs = parameters[4], int(parameters[5]), int(parameters[6]), int(parameters[7])
-    ends, arrays = parameters[8:20], parameters[24:]
-    gain, keep, push = arrays[:n], arrays[n : 2 * n], arrays[2 * n : 3 * n]
-    rest, table = arrays[5 * n : 5 * n + nodes], arrays[5 * n + nodes :]
+    n, lead, runs = int(parameters[N]), int(parameters[LEAD]), int(parameters[RUNS])
+    ends, dt = parameters[ENDS:LOADED], parameters[DT]
+    load, gain, keep, _, rest, table = split(parameters)
     u, v = state[:n], state[n : 2 * n]
-    if damped != 0.0:
+    if parameters[DAMPED] != 0.0:
         for i in range(n):
             v[i] *= keep[i]
     before, turn, lever, done = 0.0, 0.0, 0.0, lead
@@ -71,9 +80,9 @@ def free(parameters: Array, state: Array) -> None:
         done += 2 * count
     v[done] -= gain[done] * before
     v[done + 1] += gain[done + 1] * (lever * before - turn)
-    if rested != 0.0:
+    if parameters[RESTED] != 0.0:
         x, rate, push_of = u[lead:], v[lead:], gain[lead:]
-        for k in range(nodes):
+        for k in range(rest.size):
             rate[2 * k + 1] -= push_of[2 * k + 1] * rest[k] * x[2 * k + 1]
     for end in range(2):
         i = done if end else lead
@@ -85,20 +94,18 @@ def free(parameters: Array, state: Array) -> None:
             v[lone] -= gain[lone] * (own * u[lone] + of_w * u[i] + of_theta * u[i + 1])
             v[i] -= gain[i] * of_w * u[lone]
             v[i + 1] -= gain[i + 1] * of_theta * u[lone]
-    if loaded != 0.0:
+    if parameters[LOADED] != 0.0:
         for i in range(n):
-            v[i] += push[i]
+            v[i] += gain[i] * load[i]
     for i in range(n):
         u[i] += dt * v[i]
 
 
 def measure(parameters: Array, state: Array, out: Array) -> None:
     """Write the energy that leapfrog conserves, v M v/2 + u_old K u/2 [J], and its work of the load [J]."""
-    n, dt, loaded = int(parameters[0]), parameters[1], parameters[3]
-    rested, lead, nodes, runs = parameters[4], int(parameters[5]), int(parameters[6]), int(parameters[7])
-    ends, arrays = parameters[8:20], parameters[24:]
-    mass, load = arrays[3 * n : 4 * n], arrays[4 * n : 5 * n]
-    rest, table = arrays[5 * n : 5 * n + nodes], arrays[5 * n + nodes :]
+    n, lead, runs = int(parameters[N]), int(parameters[LEAD]), int(parameters[RUNS])
+    ends, dt = parameters[ENDS:LOADED], parameters[DT]
+    load, _, _, mass, rest, table = split(parameters)
     u, v = state[:n], state[n : 2 * n]
     energy, work, done = 0.0, 0.0, lead
     for i in range(n):
@@ -113,9 +120,9 @@ def measure(parameters: Array, state: Array, out: Array) -> None:
             bending = rate[2 * e + 3] - rate[2 * e + 1]
             energy += a * sheared * (sheared - dt * shearing) + b * bent * (bent - dt * bending)
         done += 2 * count
-    if rested != 0.0:
+    if parameters[RESTED] != 0.0:
         x, rate = u[lead:], v[lead:]
-        for k in range(nodes):
+        for k in range(rest.size):
             energy += rest[k] * x[2 * k + 1] * (x[2 * k + 1] - dt * rate[2 * k + 1])
     for end in range(2):
         i = done if end else lead
@@ -128,7 +135,7 @@ def measure(parameters: Array, state: Array, out: Array) -> None:
             energy += ends[6 + 3 * end] * own * old_own
             energy += ends[7 + 3 * end] * (own * old_w + w * old_own)
             energy += ends[8 + 3 * end] * (own * old_theta + theta * old_own)
-    if loaded != 0.0:
+    if parameters[LOADED] != 0.0:
         for i in range(n):
             work += load[i] * (u[i] - 0.5 * dt * v[i])
     out[0], out[1] = 0.5 * energy, work
@@ -163,7 +170,7 @@ def beam_row(stiffness: Array) -> BeamRow | None:
     # Two displacements without any symmetry tell whether that is all of it.
     for shift in (0.5, 2.0):
         moved = np.sin(shift + np.arange(n) ** 1.1)
-        parameters = packed(row, 1.0, np.array([np.ones(n), np.ones(n), np.zeros(n), np.ones(n), np.zeros(n)]), (0, 0))
+        parameters = packed(row, 1.0, np.array([np.zeros(n), *np.ones((3, n))]), False, False)
         state = np.concatenate((moved, np.zeros(n)))
         free(parameters, state)
         size = multiply(np.abs(stiffness), np.abs(moved))
@@ -172,14 +179,12 @@ def beam_row(stiffness: Array) -> BeamRow | None:
     return row
 
 
-def packed(row: BeamRow, dt: float, each: Array, marks: tuple[float, float]) -> Array:
-    """Return the parameters of the kernels.
-
-    ``each`` holds gain, keep, push, mass and load, (5, n); ``marks`` say whether anything damps, and anything loads.
-    """
-    header = np.zeros(HEADER)
-    header[:8] = (each.shape[1], dt, *marks, np.any(row.rest), row.lead, row.nodes, len(row.runs))
-    header[8:20] = row.ends
+def packed(row: BeamRow, dt: float, each: Array, damped: bool, loaded: bool) -> Array:
+    """Return the parameters of the kernels; ``each`` holds load, gain, keep and mass, (4, n_dof)."""
+    header = np.zeros(LOAD)
+    header[:ENDS] = (each.shape[1], dt, damped, np.any(row.rest), row.lead, row.nodes, len(row.runs))
+    header[ENDS : ENDS + 12] = row.ends
+    header[LOADED] = loaded
     return np.concatenate((header, each.ravel(), row.rest, row.runs.ravel()))
 
 

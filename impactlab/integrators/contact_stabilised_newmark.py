@@ -6,10 +6,9 @@ import math
 from dataclasses import dataclass
 from typing import final
 
-from impactlab.integrators.base import AbstractIntegrator, Stepper
-from impactlab.integrators.theta import prepare_theta
+from impactlab.integrators.base import AbstractIntegrator, Step
+from impactlab.integrators.theta import theta_step
 from impactlab.models.base import Operators
-from impactlab.types import Array, Level
 
 
 @final
@@ -28,7 +27,6 @@ class ContactStabilisedNewmark(AbstractIntegrator):
     """
 
     citations = ("DeuflhardKrauseErtel2008", "KaneRepettoOrtizMarsden1999", "KlapprothSchielaDeuflhard2010")
-    serves = frozenset(Level)
     order = 2
     jump_in_force = True
     projects_first = True
@@ -37,5 +35,5 @@ class ContactStabilisedNewmark(AbstractIntegrator):
     def limit(self, system: Operators) -> float:
         return math.inf
 
-    def prepare(self, system: Operators, ports: Array, dt: float) -> Stepper:
-        return prepare_theta(system, ports, dt, 0.5, any_dt=False, projects_first=True)
+    def step(self, system: Operators, dt: float) -> Step:
+        return theta_step(system, dt, 0.5)

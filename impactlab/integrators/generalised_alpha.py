@@ -6,10 +6,10 @@ import math
 from dataclasses import dataclass
 from typing import final
 
-from impactlab.integrators.alpha import prepare_alpha
-from impactlab.integrators.base import AbstractIntegrator, Stepper
+from impactlab.integrators.alpha import alpha_step
+from impactlab.integrators.base import AbstractIntegrator, Step
 from impactlab.models.base import Operators
-from impactlab.types import Array, Level, option
+from impactlab.types import option
 
 
 @final
@@ -29,11 +29,8 @@ class GeneralisedAlpha(AbstractIntegrator):
 
     citations = ("ChungHulbert1993", "ArnoldBruels2007")
     examples = ({}, {"rho_inf": 0.5}, {"rho_inf": 1.0})
-    serves = frozenset(Level)
     order = 2
     load_point = 1.0
-    force_in_accelerations = True
-    hard_constraint_gains = True
     # No bound is known: the filter keeps parts of a force that has ended. With springs up to EA/h 0.42 was measured
     # (docs/bounds.md); with stiffer faces or hard contact many times the initial energy (docs/matrix.md).
     gains_energy = math.inf
@@ -45,8 +42,8 @@ class GeneralisedAlpha(AbstractIntegrator):
     def limit(self, system: Operators) -> float:
         return math.inf
 
-    def prepare(self, system: Operators, ports: Array, dt: float) -> Stepper:
-        return prepare_alpha(system, ports, dt, *weights(self.rho_inf), in_accelerations=True)
+    def step(self, system: Operators, dt: float) -> Step:
+        return alpha_step(system, dt, *weights(self.rho_inf), in_accelerations=True)
 
 
 def weights(rho: float) -> tuple[tuple[float, float], tuple[float, float]]:

@@ -6,10 +6,10 @@ import math
 from dataclasses import dataclass
 from typing import final
 
-from impactlab.integrators.alpha import prepare_alpha
-from impactlab.integrators.base import AbstractIntegrator, Stepper
+from impactlab.integrators.alpha import alpha_step
+from impactlab.integrators.base import AbstractIntegrator, Step
 from impactlab.models.base import Operators
-from impactlab.types import Array, Level, option
+from impactlab.types import option
 
 
 @final
@@ -27,9 +27,7 @@ class HhtAlpha(AbstractIntegrator):
 
     citations = ("HilberHughesTaylor1977", "ArnoldBruels2007")
     examples = ({}, {"alpha": -1.0 / 3.0}, {"alpha": 0.0})
-    serves = frozenset(Level)
     order = 2
-    hard_constraint_gains = True
 
     alpha: float = option(-0.1, at_least=-1.0 / 3.0, at_most=0.0, description="0 damps nothing, -1/3 most")
 
@@ -41,6 +39,6 @@ class HhtAlpha(AbstractIntegrator):
     def limit(self, system: Operators) -> float:
         return math.inf
 
-    def prepare(self, system: Operators, ports: Array, dt: float) -> Stepper:
+    def step(self, system: Operators, dt: float) -> Step:
         newmark = 0.25 * (1.0 - self.alpha) ** 2, 0.5 - self.alpha
-        return prepare_alpha(system, ports, dt, (-self.alpha, 0.0), newmark)
+        return alpha_step(system, dt, (-self.alpha, 0.0), newmark)

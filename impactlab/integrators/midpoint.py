@@ -6,10 +6,9 @@ import math
 from dataclasses import dataclass
 from typing import final
 
-from impactlab.integrators.base import AbstractIntegrator, Stepper
-from impactlab.integrators.theta import prepare_theta
+from impactlab.integrators.base import AbstractIntegrator, Step
+from impactlab.integrators.theta import theta_step
 from impactlab.models.base import Operators
-from impactlab.types import Array, Level
 
 
 @final
@@ -26,14 +25,12 @@ class Midpoint(AbstractIntegrator):
     """
 
     citations = ("SimoTarnow1992",)
-    serves = frozenset(Level)
     order = 2
     any_dt = True
-    hard_constraint_gains = True
     gains_energy = 0.0
 
     def limit(self, system: Operators) -> float:
         return math.inf
 
-    def prepare(self, system: Operators, ports: Array, dt: float) -> Stepper:
-        return prepare_theta(system, ports, dt, 0.5)
+    def step(self, system: Operators, dt: float) -> Step:
+        return theta_step(system, dt, 0.5)

@@ -6,10 +6,10 @@ import math
 from dataclasses import dataclass
 from typing import final
 
-from impactlab.integrators.base import AbstractIntegrator, Stepper
-from impactlab.integrators.theta import prepare_theta
+from impactlab.integrators.base import AbstractIntegrator, Step
+from impactlab.integrators.theta import theta_step
 from impactlab.models.base import Operators
-from impactlab.types import Array, Level, option
+from impactlab.types import option
 
 
 @final
@@ -28,7 +28,6 @@ class MoreauJean(AbstractIntegrator):
     """
 
     citations = ("Moreau1988", "Jean1999", "AcaryBrogliato2008")
-    serves = frozenset(Level)
     order = 2
     jump_in_force = True
     gains_energy = 0.0
@@ -40,5 +39,5 @@ class MoreauJean(AbstractIntegrator):
     def limit(self, system: Operators) -> float:
         return math.inf
 
-    def prepare(self, system: Operators, ports: Array, dt: float) -> Stepper:
-        return prepare_theta(system, ports, dt, self.theta, any_dt=False)
+    def step(self, system: Operators, dt: float) -> Step:
+        return theta_step(system, dt, self.theta)

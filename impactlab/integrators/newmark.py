@@ -4,15 +4,26 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 from typing import final
 
 import numpy as np
 
-from impactlab.integrators.alpha import prepare_alpha
-from impactlab.integrators.base import AbstractIntegrator, Stepper
+from impactlab.integrators.alpha import alpha_step, mid_step
+from impactlab.integrators.base import AbstractIntegrator, Step
 from impactlab.integrators.packing import has_coupled_damping
 from impactlab.models.base import Operators
-from impactlab.types import Array, Level, option
+from impactlab.numerics.compiling import UNPACK
+from impactlab.types import Array, option
+
+N, DT, BETA, GAMMA, LOAD = range(5)  # places in the parameters, which go on with the arrays of `split`
+
+
+@UNPACK
+def split(parameters: Array) -> tuple[Array, Array, Array, Array, Array]:
+    """Return load, mass, damping, stiffness and 1/(M + gamma dt C + beta dt^2 K), (n_dof,) each."""
+    n, arrays = int(parameters[N]), parameters[LOAD:]
+    return arrays[:n], arrays[n : 2 * n], arrays[2 * n : 3 * n], arrays[3 * n : 4 * n], arrays[4 * n : 5 * n]
 
 
 def free(parameters: Array, state: Array) -> None:
@@ -20,17 +31,15 @@ def free(parameters: Array, state: Array) -> None:
 
     Its equation is (M + gamma dt C + beta dt^2 K) a = load - C v - K u; coupled ones go through `banded_steps`.
     """
-    n, dt, beta, gamma = int(parameters[0]), parameters[1], parameters[2], parameters[3]
-    arrays = parameters[4:]
-    pivot, load, damping = arrays[:n], arrays[n : 2 * n], arrays[2 * n : 3 * n]
-    ground = arrays[3 * n : 4 * n]
+    n, dt, beta, gamma = int(parameters[N]), parameters[DT], parameters[BETA], parameters[GAMMA]
+    load, _, damping, stiffness, pivot = split(parameters)
     u, v, a = state[:n], state[n : 2 * n], state[2 * n : 3 * n]
     old_u, old_v = dt * dt * (0.5 - beta), dt * (1.0 - gamma)
     new_u, new_v = beta * dt * dt, gamma * dt
     for i in range(n):
         u[i] += dt * v[i] + old_u * a[i]
         v[i] += old_v * a[i]
-        a[i] = pivot[i] * (load[i] - ground[i] * u[i] - damping[i] * v[i])
+        a[i] = pivot[i] * (load[i] - stiffness[i] * u[i] - damping[i] * v[i])
         u[i] += new_u * a[i]
         v[i] += new_v * a[i]
 
@@ -40,26 +49,23 @@ def measure(parameters: Array, state: Array, out: Array) -> None:
 
     The energy is v M v/2 + u K u/2 + (beta - gamma/2) dt^2 a M a/2; the last term is zero for average acceleration.
     """
-    n, dt, beta, gamma = int(parameters[0]), parameters[1], parameters[2], parameters[3]
+    n, dt, beta, gamma = int(parameters[N]), parameters[DT], parameters[BETA], parameters[GAMMA]
     share = (beta - 0.5 * gamma) * dt * dt
-    arrays = parameters[4:]
-    load, ground, mass = arrays[n : 2 * n], arrays[3 * n : 4 * n], arrays[4 * n : 5 * n]
+    load, mass, _, stiffness, _ = split(parameters)
     u, v, a = state[:n], state[n : 2 * n], state[2 * n : 3 * n]
     energy, work = 0.0, 0.0
     for i in range(n):
-        energy += 0.5 * (mass[i] * (v[i] * v[i] + share * a[i] * a[i]) + ground[i] * u[i] * u[i])
+        energy += 0.5 * (mass[i] * (v[i] * v[i] + share * a[i] * a[i]) + stiffness[i] * u[i] * u[i])
         work += load[i] * u[i]
     out[0], out[1] = energy, work
 
 
 def derive(parameters: Array, state: Array) -> None:
-    """Rewrite the accelerations from displacements and velocities that were changed outside."""
-    n = int(parameters[0])
-    arrays = parameters[4:]
-    load, damping, ground = arrays[n : 2 * n], arrays[2 * n : 3 * n], arrays[3 * n : 4 * n]
-    mass = arrays[4 * n : 5 * n]
+    """Rewrite the accelerations, M a = load - C v - K u."""
+    n = int(parameters[N])
+    load, mass, damping, stiffness, _ = split(parameters)
     for i in range(n):
-        state[2 * n + i] = (load[i] - damping[i] * state[n + i] - ground[i] * state[i]) / mass[i]
+        state[2 * n + i] = (load[i] - damping[i] * state[n + i] - stiffness[i] * state[i]) / mass[i]
 
 
 @final
@@ -78,9 +84,7 @@ class Newmark(AbstractIntegrator):
     """
 
     citations = ("Newmark1959",)
-    serves = frozenset(Level)
     order = 2
-    hard_constraint_gains = True
     examples = ({}, {"beta": 1.0 / 6.0})
 
     beta: float = option(
@@ -98,32 +102,18 @@ class Newmark(AbstractIntegrator):
             return math.inf
         return 1.0 / (system.highest_frequency * math.sqrt(0.5 * self.gamma - self.beta))
 
-    def prepare(self, system: Operators, ports: Array, dt: float) -> Stepper:
+    def step(self, system: Operators, dt: float) -> Step:
         if max(system.mass.shape[0], system.stiffness.shape[0]) > 1 or has_coupled_damping(system):
-            return prepare_alpha(system, ports, dt, (0.0, 0.0), (self.beta, self.gamma))
+            return alpha_step(system, dt, (0.0, 0.0), (self.beta, self.gamma))
         n_dof, beta, gamma = system.load.size, self.beta, self.gamma
         mass, damping, stiffness = system.mass[0], system.damping[0], system.stiffness[0]
         pivot = 1.0 / (mass + gamma * dt * damping + beta * dt**2 * stiffness)
-
-        def linear_step(u: Array, v: Array) -> Array:
-            """Return the end of a step from what it predicts."""
-            a = -pivot * (damping * v + stiffness * u)
-            return np.hstack((u + beta * dt**2 * a, v + gamma * dt * a, a))
-
-        jump = ports / mass
-        change = -damping * jump / mass
-        predicted = dt * jump + dt**2 * (0.5 - beta) * change, jump + dt * (1.0 - gamma) * change
-        internal = system.load - damping * system.velocity - stiffness * system.displacement
-        header = np.array([n_dof, dt, beta, gamma], float)
-        return Stepper(
+        step = Step(
             free=free,
             measure=measure,
-            parameters=np.concatenate((header, pivot, system.load, damping, stiffness, mass)),
-            state=np.concatenate((system.displacement, system.velocity, internal / mass)),
-            force_response=linear_step(0.5 * dt**2 * jump, dt * jump),
-            impulse_response=linear_step(*predicted),
-            projection_response=np.hstack((jump, np.zeros_like(jump), -stiffness * jump / mass)),
-            jump=jump,
-            face_rows=ports,
+            parameters=np.concatenate(([n_dof, dt, beta, gamma], system.load, mass, damping, stiffness, pivot)),
+            load=slice(LOAD, LOAD + n_dof),
+            state=np.concatenate((system.displacement, system.velocity, np.zeros(n_dof))),
             derive=derive,
         )
+        return step._replace(force=partial(mid_step, step, dt))

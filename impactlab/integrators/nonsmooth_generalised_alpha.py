@@ -6,11 +6,11 @@ import math
 from dataclasses import dataclass
 from typing import final
 
-from impactlab.integrators.alpha import prepare_alpha
-from impactlab.integrators.base import AbstractIntegrator, Stepper
+from impactlab.integrators.alpha import alpha_step
+from impactlab.integrators.base import AbstractIntegrator, Step
 from impactlab.integrators.generalised_alpha import weights
 from impactlab.models.base import Operators
-from impactlab.types import Array, Level, option
+from impactlab.types import option
 
 
 @final
@@ -28,7 +28,6 @@ class NonsmoothGeneralisedAlpha(AbstractIntegrator):
 
     citations = ("ChenAcaryVirlezBruels2013", "BruelsAcaryCardona2014", "ChungHulbert1993")
     examples = ({}, {"rho_inf": 0.3}, {"rho_inf": 1.0})
-    serves = frozenset(Level)
     order = 2
     jump_in_force = True
 
@@ -44,5 +43,5 @@ class NonsmoothGeneralisedAlpha(AbstractIntegrator):
     def limit(self, system: Operators) -> float:
         return math.inf
 
-    def prepare(self, system: Operators, ports: Array, dt: float) -> Stepper:
-        return prepare_alpha(system, ports, dt, *weights(self.rho_inf))
+    def step(self, system: Operators, dt: float) -> Step:
+        return alpha_step(system, dt, *weights(self.rho_inf))

@@ -2,25 +2,12 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from impactlab.integrators.banded_steps import HEADER
 from impactlab.models.base import Operators
 from impactlab.numerics.banded import factorised, grounded, widened
 from impactlab.types import Array
-
-
-class Packed(NamedTuple):
-    """Matrices of one bandwidth, to calculate with, and the parameters that every implicit kernel begins with."""
-
-    mass: Array  # (width + 1, n_dof)
-    damping: Array  # (width + 1, n_dof)
-    stiffness: Array  # (width + 1, n_dof)
-    width: int
-    header: Array  # (16,)
-    arrays: tuple[Array, ...]
 
 
 def springs(banded: Array) -> Array:
@@ -41,10 +28,25 @@ def has_coupled_damping(system: Operators) -> bool:
     return bool(np.any(system.damping[1:]))
 
 
+def combined(system: Operators, of_damping: float, of_stiffness: float) -> Array:
+    """Return M + a C + b K, lower banded, without bands that are zero in all three."""
+    matrices = [trimmed(matrix) for matrix in (system.mass, system.damping, system.stiffness)]
+    width = max(matrix.shape[0] for matrix in matrices) - 1
+    mass, damping, stiffness = (widened(matrix, width) for matrix in matrices)
+    return np.asarray(mass + of_damping * damping + of_stiffness * stiffness)
+
+
 def packed(
-    system: Operators, dt: float, scheme: tuple[float, ...], weights: tuple[float, float, float, float]
-) -> Packed:
-    """Return a body's matrices for a kernel; ``scheme`` are its own numbers, ``weights`` those of `measure`."""
+    system: Operators,
+    dt: float,
+    scheme: tuple[float, ...],
+    *rest: Array,
+    weights: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0),
+) -> Array:
+    """Return the parameters of a kernel: ``scheme`` are its own numbers, ``weights`` those of `measure`.
+
+    ``rest`` are the arrays that it needs beside the body's.
+    """
     mass, damping, stiffness = trimmed(system.mass), trimmed(system.damping), trimmed(system.stiffness)
     width = max(mass.shape[0], damping.shape[0], stiffness.shape[0]) - 1
     damped = damping.shape[0] - 1 if np.any(damping) else -1
@@ -53,18 +55,11 @@ def packed(
     header[6 : 6 + len(scheme)] = scheme
     header[12:] = weights
     momentum = np.zeros(system.load.size) if system.momentum is None else system.momentum
-    dampers = springs(damping) if damped >= 0 else np.zeros(0)
-    return Packed(
-        widened(mass, width),
-        widened(damping, width),
-        widened(stiffness, width),
-        width,
-        header,
-        (system.load, springs(stiffness), mass.ravel(), dampers, momentum),
-    )
+    dashpots = springs(damping) if damped >= 0 else np.zeros(0)
+    return np.concatenate((header, system.load, springs(stiffness), mass.ravel(), dashpots, momentum, *rest))
 
 
-def factors(matrix: Array) -> tuple[Array, Array]:
-    """Return 1/D and the flat bands of L of a matrix's L D L^T."""
+def factors(matrix: Array) -> Array:
+    """Return 1/D and the bands of L of a matrix's L D L^T, flat."""
     pivot, lower = factorised(matrix)
-    return 1.0 / pivot, lower.ravel()
+    return np.concatenate((1.0 / pivot, lower.ravel()))

@@ -32,8 +32,8 @@ COMPILED = not config.DISABLE_JIT
 VECTOR = types.float64[::1]
 FREE = types.void(VECTOR, VECTOR)
 MEASURE = types.void(VECTOR, VECTOR, VECTOR)
-DERIVE = types.void(VECTOR, VECTOR)
-RETIME = types.void(VECTOR, types.float64, VECTOR, VECTOR, VECTOR)
+DERIVE = FREE
+RETIME = types.void(VECTOR, types.float64)
 RESPOND = types.void(from_dtype(PORT), from_dtype(REPLY))
 
 # Sums may be reordered, so that they run in vector registers; nothing may be assumed about NaN or infinity.

@@ -55,6 +55,15 @@ def solve(banded: Array, vector: Array) -> Array:
     return np.asarray(solveh_banded(banded, vector, lower=True))
 
 
+def solve_each(banded: Array, rows: Array) -> Array:
+    """Return the solutions of a positive definite system for some right-hand sides, shape (n_rows, n)."""
+    from scipy.linalg import solveh_banded
+
+    if not np.any(banded[1:]) or rows.size == 0:
+        return np.ascontiguousarray(rows / banded[0])
+    return np.ascontiguousarray(solveh_banded(banded, rows.T, lower=True).T)
+
+
 def factorised(banded: Array) -> tuple[Array, Array]:
     """Return D, shape (n,), and the bands of unit L below the diagonal, shape (bandwidth, n), of A = L D L^T.
 

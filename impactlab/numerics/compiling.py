@@ -32,6 +32,7 @@ ENTRY: Decorator = kept(_nrt=False, fastmath=FAST)
 PART: Decorator = kept(_nrt=False, fastmath=FAST, **CALLED)
 INLINE: Decorator = njit(inline="always", _nrt=False, **CALLED)
 HELPER: Decorator = kept(fastmath=FAST)
+UNPACK: Decorator = njit(inline="always")  # copied into kernels, also called where these run as plain Python
 # Of the solution from event to event; parts that allocate need the runtime.
 EXACT_ENTRY: Decorator = kept(**EXACTLY)
 EXACT_PART: Decorator = njit(**EXACTLY, **CALLED)

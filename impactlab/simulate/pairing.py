@@ -19,14 +19,6 @@ from impactlab.types import Level
 
 def check_law(law: AbstractContactLaw, integrator: AbstractIntegrator, path: str) -> None:
     """Raise `PairingError` where the integrator does not offer what the law needs."""
-    missing = law.needs - integrator.serves
-    if missing:
-        levels = ", ".join(sorted(level.value for level in missing))
-        raise PairingError(
-            f"law '{kind_of(law)}' needs {levels}, which integrator '{kind_of(integrator)}' does not offer",
-            remedy="Use newmark, central_difference or exact_modal.",
-            path=path,
-        )
     if law.needs_second_differences() and not (integrator.load_point == 0.0 and integrator.velocity_point == 0.5):
         raise PairingError(
             f"restitution in law '{kind_of(law)}' is one of second differences, and '{kind_of(integrator)}' has none",
@@ -95,7 +87,7 @@ def check_system(integrator: AbstractIntegrator, body: str, system: Operators) -
 
 def constraint_gains(scene: Scene, contact: Contact, integrator: AbstractIntegrator, own: Collection[str] = ()) -> bool:
     """Return whether a hard position constraint gains energy without bound; ``own``: bodies that step by themselves."""
-    gains = contact.law.holds_position and integrator.hard_constraint_gains and scene.events == "dated"
+    gains = contact.law.holds_position and not integrator.jump_in_force and scene.events == "dated"
     return gains and not on_continuous_beam(scene, contact, own)
 
 

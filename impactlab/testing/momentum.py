@@ -168,7 +168,7 @@ def alpha_balance(integrator: AbstractIntegrator, system: Operators, step: StepO
     w = step.kept[n_dof : 2 * n_dof] if af != 0.0 or am != 0.0 else a
     change = solve(system.mass, -multiply(system.damping, solve(system.mass, step.kick)))
     new = step.dt * gamma / (1.0 - am)  # of (1 - af) w_new + af w - am a
-    given = new * (1.0 - af) if integrator.force_in_accelerations else step.dt
+    given = new * (1.0 - af) if isinstance(integrator, GeneralisedAlpha) else step.dt
     return added(
         (1.0, system.mass, step.new_v),
         (-1.0, system.mass, step.old_v),

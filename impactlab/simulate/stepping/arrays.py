@@ -33,6 +33,9 @@ class BodyRecord(ctypes.Structure):
     n_dof: int
     n_ports: int
     jump_start: int
+    jump_end: int
+    loads_end: int
+    load_at: int  # in the parameters
     force_start: int
     impulse_start: int
     projection_start: int
@@ -187,7 +190,7 @@ class StepArrays(NamedTuple):
     state: Floats  # flat
     backup: Floats  # room for a step to be taken again
     momentum: Floats  # row over the state, N s
-    jump: Floats  # flat: velocities per impulse of each face
+    jump: Floats  # flat, body by body: velocities per impulse of each face, then its loads: see `write_columns`
     responses: Floats  # flat: force responses of each body's ports, then impulse and projection responses
     answers: Floats  # (9, 3 n_contacts, n_contacts) of faces (2 n_contacts) and pushed rows to contacts: see the layers
     row_start: Ints  # (n_rows + 1,)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from impactlab.errors import PairingError
-from impactlab.integrators.base import AbstractIntegrator, Stepper
+from impactlab.integrators.base import AbstractIntegrator, Stepper, loads_of
 from impactlab.models.base import AbstractDiscreteModel, Phases
 from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.numerics.addresses import DERIVE, FREE, MEASURE, RETIME, LawAddress, kernel_address
@@ -67,7 +67,7 @@ class Assembly:
         pushed = pushes_of(scene, built, starts)
         parameters, parameter_start = flat([stepper.parameters for stepper in each])
         state, state_start = flat([stepper.state for stepper in each])
-        jump, jump_start = flat([stepper.jump for stepper in each])
+        jump, jump_start = flat([pushed_by(stepper) for stepper in each])
         responses, response_start = self._responses(each)
         bodies_by_name, bodies = records(BodyRecord, len(names))
         self._shift = {name: int(start) for name, start in zip(names, state_start[:-1], strict=True)}
@@ -91,6 +91,9 @@ class Assembly:
                 n_dof=n_dof,
                 n_ports=len(stepper.jump),
                 jump_start=jump_start[number],
+                jump_end=jump_start[number] + stepper.jump.size,
+                loads_end=jump_start[number + 1],
+                load_at=stepper.load.start if stepper.load else 0,
                 force_start=response_start[number],
                 impulse_start=response_start[len(names) + number],
                 projection_start=response_start[2 * len(names) + number],
@@ -144,7 +147,7 @@ class Assembly:
                 (
                     flat([stepper.parameters for stepper in others.values()])[0],
                     self._momentum(closed, state),
-                    flat([stepper.jump for stepper in others.values()])[0],
+                    flat([pushed_by(stepper) for stepper in others.values()])[0],
                     self._responses(list(others.values()))[0],
                     sparse(closed_rows, pattern)[2],
                     closed_left_out.ravel(),
@@ -359,6 +362,12 @@ class Assembly:
         return max(0.0, dict(built.system.massless).get(x, 0.0) or built.model.left_out(x, "displacement", x))
 
 
+def pushed_by(stepper: Stepper) -> Array:
+    """Return velocities per impulse and, where a step may be cut, loads of a body's ports, flat: see `Memory.jump`."""
+    loads = np.zeros(0) if stepper.load is None else loads_of(stepper.load, stepper.face_rows)
+    return np.concatenate((stepper.jump.ravel(), loads))
+
+
 def left_out_per_force(
     model: AbstractDiscreteModel, contact: Contact, body: str, x: float, quantity: Quantity
 ) -> float:
@@ -380,7 +389,7 @@ def check_phases(phased: dict[str, Phases], built: dict[str, BuiltBody], stepper
                 remedy="Leave the damping out, or use another basis.",
                 path="solve.model",
             )
-        if stepper.derive is None and stepper.state.size > 2 * system.load.size:
+        if stepper.state.size > 3 * system.load.size:
             raise PairingError(
                 f"'{name}' changes its coordinates with its contact, and this integrator keeps more than displacements "
                 "and velocities",

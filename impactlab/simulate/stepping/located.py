@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from impactlab.integrators.columns import write_columns
 from impactlab.numerics.addresses import call
 from impactlab.numerics.compiling import ENTRY, PART, called
 from impactlab.simulate.stepping import contact_solve, event_times, loop
@@ -39,10 +40,13 @@ def retime(m: StepArrays, dt: float) -> None:
         body = m.bodies[number]
         size = body.state_end - body.state_start
         parameters = m.parameters[body.parameter_start : body.parameter_end]
-        jump = m.jump[body.jump_start : body.jump_start + body.n_ports * body.n_dof]
+        jump = m.jump[body.jump_start : body.jump_end]
         force = m.responses[body.force_start : body.force_start + body.n_ports * size]
         impulse = m.responses[body.impulse_start : body.impulse_start + body.n_ports * size]
-        call(body.retime, parameters, dt, jump, force, impulse)
+        call(body.retime, parameters, dt)
+        if jump.size > 0:
+            loads = m.jump[body.jump_end : body.loads_end]
+            write_columns(body.free, body.derive, parameters, body.load_at, body.n_dof, loads, jump, force, impulse)
     compliances(m)
 
 

@@ -49,7 +49,7 @@ def change_coordinates(m: StepArrays, number: int) -> None:
     shift += m.parameters.size
     exchange(m.momentum, body.state_start, body.state_end, m.other_state, shift)
     shift += m.momentum.size
-    exchange(m.jump, body.jump_start, body.jump_start + body.n_ports * n, m.other_state, shift)
+    exchange(m.jump, body.jump_start, body.loads_end, m.other_state, shift)
     shift += m.jump.size
     exchange(m.responses, body.force_start, body.force_start + body.n_ports * size, m.other_state, shift)
     exchange(m.responses, body.impulse_start, body.impulse_start + body.n_ports * size, m.other_state, shift)
