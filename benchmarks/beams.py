@@ -26,9 +26,11 @@ from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.newmark import Newmark
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.mesh.beam_elements import matrices
-from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point, Scene, StepRule
+from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point
+from impactlab.scene.method import StepRule
 from impactlab.simulate import Plan, prepare
 from impactlab.simulate.stepping.assembly import SAMPLES
+from impactlab.testing.scenes import simulation
 
 STRIKER = 0.05  # kg
 STEEL = BeamSegment(0.3, 1e-4, 2.1e11, 7900.0, inertia=1e-8 / 12, shear_stiffness=6.7e6, rotary_inertia=7900.0e-8 / 12)
@@ -199,15 +201,24 @@ def newmark_by_hand(  # noqa: C901 - all in one, as one writes it by hand
 def planned(elements: int, scheme: str, steps: int) -> Plan:
     """Return the case, prepared."""
     integrator, points = SCHEMES[scheme]
-    beam = Beam(
-        "beam", (STEEL,), End("free"), End("clamped"), theory="timoshenko", model=FiniteElement(elements, "lumped")
-    )
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("beam", 0.0, "beam.left"), 0.0, AdditionDeletion())
+    beam = Beam("beam", (STEEL,), End("free"), End("clamped"), theory="timoshenko")
+    contact = Contact(Point("hammer", 0.0, "hammer"), Point("beam", 0.0, "beam.left"), 0.0)
     bodies = {"hammer": Mass("hammer", STRIKER, 1.0), "beam": beam}
-    highest = beam.model.build_beam(beam, 0.0).operators().highest_frequency  # type: ignore[union-attr]
+    model = FiniteElement(elements, "lumped")
+    highest = model.build_beam(beam, 0.0).operators().highest_frequency
     dt = 2.0 * np.pi / highest / points
-    scene = Scene("beams", bodies, (contact,), steps * dt, integrator, StepRule(dt=dt), round_trip=beam.round_trip)
-    return prepare(scene)
+    scene = simulation(
+        "beams",
+        bodies,
+        (contact,),
+        steps * dt,
+        integrator,
+        StepRule(dt=dt),
+        round_trip=beam.round_trip,
+        model=model,
+        law=AdditionDeletion(),
+    )
+    return prepare(*scene)
 
 
 def time_by_hand(plan: Plan, elements: int) -> tuple[float, Any]:

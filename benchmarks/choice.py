@@ -9,7 +9,6 @@ Times are least ones of interleaved repeats on one core.
 from __future__ import annotations
 
 import argparse
-import dataclasses
 import os
 import platform
 import sys
@@ -20,7 +19,7 @@ from typing import NamedTuple
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import impactlab as il
-from impactlab import metrics, simulate
+from impactlab import api, metrics, simulate
 from impactlab.api import physics_of
 from impactlab.bases.craig_bampton import CraigBampton
 from impactlab.contact.addition_deletion import AdditionDeletion
@@ -38,8 +37,9 @@ from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
 from impactlab.refine.described import described
 from impactlab.refine.reference import JUDGED, Reference, find
-from impactlab.scene import Scene, StepRule
+from impactlab.scene import Scene
 from impactlab.scene.facts import shortest_transit
+from impactlab.scene.method import Simulation, StepRule, Tolerance
 
 HERE = Path(__file__).resolve().parent
 CASES, HEAD = HERE.parent / "cases", HERE / "automatic-choice.head.md"
@@ -49,7 +49,7 @@ REPEATS = 5
 LONGEST = 0.25  # s: longer runs of other methods are not repeated, and finer ones not tried
 ROUNDING = 1e-9  # of an error: below, one is as good as the other
 
-Make = Callable[[Scene, int], Scene]
+Make = Callable[[Simulation, int], Simulation]
 
 
 def _rule(points: float) -> StepRule:
@@ -58,7 +58,7 @@ def _rule(points: float) -> StepRule:
 
 OTHERS: Mapping[str, Make] = {
     "exact": lambda s, _n: described(s, Continuous(), None, _rule(10.0), AdditionDeletion()),
-    "delay line": lambda s, n: described(s, Continuous(), None, StepRule(dt=shortest_transit(s) / n)),
+    "delay line": lambda s, n: described(s, Continuous(), None, StepRule(dt=shortest_transit(s.scene) / n)),
     "lumped, central difference, courant 1": lambda s, n: described(
         s, FiniteElement(n, "lumped"), CentralDifference(), StepRule(courant=1.0), AdditionDeletion()
     ),
@@ -131,13 +131,13 @@ class Row(NamedTuple):
         return found
 
 
-def scenes(files: list[Path]) -> Iterator[tuple[str, Scene]]:
+def scenes(files: list[Path]) -> Iterator[tuple[str, Simulation]]:
     """Give every case and variant as written, without probes and snapshots: all methods then record the same."""
     for file in files:
         case = il.load_case(file)
         for name in case.variant_names:
             variant = case.variant(name)
-            physics = dataclasses.replace(physics_of(variant), probes=(), snapshots=(), tolerance=None)
+            physics = physics_of(variant).but(probes=(), snapshots=(), tolerance=None)
             yield variant.label, physics
 
 
@@ -147,44 +147,44 @@ def error_of(history: AbstractHistory, reference: Reference, scene: Scene) -> fl
     return max((value for value in found if value is not None), default=0.0)
 
 
-def least(scene: Scene, first: AbstractHistory) -> float:
+def least(scene: Simulation, first: AbstractHistory) -> float:
     """Return the least time of solving a scene again and again [s]."""
     times = [first.cost.solve_s]
     for _ in range(REPEATS if first.cost.solve_s < LONGEST else 0):
-        times.append(simulate.run(scene).cost.solve_s)
+        times.append(simulate.run(*scene).cost.solve_s)
     return min(times)
 
 
-def others(scene: Scene, reference: Reference, dearest: float) -> list[Run]:
+def others(scene: Simulation, reference: Reference, dearest: float) -> list[Run]:
     """Return the other methods at all sizes that solve within ``dearest`` [s]; refused and failed ones are left out."""
     runs = []
     for name, make in OTHERS.items():
         for size in SIZES[:1] if name == "exact" else SIZES:
             try:
-                simulate.run(make(scene, size))  # what is compiled is compiled
+                simulate.run(*make(scene, size))  # what is compiled is compiled
                 described_scene = make(scene, size)
-                history = simulate.run(described_scene)
+                history = simulate.run(*described_scene)
             except (ImpactlabError, ArithmeticError):
                 continue
             if name == "delay line" and history.dt is None:
                 break  # solved from event to event
-            runs.append(Run(name, size, error_of(history, reference, scene), least(described_scene, history)))
+            runs.append(Run(name, size, error_of(history, reference, scene.scene), least(described_scene, history)))
             if runs[-1].solve_s > dearest:
                 break
     return runs
 
 
-def rows_of(label: str, scene: Scene) -> Iterator[Row]:
+def rows_of(label: str, scene: Simulation) -> Iterator[Row]:
     """Give one row per tolerance."""
-    reference = find(scene)
+    reference = find(*scene)
     if reference is None:
         return
     chosen: dict[float, tuple[AbstractHistory, float, float]] = {}
     for tolerance in TOLERANCES:
-        asked = dataclasses.replace(scene, tolerance=tolerance)
+        asked = scene.but(tolerance=Tolerance(tolerance))
         try:
-            runs = [simulate.run(asked)]
-            runs += [simulate.run(asked) for _ in range(REPEATS if runs[0].cost.solve_s < LONGEST else 0)]
+            runs = [api.solve(*asked)]
+            runs += [api.solve(*asked) for _ in range(REPEATS if runs[0].cost.solve_s < LONGEST else 0)]
         except ImpactlabError as error:
             yield Row(label, tolerance, "none", False, 0.0, 0.0, 0.0, 0.0, 0.0, None, f"refused: {error.text}")
             continue
@@ -198,8 +198,9 @@ def rows_of(label: str, scene: Scene) -> Iterator[Row]:
         assert choice is not None
         keeping = [run for run in rivals if run.error <= tolerance]
         yield Row(
-            label, tolerance, choice.chosen, choice.met, choice.expected_error, error_of(history, reference, scene),
-            reference.uncertainty, solve, choosing, min(keeping, key=lambda run: run.solve_s, default=None),
+            label, tolerance, choice.chosen, choice.met, choice.expected_error,
+            error_of(history, reference, scene.scene), reference.uncertainty, solve, choosing,
+            min(keeping, key=lambda run: run.solve_s, default=None),
         )  # fmt: skip
 
 

@@ -8,7 +8,6 @@ all ratios are another by one factor.
 from __future__ import annotations
 
 import argparse
-import dataclasses
 import itertools
 import time
 from typing import NamedTuple
@@ -18,10 +17,12 @@ import numpy as np
 from impactlab.contact.penalty import Penalty
 from impactlab.contact.wave_identification import WaveIdentification
 from impactlab.errors import ImpactlabError
+from impactlab.exact.cost import predicted_s
 from impactlab.exact.history import ContinuousHistory
 from impactlab.exact.solve import solve
-from impactlab.refine.families import exact_cost
-from impactlab.scene import Contact, End, Mass, Point, Rod, Scene, Segment, StepRule, Wall
+from impactlab.scene import Contact, End, Mass, Point, Rod, Segment, Wall
+from impactlab.scene.method import Simulation, StepRule
+from impactlab.testing.scenes import simulation
 
 MATERIALS = ((2.1e11, 7900.0), (7.0e10, 2700.0), (1.1e11, 8900.0), (3.0e9, 1200.0), (1.16e11, 4500.0))
 LONGEST = 2.0  # s of solving: longer runs are not repeated
@@ -70,7 +71,7 @@ def random_rod(rng: np.random.Generator, name: str, left: bool, right: bool) -> 
     return Rod(name, tuple(segments), ends[0], ends[1], velocity)
 
 
-def random_scene(rng: np.random.Generator, number: int) -> Scene:
+def random_scene(rng: np.random.Generator, number: int) -> Simulation:
     """Return a row of bodies in contact; a rod stands on one side of each hard contact, a bare face."""
     kinds = ["rod"]
     for side in range(2):
@@ -92,7 +93,7 @@ def random_scene(rng: np.random.Generator, number: int) -> Scene:
             bodies.append(Mass(name, float(10.0 ** rng.uniform(-2.0, 1.5)), float(rng.uniform(-1.0, 3.0))))
         else:
             bodies.append(Wall(name))
-    contacts = []
+    contacts, laws = [], []
     for a, b in itertools.pairwise(bodies):
         left = Point(a.name, a.length, f"{a.name}.right") if isinstance(a, Rod) else Point(a.name, 0.0, a.name)
         right = Point(b.name, 0.0, f"{b.name}.left" if isinstance(b, Rod) else b.name)
@@ -101,29 +102,30 @@ def random_scene(rng: np.random.Generator, number: int) -> Scene:
             damping = float(10.0 ** rng.uniform(2.0, 4.0)) if rng.random() < 0.3 else 0.0
             law = Penalty(stiffness=float(10.0 ** rng.uniform(6.5, 10.0)), damping=damping)
         gap = 0.0 if rng.random() < 0.5 else float(10.0 ** rng.uniform(-6.0, -3.5))
-        contacts.append(Contact(left, right, gap, law))
+        contacts.append(Contact(left, right, gap))
+        laws.append(law)
     rods = [body for body in bodies if isinstance(body, Rod)]
     trip = max(body.round_trip for body in rods)
     duration = trip * float(10.0 ** rng.uniform(0.0, 2.0))
-    return Scene(
+    return simulation(
         f"{number}: {' '.join(kinds)}", {body.name: body for body in bodies}, tuple(contacts), duration, None,
-        StepRule(courant=1.0), round_trip=trip,
+        StepRule(courant=1.0), round_trip=trip, law=laws,
     )  # fmt: skip
 
 
-def measured(scene: Scene) -> Row:
+def measured(scene: Simulation) -> Row:
     """Return the row of a scene."""
-    predicted = exact_cost(scene)
+    predicted = predicted_s(*scene)
     try:
-        history = solve(scene)
+        history = solve(*scene)
     except ImpactlabError as error:
-        return Row(scene.name, predicted, np.nan, 0, 0, 0, error.text)
+        return Row(scene.scene.name, predicted, np.nan, 0, 0, 0, error.text)
     best = history.cost.solve_s
     began = time.perf_counter()
     while time.perf_counter() - began < 20.0 * best and best < LONGEST:
-        best = min(best, solve(dataclasses.replace(scene)).cost.solve_s)
+        best = min(best, solve(*scene).cost.solve_s)
     pieces = int(np.sum(history._log.records)) if isinstance(history, ContinuousHistory) else 0  # dropped in long runs
-    return Row(scene.name, predicted, best, history.cost.steps, pieces, len(history.events))
+    return Row(scene.scene.name, predicted, best, history.cost.steps, pieces, len(history.events))
 
 
 def main() -> None:

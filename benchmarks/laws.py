@@ -68,7 +68,7 @@ def settings(elements: int) -> tuple[tuple[AbstractIntegrator, AbstractRodModel 
 def plan_of(law: AbstractContactLaw, integrator: AbstractIntegrator, model: Any, elements: int) -> Plan | None:
     """Return the run, or None where the parts cannot serve each other."""
     try:
-        return prepare(scene_of(elements, law, integrator, model, 0.5, ROUND_TRIPS))
+        return prepare(*scene_of(elements, law, integrator, model, 0.5, ROUND_TRIPS))
     except (CaseError, PairingError):
         return None
 
@@ -101,7 +101,7 @@ def rows_of(elements: int) -> list[dict[str, Any]]:
 
 def measure(elements: int, repeats: int) -> list[dict[str, Any]]:
     """Return one row per law, options and integrator: us per step of the loop, by hand, and of plain Python more."""
-    rows, by_hand = rows_of(elements), prepare(scene_of(elements, round_trips=ROUND_TRIPS, courant=0.5))
+    rows, by_hand = rows_of(elements), prepare(*scene_of(elements, round_trips=ROUND_TRIPS, courant=0.5))
     times = [[math.inf, math.inf] for _ in rows]
     hand = math.inf
     for _ in range(repeats + 1):

@@ -10,7 +10,6 @@ start is a new process each time, what it reads still in memory, in time on the 
 from __future__ import annotations
 
 import argparse
-import dataclasses
 import json
 import math
 import subprocess
@@ -24,7 +23,7 @@ from step_loop import SCHEMES, scene_of, time_loop
 
 from impactlab import simulate
 from impactlab.models.continuous import Continuous
-from impactlab.scene import Scene
+from impactlab.scene.method import Simulation
 from impactlab.simulate.stepping.assembly import Assembly
 
 ELEMENTS = (100, 1_000, 10_000, 100_000)
@@ -46,10 +45,10 @@ def scaling(repeats: int) -> list[dict[str, Any]]:
             setup = least = math.inf
             for _ in range(repeats + 1):
                 began = time.thread_time()
-                plan = simulate.prepare(scene)
+                plan = simulate.prepare(*scene)
                 assert plan.dt is not None
                 assert plan.integrator is not None
-                Assembly(plan.scene, plan.built, plan.steppers, plan.starts, plan.integrator, plan.dt, plan.steps)
+                Assembly(plan, plan.integrator, plan.dt)
                 setup = min(setup, time.thread_time() - began)
                 least = min(least, time_loop(plan)[0] / plan.steps)
             each = {"steps": plan.steps, "setup_ms": 1e3 * setup, "ns": 1e9 * least / elements}
@@ -69,13 +68,13 @@ def scaling_table(rows: list[dict[str, Any]]) -> str:
 def many_steps(steps: int) -> dict[str, Any]:
     """Run so many steps of a small mesh in this process; return the most memory that they held at once, and more."""
 
-    def scene(count: int) -> Scene:
+    def scene(count: int) -> Simulation:
         return scene_of(SMALL, round_trips=count / (2.0 * SMALL))
 
-    simulate.run(scene(1000))
+    simulate.run(*scene(1000))
     tracemalloc.start()
     began = time.thread_time()
-    history = simulate.run(scene(steps))
+    history = simulate.run(*scene(steps))
     spent, most = time.thread_time() - began, tracemalloc.get_traced_memory()[1]
     return {
         "steps": history.cost.steps,
@@ -110,14 +109,14 @@ def memory_table(rows: list[dict[str, Any]]) -> str:
 
 def fixed(repeats: int) -> list[dict[str, Any]]:
     """Return what short runs take [ms]: set-up, solution, and all with contacts, energies and warnings."""
-    scenes = {"exact": dataclasses.replace(scene_of(100, model=Continuous()), integrator=None)}
+    scenes = {"exact": scene_of(100, model=Continuous()).but(integrator=None)}
     scenes |= {name: scene_of(100, integrator=integrator) for name, integrator in SCHEMES.items()}
     rows = []
     for name, scene in scenes.items():
         row = {"run": name, "setup_ms": math.inf, "solve_ms": math.inf, "all_ms": math.inf}
         for _ in range(10 * repeats):
             began = time.thread_time()
-            history = simulate.run(scene)
+            history = simulate.run(*scene)
             assert history.contacts is not None
             assert history.energy.largest_gain >= 0.0
             assert isinstance(history.warnings, list)

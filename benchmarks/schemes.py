@@ -29,7 +29,7 @@ def plan_of(integrator: AbstractIntegrator, elements: int) -> Plan:
     """Return the run on a mesh, or on as many analytic modes."""
     law = AdditionDeletion()
     model = Modal(elements=elements) if integrator.needs_modes else None
-    return prepare(scene_of(elements, law, integrator, model, 0.5, STEPS / (4.0 * elements)))
+    return prepare(*scene_of(elements, law, integrator, model, 0.5, STEPS / (4.0 * elements)))
 
 
 def measure(repeats: int) -> list[dict[str, Any]]:

@@ -27,10 +27,12 @@ from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.newmark import Newmark
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
-from impactlab.scene import Contact, End, Mass, Point, Rod, Scene, Segment, StepRule
+from impactlab.scene import Contact, End, Mass, Point, Rod, Segment
+from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import Plan, prepare
 from impactlab.simulate.stepping.assembly import SAMPLES, Assembly
 from impactlab.simulate.stepping.loop import advance_dated, start
+from impactlab.testing.scenes import simulation
 
 SCHEMES = {"central_difference": CentralDifference(), "newmark": Newmark()}
 
@@ -172,21 +174,30 @@ def scene_of(
     model: AbstractRodModel | None = None,
     courant: float = 1.0,
     round_trips: float = 3.0,
-) -> Scene:
+) -> Simulation:
     """Return the paper's case, on a lumped mesh unless a model is given."""
     segment = Segment(0.3, 9e-4, 2.1e11, 7900.0)
     model = FiniteElement(elements, "lumped") if model is None else model
-    rod = Rod("rod", (segment,), End("free"), End("clamped"), model=model)
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0, law)
+    rod = Rod("rod", (segment,), End("free"), End("clamped"))
+    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0)
     bodies = {"hammer": Mass("hammer", 2.133, 1.0), "rod": rod}
-    return Scene("step_loop", bodies, (contact,), round_trips * rod.round_trip, integrator, StepRule(courant=courant))
+    return simulation(
+        "step_loop",
+        bodies,
+        (contact,),
+        round_trips * rod.round_trip,
+        integrator,
+        StepRule(courant=courant),
+        model=model,
+        law=law,
+    )
 
 
 def time_loop(plan: Plan) -> tuple[float, Assembly]:
     """Return what all steps of a plan take [s], and the memory they were written into."""
     assert plan.dt is not None
     assert plan.integrator is not None
-    assembly = Assembly(plan.scene, plan.built, plan.steppers, plan.starts, plan.integrator, plan.dt, plan.steps)
+    assembly = Assembly(plan, plan.integrator, plan.dt)
     start(assembly.memory)
     # The kernel's page faults on fresh pages are no part of the time: touch them first, here and below.
     assembly.memory.record.fill(0.0)
@@ -229,7 +240,7 @@ def factorised(plan: Plan) -> tuple[Any, Any, Any, Any]:
 
 def measure(elements: int, repeats: int, integrator: AbstractIntegrator = CentralDifference()) -> dict[str, float]:  # noqa: B008
     """Return steps, the least times [s] of both loops, their ratio, and how far their forces differ."""
-    plan = prepare(scene_of(elements, integrator=integrator))
+    plan = prepare(*scene_of(elements, integrator=integrator))
     ours, theirs, difference = [], [], 0.0
     for _ in range(repeats + 1):
         spent, assembly = time_loop(plan)

@@ -12,10 +12,15 @@ from typing import Any, NamedTuple
 from impactlab.casefile import Case
 from impactlab.errors import ImpactlabError, RunWarning, StepError
 from impactlab.history.base import SERIOUS, AbstractHistory
+from impactlab.refine import reference as references
+from impactlab.refine import search
 from impactlab.refine.reference import CHEAP, THOROUGH, Reference
 from impactlab.refine.reference import content as reference_content
-from impactlab.scene.bodies import Body, ElasticBody
+from impactlab.scene.method import Method, Simulation
+from impactlab.scene.precision import in_precision
 from impactlab.scene.problem import Scene
+from impactlab.simulate import driver, plan
+from impactlab.simulate.plan import Plan
 
 Progress = Callable[[float], None]
 
@@ -66,16 +71,17 @@ class Comparison:
         return table(self.document)
 
 
-def run(case: Case | Scene, progress: Progress | None = None) -> AbstractHistory:
-    """Return the history of a case or a scene.
+def run(case: Case | Simulation, progress: Progress | None = None) -> AbstractHistory:
+    """Run a case, or a scene with its method, and return the history.
 
     A history whose answer is in doubt issues a `RunWarning`, once for each of its serious warnings: it misses its
     tolerance (``history.choice.met`` is False), or it gained energy. All warnings stand in ``history.warnings``.
 
     Parameters
     ----------
-    case : Case or Scene
-        What to run; of a case with methods, the one chosen by ``case.method(name)``.
+    case : Case or Simulation
+        What to run; of a case with methods, the one chosen by ``case.method(name)``. A method with a tolerance is
+        first completed by the automatic choice.
     progress : callable, optional
         Called with the fraction done, from 0 to 1, about ten times a second.
 
@@ -86,11 +92,9 @@ def run(case: Case | Scene, progress: Progress | None = None) -> AbstractHistory
     StepError
         If the run fails on the way, or more than doubles the energy of its bodies; it carries what was reached.
     """
-    from impactlab.simulate import driver as simulate
-
-    scene = case.scene() if isinstance(case, Case) else case
+    scene, method = case.simulation() if isinstance(case, Case) else case
     try:
-        history = simulate.run(scene, progress=progress)
+        history = solve(scene, method, progress)
     except ImpactlabError as error:
         if isinstance(case, Case):
             case.place(error)
@@ -101,6 +105,13 @@ def run(case: Case | Scene, progress: Progress | None = None) -> AbstractHistory
     return history
 
 
+def solve(scene: Scene, method: Method, progress: Progress | None = None) -> AbstractHistory:
+    """Run a scene under a method, chosen automatically under a tolerance; issue no `RunWarning`."""
+    if method.tolerance is None:
+        return driver.run(scene, method, progress)
+    return search.run(scene, method, progress)
+
+
 @contextlib.contextmanager
 def warnings_kept() -> Iterator[None]:
     """Issue no `RunWarning` inside: for callers that show the warnings of a history themselves."""
@@ -109,38 +120,46 @@ def warnings_kept() -> Iterator[None]:
         yield
 
 
-def physics_of(case: Case) -> Scene:
-    """Return the scene whose exact answer a method is measured against: its own, under the laws of the case as written.
+def prepare(case: Case) -> Plan:
+    """Return the plan of a run; under a tolerance, that of the method which is predicted to be the cheapest.
+
+    Raises
+    ------
+    CaseError, PairingError
+        Where the run cannot start.
+    """
+    scene, method = case.simulation()
+    if method.tolerance is not None:
+        with in_precision("the first guess of a description", "solve.tolerance"):
+            scene, method = search.first_guess(scene, method)
+    return plan.prepare(scene, method)
+
+
+def physics_of(case: Case) -> Simulation:
+    """Return the scene of a case and a method with the laws of the case as written: what its errors refer to.
 
     So a penalty that stands in for a hard contact is measured against the hard contact, not against itself.
     """
-    scene = case.scene()
+    scene, method = case.simulation()
     if case.written is None:
-        return scene
-    laws = {contact.name: contact.law for contact in case.written.contacts}
-    contacts = [dataclasses.replace(each, law=laws.get(each.name, each.law)) for each in scene.contacts]
-    # A relative stiffness refers to the elements of the case as written, too.
-    bodies = {name: _described_as(body, case.written.bodies.get(name)) for name, body in scene.bodies.items()}
-    return dataclasses.replace(scene, contacts=tuple(contacts), bodies=bodies)
+        return Simulation(scene, method)
+    # A relative stiffness refers to the elements of the case as written, too; a model of another theory keeps its own,
+    # as no reference of the case as written holds for it.
+    models = dict(method.models)
+    for name, written in case.written.models.items():
+        if written.theory == (models[name].theory if name in models else ""):
+            models[name] = written
+    laws = {name: case.written.laws.get(name, law) for name, law in method.laws.items()}
+    return Simulation(scene, dataclasses.replace(method, laws=laws, models=models))
 
 
-def _described_as(body: Body, written: Body | None) -> Body:
-    if isinstance(body, ElasticBody) and isinstance(written, ElasticBody):
-        if body.model is not None and written.model is not None and body.model.theory != written.model.theory:
-            return body  # of another theory: no reference of the case as written answers for it
-        return dataclasses.replace(body, model=written.model)
-    return body
-
-
-def reference_of(scene: Scene, budget: float = THOROUGH) -> Reference | None:
-    """Return the answer that a method on a scene is measured against, or None where there is none.
+def reference_of(scene: Scene, method: Method, budget: float = THOROUGH) -> Reference | None:
+    """Return the answer that a run is measured against, or None where there is none.
 
     The exact one where the exact solver serves the scene, else a converged one; ``budget`` are the seconds of predicted
     solving that this may take (`impactlab.refine.reference`).
     """
-    from impactlab.refine import reference
-
-    return reference.find(scene, budget)
+    return references.find(scene, method, budget)
 
 
 def compare(
@@ -182,9 +201,8 @@ def summarised(case: Case, history: AbstractHistory, budget: float = CHEAP) -> t
     """
     from impactlab.report.summary import summarise
 
-    scene = case.scene()
-    reference = reference_of(physics_of(case), budget)
-    return summarise(case.label, scene, history, reference), reference
+    reference = reference_of(*physics_of(case), budget)
+    return summarise(case.label, case.scene(), history, reference), reference
 
 
 def failure(case_name: str, error: BaseException) -> dict[str, Any]:
@@ -233,14 +251,13 @@ def _row(case: Case, name: str, references: dict[Any, Reference | None], progres
 
     try:
         variant = case.method(name)
-        scene = variant.scene()
         with warnings_kept():
             history = run(variant, progress)
         physics = physics_of(variant)
-        key = reference_content(physics)
+        key = reference_content(*physics)
         if key not in references:
-            references[key] = reference_of(physics)
+            references[key] = reference_of(*physics)
         reference = references[key]
-        return Row(name, summarise(case.label, scene, history, reference), history, reference, None)
+        return Row(name, summarise(case.label, variant.scene(), history, reference), history, reference, None)
     except Exception as error:  # noqa: BLE001 - a plugin may raise anything; its row says what
         return Row(name, failure(case.label, error), None, None, error)

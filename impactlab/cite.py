@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 
 from impactlab.casefile import Case
 from impactlab.plugins import citations_of, parts_inside
-from impactlab.scene.bodies import ElasticBody
 
 
 class Citations(NamedTuple):
@@ -28,10 +27,8 @@ def cite(case: Case) -> Citations:
     may cite by a key of our citations.bib or of one in its own package, or bring its BibTeX entry, a text that begins
     with ``@``.
     """
-    scene = case.scene()
-    parts: list[object] = [body.model for body in scene.bodies.values() if isinstance(body, ElasticBody)]
-    parts += [contact.law for contact in scene.contacts]
-    parts.append(scene.integrator)
+    method = case.simulation().method
+    parts: list[object] = [*method.models.values(), *method.laws.values(), method.integrator]
     wanted: list[str] = []
     known = dict(entries())
     for part in [one for whole in parts if whole is not None for one in (whole, *parts_inside(whole))]:

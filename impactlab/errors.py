@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from impactlab.history.base import AbstractHistory
+from typing import Any
 
 
 class ImpactlabError(Exception):
@@ -92,7 +89,7 @@ class StepError(ImpactlabError):
     step : int
         Number of the step that failed, from 0.
     history : AbstractHistory or None
-        What was reached before the failure.
+        What was reached before the failure (`impactlab.history.base`).
     """
 
     def __init__(
@@ -101,7 +98,7 @@ class StepError(ImpactlabError):
         *,
         time: float,
         step: int,
-        history: AbstractHistory | None = None,
+        history: Any = None,
         remedy: str = "",
         path: str = "",
     ) -> None:

@@ -38,8 +38,10 @@ from impactlab.integrators.nonsmooth_generalised_alpha import NonsmoothGeneralis
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.scene import Contact, End, Mass, Point, Rod, Scene, Segment, StepRule, Wall
+from impactlab.scene import Contact, End, Mass, Point, Rod, Segment, Wall
+from impactlab.scene.method import Simulation, StepRule
 from impactlab.testing.invariants import precursor
+from impactlab.testing.scenes import simulation
 from impactlab.testing.trace import run_in_cuts, trace
 from impactlab.types import Relative
 from studies.pages import Study, filled, table
@@ -57,29 +59,41 @@ def struck(
     far: str = "clamped",
     trips: float = 3.0,
     snapshots: tuple[float, ...] = (),
-) -> Scene:
+) -> Simulation:
     """Return the 1999 paper's rod struck at its left end by a mass, the far end clamped or free."""
-    rod = Rod("rod", (STEEL,), End("free"), End(far), model=model)  # type: ignore[arg-type]
-    return Scene(
+    rod = Rod("rod", (STEEL,), End("free"), End(far))  # type: ignore[arg-type]
+    return simulation(
         name="struck",
         bodies={"hammer": Mass("hammer", STEEL.mass / alpha, 1.0), "rod": rod},
-        contacts=(Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0, law),),
+        contacts=(Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0),),
         duration=trips * rod.round_trip,
         integrator=integrator,
         step=step,
         round_trip=rod.round_trip,
         snapshots=snapshots,
+        model=model,
+        law=law,
     )
 
 
-def periodic_bar(elements: int, courant: float, mass: str = "consistent") -> Scene:
+def periodic_bar(elements: int, courant: float, mass: str = "consistent") -> Simulation:
     """Return the bar that is let go from a uniform strain and bounces against a wall for ever: four of its periods."""
     bar = Segment(1.0, 1.0, 1.0, 1.0)
     model = FiniteElement(elements, mass)  # type: ignore[arg-type]
-    rod = Rod("rod", (bar,), End("free"), End("clamped"), displacement=lambda x: (1.0 - x) / 2.0, model=model)
-    contact = Contact(Point("wall", 0.0, "wall"), Point("rod", 0.0, "rod.left"), 0.0, AdditionDeletion())
+    rod = Rod("rod", (bar,), End("free"), End("clamped"), displacement=lambda x: (1.0 - x) / 2.0)
+    contact = Contact(Point("wall", 0.0, "wall"), Point("rod", 0.0, "rod.left"), 0.0)
     bodies = {"wall": Wall("wall"), "rod": rod}
-    return Scene("periodic bar", bodies, (contact,), 12.0, Newmark(), StepRule(courant=courant), round_trip=2.0)
+    return simulation(
+        "periodic bar",
+        bodies,
+        (contact,),
+        12.0,
+        Newmark(),
+        StepRule(courant=courant),
+        round_trip=2.0,
+        model=model,
+        law=AdditionDeletion(),
+    )
 
 
 class Gain(NamedTuple):
@@ -90,7 +104,7 @@ class Gain(NamedTuple):
     loss: float
 
 
-def gain_of(scene: Scene) -> Gain | None:
+def gain_of(scene: Simulation) -> Gain | None:
     """Return the gains of a scene; None where the pair is refused, infinite where the run fails."""
     try:
         book = trace(scene).history.energy
@@ -102,7 +116,7 @@ def gain_of(scene: Scene) -> Gain | None:
     return Gain(book.largest_gain, rise, book.largest_loss)
 
 
-def worst(scenes: Iterable[Scene]) -> Gain | None:
+def worst(scenes: Iterable[Simulation]) -> Gain | None:
     """Return the largest of each gain over scenes; None where all are refused."""
     gains = [gain for gain in map(gain_of, scenes) if gain is not None]
     return Gain(*(max(column) for column in zip(*gains, strict=True))) if gains else None
@@ -240,7 +254,7 @@ def adaptive(method: str) -> Iterable[tuple[str, Gain | None]]:
     for tolerance in (1e-4, 1e-6, 1e-8):
         integrator, gains = Adaptive(method, tolerance), []  # type: ignore[arg-type]
         for law, alpha, far in itertools.product(laws, (1e-3, 1.0, 1e2), ("free", "clamped")):
-            book = simulate.run(struck(model, law, integrator, rule, alpha, far)).energy
+            book = simulate.run(*struck(model, law, integrator, rule, alpha, far)).energy
             rise = float(np.max(book.balance - np.minimum.accumulate(book.balance))) / book.scale
             gains.append(Gain(book.largest_gain, rise, book.largest_loss))
         yield f"{method} | {tolerance:g}", Gain(*(max(column) / tolerance for column in zip(*gains, strict=True)))

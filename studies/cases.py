@@ -15,6 +15,7 @@ from impactlab.history import ContactSpan
 from impactlab.refine.reference import Reference
 from impactlab.report import style
 from impactlab.scene import ElasticBody, Rod, Scene, Wall
+from impactlab.scene.method import Method
 from studies.pages import CASES, Study, filled, table
 
 if TYPE_CHECKING:
@@ -29,6 +30,7 @@ class Line(NamedTuple):
 
     case: Case
     scene: Scene
+    method: Method
     reference: Reference
 
 
@@ -36,10 +38,10 @@ def answered(name: str) -> Iterator[Line]:
     """Return a case as written and each of its variants, with their answers."""
     case = il.load_case(CASES / f"{name}.yaml")
     for each in (case, *(case.variant(variant) for variant in case.variant_names if variant != "base")):
-        scene = each.scene()
-        reference = reference_of(scene)
+        scene, method = each.simulation()
+        reference = reference_of(scene, method)
         assert reference is not None, each.label
-        yield Line(each, scene, reference)
+        yield Line(each, scene, method, reference)
 
 
 @cache
@@ -72,7 +74,7 @@ def time(value: float) -> str:
 
 def peak(line: Line) -> str:
     """Return the largest contact force."""
-    if unbounded(line.scene):
+    if unbounded(line.scene, line.method):
         return "no bound at first"
     largest = max((span.peak_force or 0.0 for span in line.reference.history.contacts), default=0.0)
     if largest == 0.0:
@@ -81,10 +83,11 @@ def peak(line: Line) -> str:
     return f"{number(largest / unit.size)} {unit.label}"
 
 
-def unbounded(scene: Scene) -> bool:
+def unbounded(scene: Scene, method: Method) -> bool:
     """Return whether a viscous rod is struck hard: its force starts as t^-1/2, and a mesh tells only where it ends."""
     viscous = {n for n, b in scene.bodies.items() if isinstance(b, Rod) and any(s.viscosity > 0.0 for s in b.segments)}
-    return any(contact.law.hard and {contact.left.body, contact.right.body} & viscous for contact in scene.contacts)
+    hard = [contact for contact in scene.contacts if method.laws[contact.name].hard]
+    return any({contact.left.body, contact.right.body} & viscous for contact in hard)
 
 
 def leaves(line: Line) -> str:
@@ -164,7 +167,7 @@ def draw(axis: object, name: str, group: list[Line]) -> None:
             t, values = style.curve(line.reference.history, channel, line.scene.duration, 300)
             colour = style.INK if len(group) == 1 else style.PALETTE[place % len(style.PALETTE)]
             curves.append((t / line.scene.round_trip, values, colour, 1.0 if rank == 0 else 0.6, bool(loaded)))
-    start = 0.02 * float(curves[0][0][-1]) if unbounded(group[0].scene) else -1.0
+    start = 0.02 * float(curves[0][0][-1]) if unbounded(group[0].scene, group[0].method) else -1.0
     largest = max(float(values[t > start].max(initial=0.0)) for t, values, *_ in curves)
     unit = style.scaled("m" if curves[0][4] else "N", largest)
     for t, values, colour, width, dashed in curves:

@@ -21,14 +21,15 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from impactlab.errors import ImpactlabError
 from impactlab.exact.solve import solve
-from impactlab.scene import Scene, Wall
+from impactlab.scene import Wall
+from impactlab.scene.method import Simulation
 from tests.reference.exact_scenes import Hard, point, rod, scene
 from tests.reference.trains import Differences, compare, random_train
 
 COUNTS = (100, 1000, 2000, 5000, 10_000)
 
 
-def walls(contacts: int) -> Scene:
+def walls(contacts: int) -> Simulation:
     """Return a rod between two walls (units c = Z = L = 1, gaps of 4, velocity 1) over so many contacts."""
     bar, left, right = rod(velocity=1.0), Wall("left"), Wall("right")
     pairs = [(point(left), point(bar, "left"), 4.0, Hard()), (point(bar, "right"), point(right), 4.0, Hard())]
@@ -74,15 +75,15 @@ def bounces() -> str:
     """Return the table of a rod between walls."""
     lines = ["| contacts | time to solve [s] | intervals | pieces kept | energy error | end velocity - 1 |"]
     lines.append("|---:|---:|---:|---:|---:|---:|")
-    solve(walls(10))
+    solve(*walls(10))
     for count in COUNTS:
         case = walls(count)
         began = time.perf_counter()
-        history = solve(case)
+        history = solve(*case)
         took = time.perf_counter() - began
         balance = float(np.max(np.abs(history.energy.balance))) / float(history.energy.total[0])
         pieces = int(np.sum(history._log.records))
-        end = abs(float(history.evaluate(case.duration, "velocity:rod@0.5"))) - 1.0
+        end = abs(float(history.evaluate(case.scene.duration, "velocity:rod@0.5"))) - 1.0
         lines.append(
             f"| {len(history.contacts)} | {took:.3g} | {history.cost.steps} | {pieces} | {balance:.1e} | {end:.1e} |"
         )

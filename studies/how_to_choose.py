@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import re
 from typing import Any
 
@@ -11,9 +10,9 @@ from impactlab import metrics, simulate
 from impactlab.api import reference_of
 from impactlab.errors import ImpactlabError
 from impactlab.history import AbstractHistory
-from impactlab.models.base import AbstractRodModel
 from impactlab.models.modal import Modal
-from impactlab.scene import Rod, Scene
+from impactlab.scene import Scene
+from impactlab.scene.method import Simulation
 from studies.pages import CASES, Study, filled, percent
 
 REPEATS = 7  # the least time of so many runs is shown
@@ -67,7 +66,7 @@ NAMES = {
 
 def second_contact(history: AbstractHistory, scene: Scene) -> str:
     """Return from when to when the second contact lasts [T]."""
-    if not any(contact.law.answers_force for contact in scene.contacts):
+    if not any(law.answers_force for law in history.method.laws.values()):
         return "-"
     found = [span for span in history.contacts if span.start > 1.8 * scene.round_trip]
     if not found:
@@ -76,16 +75,10 @@ def second_contact(history: AbstractHistory, scene: Scene) -> str:
     return f"{found[0].start / scene.round_trip:.3f} to {end / scene.round_trip:.3f}"
 
 
-def least_time(scene: Scene) -> str:
+def least_time(scene: Simulation) -> str:
     """Return the least time of several runs, preparation left out [ms]."""
-    spent = min(simulate.run(scene).cost.solve_s for _ in range(REPEATS))
+    spent = min(simulate.run(*scene).cost.solve_s for _ in range(REPEATS))
     return f"{1e3 * spent:.1f}"
-
-
-def with_model(scene: Scene, model: AbstractRodModel) -> Scene:
-    """Return the scene with another model of its rods."""
-    bodies = {k: dataclasses.replace(b, model=model) if isinstance(b, Rod) else b for k, b in scene.bodies.items()}
-    return dataclasses.replace(scene, bodies=bodies)
 
 
 def axial() -> str:
@@ -95,21 +88,21 @@ def axial() -> str:
         "| method | mass | face | force away from jumps | second contact [T] | energy gain | steps | time [ms] |",
         "|---|---|---|---|---|---|---|---|",
     ]
-    reference = reference_of(base.scene())  # the hard contact, also for methods that soften it
+    reference = reference_of(*base.simulation())  # the hard contact, also for methods that soften it
     assert reference is not None
     for name, changes in AXIAL.items():
         case = base
         for path, value in changes.items():
             case = case.with_(path, value)
-        scene = case.scene()
+        scene = case.simulation()
         if "analytic" in name:  # a merged block keeps its elements
-            scene = with_model(scene, Modal(None, 40))
-        history = simulate.run(scene)
-        errors = metrics.errors(history, reference.name, reference.history, scene)
+            scene = scene.but(model=Modal(None, 40))
+        history = simulate.run(*scene)
+        errors = metrics.errors(history, reference.name, reference.history, scene.scene)
         shown = [percent(errors[key]) for key in ("mass_displacement", "face_displacement", "force_away_from_jumps")]
         steps = str(history.cost.steps) if history.dt is not None else "none"
         gain = percent(history.energy.largest_gain)
-        cells = [*shown, second_contact(history, scene), gain]
+        cells = [*shown, second_contact(history, scene.scene), gain]
         if any(warning.code == "constraint_energy" for warning in history.warnings):
             cells = [f"~{cell}" for cell in cells]  # it chatters: its numbers hang on the last bit
         lines.append("| " + " | ".join([name, *cells, steps, least_time(scene)]) + " |")
@@ -121,11 +114,11 @@ def others() -> str:
     lines = ["| case | method | mass | face | force | impulse |", "|---|---|---|---|---|---|"]
     for file in ("free_rod", "rod_on_wall", "two_rods"):
         case = il.load_case(CASES / f"{file}.yaml")
-        reference = reference_of(case.scene())
+        reference = reference_of(*case.simulation())
         assert reference is not None
         for method, name in NAMES.items():
-            scene = case.method(method).scene()
-            errors = metrics.errors(simulate.run(scene), reference.name, reference.history, scene)
+            scene = case.method(method).simulation()
+            errors = metrics.errors(simulate.run(*scene), reference.name, reference.history, scene.scene)
             shown = [percent(errors[key]) for key in ("mass_displacement", "face_displacement", "force", "impulse")]
             lines.append(f"| {file} | {name} | " + " | ".join(shown) + " |")
     return "\n".join(lines)
@@ -135,16 +128,16 @@ def steps() -> str:
     """Return the table of steps for the modal rod under wave identification."""
     base = il.load_case(CASES / "axial_impact.yaml")
     lines = ["| points in the shortest period | mass | face | steps |", "|---|---|---|---|"]
-    reference = reference_of(base.scene())
+    reference = reference_of(*base.simulation())
     assert reference is not None
     for points in (3, 4, 5, 10, 20, 50):
-        scene = base.with_("solve.step", {"points_per_period": points}).scene()
+        scene = base.with_("solve.step", {"points_per_period": points}).simulation()
         try:
-            history = simulate.run(scene)
+            history = simulate.run(*scene)
         except ImpactlabError:
             lines.append(f"| {points} | refused | refused | - |")
             continue
-        errors = metrics.errors(history, reference.name, reference.history, scene)
+        errors = metrics.errors(history, reference.name, reference.history, scene.scene)
         shown = percent(errors["mass_displacement"]), percent(errors["face_displacement"])
         lines.append(f"| {points} | {shown[0]} | {shown[1]} | {history.cost.steps} |")
     return "\n".join(lines)
@@ -154,15 +147,15 @@ def stiffness() -> str:
     """Return the table of penalty stiffnesses on a lumped mesh."""
     base = il.load_case(CASES / "axial_impact.yaml").with_("solve.model", LUMPED).with_("solve.integrator", EXPLICIT)
     lines = ["| stiffness [EA/h] | courant | mass | face | second contact [T] |", "|---|---|---|---|---|"]
-    reference = reference_of(base.scene())
+    reference = reference_of(*base.simulation())
     assert reference is not None
     for relative, courant in ((0.8, 0.5), (8.0, 0.2), (80.0, 0.07)):
         case = base.with_("contacts.0.law", {"kind": "penalty", "stiffness": {"relative": relative}})
-        scene = case.with_("solve.step", {"courant": courant}).scene()
-        history = simulate.run(scene)
-        errors = metrics.errors(history, reference.name, reference.history, scene)
+        scene = case.with_("solve.step", {"courant": courant}).simulation()
+        history = simulate.run(*scene)
+        errors = metrics.errors(history, reference.name, reference.history, scene.scene)
         shown = percent(errors["mass_displacement"]), percent(errors["face_displacement"])
-        lines.append(f"| {relative:g} | {courant} | {shown[0]} | {shown[1]} | {second_contact(history, scene)} |")
+        lines.append(f"| {relative:g} | {courant} | {shown[0]} | {shown[1]} | {second_contact(history, scene.scene)} |")
     return "\n".join(lines)
 
 
@@ -184,7 +177,7 @@ def bases() -> str:
         "|---|---|---|---|---|---|---|---|---|",
     ]
     base = il.load_case(CASES / "axial_impact.yaml")
-    reference = reference_of(base.scene())
+    reference = reference_of(*base.simulation())
     assert reference is not None
     rows: list[tuple[str, int, str, str, dict[str, Any], dict[str, Any]]] = []
     for name, law, options in BASES:
@@ -202,13 +195,13 @@ def bases() -> str:
         case = case.with_("contacts.0.law", kind=law)
         for key, value in solve.items():
             case = case.with_(f"solve.{key}", value)
-        scene = case.scene()
-        history = simulate.run(scene)
-        errors = metrics.errors(history, reference.name, reference.history, scene)
+        scene = case.simulation()
+        history = simulate.run(*scene)
+        errors = metrics.errors(history, reference.name, reference.history, scene.scene)
         shown = [percent(errors[key]) for key in ("force", "face_displacement", "mass_displacement")]
         lost = percent(float(history.energy.booked["unresolved"][-1]) / history.energy.scale)
         lines.append(
-            "| " + " | ".join([name, str(modes), law, told, *shown, second_contact(history, scene), lost]) + " |"
+            "| " + " | ".join([name, str(modes), law, told, *shown, second_contact(history, scene.scene), lost]) + " |"
         )
     return "\n".join(lines)
 

@@ -27,7 +27,8 @@ from impactlab.history import AbstractHistory
 from impactlab.integrators.base import AbstractIntegrator, AbstractScheme
 from impactlab.models.base import AbstractRodModel
 from impactlab.plugins import BASES, INTEGRATORS, LAWS, MODELS, Group, kind_of, registry
-from impactlab.scene import ElasticBody, Rod, Scene, StepRule
+from impactlab.scene import Rod, Scene
+from impactlab.scene.method import Simulation, StepRule, laws_of
 from impactlab.testing.verdict import options_to_try, required
 from studies.pages import CASES, Study
 
@@ -166,55 +167,49 @@ def step_of(integrator: AbstractScheme, model: AbstractRodModel, courant: float 
 
 
 @cache
-def case(trips: float) -> tuple[Scene, AbstractHistory]:
+def case(trips: float) -> tuple[Simulation, AbstractHistory]:
     """Return the paper's case over some round trips and its exact answer."""
-    scene = il.load_case(CASE).with_("snapshots", []).with_("solve.duration", {"round_trips": trips}).scene()
-    found = reference_of(scene)
+    scene = il.load_case(CASE).with_("snapshots", []).with_("solve.duration", {"round_trips": trips}).simulation()
+    found = reference_of(*scene)
     assert found is not None
     return scene, found[1]
 
 
 @cache
-def beam_case(trips: float) -> tuple[Scene, AbstractHistory]:
+def beam_case(trips: float) -> tuple[Simulation, AbstractHistory]:
     """Return the sphere on a beam over a share of its duration, all of it for three trips, and its converged answer."""
     written = il.load_case(BEAM_CASE)
-    scene = written.with_("solve.duration", written.scene().duration * trips / 3.0).scene()
-    found = reference_of(scene)
+    scene = written.with_("solve.duration", written.scene().duration * trips / 3.0).simulation()
+    found = reference_of(*scene)
     assert found is not None
     return scene, found[1]
 
 
-def case_of(model: str, trips: float) -> tuple[Scene, AbstractHistory]:
+def case_of(model: str, trips: float) -> tuple[Simulation, AbstractHistory]:
     """Return the case that a model describes, and its answer."""
     return beam_case(trips) if model.startswith(BEAM) else case(trips)
 
 
-def law_on(model: str, law: str, scene: Scene) -> Any:
+def law_on(model: str, law: str, given: Simulation) -> Any:
     """Return a law; on the beam a power law has the stiffness of the case, a spring the tangent of that at its peak."""
     part = laws()[law]
     fields = {field.name for field in dataclasses.fields(part)}
     if not model.startswith(BEAM) or "stiffness" not in fields:
         return part
-    hertz: float = scene.contacts[0].law.stiffness  # type: ignore[attr-defined] # the law of the case
+    hertz: float = laws_of(*given)[0].stiffness  # type: ignore[attr-defined] # the law of the case
     return dataclasses.replace(part, stiffness=hertz if "exponent" in fields else SPRING)
 
 
-def scene_of(model: str, law: str, scheme: str, trips: float = 3.0) -> Scene:
+def scene_of(model: str, law: str, scheme: str, trips: float = 3.0) -> Simulation:
     """Return the scene of one cell."""
     base, part, chosen = case_of(model, trips)[0], models()[model], schemes()[scheme]
-    described = {
-        name: dataclasses.replace(body, model=part)
-        for name, body in base.bodies.items()
-        if isinstance(body, ElasticBody)
-    }
-    return dataclasses.replace(
-        base,
-        bodies={**base.bodies, **described},
-        contacts=(dataclasses.replace(base.contacts[0], law=law_on(model, law, base)),),
+    return base.but(
+        model=part,
+        law=law_on(model, law, base),
         integrator=chosen.integrator,
         events=chosen.events,  # type: ignore[arg-type]
         step=step_of(chosen.integrator, part, SLOW if model.startswith(BEAM) else 0.5),
-        probes=() if part.exact else base.probes,
+        probes=() if part.exact else base.scene.probes,
     )
 
 
@@ -222,10 +217,10 @@ def outcome(model: str, law: str, scheme: str, trips: float = 3.0) -> Outcome:
     """Return what becomes of one cell."""
     try:
         scene = scene_of(model, law, scheme, trips)
-        history = simulate.run(scene)
+        history = simulate.run(*scene)
         if history.cost.solve_s < AGAIN:
-            history = min(history, simulate.run(scene), key=lambda each: each.cost.solve_s)
-        return judged(history, scene, case_of(model, trips)[1])
+            history = min(history, simulate.run(*scene), key=lambda each: each.cost.solve_s)
+        return judged(history, scene.scene, case_of(model, trips)[1])
     except Exception as error:  # noqa: BLE001 - whatever a part raises belongs on the page
         ours = isinstance(error, ImpactlabError) and not isinstance(error, PluginError)
         status = ("failed" if isinstance(error, StepError) else "refused") if ours else "broken"
@@ -239,7 +234,8 @@ def judged(history: AbstractHistory, scene: Scene, reference: AbstractHistory) -
     mass = metrics.mass_displacement(history, reference, scene)
     face = metrics.face_displacement(history, reference, scene)
     second = None
-    if scene.contacts[0].law.answers_force and any(isinstance(body, Rod) for body in scene.bodies.values()):
+    law = laws_of(history.scene, history.method)[0]
+    if law.answers_force and any(isinstance(body, Rod) for body in scene.bodies.values()):
         second = any(span.start > 1.8 * scene.round_trip for span in history.contacts)
     gain = history.energy.largest_gain
     figures = (mass, face, gain, history.cost.solve_s)

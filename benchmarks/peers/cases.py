@@ -22,7 +22,9 @@ from impactlab.integrators.base import AbstractScheme
 from impactlab.metrics import midpoints, relative_l2
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.continuous import Continuous
-from impactlab.scene import Contact, End, Mass, Point, Rod, Scene, Segment, StepRule
+from impactlab.scene import Contact, End, Mass, Point, Rod, Segment
+from impactlab.scene.method import Simulation, StepRule
+from impactlab.testing.scenes import simulation
 
 Array = NDArray[float64]
 
@@ -74,17 +76,17 @@ class Case:
         step: StepRule | None = None,
         law: AbstractContactLaw | None = None,
         events: str = "dated",
-    ) -> Scene:
+    ) -> Simulation:
         """Return the impact as a scene of impactlab."""
         parts = tuple(Segment(*segment) for segment in self.segments)
-        rod = Rod("rod", parts, End("free"), End("clamped"), model=model)
+        rod = Rod("rod", parts, End("free"), End("clamped"))
         ends = Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left")
-        contact = Contact(*ends, 0.0, law or AdditionDeletion())
+        contact = Contact(*ends, 0.0)
         bodies = {"hammer": Mass("hammer", self.striker, self.velocity), "rod": rod}
         rule = step or StepRule(courant=1.0)
-        return Scene(
+        return simulation(
             self.name, bodies, (contact,), self.duration, integrator, rule,
-            events=events, round_trip=self.round_trip,
+            events=events, round_trip=self.round_trip, model=model, law=law or AdditionDeletion(),
         )  # fmt: skip
 
 
@@ -123,7 +125,7 @@ class Exact:
 @cache
 def exact(case: Case) -> Exact:
     """Return the exact answer of a case."""
-    history = solve(case.scene(Continuous()))
+    history = solve(*case.scene(Continuous()))
     times = midpoints(case.duration, CELLS)
     opening = next(event.time for event in history.events if event.kind == "open")
     return Exact(

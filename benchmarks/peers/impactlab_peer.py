@@ -7,7 +7,6 @@ modes, factors, memory) and without the checks of a finished run. The exact answ
 
 from __future__ import annotations
 
-import dataclasses
 import importlib.metadata
 import importlib.util
 from itertools import product
@@ -17,7 +16,7 @@ import numpy as np
 
 from benchmarks.peers.cases import SHORTEST_FLIGHT, Case, Outcome
 from benchmarks.peers.run import Run, Setting
-from impactlab import simulate
+from impactlab import api
 from impactlab.bases.craig_bampton import CraigBampton
 from impactlab.history import AbstractHistory
 from impactlab.integrators.central_difference import CentralDifference
@@ -26,8 +25,8 @@ from impactlab.integrators.newmark import Newmark
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.scene import Scene, StepRule
-from impactlab.simulate.driver import is_exact, prepare, walk
+from impactlab.scene.method import Simulation, StepRule, Tolerance, is_exact
+from impactlab.simulate.driver import prepare, walk
 from impactlab.simulate.stepping.assembly import Assembly
 from impactlab.simulate.stepping.history import RecordedHistory
 
@@ -53,13 +52,13 @@ def settings(case: Case) -> list[dict[str, Any]]:
     return found
 
 
-def scene(case: Case, setting: Setting) -> Scene:
+def scene(case: Case, setting: Setting) -> Simulation:
     """Return the scene of a setting; hard contact by addition-deletion throughout."""
     kind, n = setting["model"], setting.get("coordinates", 0)
     if kind == "exact":
         return case.scene(Continuous())
     if kind == "automatic":
-        return dataclasses.replace(case.scene(Continuous()), tolerance=setting["tolerance"])
+        return case.scene(Continuous()).but(tolerance=Tolerance(setting["tolerance"]))
     if kind == "craig_bampton":
         model = Modal(elements=12 * n, modes=n, basis=CraigBampton())
         rule = StepRule(points_per_period=setting["points_per_period"])
@@ -73,11 +72,11 @@ def chooses() -> bool:
     return importlib.util.find_spec("impactlab.refine.search") is not None
 
 
-def chosen(given: Scene) -> tuple[Scene, str, float]:
+def chosen(given: Simulation) -> tuple[Simulation, str, float]:
     """Return what the automatic choice takes for a scene with a tolerance, in words too, and what choosing took [s]."""
-    choices: list[Any] = [simulate.run(given).choice for _ in range(3)]  # type: ignore[attr-defined]
+    choices: list[Any] = [api.solve(*given).choice for _ in range(3)]  # type: ignore[attr-defined]
     least = min(choices, key=lambda choice: choice.choosing_s)  # the first may compile
-    return least.scene, least.chosen, least.choosing_s
+    return Simulation(given.scene, least.method), least.chosen, least.choosing_s
 
 
 def build(case: Case, setting: Setting, record: bool) -> Run:
@@ -85,19 +84,19 @@ def build(case: Case, setting: Setting, record: bool) -> Run:
     given = scene(case, setting)
     if setting["model"] == "automatic":
         given = chosen(given)[0]
-    if is_exact(given):
+    if is_exact(*given):
         return _exact(case, given)
     from impactlab.numerics.addresses import entered
     from impactlab.simulate.driver import advance_of
     from impactlab.simulate.stepping import loop
 
-    plan = prepare(given)
+    plan = prepare(*given)
     assert plan.dt is not None
     assert plan.integrator is not None
-    assembly = Assembly(plan.scene, plan.built, plan.steppers, plan.starts, plan.integrator, plan.dt, plan.steps)
+    assembly = Assembly(plan, plan.integrator, plan.dt)
     history = RecordedHistory(assembly, plan.integrator)
     entered(loop.start, assembly.memory)
-    entered(advance_of(given), assembly.memory, assembly.dt, 0, assembly.stride, assembly.sample_stride)
+    entered(advance_of(assembly), assembly.memory, assembly.dt, 0, assembly.stride, assembly.sample_stride)
 
     def solve() -> None:
         walk(assembly, history, None)
@@ -106,14 +105,14 @@ def build(case: Case, setting: Setting, record: bool) -> Run:
     return Run(solve, lambda: outcome_of(history, case))
 
 
-def _exact(case: Case, given: Scene) -> Run:
+def _exact(case: Case, given: Simulation) -> Run:
     """Return a run of the exact description: the marching is timed, as the package reports it."""
     from impactlab.exact import march
     from impactlab.exact.build import build as network
     from impactlab.exact.history import ContinuousHistory
     from impactlab.exact.network import grown
 
-    layout, log = network(given)
+    layout, log = network(*given)
     coupled = march.springs(layout.network)
     logs, histories = [log], []
 
@@ -121,7 +120,7 @@ def _exact(case: Case, given: Scene) -> Run:
         while (status := march.march(logs[-1], coupled)) != march.DONE:
             full = (march.MORE_RECORDS, march.MORE_POOL, march.MORE_EVENTS)
             logs.append(grown(logs[-1], *(status == each for each in full)))
-        histories.append(ContinuousHistory(given, layout, logs[-1], given.duration))
+        histories.append(ContinuousHistory(given, layout, logs[-1], given.scene.duration))
 
     return Run(solve, lambda: outcome_of(histories[-1], case))
 

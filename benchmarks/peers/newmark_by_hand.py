@@ -156,7 +156,7 @@ def time_newmark_by_hand(plan: Plan) -> tuple[float, Any]:
 
 def measure(elements: int, repeats: int) -> dict[str, float]:
     """Return steps, times [s] of both loops, their ratio, and how far their forces differ, as `step_loop.measure`."""
-    plan = prepare(scene_of(elements, integrator=Newmark()))
+    plan = prepare(*scene_of(elements, integrator=Newmark()))
     ours, theirs, difference = [], [], math.nan
     for _ in range(repeats + 1):
         spent, assembly = time_loop(plan)

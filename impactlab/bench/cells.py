@@ -124,10 +124,10 @@ def _own(case: Case, methods: Sequence[str] | None) -> list[Family]:
 
 
 def _levels(case: Case, family: Family) -> Iterator[tuple[int, dict[str, Any], tuple[str, str | None]]]:
-    if not family.serves(case.scene()):
+    if not family.serves(*case.simulation()):
         return
     for number, level in enumerate(family.levels, start=1):
-        settings = family.values(case.scene(), level)
+        settings = family.values(*case.simulation(), level)
         yield number, settings, keys_of(case, family.name, settings)
 
 
@@ -135,6 +135,6 @@ def keys_of(case: Case, method: str, settings: dict[str, Any]) -> tuple[str, str
     """Return the key of a method on a case and that of its reference; None where the case refuses the method."""
     try:
         solved = case.solved_by(method, settings)
-        return row_key(solved), reference_key(api.physics_of(solved))
+        return row_key(solved), reference_key(*api.physics_of(solved))
     except ImpactlabError:
         return refused_key(case, settings), None

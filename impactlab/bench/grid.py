@@ -12,6 +12,7 @@ from impactlab.casefile import Case
 from impactlab.casefile.document import Document, Kind, read_document
 from impactlab.casefile.words import closest, listed, shown
 from impactlab.errors import CaseError
+from impactlab.scene.method import Method, laws_of
 from impactlab.scene.problem import Scene
 
 BUILT_IN = Path(__file__).with_name("grid.yaml")
@@ -43,15 +44,15 @@ class Family:
     levels: tuple[Mapping[str, Any], ...] = ({},)  # path -> value each, coarse to fine
     own: bool = False  # a method of the case itself: its settings are all it says
 
-    def serves(self, scene: Scene) -> bool:
+    def serves(self, scene: Scene, method: Method) -> bool:
         """Return whether the family says anything about a scene."""
         bent = any(body.bends for body in scene.bodies.values())
         if self.scenes in ("any", "beams"):
             return bent or self.scenes == "any"
-        without = not bent and all(contact.law.hard or contact.law.is_spring for contact in scene.contacts)
+        without = not bent and all(law.hard or law.is_spring for law in method.laws.values())
         return without == (self.scenes == "without_steps")
 
-    def values(self, scene: Scene, level: Mapping[str, Any]) -> dict[str, Any]:
+    def values(self, scene: Scene, method: Method, level: Mapping[str, Any]) -> dict[str, Any]:
         """Return the method that a level makes for a scene: dotted path to value, as under ``methods`` of a case."""
         if self.own:
             return dict(self.settings)
@@ -65,7 +66,7 @@ class Family:
                 settings[path] = value
         made: dict[str, Any] = {}
         if blocks["law"] is not None:
-            hard = [number for number, contact in enumerate(scene.contacts) if contact.law.hard]
+            hard = [number for number, law in enumerate(laws_of(scene, method)) if law.hard]
             made |= {f"contacts.{number}.law": blocks["law"] for number in hard}
         if blocks["model"] is not None:
             made |= {"solve.models": {}, "solve.model": blocks["model"]}

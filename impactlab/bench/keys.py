@@ -28,14 +28,12 @@ from impactlab.errors import CaseError, PluginError
 from impactlab.numerics.addresses import COMPILED
 from impactlab.plugins import METRICS
 from impactlab.refine import reference
-from impactlab.scene.bodies import ElasticBody
+from impactlab.scene.method import Method
 from impactlab.scene.problem import Scene
 
 # Rooms and files of the package that no number of a row comes from, and the one file of theirs that makes some.
 APART = ("report/", "testing/", "bench/report/", "cli/", "cite.py", "citations.bib")
 SUMMARY = "report/summary.py"
-# Keys of the solve block that the scene holds; whatever else stands there joins the key by itself.
-IN_SCENE = ("duration", "round_trips_of", "model", "models", "integrator", "step", "events")
 
 
 def content(value: Any) -> Any:
@@ -80,15 +78,12 @@ def digest(value: Any) -> str:
 
 def row_key(case: Case) -> str:
     """Return the key of the row of a case whose method is in place."""
-    physics = api.physics_of(case)
-    solve = {name: value for name, value in case.checked.solve.model_dump().items() if name not in IN_SCENE}
     return digest(
         {
-            "scene": nameless(case.scene()),
-            "physics": nameless(physics),
-            "solve": content(solve),
+            "run": nameless(*case.simulation()),
+            "physics": nameless(*api.physics_of(case)),
             "code": code_hash(),
-            "plugins": {name: tree_hash(name) for name in sorted(strangers(case.scene(), physics))},
+            "plugins": {name: tree_hash(name) for name in sorted(strangers(case))},
             "environment": numeric_environment(),
         }
     )
@@ -98,7 +93,7 @@ def refused_key(case: Case, values: Mapping[str, Any]) -> str:
     """Return the key of a row whose method the case refuses before there is a scene."""
     return digest(
         {
-            "refused": nameless(case.scene()),
+            "refused": nameless(*case.simulation()),
             "values": content(values),
             "code": code_hash(),
             "environment": numeric_environment(),
@@ -106,14 +101,14 @@ def refused_key(case: Case, values: Mapping[str, Any]) -> str:
     )
 
 
-def reference_key(physics: Scene) -> str:
-    """Return the key of the answer that a scene is judged by: what `impactlab.refine.reference` says it depends on."""
-    return digest(content(reference.content(physics)))
+def reference_key(scene: Scene, method: Method) -> str:
+    """Return the key of the reference of a scene and its laws: what `impactlab.refine.reference` says it depends on."""
+    return digest(content(reference.content(scene, method)))
 
 
-def nameless(scene: Scene) -> Any:
-    """Return the content of a scene without its name, which is that of its file."""
-    return content(dataclasses.replace(scene, name=""))
+def nameless(scene: Scene, method: Method) -> Any:
+    """Return the content of a scene and its method, without the name, which is that of the file."""
+    return [content(dataclasses.replace(scene, name="")), content(method)]
 
 
 @cache
@@ -127,15 +122,14 @@ def numeric_environment() -> dict[str, str]:
     }
 
 
-def strangers(*scenes: Scene) -> set[str]:
-    """Return the top modules of the parts of scenes, and the metrics that they name, but impactlab's own."""
+def strangers(case: Case) -> set[str]:
+    """Return the top modules of the parts that a case and its physics use, and of its metrics, but impactlab's own."""
     parts: list[Any] = []
-    for scene in scenes:
-        parts += [contact.law for contact in scene.contacts] + [scene.integrator]
-        parts += [body.model for body in scene.bodies.values() if isinstance(body, ElasticBody)]
+    for method in (case.simulation().method, api.physics_of(case).method):
+        parts += [*method.laws.values(), method.integrator, *method.models.values()]
     parts += [inner for part in parts if part is not None for inner in plugins.parts_inside(part)]
     modules = {type(part).__module__.partition(".")[0] for part in parts if part is not None}
-    asked = {name for scene in scenes for name in scene.metrics}
+    asked = set(case.scene().metrics)
     measured = (entry for entry in plugins.registry().entries if entry.group == METRICS.name and entry.name in asked)
     modules |= {top(entry) for entry in measured}
     return modules - {"impactlab", "builtins"}

@@ -11,6 +11,7 @@ from typing import Any
 from impactlab import api
 from impactlab.bench.keys import reference_key
 from impactlab.refine.reference import Reference
+from impactlab.scene.method import Method
 from impactlab.scene.problem import Scene
 
 LOST = ".lost"  # ends the name of the file that says why the search for a reference had no end
@@ -28,18 +29,18 @@ class References:
         self.folder = folder
         self._known: dict[str, Reference | None] = {}
 
-    def of(self, physics: Scene) -> Reference | None:
+    def of(self, scene: Scene, method: Method) -> Reference | None:
         """Return the reference of a scene, or None where there is none."""
-        key = reference_key(physics)
+        key = reference_key(scene, method)
         if key not in self._known:
             while len(self._known) >= KEPT:
                 self._known.pop(next(iter(self._known)))
-            self._known[key] = self._shared(key, lambda: api.reference_of(physics))
+            self._known[key] = self._shared(key, lambda: api.reference_of(scene, method))
         return self._known[key]
 
-    def lost(self, physics: Scene) -> str:
+    def lost(self, scene: Scene, method: Method) -> str:
         """Return why the search for the answer to a scene had no end, "" where it had one."""
-        path = None if self.folder is None else self.folder / f"{reference_key(physics)}{LOST}"
+        path = None if self.folder is None else self.folder / f"{reference_key(scene, method)}{LOST}"
         return path.read_text(encoding="utf-8") if path is not None and path.is_file() else ""
 
     def _shared(self, key: str, make: Callable[[], Reference | None]) -> Reference | None:

@@ -11,7 +11,7 @@ from impactlab.bench.references import References, told
 from impactlab.casefile import Case
 from impactlab.metrics import impact as aftermath
 from impactlab.report.summary import describe, plain, summarise
-from impactlab.scene.bodies import ElasticBody
+from impactlab.scene.method import Method, laws_of, modelled
 from impactlab.scene.problem import Scene
 
 VERSION = 2  # of the record; part of it, so that an old one is made anew
@@ -42,7 +42,7 @@ def row_of(case: Case, method: str, settings: Mapping[str, Any], references: Ref
     asked: dict[str, Any] | None = None
     try:
         solved = case.solved_by(method, settings)
-        asked = parts(solved.scene())
+        asked = parts(*solved.simulation())
         return record(solved, references) | {"asked": asked}
     except Exception as error:  # noqa: BLE001 - a part may raise anything; its row says what
         summary = api.failure(case.label, error)
@@ -56,29 +56,27 @@ def record(case: Case, references: References) -> dict[str, Any]:
     with api.warnings_kept():
         history = api.run(case)
     physics = api.physics_of(case)
-    reference = references.of(physics)
-    scene = case.scene()
-    summary = summarise(case.label, scene, history, reference)
+    reference = references.of(*physics)
+    summary = summarise(case.label, case.scene(), history, reference)
     counts = {name: len(summary[name]) for name in LISTS}
     return {
         "version": VERSION,
         "summary": summary | {name: summary[name][:MOST] for name in LISTS},
         "counts": counts,
-        "reference": told(reference, references.lost(physics)),
+        "reference": told(reference, references.lost(*physics)),
         # Of the run itself, whether or not there is a reference.
-        "momentum_error": plain(aftermath.momentum_error(history, history, scene)),
+        "momentum_error": plain(aftermath.momentum_error(history, history, history.scene)),
         "environment": environment(),
     }
 
 
-def parts(scene: Scene) -> dict[str, Any]:
-    """Return the models, laws, integrator and treatment of events that a scene asks for, as a summary has them."""
-    rods = {name: body for name, body in scene.bodies.items() if isinstance(body, ElasticBody)}
+def parts(scene: Scene, method: Method) -> dict[str, Any]:
+    """Return the models, laws, integrator and treatment of events that a method asks for, as a summary has them."""
     made = {
-        "models": {name: describe(rod.model) for name, rod in rods.items() if rod.model is not None},
-        "laws": [describe(contact.law) for contact in scene.contacts],
-        "integrator": None if scene.integrator is None else describe(scene.integrator),
-        "events": scene.events,
+        "models": {body.name: describe(model) for body, model in modelled(scene, method)},
+        "laws": [describe(law) for law in laws_of(scene, method)],
+        "integrator": None if method.integrator is None else describe(method.integrator),
+        "events": method.events,
     }
     return {name: plain(value) for name, value in made.items()}
 

@@ -10,9 +10,9 @@ from collections.abc import Iterator
 from functools import cache
 from typing import Any
 
+from impactlab import api
 from impactlab.casefile import Case
 from impactlab.history.base import Cost
-from impactlab.simulate import driver as simulate
 
 REPEATS = 9  # at most
 BUDGET = 0.03  # s of a row's repeats: a suite has thousands of rows
@@ -39,18 +39,18 @@ def times_of(case: Case, repeats: int = REPEATS) -> dict[str, Any]:
     """
     from threadpoolctl import threadpool_limits
 
-    scene = case.scene()
+    scene, method = case.simulation()
     costs: list[Cost] = []
     choosing: list[float] = []
 
     def once() -> None:
-        history = simulate.run(scene)
+        history = api.solve(scene, method)
         costs.append(history.cost)
         if history.choice is not None:
             choosing.append(history.choice.choosing_s)
 
     with threadpool_limits(limits=1), _without_collector():
-        simulate.run(scene)
+        api.solve(scene, method)
         began = clock.perf_counter()
         once()
         for _ in range(repeats_of(clock.perf_counter() - began, repeats) - 1):

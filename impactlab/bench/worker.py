@@ -47,7 +47,7 @@ def warm_up() -> None:
     """Run each loop once, so that what numba compiles is on disk before several workers ask for it."""
     case = case_of("warm_up", "", parse_yaml(WARM_UP))
     for setting in (("solve.events", "dated"), ("solve.events", "located"), ("solve.model", {"kind": "continuous"})):
-        driver.run(case.with_settings([setting]).scene())
+        driver.run(*case.with_settings([setting]).simulation())
 
 
 def start(session: Path | None, code: str) -> None:
@@ -65,7 +65,7 @@ def row(job: Job) -> dict[str, Any]:
 
 def reference(job: Job) -> None:
     """Find the reference of a cell and keep it in the folder that the workers of this bench share."""
-    _here.references.of(api.physics_of(_here.case(job).solved_by(job.method, job.settings)))
+    _here.references.of(*api.physics_of(_here.case(job).solved_by(job.method, job.settings)))
 
 
 def times(job: Job, repeats: int) -> dict[str, Any]:

@@ -92,7 +92,7 @@ class BeamBlock(MovingBlock):
             if self.theory == "timoshenko":
                 check_shear(section, material, f"{path}.{inside}")
 
-    def body(self, name: str, lever_arm: float, shared: dict[str, Any]) -> Beam:
+    def body(self, name: str, lever_arm: float) -> Beam:
         theory: Any = self.theory
         return Beam(
             name,
@@ -104,7 +104,6 @@ class BeamBlock(MovingBlock):
             damping=self.rayleigh,
             theory=theory,
             tension=self.tension,
-            **shared,
         )
 
 

@@ -65,8 +65,8 @@ class ElasticBlock(Block):
     both_sides: ClassVar[bool] = False  # True: it can be struck on either side anywhere
 
     @abstractmethod
-    def body(self, name: str, lever_arm: float, shared: dict[str, Any]) -> ElasticBody:
-        """Return the checked body in SI; ``shared`` are arguments of its class that are the same for all kinds."""
+    def body(self, name: str, lever_arm: float) -> ElasticBody:
+        """Return the checked body in SI."""
 
     def check_pieces(self, path: str) -> None:
         """Raise `CaseError` where sections or materials do not make a body; ``path`` is that of the block."""

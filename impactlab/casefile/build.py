@@ -1,8 +1,9 @@
-"""Builds the scene that a checked case describes: plain frozen records in SI, with the parts the case names."""
+"""Builds the scene and the method of a checked case: plain frozen records in SI, with the parts that the case names."""
 
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from typing import Any
 
 from impactlab.casefile.arms import lever_arm_of
@@ -10,20 +11,22 @@ from impactlab.casefile.blocks import ElasticBlock
 from impactlab.casefile.check import faces_of, reference_rod
 from impactlab.casefile.parts import read_part
 from impactlab.casefile.schema import CaseBlock, MassBlock, RoundTrips
+from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import CaseError, ImpactlabError, PluginError
+from impactlab.models.base import AbstractRodModel
 from impactlab.plugins import INTEGRATORS, LAWS, METRICS, MODELS, Registry
 from impactlab.scene.bodies import Body, ElasticBody, Mass, Wall
-from impactlab.scene.problem import Contact, Probe, Scene, StepRule
+from impactlab.scene.method import Method, Simulation, StepRule, Tolerance
+from impactlab.scene.problem import Contact, Probe, Scene
 from impactlab.scene.ranges import check_scales
 from impactlab.types import Relative
 
 DEFAULT_INTEGRATOR = {"kind": "newmark"}
-# What stands in the scene of a case with a tolerance until the automatic choice has come to its own.
-UNDESCRIBED, HARD_CONTACT = {"kind": "continuous"}, {"kind": "addition_deletion"}
+HARD_CONTACT = {"kind": "addition_deletion"}  # of a contact without a law, under a tolerance
 
 
-def build_scene(case: CaseBlock, name: str, registry: Registry) -> Scene:
-    """Return the scene of a checked case.
+def build(case: CaseBlock, name: str, registry: Registry) -> Simulation:
+    """Return the scene of a checked case and the method that it is solved by.
 
     Raises
     ------
@@ -32,8 +35,10 @@ def build_scene(case: CaseBlock, name: str, registry: Registry) -> Scene:
     CaseError
         If a parameter of a part is wrong, or a snapshot lies outside the run.
     """
-    bodies = {label: _body(case, label, registry) for label in case.bodies}
-    contacts = tuple(_contact(case, number, registry) for number in range(len(case.contacts)))
+    models = _models(case, registry)
+    bodies = {label: _body(case, label) for label in case.bodies}
+    contacts = tuple(_contact(case, number) for number in range(len(case.contacts)))
+    laws = {contact.name: _law(case, number, registry) for number, contact in enumerate(contacts)}
     rod = reference_rod(case)
     counted = bodies[rod] if rod is not None else None
     round_trip = counted.round_trip if isinstance(counted, ElasticBody) else float("nan")
@@ -52,26 +57,39 @@ def build_scene(case: CaseBlock, name: str, registry: Registry) -> Scene:
         except PluginError as error:
             error.path = f"metrics.{number}"
             raise
-    step = case.solve.step
     scene = Scene(
         name=name,
         bodies=bodies,
         contacts=contacts,
         duration=duration,
-        integrator=_integrator(case, bodies, registry),
-        step=StepRule(points_per_period=step.points_per_period, dt=step.dt, courant=step.courant),
-        events=case.solve.events,  # type: ignore[arg-type]
         records=case.solve.records,
         gravity=case.gravity,
         probes=tuple(Probe(probe.body, probe.at, probe.quantity) for probe in case.probes),
         snapshots=tuple(case.snapshots),
         metrics=tuple(dict.fromkeys(case.metrics)),
         round_trip=round_trip,
-        tolerance=case.solve.tolerance,
-        tolerance_on=tuple(dict.fromkeys(case.solve.tolerance_on)),  # type: ignore[arg-type]
     )
     check_scales(scene)
-    return scene
+    return Simulation(scene, _method(case, laws, models, registry))
+
+
+def _method(
+    case: CaseBlock,
+    laws: Mapping[str, AbstractContactLaw],
+    models: Mapping[str, AbstractRodModel],
+    registry: Registry,
+) -> Method:
+    if case.solve.tolerance is not None:
+        counted: Any = tuple(dict.fromkeys(case.solve.tolerance_on))
+        return Method(laws, tolerance=Tolerance(case.solve.tolerance, counted))
+    step, events = case.solve.step, case.solve.events
+    return Method(
+        laws,
+        models,
+        integrator=_integrator(case, models, registry),
+        step=StepRule(points_per_period=step.points_per_period, dt=step.dt, courant=step.courant),
+        events=events,  # type: ignore[arg-type]
+    )
 
 
 def part_faults(case: CaseBlock, registry: Registry) -> list[ImpactlabError]:
@@ -90,20 +108,33 @@ def part_faults(case: CaseBlock, registry: Registry) -> list[ImpactlabError]:
     return found
 
 
-def _body(case: CaseBlock, name: str, registry: Registry) -> Body:
+def _models(case: CaseBlock, registry: Registry) -> dict[str, AbstractRodModel]:
+    """Return the models of rods and beams by name; none under a tolerance: the automatic choice finds them."""
+    models = {}
+    for name, block in case.bodies.items():
+        if case.solve.tolerance is None and isinstance(block, ElasticBlock):
+            path = f"solve.models.{name}" if name in case.solve.models else "solve.model"
+            models[name] = read_part(case.solve.models.get(name, case.solve.model), path, MODELS, registry)
+    return models
+
+
+def _body(case: CaseBlock, name: str) -> Body:
     block = case.bodies[name]
     if isinstance(block, MassBlock):
         return Mass(name, block.mass, block.velocity)
     if not isinstance(block, ElasticBlock):
         return Wall(name)
-    path = f"solve.models.{name}" if name in case.solve.models else "solve.model"
-    asked = case.solve.models.get(name, case.solve.model) if case.solve.tolerance is None else UNDESCRIBED
-    return block.body(name, lever_arm_of(case, name), {"model": read_part(asked, path, MODELS, registry)})
+    return block.body(name, lever_arm_of(case, name))
 
 
-def _contact(case: CaseBlock, number: int, registry: Registry) -> Contact:
+def _contact(case: CaseBlock, number: int) -> Contact:
+    block, faces = case.contacts[number], faces_of(case, number)
+    return Contact(faces.left.point, faces.right.point, block.gap, block.overlap is not None)
+
+
+def _law(case: CaseBlock, number: int, registry: Registry) -> AbstractContactLaw:
+    """Return the law of a contact; under a tolerance one without a law is hard."""
     block = case.contacts[number]
-    faces = faces_of(case, number)
     path = f"contacts.{number}.law"
     law = read_part(block.law or HARD_CONTACT, path, LAWS, registry)
     if case.solve.tolerance is not None:
@@ -114,14 +145,14 @@ def _contact(case: CaseBlock, number: int, registry: Registry) -> Contact:
                     remedy="Give it in SI, or leave the law out for hard contact.",
                     path=f"{path}.{field.name}",
                 )
-    return Contact(faces.left.point, faces.right.point, block.gap, law, block.overlap is not None)
+    made: AbstractContactLaw = law
+    return made
 
 
-def _integrator(case: CaseBlock, bodies: dict[str, Body], registry: Registry) -> Any:
+def _integrator(case: CaseBlock, models: Mapping[str, AbstractRodModel], registry: Registry) -> Any:
     """Return the integrator; None where it was not given and no rod or beam may need it."""
     if case.solve.integrator is not None:
         return read_part(case.solve.integrator, "solve.integrator", INTEGRATORS, registry)
-    models = [body.model for body in bodies.values() if isinstance(body, ElasticBody)]
-    if models and all(model.exact for model in models if model is not None):
+    if models and all(model.exact for model in models.values()):
         return None
     return read_part(DEFAULT_INTEGRATOR, "solve.integrator", INTEGRATORS, registry)

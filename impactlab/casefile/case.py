@@ -1,4 +1,4 @@
-"""A case: read, checked, and ready to build its scene."""
+"""A case: read, checked, its scene and method built."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from impactlab import plugins
-from impactlab.casefile.build import build_scene, part_faults
+from impactlab.casefile.build import build, part_faults
 from impactlab.casefile.check import check
 from impactlab.casefile.document import Document, check_texts, read_document
 from impactlab.casefile.edit import edited, with_method, with_values, with_variant
@@ -18,6 +18,7 @@ from impactlab.casefile.faults import case_error
 from impactlab.casefile.resolve import resolve
 from impactlab.casefile.schema import CaseBlock
 from impactlab.errors import CaseError, ImpactlabError, combined
+from impactlab.scene.method import Method, Simulation
 from impactlab.scene.problem import Scene
 
 
@@ -30,10 +31,10 @@ class Case:
     document: Document = field(repr=False)
     registry: plugins.Registry = field(repr=False, compare=False)
     checked: CaseBlock = field(repr=False, compare=False)
-    built: Scene = field(repr=False, compare=False)
+    built: Simulation = field(repr=False, compare=False)
     method_name: str = "base"
     variant_name: str = "base"
-    written: Scene | None = field(default=None, repr=False, compare=False)  # of a method: the case as written
+    written: Method | None = field(default=None, repr=False, compare=False)  # of a method: the case as written
 
     @property
     def label(self) -> str:
@@ -61,7 +62,11 @@ class Case:
         return ("base", *self.checked.variants)
 
     def scene(self) -> Scene:
-        """Return the scene that the case describes, in SI."""
+        """Return the physics of the case, in SI."""
+        return self.built.scene
+
+    def simulation(self) -> Simulation:
+        """Return the physics of the case and the method that solves it."""
         return self.built
 
     def with_(self, path: str, value: Any = None, **fields: Any) -> Case:
@@ -117,7 +122,7 @@ class Case:
     def _solved_by(self, name: str, document: Document) -> Case:
         variant = _make(self.name, self.file, document, self.registry)
         named = replace(variant, method_name=name, variant_name=self.variant_name)
-        return replace(named, written=self.written or self.built)
+        return replace(named, written=self.written or self.built.method)
 
     def variant(self, name: str) -> Case:
         """Return another scene of the case, with the same methods; ``base`` is the scene as written.
@@ -133,7 +138,7 @@ class Case:
 
     def resolved(self) -> dict[str, Any]:
         """Return the case with every default filled in and every value in SI, and what follows from it."""
-        return resolve(self.checked, self.built)
+        return resolve(self.checked, *self.built)
 
     def locate(self, path: str) -> int | None:
         """Return the line where a dotted path stands in the file, or the nearest key above it; None if from outside."""
@@ -214,10 +219,10 @@ def _make(name: str, file: str, document: Document, registry: plugins.Registry) 
             raise case_error(error, document.data, allowed=CaseBlock) from error
         try:
             check(checked)
-            scene = build_scene(checked, name, registry)
+            built = build(checked, name, registry)
         except ImpactlabError as error:
             raise combined([error, *part_faults(checked, registry)]) from error
     except ImpactlabError as error:
         _placed(error, file, document)
         raise
-    return Case(name, file, document, registry, checked, scene)
+    return Case(name, file, document, registry, checked, built)

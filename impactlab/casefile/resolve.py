@@ -11,16 +11,17 @@ from impactlab.casefile.parts import describe_part
 from impactlab.casefile.schema import CaseBlock
 from impactlab.casefile.shafts import derived_of, described
 from impactlab.scene.bodies import Beam, BeamSegment, Body, ElasticBody, Mass, Segment, Shaft
+from impactlab.scene.method import Method, modelled
 from impactlab.scene.problem import Scene
 
 
-def resolve(case: CaseBlock, scene: Scene) -> dict[str, Any]:
+def resolve(case: CaseBlock, scene: Scene, method: Method) -> dict[str, Any]:
     """Return the case in SI with its defaults, and under ``derived`` what follows from it."""
     solve: dict[str, Any] = {"duration": scene.duration, "records": scene.records}
-    if scene.tolerance is not None:
-        solve |= {"tolerance": scene.tolerance, "tolerance_on": list(scene.tolerance_on)}
+    if method.tolerance is not None:
+        solve |= {"tolerance": method.tolerance.error, "tolerance_on": list(method.tolerance.on)}
     else:
-        solve |= _described(case, scene)
+        solve |= _described(case, scene, method)
     return {
         "schema_version": 1,
         "title": case.title,
@@ -32,7 +33,7 @@ def resolve(case: CaseBlock, scene: Scene) -> dict[str, Any]:
                 "gap": contact.gap,
                 **({} if block.lever_arm is None else {"lever_arm": block.lever_arm}),
                 **({"overlap": "allowed"} if contact.overlap_allowed else {}),
-                **({} if block.law is None else {"law": describe_part(contact.law, block.law)}),
+                **({} if block.law is None else {"law": describe_part(method.laws[contact.name], block.law)}),
             }
             for contact, block in zip(scene.contacts, case.contacts, strict=True)
         ],
@@ -47,18 +48,17 @@ def resolve(case: CaseBlock, scene: Scene) -> dict[str, Any]:
     }
 
 
-def _described(case: CaseBlock, scene: Scene) -> dict[str, Any]:
+def _described(case: CaseBlock, scene: Scene, method: Method) -> dict[str, Any]:
     """Return the keys of ``solve`` that say how the scene is described and stepped."""
     solve: dict[str, Any] = {}
-    models = {name: body.model for name, body in scene.bodies.items() if isinstance(body, ElasticBody)}
-    blocks = {name: case.solve.models.get(name, case.solve.model) for name in models}
-    solve["models"] = {name: describe_part(model, blocks[name]) for name, model in models.items()}
-    if scene.integrator is not None:
-        solve["integrator"] = describe_part(scene.integrator, case.solve.integrator or DEFAULT_INTEGRATOR)
-    rule = scene.step
+    blocks = {name: case.solve.models.get(name, case.solve.model) for name in method.models}
+    solve["models"] = {body.name: describe_part(model, blocks[body.name]) for body, model in modelled(scene, method)}
+    if method.integrator is not None:
+        solve["integrator"] = describe_part(method.integrator, case.solve.integrator or DEFAULT_INTEGRATOR)
+    rule = method.step
     steps = {"points_per_period": rule.points_per_period, "dt": rule.dt, "courant": rule.courant}
     solve["step"] = {key: value for key, value in steps.items() if value is not None}
-    solve["events"] = scene.events
+    solve["events"] = method.events
     return solve
 
 

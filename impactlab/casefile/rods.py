@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
@@ -47,12 +47,12 @@ class RodBlock(MovingBlock):
 
     quantities: ClassVar[tuple[str, ...]] = QUANTITIES_OF_ROD
 
-    def body(self, name: str, lever_arm: float, shared: dict[str, Any]) -> Rod:
+    def body(self, name: str, lever_arm: float) -> Rod:
         pieces = tuple(_segment(each) for each in self.segments or (self,))
         left, right = (
             _bounded(end, piece) for end, piece in ((self.ends.left, pieces[0]), (self.ends.right, pieces[-1]))
         )
-        return Rod(name, pieces, left, right, self.velocity, self.profile, damping=self.rayleigh, **shared)
+        return Rod(name, pieces, left, right, self.velocity, self.profile, damping=self.rayleigh)
 
 
 def _segment(piece: SegmentBlock | RodBlock) -> Segment:

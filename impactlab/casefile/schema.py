@@ -25,7 +25,8 @@ from impactlab.casefile.shafts import ShaftBlock
 from impactlab.casefile.values import Allowed, quantity, refuse, words
 from impactlab.casefile.values import Reader as Reader
 from impactlab.casefile.words import shown
-from impactlab.scene.problem import COUNTED, RECORDS
+from impactlab.scene.method import COUNTED
+from impactlab.scene.problem import RECORDS
 
 KINDS = {"rod": RodBlock.quantities, "beam": BeamBlock.quantities, "shaft": ShaftBlock.quantities}
 QUANTITIES = tuple(dict.fromkeys(quantity for quantities in KINDS.values() for quantity in quantities))

@@ -135,14 +135,14 @@ class ShaftBlock(ElasticBlock):
                     path=f"{place}.material",
                 )
 
-    def body(self, name: str, lever_arm: float, shared: dict[str, Any]) -> Shaft:
+    def body(self, name: str, lever_arm: float) -> Shaft:
         pieces = tuple(_segment(each, lever_arm) for each in self.segments or (self,))
         left, right = (
             End("dashpot", piece.impedance) if end.kind == "infinite" else shaft_end(end, lever_arm)
             for end, piece in ((self.ends.left, pieces[0]), (self.ends.right, pieces[-1]))
         )
         rate, shape = lever_arm * self.twist_rate, at_arm(self.profile, lever_arm)
-        return Shaft(name, pieces, left, right, rate, shape, damping=self.rayleigh, lever_arm=lever_arm, **shared)
+        return Shaft(name, pieces, left, right, rate, shape, damping=self.rayleigh, lever_arm=lever_arm)
 
 
 def _segment(piece: ShaftSegmentBlock | ShaftBlock, lever_arm: float) -> Segment:

@@ -9,7 +9,7 @@ import typer
 
 from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, load
 from impactlab.cli.reporting import Left, code_of, reporting
-from impactlab.cli.rooms import api, choice_text, citations, console, driver, ladder, starter
+from impactlab.cli.rooms import api, choice_text, citations, console, ladder, starter
 from impactlab.errors import ImpactlabError
 
 
@@ -32,7 +32,7 @@ def check(
         for name in names:
             try:
                 chosen = loaded if method is not None else loaded.method(name)
-                plan = driver.prepare(chosen.scene())
+                plan = api.prepare(chosen)
                 warned = [warning._asdict() for warning in plan.warnings]
                 plans[name] = {"status": "accepted", "dt": plan.dt, "steps": plan.steps, "warnings": warned}
             except ImpactlabError as error:
@@ -67,11 +67,10 @@ def choose(
     """Choose how to solve a case within a tolerance: all candidates, with predicted and measured errors and times."""
     with reporting(case, as_json):
         loaded = load(case, sets, None, variant)
-        if tolerance is not None or loaded.scene().tolerance is None:
+        if tolerance is not None or loaded.simulation().method.tolerance is None:
             loaded = loaded.with_("solve.tolerance", 1e-3 if tolerance is None else tolerance)
         console.say_if_compiling()
-        scene = loaded.scene()
-        document = ladder.choose(loaded.label, scene, api.physics_of(loaded), scene.tolerance or 0.0)
+        document = ladder.choose(loaded.label, loaded.simulation(), api.physics_of(loaded))
         console.print_json(document) if as_json else print(choice_text.ladder_text(document))
 
 

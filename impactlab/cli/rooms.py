@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from impactlab.refine import choice_text, ladder
     from impactlab.refine import reference as references
     from impactlab.report import compare_report, console, output, run_report
-    from impactlab.simulate import driver
     from impactlab.testing import verdict as verdicts
 else:
     api = lazy("impactlab.api")
@@ -31,7 +30,6 @@ else:
     citations = lazy("impactlab.cite")
     compare_report = lazy("impactlab.report.compare_report")
     console = lazy("impactlab.report.console")
-    driver = lazy("impactlab.simulate.driver")
     edit = lazy("impactlab.casefile.edit")
     grid = lazy("impactlab.bench.grid")
     histories = lazy("impactlab.history.base")
@@ -56,7 +54,6 @@ __all__ = [
     "citations",
     "compare_report",
     "console",
-    "driver",
     "edit",
     "grid",
     "histories",

@@ -11,6 +11,7 @@ from impactlab.exact.contact_kinds import Bond, check
 from impactlab.exact.initial_waves import end_pieces, first_records
 from impactlab.exact.network import Layout, Link, Log, Network
 from impactlab.scene.bodies import End, WaveBody
+from impactlab.scene.method import Method
 from impactlab.scene.problem import Point, Scene
 
 MERGE_TOL = 1.0e-12  # of the shortest round trip: closer breaks are merged
@@ -87,9 +88,9 @@ def junctions(count: int, pairs: list[tuple[int, int]]) -> list[int]:
     return [known[value] for value in label]
 
 
-def build(scene: Scene) -> tuple[Layout, Log]:
+def build(scene: Scene, method: Method) -> tuple[Layout, Log]:
     """Return the network of a scene and its log at t = 0; raises `CaseError` or `PairingError`."""
-    bonds = check(scene)
+    bonds = check(scene, method)
     nodes = Nodes()
     links: dict[str, tuple[Link, ...]] = {}
     members: dict[str, list[int]] = {}

@@ -11,7 +11,8 @@ import numpy as np
 from impactlab.errors import CaseError, PairingError
 from impactlab.models.continuous.delay_line import dispersed
 from impactlab.scene.bodies import End, Rayleigh
-from impactlab.scene.facts import rods_of, side_facts
+from impactlab.scene.facts import rods_of
+from impactlab.scene.method import Method, sides
 from impactlab.scene.problem import Contact, Point, Scene
 
 OVERLAP_TOL = 1.0e-9  # of the initial displacements: digits to which a preload and the gap that it closes are given
@@ -30,12 +31,13 @@ class Bond(NamedTuple):
         return max(self.damping, math.sqrt(self.stiffness / (1.0 / left + 1.0 / right)))
 
 
-def bond(scene: Scene, number: int) -> Bond:
+def bond(scene: Scene, method: Method, number: int) -> Bond:
     """Return a contact as a hard one or a spring; raises `PairingError` if its law is neither."""
     contact = scene.contacts[number]
-    if contact.law.hard:
+    law = method.laws[contact.name]
+    if law.hard:
         return Bond(-1.0, 0.0)
-    constants = contact.law.spring(side_facts(scene, contact.left), side_facts(scene, contact.right), math.nan)
+    constants = law.spring(*sides(scene, method, contact), math.nan)
     if constants is None or not all(math.isfinite(value) for value in constants):
         raise PairingError(
             f"contact {contact.name}: the exact solution serves hard contacts and constant springs with dashpots only",
@@ -67,7 +69,7 @@ def wave_impedance(scene: Scene, contact: Contact, side: int) -> float:
     return scene.bodies[point.body].impedance_at(point.x)
 
 
-def check(scene: Scene) -> list[Bond]:
+def check(scene: Scene, method: Method) -> list[Bond]:
     """Return the bonds of all contacts; raises `CaseError` or `PairingError`, with path and remedy."""
     if not rods_of(scene):
         raise CaseError(
@@ -97,7 +99,7 @@ def check(scene: Scene) -> list[Bond]:
                 path=path,
                 remedy="Use a model that steps.",
             )
-        kind = bond(scene, number)
+        kind = bond(scene, method, number)
         if not any(scene.bodies[point.body].moves for point in sides):
             raise CaseError(f"contact {contact.name}: neither side can move", path=path, remedy="Leave it out.")
         if contact.left.body == contact.right.body:

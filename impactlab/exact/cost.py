@@ -10,6 +10,7 @@ import math
 from impactlab.exact import march
 from impactlab.exact.build import build
 from impactlab.exact.network import Log, grown
+from impactlab.scene.method import Method
 from impactlab.scene.problem import Scene
 
 # Seconds, fitted to 150 random scenes (benchmarks/exact_cost.py) on one idle core of 2023.
@@ -27,9 +28,9 @@ def spent(log: Log) -> float:
     return FIXED_S + INTERVAL_S * float(log.tally[2]) + WORK_S * float(log.work[0]) + NUMBER_S * float(log.tally[0])
 
 
-def predicted_s(scene: Scene) -> float:
+def predicted_s(scene: Scene, method: Method) -> float:
     """Return the predicted seconds of `impactlab.exact.solve.solve`; raises `CaseError` where it does not serve."""
-    layout, log = build(scene)
+    layout, log = build(scene, method)
     coupled = march.springs(layout.network)
     counts: list[tuple[float, float]] = []  # (time reached, seconds)
     while True:

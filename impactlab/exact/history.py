@@ -20,7 +20,8 @@ from impactlab.history.noise_floor import above_noise
 from impactlab.metrics.grazing import near_grazing
 from impactlab.scene.bodies import WaveBody
 from impactlab.scene.frame import carried_energy, touched_in
-from impactlab.scene.problem import Probe, Scene
+from impactlab.scene.method import Simulation
+from impactlab.scene.problem import Probe
 from impactlab.types import Array, Quantity
 
 JUMP_TOL = 1.0e-9  # of the largest velocity: smaller jumps are rounding
@@ -43,11 +44,16 @@ class ContinuousHistory(AbstractHistory):
     """
 
     def __init__(
-        self, scene: Scene, layout: Layout, log: Log, duration: float, first_carried: Mapping[int, float] | None = None
+        self,
+        run: Simulation,
+        layout: Layout,
+        log: Log,
+        duration: float,
+        first_carried: Mapping[int, float] | None = None,
     ) -> None:
         self.dt = None
         self.duration = duration
-        self.scene = scene
+        self.scene, self.method = run
         self.layout = layout
         self._log = log
         self._first_carried = first_carried  # where the log begins later than one transit before t = 0
@@ -81,7 +87,7 @@ class ContinuousHistory(AbstractHistory):
     def events(self) -> tuple[Event, ...]:
         """Closings and openings in order of time."""
         if self._events is None:
-            self._events, self._spans = above_noise(self.scene, self.dated, self._find_spans())
+            self._events, self._spans = above_noise(self.scene, self.method.models, self.dated, self._find_spans())
         return self._events
 
     @events.setter
@@ -104,7 +110,7 @@ class ContinuousHistory(AbstractHistory):
     def contacts(self) -> tuple[ContactSpan, ...]:
         """Periods of contact in order of their start, with impulse [N s] and peak force [N]."""
         if self._spans is None:
-            self._events, self._spans = above_noise(self.scene, self.dated, self._find_spans())
+            self._events, self._spans = above_noise(self.scene, self.method.models, self.dated, self._find_spans())
         return self._spans
 
     @contacts.setter

@@ -12,6 +12,7 @@ from impactlab.exact.build import build
 from impactlab.exact.history import ContinuousHistory
 from impactlab.exact.network import Layout, Log, grown
 from impactlab.exact.thinned import ThinnedHistory, Thinner
+from impactlab.scene.method import Method, Simulation
 from impactlab.scene.problem import Scene
 from impactlab.scene.sizes import NUMBER, in_bytes, memory_limit
 
@@ -23,16 +24,16 @@ INTERVALS_PER_CHECK = 200_000  # intervals between two checks of the memory
 MAX_INTERVALS = 30_000_000  # some minutes, as an interval takes 0.5 to 10 us
 
 
-def serves(scene: Scene) -> str | None:
-    """Return None if `solve` serves the bodies and contacts of a scene, else the reason in one sentence."""
+def serves(scene: Scene, method: Method) -> str | None:
+    """Return None if `solve` serves the bodies, contacts and laws, else the reason in one sentence."""
     try:
-        build(scene)
+        build(scene, method)
     except (CaseError, PairingError) as error:
         return error.text
     return None
 
 
-def solve(scene: Scene, whole: bool = False) -> ContinuousHistory | ThinnedHistory:
+def solve(scene: Scene, method: Method, whole: bool = False) -> ContinuousHistory | ThinnedHistory:
     """Return the exact history of a scene.
 
     Each end of a rod emits a wave and receives what the other end emitted one transit earlier. Between breaks
@@ -54,8 +55,8 @@ def solve(scene: Scene, whole: bool = False) -> ContinuousHistory | ThinnedHisto
     StVenant1883; TimoshenkoGoodier1951; EscalonaMayoDominguez1999, Section 2. The paper solves the first two
     intervals by hand; here any number of them, contacts and rods is solved.
     """
-    began = clock.perf_counter()
-    layout, log = build(scene)
+    began, run = clock.perf_counter(), Simulation(scene, method)
+    layout, log = build(scene, method)
     coupled = march.springs(layout.network)
     march.compile_for(log, coupled)
     ready = clock.perf_counter()
@@ -66,22 +67,22 @@ def solve(scene: Scene, whole: bool = False) -> ContinuousHistory | ThinnedHisto
         if status == march.DONE:
             break
         if status in (march.TOO_MANY, march.UNRESOLVED) or log.tally[2] >= MAX_INTERVALS:
-            stop(scene, layout, log, reason(scene, layout, log, status), thinner)
+            stop(run, layout, log, reason(scene, layout, log, status), thinner)
         if status == march.PAUSED:
             log.tally[3] += INTERVALS_PER_CHECK
             continue
         most = (MAX_WHOLE_SHARE if whole else MAX_KEPT_SHARE) * memory_limit() / NUMBER
         if status != march.MORE_EVENTS and 2 * room(log) > most:
             if whole:
-                stop(scene, layout, log, _too_large(log, most), thinner)
-            thinner = thinner or Thinner(scene, layout, log)
+                stop(run, layout, log, _too_large(log, most), thinner)
+            thinner = thinner or Thinner(run, layout, log)
             log = thinner.take(log)
             if 2 * log.tally[0] > len(log.pool) or 2 * int(np.max(log.records)) > log.start.shape[1]:
-                stop(scene, layout, log, _too_large(log, most), thinner)
+                stop(run, layout, log, _too_large(log, most), thinner)
         else:
             log = grown(log, status == march.MORE_RECORDS, status == march.MORE_POOL, status == march.MORE_EVENTS)
     history: ContinuousHistory | ThinnedHistory
-    history = thinner.finish(log, scene.duration) if thinner else ContinuousHistory(scene, layout, log, scene.duration)
+    history = thinner.finish(log, scene.duration) if thinner else ContinuousHistory(run, layout, log, scene.duration)
     history.cost.setup_s = ready - began
     history.cost.solve_s = clock.perf_counter() - ready
     check_balance(history)
@@ -145,13 +146,13 @@ def _shorter(log: Log) -> str:
     )
 
 
-def stop(scene: Scene, layout: Layout, log: Log, why: tuple[str, str], thinner: Thinner | None) -> None:
+def stop(run: Simulation, layout: Layout, log: Log, why: tuple[str, str], thinner: Thinner | None) -> None:
     """Raise the `StepError` of a march that stopped early, with the history so far."""
     reached = float(min(log.clock))
     history: ContinuousHistory | ThinnedHistory | None = None
     if thinner is not None:
         history = thinner.finish(log, reached)
     elif reached > 0.0:
-        history = ContinuousHistory(scene, layout, log, reached)
+        history = ContinuousHistory(run, layout, log, reached)
     text, remedy = why
     raise StepError(text, time=reached, step=int(log.tally[2]), history=history, path="solve.model", remedy=remedy)

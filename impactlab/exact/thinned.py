@@ -19,6 +19,7 @@ from impactlab.history.base import AbstractHistory, ContactSpan, Cost, EnergyBoo
 from impactlab.history.noise_floor import above_noise
 from impactlab.numerics.slopes import slopes
 from impactlab.scene.frame import carried_energy, touched_in
+from impactlab.scene.method import Simulation
 from impactlab.scene.problem import Probe, Scene
 from impactlab.types import Array
 
@@ -33,14 +34,14 @@ class ThinnedHistory(AbstractHistory):
     only.
     """
 
-    def __init__(self, scene: Scene, duration: float, time: Array, values: dict[str, Array]) -> None:
+    def __init__(self, run: Simulation, duration: float, time: Array, values: dict[str, Array]) -> None:
         self.dt = None
         self.duration = duration
-        self.scene = scene
+        self.scene, self.method = run
         self.time = time  # (n,) s
         self.values = values  # channel -> (n,); of a force its time integral [N s]
         # Forces of hard contacts are piecewise nearly constant and stay as means; a spring force gets slopes.
-        self.stairs = {f"force:{contact.name}" for contact in scene.contacts if contact.law.hard}
+        self.stairs = {f"force:{name}" for name, law in self.method.laws.items() if law.hard}
         self.fields: dict[tuple[str, str, float], Field] = {}
         self.cost = Cost()
         self.events = ()
@@ -83,12 +84,13 @@ class ThinnedHistory(AbstractHistory):
 class Thinner:
     """Samples the windows of a march one after the other."""
 
-    def __init__(self, scene: Scene, layout: Layout, log: Log) -> None:
-        self.scene, self.layout = scene, layout
+    def __init__(self, run: Simulation, layout: Layout, log: Log) -> None:
+        scene = run.scene
+        self.run, self.scene, self.layout = run, scene, layout
         self.grid = np.linspace(0.0, scene.duration, scene.records + 1)
         self.every = max(1, scene.records // MAX_ENERGY_SAMPLES)
         self.begun, self.taken = 0.0, 0
-        first = ContinuousHistory(scene, layout, log, float(min(log.clock)))
+        first = ContinuousHistory(run, layout, log, float(min(log.clock)))
         links = [link for pieces in layout.links.values() for link in pieces]
         self.first_carried = {link.right_end: first.carried_before(link) for link in links}
         self.values = {name: np.zeros(len(self.grid)) for name in (*first.channels(), *_faces(scene))}
@@ -114,10 +116,10 @@ class Thinner:
         self._read(log, duration)
         kept = min(self.taken, len(self.grid))
         time, values = self.grid[:kept], {name: row[:kept] for name, row in self.values.items()}
-        history = ThinnedHistory(self.scene, duration, time, values)
+        history = ThinnedHistory(self.run, duration, time, values)
         rest = list(self.open.values())
         spans = tuple(sorted((*self.spans, *rest), key=lambda span: (span.start, span.contact)))
-        history.events, history.contacts = above_noise(self.scene, tuple(self.events), spans)
+        history.events, history.contacts = above_noise(self.scene, self.run.method.models, tuple(self.events), spans)
         book = _joined(self.books)
         history.energy = replace(book, carried=carried_energy(self.scene, book.time, touched_in(history)))
         history.fields = self.fields
@@ -125,7 +127,7 @@ class Thinner:
         return history
 
     def _read(self, log: Log, until: float) -> None:
-        window = ContinuousHistory(self.scene, self.layout, log, until, self.first_carried)
+        window = ContinuousHistory(self.run, self.layout, log, until, self.first_carried)
         last = until >= self.scene.duration
         upto = len(self.grid) if last else int(np.searchsorted(self.grid, until))
         t = self.grid[self.taken : upto]

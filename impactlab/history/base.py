@@ -12,6 +12,8 @@ from numpy import float64
 from numpy.typing import ArrayLike, NDArray
 
 from impactlab.errors import ImpactlabError
+from impactlab.scene.method import Method
+from impactlab.scene.problem import Scene
 
 if TYPE_CHECKING:
     import xarray
@@ -185,6 +187,8 @@ class AbstractHistory(ABC):
     ``velocity:body`` of a mass, ``force:a|b``, ``gap:a|b``, ``momentum:body``, ``energy:body``.
     """
 
+    scene: Scene
+    method: Method  # as it was asked for; under a tolerance `choice` holds the one that was chosen
     duration: float  # s
     dt: float | None  # s, the step; None for an exact history
     events: tuple[Event, ...]

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from impactlab.history.base import ContactSpan, Event
+from impactlab.models.base import AbstractRodModel
 from impactlab.scene.bodies import Body
 from impactlab.scene.frame import Group, groups
 from impactlab.scene.problem import Contact, Point, Scene
@@ -26,6 +27,7 @@ EARLY_SHARE = 1e-3  # of the same: a touch before any wave that no later one of 
 EARLY = 1e-3  # of the time a wave takes: touches by no more than this too early are dated so by their step
 
 Found = tuple[tuple[Event, ...], tuple[ContactSpan, ...]]
+Models = Mapping[str, AbstractRodModel]  # by name of the body
 Key = tuple[str, float, float | None]  # contact, start, end of a span
 
 
@@ -45,9 +47,9 @@ class Reach(NamedTuple):
     arrivals: dict[str, float]  # s, before which nothing can have reached a contact
 
 
-def reach_of(scene: Scene, joined: Sequence[Group] | None = None) -> Reach:
+def reach_of(scene: Scene, models: Models, joined: Sequence[Group] | None = None) -> Reach:
     """Return the groups and first arrivals of the contacts of a scene; ``joined`` are its groups, if known."""
-    return Reach(_groups_of(scene, groups(scene) if joined is None else joined), first_arrivals(scene))
+    return Reach(_groups_of(scene, groups(scene) if joined is None else joined), first_arrivals(scene, models))
 
 
 def share_of(steps: float) -> float:
@@ -61,6 +63,7 @@ def share_of(steps: float) -> float:
 
 def above_noise(
     scene: Scene,
+    models: Models,
     events: Sequence[Event],
     spans: Sequence[ContactSpan],
     steps: float = 0.0,
@@ -72,6 +75,8 @@ def above_noise(
     ----------
     scene : Scene
         What was run.
+    models : mapping
+        Model of each rod and beam by name; without one its waves have fronts where its theory has.
     events, spans : sequence
         All that were found, in order of time; a span begins and ends with the events of its contact.
     steps : float, optional
@@ -81,7 +86,7 @@ def above_noise(
     """
     if not spans and not events:
         return (), ()
-    floors = _floors(spans, share_of(steps), reach or reach_of(scene))
+    floors = _floors(spans, share_of(steps), reach or reach_of(scene, models))
     if not _any_noise(events, spans, floors):
         return tuple(sorted(events, key=lambda event: event.time)), tuple(sorted(spans, key=lambda span: span.start))
     own: dict[str, list[ContactSpan]] = {}
@@ -213,7 +218,7 @@ def _groups_of(scene: Scene, joined: Sequence[Group]) -> dict[str, int]:
     }
 
 
-def first_arrivals(scene: Scene) -> dict[str, float]:
+def first_arrivals(scene: Scene, models: Models) -> dict[str, float]:
     """Return for each contact the time [s] before which nothing can have reached it; 0 where faces move at once.
 
     Faces that rest on each other wait for a wave from a contact that moves, from a force on an end or from an initial
@@ -225,7 +230,7 @@ def first_arrivals(scene: Scene) -> dict[str, float]:
         return arrival
     for contact in scene.contacts:
         for point in (contact.left, contact.right):
-            arrival[contact.name] = min(arrival[contact.name], _from_sources(scene, point))
+            arrival[contact.name] = min(arrival[contact.name], _from_sources(scene, models, point))
     for _ in scene.contacts:
         for contact in scene.contacts:
             for other in scene.contacts:
@@ -233,7 +238,8 @@ def first_arrivals(scene: Scene) -> dict[str, float]:
                     for source in (other.left, other.right):
                         body = scene.bodies[point.body]
                         if source.body == point.body and body.moves:
-                            later = arrival[other.name] + _travel_time(body, point.x, source.x)
+                            model = models.get(body.name)
+                            later = arrival[other.name] + _travel_time(body, model, point.x, source.x)
                             arrival[contact.name] = min(arrival[contact.name], later)
     return {name: 0.0 if math.isinf(time) else time for name, time in arrival.items()}
 
@@ -247,19 +253,19 @@ def _moves(scene: Scene, contact: Contact) -> bool:
     return not still or held or scene.gravity != 0.0 or contact.gap != 0.0
 
 
-def _from_sources(scene: Scene, point: Point) -> float:
+def _from_sources(scene: Scene, models: Models, point: Point) -> float:
     """Return when forces on the ends of a body, or its initial displacement, reach a point [s]; inf without any."""
     body = scene.bodies[point.body]
     if body.elastic is not None and body.elastic.displacement is not None:
         return 0.0
     ends = [x for x, end in body.ends if end.force != 0.0]
-    return min((_travel_time(body, point.x, x) for x in ends), default=math.inf)
+    return min((_travel_time(body, models.get(body.name), point.x, x) for x in ends), default=math.inf)
 
 
-def _travel_time(body: Body, x: float, other: float) -> float:
+def _travel_time(body: Body, model: AbstractRodModel | None, x: float, other: float) -> float:
     """Return the least time [s] that a wave takes between two places of a body; 0 where its waves have no front.
 
     A model with a theory of its own, as Love's, has waves that begin everywhere at once.
     """
-    own = body.elastic is not None and body.elastic.model is not None and body.elastic.model.theory != ""
+    own = model is not None and model.theory != ""
     return 0.0 if own else body.travel_time(x, other)

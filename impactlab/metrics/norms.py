@@ -281,7 +281,7 @@ def _matches(history: AbstractHistory, reference: AbstractHistory, scene: Scene)
     A law of impulses kicks and never closes or opens, so its contacts are left out; None where that leaves no
     contact, or no T to measure in.
     """
-    names = {contact.name for contact in scene.contacts if contact.law.answers_force}
+    names = {contact.name for contact in scene.contacts if history.method.laws[contact.name].answers_force}
     if not names or not np.isfinite(scene.round_trip):
         return None
     exact, computed = (

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 
+from impactlab.contact.base import AbstractContactLaw
 from impactlab.history.base import AbstractHistory
 from impactlab.metrics.norms import NEAR_JUMP, largest, midpoints
 from impactlab.scene.problem import Contact, Scene
@@ -17,6 +19,8 @@ MAX_SPANS = 20  # periods of contact, those of the largest impulse, that are sea
 PER_SPAN = 200  # cells of that grid
 MAX_ECHOES = 1000  # round trips after a touch whose fronts are left out
 
+Laws = Mapping[str, AbstractContactLaw]  # by name of the contact
+
 
 def peak_force(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
     """Return the relative error of the peak force of a contact, the largest over contacts.
@@ -26,7 +30,7 @@ def peak_force(history: AbstractHistory, reference: AbstractHistory, scene: Scen
     """
     errors = []
     for contact in scene.contacts:
-        away = near_jumps(reference, scene, contact)
+        away = near_jumps(reference, scene, history.method.laws, contact)
         peak, wanted = (find_peak(each, contact, away).force for each in (history, reference))
         errors.append(None if not wanted else abs(peak - wanted) / wanted)
     return largest(errors)
@@ -66,16 +70,16 @@ def _instants(history: AbstractHistory, name: str) -> Array:
     return ends if history.dt is None else np.minimum(0.5 * (ends[1:] + ends[:-1]), history.duration)
 
 
-def smooth_force(history: AbstractHistory, t: Array, contact: Contact) -> Array:
+def smooth_force(history: AbstractHistory, t: Array, contact: Contact, hard: bool) -> Array:
     """Return a contact force at times [N]: of a hard contact in steps the line through the middles of the steps."""
     name = f"force:{contact.name}"
     middles = _instants(history, name)
-    if history.dt is None or not contact.law.hard or middles.size < 2:
+    if history.dt is None or not hard or middles.size < 2:
         return history.evaluate(t, name)
     return np.interp(t, middles, history.evaluate(middles, name))
 
 
-def near_jumps(history: AbstractHistory, scene: Scene, contact: Contact) -> Array:
+def near_jumps(history: AbstractHistory, scene: Scene, laws: Laws, contact: Contact) -> Array:
     """Return the intervals around jumps of a contact's force, shape (k, 2) [s].
 
     The jumps of an exact history are known. Those of a stepped force are smeared over steps: they are taken to be where
@@ -86,13 +90,13 @@ def near_jumps(history: AbstractHistory, scene: Scene, contact: Contact) -> Arra
     if history.dt is None and history.cost.rhs_evaluations is None:
         at = history.jumps(f"force:{contact.name}")
     else:
-        at = _fronts(history, scene, contact)
+        at = _fronts(history, scene, laws, contact)
     return _joined(np.column_stack((at - NEAR_JUMP * unit, at + NEAR_JUMP * unit)))
 
 
-def _fronts(history: AbstractHistory, scene: Scene, contact: Contact) -> Array:
+def _fronts(history: AbstractHistory, scene: Scene, laws: Laws, contact: Contact) -> Array:
     """Return the instants at which the force of a contact may jump, shape (k,), rising [s]."""
-    jumping = {each.name for each in scene.contacts if each.law.force_jumps}
+    jumping = {each.name for each in scene.contacts if laws[each.name].force_jumps}
     touches = [event for event in history.events if event.kind == "close" and event.contact in jumping]
     waves = (scene.bodies[point.body].waves for point in (contact.left, contact.right))
     trips = [body.round_trip for body in waves if body is not None]

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from impactlab.history.base import AbstractHistory, Warned
 from impactlab.refine.reference import Reference
-from impactlab.scene.problem import Counted, Scene
+from impactlab.scene.method import Counted
 
 METRICS: Mapping[Counted, tuple[str, ...]] = {
     "displacements": ("mass_displacement", "face_displacement"),
@@ -18,8 +18,8 @@ METRICS: Mapping[Counted, tuple[str, ...]] = {
 """Metrics of the quantities that a tolerance is on."""
 
 
-def measured_error(errors: Mapping[str, Any], reference: Reference, scene: Scene) -> float | None:
-    """Return the largest error that the tolerance of a scene is on, less the uncertainty of the reference.
+def measured_error(errors: Mapping[str, Any], reference: Reference, on: Sequence[Counted]) -> float | None:
+    """Return the largest error in the quantities that count, less the uncertainty of the reference.
 
     Parameters
     ----------
@@ -27,8 +27,8 @@ def measured_error(errors: Mapping[str, Any], reference: Reference, scene: Scene
         Metrics against the reference by name; None where a metric has no value.
     reference : Reference
         Gives the uncertainties of the metrics.
-    scene : Scene
-        Gives ``tolerance_on``.
+    on : sequence of str
+        Quantities that count, as in `impactlab.scene.method.Tolerance`.
 
     Returns
     -------
@@ -37,7 +37,7 @@ def measured_error(errors: Mapping[str, Any], reference: Reference, scene: Scene
     """
     found = [
         max(0.0, errors[name] - reference.uncertainties.get(name, reference.uncertainty))
-        for counted in scene.tolerance_on
+        for counted in on
         for name in METRICS[counted]
         if errors.get(name) is not None
     ]

@@ -10,23 +10,24 @@ from impactlab.refine.families import FIXED_S, Family
 from impactlab.refine.reference import Way
 from impactlab.refine.reference_beams import is_singular, ways
 from impactlab.scene.facts import beams_of
+from impactlab.scene.method import Simulation
 from impactlab.scene.problem import Scene
-from impactlab.scene.sizes import MOST_BEAM_MODES
+from impactlab.simulate.body_sizes import MOST_BEAM_MODES
 
 SETUP_S = 5e-3  # s, modes or a mesh with its rows
 FACTOR = 0.3  # of n^-2 (n^-1 where a beam shears): the error of both families at fineness n
 COARSEST = 12  # modes or elements
 
 
-def serving(scene: Scene) -> tuple[list[Family], str]:
+def serving(asked: Simulation) -> tuple[list[Family], str]:
     """Return the families that serve a scene with beams, and why there may be none."""
-    if is_singular(scene):
-        beam = beams_of(scene)[0].name
+    if is_singular(asked):
+        beam = beams_of(asked.scene)[0].name
         return [], (
             f"a hard contact on the Euler-Bernoulli beam '{beam}' has no answer that a finer description comes nearer "
             "to: its faces part and meet ever more often. Give the contact a law with a stiffness"
         )
-    return [_family(scene, way) for way in ways(scene)], ""
+    return [_family(asked.scene, way) for way in ways(asked)], ""
 
 
 def _family(scene: Scene, way: Way) -> Family:
@@ -36,7 +37,7 @@ def _family(scene: Scene, way: Way) -> Family:
     return Family(
         name,
         unit or "modes",
-        way.scene,
+        way.run,
         lambda n: FIXED_S + way.seconds(n),
         lambda n: FACTOR * float(n) ** -order,
         order=order,

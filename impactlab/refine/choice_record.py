@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
 
-from impactlab.scene.problem import Scene
+from impactlab.scene.method import Method
 
 Verdict = Literal["chosen", "kept", "rejected", "trial", "not run", "refused"]
 
@@ -32,7 +32,7 @@ class Choice:
     """
 
     tolerance: float
-    scene: Scene  # as it was run
+    method: Method
     chosen: str
     expected_error: float
     estimate: str  # how the error was estimated, in words
@@ -45,12 +45,12 @@ class Choice:
         """Whether the expected error, and the measured one where there is one, lie within the tolerance."""
         return max(self.expected_error, self.measured_error or 0.0) <= self.tolerance
 
-    def document(self, method: dict[str, Any]) -> dict[str, Any]:
-        """Return the choice for the summary; ``method`` is the summary's block of the same name."""
+    def document(self, described: dict[str, Any]) -> dict[str, Any]:
+        """Return the choice for the summary; ``described`` is the summary's block of the same name."""
         return {
             "tolerance": self.tolerance,
             "met": self.met,
-            "chosen": {"candidate": self.chosen, "events": self.scene.events, **method},
+            "chosen": {"candidate": self.chosen, "events": self.method.events, **described},
             "expected_error": self.expected_error,
             "measured_error": self.measured_error,
             "estimate": self.estimate,

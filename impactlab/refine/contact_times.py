@@ -6,7 +6,8 @@ import math
 
 from impactlab.contact.power_law import AbstractHystereticLaw, Hertz
 from impactlab.scene.bodies import ElasticBody, Mass, Rod
-from impactlab.scene.facts import impedance_of, stiffness_of
+from impactlab.scene.facts import impedance_of
+from impactlab.scene.method import Method, stiffness_of
 from impactlab.scene.problem import Contact, Point, Scene
 
 
@@ -28,23 +29,24 @@ def _strain_speed(rod: Rod) -> float:
     return float(np.ptp(u)) / rod.round_trip * 2.0
 
 
-def rise_time(scene: Scene, contact: Contact) -> float:
+def rise_time(scene: Scene, method: Method, contact: Contact) -> float:
     """Return the time in which the force of a contact rises [s]; a quarter of a round trip where its law is unknown.
 
     A soft contact rises with its own oscillation sqrt(m/k), or as the rod behind it gives way, Z/k; of a power law k is
     the tangent at the indentation that brings the bodies to the same speed. A hard one rises at once, and then falls as
     the mass gives its momentum to the waves, M/Z.
     """
+    law = method.laws[contact.name]
     masses = [mass for mass in (_mass_at(scene, point) for point in (contact.left, contact.right)) if mass > 0.0]
     mass = 1.0 / sum(1.0 / each for each in masses) if masses and min(masses) < math.inf else math.inf
     give = 1.0 / impedance_of(scene, contact)
-    if contact.law.hard:
+    if law.hard:
         return min(scene.duration, mass * give) if give > 0.0 else scene.duration
-    if contact.law.is_spring:
-        known = stiffness_of(scene, contact)
+    if law.is_spring:
+        known = stiffness_of(scene, method, contact)
         stiffness = math.nan if known is None else known
-    elif isinstance(contact.law, Hertz | AbstractHystereticLaw):
-        stiffness = _tangent(contact.law.stiffness, contact.law.exponent, speed_of(scene), mass, give)
+    elif isinstance(law, Hertz | AbstractHystereticLaw):
+        stiffness = _tangent(law.stiffness, law.exponent, speed_of(scene), mass, give)
     else:
         stiffness = math.nan
     times = [1.0 / (give * stiffness)] if give > 0.0 else []

@@ -7,51 +7,38 @@ import math
 from typing import Any
 
 from impactlab.contact.base import AbstractContactLaw
+from impactlab.contact.penalty import Penalty
+from impactlab.exact.contact_kinds import balanced, first_gap, massless
 from impactlab.integrators.base import AbstractScheme
 from impactlab.models.base import AbstractRodModel
 from impactlab.scene.bodies import ElasticBody, Mass, Wall
 from impactlab.scene.facts import bare_beam, on_end
-from impactlab.scene.problem import Contact, Scene, StepRule
-from impactlab.types import Relative
+from impactlab.scene.method import Method, Simulation, StepRule, is_relative, laws_of, sides
+from impactlab.scene.problem import Contact, Scene
 
 
 def described(
-    scene: Scene,
+    asked: Simulation,
     model: AbstractRodModel,
     integrator: AbstractScheme | None,
     step: StepRule,
     law: AbstractContactLaw | None = None,
     events: Any = "dated",
-) -> Scene:
-    """Return the scene with all elastic bodies under one model; ``law`` stands for every hard contact."""
-    bodies = {
-        name: dataclasses.replace(body, model=model) if isinstance(body, ElasticBody) else body
-        for name, body in scene.bodies.items()
+) -> Simulation:
+    """Return a scene with all its elastic bodies under one model; ``law`` takes the place of every hard one."""
+    models = {name: model for name, body in asked.scene.bodies.items() if isinstance(body, ElasticBody)}
+    laws = {
+        contact.name: law if asked.method.laws[contact.name].hard and law is not None else law_in_si(asked, contact)
+        for contact in asked.scene.contacts
     }
-    contacts = tuple(
-        dataclasses.replace(contact, law=law if contact.law.hard and law is not None else law_in_si(scene, contact))
-        for contact in scene.contacts
-    )
-    return dataclasses.replace(
-        scene, bodies=bodies, contacts=contacts, integrator=integrator, step=step, events=events, tolerance=None
-    )
+    return Simulation(asked.scene, Method(laws, models, integrator, step, events))
 
 
-def law_in_si(scene: Scene, contact: Contact) -> AbstractContactLaw:
-    """Return the law of a contact free of the description of its bodies: a relative stiffness in N/m."""
-    if not is_relative(contact):
-        return contact.law
-    from impactlab.contact.penalty import Penalty
-    from impactlab.scene.facts import side_facts
-
-    constants = contact.law.spring(side_facts(scene, contact.left), side_facts(scene, contact.right), math.nan)
-    return contact.law if constants is None else Penalty(*constants)
-
-
-def is_relative(contact: Contact) -> bool:
-    """Return whether the law of a contact refers to the elements of its bodies."""
-    fields = dataclasses.fields(contact.law)  # type: ignore[arg-type] # laws are dataclasses
-    return any(isinstance(getattr(contact.law, field.name), Relative) for field in fields)
+def law_in_si(asked: Simulation, contact: Contact) -> AbstractContactLaw:
+    """Return the law of a contact free of the models of its bodies: a relative stiffness in N/m."""
+    law = asked.method.laws[contact.name]
+    constants = law.spring(*sides(*asked, contact), math.nan) if is_relative(law) else None
+    return law if constants is None else Penalty(*constants)
 
 
 def without_places(scene: Scene) -> Scene:
@@ -65,21 +52,20 @@ def without_places(scene: Scene) -> Scene:
     return dataclasses.replace(scene, probes=probes, snapshots=())
 
 
-def has_one_answer(scene: Scene) -> bool:
+def has_one_answer(asked: Simulation) -> bool:
     """Return whether the physics of a scene says how its contacts end.
 
     How two masses part is a matter of a restitution, and an overlap one of a stiffness: a hard contact has neither.
     Masses that meet through one face without mass between them strike each other as two masses do. A law of impulses
     that stands for no hard contact has no force to refine.
     """
-    from impactlab.exact.contact_kinds import balanced, first_gap, massless
-
-    hard = [number for number, contact in enumerate(scene.contacts) if contact.law.hard]
+    scene, laws = asked.scene, laws_of(*asked)
+    hard = [number for number, law in enumerate(laws) if law.hard]
     for number in hard:
         gap, slack = first_gap(scene, number)
         if gap < -slack:
             return False
-    if any(not contact.law.hard and not contact.law.answers_force for contact in scene.contacts):
+    if any(not law.hard and not law.answers_force for law in laws):
         return False
     _, unknown = balanced(scene, without_second_stops(scene, hard), lambda *at: massless(*at) or bare_beam(*at))
     return not unknown

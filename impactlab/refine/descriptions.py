@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from typing import Literal
 
@@ -15,53 +14,55 @@ from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.refine.described import described
 from impactlab.scene.facts import rods_of, shortest_transit
-from impactlab.scene.problem import RECORDS, Scene, StepRule
+from impactlab.scene.method import Method, Simulation, StepRule
+from impactlab.scene.problem import RECORDS, Scene
 
 MAX_RECORDS = 200_000  # instants that are kept, 14 MB for a contact
 ORDINARY = 0.95  # courant number at which no wave goes just one element in a step
 
 
-def as_waves(scene: Scene) -> Scene:
+def as_waves(asked: Simulation) -> Simulation:
     """Return the scene on continuous rods, solved from event to event."""
-    return described(scene, Continuous(), None, StepRule(points_per_period=10.0), AdditionDeletion())
+    return described(asked, Continuous(), None, StepRule(points_per_period=10.0), AdditionDeletion())
 
 
-def as_delay_line(scene: Scene, steps: int) -> Scene:
+def as_delay_line(asked: Simulation, steps: int) -> Simulation:
     """Return the scene on continuous rods, with so many steps in the shortest transit."""
-    dt = shortest_transit(scene) / steps
-    return _recorded(described(scene, Continuous(), None, StepRule(dt=dt)), math.ceil(scene.duration / dt))
+    dt = shortest_transit(asked.scene) / steps
+    return _recorded(described(asked, Continuous(), None, StepRule(dt=dt)), math.ceil(asked.scene.duration / dt))
 
 
-def as_lumped_mesh(scene: Scene, elements: int, courant: float) -> Scene:
+def as_lumped_mesh(asked: Simulation, elements: int, courant: float) -> Simulation:
     """Return the scene on 2-node bars of lumped mass under central differences."""
     rule = StepRule(courant=courant)
-    return described(scene, FiniteElement(elements, "lumped"), CentralDifference(), rule, AdditionDeletion())
+    return described(asked, FiniteElement(elements, "lumped"), CentralDifference(), rule, AdditionDeletion())
 
 
-def as_implicit_mesh(scene: Scene, elements: int, mass: Literal["consistent", "lumped"] = "consistent") -> Scene:
+def as_implicit_mesh(
+    asked: Simulation, elements: int, mass: Literal["consistent", "lumped"] = "consistent"
+) -> Simulation:
     """Return the scene on 2-node bars under the midpoint rule, half an element in a step."""
-    return described(scene, FiniteElement(elements, mass), Midpoint(), StepRule(courant=0.5), AdditionDeletion())
+    return described(asked, FiniteElement(elements, mass), Midpoint(), StepRule(courant=0.5), AdditionDeletion())
 
 
-def as_rigid_bodies(scene: Scene, steps: int) -> Scene:
+def as_rigid_bodies(asked: Simulation, steps: int) -> Simulation:
     """Return a scene without rods in so many steps, its bodies moved exactly under a constant force."""
-    rule = StepRule(dt=scene.duration / steps)
-    stepped = dataclasses.replace(scene, integrator=ExactModal(), step=rule, events="dated", tolerance=None)
-    return _recorded(stepped, steps)
+    rule = StepRule(dt=asked.scene.duration / steps)
+    return _recorded(Simulation(asked.scene, Method(asked.method.laws, {}, ExactModal(), rule)), steps)
 
 
-def _recorded(scene: Scene, steps: int) -> Scene:
+def _recorded(made: Simulation, steps: int) -> Simulation:
     """Return the scene with up to `MAX_RECORDS` steps kept, unless the case limits them: records give the forces."""
-    if scene.records != RECORDS:
-        return scene
-    return dataclasses.replace(scene, records=max(RECORDS, min(steps, MAX_RECORDS)))
+    if made.scene.records != RECORDS:
+        return made
+    return made.but(records=max(RECORDS, min(steps, MAX_RECORDS)))
 
 
-def as_adaptive_bodies(scene: Scene, tolerance: float, most_steps: int) -> Scene:
+def as_adaptive_bodies(asked: Simulation, tolerance: float, most_steps: int) -> Simulation:
     """Return a scene without rods under adaptive steps between located events, with a relative tolerance."""
     integrator = Adaptive(relative_tolerance=max(tolerance, 1e-12), most_steps=most_steps)
     rule = StepRule(points_per_period=10.0)
-    return dataclasses.replace(scene, integrator=integrator, step=rule, events="dated", tolerance=None)
+    return Simulation(asked.scene, Method(asked.method.laws, {}, integrator, rule))
 
 
 def is_special(scene: Scene) -> bool:

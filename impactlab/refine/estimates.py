@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 
 from impactlab.history.base import AbstractHistory
+from impactlab.metrics.peaks import Laws
 from impactlab.refine.extrapolation import Differences, Estimate, finest_error
 from impactlab.refine.quantities import distances
+from impactlab.scene.method import COUNTED, Counted, Simulation, laws_of
 from impactlab.scene.problem import Scene
 
 MIN_STEPS = 6  # in a period of contact: with fewer of them no order shows
@@ -15,7 +17,7 @@ PEAK_MARGIN = 1.5  # on distances of peak forces, which converge less evenly tha
 
 
 def estimated(
-    runs: list[tuple[int, AbstractHistory]], scene: Scene, order: float, safety: float
+    runs: list[tuple[int, AbstractHistory]], asked: Simulation, order: float, safety: float
 ) -> list[tuple[float, Estimate]]:
     """Estimate the errors of runs of rising fineness, three or more; ``safety`` is a factor on each estimate.
 
@@ -30,7 +32,7 @@ def estimated(
         return [(math.inf, Estimate(math.inf, order))] * len(runs)
     fineness = [float(count) for count, _ in runs]
     found = []
-    for pairs in distances([history for _, history in runs], scene, PEAK_MARGIN):
+    for pairs in distances([history for _, history in runs], *counted(asked), PEAK_MARGIN):
         estimates = [
             finest_error(
                 Differences(pairs[i, i + 1], pairs[i, i + 2], pairs[i + 1, i + 2]),
@@ -53,12 +55,17 @@ def estimated(
     ]
 
 
-def resolves_contacts(history: AbstractHistory, scene: Scene) -> bool:
+def counted(asked: Simulation) -> tuple[Scene, Laws, tuple[Counted, ...]]:
+    """Return a scene, its laws, and the quantities that count against its tolerance."""
+    return asked.scene, asked.method.laws, asked.method.tolerance.on if asked.method.tolerance else COUNTED
+
+
+def resolves_contacts(history: AbstractHistory, asked: Simulation) -> bool:
     """Return whether each period of contact under a compliant law spans enough steps for the order to show."""
     if history.dt is None:
         return True
-    for contact in scene.contacts:
-        if contact.law.hard or not contact.law.answers_force:
+    for contact, law in zip(asked.scene.contacts, laws_of(*asked), strict=True):
+        if law.hard or not law.answers_force:
             continue
         spans = [span for span in history.contacts if span.contact == contact.name]
         total = sum(span.impulse for span in spans)

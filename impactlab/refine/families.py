@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 from impactlab.contact.power_law import Hertz
 from impactlab.errors import CaseError, PairingError
+from impactlab.exact.cost import predicted_s
 from impactlab.models.mesh.bar_elements import elements_per_segment
 from impactlab.refine.contact_times import rise_time
 from impactlab.refine.described import has_one_answer, without_places
@@ -26,6 +27,7 @@ from impactlab.refine.descriptions import (
 )
 from impactlab.refine.extrapolation import RATIO
 from impactlab.scene.facts import beams_of, is_a_delay_line, is_coupled, rods_of, shortest_transit, split_at_contacts
+from impactlab.scene.method import Simulation, force_jumps, laws_of
 from impactlab.scene.problem import Scene
 
 EXACT_ERROR = 1e-9  # told of the exact solver, which is good to 1e-12 but for instants near a grazing touch
@@ -41,7 +43,7 @@ class Family:
 
     name: str
     unit: str  # what the fineness counts
-    scene: Callable[[int], Scene]
+    run: Callable[[int], Simulation]
     seconds: Callable[[int], float]  # predicted time of solving
     error: Callable[[int], float]  # predicted
     order: float  # of its error in the fineness, from below
@@ -49,7 +51,7 @@ class Family:
     setup_s: float  # predicted
     doubt: float = 1.0  # by which its predicted cost is raised where families are compared: how rough its facts are
     coarsest: int = 16  # coarser pairs show no order yet
-    witness: Callable[[int], Scene] | None = None  # the same off the special step, where the family has that
+    witness: Callable[[int], Simulation] | None = None  # the same off the special step, where the family has that
     witness_error: Callable[[int], float] = lambda _n: 0.0  # at most, of the witness
     finest: int = 10_000_000
     multiple: int = 1  # that a fineness is of
@@ -86,17 +88,10 @@ class Family:
         return -(-fineness // self.multiple) * self.multiple
 
 
-def exact_cost(scene: Scene) -> float:
-    """Return the predicted seconds of the exact solver; raises where it does not serve."""
-    from impactlab.exact.cost import predicted_s
-
-    return predicted_s(scene)
-
-
-def exact(scene: Scene) -> Family:
+def exact(asked: Simulation) -> Family:
     """Return the exact solver; raises `CaseError` or `PairingError` with the reason where it does not serve."""
-    seconds = exact_cost(scene)
-    waves = as_waves(scene)
+    seconds = predicted_s(*asked)
+    waves = as_waves(asked)
     return Family(
         "continuous, from event to event",
         "",
@@ -109,24 +104,25 @@ def exact(scene: Scene) -> Family:
     )
 
 
-def stepped(scene: Scene) -> Iterator[Family]:
+def stepped(asked: Simulation) -> Iterator[Family]:
     """Give the families that step and serve a scene; none where its physics has no single answer."""
-    if not has_one_answer(scene):
+    if not has_one_answer(asked):
         return
-    scene = split_at_contacts(scene)
-    rods = rods_of(scene)
+    scene = split_at_contacts(asked.scene)
+    asked = Simulation(scene, asked.method)
+    rods, laws = rods_of(scene), laws_of(*asked)
     if not rods:
-        yield _rigid(scene)
+        yield _rigid(asked)
         return
-    hard = any(contact.law.hard for contact in scene.contacts)
-    stepped_law = any(not contact.law.is_spring for contact in scene.contacts)  # springs alone are solved exactly
+    hard = any(law.hard for law in laws)
+    stepped_law = any(not law.is_spring for law in laws)  # springs alone are solved exactly
     if not hard and stepped_law and is_a_delay_line(scene) and without_places(scene) == scene:
-        yield _delay_line(scene)
+        yield _delay_line(asked)
     coupled = any(is_coupled(rod) for rod in rods)
-    jumps = scene.force_jumps  # fronts on the mesh
+    jumps = force_jumps(*asked)  # fronts on the mesh
     if not coupled:
-        yield _explicit(scene, jumps, 1.0 if jumps and is_special(scene) else ORDINARY)
-    yield _implicit(scene, jumps)
+        yield _explicit(asked, jumps, 1.0 if jumps and is_special(scene) else ORDINARY)
+    yield _implicit(asked, jumps)
 
 
 def shortest_element(scene: Scene, elements: int) -> float:
@@ -138,16 +134,17 @@ def shortest_element(scene: Scene, elements: int) -> float:
     )
 
 
-def _rise(scene: Scene) -> float:
-    return min((rise_time(scene, contact) for contact in scene.contacts), default=scene.duration)
+def _rise(asked: Simulation) -> float:
+    scene, method = asked
+    return min((rise_time(scene, method, contact) for contact in scene.contacts), default=scene.duration)
 
 
-def _rigid(scene: Scene) -> Family:
-    rise, duration = _rise(scene), scene.duration
+def _rigid(asked: Simulation) -> Family:
+    rise, duration = _rise(asked), asked.scene.duration
     return Family(
         "rigid bodies",
         "steps",
-        lambda n: as_rigid_bodies(scene, n),
+        lambda n: as_rigid_bodies(asked, n),
         lambda n: FIXED_S + 2.5e-7 * n,
         lambda n: (duration / n) ** 2 / (rise * duration),
         order=2.0,
@@ -157,15 +154,16 @@ def _rigid(scene: Scene) -> Family:
     )
 
 
-def _delay_line(scene: Scene) -> Family:
-    rods, shortest, rise = len(rods_of(scene)), shortest_transit(scene), _rise(scene)
+def _delay_line(asked: Simulation) -> Family:
+    scene = asked.scene
+    rods, shortest, rise = len(rods_of(scene)), shortest_transit(scene), _rise(asked)
     # Elastic power laws set in softly; what damps with the indentation rate has a force with a kink.
-    elastic = all(isinstance(contact.law, Hertz) or contact.law.is_spring for contact in scene.contacts)
+    elastic = all(isinstance(law, Hertz) or law.is_spring for law in laws_of(*asked))
     factor = 0.25 if elastic else 2.5
     return Family(
         "stepped delay line",
         "steps in the shortest transit",
-        lambda n: as_delay_line(scene, n),
+        lambda n: as_delay_line(asked, n),
         lambda n: FIXED_S + 2e-7 * (1 + rods) * n * scene.duration / shortest,
         lambda n: factor * (shortest / n) ** 2 / (rise * scene.duration),
         order=2.0,
@@ -177,8 +175,9 @@ def _delay_line(scene: Scene) -> Family:
     )
 
 
-def _explicit(scene: Scene, jumps: bool, courant: float) -> Family:
-    rods, shortest, rise = len(rods_of(scene)), shortest_transit(scene), _rise(scene)
+def _explicit(asked: Simulation, jumps: bool, courant: float) -> Family:
+    scene = asked.scene
+    rods, shortest, rise = len(rods_of(scene)), shortest_transit(scene), _rise(asked)
     special = jumps and courant == 1.0
     if special:
         # An opening falls between two steps now here, now there: an error may be nearly that of half the fineness.
@@ -195,20 +194,21 @@ def _explicit(scene: Scene, jumps: bool, courant: float) -> Family:
     return Family(
         f"lumped mesh, central difference at courant {courant:g}",
         "elements a rod",
-        lambda n: as_lumped_mesh(scene, n, courant),
+        lambda n: as_lumped_mesh(asked, n, courant),
         lambda n: FIXED_S + (1.5e-7 + 0.9e-9 * rods * n) * scene.duration / (courant * shortest_element(scene, n)),
         error,
         order,
         safety,
         setup_s=SETUP_MESH_S,
         doubt=1.5,
-        witness=(lambda n: as_lumped_mesh(scene, n, ORDINARY)) if special else None,
+        witness=(lambda n: as_lumped_mesh(asked, n, ORDINARY)) if special else None,
         witness_error=lambda n: 6.0 * shortest / n / scene.duration,
     )
 
 
-def _implicit(scene: Scene, jumps: bool) -> Family:
-    rods, shortest, rise = rods_of(scene), shortest_transit(scene), _rise(scene)
+def _implicit(asked: Simulation, jumps: bool) -> Family:
+    scene = asked.scene
+    rods, shortest, rise = rods_of(scene), shortest_transit(scene), _rise(asked)
     damped = min((_damping_time(scene, rod.name) for rod in rods), default=0.0)
 
     def error(n: int) -> float:
@@ -221,7 +221,7 @@ def _implicit(scene: Scene, jumps: bool) -> Family:
     return Family(
         "consistent mesh, midpoint rule at courant 1/2",
         "elements a rod",
-        lambda n: as_implicit_mesh(scene, n),
+        lambda n: as_implicit_mesh(asked, n),
         lambda n: FIXED_S + (3e-7 + 7e-9 * len(rods) * n) * 2.0 * scene.duration / shortest_element(scene, n),
         error,
         2.0 if not jumps or damped > 0.0 else 1.0,
@@ -236,16 +236,16 @@ def _damping_time(scene: Scene, name: str) -> float:
     return rod.damping.stiffness + min(segment.viscosity / segment.young for segment in rod.segments)
 
 
-def serving(scene: Scene) -> tuple[list[Family], str]:
+def serving(asked: Simulation) -> tuple[list[Family], str]:
     """Return the families that serve a scene, and why the exact solver does not ("" where it does)."""
     families, why = [], ""
-    if beams_of(scene):
+    if beams_of(asked.scene):
         from impactlab.refine import beam_families
 
-        return beam_families.serving(scene)
+        return beam_families.serving(asked)
     try:
-        families.append(exact(scene))
+        families.append(exact(asked))
     except (CaseError, PairingError) as error:
         why = error.text
-    families += stepped(scene)
+    families += stepped(asked)
     return families, why

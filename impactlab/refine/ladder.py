@@ -2,41 +2,45 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from typing import TYPE_CHECKING, Any
 
+from impactlab.refine import reference as references
+from impactlab.refine import search as choice
 from impactlab.refine.choice_record import Rung
+from impactlab.refine.estimates import counted
 from impactlab.refine.quantities import difference
-from impactlab.refine.search import Search, searched, searches_of
+from impactlab.refine.search import Search, allowed, searched, searches_of
 from impactlab.report.summary import method, plain
-from impactlab.scene.problem import Scene
+from impactlab.scene.method import Simulation
 
 if TYPE_CHECKING:
     from impactlab.errors import ImpactlabError
     from impactlab.refine.reference import Reference
 
 
-def measured_ladder(scene: Scene, reference: Reference | None) -> list[Rung]:
-    """Return every family of a scene with a tolerance, refined until it keeps it, with errors against the reference.
+def measured_ladder(asked: Simulation, reference: Reference | None) -> list[Rung]:
+    """Return every family of a scene under a tolerance, refined until it keeps it, with errors against the reference.
 
     The largest relative error of displacements and impulses, on the cells of the estimate; None without a reference.
     """
-    tolerance = scene.tolerance or 0.0
-    searches, why = searches_of(scene)
+    tolerance = allowed(asked.method)
+    searches, why = searches_of(asked)
     rungs = []
     for search in searches:
         failed: list[ImpactlabError] = []
         best = searched([search], tolerance, failed)
         for trial in search.trials:
-            kept = trial.expected <= tolerance
+            kept, measured = trial.expected <= tolerance, None
+            if reference is not None:
+                measured = difference(trial.history, reference.history, *counted(asked))
             rungs.append(
                 Rung(
                     candidate=search.family.words(trial.fineness),
                     predicted_error=search.family.error(trial.fineness),
                     predicted_s=search.family.seconds(trial.fineness),
                     estimated_error=trial.expected if math.isfinite(trial.expected) else None,
-                    measured_error=None if reference is None else difference(trial.history, reference.history, scene),
+                    measured_error=measured,
                     solve_s=trial.history.cost.solve_s,
                     verdict="kept" if kept else "trial",
                     reason=trial.reason,
@@ -55,26 +59,22 @@ def _unfinished(search: Search) -> Rung:
     return Rung(family.words(fineness), error, seconds, verdict="rejected", reason=search.closed)
 
 
-def choose(label: str, scene: Scene, physics: Scene, tolerance: float) -> dict[str, Any]:
+def choose(label: str, asked: Simulation, physics: Simulation) -> dict[str, Any]:
     """Return the document of ``impactlab choose``: the choice as a run makes it, and the whole ladder measured.
 
-    ``physics`` is the scene that errors refer to; its reference takes the time it needs.
+    ``physics`` are the scene and the laws that errors refer to; their reference takes the time it needs.
     """
-    from impactlab.refine import reference
-    from impactlab.simulate import driver as simulate
-
-    asked = dataclasses.replace(scene, tolerance=tolerance)
-    judge = reference.find(dataclasses.replace(physics, tolerance=None))
-    history = simulate.run(asked)
+    judge = references.find(*physics)
+    history = choice.run(*asked)
     assert history.choice is not None  # noqa: S101 - a scene with a tolerance has one
     document = {
         "schema_version": 1,
         "case": label,
-        "tolerance": tolerance,
+        "tolerance": allowed(asked.method),
         "reference": None if judge is None else judge.name,
         "reference_uncertainty": None if judge is None else judge.uncertainty,
-        "choice": history.choice.document(method(scene, history)),
-        "measured_error": None if judge is None else difference(history, judge.history, asked),
+        "choice": history.choice.document(method(history)),
+        "measured_error": None if judge is None else difference(history, judge.history, *counted(asked)),
         "solve_s": history.cost.solve_s,
         "ladder": [rung._asdict() for rung in measured_ladder(asked, judge)],
     }

@@ -9,8 +9,9 @@ import numpy as np
 
 from impactlab.history.base import AbstractHistory
 from impactlab.metrics.norms import ZERO, face_channels, mass_channels, midpoints
-from impactlab.metrics.peaks import find_peak, near_jumps, smooth_force
+from impactlab.metrics.peaks import Laws, find_peak, near_jumps, smooth_force
 from impactlab.scene.frame import drift, touched_in
+from impactlab.scene.method import Counted
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
 
@@ -21,15 +22,25 @@ Pairs = dict[tuple[int, int], float]
 """Relative distances of runs, by their places in a sequence."""
 
 
-def distances(histories: Sequence[AbstractHistory], scene: Scene, peak_margin: float = 1.0) -> list[Pairs]:
-    """Return the relative distances of all pairs of runs, one mapping for each quantity of the scene's tolerance.
+def distances(
+    histories: Sequence[AbstractHistory],
+    scene: Scene,
+    laws: Laws,
+    on: Sequence[Counted],
+    peak_margin: float = 1.0,
+) -> list[Pairs]:
+    """Return the relative distances of all pairs of runs, one mapping for each quantity that counts.
 
     Parameters
     ----------
     histories : sequence of AbstractHistory
         Of one scene, of rising fineness; the last one gives the norms, and the jumps that peak forces leave out.
     scene : Scene
-        Gives contacts, duration and ``tolerance_on``.
+        Gives contacts and duration.
+    laws : mapping
+        Laws by name of the contact: an impulse law has no peak force.
+    on : sequence of str
+        Quantities that count, as in `impactlab.scene.method.Tolerance`.
     peak_margin : float
         By which distances of peak forces are multiplied.
 
@@ -41,18 +52,18 @@ def distances(histories: Sequence[AbstractHistory], scene: Scene, peak_margin: f
         out.
     """
     found: list[Pairs] = []
-    if "displacements" in scene.tolerance_on:
+    if "displacements" in on:
         found += _displacements(histories, scene)
-    if "impulses" in scene.tolerance_on:
+    if "impulses" in on:
         found += _impulses(histories, scene)
-    if "peak_forces" in scene.tolerance_on:
-        found += _peaks(histories, scene, peak_margin)
+    if "peak_forces" in on:
+        found += _peaks(histories, scene, laws, peak_margin)
     return found
 
 
-def difference(one: AbstractHistory, other: AbstractHistory, scene: Scene) -> float:
-    """Return the largest relative difference of two runs in the quantities of the tolerance, over the second one."""
-    return max((pairs[0, 1] for pairs in distances((one, other), scene)), default=math.inf)
+def difference(one: AbstractHistory, other: AbstractHistory, scene: Scene, laws: Laws, on: Sequence[Counted]) -> float:
+    """Return the largest relative difference of two runs in the quantities that count, over the second one."""
+    return max((pairs[0, 1] for pairs in distances((one, other), scene, laws, on)), default=math.inf)
 
 
 def _displacements(histories: Sequence[AbstractHistory], scene: Scene) -> Iterator[Pairs]:
@@ -80,19 +91,20 @@ def _impulses(histories: Sequence[AbstractHistory], scene: Scene) -> Iterator[Pa
             yield _pairs(values, float(values[-1][0]), None)
 
 
-def _peaks(histories: Sequence[AbstractHistory], scene: Scene, margin: float) -> Iterator[Pairs]:
+def _peaks(histories: Sequence[AbstractHistory], scene: Scene, laws: Laws, margin: float) -> Iterator[Pairs]:
     """Give the distances of the peak forces of contacts.
 
     Two peaks may agree by luck while the forces around them ring; the forces at the instants of all peaks do not.
     """
     for contact in scene.contacts:
-        if not contact.law.answers_force:
+        law = laws[contact.name]
+        if not law.answers_force:
             continue
-        left_out = near_jumps(histories[-1], scene, contact)
+        left_out = near_jumps(histories[-1], scene, laws, contact)
         peaks = [find_peak(history, contact, left_out) for history in histories]
         if peaks[-1].force > 0.0:
             t = np.array([peak.time for peak in peaks])
-            values = [smooth_force(history, t, contact) for history in histories]
+            values = [smooth_force(history, t, contact, law.hard) for history in histories]
             yield _pairs(values, peaks[-1].force / margin, math.inf)
 
 

@@ -11,7 +11,7 @@ from typing import Any, Literal, NamedTuple
 from impactlab.errors import ImpactlabError, StepError
 from impactlab.history.base import AbstractHistory
 from impactlab.refine.extrapolation import RATIO, Differences, finest_error
-from impactlab.scene.bodies import ElasticBody
+from impactlab.scene.method import Method, Simulation, force_jumps, is_relative, laws_of, modelled, theories
 from impactlab.scene.problem import RECORDS, Scene
 
 # Names in summaries: the exact hard contact, the exact spring and dashpot of the case itself, the converged answer.
@@ -54,61 +54,48 @@ class Way(NamedTuple):
     """A description that can be refined: its words, the scene at a fineness, and the seconds that this will take."""
 
     words: str
-    scene: Callable[[int], Scene]
+    run: Callable[[int], Simulation]
     seconds: Callable[[int], float]
     order: float = 2.0  # of displacements and impulses in the fineness, at most
 
 
-def find(scene: Scene, budget: float = THOROUGH) -> Reference | None:
+def find(scene: Scene, method: Method, budget: float = THOROUGH) -> Reference | None:
     """Return the exact answer to a scene, else a converged one, else None.
 
     Parameters
     ----------
     scene : Scene
-        The physics: bodies, contacts and their laws. Models, integrator and step are those of no answer; a law that is
-        hard stands for the hard contact.
+        The physics; its contacts have the laws of the method.
+    method : Method
+        Its laws: one that is hard stands for the hard contact. Its models give the theory, and the elements of a
+        relative stiffness; integrator and step are not used.
     budget : float
         Seconds of predicted solving that a converged answer may take. They are counted by a model of cost and never
         measured, so that the same scene always gets the same answer.
     """
     from impactlab.exact import solve as exact
 
-    if any(theories(scene)):
+    if any(theories(scene, method)):
         return None
-    if exact.serves(scene) is None:
-        name = HARD if all(contact.law.hard for contact in scene.contacts) else SPRING
+    if exact.serves(scene, method) is None:
+        name = HARD if all(law.hard for law in laws_of(scene, method)) else SPRING
         try:
-            return Reference(name, exact.solve(scene, whole=True))
+            return Reference(name, exact.solve(scene, method, whole=True))
         except StepError:  # the run that asked for a reference is none the worse
             pass
-    return converged(scene, budget)
+    return converged(scene, method, budget)
 
 
-def theories(scene: Scene) -> tuple[str, ...]:
-    """Return the theory of waves that each body's model declares, empty where it is the body's own.
-
-    The references solve the body's own theory, so that none answers for a model of another.
-    """
-    bodies = (body for body in scene.bodies.values() if isinstance(body, ElasticBody))
-    return tuple("" if body.model is None else body.model.theory for body in bodies)
-
-
-def content(scene: Scene) -> Any:
+def content(scene: Scene, method: Method) -> Any:
     """Return what a reference depends on, so that methods on one scene share it."""
-    from impactlab.refine.described import is_relative
-
-    meshed = any(is_relative(contact) for contact in scene.contacts)
-    bodies = [
-        dataclasses.replace(body, model=None) if isinstance(body, ElasticBody) and not meshed else body
-        for body in scene.bodies.values()
-    ]
-    contacts = [(contact.left, contact.right, contact.gap, contact.overlap_allowed) for contact in scene.contacts]
-    laws = tuple(None if contact.law.hard else contact.law for contact in scene.contacts)
+    laws = laws_of(scene, method)
+    meshed = any(is_relative(law) for law in laws)
     return (
-        theories(scene),
-        tuple(bodies),
-        tuple(contacts),
-        laws,
+        theories(scene, method),
+        tuple(scene.bodies.values()),
+        tuple(model for _, model in modelled(scene, method)) if meshed else (),
+        scene.contacts,
+        tuple(None if law.hard else law for law in laws),
         scene.duration,
         scene.gravity,
         scene.probes,
@@ -119,7 +106,7 @@ def content(scene: Scene) -> Any:
 _kept: OrderedDict[Any, Reference | None] = OrderedDict()
 
 
-def converged(scene: Scene, budget: float = THOROUGH) -> Reference | None:
+def converged(scene: Scene, method: Method, budget: float = THOROUGH) -> Reference | None:
     """Return the scene solved finer and finer until two answers agree, or None where none converges.
 
     The description is the best that serves: the stepped delay line for laws that are neither hard nor springs, a mesh
@@ -127,27 +114,28 @@ def converged(scene: Scene, budget: float = THOROUGH) -> Reference | None:
     doubles; `uncertainty` says what is known of the last one.
     """
     scene = dataclasses.replace(scene, records=RECORDS)
-    key = (content(scene), budget)
+    key = (content(scene, method), budget)
+    asked = Simulation(scene, method)
     try:
         if key in _kept:
             _kept.move_to_end(key)
             return _kept[key]
     except TypeError:  # a part of a plugin that has no hash
-        return _refined(scene, budget)
-    _kept[key] = _refined(scene, budget)
+        return _refined(asked, budget)
+    _kept[key] = _refined(asked, budget)
     while len(_kept) > MOST_KEPT:
         _kept.popitem(last=False)
     return _kept[key]
 
 
-def _refined(scene: Scene, budget: float) -> Reference | None:
+def _refined(asked: Simulation, budget: float) -> Reference | None:
     """Return the better of two refined answers, or None where none converges.
 
     Two descriptions that share nothing but the physics are refined; where they differ by more than they claim, that
     difference is the uncertainty. An answer that no second one stands beside counts as `UNWITNESSED` times less known.
     """
     found: list[Reference] = []
-    for way in _ways(scene):
+    for way in _ways(asked):
         last, share = None, budget if found else FIRST * budget
         for each, spent in levels(way, share):
             budget -= spent
@@ -162,7 +150,7 @@ def _refined(scene: Scene, budget: float) -> Reference | None:
         return None
     best = min(found, key=lambda each: each.uncertainty)
     other = next((each for each in found if each is not best), None)
-    checked = _less_known(best, UNWITNESSED) if other is None else _beside(best, other, scene)
+    checked = _less_known(best, UNWITNESSED) if other is None else _beside(best, other, asked.scene)
     return checked if is_known(checked) else None
 
 
@@ -196,8 +184,8 @@ def levels(way: Way, budget: float) -> Iterator[tuple[Reference | None, float]]:
     while spent + way.seconds(fineness) <= budget:
         spent += way.seconds(fineness)
         try:
-            fine = way.scene(fineness)
-            runs.append((fineness, simulate.run(fine)))
+            fine, method = way.run(fineness)
+            runs.append((fineness, simulate.run(fine, method)))
         except (ImpactlabError, ArithmeticError):
             return
         found = None
@@ -259,38 +247,40 @@ def differences(coarse: AbstractHistory, fine: AbstractHistory, scene: Scene) ->
     return {name: float(value) for name, value in found.items() if value is not None}
 
 
-def _ways(scene: Scene) -> Iterator[Way]:
+def _ways(asked: Simulation) -> Iterator[Way]:
     """Give the descriptions that may serve a scene, the best first; none where the physics has no single answer."""
     from impactlab.refine.described import has_one_answer
     from impactlab.scene.facts import beams_of, is_a_delay_line, is_coupled, rods_of, split_at_contacts
 
-    if beams_of(scene):
+    if beams_of(asked.scene):
         from impactlab.refine import reference_beams
 
-        yield from reference_beams.every_way(scene)
+        yield from reference_beams.every_way(asked)
         return
-    if not has_one_answer(scene):
+    if not has_one_answer(asked):
         return
-    scene = split_at_contacts(scene)
+    scene = split_at_contacts(asked.scene)
+    asked = Simulation(scene, asked.method)
     rods = rods_of(scene)
     if not rods:
-        yield from _rigid(scene)
+        yield from _rigid(asked)
         return
-    hard = any(contact.law.hard for contact in scene.contacts)
+    hard = any(law.hard for law in laws_of(*asked))
     if not hard and is_a_delay_line(scene):
-        yield _delay_line(scene, len(rods))
+        yield _delay_line(asked, len(rods))
     if hard and not any(is_coupled(rod) for rod in rods):
-        yield _explicit(scene, len(rods))
-    yield _implicit(scene, len(rods), "consistent")
-    yield _implicit(scene, len(rods), "lumped")
+        yield _explicit(asked, len(rods))
+    yield _implicit(asked, len(rods), "consistent")
+    yield _implicit(asked, len(rods), "lumped")
 
 
-def _delay_line(scene: Scene, rods: int) -> Way:
+def _delay_line(asked: Simulation, rods: int) -> Way:
     from impactlab.refine.described import without_places
     from impactlab.refine.descriptions import as_delay_line
     from impactlab.scene.facts import shortest_transit
 
-    shortest, bare = shortest_transit(scene), without_places(scene)
+    scene = asked.scene
+    shortest, bare = shortest_transit(scene), Simulation(without_places(scene), asked.method)
     return Way(
         "stepped delay line, steps in the shortest transit:",
         lambda n: as_delay_line(bare, n),
@@ -298,47 +288,52 @@ def _delay_line(scene: Scene, rods: int) -> Way:
     )
 
 
-def _explicit(scene: Scene, rods: int) -> Way:
+def _explicit(asked: Simulation, rods: int) -> Way:
     from impactlab.refine.descriptions import as_lumped_mesh, is_special
     from impactlab.scene.facts import shortest_transit
 
     # On a rod of one wave speed, and wherever pieces share their elements by travel time without a remainder, waves go
     # one element in a step: no dispersion.
+    scene = asked.scene
     shortest = shortest_transit(scene)
     return Way(
         "lumped mesh at courant 1, elements:",
-        lambda n: as_lumped_mesh(scene, n, 1.0),
+        lambda n: as_lumped_mesh(asked, n, 1.0),
         lambda n: 6e-9 * rods * n * n * scene.duration / shortest,
         order=2.0 if is_special(scene) else 1.0,  # a front that disperses
     )
 
 
-def _implicit(scene: Scene, rods: int, mass: Literal["consistent", "lumped"]) -> Way:
+def _implicit(asked: Simulation, rods: int, mass: Literal["consistent", "lumped"]) -> Way:
     from impactlab.refine.descriptions import as_implicit_mesh
     from impactlab.scene.facts import shortest_transit
 
+    scene = asked.scene
     shortest = shortest_transit(scene)
     return Way(
         f"{mass} mesh at courant 1/2, elements:",
-        lambda n: as_implicit_mesh(scene, n, mass),
+        lambda n: as_implicit_mesh(asked, n, mass),
         lambda n: 16e-9 * rods * n * n * scene.duration / shortest,
-        order=1.0 if scene.force_jumps else 2.0,
+        order=1.0 if force_jumps(*asked) else 2.0,
     )
 
 
-def _rigid(scene: Scene) -> Iterator[Way]:
+def _rigid(asked: Simulation) -> Iterator[Way]:
     from impactlab.refine.contact_times import rise_time
     from impactlab.refine.descriptions import as_adaptive_bodies, as_rigid_bodies
 
-    rises = scene.duration / min((rise_time(scene, contact) for contact in scene.contacts), default=scene.duration)
-    yield Way("rigid bodies, steps:", lambda n: as_rigid_bodies(scene, 20 * n), lambda n: 3e-7 * 20 * n)
+    scene, method = asked
+    rises = scene.duration / min(
+        (rise_time(scene, method, contact) for contact in scene.contacts), default=scene.duration
+    )
+    yield Way("rigid bodies, steps:", lambda n: as_rigid_bodies(asked, 20 * n), lambda n: 3e-7 * 20 * n)
 
     def steps(n: int) -> float:
         return max(10.0, rises) * math.sqrt(n / COARSEST)
 
     yield Way(
         "adaptive steps between located events, level:",
-        lambda n: as_adaptive_bodies(scene, 1e-4 * (COARSEST / n) ** TIGHTER, round(STIFF * steps(n))),
+        lambda n: as_adaptive_bodies(asked, 1e-4 * (COARSEST / n) ** TIGHTER, round(STIFF * steps(n))),
         lambda n: 1e-3 * steps(n),
         order=TIGHTER,
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Iterator
 
@@ -11,7 +10,8 @@ from impactlab.refine.described import described, has_one_answer
 from impactlab.refine.reference import COARSEST, Way
 from impactlab.scene.bodies import Beam, Rod
 from impactlab.scene.facts import beams_of, split_at_contacts
-from impactlab.scene.problem import Scene, StepRule
+from impactlab.scene.method import Simulation, StepRule, force_jumps, laws_of
+from impactlab.scene.problem import Scene
 
 STEPS = 20  # in the shortest of the scene's times, per unit of fineness
 MESHED = 400  # elements behind modes where no closed form is known: they are worked out densely
@@ -24,67 +24,69 @@ def slowest_time(beam: Beam) -> float:
     return max(beam.length**2 * math.sqrt(s.density * s.area / s.bending_stiffness) for s in beam.segments)
 
 
-def scale(scene: Scene) -> float:
+def scale(asked: Simulation) -> float:
     """Return the shortest of the times on which a scene changes [s]: its own, its beams', and those of its contacts."""
     from impactlab.refine.contact_times import rise_time
 
-    contacts = [STEPS * rise_time(scene, contact) for contact in scene.contacts]
+    scene, method = asked
+    contacts = [STEPS * rise_time(scene, method, contact) for contact in scene.contacts]
     return min([scene.duration, *(slowest_time(beam) for beam in beams_of(scene)), *contacts])
 
 
-def is_singular(scene: Scene) -> bool:
+def is_singular(asked: Simulation) -> bool:
     """Return whether a hard contact meets an Euler-Bernoulli beam."""
     return any(
-        isinstance(body := scene.bodies[point.body], Beam) and body.theory == "euler_bernoulli"
-        for contact in scene.contacts
-        if contact.law.hard
+        isinstance(body := asked.scene.bodies[point.body], Beam) and body.theory == "euler_bernoulli"
+        for contact in asked.scene.contacts
+        if asked.method.laws[contact.name].hard
         for point in (contact.left, contact.right)
     )
 
 
-def every_way(scene: Scene) -> Iterator[Way]:
+def every_way(asked: Simulation) -> Iterator[Way]:
     """Give the descriptions that may judge a scene with beams: those of `ways`, and continuous beams.
 
     These go first where fronts count, under hard contacts; alone where a beam goes on for ever, of which the layers of
     a mesh only come near.
     """
-    beams = beams_of(scene)
+    scene, beams = asked.scene, beams_of(asked.scene)
     endless = any(is_endless(beam) for beam in beams)
-    if (endless or any(contact.law.hard for contact in scene.contacts)) and has_one_answer(scene):
+    if (endless or any(law.hard for law in laws_of(*asked))) and has_one_answer(asked):
         continuous = all(is_continuous(beam) for beam in beams) and all(is_a_line(scene, rod) for rod in rods_of(scene))
-        way = _waves(scene)
+        way = _waves(asked)
         if continuous and _serves(way):
             yield way
             if endless:
                 return
-    yield from ways(scene)
+    yield from ways(asked)
 
 
 def _serves(way: Way) -> bool:
     from impactlab.simulate import driver as simulate
 
     try:
-        simulate.prepare(way.scene(COARSEST))
+        simulate.prepare(*way.run(COARSEST))
     except ImpactlabError:
         return False
     return True
 
 
-def ways(scene: Scene) -> Iterator[Way]:
+def ways(asked: Simulation) -> Iterator[Way]:
     """Give the descriptions in coordinates that may serve a scene with beams.
 
     None where a hard contact meets an Euler-Bernoulli beam: the faces then part and meet again the more often the finer
     the description, and nothing converges.
     """
-    if is_singular(scene) or not has_one_answer(scene):
+    scene = asked.scene
+    if is_singular(asked) or not has_one_answer(asked):
         return
     sheared = any(beam.theory == "timoshenko" for beam in beams_of(scene))
     if sheared:  # near a force it gives way over no length at all: modes converge as 1/n, elements at once
-        yield _meshed(scene)
+        yield _meshed(asked)
     if not any(is_lossy(beam) for beam in beams_of(scene)) and all(is_a_line(scene, rod) for rod in rods_of(scene)):
-        yield _modal(scene)
+        yield _modal(asked)
     if not sheared:
-        yield _meshed(scene)
+        yield _meshed(asked)
 
 
 def is_endless(beam: Beam) -> bool:
@@ -129,26 +131,27 @@ def has_closed_modes(beam: Beam) -> bool:
     return True
 
 
-def modal_scene(scene: Scene, modes: int, dt: float) -> Scene:
+def modal_scene(asked: Simulation, modes: int, dt: float) -> Simulation:
     """Return the scene with its beams in so many modes, its rods as delay lines, under exact steps of dt [s]."""
     from impactlab.contact.addition_deletion import AdditionDeletion
     from impactlab.integrators.exact_modal import ExactModal
     from impactlab.models.continuous import Continuous
     from impactlab.models.modal import Modal
 
-    modelled = described(scene, Continuous(), ExactModal(), StepRule(dt=dt), AdditionDeletion())
-    bodies = dict(modelled.bodies)
-    for beam in beams_of(scene):
+    described_by = described(asked, Continuous(), ExactModal(), StepRule(dt=dt), AdditionDeletion())
+    models = dict(described_by.method.models)
+    for beam in beams_of(asked.scene):
         closed = has_closed_modes(beam)
         held = sum({"clamped": 2, "pinned": 1}.get(end.kind, 0) for end in (beam.left, beam.right))
         elements = min(4 * modes, MESHED)
         model = Modal(modes=modes) if closed else Modal(elements=elements, modes=min(modes, 2 * elements - held - 2))
-        bodies[beam.name] = dataclasses.replace(beam, model=model)
-    return dataclasses.replace(modelled, bodies=bodies)
+        models[beam.name] = model
+    return described_by.but(models=models)
 
 
-def _modal(scene: Scene) -> Way:
-    shortest, count = scale(scene), len(beams_of(scene))
+def _modal(asked: Simulation) -> Way:
+    scene = asked.scene
+    shortest, count = scale(asked), len(beams_of(scene))
     lines = min((0.5 * rod.round_trip for rod in rods_of(scene)), default=math.inf)
 
     def dt(n: int) -> float:
@@ -156,17 +159,18 @@ def _modal(scene: Scene) -> Way:
 
     return Way(
         "modes under exact steps:",
-        lambda n: modal_scene(scene, n, dt(n)),
+        lambda n: modal_scene(asked, n, dt(n)),
         lambda n: (3e-7 + 1.5e-9 * count * n) * scene.duration / dt(n),
         order=1.0 if any(beam.theory == "timoshenko" for beam in beams_of(scene)) else 2.0,
     )
 
 
-def _waves(scene: Scene) -> Way:
+def _waves(asked: Simulation) -> Way:
     from impactlab.contact.addition_deletion import AdditionDeletion
     from impactlab.models.continuous import Continuous
 
-    shortest, beams = scale(scene), beams_of(scene)
+    scene = asked.scene
+    shortest, beams = scale(asked), beams_of(scene)
     sheared = [beam for beam in beams if beam.theory == "timoshenko"]
     shortest = min([shortest / STEPS, *(beam.length / beam.segments[0].shear_speed for beam in sheared)])
     spans = [
@@ -181,25 +185,26 @@ def _waves(scene: Scene) -> Way:
 
     return Way(
         "continuous beams, steps in the shortest of the scene's times:",
-        lambda n: described(scene, Continuous(), None, StepRule(dt=shortest / n), AdditionDeletion()),
+        lambda n: described(asked, Continuous(), None, StepRule(dt=shortest / n), AdditionDeletion()),
         seconds,
     )
 
 
-def _meshed(scene: Scene) -> Way:
+def _meshed(asked: Simulation) -> Way:
     from impactlab.contact.addition_deletion import AdditionDeletion
     from impactlab.integrators.midpoint import Midpoint
     from impactlab.models.finite_element import FiniteElement
 
-    shortest, count = scale(scene), sum(isinstance(body, Beam | Rod) for body in scene.bodies.values())
+    scene = asked.scene
+    shortest, count = scale(asked), sum(isinstance(body, Beam | Rod) for body in scene.bodies.values())
 
     def rule(n: int) -> StepRule:
         return StepRule(dt=shortest / (STEPS * n))
 
-    scene = split_at_contacts(scene)
+    meshed = Simulation(split_at_contacts(scene), asked.method)
     return Way(
         "consistent mesh under the midpoint rule, elements:",
-        lambda n: described(scene, FiniteElement(n), Midpoint(), rule(n), AdditionDeletion()),
+        lambda n: described(meshed, FiniteElement(n), Midpoint(), rule(n), AdditionDeletion()),
         lambda n: (3e-7 + 5e-8 * count * n) * STEPS * n * scene.duration / shortest,
-        order=1.0 if scene.force_jumps else 2.0,
+        order=1.0 if force_jumps(*asked) else 2.0,
     )

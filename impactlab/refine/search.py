@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import time as clock
 from collections.abc import Callable
@@ -15,6 +14,7 @@ from impactlab.refine.estimates import MIN_STEPS, estimated, resolves_contacts
 from impactlab.refine.extrapolation import SHOWN_SAFETY
 from impactlab.refine.families import EXACT_ERROR, Family, serving
 from impactlab.refine.quantities import difference
+from impactlab.scene.method import Method, Simulation
 from impactlab.scene.problem import Scene
 from impactlab.simulate.checks import gain_of
 
@@ -50,7 +50,7 @@ class Search:
 
     family: Family
     next: int
-    scene: Scene
+    asked: Simulation
     trials: list[Trial] = field(default_factory=list)
     closed: str = ""
     fails: int = 0  # trials that ended as failed
@@ -98,17 +98,17 @@ class Search:
         return self.family.doubt * self.cost + self.family.setup_s / MOST_CHOOSING
 
 
-def first_guess(scene: Scene) -> Scene:
+def first_guess(scene: Scene, method: Method) -> Simulation:
     """Return the description that facts of its class predict to be the cheapest within the tolerance."""
-    searches, why = searches_of(scene)
+    searches, why = searches_of(Simulation(scene, method))
     if not searches:
         raise _nothing(why, searches)
     search = min(searches, key=lambda each: each.urge)
-    return search.family.scene(search.next)
+    return search.family.run(search.next)
 
 
-def run(scene: Scene, progress: Progress | None = None) -> AbstractHistory:
-    """Return the history of the cheapest description that keeps the scene's tolerance; its ``choice`` says why.
+def run(scene: Scene, method: Method, progress: Progress | None = None) -> AbstractHistory:
+    """Return the history of the cheapest description that keeps the method's tolerance; its ``choice`` says why.
 
     Where the exact solver serves and no stepped description promises to be much faster, it is taken without a trial.
     Else candidates are run, the one with the least predicted cost first, each beside two that are coarser: the
@@ -124,20 +124,21 @@ def run(scene: Scene, progress: Progress | None = None) -> AbstractHistory:
     from impactlab.simulate import driver as simulate
 
     began = clock.perf_counter()
-    tolerance = scene.tolerance or 0.0
-    searches, why = searches_of(scene)
+    tolerance = allowed(method)
+    searches, why = searches_of(Simulation(scene, method))
     failed: list[ImpactlabError] = []
     best = searched(searches, tolerance, failed, progress)
     if best is None:
         raise failed[0] if failed else _nothing(why, searches)
     search, trial = best
     history = trial.history
-    chosen, rungs = search.family.scene(trial.fineness), tuple(ladder(searches, search, trial, why))
+    chosen, rungs = history.method, tuple(ladder(searches, search, trial, why))
     choosing = clock.perf_counter() - began - trial.whole_s
-    simulate.tell(chosen, history)
+    simulate.add_warnings(history)
+    history.scene, history.method = scene, method
     history.choice = Choice(
         tolerance=tolerance,
-        scene=chosen,
+        method=chosen,
         chosen=search.family.words(trial.fineness),
         expected_error=trial.expected,
         estimate=_words_of_estimate(search.family, history),
@@ -237,10 +238,15 @@ def _rung(family: Family, fineness: int, trial: Trial | None, verdict: Verdict, 
     )
 
 
-def searches_of(scene: Scene) -> tuple[list[Search], str]:
+def searches_of(asked: Simulation) -> tuple[list[Search], str]:
     """Return a search for every family that serves a scene, and why the exact solver does not ("" where it does)."""
-    families, why = serving(scene)
-    return [Search(family, family.start_for(scene.tolerance or 0.0), scene) for family in families], why
+    families, why = serving(asked)
+    return [Search(family, family.start_for(allowed(asked.method)), asked) for family in families], why
+
+
+def allowed(method: Method) -> float:
+    """Return the relative error that a method allows; 0 without a tolerance."""
+    return 0.0 if method.tolerance is None else method.tolerance.error
 
 
 def _nothing(why: str, searches: list[Search]) -> CaseError:
@@ -277,7 +283,7 @@ def _tried(search: Search, tolerance: float, progress: Progress | None) -> list[
     family = search.family
     if not family.unit:
         began = clock.perf_counter()
-        trial = Trial(0, simulate.run(family.scene(0), progress), EXACT_ERROR)
+        trial = Trial(0, simulate.run(*family.run(0), progress), EXACT_ERROR)
         trial.whole_s = clock.perf_counter() - began
         search.trials.append(trial)
         search.closed = DONE
@@ -296,7 +302,7 @@ def _run(search: Search, fineness: int, progress: Progress | None) -> Trial:
     from impactlab.simulate import driver as simulate
 
     began = clock.perf_counter()
-    trial = Trial(fineness, simulate.run(search.family.scene(fineness), progress, told=False), math.inf)
+    trial = Trial(fineness, simulate.run(*search.family.run(fineness), progress, with_warnings=False), math.inf)
     trial.whole_s = clock.perf_counter() - began
     search.trials.append(trial)
     search.trials.sort(key=lambda each: each.fineness)
@@ -308,7 +314,7 @@ def _judge(search: Search, tolerance: float) -> None:
     family, trials = search.family, search.trials
     finest = trials[-1]
     estimates = estimated(
-        [(trial.fineness, trial.history) for trial in trials], search.scene, family.order, family.safety
+        [(trial.fineness, trial.history) for trial in trials], search.asked, family.order, family.safety
     )
     doubt = _beyond_witness(search)
     for trial, (apart, estimate) in zip(trials, estimates, strict=True):
@@ -316,7 +322,7 @@ def _judge(search: Search, tolerance: float) -> None:
         gain = gain_of(trial.history) / GAIN
         if gain > max(trial.expected, tolerance):
             trial.expected, trial.reason = gain, f"gains {GAIN * gain:.2g} of the energy at stake"
-        elif not resolves_contacts(trial.history, search.scene):
+        elif not resolves_contacts(trial.history, search.asked):
             trial.expected, trial.reason = math.inf, f"fewer than {MIN_STEPS} steps in a period of contact"
         elif trial.expected > tolerance:
             trial.reason = f"expected error {trial.expected:.2g} beyond the tolerance"
@@ -348,8 +354,9 @@ def _beyond_witness(search: Search) -> float:
     if family.witness is None:
         return 0.0
     # Peak forces stay out: those of an ordinary mesh ring behind a front.
-    scene = dataclasses.replace(family.witness(finest.fineness), tolerance_on=("displacements", "impulses"))
-    apart = difference(finest.history, simulate.run(scene, told=False), scene)
+    scene, method = family.witness(finest.fineness)
+    beside = simulate.run(scene, method, with_warnings=False)
+    apart = difference(finest.history, beside, scene, method.laws, ("displacements", "impulses"))
     return apart if apart > family.witness_error(finest.fineness) else 0.0
 
 

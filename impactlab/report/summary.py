@@ -19,7 +19,8 @@ from impactlab.metrics.collisions import agreements, collisions
 from impactlab.plugins import kind_of
 from impactlab.refine import agreement
 from impactlab.refine.reference import Reference
-from impactlab.scene.bodies import Beam, ElasticBody, Mass, Rod
+from impactlab.scene.bodies import Beam, Mass, Rod
+from impactlab.scene.method import laws_of, modelled
 from impactlab.scene.problem import Scene
 from impactlab.types import Relative
 
@@ -71,16 +72,17 @@ def summarise(
     reference : Reference, or (str, AbstractHistory), optional
         The answer it is judged by, with its uncertainty, or its name and history; without one ``errors`` is null.
     """
-    found = None
+    found, tolerance = None, history.method.tolerance
     if reference is not None:
         found = errors(history, Reference(*reference), scene)
-        agreement.compare(history, agreement.measured_error(found, Reference(*reference), scene))
+        if tolerance is not None:
+            agreement.compare(history, agreement.measured_error(found, Reference(*reference), tolerance.on))
     summary = {
         "schema_version": SCHEMA_VERSION,
         "case": case_name,
         "status": status_of(history),
         "round_trip": scene.round_trip,
-        "method": method(scene, history),
+        "method": method(history),
         "events": [_event(event) for event in history.events],
         "contacts": [_contact(span) for span in history.contacts],
         "collisions": [dataclasses.asdict(each) for each in collisions(scene, history)],
@@ -89,7 +91,7 @@ def summarise(
         "probes": {probe.channel: extremes(history, probe.channel) for probe in scene.probes},
         "errors": found,
         "cost": dataclasses.asdict(history.cost),
-        "choice": None if history.choice is None else history.choice.document(method(scene, history)),
+        "choice": None if history.choice is None else history.choice.document(method(history)),
         "warnings": [{"code": warned.code, "text": warned.text} for warned in history.warnings],
     }
     return {key: plain(value) for key, value in summary.items()}
@@ -118,15 +120,13 @@ def errors(history: AbstractHistory, reference: Reference, scene: Scene) -> dict
     return found | {"reference_uncertainty": reference.uncertainty}
 
 
-def method(scene: Scene, history: AbstractHistory) -> dict[str, Any]:
+def method(history: AbstractHistory) -> dict[str, Any]:
     """Return the models, laws and integrator of the history, and its step [s]; null where there is none or no use."""
-    scene = scene if history.choice is None else history.choice.scene
-    rods = {name: body for name, body in scene.bodies.items() if isinstance(body, ElasticBody)}
-    models = {name: rod.model for name, rod in rods.items() if rod.model is not None}
+    used = history.method if history.choice is None else history.choice.method
     return {
-        "models": {name: describe(model) for name, model in models.items()},
-        "laws": [_law(contact.law) for contact in scene.contacts],
-        "integrator": describe(scene.integrator) if scene.integrator and history.integrator_used else None,
+        "models": {body.name: describe(model) for body, model in modelled(history.scene, used)},
+        "laws": [_law(law) for law in laws_of(history.scene, used)],
+        "integrator": describe(used.integrator) if used.integrator and history.integrator_used else None,
         "dt": history.dt,
     }
 

@@ -1,4 +1,4 @@
-"""What a case describes: bodies, contacts, loads, and the questions asked of them."""
+"""The physics of a case: bodies, contacts, loads, probes. How it is solved stands in `impactlab.scene.method`."""
 
 from impactlab.scene.bodies import (
     Beam,
@@ -16,15 +16,13 @@ from impactlab.scene.bodies import (
     Wall,
     WaveBody,
 )
-from impactlab.scene.problem import COUNTED, RECORDS, Contact, Counted, Point, Probe, Scene, StepRule
+from impactlab.scene.problem import RECORDS, Contact, Point, Probe, Scene
 
 __all__ = [
     "Beam",
     "BeamSegment",
     "Body",
-    "COUNTED",
     "Contact",
-    "Counted",
     "ElasticBody",
     "End",
     "Mass",
@@ -37,7 +35,6 @@ __all__ = [
     "Scene",
     "Segment",
     "Shaft",
-    "StepRule",
     "Table",
     "Wall",
     "WaveBody",

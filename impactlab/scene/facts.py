@@ -1,6 +1,6 @@
 """Questions asked of a scene: its rods and beams, and what a contact works with and against.
 
-Laws learn of their two sides through `SideFacts`; the impedance, masses and stiffness here serve checks, warnings and
+Laws learn of their two sides through `SideFacts`; the impedance and masses here serve checks, warnings and
 the automatic choice.
 """
 
@@ -11,12 +11,11 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from impactlab.scene.bodies import Beam, Body, ElasticBody, Segment, WaveBody
+from impactlab.scene.bodies import Beam, Body, Segment, WaveBody
 from impactlab.scene.problem import Contact, Point, Probe, Scene
 from impactlab.types import SideFacts
 
 SAME_PLACE = 1e-9  # of a segment: a contact this near to its end is on it
-LENGTHS = 100  # elements that a body without a description of its own counts as
 
 
 def rods_of(scene: Scene) -> list[WaveBody]:
@@ -91,29 +90,14 @@ def bare_beam(scene: Scene, point: Point) -> bool:
     return body.bends and not any(end.kind == "mass" and end.value > 0.0 for end in ends)
 
 
-def element_length(body: ElasticBody) -> float:
-    """Return h of the body's description [m]."""
-    return body.length / LENGTHS if body.model is None else body.model.element_length(body)
+def facts_at(scene: Scene, point: Point, element_length: float, velocity_per_force: float = math.nan) -> SideFacts:
+    """Return the facts of one side of a contact, for elements of a length [m]; see `impactlab.scene.method.sides`.
 
-
-def side_facts(scene: Scene, point: Point, velocity_per_force: float = math.nan) -> SideFacts:
-    """Return the facts of one side; room for a reading exists at the ends of a rod only."""
+    Room for a reading exists at the ends of a rod only.
+    """
     body = scene.bodies[point.body]
-    facts = body.side_facts(point.x, math.nan if body.elastic is None else element_length(body.elastic))
+    facts = body.side_facts(point.x, element_length)
     return facts._replace(gravity=scene.gravity if body.falls else 0.0, velocity_per_force=velocity_per_force)
-
-
-def stiffness_of(scene: Scene, contact: Contact) -> float | None:
-    """Return the stiffness of a contact [N/m], inf where it is hard, None where it is no spring."""
-    if contact.law.hard:
-        return math.inf
-    constants = contact.law.spring(side_facts(scene, contact.left), side_facts(scene, contact.right), math.nan)
-    return None if constants is None else constants[0]
-
-
-def stiffness_at(scene: Scene, contact: Contact, overlap: float) -> float | None:
-    """Return how the force of a contact rises with an overlap [m] there [N/m]; None where it is not known."""
-    return contact.law.stiffness_at(overlap, side_facts(scene, contact.left), side_facts(scene, contact.right))
 
 
 def impedance_of(scene: Scene, contact: Contact) -> float:

@@ -1,4 +1,4 @@
-"""What a case describes, in SI and in plain frozen records: the only thing a run is built from.
+"""The physics of a run, in SI and in plain frozen records: bodies, contacts, loads, duration, recorded quantities.
 
 Conventions: x runs from a body's left end to its right end; displacements and velocities are positive to the
 right; gaps are positive when open; contact forces, stresses and strains are positive in compression. Of a beam the
@@ -10,16 +10,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
 
-from impactlab.contact.base import AbstractContactLaw
-from impactlab.integrators.base import AbstractScheme
 from impactlab.scene.bodies import Body, ElasticBody
 
 RECORDS = 20_000  # instants that a run keeps unless the case says otherwise
-Counted = Literal["displacements", "impulses", "peak_forces"]
-COUNTED: tuple[Counted, ...] = ("displacements", "impulses", "peak_forces")
-"""Quantities whose largest relative error counts against a tolerance."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +32,6 @@ class Contact:
     left: Point
     right: Point
     gap: float  # m, at t = 0
-    law: AbstractContactLaw
     overlap_allowed: bool = False
 
     @cached_property
@@ -62,38 +55,19 @@ class Probe:
 
 
 @dataclass(frozen=True)
-class StepRule:
-    """How the step is chosen: exactly one of the three is given."""
-
-    points_per_period: float | None = None  # steps in the shortest period of the method
-    dt: float | None = None  # s
-    courant: float | None = None  # c dt/h
-
-
-@dataclass(frozen=True)
 class Scene:
-    """Everything a run needs. Built by the case file room or by hand."""
+    """Physics, and the quantities that a run records. How it is solved is a `impactlab.scene.method.Method`."""
 
     name: str
     bodies: Mapping[str, Body]
     contacts: tuple[Contact, ...]
     duration: float  # s
-    integrator: AbstractScheme | None
-    step: StepRule
-    events: Literal["dated", "located"] = "dated"
     gravity: float = 0.0  # m/s2, along +x
     probes: tuple[Probe, ...] = ()
     snapshots: tuple[float, ...] = ()  # s
     round_trip: float = float("nan")  # s, of the body named in round_trips_of; NaN without a rod or beam
     records: int = RECORDS  # instants kept: a run of more steps keeps every second, third ... one
     metrics: tuple[str, ...] = ()  # names of metrics of plugins to be measured beside impactlab's own
-    tolerance: float | None = None  # relative error allowed; models and step are then to be chosen
-    tolerance_on: tuple[Counted, ...] = COUNTED  # the quantities whose errors the tolerance bounds
-
-    @property
-    def force_jumps(self) -> bool:
-        """Whether a contact force may jump, by its law or as a front arrives."""
-        return self.fronts_at_start or any(contact.law.force_jumps for contact in self.contacts)
 
     @property
     def fronts_at_start(self) -> bool:

@@ -14,18 +14,12 @@ from typing import TYPE_CHECKING
 from impactlab.errors import CaseError
 
 if TYPE_CHECKING:
-    from impactlab.scene.bodies import ElasticBody
     from impactlab.scene.problem import Scene
 
 MEMORY = 2e9  # bytes
 BUILT = 0.1  # of it, for the matrices and steppers of all bodies
-MESH = 44.0  # numbers a coordinate of a mesh: nodes, materials, three matrices and their factors
-BAND = 9.0  # numbers a coordinate and band
-PORT = 8.0  # numbers a coordinate and contact: its row, its responses
-DENSE = 5.0  # square matrices of the mesh behind modes
 CELL = 14.0  # numbers a cell of a delay line or of a beam's characteristics
 NUMBER = 8.0  # bytes
-MOST_BEAM_MODES = 5000  # analytic ones, 0.15 ms each
 
 
 def memory_limit() -> float:
@@ -67,23 +61,6 @@ def in_bytes(count: float) -> str:
     return f"{count / 1e3:.3g} kB"
 
 
-def check_bodies(scene: Scene) -> None:
-    """Raise `CaseError` where the bodies of a scene in their coordinates are too large; nothing is built for it."""
-    from impactlab.scene.bodies import ElasticBody
-
-    ports = [point.body for contact in scene.contacts for point in (contact.left, contact.right)]
-    adaptive = _is_adaptive(scene)
-    total = 0.0
-    for name, body in scene.bodies.items():
-        if isinstance(body, ElasticBody) and body.model is not None:
-            count, numbers, text = _described(body, ports.count(name))
-            if adaptive:
-                numbers += 3.0 * (2.0 * count) ** 2
-                text += " under an adaptive integrator, whose matrices are full,"
-            total += numbers
-            check_memory(total, f"{text} of '{name}'", f"solve.model{_field(body)}", "Give fewer.")
-
-
 def check_records(scene: Scene, steps: float) -> None:
     """Raise `CaseError` where the records of a run are too large."""
     columns = 1.0 + 6.0 * len(scene.contacts) + len(scene.probes) + len(scene.loaded_ends)
@@ -106,41 +83,3 @@ def check_fields(scene: Scene, state: int, unknowns: Mapping[str, int]) -> None:
 def check_cells(cells: float, name: str) -> None:
     """Raise `CaseError` where a step divides a body that steps by itself into too many cells."""
     check_memory(CELL * cells, f"{cells:.3g} steps in the transit of '{name}'", "solve.step", "Give a longer step.")
-
-
-def _described(body: ElasticBody, ports: int) -> tuple[float, float, str]:
-    """Return coordinates and numbers that a description takes, and its words; zeros where it is not known."""
-    from impactlab.models.finite_element import FiniteElement
-    from impactlab.models.modal import Modal
-
-    model, each = body.model, body.coordinates_per_node
-    if isinstance(model, FiniteElement):
-        elements = max(model.elements, len(body.segments))
-        count = float(each * elements * model.order + each)
-        bands = 4 if each == 2 else model.order + 1
-        text = f"{elements} elements" + (f" of order {model.order}" if model.order > 1 else "")
-        return count, count * (MESH + BAND * bands + PORT * ports), text
-    if isinstance(model, Modal) and model.elements is not None:
-        count = float(each * max(model.elements, len(body.segments)) * model.order + each)
-        modes = min(float(model.modes or count), count)
-        return modes, DENSE * count**2 + PORT * ports * modes, f"{model.elements} elements behind modes"
-    if isinstance(model, Modal):
-        if each == 2 and (model.modes or 1) > MOST_BEAM_MODES:
-            raise CaseError(
-                f"{model.modes} modes of a beam, each of which is sought. Allowed: up to {MOST_BEAM_MODES}",
-                remedy="Give fewer.",
-                path="solve.model.modes",
-            )
-        modes = float(model.modes or 1)
-        return modes, modes * (MESH + PORT * ports), f"{model.modes} modes"
-    return 0.0, 0.0, ""
-
-
-def _field(body: ElasticBody) -> str:
-    return ".modes" if getattr(body.model, "elements", None) is None else ".elements"
-
-
-def _is_adaptive(scene: Scene) -> bool:
-    from impactlab.integrators.base import AbstractAdaptive
-
-    return isinstance(scene.integrator, AbstractAdaptive)

@@ -15,10 +15,11 @@ from impactlab.simulate.stepping.preparation import BuiltBody
 RESOLVED = 3.0  # times what a method tells apart: a contact that is shorter has no shape and no impulse of its own
 
 
-def warnings(scene: Scene, built: Mapping[str, BuiltBody], history: AbstractHistory, dt: float) -> Iterator[Warned]:
-    """Give the warnings of a finished run that concern its beams; arguments as of `resolution.unresolved`."""
+def warnings(history: AbstractHistory, built: Mapping[str, BuiltBody], dt: float) -> Iterator[Warned]:
+    """Give the warnings of a finished run that concern its beams; arguments as of `resolvability.unresolved`."""
+    scene, laws = history.scene, history.method.laws
     for name, body in scene.bodies.items():
-        if doubts := body.theory_doubts(*_shortest(scene, history, name)):
+        if doubts := body.theory_doubts(*_shortest(history, name)):
             text = f"'{name}' has theory euler_bernoulli, and {' and '.join(doubts)}; use theory: timoshenko"
             yield Warned("stocky_beam", text)
     for contact in scene.contacts:
@@ -26,16 +27,17 @@ def warnings(scene: Scene, built: Mapping[str, BuiltBody], history: AbstractHist
         beams = [body for body in bodies if body.bends]
         spans = [span for span in history.contacts if span.contact == contact.name]
         if beams and spans:
-            yield from _singular(contact, beams, spans)
+            if laws[contact.name].hard:
+                yield from _singular(contact, beams, spans)
             yield from _too_short(scene, built, contact, spans, dt)
 
 
-def _shortest(scene: Scene, history: AbstractHistory, name: str) -> tuple[str, float]:
+def _shortest(history: AbstractHistory, name: str) -> tuple[str, float]:
     """Return the shortest contact of a soft law on a body and how long it lasted [s]; inf without one."""
     soft = {
         contact.name
-        for contact in scene.contacts
-        if name in (contact.left.body, contact.right.body) and not contact.law.hard
+        for contact in history.scene.contacts
+        if name in (contact.left.body, contact.right.body) and not history.method.laws[contact.name].hard
     }
     lasted = [(s.end - s.start, s.contact) for s in history.contacts if s.contact in soft and s.end is not None]
     time, contact = min(((time, contact) for time, contact in lasted if time > 0.0), default=(math.inf, ""))
@@ -44,7 +46,7 @@ def _shortest(scene: Scene, history: AbstractHistory, name: str) -> tuple[str, f
 
 def _singular(contact: Contact, beams: Sequence[Body], spans: Sequence[ContactSpan]) -> Iterator[Warned]:
     """Warn of a hard contact on a beam that does not shear: its force starts without bound, as t^-1/2."""
-    if not contact.law.hard or not any(beam.unbounded_first_force for beam in beams):
+    if not any(beam.unbounded_first_force for beam in beams):
         return
     peak = max((span.peak_force or 0.0 for span in spans), default=0.0)
     said = f"the largest force here, {peak:.4g} N," if peak > 0.0 else "its size here"

@@ -13,9 +13,9 @@ from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.plugins import kind_of
 from impactlab.scene.facts import moving_faces
 from impactlab.scene.frame import drift, touched_in
+from impactlab.scene.method import laws_of
 from impactlab.scene.momentum import Seen, balance
 from impactlab.scene.precision import LOST_DIGITS
-from impactlab.scene.problem import Scene
 from impactlab.simulate import beam_warnings
 from impactlab.simulate.pairing import energy_bound
 from impactlab.simulate.resolvability import unresolved
@@ -36,20 +36,19 @@ KEPT_MOMENTUM = 1e-9  # of the momentum in play: schemes keep linear sums to rou
 MANY_KICKS = 100  # of an impulse law, from which the count says nothing any more
 
 
-def warn(
-    scene: Scene, ports: Sequence[Port], built: Mapping[str, BuiltBody], history: AbstractHistory, dt: float = 0.0
-) -> None:
-    """Add the warnings that only the finished run can tell."""
-    history.warnings.extend(unresolved(scene, built, history, dt))
-    history.warnings.extend(unplaced(scene, built, history, dt))
-    history.warnings.extend(beam_warnings.warnings(scene, built, history, dt))
-    history.warnings.extend(overlapping(scene, history))
+def warn(history: AbstractHistory, ports: Sequence[Port], built: Mapping[str, BuiltBody], dt: float = 0.0) -> None:
+    """Add the warnings that only a finished run can give; ``dt`` is 0 where steps are chosen by an error estimate."""
+    scene, laws = history.scene, history.method.laws
+    history.warnings.extend(unresolved(history, built, dt))
+    history.warnings.extend(unplaced(history, built, dt))
+    history.warnings.extend(beam_warnings.warnings(history, built, dt))
+    history.warnings.extend(overlapping(history))
     for span in history.contacts:
         if span.kicks is not None and span.kicks > MANY_KICKS:
             text = f"{span.contact}: {span.kicks} kicks; the count follows the step, so read the total, not the first"
             history.warnings.append(Warned("chatter", text))
     for contact, port in zip(scene.contacts, ports, strict=True):
-        for noted in contact.law.noted:
+        for noted in laws[contact.name].noted:
             if count := int(port.memory[noted.slot]):
                 text = f"{contact.name}: {noted.text.format(count=count)}"
                 history.warnings.append(Warned(noted.code, text))
@@ -68,16 +67,16 @@ def warn(
         history.warnings.append(Warned("energy_loss", text))
     if scene.round_trip > 0.0:
         for contact in scene.contacts:
-            graze = near_grazing if contact.law.answers_force else grazing_kick
+            graze = near_grazing if laws[contact.name].answers_force else grazing_kick
             if (text_or_none := graze(history, contact.name, scene.round_trip, dt)) is not None:
                 history.warnings.append(Warned("near_grazing", text_or_none))
 
 
-def overlapping(scene: Scene, history: AbstractHistory) -> Iterator[Warned]:
+def overlapping(history: AbstractHistory) -> Iterator[Warned]:
     """Give a warning for each hard contact whose faces overlap by a tenth of what they travel, or more."""
-    t, touched = np.linspace(0.0, history.duration, 2001), touched_in(history)
+    scene, t, touched = history.scene, np.linspace(0.0, history.duration, 2001), touched_in(history)
     for contact in scene.contacts:
-        if not contact.law.hard:
+        if not history.method.laws[contact.name].hard:
             continue
         deepest = -float(np.min(history.evaluate(t, f"gap:{contact.name}"))) + min(0.0, contact.gap)
         moving = moving_faces(scene, contact.left, contact.right)
@@ -90,12 +89,12 @@ def overlapping(scene: Scene, history: AbstractHistory) -> Iterator[Warned]:
 
 def raise_failure(status: int, assembly: Assembly, history: AbstractHistory) -> None:
     """Raise `StepError` where the run ended early or its energy grew beyond what the pairing declares."""
-    time, step = assembly.clock.time, assembly.clock.step
+    time, step, laws = assembly.clock.time, assembly.clock.step, laws_of(assembly.scene, assembly.acting)
     if status == loop.LAW_FAILED:
         raised = next((law.raised for law in assembly.laws if law.raised is not None), None)
         failed = [
-            f"{contact.name}: {contact.law.why_failed}"
-            for contact, reply in zip(assembly.scene.contacts, assembly.replies, strict=True)
+            f"{contact.name}: {law.why_failed}"
+            for contact, law, reply in zip(assembly.scene.contacts, laws, assembly.replies, strict=True)
             if reply.failed
         ]
         text = (
@@ -122,19 +121,20 @@ def raise_failure(status: int, assembly: Assembly, history: AbstractHistory) -> 
         )
     check_losses(assembly, history)
     check_momentum(assembly, history)
-    bound = energy_bound(assembly.scene, assembly.integrator, self_stepping(assembly.built))
-    cut = assembly.scene.events == "dated" and assembly.integrator.any_dt
-    own = dict.fromkeys(contact.law.gain_remedy for contact in assembly.scene.contacts if contact.law.gain_remedy)
+    bound = energy_bound(assembly.scene, assembly.acting, assembly.integrator, self_stepping(assembly.built))
+    cut = assembly.method.events == "dated" and assembly.integrator.any_dt
+    own = dict.fromkeys(law.gain_remedy for law in laws if law.gain_remedy)
     remedy = " ".join(own) or f"Give a smaller step, or a softer contact{', or events: located' if cut else ''}."
     check_gain(history, bound, time, step, remedy)
 
 
 def check_losses(assembly: Assembly, history: AbstractHistory) -> None:
     """Raise `StepError` where a law replied losses below zero: energy from nowhere that its book takes for balanced."""
-    for contact, record in zip(assembly.scene.contacts, assembly.contacts, strict=True):
+    laws = laws_of(assembly.scene, assembly.acting)
+    for contact, law, record in zip(assembly.scene.contacts, laws, assembly.contacts, strict=True):
         if -record.negative > NEGATIVE_LOSS * energy_at_stake(history):
             raise StepError(
-                f"{contact.name}: law '{kind_of(contact.law)}' replied losses of {record.negative:.6g} J, below zero",
+                f"{contact.name}: law '{kind_of(law)}' replied losses of {record.negative:.6g} J, below zero",
                 time=assembly.clock.time,
                 step=assembly.clock.step,
                 history=history,

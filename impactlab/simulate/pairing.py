@@ -10,9 +10,10 @@ from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import PairingError
 from impactlab.exact.contact_kinds import massless
 from impactlab.integrators.base import AbstractAdaptive, AbstractIntegrator
-from impactlab.models.base import Operators
+from impactlab.models.base import AbstractRodModel, Operators
 from impactlab.plugins import kind_of, parts_inside
-from impactlab.scene.bodies import Body
+from impactlab.scene.bodies import ElasticBody
+from impactlab.scene.method import Method, laws_of, modelled
 from impactlab.scene.problem import Contact, Scene
 from impactlab.types import Level
 
@@ -27,7 +28,9 @@ def check_law(law: AbstractContactLaw, integrator: AbstractIntegrator, path: str
         )
 
 
-def check_heavy_faces(scene: Scene, integrator: AbstractIntegrator, own: Collection[str] = ()) -> list[str]:
+def check_heavy_faces(
+    scene: Scene, method: Method, integrator: AbstractIntegrator, own: Collection[str] = ()
+) -> list[str]:
     """Return the contacts that a position constraint holds where both faces have mass; raise where none can.
 
     Two masses that meet jump; a constraint on positions does not say how they part. ``own`` are the names of bodies
@@ -35,7 +38,8 @@ def check_heavy_faces(scene: Scene, integrator: AbstractIntegrator, own: Collect
     """
     found = []
     for number, contact in enumerate(scene.contacts):
-        if not contact.law.holds_position or massless(scene, contact.left) or massless(scene, contact.right):
+        law = method.laws[contact.name]
+        if not law.holds_position or massless(scene, contact.left) or massless(scene, contact.right):
             continue
         if integrator.projects_first:
             raise PairingError(
@@ -44,7 +48,7 @@ def check_heavy_faces(scene: Scene, integrator: AbstractIntegrator, own: Collect
                 remedy="Use law velocity_complementarity or penalty, or integrator moreau_jean.",
                 path=f"contacts.{number}.law",
             )
-        if integrator.load_point > 0.0 and scene.events == "dated" and not on_continuous_beam(scene, contact, own):
+        if integrator.load_point > 0.0 and method.events == "dated" and not on_continuous_beam(scene, contact, own):
             found.append(contact.name)
     return found
 
@@ -85,39 +89,38 @@ def check_system(integrator: AbstractIntegrator, body: str, system: Operators) -
         )
 
 
-def constraint_gains(scene: Scene, contact: Contact, integrator: AbstractIntegrator, own: Collection[str] = ()) -> bool:
+def constraint_gains(
+    scene: Scene, method: Method, contact: Contact, integrator: AbstractIntegrator, own: Collection[str] = ()
+) -> bool:
     """Return whether a hard position constraint gains energy without bound; ``own``: bodies that step by themselves."""
-    gains = contact.law.holds_position and not integrator.jump_in_force and scene.events == "dated"
-    return gains and not on_continuous_beam(scene, contact, own)
+    holds = method.laws[contact.name].holds_position and method.events == "dated"
+    return holds and not integrator.jump_in_force and not on_continuous_beam(scene, contact, own)
 
 
-def energy_bound(scene: Scene, integrator: AbstractIntegrator, own: Collection[str] = ()) -> float:
+def energy_bound(scene: Scene, method: Method, integrator: AbstractIntegrator, own: Collection[str] = ()) -> float:
     """Return the largest energy gain, over the initial energy, that the parts of a scene declare.
 
     ``own`` are the names of bodies that step by themselves.
     """
     # A touch within 1e-6 of a step from its end is not cut: a hard law finds the faces that little apart.
-    bound = (1e-9 if scene.events == "dated" else 1e-6) + integrator.gains_energy
-    bound += sum(gains_of(body) for body in scene.bodies.values())
+    bound = (1e-9 if method.events == "dated" else 1e-6) + integrator.gains_energy
+    bound += sum(gains_of(body, model) for body, model in modelled(scene, method))
     for contact in scene.contacts:
-        if constraint_gains(scene, contact, integrator, own):
+        if constraint_gains(scene, method, contact, integrator, own):
             return math.inf
-        bound += contact.law.gains_energy
+        bound += method.laws[contact.name].gains_energy
     return bound
 
 
-def gains_of(body: Body) -> float:
+def gains_of(body: ElasticBody, model: AbstractRodModel) -> float:
     """Return the energy gain that a body's description declares: of the parts inside it, of a beam its rounding."""
-    model = None if body.elastic is None else body.elastic.model
-    if body.elastic is None or model is None:
-        return 0.0
     inside = sum(part.gains_energy for part in parts_inside(model) if isinstance(part, AbstractBasis))
-    return inside + (body.mesh_rounding(model.element_length(body.elastic)) if model.has_mesh else 0.0)
+    return inside + (body.mesh_rounding(model.element_length(body)) if model.has_mesh else 0.0)
 
 
-def check_events(scene: Scene, integrator: AbstractIntegrator, own: Collection[str]) -> None:
+def check_events(scene: Scene, method: Method, integrator: AbstractIntegrator, own: Collection[str]) -> None:
     """Raise `PairingError` where events cannot be located; ``own``: bodies that step by themselves."""
-    if scene.events != "located":
+    if method.events != "located":
         return
     if not integrator.any_dt:
         raise PairingError(
@@ -132,26 +135,26 @@ def check_events(scene: Scene, integrator: AbstractIntegrator, own: Collection[s
                 remedy="Use modal for this body, or events: dated.",
                 path="solve.events",
             )
-    for number, contact in enumerate(scene.contacts):
-        if contact.law.fixed_step:
+    for number, law in enumerate(laws_of(scene, method)):
+        if law.fixed_step:
             raise PairingError(
-                f"events: located cuts steps, and law '{kind_of(contact.law)}' counts on steps of one length",
+                f"events: located cuts steps, and law '{kind_of(law)}' counts on steps of one length",
                 remedy="Use addition_deletion, penalty or impulse_momentum, or events: dated.",
                 path=f"contacts.{number}.law",
             )
 
 
-def check_smooth(scene: Scene, integrator: AbstractAdaptive, own: Collection[str]) -> None:
+def check_smooth(scene: Scene, method: Method, integrator: AbstractAdaptive, own: Collection[str]) -> None:
     """Raise `PairingError` where an adaptive integrator cannot serve the laws or descriptions of a scene.
 
     ``own`` are the names of bodies that step by themselves.
     """
     name = kind_of(integrator)
-    for number, contact in enumerate(scene.contacts):
-        if not contact.law.smooth:
+    for number, law in enumerate(laws_of(scene, method)):
+        if not law.smooth:
             raise PairingError(
                 f"integrator '{name}' needs a force that follows from gap and gap rate alone, and law "
-                f"'{kind_of(contact.law)}' gives none",
+                f"'{kind_of(law)}' gives none",
                 remedy="Use penalty, or integrator newmark, central_difference or exact_modal.",
                 path=f"contacts.{number}.law",
             )

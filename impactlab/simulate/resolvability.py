@@ -8,7 +8,8 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from impactlab.history.base import AbstractHistory, Warned
-from impactlab.scene.facts import impedance_of, stiffness_at, stiffness_of, striker_of
+from impactlab.scene.facts import impedance_of, striker_of
+from impactlab.scene.method import Method, is_relative, stiffness_at, stiffness_of
 from impactlab.scene.problem import Contact, Scene
 from impactlab.simulate.stepping.preparation import BuiltBody
 
@@ -18,25 +19,23 @@ LOOKS = 2001  # at the gap of a run
 LOADED = 0.01  # of the energy, a tenth of its speeds: from here on what an initial overlap holds is worth resolving
 
 
-def unresolved(scene: Scene, built: Mapping[str, BuiltBody], history: AbstractHistory, dt: float) -> Iterator[Warned]:
+def unresolved(history: AbstractHistory, built: Mapping[str, BuiltBody], dt: float) -> Iterator[Warned]:
     """Give the warnings of contacts that happened and that the method cannot resolve.
 
     Parameters
     ----------
-    scene : Scene
-        With the laws that acted.
-    built : mapping
-        Its bodies in their coordinates.
     history : AbstractHistory
-        What came of it.
+        The run, with its scene and method.
+    built : mapping
+        Bodies in their coordinates.
     dt : float
         Step [s]; 0 where it is chosen by an error estimate.
     """
     touched = {event.contact for event in history.events}
-    for contact in scene.contacts:
+    for contact in history.scene.contacts:
         if contact.name in touched:
-            yield from _too_coarse(scene, built, contact, history, dt)
-            yield from _too_soft(scene, contact)
+            yield from _too_coarse(history, built, contact, dt)
+            yield from _too_soft(history.scene, history.method, contact)
 
 
 def apart(scene: Scene, built: Mapping[str, BuiltBody], contact: Contact, dt: float) -> float:
@@ -49,9 +48,9 @@ def apart(scene: Scene, built: Mapping[str, BuiltBody], contact: Contact, dt: fl
 
 
 def _too_coarse(
-    scene: Scene, built: Mapping[str, BuiltBody], contact: Contact, history: AbstractHistory, dt: float
+    history: AbstractHistory, built: Mapping[str, BuiltBody], contact: Contact, dt: float
 ) -> Iterator[Warned]:
-    stiffness = _stiffness(scene, contact, history)
+    scene, stiffness = history.scene, _stiffness(history, contact)
     impedance, mass = impedance_of(scene, contact), striker_of(scene, contact)
     if not stiffness:
         return
@@ -75,21 +74,19 @@ def _too_coarse(
         yield Warned("coarse_contact", text)
 
 
-def _stiffness(scene: Scene, contact: Contact, history: AbstractHistory) -> float | None:
+def _stiffness(history: AbstractHistory, contact: Contact) -> float | None:
     """Return the stiffness of a contact [N/m]; of a law that stiffens, that at its deepest overlap in the run."""
-    known = stiffness_of(scene, contact)
+    known = stiffness_of(history.scene, history.method, contact)
     if known is not None:
         return known
     gap = history.evaluate(np.linspace(0.0, history.duration, LOOKS), f"gap:{contact.name}")
-    return stiffness_at(scene, contact, max(0.0, -contact.gap, -float(np.min(gap))))
+    return stiffness_at(history.scene, history.method, contact, max(0.0, -contact.gap, -float(np.min(gap))))
 
 
-def _too_soft(scene: Scene, contact: Contact) -> Iterator[Warned]:
+def _too_soft(scene: Scene, method: Method, contact: Contact) -> Iterator[Warned]:
     """Warn of a spring that stands for a hard contact, its stiffness taken from a mesh, and gives way like a body."""
-    from impactlab.refine.described import is_relative
-
-    stiffness = stiffness_of(scene, contact)
-    if stiffness is None or not is_relative(contact):
+    stiffness = stiffness_of(scene, method, contact)
+    if stiffness is None or not is_relative(method.laws[contact.name]):
         return
     pliancy = 0.0
     for point in (contact.left, contact.right):

@@ -9,8 +9,9 @@ import numpy as np
 
 from impactlab.history.base import AbstractHistory, ContactSpan, Warned
 from impactlab.metrics.norms import midpoints
-from impactlab.scene.facts import impedance_of, moving_faces, stiffness_of
+from impactlab.scene.facts import impedance_of, moving_faces
 from impactlab.scene.frame import drift, touched_in
+from impactlab.scene.method import Method, is_relative, stiffness_of
 from impactlab.scene.problem import Contact, Scene
 from impactlab.simulate.resolvability import COARSE, apart
 from impactlab.simulate.stepping.preparation import BuiltBody
@@ -24,28 +25,27 @@ AT_REST = 0.05  # of the way of the body's other faces: a face that moves less h
 LOOKS = 2000  # at the displacement of a face
 
 
-def unplaced(scene: Scene, built: Mapping[str, BuiltBody], history: AbstractHistory, dt: float) -> Iterator[Warned]:
+def unplaced(history: AbstractHistory, built: Mapping[str, BuiltBody], dt: float) -> Iterator[Warned]:
     """Give the warnings of touches that shift, displace or move what comes after them, all from the run itself.
 
     Parameters
     ----------
-    scene : Scene
-        With the laws that acted.
-    built : mapping
-        Its bodies in their coordinates.
     history : AbstractHistory
-        What came of it.
+        The run, with its scene and method.
+    built : mapping
+        Bodies in their coordinates.
     dt : float
         Step [s]; 0 where it is chosen by an error estimate.
     """
+    scene, method = history.scene, history.method
     if not 0.0 < scene.round_trip < math.inf:
         return
     tells = {contact.name: apart(scene, built, contact, dt) for contact in scene.contacts}
     touches = {contact.name: _touches(scene, contact, history) for contact in scene.contacts}
     yield from _shifted(scene, tells, touches)
     ways = _ways(scene, history)
-    yield from _displaced(scene, tells, touches, ways)
-    yield from _chattering(scene, tells, history, ways)
+    yield from _displaced(scene, method, tells, touches, ways)
+    yield from _chattering(history, tells, ways)
 
 
 def _touches(scene: Scene, contact: Contact, history: AbstractHistory) -> list[tuple[float, float | None]]:
@@ -108,6 +108,7 @@ def _mean(values: Array) -> float:
 
 def _displaced(
     scene: Scene,
+    method: Method,
     tells: Mapping[str, float],
     touches: Mapping[str, Sequence[tuple[float, float | None]]],
     ways: Mapping[str, Mapping[str, Array]],
@@ -121,7 +122,7 @@ def _displaced(
     """
     late: dict[str, list[float]] = {}  # of each body: to within which time its touches and partings are known [s]
     for contact in scene.contacts:
-        if not contact.law.force_jumps:
+        if not method.laws[contact.name].force_jumps:
             continue  # next to no force acts around a touch whose time is in doubt
         for point in (contact.left, contact.right):
             found = [end for touch in touches[contact.name] for end in touch if end]  # that at t = 0 is given
@@ -140,7 +141,7 @@ def _displaced(
 
 
 def _chattering(
-    scene: Scene, tells: Mapping[str, float], history: AbstractHistory, ways: Mapping[str, Mapping[str, Array]]
+    history: AbstractHistory, tells: Mapping[str, float], ways: Mapping[str, Mapping[str, Array]]
 ) -> Iterator[Warned]:
     """Warn where touches that a method cannot resolve pass on more than what is left of the motion of a face.
 
@@ -148,11 +149,12 @@ def _chattering(
     be none at all. That changes the velocity of a free body of mass M by J/M from there on; of one that is held, for
     half a round trip. Several add up in squares.
     """
+    scene = history.scene
     passed: dict[str, list[float]] = {}  # of each body: square means of what the touches displace it by [m]
     counts: dict[str, tuple[int, int]] = {}
     for contact in scene.contacts:
         spans = _spans(contact, history)
-        found = list(_unresolved(spans, RESOLVED * (tells[contact.name] + _delay(scene, contact))))
+        found = list(_unresolved(spans, RESOLVED * (tells[contact.name] + _delay(scene, history.method, contact))))
         for point in (contact.left, contact.right):
             body = scene.bodies[point.body]
             if not body.moves:
@@ -179,15 +181,14 @@ def _chattering(
         yield Warned("chatter", text)
 
 
-def _delay(scene: Scene, contact: Contact) -> float:
+def _delay(scene: Scene, method: Method, contact: Contact) -> float:
     """Return the time [s] by which a spring that stands for a hard contact delays its force: impedance over stiffness.
 
     A spring that is physics, given in N/m, delays what it should.
     """
-    from impactlab.refine.described import is_relative
-
-    stiffness, impedance = stiffness_of(scene, contact), impedance_of(scene, contact)
-    return impedance / stiffness if stiffness and impedance < math.inf and is_relative(contact) else 0.0
+    stiffness, impedance = stiffness_of(scene, method, contact), impedance_of(scene, contact)
+    relative = is_relative(method.laws[contact.name])
+    return impedance / stiffness if stiffness and impedance < math.inf and relative else 0.0
 
 
 def _unresolved(spans: Sequence[ContactSpan], limit: float) -> Iterator[tuple[float, float]]:

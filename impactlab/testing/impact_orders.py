@@ -14,14 +14,13 @@ from impactlab.integrators.midpoint import Midpoint
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.scene.bodies import Body, End, Mass, Rod, Segment
-from impactlab.scene.problem import Contact, Point, Scene, StepRule
+from impactlab.scene.method import StepRule
 from impactlab.simulate import driver as simulate
+from impactlab.testing.scenes import STEEL, mass_on_rod
 from impactlab.types import Array
 
-PIECE = Segment(0.3, 9e-4, 2.1e11, 7900.0)
 ELEMENTS, POINTS = 8, 150
-SPRING = 0.5 * PIECE.young * PIECE.area * ELEMENTS / PIECE.length
+SPRING = 0.5 * STEEL.young * STEEL.area * ELEMENTS / STEEL.length
 LINEAR = Penalty(SPRING)
 STEPS = (16, 64)  # between two points; the second four times finer
 
@@ -33,14 +32,9 @@ def positions(integrator: AbstractScheme, steps: int, law: AbstractContactLaw = 
     """
     needs_modes = isinstance(integrator, AbstractIntegrator) and integrator.needs_modes
     model: AbstractRodModel = Modal(ELEMENTS, None, "lumped") if needs_modes else FiniteElement(ELEMENTS, "lumped")
-    rod = Rod("rod", (PIECE,), End("free"), End("clamped"), model=model)
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0, law)
-    duration = 2.5 * rod.round_trip
-    bodies: dict[str, Body] = {"hammer": Mass("hammer", PIECE.mass, 1.0), "rod": rod}
-    fixed = isinstance(integrator, AbstractIntegrator)
+    fixed, duration = isinstance(integrator, AbstractIntegrator), 2.5 * 2.0 * STEEL.length / STEEL.wave_speed
     step = StepRule(dt=duration / (POINTS * steps)) if fixed else StepRule(points_per_period=10.0)
-    scene = Scene("struck", bodies, (contact,), duration, integrator, step, round_trip=rod.round_trip)
-    history = simulate.run(scene)
+    history = simulate.run(*mass_on_rod(model, law, integrator, step, round_trips=2.5))
     assert [event.kind for event in history.events] == ["close", "open"]
     return history.evaluate(np.linspace(0.0, duration, POINTS + 1), "position:hammer")
 

@@ -25,11 +25,12 @@ from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
 from impactlab.numerics.banded import full
 from impactlab.plugins import BASES, INTEGRATORS, LAWS, MODELS, Group, kind_of
-from impactlab.scene.bodies import Body, End, Mass, Rod
-from impactlab.scene.problem import Contact, Point, Scene, StepRule
+from impactlab.scene.bodies import End, Rod
+from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import driver as simulate
 from impactlab.simulate.pairing import energy_bound
 from impactlab.testing.contracts import PIECE, AdaptiveContract, IntegratorContract
+from impactlab.testing.scenes import mass_on_rod, simulation
 from impactlab.testing.trace import run_in_cuts, trace
 
 ROUNDING = 1e-11  # of the energy, in a thousand steps of some coordinates
@@ -58,9 +59,7 @@ def measured(name: str, unit: str, take: Callable[[], Measured]) -> Measured:
         return Measured(name, None, unit, ok=False, remark=f"{type(error).__name__}: {str(error)[:200]}")
 
 
-def clamped(model: AbstractRodModel) -> Rod:
-    """Return a steel rod, its left end free and its right end clamped."""
-    return Rod("rod", (PIECE,), End("free"), End("clamped"), model=model)
+CLAMPED = Rod("rod", (PIECE,), End("free"), End("clamped"))
 
 
 def struck(
@@ -70,28 +69,18 @@ def struck(
     points: float = 10.0,
     trips: float = 3.0,
     weight: float = 1.0,
-) -> Scene:
+) -> Simulation:
     """Return the paper's impact: a mass of ``weight`` rods strikes a clamped rod at 1 m/s."""
-    rod = clamped(model)
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0, law)
-    bodies: dict[str, Body] = {"hammer": Mass("hammer", weight * PIECE.mass, 1.0), "rod": rod}
-    return Scene(
-        "struck",
-        bodies,
-        (contact,),
-        trips * rod.round_trip,
-        integrator,
-        StepRule(points_per_period=points),
-        round_trip=rod.round_trip,
-    )
+    rule = StepRule(points_per_period=points)
+    return mass_on_rod(model, law, integrator, rule, mass_ratio=weight, round_trips=trips)
 
 
-def walked(scene: Scene) -> AbstractHistory:
-    """Return the history of a scene, also where its energy grows: here that is what one looks at."""
-    return run_in_cuts(scene, lambda step: step + 100_000)
+def walked(simulation: Simulation) -> AbstractHistory:
+    """Return the history of a run, also where its energy grows: here that is what one looks at."""
+    return run_in_cuts(simulation, lambda step: step + 100_000)
 
 
-def step_time(scene: Scene) -> tuple[float, int]:
+def step_time(simulation: Simulation) -> tuple[float, int]:
     """Return what a step more costs [s], and of how many steps that was found.
 
     From runs of one and of three durations, each the fastest of a few: what a run costs once does not count.
@@ -100,7 +89,7 @@ def step_time(scene: Scene) -> tuple[float, int]:
     for factor in (1.0, 3.0):
         times, steps = [], 0
         for _ in range(REPEATS):
-            history = simulate.run(dataclasses.replace(scene, duration=factor * scene.duration))
+            history = simulate.run(*simulation.but(duration=factor * simulation.scene.duration))
             times.append(history.cost.solve_s)
             steps = history.cost.steps
         found.append((min(times), steps))
@@ -174,9 +163,8 @@ def of_stepping(part: AbstractIntegrator) -> Iterator[Measured]:
 
     def cost() -> Measured:
         model = Modal(None, 200) if part.needs_modes else FiniteElement(400, "lumped")
-        rod = dataclasses.replace(clamped(model), displacement=lambda x: 1e-6 * np.cos(0.5 * np.pi * x / PIECE.length))
-        scene = Scene("free", {"rod": rod}, (), 4.0 * rod.round_trip, part, StepRule(points_per_period=10.0))
-        spent, steps = step_time(scene)
+        rod = dataclasses.replace(CLAMPED, displacement=lambda x: 1e-6 * np.cos(0.5 * np.pi * x / PIECE.length))
+        spent, steps = step_time(simulation("free", {"rod": rod}, (), 4.0 * rod.round_trip, part, model=model))
         n_dof = model.build(rod, 0.0).operators().load.size
         return Measured("", 1e9 * spent / n_dof, remark=f"{n_dof} coordinates, {steps} steps")
 
@@ -192,7 +180,7 @@ def partners(law: AbstractContactLaw) -> tuple[AbstractIntegrator, AbstractRodMo
     for integrator in (Newmark(), CentralDifference(), ExactModal()):
         for model in (Modal(None, 40), FiniteElement(40, "lumped")):
             try:
-                simulate.prepare(struck(model, law, integrator))
+                simulate.prepare(*struck(model, law, integrator))
             except (PairingError, CaseError) as error:
                 refusal = refusal or error
             else:
@@ -206,8 +194,8 @@ def of_law(part: AbstractContactLaw) -> Iterator[Measured]:
 
     def energy(gained: bool) -> Measured:
         integrator, model = partners(part)
-        scene = struck(model, part, integrator)
-        book, bound = trace(scene).history.energy, energy_bound(scene, integrator)
+        impact = struck(model, part, integrator)
+        book, bound = trace(impact).history.energy, energy_bound(*impact, integrator)
         remark = f"mass on a clamped rod, alpha 1, {kind_of(model)}, {kind_of(integrator)}"
         if not gained:
             return Measured("", book.largest_loss, remark=remark + "; beyond what is booked as lost")
@@ -228,12 +216,12 @@ def of_law(part: AbstractContactLaw) -> Iterator[Measured]:
     def cost() -> Measured:
         integrator, _ = partners(part)
         model = FiniteElement(10, "lumped") if integrator.needs_diagonal_mass else Modal(None, 10)
-        scene = struck(model, part, integrator, 20.0, 30.0, weight=1e4)  # stays in contact
+        impact = struck(model, part, integrator, 20.0, 30.0, weight=1e4)  # stays in contact
         try:
-            with_law, steps = step_time(scene)
+            with_law, steps = step_time(impact)
         except StepError as error:
             return Measured("", None, remark=f"the timed run ended: {error.text}"[:200])
-        without, _ = step_time(dataclasses.replace(scene, contacts=()))
+        without, _ = step_time(impact.but(contacts=()))
         return Measured("", 1e9 * (with_law - without), remark=f"{steps} steps, over the same without contact")
 
     yield measured("largest gain of energy", "1", lambda: energy(True))
@@ -246,10 +234,9 @@ def of_model(part: AbstractRodModel) -> Iterator[Measured]:
     """Give the figures of a rod model."""
 
     def lowest(model: AbstractRodModel) -> float:
-        rod = clamped(model)
-        system = model.build(rod, 0.0).operators()
+        system = model.build(CLAMPED, 0.0).operators()
         found = float(np.sqrt(eigh(full(system.stiffness), full(system.mass), eigvals_only=True)[0]))
-        own = model.exact_frequencies(rod, 1)
+        own = model.exact_frequencies(CLAMPED, 1)
         exact = 0.5 * math.pi * PIECE.wave_speed / PIECE.length if own is None else float(own[0])
         return found / exact - 1.0
 
@@ -265,21 +252,20 @@ def of_model(part: AbstractRodModel) -> Iterator[Measured]:
         times = []
         for _ in range(REPEATS):
             began = clock.perf_counter()
-            part.build(clamped(part), 0.0).operators()
+            part.build(CLAMPED, 0.0).operators()
             times.append(clock.perf_counter() - began)
         return Measured("", 1e3 * min(times))
 
     def cost() -> Measured:
-        scene = dataclasses.replace(struck(part, AdditionDeletion(), Newmark()), contacts=(), duration=1e-3)
-        spent, steps = step_time(scene)
-        n_dof = part.build(clamped(part), 0.0).operators().load.size
+        spent, steps = step_time(struck(part, AdditionDeletion(), Newmark()).but(contacts=(), duration=1e-3))
+        n_dof = part.build(CLAMPED, 0.0).operators().load.size
         return Measured("", 1e9 * spent / n_dof, remark=f"newmark, {n_dof} coordinates, {steps} steps")
 
     def exact() -> Measured:
         times = []
         for _ in range(1 + REPEATS):  # the first may compile
             began = clock.perf_counter()
-            simulate.run(struck(part, AdditionDeletion(), None))
+            simulate.run(*struck(part, AdditionDeletion(), None))
             times.append(clock.perf_counter() - began)
         return Measured("", 1e3 * min(times), remark="the paper's impact, from event to event")
 
@@ -297,12 +283,12 @@ def of_basis(part: AbstractBasis) -> Iterator[Measured]:
     faces = (Face(0.0, 0, PIECE.mass),)
 
     def system(modes: int) -> tuple[AbstractDiscreteModel, Operators]:
-        model = Modal(100, modes, basis=part).build(clamped(Modal(100)), 0.0, faces)
+        model = Modal(100, modes, basis=part).build(CLAMPED, 0.0, faces)
         return model, model.operators()
 
     def frequency() -> Measured:
         found = np.sqrt(system(12)[1].stiffness[0, 3])
-        full_mesh = np.sqrt(Modal(100).build(clamped(Modal(100)), 0.0).operators().stiffness[0, 3])
+        full_mesh = np.sqrt(Modal(100).build(CLAMPED, 0.0).operators().stiffness[0, 3])
         return Measured("", float(found / full_mesh - 1.0), remark="12 modes, against the whole mesh")
 
     def left_out() -> Measured:

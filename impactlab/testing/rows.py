@@ -17,7 +17,9 @@ from impactlab.contact.penalty import Penalty
 from impactlab.contact.wave_identification import WaveIdentification
 from impactlab.models.continuous import Continuous
 from impactlab.scene.bodies import Body, End, Mass, Rod, Segment, Wall
-from impactlab.scene.problem import Contact, Point, Scene, StepRule
+from impactlab.scene.method import Simulation
+from impactlab.scene.problem import Contact, Point, Scene
+from impactlab.testing.scenes import simulation
 from impactlab.testing.strategies import log_uniform
 
 
@@ -33,7 +35,7 @@ def pieces() -> st.SearchStrategy[Segment]:
 
 
 @st.composite
-def rows(draw: st.DrawFn, most: int = 5, held: bool = True, gravity: bool = True) -> Scene:
+def rows(draw: st.DrawFn, most: int = 5, held: bool = True, gravity: bool = True) -> Simulation:
     """Return bodies in a row, each with a contact to the next: rods of one to three pieces, masses, walls at the ends.
 
     Neighbours that are both masses meet through a spring, the others through a spring or hard. With ``held`` the row
@@ -47,7 +49,7 @@ def rows(draw: st.DrawFn, most: int = 5, held: bool = True, gravity: bool = True
             bodies.append(Mass(f"m{number}", draw(log_uniform(0.1, 10.0)), velocity))
         else:
             parts = tuple(draw(st.lists(pieces(), min_size=1, max_size=3)))
-            bodies.append(Rod(f"r{number}", parts, End("free"), End("free"), velocity, model=Continuous()))
+            bodies.append(Rod(f"r{number}", parts, End("free"), End("free"), velocity))
     if held:
         bodies = [_ended(draw, bodies[0], "left"), *bodies[1:]]
         bodies = [*bodies[:-1], _ended(draw, bodies[-1], "right")]
@@ -55,16 +57,18 @@ def rows(draw: st.DrawFn, most: int = 5, held: bool = True, gravity: bool = True
             bodies.insert(0, Wall("left"))
         if _bare(bodies[-1], "right") and draw(st.booleans()):
             bodies.append(Wall("right"))
-    contacts = []
+    contacts, laws = [], []
     for left, right in pairwise(bodies):
         soft = (left.elastic is None and right.elastic is None) or draw(st.booleans())
         law: AbstractContactLaw = WaveIdentification()
         if soft:
             law = Penalty(stiffness=draw(log_uniform(0.3, 30.0)), damping=draw(st.sampled_from([0.0, 0.0, 0.4])))
         gap = draw(st.sampled_from([0.0, 0.1, 1.0 / 3.0]))
-        contacts.append(Contact(_face(left, "right"), _face(right, "left"), gap, law))
+        contacts.append(Contact(_face(left, "right"), _face(right, "left"), gap))
+        laws.append(law)
     g = draw(st.sampled_from([0.0, 0.05, -0.05])) if gravity else 0.0
-    return Scene("row", {body.name: body for body in bodies}, tuple(contacts), 12.0, None, StepRule(dt=1.0), gravity=g)
+    named = {body.name: body for body in bodies}
+    return simulation("row", named, contacts, 12.0, model=Continuous(), law=laws, gravity=g)
 
 
 def _ended(draw: st.DrawFn, body: Body, side: str) -> Body:

@@ -34,8 +34,9 @@ from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
 from impactlab.plugins import INTEGRATORS, LAWS, MODELS, Group, registry
 from impactlab.scene.bodies import Body, End, Mass, Rayleigh, Rod, Segment, Wall
-from impactlab.scene.problem import Contact, Point, Scene, StepRule
-from impactlab.simulate.driver import prepare
+from impactlab.scene.method import Method, Simulation, StepRule, laws_of
+from impactlab.scene.problem import Contact, Point, Scene
+from impactlab.simulate.plan import prepare
 from impactlab.types import Relative
 
 
@@ -144,16 +145,15 @@ FAR_ENDS = ("free", "clamped", "spring", "dashpot", "mass")
 
 
 @st.composite
-def rods(
-    draw: st.DrawFn, name: str, model: AbstractRodModel, far: tuple[str, ...] = FAR_ENDS, velocity: float = 0.0
-) -> Rod:
+def rods(draw: st.DrawFn, name: str, far: tuple[str, ...] = FAR_ENDS, velocity: float = 0.0) -> Rod:
     """Return a rod of one or two segments, its left end free."""
     pieces = tuple(draw(st.lists(segments(), min_size=1, max_size=2)))
-    return Rod(name, pieces, End("free"), draw(ends(pieces[-1], far)), velocity=velocity, model=model)
+    return Rod(name, pieces, End("free"), draw(ends(pieces[-1], far)), velocity=velocity)
 
 
-def mirrored(scene: Scene) -> Scene:
-    """Return the same scene seen from behind: x from right to left."""
+def mirrored(simulation: Simulation) -> Simulation:
+    """Return the same scene and method seen from behind: x from right to left."""
+    scene, laws = simulation.scene, laws_of(*simulation)
 
     def turned(body: Body) -> Body:
         if not body.moves:
@@ -181,14 +181,16 @@ def mirrored(scene: Scene) -> Scene:
         dataclasses.replace(contact, left=moved(contact.right), right=moved(contact.left)) for contact in scene.contacts
     )
     bodies = {name: turned(body) for name, body in scene.bodies.items()}
-    return dataclasses.replace(scene, bodies=bodies, contacts=contacts, gravity=-scene.gravity)
+    named = {contact.name: law for contact, law in zip(contacts, laws, strict=True)}
+    return simulation.but(bodies=bodies, contacts=contacts, gravity=-scene.gravity, laws=named)
 
 
-def in_other_units(scene: Scene, mass: float, length: float, time: float) -> Scene:
-    """Return the same scene with numbers in units so many times smaller; laws must be without dimension.
+def in_other_units(simulation: Simulation, mass: float, length: float, time: float) -> Simulation:
+    """Return the same scene and method with numbers in units so many times smaller; laws must be without dimension.
 
     With factors that are powers of 4 no digit of any number changes, only its exponent.
     """
+    scene, method = simulation
     stiffness, damping, speed = mass / time**2, mass / time, length / time
     of_ends = {"spring": stiffness, "dashpot": damping, "mass": mass}
     of_pieces = {
@@ -226,9 +228,8 @@ def in_other_units(scene: Scene, mass: float, length: float, time: float) -> Sce
     def placed(point: Point) -> Point:
         return dataclasses.replace(point, x=point.x * length)
 
-    step = scene.step if scene.step.dt is None else StepRule(dt=scene.step.dt * time)
-    return dataclasses.replace(
-        scene,
+    step = method.step if method.step.dt is None else StepRule(dt=method.step.dt * time)
+    return simulation.but(
         bodies={name: scaled(body) for name, body in scene.bodies.items()},
         contacts=tuple(
             dataclasses.replace(c, left=placed(c.left), right=placed(c.right), gap=c.gap * length)
@@ -254,7 +255,7 @@ def scenes(
     steps: int = 300,
     gravity: bool = True,
     turned: bool = True,
-) -> Scene:
+) -> Simulation:
     """Return scenes of one impact that `prepare` accepts, some seen from behind.
 
     A mass on a rod, a rod on a wall, two rods. The mass of the striker is a thousandth to a thousand times that of the
@@ -268,40 +269,42 @@ def scenes(
     speed = draw(log_uniform(1e-2, 10.0))
     weight = draw(st.sampled_from([0.0, 1e-2, -1e-2])) if gravity else 0.0
     bodies: dict[str, Body] = {}
+    chosen = {"rod": model}
     if kind == "rod_on_wall":
-        rod = draw(rods("rod", model, far=("free",) if "free" in far else far, velocity=-speed))
+        rod = draw(rods("rod", far=("free",) if "free" in far else far, velocity=-speed))
         bodies = {"wall": Wall("wall"), "rod": rod}
         left = Point("wall", 0.0, "wall")
     elif kind == "mass_on_rod":
-        rod = draw(rods("rod", model, far=far))
+        rod = draw(rods("rod", far=far))
         bodies = {"hammer": Mass("hammer", rod.mass * draw(log_uniform(1e-3, 1e3)), speed), "rod": rod}
         left = Point("hammer", 0.0, "hammer")
     else:
-        rod = draw(rods("rod", model, far=far))
-        other = draw(rods("striker", draw(some_model), far=("free",)))
+        rod = draw(rods("rod", far=far))
+        chosen["striker"] = draw(some_model)
+        other = draw(rods("striker", far=("free",)))
         striker = dataclasses.replace(other, segments=other.segments[::-1], velocity=speed)
         bodies = {"striker": striker, "rod": rod}
         left = Point("striker", striker.length, "striker.right")
     trip = rod.round_trip
     gap = draw(st.sampled_from([0.0, 0.1])) * speed * trip
     rule = StepRule(points_per_period=draw(st.floats(8.0, 40.0)))
+    contact = Contact(left, Point("rod", 0.0, "rod.left"), gap)
     scene = Scene(
         name=kind,
         bodies=bodies,
-        contacts=(Contact(left, Point("rod", 0.0, "rod.left"), gap, law),),
+        contacts=(contact,),
         duration=3.0 * trip,
-        integrator=integrator,
-        step=rule,
         gravity=weight * speed / trip,
         round_trip=trip,
     )
-    scene = mirrored(scene) if turned and draw(st.booleans()) else scene
+    made = Simulation(scene, Method({contact.name: law}, chosen, integrator, rule))
+    made = mirrored(made) if turned and draw(st.booleans()) else made
     try:
-        plan = prepare(scene)
+        plan = prepare(*made)
     except (PairingError, CaseError):
         reject()
     assert plan.dt is not None
-    return dataclasses.replace(scene, duration=min(plan.steps, steps) * plan.dt)
+    return made.but(duration=min(plan.steps, steps) * plan.dt)
 
 
 class DEFAULTS:

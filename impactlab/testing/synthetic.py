@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from impactlab.history.base import AbstractHistory, ContactSpan, Cost, EnergyBook, Event, Field, Warned
+from impactlab.scene.method import Simulation
 from impactlab.types import Array
 
 Signal = Callable[[Array], Array]
@@ -30,6 +31,8 @@ class SyntheticHistory(AbstractHistory):
         Channel name to the instants [s] at which it jumps.
     length : float
         Length [m] of the bodies that have fields.
+    simulation : Simulation, optional
+        Scene and method, for metrics of forces and touches and for summaries.
     """
 
     def __init__(
@@ -46,10 +49,13 @@ class SyntheticHistory(AbstractHistory):
         dt: float | None = None,
         warnings: tuple[Warned, ...] = (),
         cost: Cost | None = None,
+        simulation: Simulation | None = None,
     ) -> None:
         none = np.zeros(2)
         self.duration = duration
         self.dt = dt
+        if simulation is not None:
+            self.scene, self.method = simulation
         self.events = events
         self.contacts = contacts
         self.energy = energy or EnergyBook(np.array([0.0, duration]), {}, none, {}, none)

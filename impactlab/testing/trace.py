@@ -9,8 +9,10 @@ import numpy as np
 
 from impactlab.errors import CaseError, StepError
 from impactlab.integrators.base import AbstractIntegrator
+from impactlab.scene.method import Simulation
 from impactlab.scene.problem import Scene
-from impactlab.simulate.driver import Plan, advance_of, prepare
+from impactlab.simulate.driver import advance_of
+from impactlab.simulate.plan import Plan, prepare
 from impactlab.simulate.stepping import loop
 from impactlab.simulate.stepping.arrays import SAMPLED
 from impactlab.simulate.stepping.assembly import Assembly
@@ -59,8 +61,8 @@ class Trace(NamedTuple):
         return self.history.assembly.memory.sample[: len(self.states), SAMPLED + 2 + 3 * number]
 
 
-def trace(scene: Scene) -> Trace:
-    """Return every step of a scene: the loop that `impactlab.run` walks, called once a step, energies taken at each.
+def trace(simulation: Simulation) -> Trace:
+    """Return every step of a run: the loop that `impactlab.run` walks, called once a step, energies taken at each.
 
     Raises
     ------
@@ -69,10 +71,10 @@ def trace(scene: Scene) -> Trace:
     StepError
         Where a law fails or a number is not finite. A gain of energy raises nothing here: it is what tests look at.
     """
-    plan = prepare(scene)
+    plan = prepare(*simulation)
     if plan.dt is None or plan.integrator is None:
         raise CaseError("the continuous model has no steps to trace", path="solve.model")
-    assembly = Assembly(plan.scene, plan.built, plan.steppers, plan.starts, plan.integrator, plan.dt, plan.steps)
+    assembly = Assembly(plan, plan.integrator, plan.dt)
     history = RecordedHistory(assembly, plan.integrator)
     loop.start(assembly.memory)
     states, forces, impulses = [assembly.memory.state.copy()], [], []
@@ -85,9 +87,9 @@ def trace(scene: Scene) -> Trace:
         projections.append([contact.projection for contact in assembly.contacts])
         pushes.append([contact.push for contact in assembly.contacts])
     history.finish()
-    shape = (plan.steps, len(scene.contacts))
+    shape = (plan.steps, len(plan.scene.contacts))
     return Trace(
-        scene,
+        plan.scene,
         plan,
         plan.integrator,
         history,
@@ -100,15 +102,15 @@ def trace(scene: Scene) -> Trace:
     )
 
 
-def run_in_cuts(scene: Scene, next_cut: Callable[[int], int]) -> RecordedHistory:
-    """Return the history of a scene whose loop is called from cut to cut; ``next_cut(step)`` says where it stops next.
+def run_in_cuts(simulation: Simulation, next_cut: Callable[[int], int]) -> RecordedHistory:
+    """Return the history of a run whose loop is called from cut to cut; ``next_cut(step)`` says where it stops next.
 
     The bits of a run must not depend on the cuts.
     """
-    plan = prepare(scene)
+    plan = prepare(*simulation)
     if plan.dt is None or plan.integrator is None:
         raise CaseError("the continuous model has no steps to cut", path="solve.model")
-    assembly = Assembly(plan.scene, plan.built, plan.steppers, plan.starts, plan.integrator, plan.dt, plan.steps)
+    assembly = Assembly(plan, plan.integrator, plan.dt)
     history = RecordedHistory(assembly, plan.integrator)
     loop.start(assembly.memory)
     while assembly.clock.step < plan.steps:
@@ -120,7 +122,7 @@ def run_in_cuts(scene: Scene, next_cut: Callable[[int], int]) -> RecordedHistory
 
 def walk_to(assembly: Assembly, history: RecordedHistory, step: int, sample_stride: int) -> None:
     """Call the loop until it has reached a step, making room where it asks for it."""
-    advance = advance_of(assembly.scene)
+    advance = advance_of(assembly)
     while assembly.clock.step < step:
         status = advance(assembly.memory, assembly.dt, step, assembly.stride, sample_stride)
         history.drain()

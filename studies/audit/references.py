@@ -28,7 +28,7 @@ def claimed(drawn: Drawn) -> dict[str, Any]:
     began = clock.perf_counter()
     try:
         budget = BUDGETS[drawn.number % len(BUDGETS)]
-        found = reference.converged(case_for(drawn.doc).scene(), budget)
+        found = reference.converged(*case_for(drawn.doc).simulation(), budget)
     except Exception as error:  # noqa: BLE001 - whatever ends it is a row of the study
         row["note"] = f"{type(error).__name__}: {error}"[:160]
         return row

@@ -25,7 +25,8 @@ from impactlab.models.finite_element import FiniteElement
 from impactlab.models.messengers import miss
 from impactlab.models.modal import Modal
 from impactlab.report.style import INK, MUTED, PALETTE, Margins, grid, log_axis
-from impactlab.scene import ElasticBody, StepRule
+from impactlab.scene import ElasticBody
+from impactlab.scene.method import StepRule
 from impactlab.types import Array
 from studies import bounds as of_rods
 from studies.beams.scenes import RESISTANCE, beam, love, love_rod, rod, sheared, slender, struck

@@ -7,7 +7,6 @@ A mass strikes the middle of a free steel beam, 1 cm x 1 cm and 60 cm long, so h
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from functools import cache
 from typing import NamedTuple
@@ -16,14 +15,18 @@ import numpy as np
 from matplotlib.figure import Figure
 from scipy.special import erfcx
 
+from impactlab.contact.base import AbstractContactLaw
 from impactlab.contact.dispersive_identification import DispersiveIdentification
 from impactlab.contact.velocity_complementarity import VelocityComplementarity
 from impactlab.integrators.exact_modal import ExactModal
+from impactlab.models.base import AbstractRodModel
 from impactlab.models.continuous import Continuous
 from impactlab.models.modal import Modal
 from impactlab.report import style
-from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point, Scene, StepRule
+from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point
+from impactlab.scene.method import StepRule
 from impactlab.simulate import run
+from impactlab.testing.scenes import simulation
 from impactlab.types import Array
 from studies.pages import Study, filled
 
@@ -64,15 +67,15 @@ def measured() -> dict[str, list[Line]]:
     return {theory: [modal(theory, modes) for modes in COUNTS] for theory in ("timoshenko", "euler_bernoulli")}
 
 
-def mean_force(beam: Beam, law: object, dt: float, times: Array) -> Array:
+def mean_force(beam: Beam, model: AbstractRodModel, law: AbstractContactLaw, dt: float, times: Array) -> Array:
     """Return the mean force since the touch, over the first force, at times [s]."""
-    contact = Contact(Point("mass", 0.0, "mass"), Point("beam", 0.5 * LENGTH, "beam"), 0.0, law)  # type: ignore[arg-type]
-    integrator = None if isinstance(beam.model, Continuous) else ExactModal()
-    scene = Scene(
+    contact = Contact(Point("mass", 0.0, "mass"), Point("beam", 0.5 * LENGTH, "beam"), 0.0)  # type: ignore[arg-type]
+    integrator = None if isinstance(model, Continuous) else ExactModal()
+    scene = simulation(
         "first force", {"mass": Mass("mass", MASS, SPEED), "beam": beam}, (contact,), float(times[-1]) * 1.01,
-        integrator, StepRule(dt=dt), round_trip=beam.round_trip,
+        integrator, StepRule(dt=dt), round_trip=beam.round_trip, model=model, law=law,
     )  # fmt: skip
-    velocity = run(scene).evaluate(times, "velocity:mass")
+    velocity = run(*scene).evaluate(times, "velocity:mass")
     return np.asarray(MASS * (SPEED - velocity) / times / (IMPEDANCE * SPEED))
 
 
@@ -86,14 +89,13 @@ def modal(theory: str, modes: int) -> Line:
     times = np.geomspace(dt, max(LAST, 1.5 * period), 400)
     # Read at ends of steps: between them the velocity is drawn as a line.
     times = dt * np.unique(np.round(times / dt))
-    force = mean_force(dataclasses.replace(beam, model=model), VelocityComplementarity(), dt, times)
+    force = mean_force(beam, model, VelocityComplementarity(), dt, times)
     return Line(modes, period, times, force, float(np.interp(period, times, force)))
 
 
 def waves(times: Array) -> Array:
     """Return the answer of the continuous Timoshenko beam."""
-    beam = dataclasses.replace(body("timoshenko"), model=Continuous())
-    return mean_force(beam, DispersiveIdentification(), 4e-9, times)
+    return mean_force(body("timoshenko"), Continuous(), DispersiveIdentification(), 4e-9, times)
 
 
 def endless(times: Array) -> Array:

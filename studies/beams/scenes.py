@@ -16,20 +16,9 @@ from impactlab.contact.base import AbstractContactLaw
 from impactlab.history import AbstractHistory
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.integrators.exact_modal import ExactModal
-from impactlab.scene import (
-    Beam,
-    BeamSegment,
-    Contact,
-    ElasticBody,
-    End,
-    Mass,
-    Point,
-    Probe,
-    Rod,
-    Scene,
-    Segment,
-    StepRule,
-)
+from impactlab.scene import Beam, BeamSegment, Contact, ElasticBody, End, Mass, Point, Probe, Rod, Segment
+from impactlab.scene.method import StepRule
+from impactlab.testing.scenes import simulation
 from impactlab.types import Array
 from studies.pages import ROOT
 
@@ -72,11 +61,11 @@ def struck(
     snapshots: tuple[float, ...] = (),
 ) -> AbstractHistory:
     """Return the history of a mass that strikes a body at x [m] from below, or from the left."""
-    contact = Contact(Point("mass", 0.0, "mass"), Point(body.name, x, "face"), 0.0, law)
-    bodies = {"mass": Mass("mass", mass, velocity), body.name: replace(body, model=model)}
+    contact = Contact(Point("mass", 0.0, "mass"), Point(body.name, x, "face"), 0.0)
+    bodies = {"mass": Mass("mass", mass, velocity), body.name: body}
     probes = (Probe(body.name, x, "displacement"),)
     return simulate.run(
-        Scene(
+        *simulation(
             "struck",
             bodies,
             (contact,),
@@ -86,6 +75,8 @@ def struck(
             round_trip=body.round_trip,
             probes=probes,
             snapshots=snapshots,
+            model=model,
+            law=law,
         )  # type: ignore[arg-type]
     )
 

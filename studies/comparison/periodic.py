@@ -64,7 +64,7 @@ def measured(scheme: Scheme, n: int, courant: float | None = None, repeats: int 
     """Return the figures of a method, with the least time of several runs, and why it was stopped."""
     scene = scene_of("periodic_bar", scheme, n, courant=courant)
     run = ran(scene)
-    found = figures(run, scene)
+    found = figures(run, scene.scene)
     if found is not None:
         spent = [history.cost.solve_s for history in (ran(scene).history for _ in range(repeats - 1)) if history]
         found = found._replace(time=min([found.time, *spent]))

@@ -44,14 +44,14 @@ def periodic_bar() -> Figure:
         scene = scene_of("periodic_bar", scheme, ELEMENTS)
         history = ran(scene).history
         assert history is not None
-        [face], [pressure] = metrics.face_channels(scene), metrics.force_channels(scene)
+        [face], [pressure] = metrics.face_channels(scene.scene), metrics.force_channels(scene.scene)
         for panel, channel, size in ((tip, face, 1.0), (force, pressure, PRESSURE)):
             for one, shade, width in ((history, colour, 1.3), (exact(), INK, 0.9)):
-                t, values = curve(one, channel, scene.duration)
+                t, values = curve(one, channel, scene.scene.duration)
                 panel.plot(t, values / size, color=shade, linewidth=width, zorder=3 if one is not history else 2)
-            panel.set_xlim(0.0, scene.duration)
+            panel.set_xlim(0.0, scene.scene.duration)
             panel.set_xticks(range(0, 13, 3))
-        peak = float(history.evaluate(metrics.midpoints(scene.duration, 40_000), pressure).max()) / PRESSURE
+        peak = float(history.evaluate(metrics.midpoints(scene.scene.duration, 40_000), pressure).max()) / PRESSURE
         tip.set_ylim(-0.1, 0.95 if scheme is TRAP else 0.65)
         force.set_ylim(-0.15, TOP)
         tip.set_title(title, color=colour)

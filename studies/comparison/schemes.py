@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -36,7 +35,7 @@ from impactlab.models.base import AbstractRodModel
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.scene import Rod, Scene, StepRule
+from impactlab.scene.method import Simulation, StepRule
 from studies.pages import CASES
 
 TEN_POINTS = StepRule(points_per_period=10.0)
@@ -194,26 +193,25 @@ SCHEMES: tuple[Scheme, ...] = (
 )
 
 
-def scene_of(case: str, scheme: Scheme, n: int, duration: float | None = None, courant: float | None = None) -> Scene:
+def scene_of(
+    case: str, scheme: Scheme, n: int, duration: float | None = None, courant: float | None = None
+) -> Simulation:
     """Return a case under a method; its only rod gets the model, its only contact the law."""
-    base = il.load_case(CASES / f"{case}.yaml").scene()
-    model = scheme.model(n)
-    bodies = {k: dataclasses.replace(b, model=model) if isinstance(b, Rod) else b for k, b in base.bodies.items()}
-    return dataclasses.replace(
-        base,
-        bodies=bodies,
-        contacts=(dataclasses.replace(base.contacts[0], law=scheme.law),),
+    base = il.load_case(CASES / f"{case}.yaml").simulation()
+    return base.but(
+        model=scheme.model(n),
+        law=scheme.law,
         integrator=scheme.integrator,
         step=scheme.step if courant is None else StepRule(courant=courant),
-        duration=base.duration if duration is None else duration,
-        probes=base.probes[:1],
+        duration=base.scene.duration if duration is None else duration,
+        probes=base.scene.probes[:1],
     )
 
 
-def ran(scene: Scene) -> Run:
+def ran(scene: Simulation) -> Run:
     """Return the run of a scene; one that was stopped keeps what it reached."""
     try:
-        return Run(simulate.run(scene), "")
+        return Run(simulate.run(*scene), "")
     except StepError as error:
         return Run(error.history, error.text)
     except ImpactlabError as error:

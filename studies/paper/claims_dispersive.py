@@ -13,7 +13,8 @@ from impactlab.integrators.exact_modal import ExactModal
 from impactlab.metrics import midpoints, relative_l2
 from impactlab.models.messengers import wave_numbers
 from impactlab.models.modal import Modal
-from impactlab.scene import Mass, StepRule
+from impactlab.scene import Mass
+from impactlab.scene.method import StepRule
 from studies.beams import bases, dispersive, scenes
 from studies.paper.claims import CONFIRMED, CORRECTED, REMARK, Finding, percent, row
 from studies.paper.problem import SEGMENT, TEN_POINTS, T, rod_of, scene_of
@@ -123,7 +124,7 @@ def local_jump() -> Finding:
 )
 def lateral_inertia() -> Finding:
     base = scene_of()
-    hammer, body = base.bodies["hammer"], rod_of(base)
+    hammer, body = base.scene.bodies["hammer"], rod_of(base.scene)
     assert isinstance(hammer, Mass)
     lateral = 0.3 * math.sqrt(SEGMENT.area / (2.0 * math.pi))
     step = StepRule(dt=T / 810.0)

@@ -220,7 +220,7 @@ def no_penetration() -> Finding:
     REMARK,
 )
 def messenger_per_mode() -> Finding:
-    rod, dt = rod_of(scene_of()), T / 405.0
+    rod, dt = rod_of(scene_of().scene), T / 405.0
     model = Modal(None, 40).build(rod, 0.0)
     rng = np.random.default_rng(1)
     frequency = np.sqrt(model.operators().stiffness[0])
@@ -258,7 +258,7 @@ def messenger_per_mode() -> Finding:
     "impactlab check cases/axial_impact.yaml",
 )
 def constants() -> Finding:
-    hammer = scene_of().bodies["hammer"]
+    hammer = scene_of().scene.bodies["hammer"]
     assert isinstance(hammer, Mass)
     area = 2.133 / (7.9e3 * 0.3)
     return Finding(
@@ -275,7 +275,7 @@ def constants() -> Finding:
 def step_rule() -> Finding:
     values: dict[str, float] = {}
     for elements, modes in ((10, 10), (40, 40), (100, 70)):
-        highest = Modal(elements, modes).build(rod_of(scene_of()), 0.0).operators().highest_frequency
+        highest = Modal(elements, modes).build(rod_of(scene_of().scene), 0.0).operators().highest_frequency
         dt = computed(modal(elements, modes, PLAIN)).dt or 0.0
         values[f"steps_{modes}"], values[f"points_{modes}"] = T / dt, 2.0 * math.pi / highest / dt
     return Finding(
@@ -298,7 +298,7 @@ def step_rule() -> Finding:
     REMARK,
 )
 def zero_stress() -> Finding:
-    model = Modal(None, 40).build(rod_of(scene_of()), 0.0)
+    model = Modal(None, 40).build(rod_of(scene_of().scene), 0.0)
     analytic = float(np.abs(model.row(0.0, "stress")).max())
     t = np.linspace(0.2, 0.7, 2000) * T
     shares = {}
@@ -356,7 +356,7 @@ def free_end_modes() -> Finding:
 )
 def messenger_share() -> Finding:
     def share(elements: int | None, modes: int) -> float:
-        model = Modal(elements, modes).build(rod_of(scene_of()), 0.0)
+        model = Modal(elements, modes).build(rod_of(scene_of().scene), 0.0)
         dt = TEN_POINTS.points_per_period
         assert dt is not None
         x = SEGMENT.wave_speed * 2.0 * math.pi / model.operators().rule_frequency / dt

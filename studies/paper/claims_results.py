@@ -10,7 +10,7 @@ from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.scene import StepRule
+from impactlab.scene.method import StepRule
 from studies.paper.by_hand import face_flight
 from studies.paper.claims import CONFIRMED, CORRECTED, REMARK, Finding, percent, row
 from studies.paper.problem import (
@@ -120,7 +120,7 @@ def ten_miss() -> Finding:
 def stiffness() -> Finding:
     ten = computed(modal(10, 10, PLAIN))
     fast = -at(ten, SPEED, 1.8)
-    model = FiniteElement(10, "consistent").build(rod_of(scene_of()), 0.0)
+    model = FiniteElement(10, "consistent").build(rod_of(scene_of().scene), 0.0)
     load = model.row(0.0, "displacement")
     stiffness = model.operators().stiffness
     full = np.diag(stiffness[0]) + np.diag(stiffness[1, :-1], 1) + np.diag(stiffness[1, :-1], -1)

@@ -14,7 +14,7 @@ from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.metrics import midpoints
 from impactlab.models.finite_element import FiniteElement
-from impactlab.scene import StepRule
+from impactlab.scene.method import StepRule
 from impactlab.types import Relative
 from studies.paper.by_hand import arriving, face_flight, paper_flight, second_by_hand
 from studies.paper.claims import CONFIRMED, CORRECTED, REMARK, Finding, row
@@ -99,7 +99,7 @@ def first_kick() -> Finding:
         first = (
             spans(computed(modal(None, modes, ImpulseMomentum(1.0), integrator=ExactModal())))[0].first_impulse or 0.0
         )
-        kicks[modes] = first / rod_of(scene_of()).mass
+        kicks[modes] = first / rod_of(scene_of().scene).mass
     closed = {modes: 2.0 / (1.0 + 2.0 * modes) for modes in kicks}
     return Finding(
         "the first impulse falls as 2/(1 + 2 d), to nothing: "

@@ -22,7 +22,8 @@ from impactlab.integrators.base import AbstractIntegrator
 from impactlab.integrators.newmark import Newmark
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.modal import Modal
-from impactlab.scene import Mass, Probe, Rod, Scene, Segment, StepRule
+from impactlab.scene import Mass, Probe, Rod, Scene, Segment
+from impactlab.scene.method import Simulation, StepRule
 from impactlab.types import Array
 from studies.pages import CASES
 
@@ -38,9 +39,9 @@ SNAPSHOTS = (1.551e-5, 3.49e-5, 8.0e-5)  # s: Figs 8 and 9 as captioned; Fig. 10
 
 
 @functools.cache
-def paper_scene() -> Scene:
+def paper_scene() -> Simulation:
     """Return the scene of the paper as its case file gives it, over three round trips."""
-    return il.load_case(CASE).scene()
+    return il.load_case(CASE).simulation()
 
 
 def rod_of(scene: Scene) -> Rod:
@@ -50,8 +51,8 @@ def rod_of(scene: Scene) -> Rod:
     return rod
 
 
-SEGMENT: Segment = rod_of(paper_scene()).segments[0]
-T: float = paper_scene().round_trip  # s, 2 L/c
+SEGMENT: Segment = rod_of(paper_scene().scene).segments[0]
+T: float = paper_scene().scene.round_trip  # s, 2 L/c
 Z: float = SEGMENT.impedance  # N s/m
 STRESS: float = SEGMENT.density * SEGMENT.wave_speed  # Pa, rho c v0 for v0 = 1 m/s
 
@@ -67,14 +68,13 @@ class Method:
     events: Any = "dated"
 
 
-def scene_of(method: Method | None = None, alpha: float = 1.0, round_trips: float = 3.0) -> Scene:
+def scene_of(method: Method | None = None, alpha: float = 1.0, round_trips: float = 3.0) -> Simulation:
     """Return the paper's scene with another method, mass ratio rho A L/M or duration."""
     base = paper_scene()
-    rod, hammer = rod_of(base), base.bodies["hammer"]
+    rod, hammer = rod_of(base.scene), base.scene.bodies["hammer"]
     assert isinstance(hammer, Mass)
-    probes = (*base.probes, Probe("rod", 0.0, "velocity"), Probe("rod", 0.0, "displacement"))
-    scene = replace(
-        base,
+    probes = (*base.scene.probes, Probe("rod", 0.0, "velocity"), Probe("rod", 0.0, "displacement"))
+    scene = base.but(
         bodies={"hammer": replace(hammer, mass=rod.mass / alpha), "rod": rod},
         duration=round_trips * T,
         probes=tuple(dict.fromkeys(probes)),
@@ -82,10 +82,9 @@ def scene_of(method: Method | None = None, alpha: float = 1.0, round_trips: floa
     )
     if method is None:
         return scene
-    return replace(
-        scene,
-        bodies={"hammer": scene.bodies["hammer"], "rod": replace(rod, model=method.model)},
-        contacts=(replace(scene.contacts[0], law=method.law),),
+    return scene.but(
+        model=method.model,
+        law=method.law,
         integrator=method.integrator,
         step=method.step,
         events=method.events,
@@ -95,14 +94,14 @@ def scene_of(method: Method | None = None, alpha: float = 1.0, round_trips: floa
 @functools.cache
 def exact(alpha: float = 1.0, round_trips: float = 3.0) -> AbstractHistory:
     """Return the exact history, solved from event to event."""
-    return solve(scene_of(None, alpha, round_trips))
+    return solve(*scene_of(None, alpha, round_trips))
 
 
 @functools.cache
 def computed(method: Method, alpha: float = 1.0, round_trips: float = 3.0) -> AbstractHistory:
     """Return the history of a method, also of one that more than doubles the energy and is failed for it."""
     try:
-        return simulate.run(scene_of(method, alpha, round_trips))
+        return simulate.run(*scene_of(method, alpha, round_trips))
     except StepError as error:
         if error.history is None:
             raise
@@ -147,7 +146,7 @@ def interruptions(history: AbstractHistory, until: float = 1.0) -> list[tuple[fl
 
 def total_impulse(history: AbstractHistory) -> float:
     """Return the impulse of all contacts [m v0]."""
-    hammer = paper_scene().bodies["hammer"]
+    hammer = paper_scene().scene.bodies["hammer"]
     assert isinstance(hammer, Mass)
     return sum(span.impulse for span in spans(history)) / hammer.mass
 

@@ -21,7 +21,7 @@ CASES = Path(__file__).parents[2] / "cases"
 @cache
 def judged(name: str) -> tuple[il.scene.Scene, reference.Reference]:
     scene = il.load_case(CASES / f"{name}.yaml").scene()
-    found = api.reference_of(scene)
+    found = api.reference_of(*scene)
     assert found is not None
     assert found.name == "converged"
     assert found.uncertainty < 1e-6

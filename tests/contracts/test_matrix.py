@@ -5,7 +5,6 @@ The cells are those of studies/matrix.py, which takes them from the registry: a 
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections import Counter
 from typing import Any
@@ -14,7 +13,7 @@ import pytest
 
 from impactlab import simulate
 from impactlab.errors import PairingError
-from impactlab.scene import StepRule
+from impactlab.scene.method import StepRule
 from studies import matrix
 
 TRIPS = 1.2  # of the wave: the touch, the loading twice over
@@ -77,8 +76,8 @@ def test_no_cell_crashes_hangs_or_returns_a_number_that_is_not_finite() -> None:
             assert cell[1] == "augmented_lagrangian", cell
             continue
         scene = matrix.scene_of(*cell, TRIPS)
-        assert scene.step.courant == 0.5, cell
-        simulate.run(dataclasses.replace(scene, step=StepRule(courant=0.3)))
+        assert scene.method.step.courant == 0.5, cell
+        simulate.run(*scene.but(step=StepRule(courant=0.3)))
 
 
 # What a refusal tells to use instead, tried: cell, what its remedy names, the cell that follows it.
@@ -131,4 +130,4 @@ def test_what_a_refusal_tells_to_use_works(
 
 def test_a_refusal_comes_before_the_first_step() -> None:
     with pytest.raises(PairingError):
-        simulate.prepare(matrix.scene_of("finite_element 100", LAW, "exact_modal"))
+        simulate.prepare(*matrix.scene_of("finite_element 100", LAW, "exact_modal"))

@@ -17,10 +17,11 @@ from impactlab.integrators.midpoint import Midpoint
 from impactlab.integrators.moreau_jean import MoreauJean
 from impactlab.integrators.newmark import Newmark
 from impactlab.integrators.nonsmooth_generalised_alpha import NonsmoothGeneralisedAlpha
-from impactlab.testing.impact_orders import PIECE, SPRING, impact_order
+from impactlab.testing.impact_orders import SPRING, impact_order
+from impactlab.testing.scenes import STEEL
 
 # The same force at a typical indentation: 1 m/s over the frequency of the mass on the spring.
-CURVED = SPRING * (SPRING / PIECE.mass) ** 0.25
+CURVED = SPRING * (SPRING / STEEL.mass) ** 0.25
 
 
 @pytest.mark.parametrize(

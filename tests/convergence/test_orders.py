@@ -21,7 +21,9 @@ from impactlab.models.base import AbstractRodModel
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.scene import Contact, End, Mass, Point, Probe, Rod, Scene, Segment, StepRule
+from impactlab.scene import Contact, End, Mass, Point, Probe, Rod, Segment
+from impactlab.scene.method import StepRule
+from impactlab.testing.scenes import simulation
 
 PIECE = Segment(0.3, 9e-4, 2.1e11, 7900.0)
 
@@ -29,12 +31,12 @@ PIECE = Segment(0.3, 9e-4, 2.1e11, 7900.0)
 def swinging(model: AbstractRodModel, integrator: AbstractIntegrator, dt: float, mode: int = 1) -> AbstractHistory:
     """A clamped rod let go from one of its modes: u = cos(k x) cos(k c t), k = (mode - 1/2) pi/L."""
     number = (mode - 0.5) * np.pi / PIECE.length
-    rod = Rod(
-        "rod", (PIECE,), End("free"), End("clamped"), displacement=lambda x: 1e-6 * np.cos(number * x), model=model
-    )
+    rod = Rod("rod", (PIECE,), End("free"), End("clamped"), displacement=lambda x: 1e-6 * np.cos(number * x))
     probe = Probe("rod", 0.0, "displacement")
     duration = 0.8 * 2.0 * np.pi / (number * PIECE.wave_speed)
-    return simulate.run(Scene("swing", {"rod": rod}, (), duration, integrator, StepRule(dt=dt), probes=(probe,)))
+    return simulate.run(
+        *simulation("swing", {"rod": rod}, (), duration, integrator, StepRule(dt=dt), probes=(probe,), model=model)
+    )
 
 
 def error_of_swing(model: AbstractRodModel, integrator: AbstractIntegrator, steps: int, mode: int = 1) -> float:
@@ -88,11 +90,21 @@ def test_error_of_a_swinging_mesh_falls_with_its_square(mass: str) -> None:
 def struck(
     model: AbstractRodModel, law: AbstractContactLaw, integrator: AbstractIntegrator | None, step: StepRule
 ) -> AbstractHistory:
-    rod = Rod("rod", (PIECE,), End("free"), End("clamped"), model=model)
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0, law)
+    rod = Rod("rod", (PIECE,), End("free"), End("clamped"))
+    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0)
     bodies = {"hammer": Mass("hammer", PIECE.mass, 1.0), "rod": rod}
     return simulate.run(
-        Scene("struck", bodies, (contact,), 3.0 * rod.round_trip, integrator, step, round_trip=rod.round_trip)
+        *simulation(
+            "struck",
+            bodies,
+            (contact,),
+            3.0 * rod.round_trip,
+            integrator,
+            step,
+            round_trip=rod.round_trip,
+            model=model,
+            law=law,
+        )
     )
 
 

@@ -14,7 +14,9 @@ from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.generalised_alpha import GeneralisedAlpha
 from impactlab.integrators.midpoint import Midpoint
 from impactlab.integrators.newmark import Newmark
-from impactlab.scene import Contact, Mass, Point, Scene, StepRule, Wall
+from impactlab.scene import Contact, Mass, Point, Wall
+from impactlab.scene.method import StepRule
+from impactlab.testing.scenes import simulation
 
 K, M, ZETA = 1e6, 1.0, 0.6
 SPAN = 3e-3  # s: the contact ends 2 acos(zeta)/w_d = 2.32 ms after the touch, at the latest 0.1 ms after the start
@@ -27,10 +29,10 @@ def worst(law, integrator, dt):
     """The largest error of the exit speed over touches at several places in a step; F = k d + c d', never pulling."""
     errors = []
     for phase in PHASES:
-        contact = Contact(Point("ball", 0.0, "ball"), Point("wall", 0.0, "wall"), (2.0 + phase) * dt, law)
+        contact = Contact(Point("ball", 0.0, "ball"), Point("wall", 0.0, "wall"), (2.0 + phase) * dt)
         bodies = {"ball": Mass("ball", M, 1.0), "wall": Wall("wall")}
-        scene = Scene("ball", bodies, (contact,), SPAN, integrator, StepRule(dt=dt))
-        history = simulate.run(scene)
+        scene = simulation("ball", bodies, (contact,), SPAN, integrator, StepRule(dt=dt), law=law)
+        history = simulate.run(*scene)
         errors.append(abs(float(history.evaluate([SPAN], "velocity:ball")[0]) + RESTITUTION))
     return max(errors)
 

@@ -78,19 +78,19 @@ def check(mutant: Mutant, chance: random.Random, treat: Callable[[Any], None]) -
 
 
 def _prepared(case: Any) -> None:
-    from impactlab import simulate
+    from impactlab import api
 
-    simulate.prepare(case.scene())
+    api.prepare(case)
 
 
 def _run_shortly(case: Any) -> None:
     """Run a case that takes few steps, or as much of it as takes few, and summarise it."""
-    from impactlab import api, simulate
+    from impactlab import api
     from impactlab.report.console import summary_text
 
     scene = case.scene()
-    plan = simulate.prepare(scene)
-    if scene.tolerance is not None:
+    plan = api.prepare(case)
+    if case.simulation().method.tolerance is not None:
         return
     steps = float(plan.steps)
     if plan.dt is None:  # an exact run or an adaptive one: waves through the shortest piece

@@ -70,10 +70,10 @@ def test_free_beam_and_sphere_keep_momentum_and_angular_momentum(theory, method,
     # Momentum of the beam along its two rigid motions, 1 and x, each as a row over the velocities of its coordinates.
     rows = []
     for motion in (np.ones_like, lambda x: x / STEEL.length):
-        bodies = {**scene.bodies, "beam": replace(scene.bodies["beam"], displacement=motion)}
-        displaced = simulate.prepare(replace(scene, bodies=bodies)).built["beam"].system.displacement
+        bodies = {**scene.scene.bodies, "beam": replace(scene.scene.bodies["beam"], displacement=motion)}
+        displaced = simulate.prepare(*scene.but(bodies=bodies)).built["beam"].system.displacement
         rows.append(multiply(mass, displaced))
-    sphere = scene.bodies["sphere"].mass * traced.velocities("sphere")[:, 0]
+    sphere = scene.scene.bodies["sphere"].mass * traced.velocities("sphere")[:, 0]
     beam = traced.velocities("beam") @ np.array(rows).T
     given_to = np.column_stack((sphere, at * sphere))
     total = beam + given_to
@@ -87,7 +87,7 @@ def test_free_beam_and_sphere_keep_momentum_and_angular_momentum(theory, method,
 @given(other=st.floats(0.02, 0.98), ends=st.tuples(st.sampled_from(KINDS), st.sampled_from(KINDS)), **chosen)
 def test_force_here_moves_there_what_force_there_moves_here(theory, method, at, other, ends):
     model, integrator, dt = METHODS[method]
-    beam = Beam("beam", (SEGMENTS[theory],), End(ends[0]), End(ends[1]), model=model, theory=theory)
+    beam = Beam("beam", (SEGMENTS[theory],), End(ends[0]), End(ends[1]), theory=theory)
     if method in ("craig_bampton", "ritz"):
         model = Modal(24, 20)  # these are made for one place
     body = model.build_beam(beam, 0.0)
@@ -125,7 +125,7 @@ def test_the_mirrored_beam_gives_the_mirrored_answer(theory, method, at, ends):
 def test_a_beam_displaced_and_turned_as_a_whole_stays_so(theory, method, tilt):
     model, integrator, dt = METHODS[method]
     beam = Beam(
-        "beam", (SEGMENTS[theory],), End("free"), End("free"), model=model, theory=theory,
+        "beam", (SEGMENTS[theory],), End("free"), End("free"), theory=theory,
         displacement=lambda x: 1e-3 * (1.0 + tilt * x / STEEL.length),
     )  # fmt: skip
     body = model.build_beam(beam, 0.0, ()) if method != "ritz" else Modal(24, 12).build_beam(beam, 0.0)
@@ -142,9 +142,9 @@ def test_a_beam_displaced_and_turned_as_a_whole_stays_so(theory, method, tilt):
 
 def test_a_moving_frame_changes_nothing():
     still = scene_of("timoshenko", "finite_element, newmark", 0.3, ("free", "free"))
-    bodies = dict(still.bodies)
+    bodies = dict(still.scene.bodies)
     bodies["beam"] = replace(bodies["beam"], velocity=0.5)
     bodies["sphere"] = replace(bodies["sphere"], velocity=bodies["sphere"].velocity + 0.5)
-    one, other = trace(still), trace(replace(still, bodies=bodies))
+    one, other = trace(still), trace(still.but(bodies=bodies))
     # The travel, 5e-5 m, is a hundred times the indentation, and rounds it as much more.
     assert np.abs(one.forces - other.forces).max() < 1e-8 * np.abs(one.forces).max()

@@ -18,7 +18,9 @@ from impactlab.integrators.newmark import Newmark
 from impactlab.models import dispersion
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.scene import Beam, BeamSegment, End, Probe, Scene, StepRule
+from impactlab.scene import Beam, BeamSegment, End, Probe
+from impactlab.scene.method import StepRule
+from impactlab.testing.scenes import simulation
 from tests.reference.beam_scenes import STEEL, sheared
 
 RADIUS = math.sqrt(STEEL.inertia / STEEL.area)  # of gyration
@@ -36,7 +38,7 @@ def signals(segment: BeamSegment, theory: str, model: str, wave_number: float, t
     """Times of a packet's passage and the deflections at three places, shape (3, n)."""
     wave = 2.0 * math.pi / wave_number
     beam = Beam(
-        "beam", (replace(segment, length=LENGTH * wave),), PINNED, PINNED, model=MODELS[model][0],
+        "beam", (replace(segment, length=LENGTH * wave),), PINNED, PINNED,
         theory=theory, tension=tension,
         displacement=lambda x: 1e-6 * np.exp(-(((x - START * wave) / (WIDTH * wave)) ** 2))
         * np.cos(wave_number * (x - START * wave)),
@@ -48,11 +50,11 @@ def signals(segment: BeamSegment, theory: str, model: str, wave_number: float, t
     period = 2.0 * math.pi / float(dispersion.frequency(segment, np.array(wave_number), tension=tension))
     steps = math.ceil(80.0 * duration / period)
     probes = tuple(Probe("beam", place * wave, "displacement") for place in PLACES)
-    scene = Scene(
+    scene = simulation(
         "packet", {"beam": beam}, (), duration, MODELS[model][1], StepRule(dt=duration / steps),
-        round_trip=beam.round_trip, probes=probes,
+        round_trip=beam.round_trip, probes=probes, model=MODELS[model][0],
     )  # fmt: skip
-    history = simulate.run(scene)
+    history = simulate.run(*scene)
     times = np.linspace(0.0, duration, steps + 1)
     return times, np.array([history.evaluate(times, probe.channel) for probe in probes])
 

@@ -12,8 +12,10 @@ from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.energy_conserving import EnergyConserving
 from impactlab.contact.power_law import Hertz, HuntCrossley
 from impactlab.models.continuous import Continuous
-from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point, Scene, StepRule
+from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point
+from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import run
+from impactlab.testing.scenes import simulation
 
 LENGTH, AREA, INERTIA, YOUNG, RHO = 0.3, 1e-4, 1e-8 / 12.0, 2.1e11, 7900.0
 KGA = 5.0 / 6.0 * YOUNG / 2.6 * AREA
@@ -29,17 +31,19 @@ ends = st.one_of(
 laws = st.sampled_from([AdditionDeletion(), EnergyConserving(), Hertz(stiffness=1e10), HuntCrossley(stiffness=1e10)])
 
 
-def scene(left: End, right: End, share: float, law: Any, mass: float, cells: float, theory: str) -> Scene:
+def scene(left: End, right: End, share: float, law: Any, mass: float, cells: float, theory: str) -> Simulation:
     shears = theory == "timoshenko"
     segment = BeamSegment(
         LENGTH, AREA, YOUNG, RHO, inertia=INERTIA,
         shear_stiffness=KGA if shears else math.inf, rotary_inertia=RHO * INERTIA if shears else 0.0,
     )  # fmt: skip
-    beam = Beam("beam", (segment,), left, right, theory=theory, model=Continuous())  # type: ignore[arg-type]
-    contact = Contact(Point("mass", 0.0, "mass"), Point("beam", share * LENGTH, "beam"), 0.0, law)
+    beam = Beam("beam", (segment,), left, right, theory=theory)  # type: ignore[arg-type]
+    contact = Contact(Point("mass", 0.0, "mass"), Point("beam", share * LENGTH, "beam"), 0.0)
     bodies = {"mass": Mass("mass", mass, 1.0), "beam": beam}
     dt = LENGTH / math.sqrt(KGA / (RHO * AREA)) / cells
-    return Scene("x", bodies, (contact,), 3e-4, None, StepRule(dt=dt), round_trip=beam.round_trip)
+    return simulation(
+        "x", bodies, (contact,), 3e-4, None, StepRule(dt=dt), round_trip=beam.round_trip, model=Continuous(), law=law
+    )
 
 
 @FAST
@@ -47,7 +51,7 @@ def scene(left: End, right: End, share: float, law: Any, mass: float, cells: flo
 def test_the_energy_of_a_timoshenko_beam_is_kept_or_booked(
     left: End, right: End, share: float, law: Any, mass: float, cells: float
 ) -> None:
-    history = run(scene(left, right, share, law, 0.1 * mass, cells, "timoshenko"))
+    history = run(*scene(left, right, share, law, 0.1 * mass, cells, "timoshenko"))
     book = history.energy
     assert book.largest_gain < 1e-9
     # A contact that lets go between two ends of steps loses what its spring then holds; nothing else does.
@@ -61,6 +65,6 @@ def test_the_energy_of_an_infinite_beam_is_kept_or_booked(
 ) -> None:
     left = End("free") if tip else End("infinite")
     case = scene(left, End("infinite"), 0.0 if tip else share, law, 0.1 * mass, cells, "euler_bernoulli")
-    book = run(case).energy
+    book = run(*case).energy
     assert book.largest_gain < 1e-9
     assert book.largest_loss < (1e-9 if isinstance(law, AdditionDeletion) else 5e-2)

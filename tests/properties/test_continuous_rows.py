@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from impactlab.exact.solve import solve
 from impactlab.history import AbstractHistory
-from impactlab.scene import Rod, Scene, Wall
+from impactlab.scene import Rod, Wall
+from impactlab.scene.method import Simulation
 from impactlab.testing.rows import momentum_scale, rows
 from impactlab.testing.strategies import mirrored
 
@@ -17,16 +18,16 @@ pytestmark = pytest.mark.slow
 quick = settings(max_examples=40, deadline=None, print_blob=True)
 
 
-def momentum(history: AbstractHistory, scene: Scene, t: np.ndarray) -> np.ndarray:
+def momentum(history: AbstractHistory, scene: Simulation, t: np.ndarray) -> np.ndarray:
     """Return the momentum of all bodies, shape of t."""
-    names = [name for name, body in scene.bodies.items() if not isinstance(body, Wall)]
+    names = [name for name, body in scene.scene.bodies.items() if not isinstance(body, Wall)]
     return np.sum([history.evaluate(t, f"momentum:{name}") for name in names], axis=0)
 
 
 @quick
 @given(rows())
-def test_energy_of_a_row_is_kept_or_booked(scene: Scene) -> None:
-    history = solve(scene)
+def test_energy_of_a_row_is_kept_or_booked(scene: Simulation) -> None:
+    history = solve(*scene)
     book = history.energy
     # some hundred pieces, each rounded at the energy in play
     stake = max(1.0, *(float(np.max(np.abs(energy))) for energy in (*book.bodies.values(), book.work)))
@@ -39,18 +40,18 @@ def test_energy_of_a_row_is_kept_or_booked(scene: Scene) -> None:
 
 @quick
 @given(rows(held=False))
-def test_a_row_that_nothing_holds_keeps_its_momentum(scene: Scene) -> None:
-    t = np.linspace(0.0, scene.duration, 13)
-    whole = momentum(solve(scene), scene, t)
-    weight = scene.gravity * sum(body.mass for body in scene.bodies.values() if not isinstance(body, Wall))
-    assert whole == pytest.approx(whole[0] + weight * t, abs=1e-11 * momentum_scale(scene))
+def test_a_row_that_nothing_holds_keeps_its_momentum(scene: Simulation) -> None:
+    t = np.linspace(0.0, scene.scene.duration, 13)
+    whole = momentum(solve(*scene), scene, t)
+    weight = scene.scene.gravity * sum(body.mass for body in scene.scene.bodies.values() if not isinstance(body, Wall))
+    assert whole == pytest.approx(whole[0] + weight * t, abs=1e-11 * momentum_scale(scene.scene))
 
 
 @quick
 @given(rows(), st.floats(0.01, 0.99))
-def test_mirrored_row_mirrored_motion(scene: Scene, share: float) -> None:
-    one, other = solve(scene), solve(mirrored(scene))
-    for name, body in scene.bodies.items():
+def test_mirrored_row_mirrored_motion(scene: Simulation, share: float) -> None:
+    one, other = solve(*scene), solve(*mirrored(scene))
+    for name, body in scene.scene.bodies.items():
         if isinstance(body, Rod):
             x = share * body.length
             t = np.linspace(0.0, 6.0, 25) + 0.0123

@@ -30,7 +30,7 @@ quick = settings(max_examples=40, deadline=None, print_blob=True)
 @quick
 @given(alphas, ends, laws, st.sampled_from([0.0, 0.05, -0.05]))
 def test_energy_balance(alpha, far, law, gravity):
-    history = solve(replace(struck(alpha, 12.0, far, law), gravity=gravity))
+    history = solve(*replace(struck(alpha, 12.0, far, law), gravity=gravity))
     book = history.energy
     scale = max(1.0, float(np.max(book.total)) / book.scale)
     assert max(book.largest_gain, book.largest_loss) < 1e-12 * scale * (10.0 if gravity else 1.0)
@@ -43,7 +43,7 @@ def test_energy_balance(alpha, far, law, gravity):
 @quick
 @given(alphas, laws)
 def test_what_the_mass_gives_the_free_rod_takes(alpha, law):
-    history = solve(struck(alpha, 12.0, FREE, law))
+    history = solve(*struck(alpha, 12.0, FREE, law))
     impulse = sum(span.impulse for span in history.contacts)
     given_ = (1.0 - float(history.evaluate(12.0, "velocity:hammer"))) / alpha
     taken = float(history.evaluate(12.0, "momentum:rod"))
@@ -54,7 +54,7 @@ def test_what_the_mass_gives_the_free_rod_takes(alpha, law):
 @quick
 @given(alphas, ends, st.floats(0.05, 0.95), st.floats(0.05, 0.95), st.floats(0.0, 9.0))
 def test_characteristics(alpha, far, x0, x1, t):
-    history = solve(struck(alpha, 12.0, far))
+    history = solve(*struck(alpha, 12.0, far))
     low, high = sorted((x0, x1))
     for sign, start, stop in ((1.0, low, high), (-1.0, high, low)):
         jumps = np.concatenate([history.jumps(f"velocity:rod@{start:.6g}"), [-1.0]])
@@ -70,7 +70,7 @@ def test_characteristics(alpha, far, x0, x1, t):
 @quick
 @given(alphas, ends, st.floats(0.01, 0.99), st.floats(0.0, 0.999))
 def test_nothing_moves_before_the_wave_arrives(alpha, far, x, share):
-    history = solve(struck(alpha, 2.0, far))
+    history = solve(*struck(alpha, 2.0, far))
     name = float(f"{x:.6g}")
     for quantity in ("displacement", "velocity", "stress", "strain", "force"):
         assert float(history.evaluate(share * name, f"{quantity}:rod@{name!r}")) == 0.0
@@ -79,7 +79,7 @@ def test_nothing_moves_before_the_wave_arrives(alpha, far, x, share):
 @quick
 @given(alphas, ends, laws)
 def test_mirrored_scene_mirrored_answer(alpha, far, law):
-    one, other = solve(struck(alpha, 8.0, far, law)), solve(struck(alpha, 8.0, far, law, mirrored=True))
+    one, other = solve(*struck(alpha, 8.0, far, law)), solve(*struck(alpha, 8.0, far, law, mirrored=True))
     assert [e.kind for e in one.events] == [e.kind for e in other.events]
     assert [e.time for e in one.events] == pytest.approx([e.time for e in other.events], abs=1e-12)
     t = np.linspace(0.0, 8.0, 97)
@@ -93,13 +93,13 @@ def test_mirrored_scene_mirrored_answer(alpha, far, law):
 @given(st.floats(0.1, 0.95), st.floats(-3.0, 3.0), st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))
 def test_results_scale_with_units(alpha, length, time, weight):
     metre, second, kilogram = 10.0**length, 10.0**time, 10.0**weight
-    plain = solve(struck(alpha, 6.0))
+    plain = solve(*struck(alpha, 6.0))
     bar = rod(length=metre, right=CLAMPED)
     segment = Segment(metre, metre**2, kilogram / (metre * second**2), kilogram / metre**3)
     bar = replace(bar, segments=(segment,))
     hammer = Mass("hammer", kilogram / alpha, metre / second)
     other = solve(
-        scene([hammer, bar], [(point(hammer), point(bar, "left"), 0.0, Hard())], 6.0 * second, round_trip=2.0 * second)
+        *scene([hammer, bar], [(point(hammer), point(bar, "left"), 0.0, Hard())], 6.0 * second, round_trip=2.0 * second)
     )
     assert [e.time / second for e in other.events] == pytest.approx([e.time for e in plain.events], abs=1e-10)
     newton = kilogram * metre / second**2

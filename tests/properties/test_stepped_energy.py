@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 
 import pytest
@@ -20,9 +19,11 @@ from impactlab.integrators.newmark import Newmark
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.scene import Contact, End, Mass, Point, Rod, Scene, Segment, StepRule, Wall
+from impactlab.scene import Contact, End, Mass, Point, Rod, Segment, Wall
+from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import prepare
 from impactlab.simulate.pairing import energy_bound
+from impactlab.testing.scenes import simulation
 from impactlab.testing.strategies import log_uniform, scenes
 from impactlab.testing.trace import trace
 from impactlab.types import Relative
@@ -41,21 +42,21 @@ ROUNDING = 2e-12
 
 @settings(max_examples=40)
 @given(scenes(laws=st.one_of(penalties, impulses), integrators=st.sampled_from([Newmark(), ExactModal()])))
-def test_lossless_pairings_gain_no_energy(scene: Scene) -> None:
+def test_lossless_pairings_gain_no_energy(scene: Simulation) -> None:
     book = trace(scene).history.energy
     assert book.largest_gain < ROUNDING * book.rounding
 
 
 @settings(max_examples=25)
 @given(scenes(laws=st.just(Penalty(stiffness=Relative(1.0))), integrators=st.sampled_from([Newmark(), ExactModal()])))
-def test_undamped_penalty_neither_gains_nor_loses(scene: Scene) -> None:
+def test_undamped_penalty_neither_gains_nor_loses(scene: Simulation) -> None:
     book = trace(scene).history.energy
     assert max(book.largest_gain, book.largest_loss) < 2.0 * ROUNDING * book.rounding
 
 
 @settings(max_examples=40)
 @given(scenes())
-def test_booked_losses_never_fall(scene: Scene) -> None:
+def test_booked_losses_never_fall(scene: Simulation) -> None:
     book = trace(scene).history.energy
     for values in book.booked.values():
         assert (values[1:] >= values[:-1]).all()
@@ -69,25 +70,25 @@ def test_booked_losses_never_fall(scene: Scene) -> None:
         integrators=st.just(CentralDifference()),
     )
 )
-def test_central_difference_gains_within_its_bound(scene: Scene) -> None:
+def test_central_difference_gains_within_its_bound(scene: Simulation) -> None:
     traced = trace(scene)
     ports = traced.history.assembly.memory.ports
     # The contact is an oscillator of its own: its step (w dt)^2 must be small, or it gains (docs/bounds.md).
     assume(ports["gap_per_force"][0] * ports["parameters"][0, 0] < 0.02)
-    assert traced.history.energy.largest_gain <= energy_bound(scene, CentralDifference())
+    assert traced.history.energy.largest_gain <= energy_bound(*scene, CentralDifference())
 
 
 @settings(max_examples=40)
 @given(
     scenes(laws=st.just(WaveIdentification()), integrators=st.sampled_from([Newmark(), ExactModal()]), gravity=False)
 )
-def test_wave_identification_gains_within_its_bound(scene: Scene) -> None:
-    assert scene.integrator is not None
+def test_wave_identification_gains_within_its_bound(scene: Simulation) -> None:
+    assert scene.method.integrator is not None
     # Measured on uniform rods of 2-node bars. With two segments on two elements, or on spectral elements (order 4 and
     # more: gains up to 1.1 seen), a gain beyond the bound ends the run as failed.
-    rods = [body for body in scene.bodies.values() if isinstance(body, Rod)]
-    assume(all(len(rod.segments) == 1 and getattr(rod.model, "order", 1) == 1 for rod in rods))
-    assert trace(scene).history.energy.largest_gain <= energy_bound(scene, scene.integrator)
+    rods = [body for body in scene.scene.bodies.values() if isinstance(body, Rod)]
+    assume(all(len(rod.segments) == 1 and getattr(scene.method.models[rod.name], "order", 1) == 1 for rod in rods))
+    assert trace(scene).history.energy.largest_gain <= energy_bound(*scene, scene.method.integrator)
 
 
 @settings(max_examples=25)
@@ -99,7 +100,7 @@ def test_wave_identification_gains_within_its_bound(scene: Scene) -> None:
         far=("free", "clamped"),
     )
 )
-def test_hard_contact_under_central_difference_gains_nothing(scene: Scene) -> None:
+def test_hard_contact_under_central_difference_gains_nothing(scene: Simulation) -> None:
     book = trace(scene).history.energy
     assert book.largest_gain < ROUNDING * book.rounding
 
@@ -109,16 +110,18 @@ STEEL = Segment(0.3, 9e-4, 2.1e11, 7900.0)
 
 def struck(
     model: AbstractRodModel, law: AbstractContactLaw, alpha: float, far: str, points: float, steps_of: float = 3.0
-) -> Scene:
-    rod = Rod("rod", (STEEL,), End("free"), End(far), model=model)  # type: ignore[arg-type]
-    return Scene(
+) -> Simulation:
+    rod = Rod("rod", (STEEL,), End("free"), End(far))  # type: ignore[arg-type]
+    return simulation(
         "struck",
         {"hammer": Mass("hammer", STEEL.mass / alpha, 1.0), "rod": rod},
-        (Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0, law),),
+        (Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0),),
         steps_of * rod.round_trip,
         Newmark(),
         StepRule(points_per_period=points),
         round_trip=rod.round_trip,
+        model=model,
+        law=law,
     )
 
 
@@ -134,7 +137,7 @@ def test_wave_identification_with_ten_modes_gains_less_than_one_percent(
         assert trace(struck(model, WaveIdentification(), alpha, far, points)).history.energy.largest_gain < 0.01
 
 
-def periodic_bar(elements: int, courant: float) -> Scene:
+def periodic_bar(elements: int, courant: float) -> Simulation:
     bar = Segment(1.0, 1.0, 1.0, 1.0)
     rod = Rod(
         "rod",
@@ -142,11 +145,10 @@ def periodic_bar(elements: int, courant: float) -> Scene:
         End("free"),
         End("clamped"),
         displacement=lambda x: (1.0 - x) / 2.0,
-        model=FiniteElement(elements),
     )
-    contact = Contact(Point("wall", 0.0, "wall"), Point("rod", 0.0, "rod.left"), 0.0, AdditionDeletion())
+    contact = Contact(Point("wall", 0.0, "wall"), Point("rod", 0.0, "rod.left"), 0.0)
     # Its free motion takes four transits for a period; with the wall at rest position it returns after three.
-    return Scene(
+    return simulation(
         "periodic bar",
         {"wall": Wall("wall"), "rod": rod},
         (contact,),
@@ -154,6 +156,8 @@ def periodic_bar(elements: int, courant: float) -> Scene:
         Newmark(),
         StepRule(courant=courant),
         round_trip=2.0,
+        model=FiniteElement(elements),
+        law=AdditionDeletion(),
     )
 
 
@@ -161,8 +165,8 @@ def periodic_bar(elements: int, courant: float) -> Scene:
 def test_newmark_with_a_hard_constraint_is_the_known_exception(elements: int) -> None:
     scene = periodic_bar(elements, 0.25)
     assert trace(scene).history.energy.largest_gain > 1.0
-    assert math.isinf(energy_bound(scene, Newmark()))
-    assert [warned.code for warned in prepare(scene).warnings] == ["constraint_energy"]
+    assert math.isinf(energy_bound(*scene, Newmark()))
+    assert [warned.code for warned in prepare(*scene).warnings] == ["constraint_energy"]
 
 
 @pytest.mark.parametrize("alpha", [0.1, 0.3])
@@ -184,14 +188,22 @@ def test_touch_late_in_a_step_under_a_damped_penalty_gains_no_energy() -> None:
 
 def test_strongly_damped_contact_that_lets_go_while_pressed_gains_no_energy() -> None:
     rods = {}
-    for name, model, velocity in (("striker", Modal(None, 1), 0.45), ("rod", Modal(2, 1), 0.0)):
+    for name, velocity in (("striker", 0.45), ("rod", 0.0)):
         piece = Segment(6.5, 7e-5, 1.2e8, 850.0)
-        rods[name] = Rod(name, (piece,), End("free"), End("free"), velocity=velocity, model=model)
+        rods[name] = Rod(name, (piece,), End("free"), End("free"), velocity=velocity)
     law = Penalty(Relative(0.4), Relative(3.0))
-    contact = Contact(Point("striker", 6.5, "striker.right"), Point("rod", 0.0, "rod.left"), 0.0, law)
+    contact = Contact(Point("striker", 6.5, "striker.right"), Point("rod", 0.0, "rod.left"), 0.0)
     trip = rods["rod"].round_trip
-    scene = Scene(
-        "two", dict(rods), (contact,), 3.0 * trip, Newmark(), StepRule(points_per_period=8.9), round_trip=trip
+    scene = simulation(
+        "two",
+        dict(rods),
+        (contact,),
+        3.0 * trip,
+        Newmark(),
+        StepRule(points_per_period=8.9),
+        round_trip=trip,
+        model={"striker": Modal(None, 1), "rod": Modal(2, 1)},
+        law=law,
     )
     # Once it gained 7e-4 here. Some hundred steps, each rounded a few times.
     assert trace(scene).history.energy.largest_gain < 1e-13
@@ -206,11 +218,17 @@ def test_free_rod_far_from_home_keeps_its_energy() -> None:
         End("free"),
         velocity=1.0,
         displacement=lambda x: 1e-5 * x**2,
-        model=FiniteElement(100),
     )
     for integrator in (Newmark(), CentralDifference()):
-        body = dataclasses.replace(rod, model=FiniteElement(100, "lumped"))
-        scene = Scene("far", {"rod": body}, (), 20.0 * rod.round_trip, integrator, StepRule(courant=0.5))
+        scene = simulation(
+            "far",
+            {"rod": rod},
+            (),
+            20.0 * rod.round_trip,
+            integrator,
+            StepRule(courant=0.5),
+            model=FiniteElement(100, "lumped"),
+        )
         book = trace(scene).history.energy
         # 4000 steps, 100 coordinates; rounding of the energy's own sum, 100 eps, and a walk of 4000 steps.
         assert max(book.largest_gain, book.largest_loss) < 4e-13 * book.rounding

@@ -11,7 +11,8 @@ from impactlab.integrators.bathe import Bathe
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.scene import End, Rod, Scene, Segment
+from impactlab.scene import End, Rod, Segment
+from impactlab.scene.method import Simulation
 from impactlab.testing.invariants import (
     exchanged_momentum_error,
     field_truncation,
@@ -27,16 +28,16 @@ from impactlab.testing.trace import trace
 EPS = float(np.finfo(float).eps)
 
 
-def magnified(scene: Scene) -> float:
+def magnified(scene: Simulation) -> float:
     """Return how much larger than their sum the terms of a scheme's equation are.
 
     Bathe's second part takes rates from three instants, with weights up to 1/g + 1/(1 - g) of the first part g.
     """
-    scheme = scene.integrator
+    scheme = scene.method.integrator
     return 1.0 / scheme.first_part + 1.0 / (1.0 - scheme.first_part) if isinstance(scheme, Bathe) else 1.0
 
 
-def check_momentum(scene: Scene) -> None:
+def check_momentum(scene: Simulation) -> None:
     traced = trace(scene)
     steps = len(traced.forces)
     assert strongest_pull(traced.history) == 0.0
@@ -46,7 +47,7 @@ def check_momentum(scene: Scene) -> None:
     assert reported_impulse_error(traced) < (steps + 8.0) * EPS
     # A velocity is rounded once a step.
     assert exchanged_momentum_error(traced) < 4.0 * (steps + 8.0) * EPS
-    if is_free(scene):
+    if is_free(scene.scene):
         # Elastic modes of a mesh carry momentum by the rounding of its eigenvectors: about n^2 eps for n = 40 elements,
         # more where the masses of segments differ by orders of magnitude (seen: 1e-12).
         assert free_momentum_error(traced) < 2e-11
@@ -54,14 +55,14 @@ def check_momentum(scene: Scene) -> None:
 
 @settings(max_examples=60)
 @given(scenes())
-def test_momentum_given_is_momentum_taken_is_the_reported_impulse(scene: Scene) -> None:
+def test_momentum_given_is_momentum_taken_is_the_reported_impulse(scene: Simulation) -> None:
     check_momentum(scene)
 
 
 @pytest.mark.slow
 @settings(max_examples=500)
 @given(scenes(steps=800))
-def test_momentum_given_is_momentum_taken_in_many_scenes(scene: Scene) -> None:
+def test_momentum_given_is_momentum_taken_in_many_scenes(scene: Simulation) -> None:
     try:
         check_momentum(scene)
     except StepError as error:

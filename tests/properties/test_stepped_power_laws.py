@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -13,8 +11,9 @@ from impactlab.contact.khulief_shabana import KhuliefShabana
 from impactlab.contact.power_law import Flores, Hertz, HuntCrossley, LankaraniNikravesh
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
-from impactlab.scene import Contact, Mass, Point, Rod, Scene, StepRule
-from impactlab.scene.facts import side_facts
+from impactlab.scene import Contact, Mass, Point, Rod
+from impactlab.scene.method import Simulation, StepRule, laws_of, sides
+from impactlab.testing.scenes import simulation
 from impactlab.testing.strategies import log_uniform, scenes
 from impactlab.testing.trace import trace
 from impactlab.types import Relative
@@ -26,17 +25,18 @@ ROUNDING = 4e-12
 HYSTERETIC = (HuntCrossley, LankaraniNikravesh, Flores)
 
 
-def with_power_law(scene: Scene, softness: float, exponent: float, restitution: float | None, kind: int) -> Scene:
+def with_power_law(
+    scene: Simulation, softness: float, exponent: float, restitution: float | None, kind: int
+) -> Simulation:
     """Return a scene under a law as stiff as an element of its rod at an indentation that its impact can reach."""
-    contact = scene.contacts[0]
-    facts = [side_facts(scene, point) for point in (contact.left, contact.right)]
+    facts = sides(*scene, scene.scene.contacts[0])
     stiffness = softness * min(side.element_stiffness for side in facts if side.kind == "rod")
-    speed = max(abs(body.velocity) for body in scene.bodies.values() if isinstance(body, (Rod, Mass)))
-    k = stiffness * (1e-2 * speed * scene.round_trip) ** (1.0 - exponent)
+    speed = max(abs(body.velocity) for body in scene.scene.bodies.values() if isinstance(body, (Rod, Mass)))
+    k = stiffness * (1e-2 * speed * scene.scene.round_trip) ** (1.0 - exponent)
     law: AbstractContactLaw = Hertz(k, exponent)
     if restitution is not None:
         law = HYSTERETIC[kind](k, exponent, restitution, 1e-6 * speed)
-    return dataclasses.replace(scene, contacts=(dataclasses.replace(contact, law=law),))
+    return scene.but(law=law)
 
 
 scenes_of_power_laws = st.builds(
@@ -51,17 +51,17 @@ scenes_of_power_laws = st.builds(
 
 @settings(max_examples=60)
 @given(scenes_of_power_laws)
-def test_energy_closes_to_rounding(scene: Scene) -> None:
+def test_energy_closes_to_rounding(scene: Simulation) -> None:
     book = trace(scene).history.energy
     assert max(book.largest_gain, book.largest_loss) < ROUNDING * book.rounding
-    if isinstance(scene.contacts[0].law, Hertz):
+    if isinstance(laws_of(*scene)[0], Hertz):
         # What is let go of is nothing here: a lossless law books no loss but that of rounding.
         assert book.booked["contact"][-1] < ROUNDING * book.scale
 
 
 @settings(max_examples=30)
 @given(scenes_of_power_laws)
-def test_it_never_pulls(scene: Scene) -> None:
+def test_it_never_pulls(scene: Simulation) -> None:
     assert (trace(scene).forces >= 0.0).all()
 
 
@@ -72,7 +72,7 @@ def test_it_never_pulls(scene: Scene) -> None:
         integrators=st.sampled_from([Newmark(), ExactModal()]),
     )
 )
-def test_khulief_shabana_neither_gains_nor_loses_what_it_does_not_book(scene: Scene) -> None:
+def test_khulief_shabana_neither_gains_nor_loses_what_it_does_not_book(scene: Simulation) -> None:
     book = trace(scene).history.energy
     assert book.largest_gain < ROUNDING * book.rounding
 
@@ -80,8 +80,8 @@ def test_khulief_shabana_neither_gains_nor_loses_what_it_does_not_book(scene: Sc
 def test_between_two_masses_the_momentum_is_shared_as_it_must() -> None:
     law = HuntCrossley(1e9, restitution=0.5)
     bodies = {"a": Mass("a", 2.0, 1.0), "b": Mass("b", 3.0, -0.5)}
-    contact = Contact(Point("a", 0.0, "a"), Point("b", 0.0, "b"), 1e-5, law)
-    history = trace(Scene("two", bodies, (contact,), 4e-3, Newmark(), StepRule(dt=1e-7))).history
+    contact = Contact(Point("a", 0.0, "a"), Point("b", 0.0, "b"), 1e-5)
+    history = trace(simulation("two", bodies, (contact,), 4e-3, Newmark(), StepRule(dt=1e-7), law=law)).history
     a, b = (float(history.evaluate(np.array([4e-3]), f"velocity:{name}")[0]) for name in "ab")
     # 1e4 forces of some rounding each; the restitution to second order in a few thousand steps of contact.
     assert abs(2.0 * a + 3.0 * b - 0.5) < 1e-12

@@ -12,8 +12,10 @@ from impactlab.integrators.newmark import Newmark
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.scene import Contact, End, Mass, Point, Rod, Scene, Segment, StepRule
+from impactlab.scene import Contact, End, Mass, Point, Rod, Segment
+from impactlab.scene.method import StepRule
 from impactlab.testing.invariants import precursor
+from impactlab.testing.scenes import simulation
 from impactlab.testing.trace import run_in_cuts
 from impactlab.types import Relative
 
@@ -23,17 +25,19 @@ POINTS = StepRule(points_per_period=20.0)
 def ahead(
     model: AbstractRodModel, integrator: AbstractIntegrator, step: StepRule, margin: float, piece: Segment
 ) -> float:
-    rod = Rod("rod", (piece,), End("free"), End("clamped"), model=model)
+    rod = Rod("rod", (piece,), End("free"), End("clamped"))
     transit = 0.5 * rod.round_trip
-    scene = Scene(
+    scene = simulation(
         "struck",
         {"hammer": Mass("hammer", piece.mass, 2.0), "rod": rod},
-        (Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0, Penalty(Relative(1.0))),),
+        (Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0),),
         transit,
         integrator,
         step,
         round_trip=rod.round_trip,
         snapshots=tuple(transit * i / 20.0 for i in range(2, 18)),
+        model=model,
+        law=Penalty(Relative(1.0)),
     )
     return precursor(run_in_cuts(scene, lambda reached: reached + 10**6), "rod", 2.0, margin * piece.length)
 

@@ -24,7 +24,9 @@ from impactlab.integrators.newmark import Newmark
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.scene import Contact, End, Mass, Point, Rod, Scene, Segment, StepRule
+from impactlab.scene import Contact, End, Mass, Point, Rod, Segment
+from impactlab.scene.method import Simulation, StepRule
+from impactlab.testing.scenes import simulation
 from impactlab.testing.trace import trace
 from impactlab.types import Level, Port, Relative, Reply, SideFacts, Start
 
@@ -90,13 +92,23 @@ LAWS: dict[str, tuple[AbstractContactLaw, AbstractContactLaw]] = {
 }
 
 
-def scene(setting: str, law: AbstractContactLaw) -> Scene:
+def scene(setting: str, law: AbstractContactLaw) -> Simulation:
     model, integrator, step = SETTINGS[setting]
     piece = Segment(0.3, 9e-4, 2.1e11, 7900.0)
-    rod = Rod("rod", (piece,), End("free"), End("clamped"), model=model)
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0, law)
+    rod = Rod("rod", (piece,), End("free"), End("clamped"))
+    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0)
     bodies = {"hammer": Mass("hammer", piece.mass, 1.0), "rod": rod}
-    return Scene("struck", bodies, (contact,), 1.2 * rod.round_trip, integrator, step, round_trip=rod.round_trip)
+    return simulation(
+        "struck",
+        bodies,
+        (contact,),
+        1.2 * rod.round_trip,
+        integrator,
+        step,
+        round_trip=rod.round_trip,
+        model=model,
+        law=law,
+    )
 
 
 def values(setting: str, law: AbstractContactLaw) -> np.ndarray[Any, Any]:
@@ -138,7 +150,7 @@ def test_compiled_run_and_plain_run_give_the_same_values(tmp_path: Path) -> None
 
 def test_exception_in_a_law_reaches_the_caller_with_what_was_reached() -> None:
     with pytest.raises(StepError, match="ValueError: the table ends here") as caught:
-        simulate.run(scene("mesh", Broken()))
+        simulate.run(*scene("mesh", Broken()))
     error = caught.value
     assert isinstance(error.__cause__, ValueError)
     assert error.step == 41

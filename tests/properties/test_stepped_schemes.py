@@ -15,7 +15,7 @@ from impactlab.integrators.hht_alpha import HhtAlpha
 from impactlab.integrators.midpoint import Midpoint
 from impactlab.integrators.moreau_jean import MoreauJean
 from impactlab.integrators.nonsmooth_generalised_alpha import NonsmoothGeneralisedAlpha
-from impactlab.scene import Scene
+from impactlab.scene.method import Simulation
 from impactlab.simulate.pairing import energy_bound
 from impactlab.testing.strategies import log_uniform, scenes
 from impactlab.testing.trace import trace
@@ -35,7 +35,7 @@ composite = st.builds(Bathe, first_part=st.floats(0.2, 0.8))
 
 @settings(max_examples=40)
 @given(scenes(laws=st.one_of(penalties, impulses), integrators=st.one_of(conserving, thetas, composite)))
-def test_these_gain_nothing_with_springs_dashpots_and_kicks(scene: Scene) -> None:
+def test_these_gain_nothing_with_springs_dashpots_and_kicks(scene: Simulation) -> None:
     # A step that never gains energy under a constant load, taken about the load's own rest, gives F times the path.
     book = trace(scene).history.energy
     assert book.largest_gain < ROUNDING * book.rounding
@@ -43,7 +43,7 @@ def test_these_gain_nothing_with_springs_dashpots_and_kicks(scene: Scene) -> Non
 
 @settings(max_examples=20)
 @given(scenes(laws=st.just(Penalty(Relative(1.0))), integrators=conserving))
-def test_conserving_schemes_lose_nothing_either(scene: Scene) -> None:
+def test_conserving_schemes_lose_nothing_either(scene: Simulation) -> None:
     book = trace(scene).history.energy
     assert book.largest_loss < 2.0 * ROUNDING * book.rounding
 
@@ -56,7 +56,7 @@ def test_conserving_schemes_lose_nothing_either(scene: Scene) -> None:
         gravity=False,
     )
 )
-def test_hard_contact_whose_force_holds_the_jump_gains_nothing(scene: Scene) -> None:
+def test_hard_contact_whose_force_holds_the_jump_gains_nothing(scene: Simulation) -> None:
     # The gap ends at zero and began open, so that the force takes energy or gives none.
     book = trace(scene).history.energy
     assert book.largest_gain < ROUNDING * book.rounding
@@ -73,9 +73,9 @@ def test_hard_contact_whose_force_holds_the_jump_gains_nothing(scene: Scene) -> 
         gravity=False,
     )
 )
-def test_damping_schemes_gain_within_their_bound(scene: Scene) -> None:
-    assert scene.integrator is not None
-    assert trace(scene).history.energy.largest_gain <= energy_bound(scene, scene.integrator)
+def test_damping_schemes_gain_within_their_bound(scene: Simulation) -> None:
+    assert scene.method.integrator is not None
+    assert trace(scene).history.energy.largest_gain <= energy_bound(*scene, scene.method.integrator)
 
 
 @settings(max_examples=30)
@@ -86,9 +86,9 @@ def test_damping_schemes_gain_within_their_bound(scene: Scene) -> None:
         gravity=False,
     )
 )
-def test_generalised_alpha_gains_within_its_bound(scene: Scene) -> None:
+def test_generalised_alpha_gains_within_its_bound(scene: Simulation) -> None:
     traced = trace(scene)
     ports = traced.history.assembly.memory.ports
     # As under central difference, the step must resolve the contact's own oscillation.
     assume(ports["gap_per_force"][0] * ports["parameters"][0, 0] < 0.25)
-    assert traced.history.energy.largest_gain <= energy_bound(scene, GeneralisedAlpha())
+    assert traced.history.energy.largest_gain <= energy_bound(*scene, GeneralisedAlpha())

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from impactlab.contact.power_law import Hertz
-from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point, Scene, StepRule
+from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point
+from impactlab.scene.method import StepRule
+from impactlab.testing.scenes import simulation
 
 SIDE, YOUNG, DENSITY, SPAN = 0.01, 2.157463e11, 7960.0, 0.1535
 STEEL = BeamSegment(SPAN, SIDE**2, YOUNG, DENSITY, inertia=SIDE**4 / 12.0, height=SIDE)
@@ -25,11 +27,12 @@ def sphere_on_beam(model, integrator, dt, *, ends=("pinned", "pinned"), at=0.5, 
     """Timoshenko's sphere on a beam: steel, 1 cm x 1 cm, span 15.35 cm, radius 1 cm, 1 cm/s."""
     theory = "euler_bernoulli" if segment.rotary_inertia == 0.0 else "timoshenko"
     ends = [end if isinstance(end, End) else End(end) for end in ends]
-    beam = Beam("beam", (segment,), *ends, model=model, theory=theory, **given)
+    beam = Beam("beam", (segment,), *ends, theory=theory, **given)
     place = at * beam.length
     face = Point("beam", place, f"beam.at({place:g})")
-    contact = Contact(Point("sphere", 0.0, "sphere"), face, 0.0, law or Hertz(FLAT))
+    contact = Contact(Point("sphere", 0.0, "sphere"), face, 0.0)
     bodies = {"sphere": Mass("sphere", SPHERE, speed), "beam": beam}
-    return Scene(
-        "sphere on beam", bodies, (contact,), duration, integrator, StepRule(dt=dt), round_trip=beam.round_trip
+    return simulation(
+        "sphere on beam", bodies, (contact,), duration, integrator, StepRule(dt=dt), round_trip=beam.round_trip,
+        model=model, law=law or Hertz(FLAT),
     )  # fmt: skip

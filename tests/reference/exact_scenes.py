@@ -6,7 +6,9 @@ from dataclasses import dataclass
 from typing import ClassVar, final
 
 from impactlab.contact.base import AbstractContactLaw
-from impactlab.scene import Contact, End, Mass, Point, Rod, Scene, Segment, StepRule, Wall
+from impactlab.scene import Contact, End, Mass, Point, Rod, Segment, Wall
+from impactlab.scene.method import Simulation, StepRule
+from impactlab.testing.scenes import simulation
 from impactlab.types import Port, Reply, SideFacts, Start
 
 FREE = End("free")
@@ -61,12 +63,13 @@ def point(scene_body, side=""):
     return Point(scene_body.name, 0.0 if side == "left" else scene_body.length, f"{scene_body.name}.{side}")
 
 
-def scene(bodies, contacts, duration, gravity=0.0, round_trip=2.0, probes=()):
+def scene(bodies, contacts, duration, gravity=0.0, round_trip=2.0, probes=()) -> Simulation:
     """A scene of bodies and (left point, right point, gap, law)."""
-    return Scene(
+    return simulation(
         "test", {body.name: body for body in bodies},
-        tuple(Contact(a, b, gap, law, gap < 0.0) for a, b, gap, law in contacts),
+        tuple(Contact(a, b, gap, gap < 0.0) for a, b, gap, _ in contacts),
         duration, None, StepRule(dt=1.0), gravity=gravity, round_trip=round_trip, probes=tuple(probes),
+        law=[law for *_, law in contacts],
     )  # fmt: skip
 
 

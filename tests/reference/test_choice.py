@@ -11,38 +11,28 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from impactlab import load_case, metrics, simulate
-from impactlab.api import physics_of
+from impactlab import load_case, metrics
+from impactlab.api import physics_of, solve
 from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.penalty import Penalty
 from impactlab.contact.power_law import Hertz, HuntCrossley
 from impactlab.contact.wave_identification import WaveIdentification
 from impactlab.errors import CaseError
+from impactlab.exact.cost import predicted_s
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.refine import reference, search
 from impactlab.refine.choice_text import _number, choice_lines, ladder_text
 from impactlab.refine.contact_times import rise_time
+from impactlab.refine.estimates import counted
 from impactlab.refine.extrapolation import Differences, finest_error, observed_order
-from impactlab.refine.families import exact_cost, serving
+from impactlab.refine.families import serving
 from impactlab.refine.ladder import choose
 from impactlab.refine.quantities import difference
 from impactlab.report import summary
-from impactlab.scene import (
-    Beam,
-    BeamSegment,
-    Contact,
-    End,
-    Mass,
-    Point,
-    Probe,
-    Rayleigh,
-    Rod,
-    Scene,
-    Segment,
-    StepRule,
-    Wall,
-)
+from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point, Probe, Rayleigh, Rod, Segment, Wall
+from impactlab.scene.method import Simulation, StepRule, Tolerance
+from impactlab.testing.scenes import simulation
 
 CASES = Path(__file__).resolve().parents[2] / "cases"
 SEGMENT = Segment(0.3, 9e-4, 2.1e11, 7900.0)
@@ -50,19 +40,33 @@ TWO = (Segment(0.1, 9e-4, 2.1e11, 7900.0), Segment(0.2, 5e-4, 7e10, 2700.0))
 NONE = Rayleigh()
 
 
-def struck(law, tolerance=1e-3, trips=2.0, far="clamped", damping=NONE, segments=(SEGMENT,), mass=2.133, probes=()):
-    rod = Rod("rod", segments, End("free"), End(far), model=Continuous(), damping=damping)
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0, law)
+def struck(
+    law, tolerance=1e-3, trips=2.0, far="clamped", damping=NONE, segments=(SEGMENT,), mass=2.133, probes=()
+) -> Simulation:
+    rod = Rod("rod", segments, End("free"), End(far), damping=damping)
+    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0)
     bodies = {"hammer": Mass("hammer", mass, 1.0), "rod": rod}
     trip = rod.round_trip
     step = StepRule(points_per_period=10.0)
-    return Scene("s", bodies, (contact,), trips * trip, None, step, probes=probes, round_trip=trip, tolerance=tolerance)
+    return simulation(
+        "s",
+        bodies,
+        (contact,),
+        trips * trip,
+        None,
+        step,
+        probes=probes,
+        round_trip=trip,
+        tolerance=Tolerance(tolerance),
+        model=Continuous(),
+        law=law,
+    )
 
 
 def measured(history, scene):
     """The largest relative error of displacements and impulse, and what the reference itself may be off."""
-    judge = reference.find(dataclasses.replace(scene, tolerance=None), budget=0.4)
-    found = [getattr(metrics, name)(history, judge.history, scene) for name in reference.JUDGED]
+    judge = reference.find(*scene.but(tolerance=None), budget=0.4)
+    found = [getattr(metrics, name)(history, judge.history, scene.scene) for name in reference.JUDGED]
     return max(value for value in found if value is not None), judge.uncertainty
 
 
@@ -84,8 +88,8 @@ SCENES = {
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-4])
 @pytest.mark.parametrize("name", SCENES)
 def test_the_error_lies_within_what_was_expected_and_within_the_tolerance(name, tolerance):
-    scene = dataclasses.replace(SCENES[name](), tolerance=tolerance)
-    history = simulate.run(scene)
+    scene = SCENES[name]().but(tolerance=Tolerance(tolerance))
+    history = solve(*scene)
     error, known = measured(history, scene)
     assert history.choice.met
     assert known < 0.1 * tolerance
@@ -111,10 +115,10 @@ def test_random_scenes_keep_their_tolerance(seed):
         segments=(dataclasses.replace(SEGMENT, length=rng.uniform(0.05, 1.0)),),
         mass=10.0 ** rng.uniform(-1, 1),
     )
-    history = simulate.run(scene)
+    history = solve(*scene)
     error, known = measured(history, scene)
     assert history.choice.met
-    assert error <= scene.tolerance + known
+    assert error <= scene.method.tolerance.error + known
 
 
 @pytest.mark.parametrize("mass", [0.5, 0.53, 2.133, 4.0])
@@ -126,19 +130,21 @@ def test_a_mesh_states_an_error_that_it_keeps(mass):
         mesh = next(family for family in stepped if family.name.startswith("lumped mesh"))
         _, trial = search.searched([search.Search(mesh, mesh.start_for(tolerance), scene)], tolerance, [])
         assert trial.expected <= tolerance
-        assert difference(trial.history, simulate.run(exact.scene(0)), scene) <= trial.expected
+        assert difference(trial.history, solve(*exact.run(0)), *counted(scene)) <= trial.expected
 
 
 def test_a_step_load_sends_fronts_as_a_hard_touch_does():
     """Without them a mesh would be taken for one of order 2."""
-    bar = Rod("rod", (SEGMENT,), End("free", force=1e4), End("clamped"), model=Continuous())
+    bar = Rod("rod", (SEGMENT,), End("free", force=1e4), End("clamped"))
     trip = bar.round_trip
-    scene = Scene("s", {"rod": bar}, (), 3 * trip, None, StepRule(points_per_period=10.0), round_trip=trip)
-    loaded = dataclasses.replace(scene, tolerance=1e-2)
-    judge = simulate.run(serving(loaded)[0][0].scene(0))
+    scene = simulation(
+        "s", {"rod": bar}, (), 3 * trip, None, StepRule(points_per_period=10.0), round_trip=trip, model=Continuous()
+    )
+    loaded = scene.but(tolerance=Tolerance(1e-2))
+    judge = solve(*serving(loaded)[0][0].run(0))
     for family in serving(loaded)[0][1:]:
         _, trial = search.searched([search.Search(family, family.start_for(1e-2), loaded)], 1e-2, [])
-        assert difference(trial.history, judge, loaded) <= trial.expected
+        assert difference(trial.history, judge, *counted(loaded)) <= trial.expected
 
 
 def test_times_are_told_without_powers_of_ten():
@@ -147,14 +153,14 @@ def test_times_are_told_without_powers_of_ten():
 
 def test_an_exact_scene_is_solved_exactly_and_without_a_trial():
     for tolerance in (0.1, 1e-3, 1e-8):
-        choice = simulate.run(struck(AdditionDeletion(), tolerance)).choice
+        choice = solve(*struck(AdditionDeletion(), tolerance)).choice
         assert choice.chosen == "continuous, from event to event"
         assert choice.met
         assert [rung.verdict for rung in choice.ladder] == ["chosen", "not run", "not run"]
 
 
 def test_a_power_law_on_uniform_rods_is_a_delay_line():
-    choice = simulate.run(struck(Hertz(1e12), 1e-4)).choice
+    choice = solve(*struck(Hertz(1e12), 1e-4)).choice
     assert choice.chosen.startswith("stepped delay line")
     refused = [rung for rung in choice.ladder if rung.verdict == "refused"]
     assert "constant springs" in refused[0].reason
@@ -162,16 +168,18 @@ def test_a_power_law_on_uniform_rods_is_a_delay_line():
 
 def test_what_a_description_cannot_record_it_is_not_chosen_for():
     probes = (Probe("rod", 0.15, "stress"),)
-    history = simulate.run(struck(Hertz(1e12), 1e-3, probes=probes))
+    history = solve(*struck(Hertz(1e12), 1e-3, probes=probes))
     assert "mesh" in history.choice.chosen
     assert np.all(np.isfinite(history.evaluate(np.array([1e-5, 2e-5]), "stress:rod@0.15")))
 
 
 def test_rigid_bodies_alone_are_stepped():
-    contact = Contact(Point("ball", 0.0, "ball"), Point("wall", 0.0, "wall"), 0.0, Hertz(1e9))
+    contact = Contact(Point("ball", 0.0, "ball"), Point("wall", 0.0, "wall"), 0.0)
     bodies = {"ball": Mass("ball", 2.0, 1.0), "wall": Wall("wall")}
-    scene = Scene("s", bodies, (contact,), 0.01, None, StepRule(dt=1e-6), tolerance=1e-4)
-    history = simulate.run(scene)
+    scene = simulation(
+        "s", bodies, (contact,), 0.01, None, StepRule(dt=1e-6), tolerance=Tolerance(1e-4), law=Hertz(1e9)
+    )
+    history = solve(*scene)
     assert history.choice.met
     # It leaves as it came.
     assert float(history.evaluate(np.array([0.01]), "velocity:ball")[0]) == pytest.approx(-1.0, abs=1e-4)
@@ -179,20 +187,20 @@ def test_rigid_bodies_alone_are_stepped():
 
 def test_the_same_scene_gives_the_same_choice_and_the_same_bits():
     scene = struck(Hertz(1e12), 1e-3)
-    one, other = simulate.run(scene), simulate.run(scene)
+    one, other = solve(*scene), solve(*scene)
     timeless = [
         [(rung.candidate, rung.estimated_error, rung.verdict, rung.reason) for rung in history.choice.ladder]
         for history in (one, other)
     ]
     assert timeless[0] == timeless[1]
     assert one.choice.expected_error == other.choice.expected_error
-    t = np.linspace(0.0, scene.duration, 500)
+    t = np.linspace(0.0, scene.scene.duration, 500)
     assert np.array_equal(one.evaluate(t, "displacement:rod@0"), other.evaluate(t, "displacement:rod@0"))
 
 
 def test_a_choice_is_the_run_of_its_scene():
-    history = simulate.run(struck(Hertz(1e12), 1e-3))
-    again = simulate.run(history.choice.scene)
+    history = solve(*struck(Hertz(1e12), 1e-3))
+    again = solve(history.scene, history.choice.method)
     t = np.linspace(0.0, again.duration, 300)
     assert np.array_equal(history.evaluate(t, "position:hammer"), again.evaluate(t, "position:hammer"))
     assert again.choice is None
@@ -200,10 +208,10 @@ def test_a_choice_is_the_run_of_its_scene():
 
 def test_a_choice_survives_pickle_and_json():
     scene = struck(Hertz(1e12), 1e-3)
-    history = simulate.run(scene)
+    history = solve(*scene)
     choice = pickle.loads(pickle.dumps(history.choice))
     assert choice == history.choice
-    said = summary.summarise("x", scene, history)["choice"]
+    said = summary.summarise("x", scene.scene, history)["choice"]
     assert json.loads(json.dumps(said, allow_nan=False)) == said
     assert set(said) == {
         "tolerance",
@@ -226,19 +234,19 @@ def test_a_tolerance_that_cannot_be_met_is_told(monkeypatch):
     scene = struck(AdditionDeletion(), 1e-6, damping=Rayleigh(stiffness=1e-6))
     monkeypatch.setattr(search, "MOST_GROWTH", 1.0)
     monkeypatch.setattr("impactlab.refine.families.Family.start_for", lambda _family, _error: 20)
-    history = simulate.run(scene)
+    history = solve(*scene)
     assert not history.choice.met
     assert [warned.code for warned in history.warnings].count("tolerance_not_met") == 1
     error, _ = measured(history, scene)
-    assert scene.tolerance < error <= history.choice.expected_error
-    said = "\n".join(choice_lines(summary.summarise("x", scene, history)["choice"]))
+    assert scene.method.tolerance.error < error <= history.choice.expected_error
+    said = "\n".join(choice_lines(summary.summarise("x", scene.scene, history)["choice"]))
     assert "expected error" in said
     assert "that a choice may take" in " ".join(rung.reason for rung in history.choice.ladder)
 
 
 def test_the_ladder_is_measured_and_falls():
-    scene = dataclasses.replace(struck(Hertz(1e11)), tolerance=None)
-    document = choose("x", scene, scene, 1e-4)
+    scene = struck(Hertz(1e11)).but(tolerance=None)
+    document = choose("x", scene.but(tolerance=Tolerance(1e-4)), scene)
     assert document["choice"]["met"]
     assert document["measured_error"] <= document["choice"]["expected_error"] <= 1e-4
     by_family = {}
@@ -308,22 +316,22 @@ def test_a_small_safety_needs_an_order_that_shows_in_all_runs() -> None:
 
 def test_the_predicted_cost_of_the_exact_solver_follows_its_wave_fronts():
     """Twice the time is twice the fronts of one piece; of two pieces, irrational transits make many more than whole."""
-    one = exact_cost(struck(AdditionDeletion(), trips=1e4))
-    assert exact_cost(struck(AdditionDeletion(), trips=2e4)) == pytest.approx(2.0 * one, rel=0.1)
+    one = predicted_s(*struck(AdditionDeletion(), trips=1e4))
+    assert predicted_s(*struck(AdditionDeletion(), trips=2e4)) == pytest.approx(2.0 * one, rel=0.1)
     whole = (SEGMENT, dataclasses.replace(SEGMENT, length=0.6, area=2e-3))
     skew = (SEGMENT, dataclasses.replace(SEGMENT, length=0.3 * 2.0**0.5, area=2e-3))
-    costs = [exact_cost(struck(AdditionDeletion(), trips=30.0, segments=each)) for each in (whole, skew)]
+    costs = [predicted_s(*struck(AdditionDeletion(), trips=30.0, segments=each)) for each in (whole, skew)]
     assert costs[0] < 0.5 * costs[1]
 
 
 def test_rise_times_are_those_of_the_contact():
     impedance = SEGMENT.impedance
     spring = struck(Penalty(stiffness=1e12))
-    assert rise_time(spring, spring.contacts[0]) == pytest.approx(impedance / 1e12, rel=1e-12)
+    assert rise_time(*spring, spring.scene.contacts[0]) == pytest.approx(impedance / 1e12, rel=1e-12)
     soft = struck(Penalty(stiffness=1e3))
-    assert rise_time(soft, soft.contacts[0]) == pytest.approx(soft.duration, rel=1e-12)
+    assert rise_time(*soft, soft.scene.contacts[0]) == pytest.approx(soft.scene.duration, rel=1e-12)
     hard = struck(AdditionDeletion(), mass=0.1)
-    assert rise_time(hard, hard.contacts[0]) == pytest.approx(0.1 / impedance, rel=1e-12)
+    assert rise_time(*hard, hard.scene.contacts[0]) == pytest.approx(0.1 / impedance, rel=1e-12)
 
 
 def test_two_runs_with_the_special_step_do_not_stand_for_each_other():
@@ -334,11 +342,11 @@ def test_two_runs_with_the_special_step_do_not_stand_for_each_other():
     for scene in (damped, heavier):
         mesh, lucky = (next(f for f in serving(s)[0] if f.name.endswith("courant 1")) for s in (damped, scene))
         found = search.Search(mesh, 800, scene)
-        found.trials = [search.Trial(n, simulate.run(lucky.scene(n)), np.inf) for n in (300, 490, 800)]
+        found.trials = [search.Trial(n, solve(*lucky.run(n)), np.inf) for n in (300, 490, 800)]
         search._judge(found, 1e-2)
         expected.append(found.trials[-1].expected)
-    judged = dataclasses.replace(damped, tolerance_on=("displacements", "impulses"))
-    apart = difference(simulate.run(lucky.scene(800)), simulate.run(mesh.scene(800)), judged)
+    judged = damped.scene, damped.method.laws, ("displacements", "impulses")
+    apart = difference(solve(*lucky.run(800)), solve(*mesh.run(800)), *judged)
     assert expected[0] < 1e-3
     assert expected[1] >= 0.9 * apart > 3e-3
 
@@ -348,37 +356,39 @@ def test_two_runs_with_the_special_step_do_not_stand_for_each_other():
 def test_beams_are_chosen_for(theory, tolerance):
     """The run keeps its tolerance against a converged answer, which two independent descriptions find."""
     scene = ball_on_beam(Hertz(1e8), theory)
-    judge = reference.find(scene)
+    judge = reference.find(*scene)
     assert ", checked by " in judge.found
     assert judge.uncertainty < 1e-5
-    history = simulate.run(dataclasses.replace(scene, tolerance=tolerance))
+    history = solve(*scene.but(tolerance=Tolerance(tolerance)))
     assert history.choice.met
-    assert difference(history, judge.history, scene) <= tolerance
+    assert difference(history, judge.history, *counted(scene)) <= tolerance
 
 
 def test_a_hard_contact_on_a_beam_that_does_not_shear_is_not_chosen_for():
     """Its contacts multiply with the fineness: no answer converges."""
     scene = ball_on_beam(AdditionDeletion(), "euler_bernoulli")
-    assert reference.find(scene) is None
+    assert reference.find(*scene) is None
     with pytest.raises(CaseError, match="ever more often"):
-        simulate.run(dataclasses.replace(scene, tolerance=1e-3))
+        solve(*scene.but(tolerance=Tolerance(1e-3)))
 
 
-def ball_on_beam(law, theory):
+def ball_on_beam(law, theory) -> Simulation:
     shear = {"shear_stiffness": 2e7, "rotary_inertia": 6.28e-5} if theory == "timoshenko" else {}
     segment = BeamSegment(length=1.0, area=3e-4, inertia=8e-9, young=2.1e11, density=7850.0, **shear)
     ends = End("clamped"), End("clamped")
-    beam = Beam("beam", (segment,), *ends, model=FiniteElement(20), theory=theory)
-    contact = Contact(Point("ball", 0.0, "ball"), Point("beam", 0.5, "beam"), 0.0, law)
+    beam = Beam("beam", (segment,), *ends, theory=theory)
+    contact = Contact(Point("ball", 0.0, "ball"), Point("beam", 0.5, "beam"), 0.0)
     bodies = {"ball": Mass("ball", 0.1, 1.0), "beam": beam}
-    return Scene("s", bodies, (contact,), 1e-3, None, StepRule(points_per_period=10.0))
+    return simulation(
+        "s", bodies, (contact,), 1e-3, None, StepRule(points_per_period=10.0), model=FiniteElement(20), law=law
+    )
 
 
 def test_rods_whose_transits_are_no_multiples_keep_what_is_stated():
     """A wave that arrives between two steps is less exact: 25 steps of the shorter rod are twice as wrong as 24."""
     case = load_case(CASES / "rounded_ends.yaml").variant("tip")
-    scene = dataclasses.replace(physics_of(case), probes=(), snapshots=(), tolerance=1e-4)
-    history = simulate.run(scene)
+    scene = physics_of(case).but(probes=(), snapshots=(), tolerance=Tolerance(1e-4))
+    history = solve(*scene)
     error, known = measured(history, scene)
     assert history.choice.chosen.startswith("stepped delay line")
     assert error <= history.choice.expected_error + known

@@ -22,7 +22,7 @@ def round_trips(alpha):
 
 def compare(alpha, far, duration):
     expected = events(alpha, duration, 1 if far is CLAMPED else -1)
-    history = solve(struck(alpha, 2.0 * duration, far))
+    history = solve(*struck(alpha, 2.0 * duration, far))
     assert [event.kind for event in history.events] == [kind for _, kind, _ in expected]
     for event, (time, _, velocity) in zip(history.events, expected, strict=True):
         assert event.time / 2.0 == pytest.approx(time, abs=1e-10)
@@ -55,7 +55,7 @@ def test_drawn_mass_ratios(alpha, far):
 @pytest.mark.parametrize(("alpha", "count"), [(1.0106, 4), (1.0108, 2), (0.578591, 2), (0.578594, 4)])
 def test_both_sides_of_the_edges(alpha, count):
     # PHYSICS: a second contact exists only for 0.578592 < alpha < 1.01070
-    assert len(solve(struck(alpha, 6.0)).events) == count
+    assert len(solve(*struck(alpha, 6.0)).events) == count
 
 
 @pytest.mark.parametrize(
@@ -66,7 +66,7 @@ def test_both_sides_of_the_edges(alpha, count):
     ],
 )
 def test_rows_with_two_contacts(alpha, opening, velocity, closing, second, last):
-    history = solve(struck(alpha, 8.0))
+    history = solve(*struck(alpha, 8.0))
     times = [event.time / 2.0 for event in history.events]
     tolerance = 1e-8 if alpha == 0.25 else 2e-14  # digits the table gives
     assert times == pytest.approx([0.0, opening, closing, second], abs=tolerance)
@@ -79,21 +79,21 @@ def test_rows_with_two_contacts(alpha, opening, velocity, closing, second, last)
     [(0.5, 2.35428362183386, -0.925246996732303), (1.5, 1.34163118, -0.717669334), (3.0, 1.16687323, -0.734847565)],
 )
 def test_rows_with_one_contact(alpha, opening, velocity):
-    history = solve(struck(alpha, 8.0))
+    history = solve(*struck(alpha, 8.0))
     assert len(history.events) == 2
     assert history.events[1].time / 2.0 == pytest.approx(opening, abs=1e-8)
     assert float(history.evaluate(8.0, "velocity:hammer")) == pytest.approx(velocity, abs=1e-9)
 
 
 def test_just_after_the_second_closing():
-    history = solve(struck(1.0, 6.0))
+    history = solve(*struck(1.0, 6.0))
     force = float(history.evaluate(history.events[2].time, "force:hammer|rod.left"))
     assert force == pytest.approx(-0.191271752341 + 0.49634718746, abs=1e-11)
 
 
 @pytest.mark.parametrize("alpha", [0.6, 1.0, 1.5, 3.0, 40.0, 1e3])
 def test_first_opening_and_peak_in_closed_form(alpha):
-    history = solve(struck(alpha, 6.0))
+    history = solve(*struck(alpha, 6.0))
     reach = 1.0 + math.exp(-2.0 * alpha) / 2.0
     assert history.events[1].time / 2.0 == pytest.approx(1.0 + reach / (2.0 * alpha), abs=1e-13)
     velocity = float(history.evaluate(history.events[1].time, "velocity:hammer"))
@@ -103,7 +103,7 @@ def test_first_opening_and_peak_in_closed_form(alpha):
 
 @pytest.mark.parametrize("alpha", [1e-3, 0.1, 1.0, 7.0, 100.0])
 def test_free_rod_closed_forms(alpha):
-    history = solve(struck(alpha, 6.0, FREE))
+    history = solve(*struck(alpha, 6.0, FREE))
     assert [event.time for event in history.events] == pytest.approx([0.0, 2.0], abs=1e-14)
     last = float(history.evaluate(6.0, "velocity:hammer"))
     assert last == pytest.approx(math.exp(-2.0 * alpha), abs=1e-13)
@@ -114,7 +114,7 @@ def test_free_rod_closed_forms(alpha):
 
 def test_the_face_and_the_middle_in_the_first_round_trip():
     # s = exp(-lam t/T) at the face; a place x sees it x/c later
-    history = solve(struck(1.0, 6.0))
+    history = solve(*struck(1.0, 6.0))
     t = np.linspace(0.0, 1.9, 200)
     assert history.evaluate(t, f"force:{name_of(history)}") == pytest.approx(np.exp(-t), abs=1e-14)
     assert history.evaluate(t[t < 1.4], "stress:rod@0.5") == pytest.approx(

@@ -29,7 +29,7 @@ def struck_inside(direction, mass=0.7, z=1.3, law=None):
 def test_a_mass_that_strikes_inside_pushes_both_ways(direction):
     # both parts of the rod resist with Z until the first end answers after 2 x/c: m v' = -2 Z v
     mass, z = 0.7, 1.3
-    history = solve(struck_inside(direction, mass, z))
+    history = solve(*struck_inside(direction, mass, z))
     force = next(name for name in history.channels() if name.startswith("force:"))
     t = np.linspace(0.0, 2.0 * AT - 1e-9, 25)
     v = np.exp(-2.0 * z * t / mass)
@@ -51,7 +51,7 @@ def test_a_mass_that_strikes_inside_pushes_both_ways(direction):
 @pytest.mark.parametrize("direction", [1.0, -1.0])
 @pytest.mark.parametrize("law", [Hard(), Spring(4.0, 0.5)])
 def test_struck_inside_keeps_momentum_and_energy(direction, law):
-    history = solve(struck_inside(direction, law=law))
+    history = solve(*struck_inside(direction, law=law))
     t = np.linspace(0.0, 4.0, 41)
     whole = history.evaluate(t, "momentum:hammer") + history.evaluate(t, "momentum:rod")
     assert whole == pytest.approx(0.7 * direction, abs=1e-12)
@@ -69,7 +69,7 @@ def mass_between(v_left, v_mass, v_right, law, gap=0.0):
 @pytest.mark.parametrize("velocities", [(0.0, 1.0, 0.0), (1.0, 0.0, 0.0), (1.0, 0.2, -0.5), (0.6, -1.0, -0.6)])
 @pytest.mark.parametrize("gap", [0.0, 0.1])
 def test_a_mass_between_two_rods_keeps_momentum_and_energy(law, velocities, gap):
-    history = solve(mass_between(*velocities, law, gap))
+    history = solve(*mass_between(*velocities, law, gap))
     t = np.linspace(0.0, 8.0, 81)
     whole = sum(history.evaluate(t, f"momentum:{name}") for name in ("a", "ball", "b"))
     assert whole == pytest.approx(velocities[0] + 0.8 * velocities[1] + velocities[2], abs=1e-12)
@@ -80,7 +80,7 @@ def test_a_mass_between_two_rods_keeps_momentum_and_energy(law, velocities, gap)
 
 @pytest.mark.parametrize("law", [Hard(), Spring(6.0, 0.4)])
 def test_a_mass_squeezed_from_both_sides_stays(law):
-    history = solve(mass_between(1.0, 0.0, -1.0, law))
+    history = solve(*mass_between(1.0, 0.0, -1.0, law))
     t = np.linspace(0.0, 8.0, 161)
     assert history.evaluate(t, "position:ball") == pytest.approx(0.0, abs=1e-14)
     left, right = (history.evaluate(t, f"force:{name}") for name in ("a.right|ball", "ball|b.left"))
@@ -95,7 +95,7 @@ def test_a_mass_squeezed_from_both_sides_stays(law):
 
 @pytest.mark.parametrize("law", [Hard(), Spring(6.0, 0.4)])
 def test_mirrored_mass_between_two_rods(law):
-    one, other = solve(mass_between(1.0, 0.2, -0.5, law)), solve(mass_between(0.5, -0.2, -1.0, law))
+    one, other = solve(*mass_between(1.0, 0.2, -0.5, law)), solve(*mass_between(0.5, -0.2, -1.0, law))
     t = np.linspace(0.0, 8.0, 97)
     assert one.evaluate(t, "position:ball") == pytest.approx(-other.evaluate(t, "position:ball"), abs=1e-12)
     there, here = one.evaluate(t, "displacement:a@0.25"), other.evaluate(t, "displacement:b@0.75")
@@ -104,16 +104,16 @@ def test_mirrored_mass_between_two_rods(law):
 
 def test_intervals_without_end_stop_the_run_with_what_was_reached(monkeypatch):
     struck_rod = struck(1.0, 6.0, CLAMPED)
-    whole = solve(struck_rod)
+    whole = solve(*struck_rod)
 
-    def nearly_spent(scene):
-        layout, log = build(scene)
+    def nearly_spent(*scene):
+        layout, log = build(*scene)
         log.tally[2] = solver.MAX_INTERVALS - 9
         return layout, log
 
     monkeypatch.setattr(solver, "build", nearly_spent)
     with pytest.raises(StepError, match="cut the run into") as caught:
-        solve(struck_rod)
+        solve(*struck_rod)
     error = caught.value
     assert 0.0 < error.time < 6.0
     assert error.step == solver.MAX_INTERVALS
@@ -124,14 +124,14 @@ def test_intervals_without_end_stop_the_run_with_what_was_reached(monkeypatch):
 
 @pytest.mark.skipif(not COMPILED, reason="writes into the memory of the compiled march")
 def test_events_without_end_stop_the_run(monkeypatch):
-    def busy(scene):
-        layout, log = build(scene)
+    def busy(*scene):
+        layout, log = build(*scene)
         log.memory.junctions["burst"] = 0.0
         log.memory.junctions["bursts"] = march.MAX_BURST
         return layout, log
 
     monkeypatch.setattr(solver, "build", busy)
     with pytest.raises(StepError, match="opens and closes more than") as caught:
-        solve(struck(1.0, 6.0, CLAMPED))
+        solve(*struck(1.0, 6.0, CLAMPED))
     assert caught.value.time == 0.0
     assert caught.value.history is None

@@ -28,7 +28,7 @@ def hopkinson(area):
 
 @pytest.mark.parametrize("area", [10e-6, 78.54e-6, 150e-6, 201.06e-6, 260e-6])
 def test_forces_that_die_out_open_no_contact_again_and_again(area):
-    history = solve(hopkinson(area).scene(600e-6))
+    history = solve(*hopkinson(area).scene(600e-6))
     assert history.duration == 600e-6
     # a contact that has died out stays as it is: what follows are the returns of the waves from the ends of the bars
     assert len(history.events) < 40
@@ -66,7 +66,7 @@ def between_walls(contacts):
 
 @pytest.mark.parametrize("contacts", [100, 1000, pytest.param(10_000, marks=pytest.mark.slow)])
 def test_a_contact_costs_the_same_after_many_others(contacts):
-    history = solve(between_walls(contacts))
+    history = solve(*between_walls(contacts))
     assert len(history.contacts) == contacts
     assert history.cost.steps < 15 * contacts
     assert int(np.sum(history._log.records)) < 4 * contacts

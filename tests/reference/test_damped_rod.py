@@ -12,7 +12,9 @@ from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.newmark import Newmark
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.scene import End, Probe, Rayleigh, Rod, Scene, Segment, StepRule
+from impactlab.scene import End, Probe, Rayleigh, Rod, Segment
+from impactlab.scene.method import StepRule
+from impactlab.testing.scenes import simulation
 
 PIECE = Segment(0.3, 9e-4, 2.1e11, 7900.0)
 NUMBER = 0.5 * np.pi / PIECE.length
@@ -45,17 +47,16 @@ def swing(model, integrator, damping):
         End("free"),
         End("clamped"),
         displacement=lambda x: 1e-6 * np.cos(NUMBER * x),
-        model=model,
         damping=rayleigh,
     )
     dt = 2.0 * np.pi / TURN / STEPS
     probe = Probe("rod", 0.0, "displacement")
-    scene = Scene("swing", {"rod": rod}, (), STEPS * dt, integrator, StepRule(dt=dt), probes=(probe,))
+    scene = simulation("swing", {"rod": rod}, (), STEPS * dt, integrator, StepRule(dt=dt), probes=(probe,), model=model)
     t = dt * np.arange(STEPS + 1)
     decay = 0.5 * (rayleigh.mass + (rayleigh.stiffness + viscosity / piece.young) * TURN**2)
     turn = np.sqrt(TURN**2 - decay**2)
     exact = np.exp(-decay * t) * (np.cos(turn * t) + decay / turn * np.sin(turn * t))
-    history = simulate.run(scene)
+    history = simulate.run(*scene)
     return history, history.evaluate(t, probe.channel) / 1e-6, exact
 
 

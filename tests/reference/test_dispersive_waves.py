@@ -26,23 +26,12 @@ from impactlab.integrators.midpoint import Midpoint
 from impactlab.integrators.newmark import Newmark
 from impactlab.metrics import midpoints, relative_l2
 from impactlab.models.base import AbstractRodModel
-from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.messengers import arriving_row, miss, wave_numbers, waves_at
 from impactlab.models.modal import Modal
-from impactlab.scene import (
-    Beam,
-    BeamSegment,
-    Contact,
-    ElasticBody,
-    End,
-    Mass,
-    Point,
-    Rod,
-    Scene,
-    Segment,
-    StepRule,
-)
+from impactlab.scene import Beam, BeamSegment, Contact, ElasticBody, End, Mass, Point, Rod, Segment
+from impactlab.scene.method import StepRule
+from impactlab.testing.scenes import simulation
 from impactlab.types import Array, Port, Quantity, Reply, SideFacts
 
 STEEL = Segment(0.3, 9e-4, 2.1e11, 7900.0)
@@ -51,17 +40,17 @@ SLENDER = BeamSegment(2.0, AREA, YOUNG, DENSITY, inertia=INERTIA)
 SHEARED = replace(SLENDER, shear_stiffness=5.0 / 6.0 * AREA * YOUNG / 2.6, rotary_inertia=DENSITY * INERTIA)
 
 
-def rod(model: AbstractRodModel, far: Any = "clamped") -> Rod:
-    return Rod("rod", (STEEL,), End("free"), End(far), model=model)
+def rod(far: Any = "clamped") -> Rod:
+    return Rod("rod", (STEEL,), End("free"), End(far))
 
 
-def beam(segment: BeamSegment, left: Any, right: Any, model: AbstractRodModel | None = None) -> Beam:
+def beam(segment: BeamSegment, left: Any, right: Any) -> Beam:
     theory = "timoshenko" if math.isfinite(segment.shear_stiffness) else "euler_bernoulli"
-    return Beam("beam", (segment,), End(left), End(right), theory=theory, model=model)  # type: ignore[arg-type]
+    return Beam("beam", (segment,), End(left), End(right), theory=theory)  # type: ignore[arg-type]
 
 
 def struck(
-    body: ElasticBody,
+    body: tuple[ElasticBody, AbstractRodModel],
     law: AbstractContactLaw,
     mass: float,
     duration: float,
@@ -70,10 +59,21 @@ def struck(
     integrator: AbstractIntegrator = ExactModal(),  # noqa: B008
 ) -> AbstractHistory:
     """Return the history of a mass of 1 m/s that strikes a body from its left, or from below."""
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point(body.name, x, f"{body.name}.face"), 0.0, law)
-    bodies = {"hammer": Mass("hammer", mass, 1.0), body.name: body}
+    struck_body, model = body
+    contact = Contact(Point("hammer", 0.0, "hammer"), Point(struck_body.name, x, f"{struck_body.name}.face"), 0.0)
+    bodies = {"hammer": Mass("hammer", mass, 1.0), struck_body.name: struck_body}
     return simulate.run(
-        Scene("struck", bodies, (contact,), duration, integrator, step, round_trip=body.round_trip)  # type: ignore[arg-type]
+        *simulation(
+            "struck",
+            bodies,
+            (contact,),
+            duration,
+            integrator,
+            step,
+            round_trip=struck_body.round_trip,
+            model=model,
+            law=law,
+        )  # type: ignore[arg-type]
     )
 
 
@@ -82,7 +82,7 @@ def struck(
 
 def test_the_messengers_of_a_uniform_rod_tell_its_free_motion() -> None:
     for far, x in (("clamped", 0.0), ("free", 0.0), ("free", 0.3), ("clamped", 0.11)):
-        body = Modal(None, 30).build(rod(Modal(None, 30), far), 0.0)
+        body = Modal(None, 30).build(rod(far), 0.0)
         frequencies = np.sqrt(body.operators().stiffness[0])
         dt = 2.0 * np.pi / frequencies[-1] / 10.0
         # Rounding of sines of arguments up to 30 pi.
@@ -150,9 +150,9 @@ def test_at_the_tip_of_a_beam_the_messengers_miss_whatever_the_step(segment: Bea
 
 def test_a_mode_s_messenger_and_its_free_motion_are_one_law() -> None:
     # On a rod the sketch is the general form without residual: 1e-12 a step, of some hundred.
-    end = 3.0 * rod(Modal(None, 20)).round_trip
+    end = 3.0 * rod().round_trip
     one, other = (
-        struck(rod(Modal(None, 20)), law, STEEL.mass, end)
+        struck((rod(), Modal(None, 20)), law, STEEL.mass, end)
         for law in (ModalMessengers(), DispersiveIdentification(residual=False))
     )
     t = midpoints(end)
@@ -164,7 +164,7 @@ def test_a_mode_s_messenger_and_its_free_motion_are_one_law() -> None:
 def test_all_modes_answer_a_force_as_the_impedance_does() -> None:
     # Sum of phi^2 sin(w dt)/w over d modes is (2/pi) Si(w_max dt) of 1/Z, by a midpoint rule of d cells.
     d = 200
-    body = Modal(None, d).build(rod(Modal(None, d)), 0.0)
+    body = Modal(None, d).build(rod(), 0.0)
     frequencies, phi = np.sqrt(body.operators().stiffness[0]), body.row(0.0, "displacement")
     highest = frequencies[-1] + 0.5 * (frequencies[1] - frequencies[0])
     for turn in (0.628, 1.9, 12.0):
@@ -199,11 +199,15 @@ def test_where_the_face_answers_as_its_impedance_both_laws_give_the_same_force()
 
 @pytest.mark.parametrize(("modes", "bound"), [(10, 0.02), (40, 0.006), (100, 0.002)])
 def test_on_the_rod_of_the_source_it_is_as_near_as_the_law_of_the_source(modes: int, bound: float) -> None:
-    end = 3.0 * rod(Modal(None, modes)).round_trip
-    seen = struck(rod(Modal(None, modes)), DispersiveIdentification(), STEEL.mass, end)
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.face"), 0.0, WaveIdentification())
-    bodies = {"hammer": Mass("hammer", STEEL.mass, 1.0), "rod": rod(Continuous())}
-    exact = solve(Scene("exact", bodies, (contact,), end, None, StepRule(dt=1.0), round_trip=end / 3.0))
+    end = 3.0 * rod().round_trip
+    seen = struck((rod(), Modal(None, modes)), DispersiveIdentification(), STEEL.mass, end)
+    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.face"), 0.0)
+    bodies = {"hammer": Mass("hammer", STEEL.mass, 1.0), "rod": rod()}
+    exact = solve(
+        *simulation(
+            "exact", bodies, (contact,), end, None, StepRule(dt=1.0), round_trip=end / 3.0, law=WaveIdentification()
+        )
+    )
     t = midpoints(end)
     error = relative_l2(seen.evaluate(t, "position:hammer"), exact.evaluate(t, "position:hammer"))
     # A force of N modes is first order in the step, which is 1/(10 N) of a round trip: the error goes as 1/N.
@@ -222,7 +226,7 @@ def test_a_mass_on_a_long_slender_beam_slows_as_erfcx(left: str, right: str, x: 
     mass = 0.05 * SLENDER.mass
     resistance = share * 2.0 * math.sqrt(2.0) * SLENDER.bending_stiffness**0.25 * (DENSITY * AREA) ** 0.75
     kappa = resistance / mass
-    held = beam(SLENDER, left, right, Modal(200, 200))
+    held = beam(SLENDER, left, right), Modal(200, 200)
     seen = struck(held, DispersiveIdentification(), mass, kappa**-2, x)
     for place in (0.1, 0.5, 1.0):
         t = place / kappa**2
@@ -233,9 +237,9 @@ def test_a_mass_on_a_long_slender_beam_slows_as_erfcx(left: str, right: str, x: 
 @pytest.mark.parametrize("integrator", [Newmark(), Midpoint(), CentralDifference()], ids=["newmark", "midpoint", "cd"])
 @pytest.mark.parametrize("mass", [0.1, 1.0, 30.0])
 def test_without_residual_it_books_all_it_takes(integrator: AbstractIntegrator, mass: float) -> None:
-    lumped = rod(FiniteElement(20, "lumped"), "free")
+    lumped = rod("free"), FiniteElement(20, "lumped")
     seen = struck(
-        lumped, DispersiveIdentification(residual=False), mass, 3.0 * lumped.round_trip, integrator=integrator
+        lumped, DispersiveIdentification(residual=False), mass, 3.0 * lumped[0].round_trip, integrator=integrator
     )
     # From the second step of a contact on both faces have one velocity, so that the force does no work on them; the
     # way within the step in which they separate remains, at most the change of velocity of one step.
@@ -244,8 +248,8 @@ def test_without_residual_it_books_all_it_takes(integrator: AbstractIntegrator, 
 
 
 def test_with_residual_what_it_cannot_resolve_is_booked_and_never_negative() -> None:
-    body = rod(Modal(None, 20))
-    seen = struck(body, DispersiveIdentification(), STEEL.mass, 3.0 * body.round_trip)
+    body = rod()
+    seen = struck((body, Modal(None, 20)), DispersiveIdentification(), STEEL.mass, 3.0 * body.round_trip)
     assert 0.0 < seen.energy.booked["unresolved"][-1] < 0.05 * seen.energy.scale
     assert np.all(np.diff(seen.energy.booked["unresolved"]) >= 0.0)
     assert np.all(np.diff(seen.energy.booked["contact"]) >= 0.0)
@@ -257,22 +261,24 @@ def test_with_residual_what_it_cannot_resolve_is_booked_and_never_negative() -> 
 # What is refused.
 
 
-def refused(body: ElasticBody, law: AbstractContactLaw, x: float = 0.0, dt: float = 1e-7) -> str:
-    integrator: AbstractIntegrator = ExactModal() if isinstance(body.model, Modal) else Newmark()
+def refused(
+    body: tuple[ElasticBody, AbstractRodModel], law: AbstractContactLaw, x: float = 0.0, dt: float = 1e-7
+) -> str:
+    integrator: AbstractIntegrator = ExactModal() if isinstance(body[1], Modal) else Newmark()
     with pytest.raises(PairingError) as raised:
         struck(body, law, 1.0, 1e-5, x, StepRule(dt=dt), integrator)
     return str(raised.value)
 
 
 def test_the_law_of_the_source_is_not_used_for_a_beam_under_its_name() -> None:
-    said = refused(beam(SLENDER, "pinned", "pinned", Modal(50, 10)), WaveIdentification(), 1.0)
+    said = refused((beam(SLENDER, "pinned", "pinned"), Modal(50, 10)), WaveIdentification(), 1.0)
     assert "beam on the right" in said
     assert "dispersive_identification" in said
     assert "modal_messengers" in said
 
 
 def test_the_sketch_is_refused_at_a_tip_with_its_number() -> None:
-    tip = beam(replace(SLENDER, length=0.3), "clamped", "free", Modal(300, 10))
+    tip = beam(replace(SLENDER, length=0.3), "clamped", "free"), Modal(300, 10)
     said = refused(tip, ModalMessengers(), 0.3, 1e-6)
     share = float(said.split(" in a step by ")[1].split(" %")[0])
     assert 60.0 < share < 150.0
@@ -283,19 +289,19 @@ def test_the_sketch_is_refused_at_a_tip_with_its_number() -> None:
 @pytest.mark.parametrize(
     ("body", "law", "x", "dt", "words"),
     [
-        (rod(FiniteElement(20)), ModalMessengers(), 0.0, 1e-7, "needs a body in modes"),
-        (rod(Modal(None, 40)), ModalMessengers(balance="impedance"), 0.0, 1e-7, "of that"),
-        (rod(Modal(None, 5)), ModalMessengers(), 0.0, 7e-5, "beyond the body (0.3 m)"),
-        (rod(Modal(None, 5)), ModalMessengers(), 0.05, 1.2e-5, "beyond the body (0.05 m)"),
+        ((rod(), FiniteElement(20)), ModalMessengers(), 0.0, 1e-7, "needs a body in modes"),
+        ((rod(), Modal(None, 40)), ModalMessengers(balance="impedance"), 0.0, 1e-7, "of that"),
+        ((rod(), Modal(None, 5)), ModalMessengers(), 0.0, 7e-5, "beyond the body (0.3 m)"),
+        ((rod(), Modal(None, 5)), ModalMessengers(), 0.05, 1.2e-5, "beyond the body (0.05 m)"),
         (
-            beam(SLENDER, "pinned", "pinned", Modal(50, 10)),
+            (beam(SLENDER, "pinned", "pinned"), Modal(50, 10)),
             ModalMessengers(balance="impedance"),
             1.0,
             1e-6,
             "none here",
         ),
         (
-            Rod("rod", (STEEL,), End("free", force=1.0), End("clamped"), model=Modal(None, 40)),
+            (Rod("rod", (STEEL,), End("free", force=1.0), End("clamped")), Modal(None, 40)),
             ModalMessengers(),
             0.0,
             1e-7,
@@ -304,6 +310,6 @@ def test_the_sketch_is_refused_at_a_tip_with_its_number() -> None:
     ],
 )
 def test_where_the_sketch_cannot_serve_it_says_why(
-    body: ElasticBody, law: AbstractContactLaw, x: float, dt: float, words: str
+    body: tuple[ElasticBody, AbstractRodModel], law: AbstractContactLaw, x: float, dt: float, words: str
 ) -> None:
     assert words in refused(body, law, x, dt)

@@ -28,8 +28,10 @@ from impactlab.metrics.impact import momentum_error
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.scene import Contact, End, Mass, Point, Rayleigh, Rod, Scene, Segment, StepRule, Wall
+from impactlab.scene import Contact, End, Mass, Point, Rayleigh, Rod, Segment, Wall
+from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import prepare, run
+from impactlab.testing.scenes import simulation
 from impactlab.testing.strategies import in_other_units, mirrored
 from tests.reference.exact_scenes import CLAMPED, FREE, Hard, Spring, point, rod, scene
 from tests.reference.test_delay_line import SPRING, Asked
@@ -40,7 +42,7 @@ T = 2.0
 
 def pushed(right: End, left: End | None = None, duration: float = 6 * T) -> Any:
     """The exact history of a rod under F at its left end."""
-    return solve(scene([rod(left=left or End("free", force=F), right=right)], [], duration))
+    return solve(*scene([rod(left=left or End("free", force=F), right=right)], [], duration))
 
 
 def test_step_loaded_clamped_rod() -> None:
@@ -91,7 +93,7 @@ def test_what_holds_the_end_shares_the_force(kind: str) -> None:
 def test_a_rod_pressed_against_a_wall() -> None:
     """At rest, touching: the wall feels nothing until T/2, then 2 F for T, and again; it never pulls."""
     bar, stop = rod(left=End("free", force=F)), Wall("stop")
-    history = solve(scene([bar, stop], [(point(bar, "right"), Point("stop", 0.0, "stop"), 0.0, Hard())], 4 * T))
+    history = solve(*scene([bar, stop], [(point(bar, "right"), Point("stop", 0.0, "stop"), 0.0, Hard())], 4 * T))
     assert [e.time / T for e in history.events] == pytest.approx([0.5, 1.5, 2.5, 3.5], abs=1e-12)
     assert [span.impulse for span in history.contacts] == pytest.approx([2 * F * T] * 2, rel=1e-12)
 
@@ -101,7 +103,7 @@ def test_a_rod_pressed_against_a_wall() -> None:
 def test_a_mass_strikes_a_loaded_end(force: float, law: Any) -> None:
     """Contact force Z v - F; so v' = -(v - F)/M: v = F + (1 - F) exp(-t/M), force (1 - F) exp(-t/M)."""
     bar, hammer = rod(left=End("free", force=force), right=CLAMPED), Mass("hammer", 2.0, 1.0)
-    history = solve(scene([hammer, bar], [(point(hammer), point(bar, "left"), 0.0, law)], 0.99 * T))
+    history = solve(*scene([hammer, bar], [(point(hammer), point(bar, "left"), 0.0, law)], 0.99 * T))
     t = np.linspace(0.01, 0.95 * T, 9)
     decay = np.exp(-t / 2.0)
     # the spring lags behind by Z/k = 1e-5, times up to 1.3
@@ -124,18 +126,18 @@ WAYS: dict[str, tuple[Any, Any, StepRule]] = {
 }
 
 
-def stepped(way: tuple[Any, Any, StepRule], left: End, right: End, trips: float = 3.0) -> Scene:
-    bar = Rod("rod", (SEGMENT,), left, right, model=way[0])
-    return Scene("x", {"rod": bar}, (), trips * TRIP, way[1], way[2], round_trip=TRIP)
+def stepped(way: tuple[Any, Any, StepRule], left: End, right: End, trips: float = 3.0) -> Simulation:
+    bar = Rod("rod", (SEGMENT,), left, right)
+    return simulation("x", {"rod": bar}, (), trips * TRIP, way[1], way[2], round_trip=TRIP, model=way[0])
 
 
 @pytest.mark.parametrize("right", [CLAMPED, FREE, End("mass", 1.0), End("spring", 1e8, -2e3)], ids=lambda e: e.kind)
 @pytest.mark.parametrize("way", WAYS)
 def test_stepped_models_meet_the_exact_answer(way: str, right: End) -> None:
     given = stepped(WAYS[way], End("free", force=LOAD), right)
-    history = run(given)
+    history = run(*given)
     # The velocity of the end jumps, so its displacement is of first order: mesh and modes resolve L/40 at least.
-    error = metrics.face_displacement(history, solve(given), given)
+    error = metrics.face_displacement(history, solve(*given), given.scene)
     assert error is not None
     assert error < 1.0 / 40.0
     # All schemes here keep the energy of a linear system under a constant load; the adaptive one to its tolerance.
@@ -152,11 +154,11 @@ def test_stepped_models_meet_the_exact_answer(way: str, right: End) -> None:
 def test_analytic_modes_leave_out_what_their_flexibility_says(right: End) -> None:
     """Each mode left out swings between 0 and twice its static answer; the steps themselves are exact."""
     given = stepped((Modal(modes=40), ExactModal(), StepRule(points_per_period=10)), End("free", force=LOAD), right)
-    history, exact = run(given), solve(given)
-    bar = given.bodies["rod"]
+    history, exact = run(*given), solve(*given)
+    bar = given.scene.bodies["rod"]
     assert isinstance(bar, Rod)
     missing = Modal(modes=40).build(bar, 0.0).left_out(0.0, "displacement", 0.0)
-    t = history.dt * np.arange(int(given.duration / history.dt)) if history.dt else np.zeros(0)
+    t = history.dt * np.arange(int(given.scene.duration / history.dt)) if history.dt else np.zeros(0)
     away = history.evaluate(t, "displacement:rod@0") - exact.evaluate(t, "displacement:rod@0")
     assert np.max(away) < 1e-9 * LOAD * missing
     assert np.min(away) > -2.0 * LOAD * missing * (1.0 + 1e-9)
@@ -166,38 +168,48 @@ def test_energy_and_momentum_are_reported() -> None:
     from impactlab.report.summary import summarise
 
     given = stepped(WAYS["newmark"], End("free", force=LOAD), FREE)
-    summary = summarise("x", given, run(given), ("exact", solve(given)))
+    summary = summarise("x", given.scene, run(*given), ("exact", solve(*given)))
     assert summary["energy"]["initial"] == 0.0
     assert summary["energy"]["work"] == pytest.approx(summary["energy"]["final"], rel=1e-12)
     assert summary["errors"]["face_displacement"] < 0.01
-    assert summary["final"]["bodies"]["rod"]["momentum"] == pytest.approx(LOAD * given.duration, rel=1e-9)
+    assert summary["final"]["bodies"]["rod"]["momentum"] == pytest.approx(LOAD * given.scene.duration, rel=1e-9)
 
 
 @pytest.mark.parametrize("right", [FREE, End("mass", 2.0, force=-0.4 * LOAD)])
 def test_a_load_is_no_error_of_the_momentum(right: End) -> None:
     """A free rod gains F t: left out of the balance, it is half of the momentum in play."""
     given = stepped(WAYS["newmark"], End("free", force=LOAD), right)
-    for history in (run(given), solve(given)):
-        error = momentum_error(history, history, given)
+    for history in (run(*given), solve(*given)):
+        error = momentum_error(history, history, given.scene)
         assert error is not None
         assert error < 1e-9  # as the momentum itself, above
 
 
 def test_momentum_that_damping_takes_is_no_error() -> None:
     given = stepped(WAYS["newmark"], End("free", force=LOAD), FREE)
-    bar = given.bodies["rod"]
+    bar = given.scene.bodies["rod"]
     assert isinstance(bar, Rod)
-    held = dataclasses.replace(given, bodies={"rod": dataclasses.replace(bar, damping=Rayleigh(mass=500.0))})
-    history = run(held)
-    assert momentum_error(history, history, held) is None
+    held = given.but(bodies={"rod": dataclasses.replace(bar, damping=Rayleigh(mass=500.0))})
+    history = run(*held)
+    assert momentum_error(history, history, held.scene) is None
 
 
-def pressed(law: Any, model: Any, far: End, near: End = FREE, integrator: Any = None) -> Scene:
+def pressed(law: Any, model: Any, far: End, near: End = FREE, integrator: Any = None) -> Simulation:
     """A mass of the rod's weight strikes the left end."""
-    bar = Rod("rod", (SEGMENT,), near, far, model=model)
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0, law)
+    bar = Rod("rod", (SEGMENT,), near, far)
+    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0)
     bodies = {"hammer": Mass("hammer", SEGMENT.mass, 1.0), "rod": bar}
-    return Scene("x", bodies, (contact,), 3 * TRIP, integrator, StepRule(points_per_period=10), round_trip=TRIP)
+    return simulation(
+        "x",
+        bodies,
+        (contact,),
+        3 * TRIP,
+        integrator,
+        StepRule(points_per_period=10),
+        round_trip=TRIP,
+        model=model,
+        law=law,
+    )
 
 
 @pytest.mark.parametrize("near", [FREE, End("free", force=5e3)], ids=["far end loaded", "both ends loaded"])
@@ -206,11 +218,11 @@ def test_the_stepped_delay_line_serves_end_forces(near: End) -> None:
     errors = []
     for points in (4, 64):
         given = pressed(Asked(), Continuous(), End("spring", 1e9, -LOAD), near)
-        given = dataclasses.replace(given, step=StepRule(points_per_period=points))
-        exact = solve(dataclasses.replace(given, contacts=(dataclasses.replace(given.contacts[0], law=SPRING),)))
-        history = run(given)
+        given = given.but(step=StepRule(points_per_period=points))
+        exact = solve(*given.but(law=SPRING))
+        history = run(*given)
         assert max(history.energy.largest_gain, history.energy.largest_loss) < 0.01
-        errors.append(metrics.face_displacement(history, exact, given) or 0.0)
+        errors.append(metrics.face_displacement(history, exact, given.scene) or 0.0)
     assert errors[1] < errors[0] / 8.0
     assert errors[1] < 1e-4
 
@@ -218,9 +230,9 @@ def test_the_stepped_delay_line_serves_end_forces(near: End) -> None:
 @pytest.mark.parametrize("law", [AdditionDeletion(), Penalty(stiffness=2e10)], ids=["multiplier", "penalty"])
 def test_stepped_contact_at_a_loaded_end(law: Any) -> None:
     given = pressed(law, FiniteElement(200, "lumped"), CLAMPED, End("free", force=-LOAD), CentralDifference())
-    given = dataclasses.replace(given, step=StepRule(courant=0.5))
-    exact = solve(given)
-    measured = metrics.errors(run(given), "exact", exact, given)
+    given = given.but(step=StepRule(courant=0.5))
+    exact = solve(*given)
+    measured = metrics.errors(run(*given), "exact", exact, given.scene)
     # as without a load: the mesh resolves L/200, the impulse is what the mass lost
     assert measured["mass_displacement"] < 0.01  # type: ignore[operator]
     assert measured["face_displacement"] < 0.02  # type: ignore[operator]
@@ -236,13 +248,13 @@ def test_laws_that_take_the_stress_at_the_face_for_their_own_refuse_a_loaded_fac
     law: Any, integrator: Any, says: str
 ) -> None:
     with pytest.raises(PairingError, match=says) as refused:
-        prepare(pressed(law, FiniteElement(40), CLAMPED, End("free", force=LOAD), integrator))
+        prepare(*pressed(law, FiniteElement(40), CLAMPED, End("free", force=LOAD), integrator))
     assert "addition_deletion" in refused.value.remedy
 
 
 def test_a_far_load_is_no_matter_to_wave_identification() -> None:
     given = pressed(WaveIdentification(), FiniteElement(100), End("dashpot", 4e4, -LOAD), FREE, Newmark())
-    measured = metrics.errors(run(given), "exact", solve(given), given)
+    measured = metrics.errors(run(*given), "exact", solve(*given), given.scene)
     assert measured["mass_displacement"] < 0.01  # type: ignore[operator]
 
 
@@ -251,8 +263,8 @@ def test_mirrored_and_in_other_units(model: Any) -> None:
     """A force turns with the scene, and scales as mass times length over time squared."""
     way = (model, Newmark(), StepRule(dt=TRIP / 64))
     given = stepped(way, End("mass", 0.5, LOAD), End("free", force=-0.3 * LOAD), 2.0)
-    history, turned, scaled = (run(each) for each in (given, mirrored(given), in_other_units(given, 4.0, 16.0, 0.25)))
-    t = np.linspace(0.0, given.duration, 65)
+    history, turned, scaled = (run(*each) for each in (given, mirrored(given), in_other_units(given, 4.0, 16.0, 0.25)))
+    t = np.linspace(0.0, given.scene.duration, 65)
     here = history.evaluate(t, "displacement:rod@0")
     size = float(np.max(np.abs(here)))
     assert turned.evaluate(t, "displacement:rod@0.3") == pytest.approx(-here, abs=1e-12 * size)

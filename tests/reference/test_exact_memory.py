@@ -34,7 +34,7 @@ def sprung():
     """A mass between a rod and a damped spring on a wall."""
     law = Penalty(stiffness=0.3, damping=0.05)
     bar, wall = rod(right=CLAMPED), Wall("wall")
-    hammer = struck(1.0, 1.0).bodies["hammer"]
+    hammer = struck(1.0, 1.0).scene.bodies["hammer"]
     pairs = [(point(wall), point(hammer), 0.5, law), (point(hammer), point(bar, "left"), 0.0, Hard())]
     return scene([wall, hammer, bar], pairs, 100.0)
 
@@ -42,13 +42,13 @@ def sprung():
 @pytest.mark.parametrize("make", [bouncing, ringing, sprung])
 def test_a_run_beyond_its_memory_is_the_whole_run_at_its_instants(make, monkeypatch):
     case = make()
-    case = dataclasses.replace(case, records=500, snapshots=(0.1003 * case.duration, 0.8006 * case.duration))
-    whole = solve(case)
+    case = case.but(records=500, snapshots=(0.1003 * case.scene.duration, 0.8006 * case.scene.duration))
+    whole = solve(*case)
     assert isinstance(whole, ContinuousHistory)
     monkeypatch.setenv("IMPACTLAB_MEMORY", "9e6")
-    thin = solve(case)
+    thin = solve(*case)
     assert isinstance(thin, ThinnedHistory)
-    t = np.linspace(0.0, case.duration, 501)
+    t = np.linspace(0.0, case.scene.duration, 501)
     for channel in whole.channels():
         if channel.startswith("force:") and "|" in channel:
             continue
@@ -60,7 +60,7 @@ def test_a_run_beyond_its_memory_is_the_whole_run_at_its_instants(make, monkeypa
     for one, other in zip(thin.contacts, whole.contacts, strict=True):
         assert one.impulse == pytest.approx(other.impulse, rel=1e-9, abs=1e-12)
         assert one.peak_force == pytest.approx(other.peak_force, rel=1e-9)
-    for contact in case.contacts:  # forces are means: their sum is the impulse
+    for contact in case.scene.contacts:  # forces are means: their sum is the impulse
         middle = 0.5 * (t[1:] + t[:-1])
         pushed = float(np.sum(thin.evaluate(middle, f"force:{contact.name}")) * (t[1] - t[0]))
         spans = sum(span.impulse for span in thin.contacts if span.contact == contact.name)
@@ -68,20 +68,20 @@ def test_a_run_beyond_its_memory_is_the_whole_run_at_its_instants(make, monkeypa
     assert np.max(np.abs(thin.energy.balance)) < 1e-10 * thin.energy.scale
     lost = [float(history.energy.booked["contact"][-1]) for history in (thin, whole)]
     assert lost[0] == pytest.approx(lost[1], rel=1e-9)
-    for time in case.snapshots:
+    for time in case.scene.snapshots:
         there = whole.field("rod", time, "displacement")
         assert thin.field("rod", time, "displacement").values == pytest.approx(there.values, abs=1e-9)
 
 
 def test_the_steep_force_of_a_spring_beyond_memory_is_that_of_the_whole_run(monkeypatch):
-    case = dataclasses.replace(sprung(), records=2000)
-    name = f"force:{case.contacts[0].name}"
-    whole = solve(case)
+    case = sprung().but(records=2000)
+    name = f"force:{case.scene.contacts[0].name}"
+    whole = solve(*case)
     monkeypatch.setenv("IMPACTLAB_MEMORY", "9e6")
-    thin = solve(case)
+    thin = solve(*case)
     assert isinstance(thin, ThinnedHistory)
-    cell = case.duration / case.records
-    t = np.linspace(0.0, case.duration, 10_007)
+    cell = case.scene.duration / case.scene.records
+    t = np.linspace(0.0, case.scene.duration, 10_007)
     beside = np.append(whole.jumps(name), [event.time for event in whole.events])
     t = t[np.min(np.abs(t[:, None] - beside[None, :]), axis=1) > 2.0 * cell]
     exact = whole.evaluate(t, name)
@@ -96,16 +96,16 @@ def test_the_remedy_for_too_many_fronts_works(monkeypatch):
     lengths = (1.0, 2.0**0.5 / 3.0, 3.0**0.5 / 5.0, 5.0**0.5 / 7.0)
     skew = tuple(dataclasses.replace(first, length=length, area=1.0 + k) for k, length in enumerate(lengths))
     bars = dataclasses.replace(bars, segments=skew)
-    hammer = struck(1.0, 1.0).bodies["hammer"]
+    hammer = struck(1.0, 1.0).scene.bodies["hammer"]
     case = scene([hammer, bars], [(point(hammer), point(bars, "left"), 0.0, Hard())], 1e4)
     monkeypatch.setenv("IMPACTLAB_MEMORY", "2e7")
     with pytest.raises(StepError) as stopped:
-        solve(case)
+        solve(*case)
     text = str(stopped.value)
     assert "fronts" in text
     assert "2 MB" in text
     reached = float(text.split("duration of at most ")[1].split(" s")[0])
-    assert solve(dataclasses.replace(case, duration=reached)).duration == reached
+    assert solve(*case.but(duration=reached)).duration == reached
 
 
 FOUR_MATERIALS = """

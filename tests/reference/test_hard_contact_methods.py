@@ -35,8 +35,10 @@ from impactlab.integrators.newmark import Newmark
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.scene import Contact, End, Mass, Point, Rod, Scene, Segment, StepRule, Wall
+from impactlab.scene import Contact, End, Mass, Point, Rod, Segment, Wall
+from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import run
+from impactlab.testing.scenes import simulation
 
 SEGMENT = Segment(0.3, 9e-4, 2.1e11, 7900.0)
 
@@ -48,10 +50,10 @@ def paper(
     points: float = 10.0,
     located: bool = False,
     courant: float | None = None,
-) -> Scene:
-    rod = Rod("rod", (SEGMENT,), End("free"), End("clamped"), model=model)
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0, law)
-    return Scene(
+) -> Simulation:
+    rod = Rod("rod", (SEGMENT,), End("free"), End("clamped"))
+    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0)
+    return simulation(
         "paper",
         {"hammer": Mass("hammer", SEGMENT.mass, 1.0), "rod": rod},
         (contact,),
@@ -60,22 +62,27 @@ def paper(
         StepRule(courant=courant) if courant else StepRule(points_per_period=points),
         events="located" if located else "dated",
         round_trip=rod.round_trip,
+        model=model,
+        law=law,
     )
 
 
 @cache
 def exact() -> AbstractHistory:
-    return solve(paper(AdditionDeletion(), Modal(None, 1), Newmark()))
+    return solve(*paper(AdditionDeletion(), Modal(None, 1), Newmark()))
 
 
-def errors(scene: Scene, history: AbstractHistory) -> dict[str, float]:
-    found = metrics.errors(history, "st_venant", exact(), scene)
+def errors(scene: Simulation, history: AbstractHistory) -> dict[str, float]:
+    found = metrics.errors(history, "st_venant", exact(), scene.scene)
     return {name: value for name, value in found.items() if isinstance(value, float | int)}
 
 
-def second_contact(scene: Scene, history: AbstractHistory) -> bool:
+def second_contact(scene: Simulation, history: AbstractHistory) -> bool:
     """Return whether a contact overlaps the exact second one, 2.1246 to 2.1628 round trips."""
-    spans = [(s.start / scene.round_trip, (s.end or history.duration) / scene.round_trip) for s in history.contacts]
+    spans = [
+        (s.start / scene.scene.round_trip, (s.end or history.duration) / scene.scene.round_trip)
+        for s in history.contacts
+    ]
     return any(start < 2.1628 and end > 2.1246 for start, end in spans)
 
 
@@ -91,7 +98,7 @@ ROWS = [
 @pytest.mark.parametrize(("name", "law", "model", "row"), ROWS, ids=[row[0] for row in ROWS])
 def test_located_rows_of_reduced_bases(name, law, model, row):
     scene = paper(law, model, ExactModal(), points=100.0, located=True)
-    history = run(scene)
+    history = run(*scene)
     found = errors(scene, history)
     for key, told in zip(("force", "face_displacement", "mass_displacement"), row, strict=True):
         assert found[key] == pytest.approx(told, rel=0.2), key
@@ -101,8 +108,8 @@ def test_located_rows_of_reduced_bases(name, law, model, row):
 
 def test_impedance_residual_starts_with_the_wave_s_force_and_books_what_it_hands_over():
     scene = paper(ImpedanceResidual(), Modal(None, 10), ExactModal(), points=1000.0, located=True)
-    history = run(scene)
-    first = float(history.evaluate(0.5 * history.dt, f"force:{scene.contacts[0].name}"))
+    history = run(*scene)
+    first = float(history.evaluate(0.5 * history.dt, f"force:{scene.scene.contacts[0].name}"))
     # F falls by lam_t dt = 2 alpha dt/T and by the modes' own start: a thousandth of their shortest period each.
     assert first == pytest.approx(SEGMENT.impedance, rel=0.01)
     unresolved = history.energy.booked["unresolved"][-1]
@@ -116,7 +123,7 @@ def test_the_attached_striker_s_eigenvectors_keep_the_books():
         scene = paper(
             AdditionDeletion(), Modal(400, modes, basis=StrikerAttached()), ExactModal(), points=100.0, located=True
         )
-        history = run(scene)
+        history = run(*scene)
         assert history.energy.largest_gain < 1e-11
         assert history.energy.largest_loss < 1e-7
         assert history.energy.booked["unresolved"][-1] > 0.0
@@ -133,7 +140,7 @@ def test_contact_stabilised_newmark_loses_what_it_books(mass):
     losses = []
     for elements in (20, 80):
         scene = paper(AdditionDeletion(), FiniteElement(elements, mass), ContactStabilisedNewmark())
-        history = run(scene)
+        history = run(*scene)
         # Its energy is what the derivation of its losses says, step by step.
         assert history.energy.largest_gain < 1e-12
         assert history.energy.largest_loss < 1e-12
@@ -152,28 +159,28 @@ MASSLESS = [
 @pytest.mark.parametrize(("name", "model", "integrator", "options"), MASSLESS, ids=[row[0] for row in MASSLESS])
 def test_hard_contact_on_a_massless_face_needs_no_impulse_and_keeps_the_energy(name, model, integrator, options):
     scene = paper(AdditionDeletion(), model, integrator, **options)
-    history = run(scene)
+    history = run(*scene)
     assert not [event for event in history.events if event.kind == "impulse"]
     assert history.energy.largest_gain < 1e-12
     assert history.energy.largest_loss < 1e-12
     # While closed the true faces stand together: the massless one is pressed in by what the gap of the others lacks.
     times = np.linspace(0.0, history.duration, 2001)
-    gap = history.evaluate(times, f"gap:{scene.contacts[0].name}")
+    gap = history.evaluate(times, f"gap:{scene.scene.contacts[0].name}")
     travel = float(np.max(np.abs(history.evaluate(times, "position:hammer"))))
     assert float(gap.min()) > -1e-9 * travel
 
 
 def test_laws_without_an_answer_for_massless_faces_are_refused():
     with pytest.raises(PairingError, match="massless"):
-        run(paper(VelocityComplementarity(), FiniteElement(20, "redistributed"), Newmark()))
+        run(*paper(VelocityComplementarity(), FiniteElement(20, "redistributed"), Newmark()))
 
 
 def test_hard_contact_on_a_massless_face_is_the_spring_of_its_flexibility():
     """The condensed face of a chain yields by h/EA: the constraint is that spring, as a rigid penalty is."""
     scene = paper(AdditionDeletion(), FiniteElement(50, "redistributed"), Newmark(), points=20.0)
-    history = run(scene)
+    history = run(*scene)
     times = np.linspace(0.0, history.duration, 500)
-    stiff = run(paper(Penalty(stiffness=1e25), FiniteElement(50, "redistributed"), Newmark(), points=20.0))
+    stiff = run(*paper(Penalty(stiffness=1e25), FiniteElement(50, "redistributed"), Newmark(), points=20.0))
     one, other = (each.evaluate(times, "position:hammer") for each in (history, stiff))
     assert np.max(np.abs(one - other)) < 1e-9 * np.max(np.abs(one))
 
@@ -183,7 +190,7 @@ def test_nitsche_converges_whatever_its_theta(theta):
     found = []
     for elements in (25, 100):
         scene = paper(Nitsche(theta), FiniteElement(elements), Newmark())
-        found.append(errors(scene, run(scene))["face_displacement"])
+        found.append(errors(scene, run(*scene))["face_displacement"])
     # Linear elements and a force that jumps: the face's error falls about as the mesh, to the power 3/4 at least.
     assert found[1] < found[0] / 4**0.75
     assert found[1] < 0.01
@@ -192,7 +199,7 @@ def test_nitsche_converges_whatever_its_theta(theta):
 def test_symmetric_nitsche_keeps_energy_better_with_smaller_steps():
     gains = []
     for points in (10.0, 40.0):
-        history = run(paper(Nitsche(), FiniteElement(50), Newmark(), points=points))
+        history = run(*paper(Nitsche(), FiniteElement(50), Newmark(), points=points))
         gains.append(history.energy.largest_gain + history.energy.largest_loss)
     # Its energy is exact but for touches and releases inside a step.
     assert gains[0] < 1e-3
@@ -201,13 +208,13 @@ def test_symmetric_nitsche_keeps_energy_better_with_smaller_steps():
 
 def test_nitsche_refuses_a_basis_without_stress_at_the_face():
     with pytest.raises(PairingError, match="zero there") as caught:
-        run(paper(Nitsche(), Modal(None, 20), Newmark()))
+        run(*paper(Nitsche(), Modal(None, 20), Newmark()))
     assert "craig_bampton" in caught.value.remedy
 
 
 def test_energy_conserving_contact_does():
     for model in (FiniteElement(50), Modal(50, 20)):
-        history = run(paper(EnergyConserving(), model, Newmark()))
+        history = run(*paper(EnergyConserving(), model, Newmark()))
         assert history.energy.largest_gain < 1e-12
         assert history.energy.largest_loss < 1e-12
         assert history.energy.booked["contact"][-1] == 0.0
@@ -219,8 +226,8 @@ def test_augmentations_turn_the_penalty_into_the_constraint():
         paper(law, FiniteElement(40, "lumped"), CentralDifference(), courant=0.5)
         for law in (AdditionDeletion(), AugmentedLagrangian(augmentations=3), AugmentedLagrangian(augmentations=200))
     ]
-    times = np.linspace(0.0, 3.0 * scenes[0].round_trip, 400)
-    constraint, few, often = (run(scene).evaluate(times, "position:hammer") for scene in scenes)
+    times = np.linspace(0.0, 3.0 * scenes[0].scene.round_trip, 400)
+    constraint, few, often = (run(*scene).evaluate(times, "position:hammer") for scene in scenes)
     size = float(np.max(np.abs(constraint)))
     assert np.max(np.abs(often - constraint)) < 1e-9 * size
     assert np.max(np.abs(few - constraint)) > 1e-5 * size
@@ -231,8 +238,8 @@ def test_paoli_schatzman_without_restitution_is_the_constraint_under_central_dif
         paper(law, FiniteElement(40, "lumped"), CentralDifference(), courant=0.5)
         for law in (AdditionDeletion(), PaoliSchatzman())
     ]
-    times = np.linspace(0.0, 3.0 * scenes[0].round_trip, 400)
-    one, other = (run(scene).evaluate(times, "position:hammer") for scene in scenes)
+    times = np.linspace(0.0, 3.0 * scenes[0].scene.round_trip, 400)
+    one, other = (run(*scene).evaluate(times, "position:hammer") for scene in scenes)
     assert np.max(np.abs(one - other)) < 1e-12 * np.max(np.abs(one))
 
 
@@ -240,10 +247,10 @@ def test_paoli_schatzman_without_restitution_is_the_constraint_under_central_dif
 @pytest.mark.parametrize("restitution", [0.0, 0.5, 1.0])
 def test_a_ball_returns_with_its_restitution(law, restitution):
     """A rigid mass on a wall: the rate after is -e times the rate before, whatever the step."""
-    contact = Contact(Point("wall", 0.0, "wall"), Point("ball", 0.0, "ball"), 1.0, law(restitution))
+    contact = Contact(Point("wall", 0.0, "wall"), Point("ball", 0.0, "ball"), 1.0)
     bodies = {"wall": Wall("wall"), "ball": Mass("ball", 2.0, -1.0)}
-    scene = Scene("ball", bodies, (contact,), 1.7, CentralDifference(), StepRule(dt=0.013))
-    history = run(scene)
+    scene = simulation("ball", bodies, (contact,), 1.7, CentralDifference(), StepRule(dt=0.013), law=law(restitution))
+    history = run(*scene)
     assert float(history.evaluate(1.7, "velocity:ball")) == pytest.approx(restitution, abs=1e-12)
     lost = history.energy.booked["contact"][-1]
     assert lost == pytest.approx(1.0 - restitution**2, abs=1e-12)
@@ -254,9 +261,9 @@ def test_projection_takes_the_overlap_away():
     for projection in (False, True):
         law = VelocityComplementarity(0.0, projection)
         scene = paper(law, FiniteElement(40, "lumped"), CentralDifference(), courant=0.5)
-        history = run(scene)
-        times = np.linspace(0.0, 1.5 * scene.round_trip, 5000)
-        gap = history.evaluate(times, f"gap:{scene.contacts[0].name}")
+        history = run(*scene)
+        times = np.linspace(0.0, 1.5 * scene.scene.round_trip, 5000)
+        gap = history.evaluate(times, f"gap:{scene.scene.contacts[0].name}")
         overlap[projection] = float(np.mean(np.maximum(0.0, -gap)))
     # Without it the overlap of the step of the touch stays; with it only that step itself overlaps.
     assert overlap[True] < 0.05 * overlap[False]
@@ -264,8 +271,8 @@ def test_projection_takes_the_overlap_away():
 
 def test_wave_initialised_begins_with_the_wave_s_pressure():
     scene = paper(WaveInitialised(), FiniteElement(100, "lumped"), CentralDifference(), courant=0.5)
-    history = run(scene)
-    first = float(history.evaluate(0.0, f"force:{scene.contacts[0].name}"))
+    history = run(*scene)
+    first = float(history.evaluate(0.0, f"force:{scene.scene.contacts[0].name}"))
     # Leapfrog's F dt holds the closing jump too: of the end node, half an element, and the mass, as heavy as the rod.
     node = SEGMENT.mass / 200.0
     jump = 1.0 / (1.0 / node + 1.0 / SEGMENT.mass) / history.dt
@@ -276,7 +283,7 @@ def test_wave_initialised_begins_with_the_wave_s_pressure():
 def test_the_kicks_of_impulse_momentum_add_up_to_the_impact():
     """Forty analytic modes, ten points per period, e = 1: the total is that of the waves, 1.698876 M v0, within 2 %."""
     scene = paper(ImpulseMomentum(1.0), Modal(None, 40), ExactModal())
-    history = run(scene)
+    history = run(*scene)
     (span,) = history.contacts
     assert span.impulse / SEGMENT.mass == pytest.approx(1.698876, rel=0.02)
     assert span.first_impulse / SEGMENT.mass == pytest.approx(2.0 / (1.0 + 80.0), rel=1e-12)
@@ -284,15 +291,15 @@ def test_the_kicks_of_impulse_momentum_add_up_to_the_impact():
 
 def test_a_basis_that_leaves_nothing_out_has_no_residual():
     with pytest.raises(PairingError, match="left out"):
-        run(paper(ImpedanceResidual(), Modal(20, None, basis=Eigenvectors()), ExactModal()))
+        run(*paper(ImpedanceResidual(), Modal(20, None, basis=Eigenvectors()), ExactModal()))
 
 
 def test_nitsche_refuses_modes_that_do_not_tell_the_force_at_the_face():
     with pytest.raises(PairingError, match="tell only"):
-        run(paper(Nitsche(), Modal(100, 40), Newmark()))
+        run(*paper(Nitsche(), Modal(100, 40), Newmark()))
     # Craig-Bampton modes hold the static answer to a force at the face.
     scene = paper(Nitsche(), Modal(100, 40, basis=CraigBampton()), Newmark())
-    assert errors(scene, run(scene))["face_displacement"] < 0.01
+    assert errors(scene, run(*scene))["face_displacement"] < 0.01
 
 
 def test_augmentations_give_back_no_more_than_they_took():
@@ -303,11 +310,22 @@ def test_augmentations_give_back_no_more_than_they_took():
         End("free"),
         End("clamped"),
         displacement=lambda x: (1.0 - x) / 2.0,
-        model=FiniteElement(40),
     )
-    contact = Contact(Point("wall", 0.0, "wall"), Point("bar", 0.0, "bar.left"), 0.0, AugmentedLagrangian())
+    contact = Contact(Point("wall", 0.0, "wall"), Point("bar", 0.0, "bar.left"), 0.0)
     bodies = {"wall": Wall("wall"), "bar": bar}
-    history = run(Scene("bar", bodies, (contact,), 6.0, MoreauJean(), StepRule(courant=1.0), round_trip=2.0))
+    history = run(
+        *simulation(
+            "bar",
+            bodies,
+            (contact,),
+            6.0,
+            MoreauJean(),
+            StepRule(courant=1.0),
+            round_trip=2.0,
+            model=FiniteElement(40),
+            law=AugmentedLagrangian(),
+        )
+    )
     assert history.energy.largest_gain < 1e-12
     assert history.energy.largest_loss < 1e-12
     assert history.energy.booked["contact"][-1] > 0.0
@@ -319,6 +337,6 @@ def test_energy_that_a_scheme_damps_away_is_told():
     codes = {}
     for theta in (0.5, 1.0):
         scene = paper(VelocityComplementarity(), FiniteElement(20), MoreauJean(theta))
-        codes[theta] = {warning.code for warning in run(scene).warnings}
+        codes[theta] = {warning.code for warning in run(*scene).warnings}
     assert "energy_loss" in codes[1.0]
     assert "energy_loss" not in codes[0.5]

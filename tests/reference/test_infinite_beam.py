@@ -21,8 +21,10 @@ from impactlab.models.base import Face
 from impactlab.models.continuous import Continuous
 from impactlab.models.continuous.infinite_beam import InfiniteBeam
 from impactlab.models.finite_element import FiniteElement
-from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point, Probe, Rayleigh, Scene, StepRule
+from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point, Probe, Rayleigh
+from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import prepare, run
+from impactlab.testing.scenes import simulation
 
 INFINITE, FREE = End("infinite"), End("free")
 SEGMENT = BeamSegment(2.0, 1e-4, 2.1e11, 7900.0, inertia=1e-8 / 12.0)
@@ -31,13 +33,14 @@ K = math.sqrt(8.0) * EI**0.25 * RHO_A**0.75
 KAPPA = 100.0
 
 
-def scene(law: AbstractContactLaw, dt: float, duration: float, **changes: Any) -> Scene:
+def scene(law: AbstractContactLaw, dt: float, duration: float, **changes: Any) -> Simulation:
     given = {"left": INFINITE, "right": INFINITE, "model": Continuous(), "resistance": K, "x": 1.0, **changes}
-    mass, x = given.pop("resistance") / KAPPA, given.pop("x")
+    mass, x, model = given.pop("resistance") / KAPPA, given.pop("x"), given.pop("model")
     beam = Beam("beam", (SEGMENT,), **given)
     bodies = {"hammer": Mass("hammer", mass, 1.0), "beam": beam}
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("beam", x, "beam"), 0.0, law)
-    return Scene("x", bodies, (contact,), duration, None, StepRule(dt=dt), round_trip=beam.round_trip)
+    contact = Contact(Point("hammer", 0.0, "hammer"), Point("beam", x, "beam"), 0.0)
+    rule, trip = StepRule(dt=dt), beam.round_trip
+    return simulation("x", bodies, (contact,), duration, None, rule, round_trip=trip, model=model, law=law)
 
 
 @pytest.mark.parametrize(
@@ -47,7 +50,7 @@ def scene(law: AbstractContactLaw, dt: float, duration: float, **changes: Any) -
 def test_a_hard_mass_slows_down_by_the_closed_form(tip: bool, law: AbstractContactLaw, within: float) -> None:
     """v/v0 = e^(kappa^2 t) erfc(kappa sqrt t); at a free tip of a beam that goes on one way K is a quarter of it."""
     changes = {"left": FREE, "x": 0.0, "resistance": 0.25 * K} if tip else {}
-    history = run(scene(law, 1e-8, 1e-3, **changes))
+    history = run(*scene(law, 1e-8, 1e-3, **changes))
     known = (0.896457, 0.723578, 0.427584, 0.170578)
     for t, value in zip((1e-6, 1e-5, 1e-4, 1e-3), known, strict=True):
         assert erfcx(KAPPA * math.sqrt(t)) == pytest.approx(value, abs=5e-7)
@@ -65,7 +68,7 @@ def test_orders_of_a_hard_contact(law: AbstractContactLaw, order: float, slack: 
     """Second where the law holds positions, first where it holds velocities: the force is singular at t = 0."""
     exact = erfcx(KAPPA * math.sqrt(1e-5))
     steps = (1e-6, 5e-7, 2.5e-7)
-    errors = [run(scene(law, dt, 1e-5)).evaluate([1e-5], "velocity:hammer")[0] - exact for dt in steps]
+    errors = [run(*scene(law, dt, 1e-5)).evaluate([1e-5], "velocity:hammer")[0] - exact for dt in steps]
     slopes = np.log2(np.array(errors[:-1]) / errors[1:])
     assert np.all(np.abs(slopes - order) < slack)
 
@@ -111,9 +114,9 @@ def test_it_gives_back_no_more_than_it_was_given() -> None:
 def test_a_long_finite_beam_gives_the_same_until_something_comes_back() -> None:
     """Hertz contact: its force holds frequencies up to 1e5 rad/s, whose waves need 1 ms for 2 m: 250 us are free."""
     law = Hertz(stiffness=1.58e10)
-    infinite = run(scene(law, 2.5e-7, 2.5e-4))
+    infinite = run(*scene(law, 2.5e-7, 2.5e-4))
     ends = {"left": FREE, "right": FREE, "model": FiniteElement(elements=800)}
-    finite = run(scene(law, 2.5e-7, 2.5e-4, **ends))
+    finite = run(*scene(law, 2.5e-7, 2.5e-4, **ends))
     t = np.linspace(0.0, 2.5e-4, 300)
     # Steps of 1/600 of the contact: (w dt)^2/12 of both schemes, and h^4 of the mesh, stay below 1e-3.
     for channel in ("velocity:hammer", "displacement:beam@1"):
@@ -140,17 +143,17 @@ def test_a_long_finite_beam_gives_the_same_until_something_comes_back() -> None:
 )
 def test_what_it_does_not_know_is_refused(changes: dict[str, Any], told: str) -> None:
     case = scene(DispersiveIdentification(), 1e-7, 1e-5)
-    beam = dataclasses.replace(case.bodies["beam"], **changes)
+    beam = dataclasses.replace(case.scene.bodies["beam"], **changes)
     with pytest.raises(ImpactlabError, match=told) as caught:
-        prepare(dataclasses.replace(case, bodies={**case.bodies, "beam": beam}))
+        prepare(*case.but(bodies={**case.scene.bodies, "beam": beam}))
     assert caught.value.remedy
 
 
 def test_other_places_gravity_and_impulses_are_refused() -> None:
     case = scene(DispersiveIdentification(), 1e-7, 1e-5)
     with pytest.raises(ImpactlabError, match="serves no gravity"):
-        prepare(dataclasses.replace(case, gravity=-9.81))
+        prepare(*case.but(gravity=-9.81))
     with pytest.raises(ImpactlabError, match=r"not by displacement at 0\.7 m"):
-        run(dataclasses.replace(case, probes=(Probe("beam", 0.7, "displacement"),)))
+        run(*case.but(probes=(Probe("beam", 0.7, "displacement"),)))
     with pytest.raises(ImpactlabError, match="strike on a continuous beam is zero"):
-        prepare(scene(ImpulseMomentum(), 1e-7, 1e-5))
+        prepare(*scene(ImpulseMomentum(), 1e-7, 1e-5))

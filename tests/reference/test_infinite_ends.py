@@ -20,8 +20,10 @@ from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.mesh.beams import BeamMesh
 from impactlab.numerics.banded import full
-from impactlab.scene import Beam, Contact, End, Mass, Point, Scene, StepRule
+from impactlab.scene import Beam, Contact, End, Mass, Point
+from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import prepare, run
+from impactlab.testing.scenes import simulation
 from tests.reference.test_infinite_beam import EI, RHO_A, SEGMENT
 from tests.reference.test_timoshenko_waves import beam as timoshenko
 
@@ -98,13 +100,13 @@ def test_what_the_layer_of_a_mesh_sends_back(lumped: bool, waves: float, most: f
     assert sent_back(lumped, waves) < most
 
 
-def scene(body: Beam, integrator: Any, dt: float, duration: float) -> Scene:
-    contact = Contact(
-        Point("hammer", 0.0, "hammer"), Point("beam", 0.5 * body.length, "beam"), 0.0, Hertz(stiffness=1.58e10)
-    )
+def scene(body: Beam, integrator: Any, dt: float, duration: float) -> Simulation:
+    contact = Contact(Point("hammer", 0.0, "hammer"), Point("beam", 0.5 * body.length, "beam"), 0.0)
     bodies = {"hammer": Mass("hammer", 0.0333, 1.0), "beam": body}
     rule = StepRule(dt=dt)
-    return Scene("x", bodies, (contact,), duration, integrator, rule, round_trip=body.round_trip)
+    return simulation(
+        "x", bodies, (contact,), duration, integrator, rule, round_trip=body.round_trip, law=Hertz(stiffness=1.58e10)
+    )
 
 
 @pytest.mark.parametrize("theory", ["euler_bernoulli", "timoshenko"])
@@ -118,8 +120,8 @@ def test_a_mesh_with_layers_answers_like_the_infinite_beam(theory: str, mass: st
         else timoshenko(INFINITE, INFINITE, 0.6)
     )
     scheme, dt = (CentralDifference(), 2e-8) if mass == "lumped" else (Newmark(), 2e-7)
-    mesh = run(scene(dataclasses.replace(piece, model=model), scheme, dt, 1e-3))
-    endless = run(scene(dataclasses.replace(piece, model=Continuous()), None, 2e-7, 1e-3))
+    mesh = run(*scene(piece, scheme, dt, 1e-3).but(model=model))
+    endless = run(*scene(piece, None, 2e-7, 1e-3).but(model=Continuous()))
     t = np.linspace(0.0, 1e-3, 400)
     for channel in ("velocity:hammer", "velocity:beam@0.3"):
         one, other = mesh.evaluate(t, channel), endless.evaluate(t, channel)
@@ -131,11 +133,11 @@ def test_a_mesh_with_layers_answers_like_the_infinite_beam(theory: str, mass: st
 
 
 def test_a_beam_that_moves_or_has_weight_has_no_layer() -> None:
-    case = scene(
-        Beam("beam", (SEGMENT,), INFINITE, INFINITE, velocity=1.0, model=FiniteElement()), Newmark(), 1e-6, 1e-5
+    case = scene(Beam("beam", (SEGMENT,), INFINITE, INFINITE, velocity=1.0), Newmark(), 1e-6, 1e-5).but(
+        model=FiniteElement()
     )
     with pytest.raises(PairingError, match="moves as a whole"):
-        prepare(case)
-    still = {**case.bodies, "beam": dataclasses.replace(case.bodies["beam"], velocity=0.0)}
+        prepare(*case)
+    still = {**case.scene.bodies, "beam": dataclasses.replace(case.scene.bodies["beam"], velocity=0.0)}
     with pytest.raises(PairingError, match="has weight"):
-        prepare(dataclasses.replace(case, bodies=still, gravity=-9.81))
+        prepare(*case.but(bodies=still, gravity=-9.81))

@@ -24,7 +24,7 @@ def loaded(mass, law=None, length=1.0, left=FREE):
 @pytest.mark.parametrize("law", [Hard(), Spring(3.0, 0.1)])
 @pytest.mark.parametrize("mass", [1e-14, 1e-12, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-3])
 def test_a_light_end_mass_does_not_stop_the_run(mass, law):
-    history = solve(loaded(mass, law))
+    history = solve(*loaded(mass, law))
     assert history.duration == 2.0 * TRIPS
     assert history.cost.steps < 1000
     book = history.energy
@@ -39,7 +39,7 @@ def test_a_light_end_mass_lengthens_its_rod(mass):
     # the echo of a wave whose length is far above m/(rho A) is late by 2 m/Z, as from a rod longer by m/(rho A);
     # what is left is of the order of (m/(rho A L))**2 at every echo
     soft = Spring(3.0, 0.1)
-    one, other = solve(loaded(mass, soft)), solve(loaded(0.0, soft, 1.0 + mass))
+    one, other = solve(*loaded(mass, soft)), solve(*loaded(0.0, soft, 1.0 + mass))
     t = np.arange(0.25, 2.0 * TRIPS, 0.5)  # between the fronts, where layers have decayed
     for channel in ("position:hammer", "velocity:hammer", "displacement:rod@0.25", "velocity:rod@0.375"):
         assert one.evaluate(t, channel) == pytest.approx(other.evaluate(t, channel), rel=1e-9, abs=1e-9), channel
@@ -52,7 +52,7 @@ def test_a_light_end_mass_lengthens_its_rod(mass):
 @pytest.mark.parametrize("mass", [1e-14, 1e-12, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6])
 def test_a_hard_contact_opens_within_the_echo_of_a_light_end_mass(mass):
     # the echo that comes back is -1 + 2 (1 - exp(-s/m)); the force v - 2 (echo) rises, falls and ends where it is zero
-    history = solve(loaded(mass))
+    history = solve(*loaded(mass))
     speed = np.exp(-2.0 / HAMMER)
     ends = np.log(2.0 / (1.0 - 0.5 * speed))
     more = (speed - 2.0) * ends + 4.0 * (1.0 - np.exp(-ends))
@@ -68,7 +68,7 @@ def test_a_hard_contact_opens_within_the_echo_of_a_light_end_mass(mass):
 @pytest.mark.parametrize("mass", [1e-10, 1e-9, 1e-6, 1e-3])
 def test_the_first_echo_of_a_light_end_mass_is_the_closed_form(mass):
     # m v' = 2 Z f - Z v under the wave f = exp(-s/M) of the hammer, with M and m in units of Z s
-    history = solve(loaded(mass))
+    history = solve(*loaded(mass))
     since = np.concatenate([mass * np.array([0.2, 1.0, 3.0, 8.0, 20.0, 60.0]), [0.1, 0.5, 0.99]])
     t = 1.0 + since
     since = t - 1.0
@@ -79,8 +79,8 @@ def test_the_first_echo_of_a_light_end_mass_is_the_closed_form(mass):
 
 def test_light_masses_at_both_ends_conserve_momentum_in_contact():
     end = End("mass", value=1e-9)
-    history = solve(loaded(1e-9, Spring(3.0, 0.1), left=end))
-    bare = solve(loaded(0.0, Spring(3.0, 0.1)))
+    history = solve(*loaded(1e-9, Spring(3.0, 0.1), left=end))
+    bare = solve(*loaded(0.0, Spring(3.0, 0.1)))
     t = np.arange(0.25, 2.0 * TRIPS, 0.5)
     assert history.evaluate(t, "position:hammer") == pytest.approx(bare.evaluate(t, "position:hammer"), abs=1e-7)
     momentum = history.evaluate(t, "momentum:hammer") + history.evaluate(t, "momentum:rod")
@@ -100,7 +100,7 @@ def bars_with_a_ball_between(mass):
 
 @pytest.mark.parametrize("mass", [1e-9, 1e-8, 1e-7, 1e-6, 1e-5])
 def test_a_light_ball_between_two_bars_opens_and_closes_a_few_times_only(mass):
-    history, direct = solve(bars_with_a_ball_between(mass)), solve(bars_with_a_ball_between(0.0))
+    history, direct = solve(*bars_with_a_ball_between(mass)), solve(*bars_with_a_ball_between(0.0))
     assert len(history.dated) < 30
     book = history.energy
     assert np.max(np.abs(book.balance)) < 1e-12 * book.scale

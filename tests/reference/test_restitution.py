@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 
 import numpy as np
@@ -21,8 +20,10 @@ from impactlab.integrators.newmark import Newmark
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.report.summary import summarise
-from impactlab.scene import Contact, End, Mass, Point, Rod, Scene, Segment, StepRule, Wall
+from impactlab.scene import Contact, End, Mass, Point, Rod, Segment, Wall
+from impactlab.scene.method import Simulation, StepRule, sides
 from impactlab.simulate import run
+from impactlab.testing.scenes import simulation
 
 MASS, SPEED, STIFFNESS = 2.0, 1.5, 1e9
 
@@ -40,10 +41,10 @@ def hertz_time(exponent: float = 1.5) -> tuple[float, float]:
 
 def on_wall(
     law: AbstractContactLaw, integrator: AbstractIntegrator, dt: float, duration: float, gap: float = 0.0
-) -> Scene:
+) -> Simulation:
     bodies = {"ball": Mass("ball", MASS, SPEED), "wall": Wall("wall")}
-    contact = Contact(Point("ball", 0.0, "ball"), Point("wall", 0.0, "wall"), gap, law)
-    return Scene("on wall", bodies, (contact,), duration, integrator, StepRule(dt=dt))
+    contact = Contact(Point("ball", 0.0, "ball"), Point("wall", 0.0, "wall"), gap)
+    return simulation("on wall", bodies, (contact,), duration, integrator, StepRule(dt=dt), law=law)
 
 
 def returned(history: AbstractHistory) -> float:
@@ -60,7 +61,7 @@ def test_the_factor_of_the_duration_is_the_published_one() -> None:
 @pytest.mark.parametrize("integrator", [Newmark(), ExactModal()], ids=["newmark", "exact_modal"])
 def test_hertz_returns_all_and_lasts_as_long_as_it_must(integrator: AbstractIntegrator, exponent: float) -> None:
     deepest, duration = hertz_time(exponent)
-    history = run(on_wall(Hertz(STIFFNESS, exponent), integrator, duration / 1e4, 1.2 * duration))
+    history = run(*on_wall(Hertz(STIFFNESS, exponent), integrator, duration / 1e4, 1.2 * duration))
     # 1e4 roundings of the energy in a random walk.
     assert history.energy.largest_gain < 1e-13
     assert history.energy.largest_loss < 1e-13
@@ -78,7 +79,7 @@ def test_hertz_returns_all_and_lasts_as_long_as_it_must(integrator: AbstractInte
 def test_hertz_keeps_its_energy_at_any_step(steps: int) -> None:
     _, duration = hertz_time()
     for gap in np.linspace(0.0, SPEED * duration / steps, 7):
-        history = run(on_wall(Hertz(STIFFNESS), Newmark(), duration / steps, 3.0 * duration, float(gap)))
+        history = run(*on_wall(Hertz(STIFFNESS), Newmark(), duration / steps, 3.0 * duration, float(gap)))
         assert max(history.energy.largest_gain, history.energy.largest_loss) < 1e-14
         assert returned(history) == pytest.approx(1.0, abs=1e-14)
 
@@ -86,7 +87,7 @@ def test_hertz_keeps_its_energy_at_any_step(steps: int) -> None:
 def test_error_of_the_hysteretic_laws_falls_with_the_square_of_the_step() -> None:
     law = HuntCrossley(STIFFNESS, restitution=0.5)
     _, duration = hertz_time()
-    runs = [run(on_wall(law, Newmark(), duration / steps, 2.0 * duration)) for steps in (250, 500, 1000)]
+    runs = [run(*on_wall(law, Newmark(), duration / steps, 2.0 * duration)) for steps in (250, 500, 1000)]
     errors = [returned(history) - law.restitutions().true for history in runs]
     # The next term of the error is smaller by the step over the duration.
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.05)
@@ -112,9 +113,9 @@ def test_hysteretic_laws_return_what_they_say(
         assert law.restitutions().true == pytest.approx(true, abs=5e-7)  # six published digits
     _, duration = hertz_time(law.exponent)
     scene = on_wall(law, integrator, duration / 1e4, 6.0 * duration, gap=0.3 * SPEED * duration)
-    history = run(scene)
+    history = run(*scene)
     assert returned(history) == pytest.approx(law.restitutions().true, abs=1e-6)
-    said = summarise("on_wall", scene, history)["method"]["laws"][0]["restitution"]
+    said = summarise("on_wall", scene.scene, history)["method"]["laws"][0]["restitution"]
     assert said == {"nominal": law.restitution, "true": law.restitutions().true}
     if isinstance(integrator, Newmark):
         assert max(history.energy.largest_gain, history.energy.largest_loss) < 1e-12
@@ -143,7 +144,7 @@ def test_kelvin_voigt_never_pulling(ratio: float, restitution: float) -> None:
     law = Penalty(STIFFNESS, 2.0 * ratio * MASS * frequency)
     damped = math.sqrt(1.0 - ratio**2)
     contact = (math.pi - math.atan2(2.0 * ratio * damped, 1.0 - 2.0 * ratio**2)) / (damped * frequency)
-    history = run(on_wall(law, Newmark(), contact / 2e4, 1.5 * contact))
+    history = run(*on_wall(law, Newmark(), contact / 2e4, 1.5 * contact))
     assert returned(history) == pytest.approx(math.exp(-ratio * frequency * contact), abs=1e-6)
     assert returned(history) == pytest.approx(restitution, abs=1.5e-6)  # six published digits
     (span,) = history.contacts
@@ -153,7 +154,7 @@ def test_kelvin_voigt_never_pulling(ratio: float, restitution: float) -> None:
 
 def test_tiny_steps_do_not_blow_up_the_rounding_of_a_spring() -> None:
     frequency = math.sqrt(STIFFNESS / MASS)
-    history = run(on_wall(Penalty(STIFFNESS, 0.2 * MASS * frequency), Newmark(), 4e-5 / frequency, 4.0 / frequency))
+    history = run(*on_wall(Penalty(STIFFNESS, 0.2 * MASS * frequency), Newmark(), 4e-5 / frequency, 4.0 / frequency))
     # 1e5 roundings; the force was once a difference of two gaps over 1e-18 m/N, and the run gained 7e-8.
     assert max(history.energy.largest_gain, history.energy.largest_loss) < 1e-11
 
@@ -163,7 +164,7 @@ def test_khulief_shabana_returns_what_was_asked_for(restitution: float) -> None:
     law = KhuliefShabana(STIFFNESS, restitution)
     frequency = math.sqrt(STIFFNESS / MASS)
     slow = 1.0 + law.spring(*facts(), math.nan)[1] / (MASS * frequency)
-    history = run(on_wall(law, Newmark(), 1e-4 * slow / frequency, 4.0 * slow / frequency))
+    history = run(*on_wall(law, Newmark(), 1e-4 * slow / frequency, 4.0 * slow / frequency))
     assert returned(history) == pytest.approx(restitution, abs=1e-6)
     assert max(history.energy.largest_gain, history.energy.largest_loss) < 1e-12
 
@@ -171,9 +172,9 @@ def test_khulief_shabana_returns_what_was_asked_for(restitution: float) -> None:
 def test_khulief_shabana_takes_both_masses() -> None:
     law = KhuliefShabana(STIFFNESS, 0.5)
     bodies = {"ball": Mass("ball", MASS, SPEED), "wall": Mass("wall", 3.0)}
-    contact = Contact(Point("ball", 0.0, "ball"), Point("wall", 0.0, "wall"), 0.0, law)
+    contact = Contact(Point("ball", 0.0, "ball"), Point("wall", 0.0, "wall"), 0.0)
     time = 4.0 / math.sqrt(STIFFNESS * (1.0 / MASS + 1.0 / 3.0))
-    history = run(Scene("two", bodies, (contact,), time, Newmark(), StepRule(dt=time / 4e4)))
+    history = run(*simulation("two", bodies, (contact,), time, Newmark(), StepRule(dt=time / 4e4), law=law))
     apart = [float(history.evaluate(np.array([time]), f"velocity:{name}")[0]) for name in ("ball", "wall")]
     assert (apart[1] - apart[0]) / SPEED == pytest.approx(0.5, abs=1e-6)
 
@@ -191,7 +192,9 @@ def test_a_coarse_explicit_run_is_right_or_warned_of_or_fails(law: HuntCrossley,
     for start in (0.0, 0.21, 0.5, 0.83):
         dt = share * 2.9 * deepest / SPEED
         try:
-            history = run(on_wall(law, CentralDifference(), dt, 12.0 * dt + 20.0 * deepest / SPEED, start * SPEED * dt))
+            history = run(
+                *on_wall(law, CentralDifference(), dt, 12.0 * dt + 20.0 * deepest / SPEED, start * SPEED * dt)
+            )
         except StepError:
             continue
         if [warned.code for warned in history.warnings] == []:
@@ -202,15 +205,24 @@ def test_a_coarse_explicit_run_is_right_or_warned_of_or_fails(law: HuntCrossley,
 def test_an_explicit_step_beyond_stability_says_so() -> None:
     _, duration = hertz_time()
     with pytest.raises(StepError, match=r"ball\|wall: the power law's tangent stiffness passed the stability limit"):
-        run(on_wall(Hertz(STIFFNESS), CentralDifference(), duration, 3.0 * duration))
+        run(*on_wall(Hertz(STIFFNESS), CentralDifference(), duration, 3.0 * duration))
 
 
 def test_a_touch_at_rest_is_warned_of() -> None:
     bodies = {"ball": Mass("ball", MASS), "wall": Wall("wall")}
-    contact = Contact(
-        Point("ball", 0.0, "ball"), Point("wall", 0.0, "wall"), 0.0, HuntCrossley(STIFFNESS, restitution=0.5)
+    contact = Contact(Point("ball", 0.0, "ball"), Point("wall", 0.0, "wall"), 0.0)
+    history = run(
+        *simulation(
+            "rest",
+            bodies,
+            (contact,),
+            0.1,
+            Newmark(),
+            StepRule(dt=1e-5),
+            gravity=9.81,
+            law=HuntCrossley(STIFFNESS, restitution=0.5),
+        )
     )
-    history = run(Scene("rest", bodies, (contact,), 0.1, Newmark(), StepRule(dt=1e-5), gravity=9.81))
     (warned,) = history.warnings
     assert warned.code == "slow_touch"
     assert warned.text.startswith("ball|wall: touches slower than slowest_approach")
@@ -218,10 +230,8 @@ def test_a_touch_at_rest_is_warned_of() -> None:
 
 
 def facts() -> tuple:
-    from impactlab.scene.facts import side_facts
-
     scene = on_wall(Hertz(STIFFNESS), Newmark(), 1.0, 1.0)
-    return tuple(side_facts(scene, point) for point in (scene.contacts[0].left, scene.contacts[0].right))
+    return sides(*scene, scene.scene.contacts[0])
 
 
 def test_located_events_begin_the_touch_where_the_gap_closes() -> None:
@@ -229,7 +239,7 @@ def test_located_events_begin_the_touch_where_the_gap_closes() -> None:
     errors = []
     for steps in (50, 100, 200):
         scene = on_wall(Hertz(STIFFNESS), ExactModal(), duration / steps, 2.0 * duration, 0.3137 * SPEED * duration)
-        history = run(dataclasses.replace(scene, events="located"))
+        history = run(*scene.but(events="located"))
         assert [event.kind for event in history.events] == ["close", "open"]
         assert history.events[0].time == pytest.approx(0.3137 * duration, rel=1e-12)
         assert returned(history) == pytest.approx(1.0, abs=1e-13)
@@ -241,16 +251,26 @@ def test_located_events_begin_the_touch_where_the_gap_closes() -> None:
 
 def test_khulief_shabana_on_a_continuous_rod_is_solved_from_event_to_event() -> None:
     piece = Segment(0.3, 9e-4, 2.1e11, 7900.0)
-    rod = Rod("rod", (piece,), End("free"), End("clamped"), model=Continuous())
+    rod = Rod("rod", (piece,), End("free"), End("clamped"))
     bodies = {"ball": Mass("ball", MASS, SPEED), "rod": rod}
     law = KhuliefShabana(STIFFNESS, 0.5, effective_mass=MASS)
     spring = law.spring(*facts(), math.nan)
-    contact = Contact(Point("ball", 0.0, "ball"), Point("rod", 0.0, "rod.left"), 0.0, law)
-    scene = Scene("rod", bodies, (contact,), 4.0 * rod.round_trip, None, StepRule(), round_trip=rod.round_trip)
-    same = dataclasses.replace(scene, contacts=(dataclasses.replace(contact, law=Penalty(*spring)),))
-    history, other = run(scene), run(same)
+    contact = Contact(Point("ball", 0.0, "ball"), Point("rod", 0.0, "rod.left"), 0.0)
+    scene = simulation(
+        "rod",
+        bodies,
+        (contact,),
+        4.0 * rod.round_trip,
+        None,
+        StepRule(),
+        round_trip=rod.round_trip,
+        model=Continuous(),
+        law=law,
+    )
+    same = scene.but(law=Penalty(*spring))
+    history, other = run(*scene), run(*same)
     assert history.dt is None
-    times = np.linspace(0.0, scene.duration, 50)
+    times = np.linspace(0.0, scene.scene.duration, 50)
     assert (history.evaluate(times, "velocity:ball") == other.evaluate(times, "velocity:ball")).all()
 
 
@@ -258,11 +278,21 @@ def test_hertz_on_a_continuous_rod_is_the_limit_of_the_mesh() -> None:
     piece = Segment(0.3, 9e-4, 2.1e11, 7900.0)
     speeds = []
     for model, step in ((Continuous(), StepRule(dt=2e-8)), (FiniteElement(200), StepRule(points_per_period=20))):
-        rod = Rod("rod", (piece,), End("free"), End("clamped"), model=model)
-        contact = Contact(Point("ball", 0.0, "ball"), Point("rod", 0.0, "rod.left"), 0.0, Hertz(1e11))
+        rod = Rod("rod", (piece,), End("free"), End("clamped"))
+        contact = Contact(Point("ball", 0.0, "ball"), Point("rod", 0.0, "rod.left"), 0.0)
         bodies = {"ball": Mass("ball", piece.mass, SPEED), "rod": rod}
-        scene = Scene("rod", bodies, (contact,), 4.0 * rod.round_trip, Newmark(), step, round_trip=rod.round_trip)
-        history = run(scene)
+        scene = simulation(
+            "rod",
+            bodies,
+            (contact,),
+            4.0 * rod.round_trip,
+            Newmark(),
+            step,
+            round_trip=rod.round_trip,
+            model=model,
+            law=Hertz(1e11),
+        )
+        history = run(*scene)
         speeds.append(returned(history))
         assert len(history.contacts) == 1
     # The mesh is wrong by (k h)^2/24 of the waves that the contact makes: a few of 1e-5 with 200 elements.

@@ -16,13 +16,15 @@ from impactlab.contact.dispersive_identification import DispersiveIdentification
 from impactlab.contact.power_law import Hertz
 from impactlab.errors import ImpactlabError
 from impactlab.integrators.newmark import Newmark
-from impactlab.models.base import Face
+from impactlab.models.base import AbstractRodModel, Face
 from impactlab.models.continuous import Continuous
 from impactlab.models.continuous.timoshenko import TimoshenkoWaves
 from impactlab.models.continuous.timoshenko_grids import centres, coupling
 from impactlab.models.finite_element import FiniteElement
-from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point, Probe, Rod, Scene, Segment, StepRule
+from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point, Probe, Rod, Segment
+from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import prepare, run
+from impactlab.testing.scenes import simulation
 
 EXACT = Continuous()
 FREE, INFINITE = End("free"), End("infinite")
@@ -34,26 +36,43 @@ QUANTITIES = ("displacement", "rotation", "bending_moment", "shear_force")
 PROBES = tuple(Probe("beam", 0.1, quantity) for quantity in QUANTITIES)  # type: ignore[arg-type]
 
 
-def beam(left: End = FREE, right: End = FREE, length: float = 0.3, model: Any = EXACT, **changes: Any) -> Beam:
+def beam(left: End = FREE, right: End = FREE, length: float = 0.3, **changes: Any) -> Beam:
     segment = BeamSegment(
         length, AREA, YOUNG, RHO, inertia=INERTIA, shear_stiffness=KGA, rotary_inertia=RHO * INERTIA, height=0.01
     )
-    return Beam("beam", (segment,), left, right, theory="timoshenko", model=model, **changes)
+    return Beam("beam", (segment,), left, right, theory="timoshenko", **changes)
 
 
 def scene(
-    body: Beam, dt: float, duration: float, x: float = 0.15, law: AbstractContactLaw = SOFT, mass: float = 0.05
-) -> Scene:
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("beam", x, "beam"), 0.0, law)
+    body: Beam,
+    dt: float,
+    duration: float,
+    x: float = 0.15,
+    law: AbstractContactLaw = SOFT,
+    mass: float = 0.05,
+    model: AbstractRodModel = EXACT,
+) -> Simulation:
+    contact = Contact(Point("hammer", 0.0, "hammer"), Point("beam", x, "beam"), 0.0)
     bodies = {"hammer": Mass("hammer", mass, 1.0), "beam": body}
-    stepped = None if isinstance(body.model, Continuous) else Newmark()
-    return Scene("x", bodies, (contact,), duration, stepped, StepRule(dt=dt), probes=PROBES, round_trip=body.round_trip)
+    stepped = None if isinstance(model, Continuous) else Newmark()
+    return simulation(
+        "x",
+        bodies,
+        (contact,),
+        duration,
+        stepped,
+        StepRule(dt=dt),
+        probes=PROBES,
+        round_trip=body.round_trip,
+        model=model,
+        law=law,
+    )
 
 
 @pytest.mark.parametrize(("x", "ways"), [(0.15, 2.0), (0.11, 2.0), (0.0, 1.0), (0.3, 1.0)])
 def test_the_first_force_of_a_hard_mass(x: float, ways: float) -> None:
     """2 sqrt(kGA rho A) v0 at an inner point, half of it at a tip; within the first step the mass slows by F dt/M."""
-    history = run(scene(beam(), 2e-8, 1e-6, x, DispersiveIdentification()))
+    history = run(*scene(beam(), 2e-8, 1e-6, x, DispersiveIdentification()))
     first = float(history.evaluate([0.0], "force:hammer|beam")[0])
     assert first == pytest.approx(ways * Z, rel=1e-2)
     assert first == pytest.approx(ways * Z / (1.0 + ways * Z * history.dt / 0.05), rel=1e-12)
@@ -62,7 +81,7 @@ def test_the_first_force_of_a_hard_mass(x: float, ways: float) -> None:
 @pytest.mark.parametrize("held", [FREE, End("clamped")])
 def test_a_constraint_on_positions_keeps_the_energy(held: End) -> None:
     """Faces that stay together take nothing; within the first step the mass slows by half of F dt/M on the mean."""
-    history = run(scene(beam(right=held), 1e-7, 2e-4, law=AdditionDeletion()))
+    history = run(*scene(beam(right=held), 1e-7, 2e-4, law=AdditionDeletion()))
     first = float(history.evaluate([0.0], "force:hammer|beam")[0])
     assert first == pytest.approx(2.0 * Z / (1.0 + Z * history.dt / 0.05), rel=1e-12)
     book = history.energy
@@ -74,14 +93,12 @@ def test_a_constraint_on_positions_keeps_the_energy(held: End) -> None:
 def test_a_rod_on_a_beam_meets_both_impedances() -> None:
     """F = v0/(1/Z_rod + 1/(2 Z)) from the first step on, until a wave comes back or rotation answers."""
     segment = Segment(0.3, 1e-4, YOUNG, RHO)
-    rod = Rod("rod", (segment,), FREE, FREE, velocity=1.0, model=EXACT)
+    rod = Rod("rod", (segment,), FREE, FREE, velocity=1.0)
     case = scene(beam(), 1e-8, 2e-7, law=AdditionDeletion())
-    contact = dataclasses.replace(case.contacts[0], left=Point("rod", 0.3, "rod.right"))
+    contact = dataclasses.replace(case.scene.contacts[0], left=Point("rod", 0.3, "rod.right"))
     for law in (AdditionDeletion(), DispersiveIdentification()):
-        pair = dataclasses.replace(contact, law=law)
-        history = run(
-            dataclasses.replace(case, bodies={"rod": rod, "beam": beam()}, contacts=(pair,), probes=(), round_trip=1e-4)
-        )
+        pair = case.but(bodies={"rod": rod, "beam": beam()}, contacts=(contact,), probes=(), round_trip=1e-4)
+        history = run(*pair.but(model=EXACT, law=law))
         first = float(history.evaluate([0.0], "force:rod.right|beam")[0])
         assert first == pytest.approx(1.0 / (1.0 / segment.impedance + 0.5 / Z), rel=1e-12)
 
@@ -92,8 +109,8 @@ def test_the_wave_front_is_sharp_and_on_time() -> None:
     Coupling is of lower order, so that a front keeps its height. In two cells on both sides the rest moves by 1 %.
     """
     probes = (Probe("beam", 0.155, "velocity"), Probe("beam", 0.155, "rotation"))
-    case = dataclasses.replace(scene(beam(), 2e-8, 1e-5, 0.15, DispersiveIdentification()), probes=probes)
-    history = run(case)
+    case = scene(beam(), 2e-8, 1e-5, 0.15, DispersiveIdentification()).but(probes=probes)
+    history = run(*case)
     front = 0.005 / math.sqrt(KGA / (RHO * AREA))
     before, after = history.evaluate([front - 2.0 * history.dt, front + 2.0 * history.dt], "velocity:beam@0.155")
     assert after - before == pytest.approx(1.0, abs=2e-2)
@@ -104,12 +121,12 @@ def test_the_wave_front_is_sharp_and_on_time() -> None:
 
 
 def test_it_converges_to_a_fine_mesh_with_the_second_order() -> None:
-    reference = run(scene(beam(model=FiniteElement(elements=1000)), 1e-7, 2e-4))
+    reference = run(*scene(beam(), 1e-7, 2e-4, model=FiniteElement(elements=1000)))
     t = np.linspace(0.0, 2e-4, 300)
     channels = ("velocity:hammer", "displacement:beam@0.15", "displacement:beam@0.1", "rotation:beam@0.1")
     errors, steps = [], []
     for dt in (8e-7, 4e-7, 2e-7):
-        history = run(scene(beam(), dt, 2e-4))
+        history = run(*scene(beam(), dt, 2e-4))
         exact = {name: reference.evaluate(t, name) for name in channels}
         errors.append([np.max(np.abs(history.evaluate(t, n) - e)) / np.max(np.abs(e)) for n, e in exact.items()])
         steps.append(history.dt)
@@ -135,8 +152,8 @@ def test_it_converges_to_a_fine_mesh_with_the_second_order() -> None:
 )
 def test_ends_are_those_of_a_mesh(left: End, right: End) -> None:
     """600 elements and steps of 1e-7 s of both err by less than 2e-4 here; force and dashpot act over 400 us."""
-    reference = run(scene(beam(left, right, model=FiniteElement(elements=600)), 2e-7, 4e-4))
-    history = run(scene(beam(left, right), 2e-7, 4e-4))
+    reference = run(*scene(beam(left, right), 2e-7, 4e-4, model=FiniteElement(elements=600)))
+    history = run(*scene(beam(left, right), 2e-7, 4e-4))
     t = np.linspace(0.0, 4e-4, 300)
     for name in ("velocity:hammer", "displacement:beam@0.15", "displacement:beam@0.1", "rotation:beam@0.1"):
         values = reference.evaluate(t, name)
@@ -150,10 +167,10 @@ def test_ends_are_those_of_a_mesh(left: End, right: End) -> None:
 
 def test_an_infinite_beam_is_one_that_nothing_comes_back_in() -> None:
     """A beam of 2 m, struck in its middle, answers alike for 2 m over c1 (388 us); its energy and momentum stay."""
-    long = run(dataclasses.replace(scene(beam(length=2.0), 2e-7, 3.5e-4, 1.0), probes=()))
-    endless = run(dataclasses.replace(scene(beam(INFINITE, INFINITE), 2e-7, 3.5e-4), probes=()))
-    one_way = run(dataclasses.replace(scene(beam(FREE, INFINITE), 2e-7, 3.5e-4, 0.0), probes=()))
-    tip = run(dataclasses.replace(scene(beam(length=1.0), 2e-7, 3.5e-4, 0.0), probes=()))
+    long = run(*scene(beam(length=2.0), 2e-7, 3.5e-4, 1.0).but(probes=()))
+    endless = run(*scene(beam(INFINITE, INFINITE), 2e-7, 3.5e-4).but(probes=()))
+    one_way = run(*scene(beam(FREE, INFINITE), 2e-7, 3.5e-4, 0.0).but(probes=()))
+    tip = run(*scene(beam(length=1.0), 2e-7, 3.5e-4, 0.0).but(probes=()))
     t = np.linspace(0.0, 3.5e-4, 300)
     for one, other in ((endless, long), (one_way, tip)):
         # Steps that fit differ by less than a cell in 500: second order.
@@ -168,7 +185,7 @@ def test_phase_and_group_speed_are_those_of_the_dispersion_relation() -> None:
     places = (0.2, 0.25)
     probes = tuple(Probe("beam", x, "velocity") for x in places)
     case = scene(beam(INFINITE, INFINITE), 2e-7, 1.2e-3, 0.0, Hertz(stiffness=2e10), mass=1e-3)
-    history = run(dataclasses.replace(case, probes=probes))
+    history = run(*case.but(probes=probes))
     n = 6000
     t = (np.arange(n) + 0.5) * history.duration / n
     # The slow end of the packet is still on its way: the window fades it out, alike for both but for its delay.
@@ -234,7 +251,7 @@ def test_the_grids_give_and_take_alike(ratio: float) -> None:
 
 def test_the_step_fits_the_contact_and_both_grids() -> None:
     for x in (0.15, 0.1, 0.0873):
-        plan = prepare(scene(beam(End("clamped"), FREE), 3e-7, 1e-4, x))
+        plan = prepare(*scene(beam(End("clamped"), FREE), 3e-7, 1e-4, x))
         model = plan.built["beam"].model
         assert isinstance(model, TimoshenkoWaves)
         assert plan.dt is not None
@@ -251,11 +268,13 @@ def test_what_it_does_not_know_is_refused() -> None:
         ({"events": "located"}, "continuous beam 'beam' has one step length"),
     ):
         with pytest.raises(ImpactlabError, match=told) as caught:
-            prepare(dataclasses.replace(case, **change))
+            prepare(*case.but(**change))
         assert caught.value.remedy
     for change, told in (
         ({"tension": 5.0}, "serves no tension"),
         ({"segments": beam().segments * 2}, "second segment"),
     ):
         with pytest.raises(ImpactlabError, match=told):
-            prepare(scene(beam(**change) if "tension" in change else dataclasses.replace(beam(), **change), 1e-7, 1e-5))
+            prepare(
+                *scene(beam(**change) if "tension" in change else dataclasses.replace(beam(), **change), 1e-7, 1e-5)
+            )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from functools import cache
 
 import numpy as np
@@ -14,17 +13,19 @@ from impactlab.exact.solve import solve
 from impactlab.history import AbstractHistory
 from impactlab.integrators.newmark import Newmark
 from impactlab.models.modal import Modal
-from impactlab.scene import Contact, End, Mass, Point, Rod, Scene, Segment, StepRule
+from impactlab.scene import Contact, End, Mass, Point, Rod, Segment
+from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import run
+from impactlab.testing.scenes import simulation
 
 NAME = "hammer|rod.left"
 
 
-def paper(elements: int | None, modes: int, residual: bool = True, points: float = 10.0) -> Scene:
+def paper(elements: int | None, modes: int, residual: bool = True, points: float = 10.0) -> Simulation:
     segment = Segment(0.3, 9e-4, 2.1e11, 7900.0)
-    rod = Rod("rod", (segment,), End("free"), End("clamped"), model=Modal(elements, modes))
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0, WaveIdentification(residual))
-    return Scene(
+    rod = Rod("rod", (segment,), End("free"), End("clamped"))
+    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0)
+    return simulation(
         "paper",
         {"hammer": Mass("hammer", segment.mass, 1.0), "rod": rod},
         (contact,),
@@ -32,24 +33,33 @@ def paper(elements: int | None, modes: int, residual: bool = True, points: float
         Newmark(),
         StepRule(points_per_period=points),
         round_trip=rod.round_trip,
+        model=Modal(elements, modes),
+        law=WaveIdentification(residual),
     )
 
 
 @cache
 def exact() -> AbstractHistory:
-    return solve(paper(None, 1))
+    return solve(*paper(None, 1))
 
 
-def errors(scene: Scene, history: AbstractHistory) -> dict[str, float]:
-    return {k: v for k, v in metrics.errors(history, "st_venant", exact(), scene).items() if isinstance(v, float | int)}
+def errors(scene: Simulation, history: AbstractHistory) -> dict[str, float]:
+    return {
+        k: v
+        for k, v in metrics.errors(history, "st_venant", exact(), scene.scene).items()
+        if isinstance(v, float | int)
+    }
 
 
-def spans(scene: Scene, history: AbstractHistory) -> list[tuple[float, float]]:
+def spans(scene: Simulation, history: AbstractHistory) -> list[tuple[float, float]]:
     """Return the contact periods in round trips."""
-    return [(s.start / scene.round_trip, (s.end or history.duration) / scene.round_trip) for s in history.contacts]
+    return [
+        (s.start / scene.scene.round_trip, (s.end or history.duration) / scene.scene.round_trip)
+        for s in history.contacts
+    ]
 
 
-def first_opening(scene: Scene, history: AbstractHistory) -> float:
+def first_opening(scene: Simulation, history: AbstractHistory) -> float:
     """Return the opening that the summary's matching gives to the exact first one: the nearest."""
     return min((end for _, end in spans(scene, history)), key=lambda end: abs(end - 1.53383382))
 
@@ -62,7 +72,7 @@ def test_errors_stay_at_or_below_the_targets(
     elements: int, modes: int, mass: float, face: float, impulse: float
 ) -> None:
     scene = paper(elements, modes)
-    history = run(scene)
+    history = run(*scene)
     measured = errors(scene, history)
     assert measured["mass_displacement"] <= mass
     assert measured["face_displacement"] <= face
@@ -72,7 +82,7 @@ def test_errors_stay_at_or_below_the_targets(
 
 def test_ten_modes_miss_the_second_contact_and_interrupt_the_first_once() -> None:
     scene = paper(10, 10)
-    periods = spans(scene, run(scene))
+    periods = spans(scene, run(*scene))
     assert len(periods) == 2
     (_, stopped), (resumed, _) = periods
     assert 0.8 < stopped < resumed < 0.96
@@ -82,22 +92,22 @@ def test_ten_modes_miss_the_second_contact_and_interrupt_the_first_once() -> Non
 @pytest.mark.parametrize("modes", [10, 40])
 def test_with_the_residual_the_second_contact_is_found(modes: int) -> None:
     scene = paper(100, modes)
-    assert any(start < 2.18 and end > 2.08 for start, end in spans(scene, run(scene)))
+    assert any(start < 2.18 and end > 2.08 for start, end in spans(scene, run(*scene)))
 
 
 def test_seventy_of_a_hundred_modes_without_the_residual_fail_as_told() -> None:
     """The messenger passes on 39 % of the stress, the force dies, and the mass is off by more than half."""
     scene = paper(100, 70, residual=False)
-    assert errors(scene, run(scene))["mass_displacement"] == pytest.approx(0.64, abs=0.05)
+    assert errors(scene, run(*scene))["mass_displacement"] == pytest.approx(0.64, abs=0.05)
     mended = paper(100, 70)
-    assert errors(mended, run(mended))["mass_displacement"] < 0.0045
+    assert errors(mended, run(*mended))["mass_displacement"] < 0.0045
 
 
 def test_the_residual_is_zero_where_no_mode_is_left_out() -> None:
     """With d = n the formula stands as printed: both fields give the same run, to rounding."""
     scenes = [paper(40, 40, residual) for residual in (True, False)]
-    times = np.linspace(0.0, scenes[0].duration, 500)
-    first, second = (run(scene).evaluate(times, f"force:{NAME}") for scene in scenes)
+    times = np.linspace(0.0, scenes[0].scene.duration, 500)
+    first, second = (run(*scene).evaluate(times, f"force:{NAME}") for scene in scenes)
     # The static stress is a difference of equal sums; 1215 steps amplify its rounding by less than 1e4.
     np.testing.assert_allclose(first, second, rtol=0.0, atol=1e-9 * first.max())
 
@@ -105,10 +115,10 @@ def test_the_residual_is_zero_where_no_mode_is_left_out() -> None:
 @pytest.mark.parametrize("modes", [1, 10, 40])
 def test_first_force_is_that_of_the_discrete_balance(modes: int) -> None:
     scene = paper(None, modes)
-    history = run(scene)
+    history = run(*scene)
     assert history.dt is not None
-    impedance, alpha = scene.bodies["rod"].segments[0].impedance, 1.0  # type: ignore[union-attr]
-    expected = impedance / (1.0 + 2.0 * alpha * history.dt / scene.round_trip)
+    impedance, alpha = scene.scene.bodies["rod"].segments[0].impedance, 1.0  # type: ignore[union-attr]
+    expected = impedance / (1.0 + 2.0 * alpha * history.dt / scene.scene.round_trip)
     first = float(history.evaluate(0.5 * history.dt, f"force:{NAME}"))
     assert first == pytest.approx(expected, rel=1e-13)
 
@@ -116,9 +126,9 @@ def test_first_force_is_that_of_the_discrete_balance(modes: int) -> None:
 def test_the_same_balance_as_equation_15_of_the_paper() -> None:
     """Stepped by hand in the paper's own unknowns (Eq. 15 with stress sI + sII), the contact forces are the same."""
     scene = paper(10, 10)
-    history = run(dataclasses.replace(scene, snapshots=tuple(scene.round_trip * np.array([0.1, 0.3, 0.5]))))
+    history = run(*scene.but(snapshots=tuple(scene.scene.round_trip * np.array([0.1, 0.3, 0.5]))))
     assert history.dt is not None
-    rod = scene.bodies["rod"]
+    rod = scene.scene.bodies["rod"]
     assert isinstance(rod, Rod)
     segment = rod.segments[0]
     model = Modal(10, 10).build(rod, 0.0)
@@ -129,11 +139,11 @@ def test_the_same_balance_as_equation_15_of_the_paper() -> None:
         model.row(segment.wave_speed * dt, "velocity"),
         model.row(0.0, "displacement"),
     )
-    lam = 2.0 / scene.round_trip
+    lam = 2.0 / scene.scene.round_trip
     u, v = system.displacement.copy(), system.velocity.copy()
     s_i, s_ii = rho_c * 1.0, 0.0
     squared = system.stiffness[0]
-    for step in range(int(0.5 * scene.round_trip / dt)):
+    for step in range(int(0.5 * scene.scene.round_trip / dt)):
         arriving = 0.5 * (stress @ u - rho_c * (velocity @ v))
         s_i = (arriving * (1.0 - lam * dt) - s_ii + s_i) / (1.0 + lam * dt)
         s_ii = arriving

@@ -8,7 +8,8 @@ import numpy as np
 
 from impactlab.exact.history import ContinuousHistory
 from impactlab.exact.solve import solve
-from impactlab.scene import Mass, Point, Probe, Rod, Scene, Segment
+from impactlab.scene import Mass, Point, Probe, Rod, Segment
+from impactlab.scene.method import Simulation
 from tests.reference import lattice
 from tests.reference.exact_scenes import FREE, Hard, point, scene
 
@@ -33,12 +34,12 @@ class Train(NamedTuple):
         """Striker, bars and specimen, from left to right."""
         return [*([Mass("striker", self.mass, self.velocity)] if self.mass else []), *self.rods]
 
-    def scene(self, duration: float = 1.0e-3) -> Scene:
+    def scene(self, duration: float = 1.0e-3) -> Simulation:
         """Return the train as bodies in contact."""
         pairs = zip(self.bodies, self.bodies[1:], self.gaps, strict=False)
         return scene(self.bodies, [(face(a), point(b, "left"), gap, Hard()) for a, b, gap in pairs], duration)
 
-    def joined(self, duration: float = 1.0e-3) -> Scene:
+    def joined(self, duration: float = 1.0e-3) -> Simulation:
         """Return the same with the bars and the specimen as one rod of three segments."""
         first, bars = self.bodies[0], self.rods[-3:]
         one = Rod("train", tuple(each.segments[0] for each in bars), FREE, FREE)
@@ -112,7 +113,7 @@ class Differences(NamedTuple):
 
 def compare(train: Train, duration: float = 1.0e-3) -> Differences:
     """Return how far the exact solver is from the lattice and from the train with its bars as one rod."""
-    history = solve(train.scene(duration))
+    history = solve(*train.scene(duration))
     book = history.energy
     energy = float(np.max(np.abs(book.balance))) / float(book.total[0])
     answer = on_lattice(train, duration)
@@ -147,7 +148,7 @@ def against_segments(train: Train, history: ContinuousHistory, duration: float) 
     if any(train.gaps[1:]):
         return 0.0, 0.0, 0.0
     scene = train.joined(duration)
-    whole = solve(scene)
+    whole = solve(*scene)
     length = [each.length for each in train.rods[-3:]]
     places = (length[0], length[0] + length[1])
     t = np.linspace(0.0, duration, 20_001)[1:] - 1.3e-9

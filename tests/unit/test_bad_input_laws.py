@@ -6,6 +6,7 @@ import pytest
 
 import impactlab as il
 from impactlab.errors import CaseError, ImpactlabError, PairingError
+from impactlab.scene.method import laws_of
 
 CASE = """\
 schema_version: 1
@@ -46,7 +47,7 @@ def test_a_relative_stiffness_needs_a_rod(tmp_path):
 def test_a_speed_may_have_a_unit_and_an_undamped_law_has_no_restitution(tmp_path):
     path = tmp_path / "ball.yaml"
     path.write_text(CASE.replace("LAW", "{kind: flores, stiffness: 1e9, slowest_approach: 1 mm/s}"))
-    assert il.load_case(path).scene().contacts[0].law.slowest_approach == 1e-3
+    assert laws_of(*il.load_case(path).simulation())[0].slowest_approach == 1e-3
     assert "restitution" in str(refused(tmp_path, "{kind: hertz, stiffness: 1e9, restitution: 0.5}"))
 
 

@@ -38,7 +38,7 @@ def name(basis):
 
 @pytest.mark.parametrize("basis", PUSHED, ids=name)
 def test_sphere_on_a_beam(basis):
-    history = simulate.run(sphere_on_beam(Modal(60, 20, basis=basis), ExactModal(), 2e-7))
+    history = simulate.run(*sphere_on_beam(Modal(60, 20, basis=basis), ExactModal(), 2e-7))
     # Timoshenko's case: one contact of 156.40 us with a peak of 4.9771 N at 72.6 us; the sphere leaves at -0.302324.
     assert [event.kind for event in history.events] == ["close", "open"]
     assert history.events[1].time == pytest.approx(156.40e-6, rel=1e-4)
@@ -53,18 +53,18 @@ def test_hard_mass_on_a_free_beam_keeps_momentum_and_turning(basis, at):
         Modal(40, 20, basis=basis), ExactModal(), 2e-7, ends=("free", "free"), at=at, law=AdditionDeletion(),
         segment=sheared(STEEL), duration=6e-5,
     )  # fmt: skip
-    plan = simulate.prepare(scene)
+    plan = simulate.prepare(*scene)
     system = plan.built["beam"].system
     row = plan.built["beam"].model.row(at * STEEL.length, "displacement")
     # Jerk the face alone: the rigid motions take what a rigid beam takes, whatever the basis.
     jump = row / system.mass[0]
     momentum = plan.built["beam"].model.momentum_row()
     assert float(momentum @ jump) == pytest.approx(1.0, abs=1e-9)
-    history = simulate.run(scene)
+    history = simulate.run(*scene)
     given = sum(span.impulse for span in history.contacts)
-    sphere = float(history.evaluate(scene.duration, "velocity:sphere"))
+    sphere = float(history.evaluate(scene.scene.duration, "velocity:sphere"))
     assert given > 0.0
-    assert scene.bodies["sphere"].mass * (0.01 - sphere) == pytest.approx(given, rel=1e-9)
+    assert scene.scene.bodies["sphere"].mass * (0.01 - sphere) == pytest.approx(given, rel=1e-9)
 
 
 def test_a_kept_deflection_cuts_no_beam_and_a_kept_node_does():

@@ -19,7 +19,9 @@ from impactlab.models.finite_element import FiniteElement
 from impactlab.models.mesh.beams import BeamMesh
 from impactlab.models.modal import Modal
 from impactlab.numerics.banded import full, solve
-from impactlab.scene import Beam, BeamSegment, End, Probe, Rayleigh, Scene, StepRule
+from impactlab.scene import Beam, BeamSegment, End, Probe, Rayleigh
+from impactlab.scene.method import StepRule
+from impactlab.testing.scenes import simulation
 from tests.reference.beam_scenes import STEEL, sheared, sphere_on_beam
 
 FREE, CLAMPED, PINNED = End("free"), End("clamped"), End("pinned")
@@ -133,13 +135,13 @@ def test_leapfrog_is_stable_up_to_its_limit(segment, left, right):
 
 
 def history_of(beam, model, integrator, duration, steps, gravity=0.0):
-    scene = Scene(
-        "vibrating", {"beam": replace(beam, model=model)}, (), duration, integrator, StepRule(dt=duration / steps),
+    scene = simulation(
+        "vibrating", {"beam": beam}, (), duration, integrator, StepRule(dt=duration / steps), model=model,
         gravity=gravity, round_trip=beam.round_trip, probes=(Probe("beam", 0.5 * LENGTH, "displacement"),),
     )  # fmt: skip
-    history = simulate.run(scene)
+    history = simulate.run(*scene)
     times = np.linspace(0.0, duration, 200)
-    return times, history.evaluate(times, scene.probes[0].channel)
+    return times, history.evaluate(times, scene.scene.probes[0].channel)
 
 
 @pytest.mark.parametrize(
@@ -187,10 +189,10 @@ def test_modal_models_become_the_whole_mesh(theory, elements):
     segment = STEEL if theory == "euler_bernoulli" else sheared(STEEL)
     channel = "position:sphere"
     times = np.linspace(0.0, 2e-4, 100)
-    whole = simulate.run(sphere_on_beam(FiniteElement(64), Newmark(), 5e-8, segment=segment)).evaluate(times, channel)
+    whole = simulate.run(*sphere_on_beam(FiniteElement(64), Newmark(), 5e-8, segment=segment)).evaluate(times, channel)
     size, gaps = np.abs(whole).max(), []
     for modes in (1, 3, 9, 40):
-        history = simulate.run(sphere_on_beam(Modal(elements, modes), ExactModal(), 5e-8, segment=segment))
+        history = simulate.run(*sphere_on_beam(Modal(elements, modes), ExactModal(), 5e-8, segment=segment))
         gaps.append(np.abs(history.evaluate(times, channel) - whole).max() / size)
     assert gaps[0] > gaps[1] > gaps[2]
     # What is left is the scheme's, and with shear the flexibility of the modes left out, which falls only as their

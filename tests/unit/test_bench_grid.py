@@ -9,6 +9,7 @@ import pytest
 from impactlab import CaseError, load_case
 from impactlab.bench.cells import case_files, cells
 from impactlab.bench.grid import BUILT_IN, Family, chosen, of_suite, own_families, read_grid
+from impactlab.scene.method import laws_of
 
 CASES = Path(__file__).resolve().parents[2] / "cases"
 PAPER, PILE = CASES / "axial_impact.yaml", CASES / "ram_cushion_pile.yaml"
@@ -38,34 +39,34 @@ def written(tmp_path: Path, text: str) -> Path:
 def test_levels_take_the_first_of_each_list_then_the_second(tmp_path: Path) -> None:
     spring, other = read_grid(written(tmp_path, GRID))
     case = load_case(PAPER)
-    made = [spring.values(case.scene(), level) for level in spring.levels]
+    made = [spring.values(*case.simulation(), level) for level in spring.levels]
     assert [each["solve.model"]["elements"] for each in made] == [10, 20, 30]
     assert [each["contacts.0.law"]["stiffness"] for each in made] == [{"relative": s} for s in (0.5, 0.25, 0.1)]
     assert spring.law == {"kind": "penalty"}  # a level is no change of its family
     assert other.sibling_of == "spring"
-    scene = case.solved_by("spring", made[1]).scene()
-    assert scene.bodies["rod"].model.elements == 20  # type: ignore[union-attr]
-    assert scene.step.courant == 1.0
+    method = case.solved_by("spring", made[1]).simulation().method
+    assert method.models["rod"].elements == 20  # type: ignore[attr-defined]
+    assert method.step.courant == 1.0
 
 
 def test_a_physical_law_keeps_its_place_and_a_hard_one_is_replaced(tmp_path: Path) -> None:
     spring = read_grid(written(tmp_path, GRID))[0]
     pile = load_case(PILE)
-    assert [contact.law.hard for contact in pile.scene().contacts] == [False, True]
-    made = spring.values(pile.scene(), spring.levels[0])
+    assert [law.hard for law in laws_of(*pile.simulation())] == [False, True]
+    made = spring.values(*pile.simulation(), spring.levels[0])
     assert [path for path in made if path.startswith("contacts")] == ["contacts.1.law"]
     solved = pile.solved_by("spring", made)
-    assert solved.scene().contacts[0].law == pile.scene().contacts[0].law
-    assert solved.written is pile.scene()  # errors are measured against the case as written
+    assert laws_of(*solved.simulation())[0] == laws_of(*pile.simulation())[0]
+    assert solved.written is pile.simulation().method  # errors are measured against the case as written
 
 
 def test_the_methods_of_a_case_join_as_they_are() -> None:
     case = load_case(PAPER)
     own = {family.name: family for family in own_families(case)}
     assert set(own) == {f"own.{name}" for name in case.method_names}
-    scene = case.solved_by("own.modal_10", own["own.modal_10"].values(case.scene(), {})).scene()
-    assert scene == case.method("modal_10").scene()
-    assert case.solved_by("own.base", own["own.base"].values(case.scene(), {})).scene() == case.scene()
+    scene = case.solved_by("own.modal_10", own["own.modal_10"].values(*case.simulation(), {})).simulation()
+    assert scene == case.method("modal_10").simulation()
+    assert case.solved_by("own.base", own["own.base"].values(*case.simulation(), {})).simulation() == case.simulation()
 
 
 def test_the_built_in_grid_serves_the_papers_case() -> None:
@@ -74,9 +75,9 @@ def test_the_built_in_grid_serves_the_papers_case() -> None:
     case = load_case(PAPER)
     for family in families:
         assert family.purpose, family.name
-        if family.serves(case.scene()):
+        if family.serves(*case.simulation()):
             # Only the first level: that all of them are accepted is the matter of the bench itself.
-            case.solved_by(family.name, family.values(case.scene(), family.levels[0]))
+            case.solved_by(family.name, family.values(*case.simulation(), family.levels[0]))
 
 
 def test_each_special_step_has_its_sibling_with_an_ordinary_one() -> None:
@@ -168,10 +169,10 @@ def test_the_grid_on_its_page_is_one(tmp_path: Path) -> None:
 def test_families_of_beams_serve_scenes_with_beams_alone() -> None:
     """And the exact solver of rods is not asked for a beam, whatever its contact."""
     families = {family.name: family for family in read_grid(BUILT_IN)}
-    beam = load_case(CASES / "mass_on_cantilever_middle.yaml").scene()
-    rod = load_case(CASES / "axial_impact.yaml").scene()
+    beam = load_case(CASES / "mass_on_cantilever_middle.yaml").simulation()
+    rod = load_case(CASES / "axial_impact.yaml").simulation()
     for name in ("beam_modes", "beam_elements", "beam_explicit"):
-        assert families[name].serves(beam)
-        assert not families[name].serves(rod)
-    assert not families["exact"].serves(beam)
-    assert families["exact"].serves(rod)
+        assert families[name].serves(*beam)
+        assert not families[name].serves(*rod)
+    assert not families["exact"].serves(*beam)
+    assert families["exact"].serves(*rod)

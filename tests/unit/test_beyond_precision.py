@@ -62,7 +62,7 @@ APART = [
 def test_what_would_be_a_singular_matrix_is_refused(settings: list[tuple[str, Any]], path: str, text: str) -> None:
     case = il.load_case(CASES / "axial_impact.yaml")
     with pytest.raises(CaseError) as caught:
-        simulate.prepare(case.with_settings(settings).scene())
+        simulate.prepare(*case.with_settings(settings).simulation())
     assert caught.value.path == path
     assert text in caught.value.text
 
@@ -91,7 +91,7 @@ def test_no_product_of_allowed_numbers_overflows(unit: str, sizes: tuple[float, 
 def test_a_pinned_beam_of_one_element_has_its_modes(basis: str) -> None:
     case = il.load_case(CASES / "sphere_on_beam.yaml")
     case = case.with_("solve.model", {"kind": "modal", "elements": 1, "modes": 2, "basis": basis})
-    beam = simulate.prepare(case.scene()).built["beam"]
+    beam = simulate.prepare(*case.simulation()).built["beam"]
     assert beam.system.stiffness.shape[1] == 2
     assert np.all(np.isfinite(beam.system.stiffness))
 
@@ -107,4 +107,4 @@ def test_a_rod_that_meets_a_beam_by_a_spring_has_no_exact_answer() -> None:
 
     case = il.load_case(CASES / "rod_on_beam.yaml")
     case = case.with_("contacts.0.law", {"kind": "penalty", "stiffness": 1e8})
-    assert "meets a beam" in str(serves(case.scene()))
+    assert "meets a beam" in str(serves(*case.simulation()))

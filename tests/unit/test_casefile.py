@@ -11,6 +11,7 @@ import pytest
 
 from impactlab import CaseError, load_case
 from impactlab.scene import ElasticBody, End, Mass, Wall
+from impactlab.scene.method import laws_of
 
 CASE = """\
 schema_version: 1
@@ -60,11 +61,11 @@ def test_numbers_that_yaml_1_1_misreads(tmp_path):
 
 
 def test_defaults_are_those_of_the_format(case):
-    scene = case.scene()
-    assert (scene.events, scene.gravity, scene.probes, scene.snapshots) == ("dated", 0.0, (), ())
-    assert scene.step.points_per_period == 10.0
-    assert type(scene.integrator).__name__ == "Newmark"
-    model = scene.bodies["rod"].model
+    scene, method = case.simulation()
+    assert (method.events, scene.gravity, scene.probes, scene.snapshots) == ("dated", 0.0, (), ())
+    assert method.step.points_per_period == 10.0
+    assert type(method.integrator).__name__ == "Newmark"
+    model = method.models["rod"]
     assert (type(model).__name__, model.elements, model.modes) == ("Modal", 100, 40)
     assert scene.contacts[0].gap == 0.0
 
@@ -120,9 +121,9 @@ def test_first_rod_counts_round_trips_unless_named(tmp_path):
 
 def test_models_of_single_rods(tmp_path):
     text = CASE.replace("  duration", "  models: {rod: {kind: finite_element, elements: 7}}\n  duration")
-    scene = load_case(written(tmp_path, text)).scene()
-    assert type(scene.bodies["rod"].model).__name__ == "FiniteElement"
-    assert scene.bodies["rod"].model.elements == 7
+    method = load_case(written(tmp_path, text)).simulation().method
+    assert type(method.models["rod"]).__name__ == "FiniteElement"
+    assert method.models["rod"].elements == 7
 
 
 def test_initial_displacement_as_formula_and_table(tmp_path):
@@ -158,7 +159,7 @@ def test_displacement_counts_in_the_first_gap(tmp_path):
 
 def test_relative_values_and_their_limits(case):
     changed = case.with_("contacts.0.law.stiffness", {"relative": 0.8})
-    assert changed.scene().contacts[0].law.stiffness.relative == 0.8
+    assert laws_of(*changed.simulation())[0].stiffness.relative == 0.8
     with pytest.raises(CaseError, match=r"contacts\.0\.law\.stiffness: .*Allowed: .*\{relative: number\}"):
         case.with_("contacts.0.law.stiffness", {"relativ": 0.8})
     with pytest.raises(CaseError, match="is out of range"):
@@ -167,18 +168,18 @@ def test_relative_values_and_their_limits(case):
 
 def test_with_merges_blocks_of_one_kind_and_replaces_others(case):
     damped = case.with_("contacts.0.law", kind="penalty", damping=100.0)
-    law = damped.scene().contacts[0].law
+    law = laws_of(*damped.simulation())[0]
     assert (law.stiffness, law.damping) == (1e9, 100.0)
     hard = case.with_("contacts.0.law", kind="addition_deletion")
-    assert type(hard.scene().contacts[0].law).__name__ == "AdditionDeletion"
+    assert type(laws_of(*hard.simulation())[0]).__name__ == "AdditionDeletion"
     alone = case.with_("contacts.0.law.kind", "addition_deletion")
     assert alone.scene() == hard.scene()
-    assert case.scene().contacts[0].law.stiffness == 1e9, "the case itself does not change"
+    assert laws_of(*case.simulation())[0].stiffness == 1e9, "the case itself does not change"
 
 
 def test_with_replaces_alternatives(case):
-    assert case.with_("solve.step", dt=1e-7).scene().step.dt == 1e-7
-    assert case.with_("solve.step.courant", 0.9).scene().step.points_per_period is None
+    assert case.with_("solve.step", dt=1e-7).simulation().method.step.dt == 1e-7
+    assert case.with_("solve.step.courant", 0.9).simulation().method.step.points_per_period is None
     assert case.with_("solve.duration", "1 ms").scene().duration == 1e-3
     assert case.with_("bodies.rod.ends.right", {"mass": 2.0}).scene().bodies["rod"].right == End("mass", 2.0)
 
@@ -196,8 +197,8 @@ def test_an_end_may_carry_a_force(case):
 
 
 def test_with_fills_in_defaults_where_the_case_is_silent(case):
-    assert case.with_("solve.model.modes", 20).scene().bodies["rod"].model.elements == 100
-    assert case.with_("solve.integrator.beta", 0.3).scene().integrator.beta == 0.3
+    assert case.with_("solve.model.modes", 20).simulation().method.models["rod"].elements == 100
+    assert case.with_("solve.integrator.beta", 0.3).simulation().method.integrator.beta == 0.3
 
 
 def test_with_takes_numpy_numbers_and_refuses_objects(case):
@@ -212,9 +213,9 @@ def test_methods_replace_blocks(case):
     assert case.method_names == ("base", "hard", "coarse")
     assert case.method("base") is case
     coarse = case.method("coarse")
-    model = coarse.scene().bodies["rod"].model
+    model = coarse.simulation().method.models["rod"]
     assert (model.elements, model.modes) == (None, 5), "the old block is replaced, not merged"
-    assert coarse.scene().step.points_per_period == 20.0
+    assert coarse.simulation().method.step.points_per_period == 20.0
     assert coarse.method_name == "coarse"
     assert coarse.name == case.name
 
@@ -241,7 +242,7 @@ def test_variants_are_other_scenes_with_the_same_methods(tmp_path):
     assert (heavy.name, heavy.label, case.label) == ("test", "test/heavy", "test")
     method = heavy.method("hard")
     assert method.scene().bodies["hammer"].mass == 20.0
-    assert (method.label, method.method_name, method.written) == ("test/heavy", "hard", heavy.scene())
+    assert (method.label, method.method_name, method.written) == ("test/heavy", "hard", heavy.simulation().method)
     assert heavy.with_("solve.step.dt", 1e-8).label == "test/heavy"
 
 
@@ -301,7 +302,7 @@ step.dt = 1e-6
 """
     case = load_case(written(tmp_path, toml if name.endswith("toml") else json.dumps(data, indent=1), name))
     assert case.scene().bodies["hammer"] == Mass("hammer", 2.133, 1.0)
-    assert case.scene().contacts[0].law.stiffness == 1e9
+    assert laws_of(*case.simulation())[0].stiffness == 1e9
     with pytest.raises(CaseError, match=rf"{name}:\d+: "):
         load_case(
             written(

@@ -49,7 +49,7 @@ def written(folder: Path, model: str = "{kind: modal, elements: 20, modes: 10}",
 
 
 def model_of(case):
-    return case.scene().bodies["rod"].model
+    return case.simulation().method.models["rod"]
 
 
 def test_a_basis_is_given_by_its_name_or_as_a_block(tmp_path):
@@ -157,7 +157,7 @@ def test_wrong_damping_is_refused(tmp_path, path, value, text):
 def test_the_continuous_model_refuses_damping_by_name(tmp_path, path, value):
     case = load_case(written(tmp_path)).with_("solve.model", kind="continuous").with_(path, value)
     with pytest.raises(CaseError, match="'rod' is damped") as refusal:
-        prepare(case.scene())
+        prepare(*case.simulation())
     assert "finite_element or modal" in refusal.value.remedy
     assert refusal.value.path == path.rpartition(".")[0]
     with pytest.raises(CaseError, match="'rod' is damped"):

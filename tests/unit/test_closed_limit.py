@@ -31,9 +31,9 @@ def test_nitsche_does_not_blow_up_under_an_explicit_step_but_is_refused_with_its
     with pytest.raises(CaseError, match="with the contact closed") as refused:
         il.run(case(theta, model, {"courant": courant}))
     limit = float(refused.value.remedy.split("dt: ")[1].split(" ")[0])
-    assert run(case(theta, model, {"dt": limit}).scene()).energy.largest_gain < 0.35
+    assert run(*case(theta, model, {"dt": limit}).simulation()).energy.largest_gain < 0.35
     assert refused.value.path == "solve.step"
 
 
 def test_the_symmetric_method_keeps_the_limit_of_its_bodies() -> None:
-    assert run(case("1", MODES, {"courant": 0.5}).scene()).energy.largest_gain < 0.35
+    assert run(*case("1", MODES, {"courant": 0.5}).simulation()).energy.largest_gain < 0.35

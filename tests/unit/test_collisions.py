@@ -15,22 +15,24 @@ from impactlab.metrics.collisions import agreements, collisions, sentence
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
 from impactlab.refine.described import described
-from impactlab.scene import Contact, Mass, Point, Scene, StepRule, Wall
+from impactlab.scene import Contact, Mass, Point, Wall
+from impactlab.scene.method import Simulation, StepRule
+from impactlab.testing.scenes import simulation
 from tests.cases.support import case_of
 
 
-def two_models(label: str, modes: int = 40, elements: int = 60) -> list[il.scene.Scene]:
-    scene = case_of(label).scene()
-    step = scene.step
-    fine = described(scene, FiniteElement(elements), Midpoint(), step)
-    return [described(scene, Modal(modes=modes), ExactModal(), step), fine]
+def two_models(label: str, modes: int = 40, elements: int = 60) -> list[Simulation]:
+    given = case_of(label).simulation()
+    step = given.method.step
+    fine = described(given, FiniteElement(elements), Midpoint(), step)
+    return [described(given, Modal(modes=modes), ExactModal(), step), fine]
 
 
 def summaries(label: str) -> list[tuple[str, dict[str, object]]]:
     from impactlab.report.summary import summarise
 
     named = zip(("modes", "elements"), two_models(label), strict=True)
-    return [(name, summarise(label, scene, il.run(scene))) for name, scene in named]
+    return [(name, summarise(label, given.scene, il.run(given))) for name, given in named]
 
 
 def test_the_three_blows_of_the_larger_sphere_are_one_collision() -> None:
@@ -76,15 +78,16 @@ def test_a_hard_hammer_on_a_cantilever_has_no_resolved_count() -> None:
     from impactlab.report.summary import summarise
 
     for modes in (20, 40):
-        scene = dataclasses.replace(
-            described(case.scene(), Modal(modes=modes), ExactModal(), StepRule(dt=1e-6), AdditionDeletion()),
+        scene = described(
+            case.simulation(), Modal(modes=modes), ExactModal(), StepRule(dt=1e-6), AdditionDeletion()
+        ).but(
             events="located",
         )
         history = il.run(scene)
         codes = {warned.code: warned.text for warned in history.warnings}
         assert "t^-1/2" in codes["singular_force"]
         assert "not resolved" in codes["sub_impacts"]
-        rows.append((f"modes {modes}", summarise("hard", scene, history)))
+        rows.append((f"modes {modes}", summarise("hard", scene.scene, history)))
     (said,) = agreements(rows)
     assert not said["resolved"]
     assert said["impulses_within"] is None
@@ -95,9 +98,9 @@ def test_a_hard_hammer_on_a_cantilever_has_no_resolved_count() -> None:
 def test_rigid_bodies_part_for_good() -> None:
     """A mass that bounces on a spring under its weight collides anew each time, with the restitution 1."""
     bodies = {"floor": Wall("floor"), "ball": Mass("ball", 1.0, 0.0)}
-    contact = Contact(Point("floor", 0.0, "floor"), Point("ball", 0.0, "ball"), 0.05, Penalty(1e6))
-    scene = Scene("s", bodies, (contact,), 0.8, ExactModal(), StepRule(dt=1e-5), gravity=-9.81)
-    found = collisions(scene, il.run(scene))
+    contact = Contact(Point("floor", 0.0, "floor"), Point("ball", 0.0, "ball"), 0.05)
+    scene = simulation("s", bodies, (contact,), 0.8, ExactModal(), StepRule(dt=1e-5), gravity=-9.81, law=Penalty(1e6))
+    found = collisions(scene.scene, il.run(scene))
     assert len(found) >= 3
     assert [each.sub_impacts for each in found] == [1] * len(found)
     assert all(each.restitution == pytest.approx(1.0, abs=1e-3) for each in found if each.end is not None)

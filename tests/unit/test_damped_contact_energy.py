@@ -11,8 +11,10 @@ from impactlab.integrators.base import AbstractIntegrator
 from impactlab.integrators.contact_stabilised_newmark import ContactStabilisedNewmark
 from impactlab.integrators.moreau_jean import MoreauJean
 from impactlab.models.finite_element import FiniteElement
-from impactlab.scene import Contact, End, Mass, Point, Rayleigh, Rod, Scene, Segment, StepRule
+from impactlab.scene import Contact, End, Mass, Point, Rayleigh, Rod, Segment
+from impactlab.scene.method import StepRule
 from impactlab.simulate import run
+from impactlab.testing.scenes import simulation
 
 BAR = Segment(1.0, 1.0, 1.0, 1.0)  # L = c = Z = 1, T = 2
 ROUNDING = 1e-12  # of the energy: 1e3 steps of 1e2 sums, each right to 1e-16
@@ -26,12 +28,23 @@ def struck(integrator: AbstractIntegrator, courant: float, viscous: float = 0.02
         End("free"),
         End("clamped"),
         damping=Rayleigh(stiffness=viscous),
-        model=FiniteElement(elements=50),
     )
-    contact = Contact(Point("m", 0.0, "m"), Point("rod", 0.0, "rod.left"), 0.0, AdditionDeletion())
+    contact = Contact(Point("m", 0.0, "m"), Point("rod", 0.0, "rod.left"), 0.0)
     bodies = {"m": Mass("m", 0.8, 1.0), "rod": rod}
     rule = StepRule(courant=courant)
-    return run(Scene("struck", bodies, (contact,), 6.0, integrator, rule, round_trip=2.0))
+    return run(
+        *simulation(
+            "struck",
+            bodies,
+            (contact,),
+            6.0,
+            integrator,
+            rule,
+            round_trip=2.0,
+            model=FiniteElement(elements=50),
+            law=AdditionDeletion(),
+        )
+    )
 
 
 @pytest.mark.parametrize("theta", [0.51, 0.75, 1.0])

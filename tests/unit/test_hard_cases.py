@@ -23,26 +23,27 @@ from impactlab.metrics import relative_l2
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.scene import Contact, End, Mass, Point, Rod, Scene, Segment, StepRule
+from impactlab.scene import Contact, End, Mass, Point, Rod, Segment
+from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import run
+from impactlab.testing.scenes import simulation
 
 HARD = Path(__file__).resolve().parents[2] / "cases" / "hard"
 FREE, CLAMPED = End("free"), End("clamped")
 BAR = Segment(1.0, 1.0, 1.0, 1.0)  # L = c = Z = 1, T = 2
 
 
-def struck(law: object, model: object, mass: float = 0.5, speed: float = 1.0, **more: object) -> Scene:
+def struck(law: object, model: object, mass: float = 0.5, speed: float = 1.0, **more: object) -> Simulation:
     """Return a mass that strikes the left end of a clamped bar."""
-    rod = Rod("rod", (BAR,), FREE, CLAMPED, model=model)  # type: ignore[arg-type]
+    rod = Rod("rod", (BAR,), FREE, CLAMPED)  # type: ignore[arg-type]
     contact = Contact(
         Point("m", 0.0, "m"),
         Point("rod", 0.0, "rod.left"),
-        0.0,
-        law,  # type: ignore[arg-type]
+        0.0,  # type: ignore[arg-type]
     )
     bodies = {"m": Mass("m", mass, speed), "rod": rod}
-    scene = Scene("struck", bodies, (contact,), 6.0, None, StepRule(dt=0.01), round_trip=2.0)
-    return dataclasses.replace(scene, **more)  # type: ignore[arg-type]
+    scene = simulation("struck", bodies, (contact,), 6.0, None, StepRule(dt=0.01), round_trip=2.0, model=model, law=law)
+    return scene.but(**more)  # type: ignore[arg-type]
 
 
 def hard_case(name: str, variant: str = "base") -> Case:
@@ -58,7 +59,7 @@ def test_a_light_mass_pressed_by_gravity_hung_the_exact_solver() -> None:
     law = AdditionDeletion()
     # 200 events in 20 round trips; 1e-6 on the energy is what `solve` itself demands, rounding is far below.
     scene = struck(law, Continuous(), mass=5e-4, speed=0.01, gravity=12.0, duration=40.0)
-    history = solve(scene)
+    history = solve(*scene)
     assert len(history.events) > 20
     assert max(history.energy.largest_gain, history.energy.largest_loss) < 1e-10
 
@@ -66,8 +67,8 @@ def test_a_light_mass_pressed_by_gravity_hung_the_exact_solver() -> None:
 @pytest.mark.parametrize("stiffness", [1e6, 1e8, 1e9])
 def test_a_very_stiff_spring_made_the_exact_solver_give_impulses_out_of_nothing(stiffness: float) -> None:
     """At 1e8 EA/h the energy grew 28867-fold. What springs tie now has its displacement as it was solved for."""
-    hard = solve(struck(AdditionDeletion(), Continuous()))
-    stiff = solve(struck(Penalty(stiffness=stiffness), Continuous()))
+    hard = solve(*struck(AdditionDeletion(), Continuous()))
+    stiff = solve(*struck(Penalty(stiffness=stiffness), Continuous()))
     given = sum(span.impulse for span in stiff.contacts)
     # The spring delays the force by Z/k = 1/k; the rounding of a force is k times that of displacements near 1.
     tolerance = 10.0 / stiffness + 10.0 * stiffness * np.finfo(float).eps
@@ -80,7 +81,7 @@ def test_a_very_stiff_spring_made_the_exact_solver_give_impulses_out_of_nothing(
 def test_a_spring_too_stiff_for_the_digits_is_told() -> None:
     """A force is a stiffness times displacements near 1: beyond 1e10 EA/h its rounding alone is 1e-6 of the energy."""
     with pytest.raises(StepError, match="lost its digits"):
-        solve(struck(Penalty(stiffness=1e11), Continuous()))
+        solve(*struck(Penalty(stiffness=1e11), Continuous()))
 
 
 def test_a_touch_within_one_step_left_no_contact_and_no_impulse() -> None:
@@ -94,8 +95,8 @@ def test_a_touch_within_one_step_left_no_contact_and_no_impulse() -> None:
         integrator=Midpoint(),
         duration=1.0,
     )
-    contact = dataclasses.replace(scene.contacts[0], gap=-1e-3, overlap_allowed=True)
-    history = run(dataclasses.replace(scene, contacts=(contact,), step=StepRule(dt=0.01)))
+    contact = dataclasses.replace(scene.scene.contacts[0], gap=-1e-3, overlap_allowed=True)
+    history = run(*scene.but(contacts=(contact,), step=StepRule(dt=0.01)))
     assert "no_contact" not in codes(history)
     given = sum(span.impulse for span in history.contacts)
     taken = -1.0 - float(history.evaluate(1.0, "velocity:m"))
@@ -127,16 +128,16 @@ def test_a_mass_lighter_than_an_element_was_thrown_back_and_nothing_said_so(
     law: object, integrator: object, model: object
 ) -> None:
     """M/Z is 0.005, an element h/c is 0.05: the mass bounces off the mass of a node. Right displacements need waves."""
-    history = run(struck(law, model, mass=0.005, integrator=integrator, step=StepRule(courant=0.4)))
+    history = run(*struck(law, model, mass=0.005, integrator=integrator, step=StepRule(courant=0.4)))
     assert "coarse_contact" in codes(history)
-    fine = run(struck(law, model, mass=0.5, integrator=integrator, step=StepRule(courant=0.4)))
+    fine = run(*struck(law, model, mass=0.5, integrator=integrator, step=StepRule(courant=0.4)))
     assert "coarse_contact" not in codes(fine)  # M/Z = 10 h/c
 
 
 def test_a_soft_spring_in_place_of_a_hard_contact_went_unnoticed() -> None:
     """On ten modes the spring of EA/h gives way by a tenth of what the rod does; on a hundred by a hundredth."""
     soft, stiff = (
-        run(struck(Penalty(), Modal(modes=modes), integrator=Midpoint(), step=StepRule(dt=0.002)))
+        run(*struck(Penalty(), Modal(modes=modes), integrator=Midpoint(), step=StepRule(dt=0.002)))
         for modes in (10, 100)
     )
     assert "soft_contact" in codes(soft)
@@ -233,7 +234,7 @@ def test_a_run_shorter_than_the_shortest_period_was_wrong_by_half_without_a_word
     """Ten modes tell no less than T/21 = 0.095 apart; a run of 0.05 is over before they have answered."""
     model, step = Modal(modes=10), StepRule(dt=0.002)
     short, long = (
-        run(struck(AdditionDeletion(), model, integrator=Midpoint(), step=step, duration=t)) for t in (0.05, 2.0)
+        run(*struck(AdditionDeletion(), model, integrator=Midpoint(), step=step, duration=t)) for t in (0.05, 2.0)
     )
     assert "coarse_contact" in codes(short)
     assert "coarse_contact" not in codes(long)
@@ -296,6 +297,6 @@ def test_a_plain_impact_on_a_fair_mesh_is_neither_drift_nor_chatter(
     law: object, model: object, integrator: object
 ) -> None:
     """A hammer on a clamped bar, two contacts at most: right to 5 %, and faces that chatter pass on next to nothing."""
-    history = run(struck(law, model, integrator=integrator, step=StepRule(courant=0.5)))
+    history = run(*struck(law, model, integrator=integrator, step=StepRule(courant=0.5)))
     assert history.contacts
     assert not {"drift", "chatter"}.intersection(codes(history))

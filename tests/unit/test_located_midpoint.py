@@ -17,7 +17,9 @@ from impactlab.integrators.midpoint import Midpoint
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.scene import Contact, End, Mass, Point, Rod, Scene, Segment, StepRule
+from impactlab.scene import Contact, End, Mass, Point, Rod, Segment
+from impactlab.scene.method import StepRule
+from impactlab.testing.scenes import simulation
 
 PIECE = Segment(0.3, 9e-4, 2.1e11, 7900.0)
 ELEMENTS = 8
@@ -31,13 +33,23 @@ def struck(
     model: AbstractRodModel | None = None,
     integrator: AbstractIntegrator | None = None,
 ) -> AbstractHistory:
-    rod = Rod("rod", (PIECE,), End("free"), End("clamped"), model=model or FiniteElement(ELEMENTS))
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), GAP, law)
+    rod = Rod("rod", (PIECE,), End("free"), End("clamped"))
+    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), GAP)
     duration = 2.5 * rod.round_trip
     bodies = {"hammer": Mass("hammer", PIECE.mass, 1.0), "rod": rod}
     step = StepRule(dt=duration / steps)
-    scene = Scene("struck", bodies, (contact,), duration, integrator or Midpoint(), step, events="located")
-    return simulate.run(scene)
+    scene = simulation(
+        "struck",
+        bodies,
+        (contact,),
+        duration,
+        integrator or Midpoint(),
+        step,
+        events="located",
+        model=model or FiniteElement(ELEMENTS),
+        law=law,
+    )
+    return simulate.run(*scene)
 
 
 def first_kick(restitution: float) -> float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from itertools import pairwise
 
 import numpy as np
@@ -23,19 +22,21 @@ from impactlab.integrators.newmark import Newmark
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.scene import Body, Contact, End, Mass, Point, Probe, Rod, Scene, Segment, StepRule, Wall
+from impactlab.scene import Body, Contact, End, Mass, Point, Probe, Rod, Segment, Wall
+from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import prepare, run
+from impactlab.testing.scenes import simulation
 
 SEGMENT = Segment(1.0, 1.0, 1.0, 1.0)
 MILLI = StepRule(dt=1e-3)
 
 
-def row_of_masses(count: int, law: AbstractContactLaw, integrator: AbstractIntegrator) -> Scene:
+def row_of_masses(count: int, law: AbstractContactLaw, integrator: AbstractIntegrator) -> Simulation:
     """Return unit masses that touch each other, the first one moving at 1 m/s."""
     bodies: dict[str, Body] = {f"m{i}": Mass(f"m{i}", 1.0, 1.0 if i == 0 else 0.0) for i in range(count)}
     names = list(bodies)
-    contacts = tuple(Contact(Point(a, 0.0, a), Point(b, 0.0, b), 0.0, law) for a, b in pairwise(names))
-    return Scene("row", bodies, contacts, 5e-3, integrator, MILLI)
+    contacts = tuple(Contact(Point(a, 0.0, a), Point(b, 0.0, b), 0.0) for a, b in pairwise(names))
+    return simulation("row", bodies, contacts, 5e-3, integrator, MILLI, law=law)
 
 
 def velocities(history: AbstractHistory, count: int) -> list[float]:
@@ -45,7 +46,7 @@ def velocities(history: AbstractHistory, count: int) -> list[float]:
 @pytest.mark.parametrize("integrator", [Newmark(), CentralDifference(), ExactModal()])
 def test_coupled_elastic_kicks_keep_the_energy(integrator: AbstractIntegrator) -> None:
     """Three touching masses: impulses 4/3 and 2/3, velocities -1/3, 2/3, 2/3 (restitution where there was approach)."""
-    history = run(row_of_masses(3, ImpulseMomentum(1.0), integrator))
+    history = run(*row_of_masses(3, ImpulseMomentum(1.0), integrator))
     assert velocities(history, 3) == pytest.approx([-1 / 3, 2 / 3, 2 / 3], abs=1e-12)
     assert history.energy.largest_gain < 1e-12
     assert history.energy.largest_loss < 1e-12
@@ -53,7 +54,7 @@ def test_coupled_elastic_kicks_keep_the_energy(integrator: AbstractIntegrator) -
 
 @pytest.mark.parametrize("law", [ImpulseMomentum(0.0), AdditionDeletion()])
 def test_a_plastic_row_books_what_it_loses_once(law: AbstractContactLaw) -> None:
-    history = run(row_of_masses(3, law, Newmark()))
+    history = run(*row_of_masses(3, law, Newmark()))
     assert velocities(history, 3) == pytest.approx([1 / 3] * 3, abs=1e-12)
     assert history.energy.booked["contact"][-1] == pytest.approx(1 / 3, rel=1e-12)
     assert history.energy.largest_gain < 1e-12
@@ -61,58 +62,70 @@ def test_a_plastic_row_books_what_it_loses_once(law: AbstractContactLaw) -> None
 
 @pytest.mark.parametrize("count", [10, 20])
 def test_a_long_row_is_answered_to_rounding(count: int) -> None:
-    history = run(row_of_masses(count, AdditionDeletion(), Newmark()))
+    history = run(*row_of_masses(count, AdditionDeletion(), Newmark()))
     # Sweeps stop when an answer changes by less than 1e-15 of the largest; the row's slowest mode adds up n^2 of that.
     assert velocities(history, count) == pytest.approx([1 / count] * count, abs=1e-11)
 
 
 def test_many_located_contacts_come_to_an_end() -> None:
     """Fourteen contacts once filled the room for events before the first step, and the run never moved."""
-    history = run(dataclasses.replace(row_of_masses(15, ImpulseMomentum(0.0), ExactModal()), events="located"))
+    history = run(*row_of_masses(15, ImpulseMomentum(0.0), ExactModal()).but(events="located"))
     assert history.cost.steps == 5
 
 
 def test_located_events_refuse_a_delay_line() -> None:
     rods = [Rod(name, (SEGMENT,), End("free"), End("free"), velocity=v) for name, v in (("a", 1.0), ("b", 0.0))]
     bodies: dict[str, Body] = {
-        "a": dataclasses.replace(rods[0], model=Modal(None, 5)),
-        "b": dataclasses.replace(rods[1], model=Continuous()),
+        "a": rods[0],
+        "b": rods[1],
     }
-    contact = Contact(Point("a", 1.0, "a.right"), Point("b", 0.0, "b.left"), 1e-2, Penalty())
-    scene = Scene("x", bodies, (contact,), 1.0, ExactModal(), MILLI, "located")
+    models = {"a": Modal(None, 5), "b": Continuous()}
+    contact = Contact(Point("a", 1.0, "a.right"), Point("b", 0.0, "b.left"), 1e-2)
+    scene = simulation("x", bodies, (contact,), 1.0, ExactModal(), MILLI, "located", model=models, law=Penalty())
     with pytest.raises(PairingError, match="the continuous rod 'b' has one step length"):
-        prepare(scene)
+        prepare(*scene)
 
 
 @pytest.mark.parametrize("end", [End("mass", 1.0), End("dashpot", 1.0), End("spring", 1.0)], ids=lambda end: end.kind)
 def test_wave_identification_refuses_a_face_that_carries_something(end: End) -> None:
-    rod = Rod("rod", (SEGMENT,), end, End("clamped"), model=FiniteElement(10))
-    contact = Contact(Point("m", 0.0, "m"), Point("rod", 0.0, "rod.left"), 0.0, WaveIdentification())
-    scene = Scene("x", {"m": Mass("m", 1.0, 1.0), "rod": rod}, (contact,), 1.0, Newmark(), MILLI)
+    rod = Rod("rod", (SEGMENT,), end, End("clamped"))
+    contact = Contact(Point("m", 0.0, "m"), Point("rod", 0.0, "rod.left"), 0.0)
+    scene = simulation(
+        "x",
+        {"m": Mass("m", 1.0, 1.0), "rod": rod},
+        (contact,),
+        1.0,
+        Newmark(),
+        MILLI,
+        model=FiniteElement(10),
+        law=WaveIdentification(),
+    )
     with pytest.raises(
         PairingError, match=f"balances a bare face, and the struck end of the right body carries a {end.kind}"
     ):
-        prepare(scene)
+        prepare(*scene)
 
 
 def test_a_snapshot_at_the_very_end_is_taken() -> None:
-    rod = Rod("rod", (SEGMENT,), End("free"), End("free"), velocity=1.0, model=FiniteElement(4))
-    scene = Scene("x", {"rod": rod}, (), 1e-4, Newmark(), StepRule(dt=1e-6), snapshots=(0.0, 1e-4))
-    field = run(scene).field("rod", 1e-4, "displacement")
+    rod = Rod("rod", (SEGMENT,), End("free"), End("free"), velocity=1.0)
+    scene = simulation(
+        "x", {"rod": rod}, (), 1e-4, Newmark(), StepRule(dt=1e-6), snapshots=(0.0, 1e-4), model=FiniteElement(4)
+    )
+    field = run(*scene).field("rod", 1e-4, "displacement")
     assert field.values == pytest.approx(np.full(5, 1e-4), rel=1e-12)
 
 
 @pytest.mark.parametrize("model", [FiniteElement(40), Modal(None, 10)])
 def test_a_rod_let_go_of_from_rest_keeps_no_momentum_and_that_is_no_fault(model: FiniteElement | Modal) -> None:
-    rod = Rod("rod", (SEGMENT,), End("free"), End("free"), displacement=lambda x: 1e-6 * x * x, model=model)
-    history = run(Scene("x", {"rod": rod}, (), 3.0, Newmark(), StepRule(points_per_period=10)))
+    rod = Rod("rod", (SEGMENT,), End("free"), End("free"), displacement=lambda x: 1e-6 * x * x)
+    history = run(*simulation("x", {"rod": rod}, (), 3.0, Newmark(), StepRule(points_per_period=10), model=model))
     assert abs(float(history.evaluate(3.0, "momentum:rod"))) < 1e-16
 
 
 def test_a_heavy_mass_that_falls_from_rest_gains_no_energy() -> None:
     bodies: dict[str, Body] = {"ball": Mass("ball", 1e6), "stop": Wall("stop")}
-    contact = Contact(Point("ball", 0.0, "ball"), Point("stop", 0.0, "stop"), 1.0, Penalty(stiffness=1e9))
-    history = run(Scene("x", bodies, (contact,), 0.1, Newmark(), MILLI, gravity=9.81))
+    contact = Contact(Point("ball", 0.0, "ball"), Point("stop", 0.0, "stop"), 1.0)
+    history = run(*simulation("x", bodies, (contact,), 0.1, Newmark(), MILLI, gravity=9.81, law=Penalty(stiffness=1e9)))
     assert float(history.evaluate(0.1, "velocity:ball")) == pytest.approx(0.981, rel=1e-12)
     [warned] = [each for each in history.warnings if each.code == "no_contact"]
     assert "the faces never met; the smallest gap was 0.95095 m" in warned.text
@@ -120,10 +133,18 @@ def test_a_heavy_mass_that_falls_from_rest_gains_no_energy() -> None:
 
 def test_leapfrog_velocities_stand_at_their_own_instants_also_at_the_start() -> None:
     rod = Rod("rod", (SEGMENT,), End("free"), End("clamped"), displacement=lambda x: np.cos(np.pi * x / 2))
-    rod = dataclasses.replace(rod, model=FiniteElement(50, "lumped"))
     probe = Probe("rod", 0.0, "velocity")
-    scene = Scene("x", {"rod": rod}, (), 0.5, CentralDifference(), StepRule(courant=0.5), probes=(probe,))
-    history = run(scene)
+    scene = simulation(
+        "x",
+        {"rod": rod},
+        (),
+        0.5,
+        CentralDifference(),
+        StepRule(courant=0.5),
+        probes=(probe,),
+        model=FiniteElement(50, "lumped"),
+    )
+    history = run(*scene)
     times = np.array([0.0, 0.1, 0.3])
     exact = -0.5 * np.pi * np.sin(0.5 * np.pi * times)
     # Second order in dt = 0.01 and h = 0.02; half a step late would be 0.012.
@@ -131,7 +152,7 @@ def test_leapfrog_velocities_stand_at_their_own_instants_also_at_the_start() -> 
 
 
 def test_times_outside_the_run_are_refused() -> None:
-    history = run(row_of_masses(2, Penalty(stiffness=1e3), Newmark()))
+    history = run(*row_of_masses(2, Penalty(stiffness=1e3), Newmark()))
     with pytest.raises(ImpactlabError, match=r"1 s lies outside the run, 0 to 0.005 s"):
         history.evaluate([0.0, 1.0], "position:m0")
 
@@ -142,13 +163,25 @@ def test_faces_that_part_at_both_ends_agree_on_their_projections() -> None:
     The scheme keeps energy but for what projections take, which is booked: 1e-12 is the rounding of some ten steps.
     """
     ends = (
-        Contact(Point("m0", 0.0, "m0"), Point("rod", 0.0, "rod.left"), 0.0, AdditionDeletion()),
-        Contact(Point("rod", 1.0, "rod.right"), Point("m1", 0.0, "m1"), 0.0, AdditionDeletion()),
+        Contact(Point("m0", 0.0, "m0"), Point("rod", 0.0, "rod.left"), 0.0),
+        Contact(Point("rod", 1.0, "rod.right"), Point("m1", 0.0, "m1"), 0.0),
     )
-    rod = Rod("rod", (SEGMENT,), End("free"), End("free"), model=FiniteElement(elements=10))
+    rod = Rod("rod", (SEGMENT,), End("free"), End("free"))
     bodies: dict[str, Body] = {"m0": Mass("m0", 1.0, 1.0), "rod": rod, "m1": Mass("m1", 1.0, -1.0)}
     rule = StepRule(courant=4.0)
-    history = run(Scene("both", bodies, ends, 6.0, ContactStabilisedNewmark(), rule, round_trip=2.0))
+    history = run(
+        *simulation(
+            "both",
+            bodies,
+            ends,
+            6.0,
+            ContactStabilisedNewmark(),
+            rule,
+            round_trip=2.0,
+            model=FiniteElement(elements=10),
+            law=AdditionDeletion(),
+        )
+    )
     assert history.contacts[0].end is not None
     assert history.energy.largest_gain < 1e-12
     assert history.energy.largest_loss < 1e-12

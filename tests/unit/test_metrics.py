@@ -10,7 +10,9 @@ import pytest
 
 from impactlab import metrics
 from impactlab.history import ContactSpan, Cost, Event
-from impactlab.scene import Body, Contact, End, Mass, Point, Rod, Scene, Segment, StepRule
+from impactlab.scene import Body, Contact, End, Mass, Point, Rod, Segment
+from impactlab.scene.method import Simulation, StepRule
+from impactlab.testing.scenes import simulation
 from impactlab.testing.synthetic import SyntheticHistory
 from impactlab.types import Array
 
@@ -33,11 +35,11 @@ class Kicks(Hard):
     answers_force: ClassVar[bool] = False
 
 
-def scene(law: Any = Hard()) -> Scene:
+def scene(law: Any = Hard()) -> Simulation:
     rod = Rod("rod", (Segment(1.0, 1.0, 1.0, 1.0),), End("free"), End("clamped"))
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0, law)
+    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0)
     bodies: dict[str, Body] = {"hammer": Mass("hammer", 1.0, 1.0), "rod": rod}
-    return Scene("synthetic", bodies, (contact,), DURATION, None, StepRule(), round_trip=T)
+    return simulation("synthetic", bodies, (contact,), DURATION, None, StepRule(), round_trip=T, law=law)
 
 
 def pulse(t: Array, start: float = 0.0, end: float = 2.0, height: float = 1.0) -> Array:
@@ -50,6 +52,7 @@ def history(
     events: tuple[Event, ...] = (),
     contacts: tuple[ContactSpan, ...] = (),
     steps: int = 0,
+    law: Any = Hard(),
 ) -> SyntheticHistory:
     return SyntheticHistory(
         DURATION,
@@ -62,12 +65,13 @@ def history(
         contacts=contacts,
         jumps={FORCE: (0.0, 2.0 + shift)},
         cost=Cost(steps=steps),
+        simulation=scene(law),
     )
 
 
 def test_a_history_is_at_no_distance_from_itself() -> None:
     same = history(events=(Event(0.0, PAIR, "close"),), contacts=(ContactSpan(PAIR, 0.0, 2.0, 2.0, 1.0),))
-    found = metrics.errors(same, "itself", same, scene())
+    found = metrics.errors(same, "itself", same, scene().scene)
     assert list(found)[:11] == [
         "reference",
         "mass_displacement",
@@ -93,41 +97,40 @@ def test_a_history_is_at_no_distance_from_itself() -> None:
 
 
 def test_displacements_off_by_a_factor_are_wrong_by_that_factor() -> None:
-    assert metrics.mass_displacement(history(scale=1.1), history(), scene()) == pytest.approx(0.1, rel=1e-12)
-    assert metrics.face_displacement(history(scale=0.8), history(), scene()) == pytest.approx(0.2, rel=1e-12)
+    assert metrics.mass_displacement(history(scale=1.1), history(), scene().scene) == pytest.approx(0.1, rel=1e-12)
+    assert metrics.face_displacement(history(scale=0.8), history(), scene().scene) == pytest.approx(0.2, rel=1e-12)
 
 
 def test_the_worst_face_counts() -> None:
     left, right = (Rod(name, (Segment(1.0, 1.0, 1.0, 1.0),), End("free"), End("free")) for name in ("first", "second"))
-    law: Any = Hard()
-    contact = Contact(Point("first", 1.0, "first.right"), Point("second", 0.0, "second.left"), 0.0, law)
-    both = dataclasses.replace(scene(), bodies={"first": left, "second": right}, contacts=(contact,))
+    contact = Contact(Point("first", 1.0, "first.right"), Point("second", 0.0, "second.left"), 0.0)
+    both = scene().but(bodies={"first": left, "second": right}, contacts=(contact,))
     exact = SyntheticHistory(DURATION, {"displacement:first@1": np.cos, "displacement:second@0": np.cos})
     off = SyntheticHistory(
         DURATION,
         {"displacement:first@1": lambda t: 1.01 * np.cos(t), "displacement:second@0": lambda t: 1.3 * np.cos(t)},
     )
-    assert metrics.face_displacement(off, exact, both) == pytest.approx(0.3)
-    assert metrics.mass_displacement(off, exact, both) is None  # no rigid mass in any contact
+    assert metrics.face_displacement(off, exact, both.scene) == pytest.approx(0.3)
+    assert metrics.mass_displacement(off, exact, both.scene) is None  # no rigid mass in any contact
 
 
 def test_a_shifted_jump_costs_much_in_the_norm_little_in_the_graph_and_nothing_away_from_it() -> None:
     late, exact = history(shift=0.04), history()
     # over [2, 2.04] the forces differ by 1; the exact pulse has the norm sqrt(2); one cell is 0.001 s
-    assert metrics.force(late, exact, scene()) == pytest.approx(np.sqrt(0.04 / 2.0), rel=0.02)
-    assert metrics.force_away_from_jumps(late, exact, scene()) == 0.0  # 0.04 s is within 0.05 T = 0.1 s
-    assert metrics.force_graph(late, exact, scene()) == pytest.approx(0.04 / T, abs=0.0015)
+    assert metrics.force(late, exact, scene().scene) == pytest.approx(np.sqrt(0.04 / 2.0), rel=0.02)
+    assert metrics.force_away_from_jumps(late, exact, scene().scene) == 0.0  # 0.04 s is within 0.05 T = 0.1 s
+    assert metrics.force_graph(late, exact, scene().scene) == pytest.approx(0.04 / T, abs=0.0015)
 
 
 def test_the_graph_distance_sees_height_as_well_as_time() -> None:
-    assert metrics.force_graph(history(scale=1.2), history(), scene()) == pytest.approx(0.2, abs=0.0015)
-    assert metrics.force_graph(history(), history(scale=2.0), scene()) == pytest.approx(0.5, abs=0.0015)
+    assert metrics.force_graph(history(scale=1.2), history(), scene().scene) == pytest.approx(0.2, abs=0.0015)
+    assert metrics.force_graph(history(), history(scale=2.0), scene().scene) == pytest.approx(0.5, abs=0.0015)
 
 
 def test_a_force_that_rises_in_one_step_is_near_one_that_jumps_at_the_start() -> None:
     dt = 0.004  # s: 0.002 T
     rising = SyntheticHistory(DURATION, {FORCE: lambda t: np.where(t < dt, 0.5, pulse(t))})
-    assert metrics.force_graph(rising, history(), scene()) == pytest.approx(dt / T, abs=0.0015)
+    assert metrics.force_graph(rising, history(), scene().scene) == pytest.approx(dt / T, abs=0.0015)
 
 
 def test_the_graph_distance_sees_a_spike_of_one_step() -> None:
@@ -136,7 +139,7 @@ def test_the_graph_distance_sees_a_spike_of_one_step() -> None:
     spike = SyntheticHistory(
         DURATION, {FORCE: lambda t: pulse(t) + pulse(t, 4.0, 4.0 + dt, 0.7)}, cost=Cost(steps=steps)
     )
-    assert metrics.force_graph(spike, history(), scene()) == pytest.approx(0.7, abs=0.0015)
+    assert metrics.force_graph(spike, history(), scene().scene) == pytest.approx(0.7, abs=0.0015)
 
 
 def test_a_wild_chatter_keeps_the_graph_distance_right_and_small_in_memory() -> None:
@@ -145,7 +148,7 @@ def test_a_wild_chatter_keeps_the_graph_distance_right_and_small_in_memory() -> 
     )
     points = metrics.graph(chatter, FORCE, DURATION, (T, 1.0))
     assert len(points) < 1.1 * metrics.GRAPH_POINTS
-    assert metrics.force_graph(chatter, history(), scene()) == pytest.approx(39.0, rel=0.01)
+    assert metrics.force_graph(chatter, history(), scene().scene) == pytest.approx(39.0, rel=0.01)
 
 
 def test_the_graph_of_a_smooth_force_lies_on_it() -> None:
@@ -156,7 +159,7 @@ def test_the_graph_of_a_smooth_force_lies_on_it() -> None:
 def test_a_force_that_a_method_cannot_give_is_none() -> None:
     no_force = SyntheticHistory(DURATION, {FORCE: lambda t: np.full_like(t, np.nan)})
     for metric in (metrics.force, metrics.force_away_from_jumps, metrics.force_graph):
-        assert metric(no_force, history(), scene()) is None
+        assert metric(no_force, history(), scene().scene) is None
 
 
 def test_a_norm_whose_reference_is_zero_is_none() -> None:
@@ -170,14 +173,14 @@ def test_a_norm_whose_reference_is_zero_is_none() -> None:
         metrics.impulse,
         metrics.event_times,
     ):
-        assert metric(history(), nothing, scene()) is None
+        assert metric(history(), nothing, scene().scene) is None
 
 
 def test_the_impulse_is_the_total_of_a_pair() -> None:
     exact = history(contacts=(ContactSpan(PAIR, 0.0, 1.0, 3.0, 1.0), ContactSpan(PAIR, 2.0, 3.0, 1.0, 1.0)))
     once = history(contacts=(ContactSpan(PAIR, 0.0, 1.0, 3.0, 1.0), ContactSpan("other", 0.0, 1.0, 9.0, 1.0)))
-    assert metrics.impulse(once, exact, scene()) == pytest.approx(0.25)
-    assert metrics.impulse(exact, once, scene()) == pytest.approx(1.0 / 3.0)
+    assert metrics.impulse(once, exact, scene().scene) == pytest.approx(0.25)
+    assert metrics.impulse(exact, once, scene().scene) == pytest.approx(1.0 / 3.0)
 
 
 def close(time: float, contact: str = PAIR) -> Event:
@@ -205,23 +208,24 @@ def test_events_too_far_or_of_another_contact_do_not_meet() -> None:
 def test_event_errors_are_in_round_trips_and_the_largest_counts() -> None:
     exact = history(events=(close(0.0), opens(2.0), close(4.0), opens(4.1)))
     found = history(events=(close(0.0), opens(1.2), close(1.3), opens(2.06)))
-    judged = metrics.errors(found, "exact", exact, scene())
+    judged = metrics.errors(found, "exact", exact, scene().scene)
     assert judged["event_times"] == pytest.approx(0.03)
     assert (judged["events_missed"], judged["events_extra"]) == (2, 2)
 
 
 def test_kicks_are_neither_missed_nor_extra() -> None:
     exact = history(events=(close(0.0), opens(2.0)))
-    kicked = history(events=tuple(Event(0.1 * i, PAIR, "impulse", 0.5) for i in range(20)))
-    judged = metrics.errors(kicked, "exact", exact, scene(Kicks()))
+    kicked = history(events=tuple(Event(0.1 * i, PAIR, "impulse", 0.5) for i in range(20)), law=Kicks())
+    judged = metrics.errors(kicked, "exact", exact, scene(Kicks()).scene)
     assert (judged["event_times"], judged["events_missed"], judged["events_extra"]) == (None, None, None)
-    judged = metrics.errors(kicked, "exact", exact, scene())  # under a law with a force a kick is a closing jump
+    kicked.method = scene().method
+    judged = metrics.errors(kicked, "exact", exact, scene().scene)  # under a law with a force a kick is a closing jump
     assert (judged["event_times"], judged["events_missed"], judged["events_extra"]) == (None, 2, 0)
 
 
 def test_without_a_rod_what_is_measured_in_round_trips_is_none() -> None:
-    rigid = dataclasses.replace(scene(), round_trip=float("nan"))
-    judged = metrics.errors(history(scale=1.1), "exact", history(), rigid)
+    rigid = scene().but(round_trip=float("nan"))
+    judged = metrics.errors(history(scale=1.1), "exact", history(), rigid.scene)
     assert judged["force"] == pytest.approx(0.1)
     assert [judged[name] for name in ("force_away_from_jumps", "force_graph", "event_times", "events_missed")] == [
         None
@@ -230,7 +234,7 @@ def test_without_a_rod_what_is_measured_in_round_trips_is_none() -> None:
 
 def test_a_metric_of_ones_own_joins_the_block() -> None:
     judged = metrics.errors(
-        history(), "exact", history(), scene(), {"force": metrics.force, "steps": lambda h, r, s: 7}
+        history(), "exact", history(), scene().scene, {"force": metrics.force, "steps": lambda h, r, s: 7}
     )
     assert judged["steps"] == 7
     assert judged["force"] == 0.0

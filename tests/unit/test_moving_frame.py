@@ -18,9 +18,11 @@ from impactlab.integrators.generalised_alpha import GeneralisedAlpha
 from impactlab.integrators.newmark import Newmark
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
-from impactlab.scene import Body, Contact, ElasticBody, End, Mass, Point, Rod, Scene, Segment, StepRule, Wall
+from impactlab.scene import Body, Contact, End, Mass, Point, Rod, Segment, Wall
 from impactlab.scene.frame import carried_energy, drift, drift_velocities, groups
+from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import run
+from impactlab.testing.scenes import simulation
 
 STEEL = Segment(0.3, 9e-4, 2.1e11, 7850.0)
 
@@ -32,14 +34,14 @@ def train(
     trips: float = 6.0,
     gravity: float = 0.0,
     force: float = 0.0,
-) -> Scene:
+) -> Simulation:
     """Two free steel rods, the left one 1 m/s faster than the right one."""
-    one = Rod("one", (STEEL,), End("free", force=force), End("free"), drift + 1.0, model=FiniteElement(40, "lumped"))
+    one = Rod("one", (STEEL,), End("free", force=force), End("free"), drift + 1.0)
     longer = dataclasses.replace(STEEL, length=0.45)
-    two = Rod("two", (longer,), End("free"), End("free"), drift, model=FiniteElement(40, "lumped"))
-    contact = Contact(Point("one", 0.3, "one.right"), Point("two", 0.0, "two.left"), 0.0, law)
+    two = Rod("two", (longer,), End("free"), End("free"), drift)
+    contact = Contact(Point("one", 0.3, "one.right"), Point("two", 0.0, "two.left"), 0.0)
     bodies: dict[str, Body] = {"one": one, "two": two}
-    return Scene(
+    return simulation(
         "train",
         bodies,
         (contact,),
@@ -48,13 +50,15 @@ def train(
         StepRule(dt=7.27e-7),
         gravity=gravity,
         round_trip=one.round_trip,
+        model=FiniteElement(40, "lumped"),
+        law=law,
     )
 
 
 def gain_of(velocity: float) -> float:
     """Return the gain of energy that a run is failed for."""
     with pytest.raises(StepError, match="energy grew by") as failed:
-        run(train(velocity, EnergyConserving(), GeneralisedAlpha()))
+        run(*train(velocity, EnergyConserving(), GeneralisedAlpha()))
     assert failed.value.history is not None
     return failed.value.history.energy.largest_gain
 
@@ -66,65 +70,53 @@ def test_energy_created_is_reported_alike_in_a_moving_frame() -> None:
 
 def test_gravity_and_a_load_on_a_train_give_its_frame_no_more_energy() -> None:
     # Free fall: the work of gravity on the drift is no energy that a collision could lose or gain.
-    falling = run(train(50.0, Penalty(1e9), Newmark(), gravity=9.81))
-    resting = run(train(0.0, Penalty(1e9), Newmark()))
+    falling = run(*train(50.0, Penalty(1e9), Newmark(), gravity=9.81))
+    resting = run(*train(0.0, Penalty(1e9), Newmark()))
     assert falling.energy.scale == pytest.approx(resting.energy.scale, rel=1e-9)
     pushed, alone = (train(v, Penalty(1e9), Newmark(), gravity=g, force=1e5) for v, g in ((50.0, 9.81), (0.0, 0.0)))
     works = []
     for scene in (pushed, alone):
-        book = run(scene).energy
-        works.append(np.max(np.abs(book.work - carried_energy(scene, book.time).work)))
-    assert drift_velocities(alone)["one"] == pytest.approx(0.4)
+        book = run(*scene).energy
+        works.append(np.max(np.abs(book.work - carried_energy(scene.scene, book.time).work)))
+    assert drift_velocities(alone.scene)["one"] == pytest.approx(0.4)
     assert works[0] == pytest.approx(works[1], rel=1e-7)
 
 
 @pytest.mark.parametrize("velocity", [0.0, 10.0, 1000.0])
 def test_errors_do_not_shrink_in_a_moving_frame(velocity: float) -> None:
     scene = train(velocity, Penalty(2e9), Newmark(), trips=3.0)
-    exact = run(
-        dataclasses.replace(
-            scene,
-            integrator=None,
-            bodies={
-                name: dataclasses.replace(body, model=Continuous())
-                for name, body in scene.bodies.items()
-                if isinstance(body, ElasticBody)
-            },
-        )
-    )
-    history = run(scene)
-    at_rest = ERRORS.setdefault("face", metrics.face_displacement(history, exact, scene))
+    exact = run(*scene.but(integrator=None, model=Continuous()))
+    history = run(*scene)
+    at_rest = ERRORS.setdefault("face", metrics.face_displacement(history, exact, scene.scene))
     assert at_rest is not None
-    assert metrics.face_displacement(history, exact, scene) == pytest.approx(at_rest, rel=1e-3)
+    assert metrics.face_displacement(history, exact, scene.scene) == pytest.approx(at_rest, rel=1e-3)
     leaving = metrics.installed()["exit_velocity"]
-    first = ERRORS.setdefault("exit", leaving(history, exact, scene))
-    assert leaving(history, exact, scene) == pytest.approx(first, rel=1e-3)
+    first = ERRORS.setdefault("exit", leaving(history, exact, scene.scene))
+    assert leaving(history, exact, scene.scene) == pytest.approx(first, rel=1e-3)
 
 
 ERRORS: dict[str, float | None] = {}
 
 
-def balls(*contacts: tuple[str, str], wall: bool = False) -> Scene:
+def balls(*contacts: tuple[str, str], wall: bool = False) -> Simulation:
     bodies: dict[str, Body] = {name: Mass(name, 1.0 + n, 2.0 * n) for n, name in enumerate("abc")}
     bodies |= {"wall": Wall("wall")} if wall else {}
-    joined = tuple(Contact(Point(a, 0.0, a), Point(b, 0.0, b), 0.0, Penalty(1e6)) for a, b in contacts)
-    return Scene("balls", bodies, joined, 1.0, None, StepRule(dt=1e-3), gravity=3.0)
+    joined = tuple(Contact(Point(a, 0.0, a), Point(b, 0.0, b), 0.0) for a, b in contacts)
+    return simulation("balls", bodies, joined, 1.0, None, StepRule(dt=1e-3), gravity=3.0, law=Penalty(1e6))
 
 
 def test_bodies_joined_by_contacts_share_a_frame_and_a_wall_holds_it() -> None:
-    assert {group.bodies for group in groups(balls(("a", "b")))} == {("a", "b"), ("c",)}
-    assert drift_velocities(balls(("a", "b"))) == {"a": 4.0 / 3.0, "b": 4.0 / 3.0, "c": 4.0}
+    assert {group.bodies for group in groups(balls(("a", "b")).scene)} == {("a", "b"), ("c",)}
+    assert drift_velocities(balls(("a", "b")).scene) == {"a": 4.0 / 3.0, "b": 4.0 / 3.0, "c": 4.0}
     held = balls(("a", "b"), ("b", "wall"), wall=True)
-    assert drift_velocities(held) == {"a": 0.0, "b": 0.0, "c": 4.0, "wall": 0.0}
+    assert drift_velocities(held.scene) == {"a": 0.0, "b": 0.0, "c": 4.0, "wall": 0.0}
     # A wall that nobody reached holds nobody.
-    assert drift_velocities(held, {"a|b"})["a"] == 4.0 / 3.0
+    assert drift_velocities(held.scene, {"a|b"})["a"] == 4.0 / 3.0
     t = np.array([0.0, 2.0])
-    assert drift(held, "position:c", t).tolist() == [0.0, 14.0]
-    assert drift(held, "position:a", t).tolist() == [0.0, 0.0]
+    assert drift(held.scene, "position:c", t).tolist() == [0.0, 14.0]
+    assert drift(held.scene, "position:a", t).tolist() == [0.0, 0.0]
 
 
 def test_bodies_that_only_drift_keep_the_energy_of_their_drift_as_scale() -> None:
-    scene = dataclasses.replace(
-        balls(), bodies={"a": Mass("a", 2.0, 3.0)}, gravity=0.0, integrator=None, step=StepRule(dt=0.1)
-    )
-    assert math.isclose(run(scene).energy.scale, 9.0)
+    scene = balls().but(bodies={"a": Mass("a", 2.0, 3.0)}, gravity=0.0, integrator=None, step=StepRule(dt=0.1))
+    assert math.isclose(run(*scene).energy.scale, 9.0)

@@ -20,22 +20,32 @@ from impactlab.metrics.collisions import collisions
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.scene import Body, Contact, End, Mass, Point, Rod, Scene, Segment, StepRule, Wall
+from impactlab.scene import Body, Contact, End, Mass, Point, Rod, Segment, Wall
+from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import run
+from impactlab.testing.scenes import simulation
 
 STEEL = Segment(0.2, 3e-4, 2.1e11, 7900.0)
 TRANSIT = 0.2 / STEEL.wave_speed
 
 
-def chain(model: Any, integrator: Any, law: Any, dt: float = 2e-7) -> Scene:
+def chain(model: Any, integrator: Any, law: Any, dt: float = 2e-7) -> Simulation:
     """A moving rod and two at rest, which touch each other with a gap of zero."""
     bodies: dict[str, Body] = {
-        name: Rod(name, (STEEL,), End("free"), End("free"), 10.0 if name == "a" else 0.0, model=model) for name in "abc"
+        name: Rod(name, (STEEL,), End("free"), End("free"), 10.0 if name == "a" else 0.0) for name in "abc"
     }
-    contacts = tuple(
-        Contact(Point(a, 0.2, f"{a}.right"), Point(b, 0.0, f"{b}.left"), 0.0, law) for a, b in ("ab", "bc")
+    contacts = tuple(Contact(Point(a, 0.2, f"{a}.right"), Point(b, 0.0, f"{b}.left"), 0.0) for a, b in ("ab", "bc"))
+    return simulation(
+        "chain",
+        bodies,
+        contacts,
+        3.5 * TRANSIT,
+        integrator,
+        StepRule(dt=dt),
+        round_trip=2.0 * TRANSIT,
+        model=model,
+        law=law,
     )
-    return Scene("chain", bodies, contacts, 3.5 * TRANSIT, integrator, StepRule(dt=dt), round_trip=2.0 * TRANSIT)
 
 
 SPRING = Penalty(2e9)
@@ -52,7 +62,7 @@ DESCRIPTIONS = {
 @pytest.mark.parametrize("name", DESCRIPTIONS)
 def test_a_gap_of_zero_behind_the_first_contact_is_not_touched_before_a_wave_arrives(name: str) -> None:
     scene = chain(*DESCRIPTIONS[name])
-    history = run(scene)
+    history = run(*scene)
     behind = [event.time for event in history.events if event.contact == "b.right|c.left"]
     assert behind[0] >= 0.998 * TRANSIT
     assert behind[0] <= 1.3 * TRANSIT
@@ -60,33 +70,39 @@ def test_a_gap_of_zero_behind_the_first_contact_is_not_touched_before_a_wave_arr
     assert min(span.impulse for span in history.contacts) > MIN_SHARE * largest
     # The impulses of a contact still add up to the momentum that its bodies have got.
     given = sum(span.impulse for span in history.contacts if span.contact == "b.right|c.left")
-    assert given == pytest.approx(float(history.evaluate(scene.duration, "momentum:c")), rel=1e-6)
+    assert given == pytest.approx(float(history.evaluate(scene.scene.duration, "momentum:c")), rel=1e-6)
     closings = sum(event.kind == "close" for event in history.events)
     assert closings == len(history.contacts)
-    for blow in collisions(scene, history):
+    for blow in collisions(scene.scene, history):
         assert blow.restitution is None or 0.0 <= blow.restitution < 2.5
 
 
 def test_waves_reach_contacts_at_rest_over_the_way_between_them() -> None:
     scene = chain(*DESCRIPTIONS["exact"])
-    assert first_arrivals(scene) == {"a.right|b.left": 0.0, "b.right|c.left": pytest.approx(TRANSIT)}
+    assert first_arrivals(scene.scene, scene.method.models) == {
+        "a.right|b.left": 0.0,
+        "b.right|c.left": pytest.approx(TRANSIT),
+    }
     damped = dataclasses.replace(STEEL, viscosity=1e3)
-    body = dataclasses.replace(scene.bodies["b"], segments=(damped,))
-    assert first_arrivals(dataclasses.replace(scene, bodies={**scene.bodies, "b": body}))["b.right|c.left"] == 0.0
-    pushed = dataclasses.replace(scene.bodies["c"], right=End("free", force=1.0))
-    still = {**scene.bodies, "a": dataclasses.replace(scene.bodies["a"], velocity=0.0), "c": pushed}
-    loaded = first_arrivals(dataclasses.replace(scene, bodies=still))
+    body = dataclasses.replace(scene.scene.bodies["b"], segments=(damped,))
+    assert (
+        first_arrivals(scene.but(bodies={**scene.scene.bodies, "b": body}).scene, scene.method.models)["b.right|c.left"]
+        == 0.0
+    )
+    pushed = dataclasses.replace(scene.scene.bodies["c"], right=End("free", force=1.0))
+    still = {**scene.scene.bodies, "a": dataclasses.replace(scene.scene.bodies["a"], velocity=0.0), "c": pushed}
+    loaded = first_arrivals(scene.but(bodies=still).scene, scene.method.models)
     assert loaded == {"b.right|c.left": pytest.approx(TRANSIT), "a.right|b.left": pytest.approx(2.0 * TRANSIT)}
-    assert set(first_arrivals(dataclasses.replace(scene, gravity=9.81)).values()) == {0.0}
+    assert set(first_arrivals(scene.but(gravity=9.81).scene, scene.method.models).values()) == {0.0}
 
 
-def balls(*pairs: tuple[str, str]) -> Scene:
+def balls(*pairs: tuple[str, str]) -> Simulation:
     names = dict.fromkeys(name for pair in pairs for name in pair)
     bodies: dict[str, Body] = {
         name: Wall(name) if name == "wall" else Mass(name, 1.0, 1.0 + n) for n, name in enumerate(names)
     }
-    contacts = tuple(Contact(Point(a, 0.0, a), Point(b, 0.0, b), 0.0, Penalty(1e6)) for a, b in pairs)
-    return Scene("balls", bodies, contacts, 1.0, None, StepRule(dt=1e-3))
+    contacts = tuple(Contact(Point(a, 0.0, a), Point(b, 0.0, b), 0.0) for a, b in pairs)
+    return simulation("balls", bodies, contacts, 1.0, None, StepRule(dt=1e-3), law=Penalty(1e6))
 
 
 def touches(contact: str, *spans: tuple[float, float | None, float]) -> tuple[list[Event], list[ContactSpan]]:
@@ -97,13 +113,14 @@ def touches(contact: str, *spans: tuple[float, float | None, float]) -> tuple[li
 
 def test_touches_by_rounding_are_left_out_and_their_impulses_are_kept() -> None:
     found = touches("a|b", (0.0, 0.1, 1.0), (0.2, 0.3, 1e-13), (0.4, 0.5, 2e-10), (0.6, None, 3e-12))
-    events, spans = above_noise(balls(("a", "b")), *found)
+    events, spans = above_noise(balls(("a", "b")).scene, {}, *found)
     assert [(span.start, span.end) for span in spans] == [(0.0, 0.1), (0.4, 0.5)]
     assert [event.time for event in events] == [0.0, 0.1, 0.4, 0.5]
     assert spans[1].impulse == 2e-10 + 1e-13 + 3e-12
     # A touch that nothing else of its contact can stand for is left out all the same.
     events, spans = above_noise(
-        balls(("a", "b"), ("b", "c")),
+        balls(("a", "b"), ("b", "c")).scene,
+        {},
         *(x + y for x, y in zip(touches("a|b", (0.0, 0.1, 1.0)), touches("b|c", (0.2, 0.3, 1.85e-298)), strict=True)),
     )
     assert [span.contact for span in spans] == ["a|b"]
@@ -113,18 +130,18 @@ def test_touches_by_rounding_are_left_out_and_their_impulses_are_kept() -> None:
 def test_a_small_contact_elsewhere_is_not_noise_of_a_large_one() -> None:
     hammer, pellet = touches("a|b", (0.0, 0.1, 1e3)), touches("c|d", (0.0, 0.1, 1e-12))
     both = [x + y for x, y in zip(hammer, pellet, strict=True)]
-    assert len(above_noise(balls(("a", "b"), ("c", "d")), *both)[1]) == 2
+    assert len(above_noise(balls(("a", "b"), ("c", "d")).scene, {}, *both)[1]) == 2
     # A wall in common joins no bodies, a body in common does.
     walled = [x + y for x, y in zip(hammer, touches("c|wall", (0.0, 0.1, 1e-12)), strict=True)]
-    assert len(above_noise(balls(("a", "b"), ("b", "wall"), ("c", "wall")), *walled)[1]) == 2
+    assert len(above_noise(balls(("a", "b"), ("b", "wall"), ("c", "wall")).scene, {}, *walled)[1]) == 2
     joined = [x + y for x, y in zip(hammer, touches("b|c", (0.2, 0.3, 1e-12)), strict=True)]
-    assert len(above_noise(balls(("a", "b"), ("b", "c")), *joined)[1]) == 1
+    assert len(above_noise(balls(("a", "b"), ("b", "c")).scene, {}, *joined)[1]) == 1
 
 
 def test_kicks_by_rounding_are_not_counted() -> None:
     events = [Event(0.1 * n, "a|b", "impulse", p) for n, p in enumerate((1e-20, 1.0, 2.0, 1e-15))]
     span = ContactSpan("a|b", 0.0, 0.3, 3.0, None, 1e-20, 4)
-    left, spans = above_noise(balls(("a", "b")), events, [span])
+    left, spans = above_noise(balls(("a", "b")).scene, {}, events, [span])
     assert [event.impulse for event in left] == [1.0, 2.0]
     assert (spans[0].kicks, spans[0].first_impulse, spans[0].start, spans[0].impulse) == (2, 1.0, 0.1, 3.0)
 

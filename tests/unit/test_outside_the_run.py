@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 
 import numpy as np
@@ -14,25 +13,29 @@ from impactlab.integrators.adaptive import Adaptive
 from impactlab.integrators.newmark import Newmark
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
-from impactlab.scene import Contact, End, Mass, Point, Rod, Scene, Segment, StepRule
+from impactlab.scene import Contact, End, Mass, Point, Rod, Segment
+from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import run
+from impactlab.testing.scenes import simulation
 
 END = 1e-4  # s
 
 
-def scene(kind: str) -> Scene:
+def scene(kind: str) -> Simulation:
     model = Continuous() if kind == "exact" else FiniteElement(4)
-    rod = Rod("rod", (Segment(0.3, 9e-4, 2.1e11, 7900.0),), End("free"), End("clamped"), model=model)
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0, Penalty(1e8))
+    rod = Rod("rod", (Segment(0.3, 9e-4, 2.1e11, 7900.0),), End("free"), End("clamped"))
+    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0)
     bodies = {"hammer": Mass("hammer", 2.133, 1.0), "rod": rod}
     integrator = {"exact": None, "stepped": Newmark(), "adaptive": Adaptive()}[kind]
-    made = Scene("x", bodies, (contact,), END, integrator, StepRule(dt=1e-6), snapshots=(5e-5,))
-    return dataclasses.replace(made, round_trip=rod.round_trip)
+    made = simulation(
+        "x", bodies, (contact,), END, integrator, StepRule(dt=1e-6), snapshots=(5e-5,), model=model, law=Penalty(1e8)
+    )
+    return made.but(round_trip=rod.round_trip)
 
 
 @pytest.mark.parametrize("kind", ["exact", "stepped", "adaptive"])
 def test_values_outside_the_run_are_refused_and_not_those_of_its_end(kind: str) -> None:
-    history = run(scene(kind))
+    history = run(*scene(kind))
     for channel in ("position:hammer", "force:hammer|rod.left", "momentum:rod"):
         for outside in (-1e-6, END + 1e-6, math.inf, math.nan):
             with pytest.raises(ImpactlabError, match=r"lies outside the run, 0 to 0\.0001 s") as refused:

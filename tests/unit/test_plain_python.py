@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import os
 
 import pytest
@@ -22,18 +21,24 @@ from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
 from impactlab.numerics.addresses import COMPILED
-from impactlab.scene import Contact, End, Mass, Point, Rod, Scene, Segment, StepRule
+from impactlab.scene import Contact, End, Mass, Point, Rod, Segment
+from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import run
+from impactlab.testing.scenes import simulation
 
 pytestmark = pytest.mark.nojit
 
 
-def scene(model: AbstractRodModel, law: AbstractContactLaw, integrator: AbstractIntegrator, step: StepRule) -> Scene:
+def scene(
+    model: AbstractRodModel, law: AbstractContactLaw, integrator: AbstractIntegrator, step: StepRule
+) -> Simulation:
     segment = Segment(0.3, 9e-4, 2.1e11, 7900.0)
-    rod = Rod("rod", (segment,), End("free"), End("clamped"), model=model)
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0, law)
+    rod = Rod("rod", (segment,), End("free"), End("clamped"))
+    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0)
     bodies = {"hammer": Mass("hammer", segment.mass, 1.0), "rod": rod}
-    return Scene("x", bodies, (contact,), 1.9 * rod.round_trip, integrator, step, round_trip=rod.round_trip)
+    return simulation(
+        "x", bodies, (contact,), 1.9 * rod.round_trip, integrator, step, round_trip=rod.round_trip, model=model, law=law
+    )
 
 
 def test_the_mode_is_the_one_asked_for() -> None:
@@ -54,13 +59,12 @@ def test_each_law_and_scheme_stays_near_the_exact_answer(
     model: AbstractRodModel, law: AbstractContactLaw, integrator: AbstractIntegrator, step: StepRule, mass: float
 ) -> None:
     case = scene(model, law, integrator, step)
-    hard = tuple(dataclasses.replace(contact, law=AdditionDeletion()) for contact in case.contacts)
-    measured = metrics.errors(run(case), "exact", solve(dataclasses.replace(case, contacts=hard)), case)
+    measured = metrics.errors(run(*case), "exact", solve(*case.but(law=AdditionDeletion())), case.scene)
     assert measured["mass_displacement"] < mass
 
 
 def test_located_events() -> None:
     case = scene(Modal(None, 5), Penalty(stiffness=4e9), ExactModal(), StepRule(points_per_period=10))
-    history = run(dataclasses.replace(case, events="located"))
+    history = run(*case.but(events="located"))
     assert [event.kind for event in history.events] == ["close", "open"]
     assert history.energy.largest_gain < 1e-12

@@ -15,9 +15,11 @@ from impactlab.models.continuous import Continuous
 from impactlab.models.continuous.delay_line import DelayLine
 from impactlab.models.finite_element import FiniteElement
 from impactlab.refine.reference import content, find
-from impactlab.scene import Contact, End, Mass, Point, Rayleigh, Rod, Scene, Segment, StepRule
-from impactlab.simulate.driver import is_exact, run
+from impactlab.scene import Contact, End, Mass, Point, Rayleigh, Rod, Segment
+from impactlab.scene.method import Simulation, StepRule, is_exact
+from impactlab.simulate.driver import run
 from impactlab.simulate.stepping.history import RecordedHistory
+from impactlab.testing.scenes import simulation
 from impactlab.types import option
 
 HARD = AdditionDeletion()
@@ -57,43 +59,42 @@ class Lateral(FiniteElement):
     theory = "love"
 
 
-def scene(model, drag=0.0, law=HARD):
+def scene(model, drag=0.0, law=HARD) -> Simulation:
     rod = Rod(
         "rod",
         (Segment(0.3, 9e-4, 2.1e11, 7900.0),),
         End("free"),
         End("clamped"),
-        model=model,
         damping=Rayleigh(drag, 0.0),
     )
-    contact = Contact(Point("m", 0.0, "m"), Point("rod", 0.0, "rod.left"), 0.0, law)
+    contact = Contact(Point("m", 0.0, "m"), Point("rod", 0.0, "rod.left"), 0.0)
     bodies = {"m": Mass("m", 2.0, 1.0), "rod": rod}
-    return Scene("x", bodies, (contact,), 1e-4, Newmark(), StepRule(dt=1e-6))
+    return simulation("x", bodies, (contact,), 1e-4, Newmark(), StepRule(dt=1e-6), model=model, law=law)
 
 
 def test_a_continuous_model_of_a_plugin_was_never_built_and_another_ran_in_its_place():
-    history = run(scene(Fluid(0.5), law=Penalty(1e7)))
+    history = run(*scene(Fluid(0.5), law=Penalty(1e7)))
     assert isinstance(history, RecordedHistory)
     assert isinstance(history.assembly.built["rod"].model, FluidLine)
     assert not history.integrator_used
     hard = scene(Fluid(0.5))
-    assert not is_exact(hard)  # St Venant's solver does not stand in for it
+    assert not is_exact(*hard)  # St Venant's solver does not stand in for it
     with pytest.raises(PairingError, match="gives impulses"):
-        run(hard)
+        run(*hard)
 
 
 def test_the_waves_of_a_continuous_model_of_a_plugin_are_its_own():
     struck, plain = scene(Fluid(0.25), law=Penalty(1e8)), scene(Continuous(), law=Penalty(1e8))
-    thinner = dataclasses.replace(plain.bodies["rod"], segments=(Segment(0.3, 9e-4, 2.1e11 / 4, 7900.0 / 4),))
-    own = run(dataclasses.replace(struck, step=StepRule(dt=2e-7))).contacts[0]
-    ours = run(dataclasses.replace(plain, bodies={**plain.bodies, "rod": thinner}))
+    thinner = dataclasses.replace(plain.scene.bodies["rod"], segments=(Segment(0.3, 9e-4, 2.1e11 / 4, 7900.0 / 4),))
+    own = run(*struck.but(step=StepRule(dt=2e-7))).contacts[0]
+    ours = run(*plain.but(bodies={**plain.scene.bodies, "rod": thinner}))
     # The same rod, once in delays by steps and once from event to event; a rod of the full impedance is hit harder.
     assert own.peak_force == pytest.approx(ours.contacts[0].peak_force, rel=1e-3)
-    assert own.peak_force < 0.8 * run(plain).contacts[0].peak_force
+    assert own.peak_force < 0.8 * run(*plain).contacts[0].peak_force
 
 
 def test_a_rod_of_another_theory_is_measured_against_st_venant():
     plain, lateral = scene(FiniteElement(20)), scene(Lateral(20))
-    assert find(plain).name == "st_venant"
-    assert find(lateral) is None
-    assert content(plain) != content(lateral)
+    assert find(*plain).name == "st_venant"
+    assert find(*lateral) is None
+    assert content(*plain) != content(*lateral)

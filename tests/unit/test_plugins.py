@@ -14,6 +14,7 @@ from impactlab import CaseError, PluginError, load_case
 from impactlab.casefile.listing import listing
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.plugins import GROUPS, INTEGRATORS, LAWS, MODELS, Entry, Registry, registry
+from impactlab.scene.method import laws_of
 from impactlab.types import Level, Relative, Start, option
 
 
@@ -185,9 +186,9 @@ def test_fields_of_a_part_are_its_parameters(tmp_path, found):
     case = case_with(
         tmp_path, "{kind: cushion, stiffness: 2 kN/mm, layers: 2, wet: true, shape: round, limit: none}", found
     )
-    assert case.scene().contacts[0].law == Cushion(2e6, 2, True, "round", "none")
+    assert laws_of(*case.simulation())[0] == Cushion(2e6, 2, True, "round", "none")
     case = case_with(tmp_path, "{kind: cushion, stiffness: {relative: 0.8}, limit: 5}", found)
-    assert case.scene().contacts[0].law == Cushion(Relative(0.8), limit=5.0)
+    assert laws_of(*case.simulation())[0] == Cushion(Relative(0.8), limit=5.0)
     assert case.resolved()["contacts"][0]["law"] == {
         "kind": "cushion", "stiffness": {"relative": 0.8}, "layers": 3, "wet": False, "shape": "flat", "limit": 5.0,
     }  # fmt: skip

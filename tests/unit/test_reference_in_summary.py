@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 from pathlib import Path
 
@@ -52,7 +51,7 @@ def test_methods_of_a_comparison_share_a_converged_reference(tmp_path):
 def test_what_a_reference_does_not_know_itself_is_not_told():
     case = paper()
     history = il.run(case)
-    exact = reference.find(case.scene())
+    exact = reference.find(*case.simulation())
     vague = exact._replace(uncertainty=1e-4, uncertainties={"force": 0.5, "event_times": float("inf")})
     errors = summary.errors(history, vague, case.scene())
     assert [errors[key] for key in ("force", "event_times", "events_missed", "events_extra")] == [None] * 4
@@ -63,7 +62,7 @@ def test_what_a_reference_does_not_know_itself_is_not_told():
 def test_a_summary_still_takes_a_name_and_a_history():
     case = paper()
     history = il.run(case)
-    exact = reference.find(case.scene())
+    exact = reference.find(*case.simulation())
     whole = summary.summarise("x", case.scene(), history, exact)["errors"]
     assert summary.summarise("x", case.scene(), history, ("st_venant", exact.history))["errors"] == whole
 
@@ -85,10 +84,10 @@ def test_the_command_line_shows_what_it_was_measured_against(tmp_path, monkeypat
 
 
 def test_the_content_of_a_scene_names_its_physics_only():
-    scene = paper(HERTZ).scene()
-    other = paper(HERTZ, ("solve.model", {"kind": "modal", "modes": 5}), ("solve.step", {"dt": 1e-7})).scene()
-    assert reference.content(scene) == reference.content(other)
-    assert reference.content(scene) != reference.content(dataclasses.replace(scene, duration=1e-5))
+    scene = paper(HERTZ).simulation()
+    other = paper(HERTZ, ("solve.model", {"kind": "modal", "modes": 5}), ("solve.step", {"dt": 1e-7})).simulation()
+    assert reference.content(*scene) == reference.content(*other)
+    assert reference.content(*scene) != reference.content(*scene.but(duration=1e-5))
 
 
 @pytest.mark.slow

@@ -22,7 +22,9 @@ from impactlab.report.sketch import sketch
 from impactlab.report.style import INK, PALETTE, Trace, curve, inline, scaled, spread, to_svg, traces
 from impactlab.report.summary import comparison, summarise
 from impactlab.report.table import comma_separated, markdown, page_rows
-from impactlab.scene import Body, Contact, End, Mass, Point, Rod, Scene, Segment, StepRule, Wall
+from impactlab.scene import Body, Contact, End, Mass, Point, Rod, Segment, Wall
+from impactlab.scene.method import Simulation, StepRule
+from impactlab.testing.scenes import simulation
 from impactlab.testing.synthetic import SyntheticHistory
 
 PAIR = "hammer|rod.left"
@@ -48,16 +50,18 @@ class Model:
     elements: int = 10
 
 
-def scene(**changes: Any) -> Scene:
+def scene(**changes: Any) -> Simulation:
     law: Any = Law()
     model: Any = Model()
     bodies: dict[str, Body] = {
         "hammer": Mass("hammer", 2.0, 1.0),
-        "rod": Rod("rod", (Segment(1.0, 1.0, 1.0, 1.0),), End("free"), End("clamped"), model=model),
+        "rod": Rod("rod", (Segment(1.0, 1.0, 1.0, 1.0),), End("free"), End("clamped")),
     }
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0, law)
-    made = Scene("toy", bodies, (contact,), DURATION, None, StepRule(), snapshots=(0.5, 1.5), round_trip=T)
-    return dataclasses.replace(made, **changes)
+    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0)
+    made = simulation(
+        "toy", bodies, (contact,), DURATION, None, StepRule(), snapshots=(0.5, 1.5), round_trip=T, model=model, law=law
+    )
+    return made.but(**changes)
 
 
 def history(scale: float = 1.0, *, kicks: bool = False, dt: float | None = 0.01) -> SyntheticHistory:
@@ -91,6 +95,7 @@ def history(scale: float = 1.0, *, kicks: bool = False, dt: float | None = 0.01)
         dt=dt,
         warnings=(Warned("chatter", "more than <100> kicks"),) if kicks else (),
         cost=Cost(0.1, 0.2, 600),
+        simulation=scene(),
     )
 
 
@@ -99,7 +104,7 @@ EXACT = ("st_venant", history(dt=None))
 
 def three() -> tuple[dict[str, Any], dict[str, SyntheticHistory]]:
     histories = {"good": history(1.01), "poor": history(1.3), "kicks": history(kicks=True)}
-    rows = [(name, summarise("toy", scene(), h, EXACT)) for name, h in histories.items()]
+    rows = [(name, summarise("toy", scene().scene, h, EXACT)) for name, h in histories.items()]
     failed = {"schema_version": 1, "case": "toy", "status": "failed", "error": {"text": "lost | at sea"}}
     return comparison("toy", "st_venant", [*rows, ("lost", failed)]), histories
 
@@ -122,7 +127,7 @@ class Links(HTMLParser):
 
 def test_a_comparison_writes_all_its_files(tmp_path: Path) -> None:
     document, histories = three()
-    write_comparison(tmp_path, document, histories, scene(), EXACT, title="A & B <here>", source="Somebody 1999")
+    write_comparison(tmp_path, document, histories, scene().scene, EXACT, title="A & B <here>", source="Somebody 1999")
     assert json.loads((tmp_path / "comparison.json").read_text()) == document
     assert {path.name for path in tmp_path.iterdir()} == {
         "comparison.json",
@@ -140,7 +145,7 @@ def test_a_comparison_writes_all_its_files(tmp_path: Path) -> None:
 
 def test_a_page_stands_alone_and_says_what_it_must(tmp_path: Path) -> None:
     document, histories = three()
-    write_comparison(tmp_path, document, histories, scene(), EXACT, title="A & B <here>", source="Somebody 1999")
+    write_comparison(tmp_path, document, histories, scene().scene, EXACT, title="A & B <here>", source="Somebody 1999")
     text = (tmp_path / "index.html").read_text()
     page = Links(text)
     assert "A &amp; B &lt;here&gt;" in text
@@ -170,8 +175,8 @@ def _same_definitions(text: str) -> bool:
 
 def test_a_run_writes_all_its_files_and_every_channel(tmp_path: Path) -> None:
     run = history(1.1)
-    summary = summarise("toy", scene(), run, EXACT)
-    write_run(tmp_path, summary, run, scene(), EXACT)
+    summary = summarise("toy", scene().scene, run, EXACT)
+    write_run(tmp_path, summary, run, scene().scene, EXACT)
     assert json.loads((tmp_path / "summary.json").read_text()) == summary
     with np.load(tmp_path / "history.npz") as saved:
         assert set(run.channels()) <= set(saved)
@@ -183,8 +188,8 @@ def test_a_run_writes_all_its_files_and_every_channel(tmp_path: Path) -> None:
 
 
 def test_without_a_reference_a_report_shows_the_run_alone(tmp_path: Path) -> None:
-    summary = summarise("toy", scene(), history(), None)
-    write_run(tmp_path, summary, history(), scene(), None)
+    summary = summarise("toy", scene().scene, history(), None)
+    write_run(tmp_path, summary, history(), scene().scene, None)
     assert "exact" not in (tmp_path / "index.html").read_text().split("</style>")[1].lower()
     assert not (tmp_path / "figures" / "waves_rod.svg").exists()
 
@@ -193,7 +198,7 @@ def test_the_same_comparison_gives_the_same_bytes(tmp_path: Path) -> None:
     document, histories = three()
     for name in ("one", "two"):
         (tmp_path / name).mkdir()
-        write_comparison(tmp_path / name, document, histories, scene(), EXACT)
+        write_comparison(tmp_path / name, document, histories, scene().scene, EXACT)
     for path in (tmp_path / "one").rglob("*.*"):
         assert path.read_bytes() == (tmp_path / "two" / path.relative_to(tmp_path / "one")).read_bytes(), path.name
 
@@ -201,7 +206,7 @@ def test_the_same_comparison_gives_the_same_bytes(tmp_path: Path) -> None:
 def test_the_force_figure_has_a_panel_per_method_and_the_exact_force_in_each() -> None:
     _, histories = three()
     shown = traces(histories, dict.fromkeys(histories, EXACT[1]))
-    figure = plots.force(shown, scene(), PAIR)
+    figure = plots.force(shown, scene().scene, PAIR)
     panels = [axes for axes in figure.axes if axes.get_visible()]
     assert [axes.get_title("left") for axes in panels] == ["good", "poor", "kicks"]
     assert panels[2].get_title("right") == "mean of 20 kicks"
@@ -214,18 +219,18 @@ def test_the_force_figure_has_a_panel_per_method_and_the_exact_force_in_each() -
 
 
 def test_kicks_are_drawn_with_their_whole_impulse() -> None:
-    figure = plots.force([Trace("kicks", history(kicks=True), PALETTE[0])], scene(), PAIR)
+    figure = plots.force([Trace("kicks", history(kicks=True), PALETTE[0])], scene().scene, PAIR)
     values, edges, _ = figure.axes[0].patches[0].get_data()  # type: ignore[attr-defined]
     assert np.sum(values * np.diff(edges)) * T == pytest.approx(2.0)  # 20 kicks of 0.1 N s
 
 
 def test_the_displacement_figure_shows_how_far_a_method_has_strayed() -> None:
-    figure = plots.displacement([Trace("poor", history(1.3), PALETTE[0], reference=EXACT[1])], scene())
+    figure = plots.displacement([Trace("poor", history(1.3), PALETTE[0], reference=EXACT[1])], scene().scene)
     assert figure.axes[2].lines[0].get_ydata()[-1] == pytest.approx(30.0, rel=1e-3)  # type: ignore[index]
 
 
 def test_contacts_are_drawn_where_they_are() -> None:
-    figure = overview.contacts([Trace("good", history(), PALETTE[0], reference=EXACT[1])], scene())
+    figure = overview.contacts([Trace("good", history(), PALETTE[0], reference=EXACT[1])], scene().scene)
     axes = figure.axes[0]
     assert [label.get_text() for label in axes.get_yticklabels()] == ["exact", "good"]
     assert axes.collections[1].get_paths()[0].get_extents().bounds[0::2] == pytest.approx((0.0, 1.0))  # in T
@@ -245,12 +250,12 @@ def test_errors_are_written_beside_their_dots() -> None:
 def test_the_balance_is_drawn_in_per_cent_of_the_energy_in_play() -> None:
     run = history()
     run.energy = dataclasses.replace(run.energy, stored=np.linspace(0.0, 0.002, 50))
-    figure = balance.energy_balance([Trace("gains", run, PALETTE[0])], scene())
+    figure = balance.energy_balance([Trace("gains", run, PALETTE[0])], scene().scene)
     assert figure.axes[0].lines[0].get_ydata()[-1] == pytest.approx(0.2)  # type: ignore[index]
 
 
 def test_the_wave_figure_holds_the_field_in_its_unit() -> None:
-    figure = fields.waves(EXACT[1], scene(), "rod")
+    figure = fields.waves(EXACT[1], scene().scene, "rod")
     image = figure.axes[0].images[0].get_array()
     assert image is not None
     assert image.shape == (fields.PLACES, fields.INSTANTS)
@@ -288,7 +293,7 @@ def test_numbers_take_the_prefix_that_makes_them_short(value: float, text: str) 
 
 
 def test_an_inlined_figure_takes_the_colours_of_the_page() -> None:
-    svg = inline(to_svg(plots.gap([Trace("good", history(), PALETTE[0])], scene(), PAIR)), 'a "b" & c')
+    svg = inline(to_svg(plots.gap([Trace("good", history(), PALETTE[0])], scene().scene, PAIR)), 'a "b" & c')
     assert svg.startswith('<svg role="img" aria-label="a &quot;b&quot; &amp; c"')
     assert INK not in svg
     assert "var(--ink)" in svg
@@ -334,30 +339,28 @@ def test_findings_name_the_best_the_worst_and_the_lost() -> None:
 
 
 def test_the_scene_is_told_and_drawn() -> None:
-    told = dict(scene_facts(scene()))
+    told = dict(scene_facts(scene().scene))
     assert "rigid mass" in told["hammer"]
     assert told["rod"].endswith("left free, right clamped")
     assert told["duration"].endswith("= 3 T")
-    drawing = sketch(scene())
+    drawing = sketch(scene().scene)
     assert drawing.count('class="rod"') == 1
     assert drawing.count('class="mass"') == 1
     assert ">1 m/s<" in drawing
-    law: Any = Law()
-    inner = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.5, "rod.at(0.5)"), 0.0, law)
-    assert sketch(scene(contacts=(inner,))) == ""  # no line of bodies end to end
+    inner = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.5, "rod.at(0.5)"), 0.0)
+    assert sketch(scene(contacts=(inner,)).scene) == ""  # no line of bodies end to end
 
 
 def test_forces_on_ends_are_drawn() -> None:
     """An arrow outside the rod, towards it or away from it as the force points."""
     for right, left in ((2.5e3, 0.0), (-2.5e3, 0.0), (0.0, 2.5e3)):
         rod = Rod("rod", (Segment(1.0, 1.0, 1.0, 1.0),), End("free", force=left), End("mass", 3.0, right))
-        drawn = sketch(scene(bodies={"rod": rod}, contacts=()))
+        drawn = sketch(scene(bodies={"rod": rod}, contacts=()).scene)
         assert drawn.count('class="head"') == 1
         assert "2500 N" in drawn
 
 
 def test_every_way_to_hold_an_end_is_drawn() -> None:
-    law: Any = Law()
     for end, mark in (
         ("spring", "polyline"),
         ("dashpot", "polyline"),
@@ -365,6 +368,6 @@ def test_every_way_to_hold_an_end_is_drawn() -> None:
         ("clamped", 'class="thin"'),
     ):
         rod = Rod("rod", (Segment(1.0, 1.0, 1.0, 1.0),), End("free"), End(end, 3.0))  # type: ignore[arg-type]
-        contact = Contact(Point("wall", 0.0, "wall"), Point("rod", 0.0, "rod.left"), 0.1, law)
-        held = sketch(scene(bodies={"wall": Wall("wall"), "rod": rod}, contacts=(contact,)))
+        contact = Contact(Point("wall", 0.0, "wall"), Point("rod", 0.0, "rod.left"), 0.1)
+        held = sketch(scene(bodies={"wall": Wall("wall"), "rod": rod}, contacts=(contact,)).scene)
         assert mark in held

@@ -23,8 +23,10 @@ from impactlab.models.base import AbstractRodModel
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.scene import Contact, End, Mass, Point, Rod, Scene, Segment, StepRule, Wall
+from impactlab.scene import Contact, End, Mass, Point, Rod, Segment, Wall
+from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import prepare, run
+from impactlab.testing.scenes import simulation
 
 SEGMENT = Segment(0.3, 9e-4, 2.1e11, 7900.0)
 TEN = StepRule(points_per_period=10)
@@ -37,12 +39,24 @@ def paper(
     step: StepRule = TEN,
     events: Literal["dated", "located"] = "dated",
     **others: Any,
-) -> Scene:
-    rod = Rod("rod", (SEGMENT,), End("free"), End("clamped"), model=model)
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0, law)
+) -> Simulation:
+    rod = Rod("rod", (SEGMENT,), End("free"), End("clamped"))
+    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0)
     bodies = {"hammer": Mass("hammer", SEGMENT.mass, 1.0), "rod": rod}
     duration = 3 * rod.round_trip
-    return Scene("x", bodies, (contact,), duration, integrator, step, events, round_trip=rod.round_trip, **others)
+    return simulation(
+        "x",
+        bodies,
+        (contact,),
+        duration,
+        integrator,
+        step,
+        events,
+        round_trip=rod.round_trip,
+        **others,
+        model=model,
+        law=law,
+    )
 
 
 LUMPED = FiniteElement(20, "lumped")
@@ -90,23 +104,23 @@ LUMPED = FiniteElement(20, "lumped")
         ),
     ],
 )  # fmt: skip
-def test_refused_before_the_first_step(scene: Scene, kind: type[ImpactlabError], path: str, says: str) -> None:
+def test_refused_before_the_first_step(scene: Simulation, kind: type[ImpactlabError], path: str, says: str) -> None:
     with pytest.raises(kind) as refused:
-        prepare(scene)
+        prepare(*scene)
     assert says in refused.value.text
     assert refused.value.path == path
     assert refused.value.remedy
 
 
 def test_the_stability_limit_itself_is_allowed() -> None:
-    prepare(paper(LUMPED, AdditionDeletion(), CentralDifference(), StepRule(courant=1.0)))
+    prepare(*paper(LUMPED, AdditionDeletion(), CentralDifference(), StepRule(courant=1.0)))
 
 
 def test_a_run_that_gains_energy_ends_as_failed_with_what_was_reached() -> None:
     """A spring far too stiff for an explicit step: the energy grows beyond what the parts declare."""
     scene = paper(LUMPED, Penalty(stiffness=2.4e10), CentralDifference(), StepRule(courant=0.999))
     with pytest.raises(StepError, match=r"energy grew|not a finite number") as failed:
-        run(scene)
+        run(*scene)
     assert failed.value.history is not None
     assert failed.value.time > 0.0
     assert failed.value.remedy
@@ -115,11 +129,22 @@ def test_a_run_that_gains_energy_ends_as_failed_with_what_was_reached() -> None:
 @pytest.mark.parametrize("law", [AdditionDeletion(), Penalty(stiffness=2e9), ImpulseMomentum(1.0)])
 def test_located_events_lie_on_the_gap(law: AbstractContactLaw) -> None:
     """Where a step is cut at a touch, the faces meet to rounding of their travel."""
-    rod = Rod("rod", (SEGMENT,), End("free"), End("free"), model=Modal(None, 10))
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 1e-5, law)
+    rod = Rod("rod", (SEGMENT,), End("free"), End("free"))
+    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 1e-5)
     bodies = {"hammer": Mass("hammer", 1.0, 1.0), "rod": rod}
-    scene = Scene("x", bodies, (contact,), 1e-4, ExactModal(), TEN, "located", round_trip=rod.round_trip)
-    history = run(scene)
+    scene = simulation(
+        "x",
+        bodies,
+        (contact,),
+        1e-4,
+        ExactModal(),
+        TEN,
+        "located",
+        round_trip=rod.round_trip,
+        model=Modal(None, 10),
+        law=law,
+    )
+    history = run(*scene)
     first = history.events[0]
     assert first.time == pytest.approx(1e-5, rel=1e-12)  # 1e-5 m at 1 m/s
     assert abs(float(history.evaluate(first.time, "gap:hammer|rod.left"))) < 1e-16
@@ -131,7 +156,7 @@ def test_located_penalty_opens_where_the_gap_opens() -> None:
         scene = paper(
             Modal(None, 10), Penalty(stiffness=2e9), ExactModal(), StepRule(points_per_period=points), "located"
         )
-        history = run(scene)
+        history = run(*scene)
         [opened] = [event.time for event in history.events if event.kind == "open"]
         assert history.dt is not None
         # The faces part at less than 2 m/s, so a step is a gap of 2 dt; undated it would be missed by up to that.
@@ -151,19 +176,21 @@ def test_two_contacts_on_one_body_are_answered_together(
 ) -> None:
     """A mass between two rods strikes both at once: by symmetry both forces are equal and the mass keeps still."""
     rods = {
-        "west": Rod("west", (SEGMENT,), End("clamped"), End("free"), velocity=1.0, model=model),
-        "east": Rod("east", (SEGMENT,), End("free"), End("clamped"), velocity=-1.0, model=model),
+        "west": Rod("west", (SEGMENT,), End("clamped"), End("free"), velocity=1.0),
+        "east": Rod("east", (SEGMENT,), End("free"), End("clamped"), velocity=-1.0),
     }
     rods = {name: dataclasses.replace(rod, left=End("free"), right=End("free")) for name, rod in rods.items()}
     bodies = {"west": rods["west"], "block": Mass("block", 0.5), "east": rods["east"]}
     contacts = (
-        Contact(Point("west", 0.3, "west.right"), Point("block", 0.0, "block"), 0.0, law),
-        Contact(Point("block", 0.0, "block"), Point("east", 0.0, "east.left"), 0.0, law),
+        Contact(Point("west", 0.3, "west.right"), Point("block", 0.0, "block"), 0.0),
+        Contact(Point("block", 0.0, "block"), Point("east", 0.0, "east.left"), 0.0),
     )
     round_trip = SEGMENT.length * 2 / SEGMENT.wave_speed
-    scene = Scene("x", bodies, contacts, 0.8 * round_trip, integrator, step, round_trip=round_trip)
-    history = run(scene)
-    times = np.linspace(0.0, scene.duration, 300)
+    scene = simulation(
+        "x", bodies, contacts, 0.8 * round_trip, integrator, step, round_trip=round_trip, model=model, law=law
+    )
+    history = run(*scene)
+    times = np.linspace(0.0, scene.scene.duration, 300)
     first, second = (history.evaluate(times, f"force:{contact.name}") for contact in contacts)
     # The coupled answers agree to 1e-15 of the largest in a step; some thousand steps carry the rest on.
     np.testing.assert_allclose(first, second, rtol=0.0, atol=1e-9 * first.max())
@@ -175,14 +202,24 @@ def test_two_contacts_on_one_body_are_answered_together(
 
 def test_a_mass_that_strikes_a_mass_on_a_rod_moves_both_at_once() -> None:
     """Coupled through the middle mass: hammer, block and rod against the exact answer of the spring pair."""
-    rod = Rod("rod", (SEGMENT,), End("free"), End("clamped"), model=FiniteElement(200))
+    rod = Rod("rod", (SEGMENT,), End("free"), End("clamped"))
     bodies = {"hammer": Mass("hammer", 1.0, 1.0), "block": Mass("block", 1.0), "rod": rod}
     contacts = (
-        Contact(Point("hammer", 0.0, "hammer"), Point("block", 0.0, "block"), 0.0, Penalty(stiffness=3e9)),
-        Contact(Point("block", 0.0, "block"), Point("rod", 0.0, "rod.left"), 0.0, Penalty(stiffness=3e9)),
+        Contact(Point("hammer", 0.0, "hammer"), Point("block", 0.0, "block"), 0.0),
+        Contact(Point("block", 0.0, "block"), Point("rod", 0.0, "rod.left"), 0.0),
     )
-    scene = Scene("x", bodies, contacts, rod.round_trip, Newmark(), TEN, round_trip=rod.round_trip)
-    history = run(scene)
+    scene = simulation(
+        "x",
+        bodies,
+        contacts,
+        rod.round_trip,
+        Newmark(),
+        TEN,
+        round_trip=rod.round_trip,
+        model=FiniteElement(200),
+        law=Penalty(stiffness=3e9),
+    )
+    history = run(*scene)
     total = sum(
         float(history.evaluate(0.4 * rod.round_trip, f"momentum:{name}")) for name in ("hammer", "block", "rod")
     )
@@ -194,16 +231,26 @@ def test_a_mass_that_strikes_a_mass_on_a_rod_moves_both_at_once() -> None:
 
 def test_walls_at_both_ends_of_a_rod() -> None:
     """A rod that flies between two walls and meets one after the other: the speed is kept."""
-    rod = Rod("rod", (SEGMENT,), End("free"), End("free"), velocity=1.0, model=FiniteElement(100, "lumped"))
+    rod = Rod("rod", (SEGMENT,), End("free"), End("free"), velocity=1.0)
     law = AdditionDeletion()
     contacts = (
-        Contact(Point("west", 0.0, "west"), Point("rod", 0.0, "rod.left"), 5e-5, law),
-        Contact(Point("rod", 0.3, "rod.right"), Point("east", 0.0, "east"), 5e-5, law),
+        Contact(Point("west", 0.0, "west"), Point("rod", 0.0, "rod.left"), 5e-5),
+        Contact(Point("rod", 0.3, "rod.right"), Point("east", 0.0, "east"), 5e-5),
     )
     bodies = {"west": Wall("west"), "rod": rod, "east": Wall("east")}
-    scene = Scene("x", bodies, contacts, 4.5e-4, CentralDifference(), StepRule(courant=1.0), round_trip=rod.round_trip)
-    history = run(scene)
-    exact = solve(dataclasses.replace(scene, integrator=None))
+    scene = simulation(
+        "x",
+        bodies,
+        contacts,
+        4.5e-4,
+        CentralDifference(),
+        StepRule(courant=1.0),
+        round_trip=rod.round_trip,
+        model=FiniteElement(100, "lumped"),
+        law=law,
+    )
+    history = run(*scene)
+    exact = solve(*scene.but(integrator=None))
     for contact in contacts:
         ours, true = ([span for span in each.contacts if span.contact == contact.name] for each in (history, exact))
         # A lumped end node may let go for a step and touch again; the impulse and the instants are those of the whole.
@@ -214,18 +261,18 @@ def test_walls_at_both_ends_of_a_rod() -> None:
 
 def test_results_are_cut_at_the_duration() -> None:
     scene = paper(Modal(None, 10), Penalty(), Newmark())
-    history = run(scene)
-    assert history.duration == scene.duration
+    history = run(*scene)
+    assert history.duration == scene.scene.duration
     assert history.dt is not None
-    assert history.cost.steps == int(np.ceil(scene.duration / history.dt - 1e-9))
-    assert all(event.time <= scene.duration for event in history.events)
+    assert history.cost.steps == int(np.ceil(scene.scene.duration / history.dt - 1e-9))
+    assert all(event.time <= scene.scene.duration for event in history.events)
 
 
 def test_a_long_run_is_decimated_with_its_impulse_kept() -> None:
-    scene = dataclasses.replace(paper(Modal(None, 2), Penalty(), ExactModal()), step=StepRule(dt=1e-8))
-    history = run(scene)
+    scene = paper(Modal(None, 2), Penalty(), ExactModal()).but(step=StepRule(dt=1e-8))
+    history = run(*scene)
     assert history.cost.steps > 20_000
-    times = np.linspace(0.0, scene.duration, 200_001)
+    times = np.linspace(0.0, scene.scene.duration, 200_001)
     middle = 0.5 * (times[1:] + times[:-1])
     integral = float(history.evaluate(middle, "force:hammer|rod.left").sum() * (times[1] - times[0]))
     assert integral == pytest.approx(sum(span.impulse for span in history.contacts), rel=1e-4)
@@ -233,7 +280,7 @@ def test_a_long_run_is_decimated_with_its_impulse_kept() -> None:
 
 def test_a_run_keeps_as_many_instants_as_asked_for_and_all_events_to_the_bit() -> None:
     scene = paper(LUMPED, AdditionDeletion(), CentralDifference(), StepRule(courant=0.1))
-    every, some = run(scene), run(dataclasses.replace(scene, records=100))
+    every, some = run(*scene), run(*scene.but(records=100))
     assert every.cost.steps == some.cost.steps > 1000
     assert len(some.jumps("force:hammer|rod.left")) <= 102  # and those at the start and at the end
     assert (some.events, some.contacts) == (every.events, every.contacts)
@@ -246,7 +293,7 @@ def test_a_run_keeps_as_many_instants_as_asked_for_and_all_events_to_the_bit() -
 
 def test_a_snapshot_is_a_field_and_any_other_time_says_which_there_are() -> None:
     scene = paper(Modal(100, 100), WaveIdentification(), Newmark(), snapshots=(2e-5,))
-    history = run(scene)
+    history = run(*scene)
     field = history.field("rod", 2e-5, "velocity")
     # The front stands at c t = 0.103 m; a consistent mass sends short waves up to 1.41 c, small ones.
     assert np.abs(field.values[field.x > 0.18]).max() < 0.01
@@ -256,14 +303,14 @@ def test_a_snapshot_is_a_field_and_any_other_time_says_which_there_are() -> None
 
 
 def test_an_unrecorded_channel_is_refused_with_what_there_is() -> None:
-    history = run(paper(Modal(None, 5), Penalty(), Newmark()))
+    history = run(*paper(Modal(None, 5), Penalty(), Newmark()))
     with pytest.raises(ImpactlabError, match=r"'stress:rod@0.1' was not recorded.*force:hammer\|rod.left"):
         history.evaluate(0.0, "stress:rod@0.1")
 
 
 def test_located_hard_contact_has_no_force_spikes() -> None:
     """An event that falls next to the end of a step once cut a step so short that its force was rounding, 1e9 Z v0."""
-    history = run(paper(Modal(None, 100), AdditionDeletion(), ExactModal(), events="located"))
+    history = run(*paper(Modal(None, 100), AdditionDeletion(), ExactModal(), events="located"))
     peaks = [span.peak_force / SEGMENT.impedance for span in history.contacts if span.peak_force is not None]
     assert max(peaks) < 2.5  # exact: 2.135; a constraint on truncated modes adds ripple
     assert history.energy.largest_gain < 1e-12
@@ -273,9 +320,18 @@ def test_located_hard_contact_has_no_force_spikes() -> None:
 @pytest.mark.parametrize("integrator", [Newmark(), CentralDifference()])
 def test_what_a_dashpot_takes_is_booked_in_full(integrator: AbstractIntegrator) -> None:
     """The balance closes with the dashpot's own power, in each scheme's own velocities."""
-    rod = Rod("rod", (SEGMENT,), End("free"), End("dashpot", 2e4), velocity=1.0, model=FiniteElement(50, "lumped"))
+    rod = Rod("rod", (SEGMENT,), End("free"), End("dashpot", 2e4), velocity=1.0)
     step = StepRule(courant=0.8)
-    scene = Scene("x", {"rod": rod}, (), 3 * rod.round_trip, integrator, step, round_trip=rod.round_trip)
-    book = run(scene).energy
+    scene = simulation(
+        "x",
+        {"rod": rod},
+        (),
+        3 * rod.round_trip,
+        integrator,
+        step,
+        round_trip=rod.round_trip,
+        model=FiniteElement(50, "lumped"),
+    )
+    book = run(*scene).energy
     assert book.booked["ends"][-1] > 0.3 * book.total[0]
     assert max(book.largest_gain, book.largest_loss) < 1e-12

@@ -7,11 +7,12 @@ import json
 
 import pytest
 
-from impactlab import load_case, run, simulate
+from impactlab import load_case, run
 from impactlab.errors import CaseError
 from impactlab.refine import agreement, search
 from impactlab.refine.reference import Reference, find
 from impactlab.report import summary
+from impactlab.scene.method import COUNTED
 
 BALL = {
     "schema_version": 1,
@@ -43,21 +44,21 @@ def test_a_dashpot_touched_inside_a_step_keeps_the_tolerance(tmp_path, gap, tole
 
 def test_errors_beyond_the_stated_one_are_told_first_and_the_tolerance_is_not_met(tmp_path):
     """A run that was chosen is held against the reference of a ball with another speed."""
-    scene = case(tmp_path).scene()
-    history = simulate.run(scene)
-    ball = dataclasses.replace(scene.bodies["ball"], velocity=1.01)
-    other = find(dataclasses.replace(scene, tolerance=None, bodies=dict(scene.bodies) | {"ball": ball}))
-    document = summary.summarise("ball", scene, history, other)
+    scene = case(tmp_path).simulation()
+    history = run(scene)
+    ball = dataclasses.replace(scene.scene.bodies["ball"], velocity=1.01)
+    other = find(*scene.but(tolerance=None, bodies=dict(scene.scene.bodies) | {"ball": ball}))
+    document = summary.summarise("ball", scene.scene, history, other)
     assert document["status"] == "tolerance_not_met"
     assert document["choice"]["met"] is False
     assert document["choice"]["measured_error"] == pytest.approx(0.01, rel=0.2)
     assert document["warnings"][0]["code"] == "tolerance_not_met"
-    again = summary.summarise("ball", scene, history, other)
+    again = summary.summarise("ball", scene.scene, history, other)
     assert [warned["code"] for warned in again["warnings"]].count("tolerance_not_met") == 1
 
 
 def test_an_estimate_that_was_too_small_is_told_though_the_tolerance_holds(tmp_path):
-    history = simulate.run(case(tmp_path).scene())
+    history = run(case(tmp_path))
     history.choice = dataclasses.replace(history.choice, expected_error=1e-6)
     agreement.compare(history, 5e-5)
     assert history.choice.met
@@ -65,13 +66,12 @@ def test_an_estimate_that_was_too_small_is_told_though_the_tolerance_holds(tmp_p
 
 
 def test_a_tolerance_may_be_on_some_quantities_alone(tmp_path):
-    scene = case(tmp_path, tolerance_on=["impulses"]).scene()
-    assert scene.tolerance_on == ("impulses",)
+    scene = case(tmp_path, tolerance_on=["impulses"]).simulation()
+    assert scene.method.tolerance.on == ("impulses",)
     found = {"mass_displacement": 0.5, "face_displacement": None, "impulse": 2e-3, "peak_force": 0.7}
-    against = Reference("st_venant", simulate.run(scene))
-    assert agreement.measured_error(found, against, scene) == pytest.approx(2e-3)
-    every = dataclasses.replace(scene, tolerance_on=("displacements", "impulses", "peak_forces"))
-    assert agreement.measured_error(found, against, every) == pytest.approx(0.7)
+    against = Reference("st_venant", run(scene))
+    assert agreement.measured_error(found, against, scene.method.tolerance.on) == pytest.approx(2e-3)
+    assert agreement.measured_error(found, against, COUNTED) == pytest.approx(0.7)
 
 
 def test_tolerance_on_without_a_tolerance_is_refused(tmp_path):
@@ -85,9 +85,9 @@ def test_tolerance_on_without_a_tolerance_is_refused(tmp_path):
 def test_a_choice_that_runs_out_of_its_budget_gives_its_best_run_and_the_reason(tmp_path, monkeypatch):
     """It does not blame the physics: what it cannot afford is a matter of cost."""
     monkeypatch.setattr(search, "BUDGET", 1.5e-3)
-    history = simulate.run(case(tmp_path, tolerance=1e-8).scene())
+    history = run(case(tmp_path, tolerance=1e-8))
     assert not history.choice.met
     assert "beyond the 0.0015 s that a choice may take" in " ".join(rung.reason for rung in history.choice.ladder)
     monkeypatch.setattr(search, "BUDGET", 1e-6)
     with pytest.raises(CaseError, match="no description can be tried: rigid bodies: would take"):
-        simulate.run(case(tmp_path).scene())
+        run(case(tmp_path))

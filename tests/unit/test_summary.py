@@ -13,7 +13,9 @@ from impactlab.history import ContactSpan, Cost, EnergyBook, Event, Warned
 from impactlab.plugins import kind_of
 from impactlab.report.console import summary_text
 from impactlab.report.summary import cell, comparison, describe, extremes, plain, summarise, table, table_rows
-from impactlab.scene import Body, Contact, End, Mass, Point, Probe, Rod, Scene, Segment, StepRule, Wall
+from impactlab.scene import Body, Contact, End, Mass, Point, Probe, Rod, Segment, Wall
+from impactlab.scene.method import Simulation, StepRule
+from impactlab.testing.scenes import simulation
 from impactlab.testing.synthetic import SyntheticHistory
 from impactlab.types import Relative
 
@@ -53,17 +55,19 @@ class SlowNewmark:
     beta: float = 0.25
 
 
-def scene(model: Any) -> Scene:
-    rod = Rod("rod", (Segment(1.0, 1.0, 1.0, 1.0),), End("free"), End("clamped"), model=model)
+def scene(model: Any) -> Simulation:
+    rod = Rod("rod", (Segment(1.0, 1.0, 1.0, 1.0),), End("free"), End("clamped"))
     law: Any = SoftSpring(Relative(0.8), 0.1)
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0, law)
+    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0)
     bodies: dict[str, Body] = {"hammer": Mass("hammer", 1.0, 1.0), "rod": rod, "stop": Wall("stop")}
     probes = (Probe("rod", 0.0, "displacement"),)
     integrator: Any = SlowNewmark()
-    return Scene("toy", bodies, (contact,), 3 * T, integrator, StepRule(), probes=probes, round_trip=T)
+    return simulation(
+        "toy", bodies, (contact,), 3 * T, integrator, StepRule(), probes=probes, round_trip=T, model=model, law=law
+    )
 
 
-def history(**changes: Any) -> SyntheticHistory:
+def history(model: Any = None, **changes: Any) -> SyntheticHistory:
     grid = np.linspace(0.0, 3 * T, 7)
     book = EnergyBook(
         grid,
@@ -88,11 +92,13 @@ def history(**changes: Any) -> SyntheticHistory:
         "momentum:rod": np.zeros_like,
         "energy:rod": np.ones_like,
     }
-    return SyntheticHistory(3 * T, signals, jumps={"displacement:rod@0": (T,)}, **(given | changes))
+    return SyntheticHistory(
+        3 * T, signals, jumps={"displacement:rod@0": (T,)}, simulation=scene(model or ModalLike()), **(given | changes)
+    )
 
 
 def test_the_summary_holds_every_key_of_the_contract() -> None:
-    summary = summarise("toy", scene(ModalLike(100, 40)), history(), ("itself", history()))
+    summary = summarise("toy", scene(ModalLike(100, 40)).scene, history(ModalLike(100, 40)), ("itself", history()))
     expected = {"schema_version", "case", "status", "method", "events", "contacts", "final", "energy", "probes"}
     assert expected | {"errors", "cost", "warnings"} <= set(summary)
     assert (summary["schema_version"], summary["case"], summary["status"]) == (1, "toy", "completed")
@@ -137,13 +143,13 @@ def test_gains_are_shares_of_the_energy_in_play() -> None:
 
 
 def test_a_run_without_an_exact_answer_says_so() -> None:
-    text = summary_text(summarise("toy", scene(ModalLike()), history()))
+    text = summary_text(summarise("toy", scene(ModalLike()).scene, history()))
     assert "errors    none" in text
 
 
 def test_the_summary_is_strict_json() -> None:
     spans = (ContactSpan(PAIR, np.float64(0.0), None, np.float64(np.inf), float("nan")),)
-    text = json.dumps(summarise("toy", scene(ModalLike()), history(contacts=spans)), allow_nan=False)
+    text = json.dumps(summarise("toy", scene(ModalLike()).scene, history(contacts=spans)), allow_nan=False)
     assert json.loads(text)["contacts"] == [
         {"contact": PAIR, "start": 0.0, "end": None, "impulse": None, "peak_force": None}
     ]
@@ -152,14 +158,14 @@ def test_the_summary_is_strict_json() -> None:
 
 def test_an_impulse_law_reports_its_kicks() -> None:
     spans = (ContactSpan(PAIR, 0.0, 2.0, 3.6, None, 0.1, 37),)
-    entry = summarise("toy", scene(ModalLike()), history(contacts=spans))["contacts"][0]
+    entry = summarise("toy", scene(ModalLike()).scene, history(contacts=spans))["contacts"][0]
     assert (entry["first_impulse"], entry["kicks"], entry["peak_force"]) == (0.1, 37, None)
 
 
 def test_an_integrator_that_was_not_used_is_not_reported() -> None:
-    exact = history(dt=None)
+    exact = history(WaveTrain(), dt=None)
     exact.integrator_used = False
-    used = summarise("toy", scene(WaveTrain()), exact)["method"]
+    used = summarise("toy", scene(WaveTrain()).scene, exact)["method"]
     assert (used["integrator"], used["dt"]) == (None, None)
     assert used["models"]["rod"]["kind"] == "wave_train"
 
@@ -187,7 +193,7 @@ def test_plain_values_are_of_python_and_finite() -> None:
 
 
 def two_rows() -> dict[str, Any]:
-    good = summarise("toy", scene(ModalLike(100, 40)), history(), ("itself", history()))
+    good = summarise("toy", scene(ModalLike(100, 40)).scene, history(ModalLike(100, 40)), ("itself", history()))
     failed = {"schema_version": 1, "case": "toy", "status": "refused", "error": {"text": "no such pair"}}
     return comparison("toy", "itself", [("base", good), ("hopeless", failed)])
 

@@ -10,6 +10,7 @@ import impactlab as il
 from impactlab.contact.power_law import Hertz
 from impactlab.errors import CaseError
 from impactlab.refine.described import has_one_answer
+from impactlab.scene.method import laws_of
 
 TEXT = """
 schema_version: 1
@@ -38,16 +39,16 @@ def load(tmp_path: Path, solve: str = "  tolerance: 1.0e-3", law: str = "") -> i
 
 def test_a_contact_without_a_law_is_hard(tmp_path):
     case = load(tmp_path)
-    assert case.scene().tolerance == 1e-3
-    assert case.scene().contacts[0].law.hard
+    assert case.simulation().method.tolerance.error == 1e-3
+    assert laws_of(*case.simulation())[0].hard
     exact = load(tmp_path, "  model: {kind: continuous}", "{kind: addition_deletion}")
     assert il.run(case).events == il.run(exact).events
 
 
 def test_a_physical_law_stays(tmp_path):
     case = load(tmp_path, law="{kind: hertz, stiffness: 1.0e+10}")
-    assert case.scene().contacts[0].law == Hertz(1e10)
-    assert il.run(case).choice.scene.contacts[0].law == Hertz(1e10)
+    assert laws_of(*case.simulation())[0] == Hertz(1e10)
+    assert next(iter(il.run(case).choice.method.laws.values())) == Hertz(1e10)
 
 
 @pytest.mark.parametrize(
@@ -77,7 +78,7 @@ def test_a_tolerance_out_of_range_is_refused(tmp_path, value):
 
 @pytest.mark.parametrize("value", [1e-8, 0.5])
 def test_the_ends_of_the_range_are_allowed(tmp_path, value):
-    assert load(tmp_path, f"  tolerance: {value!r}").scene().tolerance == value
+    assert load(tmp_path, f"  tolerance: {value!r}").simulation().method.tolerance.error == value
 
 
 def test_without_a_tolerance_a_law_is_needed(tmp_path):
@@ -97,10 +98,10 @@ def test_setting_a_tolerance_drops_the_description(tmp_path):
     solve = "  model: {kind: modal, modes: 5}\n  step: {points_per_period: 20}\n  integrator: {kind: exact_modal}"
     case = load(tmp_path, solve, "{kind: wave_identification}")
     changed = case.with_("solve.tolerance", 0.01)
-    assert changed.scene().tolerance == 0.01
+    assert changed.simulation().method.tolerance.error == 0.01
     assert set(changed.document.data["solve"]) == {"duration", "tolerance"}
     whole = case.with_("solve", tolerance=0.02)
-    assert whole.scene().tolerance == 0.02
+    assert whole.simulation().method.tolerance.error == 0.02
 
 
 @pytest.mark.parametrize(
@@ -116,17 +117,17 @@ def test_setting_a_tolerance_drops_the_description(tmp_path):
 )
 def test_setting_a_description_drops_the_tolerance(tmp_path, path, value):
     case = load(tmp_path, law="{kind: wave_identification}")
-    assert case.with_(path, value).scene().tolerance is None
+    assert case.with_(path, value).simulation().method.tolerance is None
 
 
 def test_what_describes_nothing_keeps_the_tolerance(tmp_path):
     case = load(tmp_path)
-    assert case.with_("solve.duration", {"round_trips": 1}).scene().tolerance == 1e-3
-    assert case.with_("contacts.0.gap", 1e-5).scene().tolerance == 1e-3
+    assert case.with_("solve.duration", {"round_trips": 1}).simulation().method.tolerance.error == 1e-3
+    assert case.with_("contacts.0.gap", 1e-5).simulation().method.tolerance.error == 1e-3
     assert (
         case.with_settings([("contacts.0.law", {"kind": "addition_deletion"}), ("solve.tolerance", None)])
-        .scene()
-        .tolerance
+        .simulation()
+        .method.tolerance
         is None
     )
 
@@ -135,7 +136,7 @@ def test_a_method_may_ask_for_a_tolerance(tmp_path):
     methods = "methods:\n  automatic: {solve.tolerance: 1.0e-2}"
     case = load(tmp_path, f"  step: {{points_per_period: 10}}\n{methods}", "{kind: wave_identification}")
     chosen = case.method("automatic")
-    assert chosen.scene().tolerance == 0.01
+    assert chosen.simulation().method.tolerance.error == 0.01
     comparison = il.compare(case)
     base, automatic = comparison.rows
     assert base.summary["choice"] is None
@@ -184,7 +185,7 @@ solve: {duration: 1.0e-4, tolerance: 1.0e-3}
 def test_masses_that_meet_through_one_bare_face_are_refused(tmp_path, place, second):
     file = tmp_path / "case.yaml"
     file.write_text(BARE_FACE.replace("PLACE", place).replace("SECOND", second), encoding="utf-8")
-    with pytest.raises(CaseError, match="a matter of a restitution") as caught:
+    with pytest.raises(CaseError, match="a coefficient of restitution decides") as caught:
         il.run(il.load_case(file))
     assert "Give the contact a law with a stiffness or a restitution" in str(caught.value)
 
@@ -196,4 +197,4 @@ def test_a_face_between_two_stops_with_room_has_one_answer(tmp_path):
     text = text.replace("[one, rod.PLACE]", "[one, rod.at(0.1)], gap: 1.0e-6")
     text = text.replace("[SECOND]", "[rod.at(0.1), two], gap: 1.0e-6").replace("7900}}", "7900}, velocity: 1.0}")
     file.write_text(text, encoding="utf-8")
-    assert has_one_answer(il.load_case(file).scene())
+    assert has_one_answer(il.load_case(file).simulation())

@@ -17,7 +17,6 @@ from numpy import float64
 from numpy.typing import NDArray
 
 from impactlab.errors import CaseError
-from impactlab.models.base import AbstractRodModel
 from impactlab.types import QUANTITIES_OF_ROD, Quantity, SideFacts
 
 Piece = TypeVar("Piece", bound="Segment")
@@ -249,7 +248,6 @@ class ElasticBody(Body):
     right: End
     velocity: float = 0.0  # m/s, uniform at t = 0
     displacement: Profile | None = None  # m, at t = 0
-    model: AbstractRodModel | None = None  # None only while a case is being read
     damping: Rayleigh = Rayleigh()
 
     @property

@@ -12,7 +12,7 @@ from impactlab.history.base import AbstractHistory, Array, ContactSpan, Cost, En
 from impactlab.history.noise_floor import above_noise
 from impactlab.scene.frame import carried_energy, touched_in
 from impactlab.simulate.adaptive.record import Record
-from impactlab.simulate.stepping.history import Channel, read_channel
+from impactlab.simulate.channels import Channel, read_channel
 
 
 @final
@@ -25,6 +25,7 @@ class AdaptiveHistory(AbstractHistory):
 
     def __init__(self, record: Record, duration: float) -> None:
         self.duration = duration
+        self.scene, self.method = record.system.scene, record.system.method
         self.dt = None
         self.events = ()
         self.contacts = ()
@@ -45,7 +46,7 @@ class AdaptiveHistory(AbstractHistory):
         for number, name in enumerate(self._record.names):
             self._channels[name] = Channel(times, table[:, 1 + 2 * len(contacts) + number], False)
         events.sort(key=lambda event: event.time)
-        self.events, self.contacts = above_noise(system.scene, events, spans)
+        self.events, self.contacts = above_noise(system.scene, system.method.models, events, spans)
         sampled, samples = self._record.energies
         work = np.array([energies.work for _, energies, _, _ in samples])
         self.energy = EnergyBook(

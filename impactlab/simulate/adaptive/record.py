@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from impactlab.simulate.adaptive.system import Energies, System
-from impactlab.simulate.stepping.assembly import SAMPLES
+from impactlab.simulate.stepping.arrays import SAMPLES
 from impactlab.types import Array, Quantity
 
 MOTION: tuple[Quantity, ...] = ("displacement", "velocity")

@@ -12,8 +12,8 @@ from scipy.linalg import cho_solve_banded, cholesky_banded
 from scipy.sparse import csr_array, diags_array
 
 from impactlab.numerics.banded import grounded, multiply, widened
-from impactlab.scene.facts import side_facts
 from impactlab.scene.frame import drift_velocities
+from impactlab.scene.method import Method, side_facts
 from impactlab.scene.problem import Contact, Point, Scene
 from impactlab.simulate.adaptive.law import Touch
 from impactlab.simulate.stepping.packing import end_dashpots
@@ -68,8 +68,8 @@ class System:
     The integrals are entries of the state, so that they are as exact as the motion.
     """
 
-    def __init__(self, scene: Scene, built: dict[str, BuiltBody]) -> None:
-        self.scene, self.built = scene, built
+    def __init__(self, scene: Scene, method: Method, built: dict[str, BuiltBody]) -> None:
+        self.scene, self.method, self.built = scene, method, built
         systems = [body.system for body in built.values()]
         sizes = [system.load.size for system in systems]
         starts = np.concatenate(([0], np.cumsum(sizes)))
@@ -87,7 +87,7 @@ class System:
         rows = [self.row(c.right, "displacement") - self.row(c.left, "displacement") for c in scene.contacts]
         self.rows = np.array(rows).reshape(len(rows), n)
         self.contacts = [
-            Touch(contact.law, self._start(contact, f"contacts.{number}.law"), scene.duration)
+            Touch(method.laws[contact.name], self._start(contact, f"contacts.{number}.law"), scene.duration)
             for number, contact in enumerate(scene.contacts)
         ]
         self.impulses = slice(2 * n, 2 * n + len(rows))
@@ -101,12 +101,12 @@ class System:
     def _start(self, contact: Contact, path: str) -> Start:
         """Return what a law asks for; there is no step, and the run stands for it."""
         left, right = (
-            side_facts(self.scene, point)._replace(
+            side_facts(self.scene, self.method, point)._replace(
                 left_out=self.built[point.body].model.left_out(point.x, "displacement", point.x)
             )
             for point in (contact.left, contact.right)
         )
-        return start_law(contact, (left, right), path, self.scene.duration)
+        return start_law(self.method.laws[contact.name], (left, right), path, self.scene.duration)
 
     def row(self, point: Point, quantity: Quantity) -> Array:
         """Return a quantity at a point as a row over all displacements (or velocities)."""

@@ -212,3 +212,4 @@ class StepArrays(NamedTuple):
 U_FORCE, V_FORCE, U_IMPULSE, V_IMPULSE, U_PROJECTION, V_PROJECTION, U_PUSH, V_PUSH, V_JUMP = range(9)
 LAYERS = 9
 SAMPLED = 6  # columns of a sample before those of the bodies
+SAMPLES = 256  # energies taken over a run

@@ -13,10 +13,13 @@ from impactlab.models.base import AbstractDiscreteModel, Phases
 from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.numerics.addresses import DERIVE, FREE, MEASURE, RETIME, LawAddress, kernel_address
 from impactlab.numerics.records import records
-from impactlab.scene.problem import Contact, Scene
+from impactlab.scene.method import laws_of
+from impactlab.scene.problem import Contact
+from impactlab.simulate.plan import Plan
 from impactlab.simulate.stepping.arrays import (
     LAYERS,
     SAMPLED,
+    SAMPLES,
     BodyRecord,
     ClockRecord,
     ContactRecord,
@@ -42,7 +45,6 @@ from impactlab.simulate.stepping.preparation import (
 )
 from impactlab.types import Array, Arriving, Port, Quantity, Reply, Start
 
-SAMPLES = 256  # energies taken over a run
 NOTHING = 1e-20  # of a response's largest entry: what lies beyond the last entry above moves by less than any rounding
 EVENTS = 4096  # events between two returns of the loop
 
@@ -52,17 +54,16 @@ class Assembly:
 
     def __init__(
         self,
-        scene: Scene,
-        built: dict[str, BuiltBody],
-        steppers: dict[str, Stepper],
-        starts: tuple[Start, ...],
+        plan: Plan,
         integrator: AbstractIntegrator,
         dt: float,
-        steps: int,
     ) -> None:
-        self.scene, self.built, self.integrator, self.dt, self.steps = scene, built, integrator, dt, steps
+        scene, built, steppers, starts, steps = plan.scene, plan.built, plan.steppers, plan.starts, plan.steps
+        self.scene, self.method, self.acting, self.built = scene, plan.method, plan.acting, built
+        self.integrator, self.dt, self.steps = integrator, dt, steps
+        laws = laws_of(scene, plan.acting)
         self.stride, self.sample_stride = math.ceil(steps / scene.records), math.ceil(steps / SAMPLES)
-        self.laws = [LawAddress(contact.law.respond, contact.law.compiled) for contact in scene.contacts]
+        self.laws = [LawAddress(law.respond, law.compiled) for law in laws]
         names, each = list(built), list(steppers.values())
         pushed = pushes_of(scene, built, starts)
         parameters, parameter_start = flat([stepper.parameters for stepper in each])
@@ -153,7 +154,7 @@ class Assembly:
                     closed_left_out.ravel(),
                 )
             )
-        room = (4 if scene.events == "located" else 1) * (steps // self.stride + 8) + 256
+        room = (4 if plan.method.events == "located" else 1) * (steps // self.stride + 8) + 256
         snapshots_by_name, snapshots = records(SnapshotRecord, len(scene.snapshots))
         for number, time in enumerate(sorted(scene.snapshots)):
             snapshots_by_name[number].time = time
@@ -331,7 +332,9 @@ class Assembly:
         self.ports, ports = records(Port, n_contacts)
         self.contacts, contacts = records(ContactRecord, n_contacts)
         self.replies, replies = records(Reply, n_contacts)
-        for number, (contact, given) in enumerate(zip(scene.contacts, starts, strict=True)):
+        for number, (contact, law, given) in enumerate(
+            zip(scene.contacts, laws_of(scene, self.acting), starts, strict=True)
+        ):
             port = self.ports[number]
             port.parameters[: len(given.parameters)] = list(given.parameters)
             port.memory[: len(given.memory)] = list(given.memory)
@@ -345,11 +348,11 @@ class Assembly:
             fill(
                 self.contacts[number],
                 law=self.laws[number].value,
-                dates=int(contact.law.answers_force),
-                smooth=int(contact.law.smooth),
+                dates=int(law.answers_force),
+                smooth=int(law.smooth),
                 projects_first=int(self.integrator.projects_first),
                 load_point=self.integrator.load_point,
-                trial_point=1.0 if contact.law.trial_at_end else self.integrator.load_point,
+                trial_point=1.0 if law.trial_at_end else self.integrator.load_point,
                 initial_gap=contact.gap,
                 old_gap=contact.gap,
                 left_share=yields[0] / sum(yields) if sum(yields) > 0.0 else 0.0,

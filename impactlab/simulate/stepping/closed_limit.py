@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
+from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import CaseError
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.models.continuous.base import AbstractSelfStepping
@@ -23,6 +25,7 @@ FREQUENCY_TOL = 1e-6  # of the squared frequency, and of the limit
 
 def check_closed(
     scene: Scene,
+    laws: Sequence[AbstractContactLaw],
     built: dict[str, BuiltBody],
     starts: tuple[Start, ...],
     pushes: tuple[Push, ...],
@@ -38,8 +41,8 @@ def check_closed(
     """
     if integrator.load_point > 0.0:
         return
-    for number, contact in enumerate(scene.contacts):
-        gains = contact.law.closed_gains(starts[number])
+    for number, (contact, law) in enumerate(zip(scene.contacts, laws, strict=True)):
+        gains = law.closed_gains(starts[number])
         bodies = tuple(dict.fromkeys((contact.left.body, contact.right.body)))
         if gains is None or any(isinstance(built[name].model, AbstractSelfStepping) for name in bodies):
             continue

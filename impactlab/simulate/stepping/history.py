@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import NamedTuple, final
+from typing import final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,38 +13,11 @@ from impactlab.history.noise_floor import above_noise, reach_of
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.numerics.slopes import slopes
 from impactlab.scene.frame import carried_by, groups, touched_in
+from impactlab.scene.method import laws_of
+from impactlab.simulate.channels import Channel, read_channel
 from impactlab.simulate.stepping import event_times as dating
 from impactlab.simulate.stepping.arrays import SAMPLED
 from impactlab.simulate.stepping.assembly import Assembly
-
-
-class Channel(NamedTuple):
-    """Where a channel lies: values at times, stepped (each value holds since the time before it) or linear.
-
-    Where the values of a stepped channel are means over steps with known middles, it is read with a slope inside each
-    step (`slopes`): the stairs themselves are of the first order only.
-    """
-
-    times: Array
-    values: Array
-    stepped: bool
-    middles: Array | None = None
-
-
-def read_channel(channels: Mapping[str, Channel], duration: float, t: ArrayLike, channel: str) -> Array:
-    """Return a channel at the times t [s] in [0, duration], same shape as t."""
-    if channel not in channels:
-        raise ImpactlabError(
-            f"channel '{channel}' was not recorded; recorded: {', '.join(sorted(channels))}",
-            remedy="A quantity at another place needs a probe in the case.",
-            path="probes",
-        )
-    times, values, stepped, _ = channels[channel]
-    t = within_run(t, duration)
-    if not stepped:
-        return np.asarray(np.interp(t, times, values))
-    # A value holds on [time before, its own time): at a jump the value after it is given.
-    return values[np.minimum(np.searchsorted(times, t, side="right"), values.size - 1)]
 
 
 @final
@@ -60,6 +32,7 @@ class RecordedHistory(AbstractHistory):
 
     def __init__(self, assembly: Assembly, integrator: AbstractIntegrator) -> None:
         self.assembly = assembly
+        self.scene, self.method = assembly.scene, assembly.method
         self._integrator = integrator
         self.duration = assembly.scene.duration
         self.dt = assembly.dt
@@ -70,7 +43,7 @@ class RecordedHistory(AbstractHistory):
         self._raw: list[tuple[float, int, int, float, float, float]] = []
         self._channels: dict[str, Channel] = {}
         self._joined = groups(assembly.scene)
-        self._reach = reach_of(assembly.scene, self._joined)
+        self._reach = reach_of(assembly.scene, assembly.method.models, self._joined)
         self._slopes: dict[str, Array] = {}  # of forces that were read
 
     def drain(self) -> None:
@@ -153,11 +126,13 @@ class RecordedHistory(AbstractHistory):
             late = (self._integrator.load_point - 0.5) * np.minimum(steps, assembly.dt)
             of_force, middles = np.minimum(times + late, times[-1]), middles + late
         channels: dict[str, Channel] = {}
-        for number, contact in enumerate(assembly.scene.contacts):
+        for number, (contact, law) in enumerate(
+            zip(assembly.scene.contacts, laws_of(assembly.scene, assembly.acting), strict=True)
+        ):
             column = 1 + 6 * number
-            force = record[:, column] if contact.law.answers_force else np.full_like(times, np.nan)
+            force = record[:, column] if law.answers_force else np.full_like(times, np.nan)
             # The force of a hard contact starts and ends with jumps, often within a few steps: it stays as it acted.
-            channels[f"force:{contact.name}"] = Channel(of_force, force, True, None if contact.law.hard else middles)
+            channels[f"force:{contact.name}"] = Channel(of_force, force, True, None if law.hard else middles)
             channels[f"gap:{contact.name}"] = Channel(times, record[:, column + 1], False)
             for side, point in enumerate((contact.left, contact.right)):
                 if assembly.scene.bodies[point.body].elastic is not None:
@@ -224,10 +199,12 @@ class RecordedHistory(AbstractHistory):
             name = assembly.scene.contacts[number].name
             spans.append(ContactSpan(name, time, None, kept.span_impulse - after, kept.span_peak))
         for number, given in kicks.items():
-            if not assembly.scene.contacts[number].law.answers_force:
+            if not assembly.acting.laws[assembly.scene.contacts[number].name].answers_force:
                 total = sum(impulse for _, impulse in given)
                 name = assembly.scene.contacts[number].name
                 spans.append(ContactSpan(name, given[0][0], given[-1][0], total, None, given[0][1], len(given)))
         events.sort(key=lambda event: event.time)
         steps = self.duration / assembly.dt
-        self.events, self.contacts = above_noise(assembly.scene, events, spans, steps, self._reach)
+        self.events, self.contacts = above_noise(
+            assembly.scene, assembly.method.models, events, spans, steps, self._reach
+        )

@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
+from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import CaseError, PairingError
 from impactlab.integrators.base import AbstractIntegrator, Stepper
 from impactlab.models.base import AbstractDiscreteModel, Face, Operators
 from impactlab.models.building import build_body
 from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.scene.bodies import Body
-from impactlab.scene.facts import side_facts
+from impactlab.scene.facts import facts_at
+from impactlab.scene.method import Method, side_facts
 from impactlab.scene.precision import beyond, check_finite, in_precision
 from impactlab.scene.problem import Contact, Point, Scene
 from impactlab.types import MEMORY, PARAMETERS, READINGS, Arriving, Quantity, Reading, SideFacts, Start
@@ -45,13 +47,12 @@ class Push(NamedTuple):
     weight: float
 
 
-def build_bodies(scene: Scene) -> dict[str, BuiltBody]:
+def build_bodies(scene: Scene, method: Method) -> dict[str, BuiltBody]:
     """Return every body in its coordinates; raises `CaseError` where a model cannot serve one."""
     built = {}
     for name, body in scene.bodies.items():
         with in_precision(f"the description of '{name}'", f"bodies.{name}", body):
-            chosen = None if body.elastic is None else body.elastic.model
-            model = build_body(body, chosen, scene.gravity, faces_of(scene, name))
+            model = build_body(body, method.models.get(name), scene.gravity, faces_of(scene, name))
             if isinstance(model, AbstractSelfStepping):
                 probes = tuple(probe for probe in (*scene.probes, *scene.loaded_ends) if probe.body == name)
                 model = model.recorded(probes, scene.duration, bool(scene.snapshots))
@@ -144,6 +145,7 @@ def placed_at(path: str) -> Iterator[None]:
 
 def check_explicit_spring(
     scene: Scene,
+    laws: Sequence[AbstractContactLaw],
     facts: Facts,
     steppers: dict[str, Stepper],
     integrator: AbstractIntegrator,
@@ -155,9 +157,9 @@ def check_explicit_spring(
     """
     if integrator.load_point > 0.0:
         return
-    for number, contact in enumerate(scene.contacts):
+    for number, law in enumerate(laws):
         with placed_at(f"contacts.{number}.law"):
-            stiffness = contact.law.stiffest(*facts[number], dt)
+            stiffness = law.stiffest(*facts[number], dt)
         pliancy = dt * sum(face_velocity_per_force(scene, steppers, number, side) for side in (0, 1))
         if not math.isfinite(stiffness * pliancy):
             raise beyond("the contact", f"contacts.{number}.law")
@@ -171,24 +173,24 @@ def check_explicit_spring(
             )
 
 
-def facts_of(scene: Scene, built: dict[str, BuiltBody], steppers: dict[str, Stepper]) -> Facts:
+def facts_of(scene: Scene, method: Method, built: dict[str, BuiltBody], steppers: dict[str, Stepper]) -> Facts:
     """Return what the law of each contact may know of its two sides."""
     found = []
     for number in range(len(scene.contacts)):
         with placed_at(f"contacts.{number}"):
-            found.append(_facts(scene, built, steppers, number))
+            found.append(_facts(scene, method, built, steppers, number))
     return tuple(found)
 
 
 def _facts(
-    scene: Scene, built: dict[str, BuiltBody], steppers: dict[str, Stepper], number: int
+    scene: Scene, method: Method, built: dict[str, BuiltBody], steppers: dict[str, Stepper], number: int
 ) -> tuple[SideFacts, SideFacts]:
     contact = scene.contacts[number]
     facts = []
     for side, point in enumerate((contact.left, contact.right)):
         body = built[point.body]
         with in_precision(f"the static compliance of '{point.body}'", f"bodies.{point.body}", body.body):
-            known = side_facts(scene, point, face_velocity_per_force(scene, steppers, number, side))
+            known = side_facts(scene, method, point, face_velocity_per_force(scene, steppers, number, side))
             facts.append(
                 known._replace(
                     flexibility=dict(body.system.massless).get(point.x, 0.0),
@@ -198,33 +200,31 @@ def _facts(
     return facts[0], facts[1]
 
 
-def acting_laws(scene: Scene, facts: Facts) -> Scene:
-    """Return the scene with the laws that act on its faces, massless or not."""
-    contacts = []
-    for number, (contact, known) in enumerate(zip(scene.contacts, facts, strict=True)):
+def acting_laws(laws: Sequence[AbstractContactLaw], facts: Facts) -> tuple[AbstractContactLaw, ...]:
+    """Return the laws that act on the faces of the contacts, massless or not."""
+    acting = []
+    for number, (law, known) in enumerate(zip(laws, facts, strict=True)):
         with placed_at(f"contacts.{number}.law"):
-            contacts.append(replace(contact, law=contact.law.acting(*known)))
-    return replace(scene, contacts=tuple(contacts))
+            acting.append(law.acting(*known))
+    return tuple(acting)
 
 
-def start_laws(scene: Scene, facts: Facts, dt: float) -> tuple[Start, ...]:
+def start_laws(laws: Sequence[AbstractContactLaw], facts: Facts, dt: float) -> tuple[Start, ...]:
     """Return what the law of each contact asks for; errors name the contact."""
-    return tuple(
-        start_law(contact, facts[number], f"contacts.{number}.law", dt) for number, contact in enumerate(scene.contacts)
-    )
+    return tuple(start_law(law, facts[number], f"contacts.{number}.law", dt) for number, law in enumerate(laws))
 
 
-def start_law(contact: Contact, facts: tuple[SideFacts, SideFacts], path: str, dt: float) -> Start:
+def start_law(law: AbstractContactLaw, facts: tuple[SideFacts, SideFacts], path: str, dt: float) -> Start:
     """Return what one law asks for; raise `PairingError` where it cannot serve the sides or asks for too much."""
     for given in facts:
-        if given.flexibility > 0.0 and not contact.law.serves_massless:
+        if given.flexibility > 0.0 and not law.serves_massless:
             raise PairingError(
                 f"this law cannot press on a massless face, and the {given.kind} has one",
                 remedy="Use addition_deletion, or a model whose faces have mass.",
                 path=path,
             )
     with placed_at(path):
-        start = contact.law.begin(facts[0], facts[1], dt)
+        start = law.begin(facts[0], facts[1], dt)
     for what, asked, room in (
         ("parameters", start.parameters, PARAMETERS),
         ("memory", start.memory, MEMORY),
@@ -257,7 +257,7 @@ def pushes_of(scene: Scene, built: dict[str, BuiltBody], starts: tuple[Start, ..
         for reading, weight in start.pushed:
             point, x = reading_place(contact, reading)
             body, model = scene.bodies[point.body], built[point.body].model
-            if reading.quantity == "force" and side_facts(scene, point).end == "force":
+            if reading.quantity == "force" and facts_at(scene, point, math.nan).end == "force":
                 raise PairingError(
                     f"the law takes the force at the face for that of the contact, and at {point.label} another acts",
                     remedy="Use addition_deletion or penalty.",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from functools import cache
 from typing import Any, ClassVar
@@ -17,35 +16,29 @@ from impactlab.integrators.exact_modal import ExactModal
 from impactlab.metrics.norms import Metric
 from impactlab.models.continuous import Continuous
 from impactlab.models.modal import Modal
-from impactlab.scene.bodies import Body, End, Mass, Rod, Wall
-from impactlab.scene.problem import Contact, Point, Scene, StepRule
+from impactlab.scene.bodies import End, Mass, Wall
+from impactlab.scene.method import StepRule
+from impactlab.scene.problem import Contact, Point, Scene
 from impactlab.simulate import driver as simulate
-from impactlab.testing.contracts.common import PIECE
+from impactlab.testing.scenes import mass_on_rod, simulation
 
 
 @cache
 def judged(law: AbstractContactLaw) -> tuple[AbstractHistory, AbstractHistory, Scene]:
     """Return a run of few modes of a mass on a free rod, the exact answer, and the scene of the run."""
-    rod = Rod("rod", (PIECE,), End("free"), End("free"), model=Modal(None, 6))
-    bodies: dict[str, Body] = {"hammer": Mass("hammer", 0.5 * PIECE.mass, 1.0), "rod": rod}
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0, law)
-    step, trip = StepRule(points_per_period=10.0), rod.round_trip
-    scene = Scene("metric", bodies, (contact,), 2.0 * trip, ExactModal(), step, round_trip=trip)
-    exact = dataclasses.replace(
-        scene,
-        bodies=bodies | {"rod": dataclasses.replace(rod, model=Continuous())},
-        contacts=(dataclasses.replace(contact, law=AdditionDeletion()),),
-    )
-    return simulate.run(scene), simulate.run(exact), scene
+    options: dict[str, Any] = {"right": End("free"), "mass_ratio": 0.5, "round_trips": 2.0}
+    run = mass_on_rod(Modal(None, 6), law, ExactModal(), **options)
+    exact = mass_on_rod(Continuous(), AdditionDeletion(), **options)
+    return simulate.run(*run), simulate.run(*exact), run.scene
 
 
 @cache
 def rigid() -> tuple[AbstractHistory, Scene]:
     """Return a run without a rod, so without a T, and its scene."""
-    bodies: dict[str, Body] = {"ball": Mass("ball", 1.0, 1.0), "wall": Wall("wall")}
-    contact = Contact(Point("ball", 0.0, "ball"), Point("wall", 0.0, "wall"), 0.5, Penalty(1.0e4))
-    scene = Scene("rigid", bodies, (contact,), 1.0, ExactModal(), StepRule(dt=1e-3))
-    return simulate.run(scene), scene
+    bodies: dict[str, Any] = {"ball": Mass("ball", 1.0, 1.0), "wall": Wall("wall")}
+    contact = Contact(Point("ball", 0.0, "ball"), Point("wall", 0.0, "wall"), 0.5)
+    run = simulation("rigid", bodies, (contact,), 1.0, ExactModal(), StepRule(dt=1e-3), law=Penalty(1.0e4))
+    return simulate.run(*run), run.scene
 
 
 def sound(value: Any) -> bool:

@@ -25,7 +25,7 @@ class RodModelContract:
 
     def rod(self, right: str = "free", velocity: float = 0.0) -> Rod:
         """Return a steel rod, its left end free."""
-        return Rod("rod", (PIECE,), End("free"), End(right), velocity=velocity, model=self.part)  # type: ignore[arg-type]
+        return Rod("rod", (PIECE,), End("free"), End(right), velocity=velocity)  # type: ignore[arg-type]
 
     def built(self, right: str = "free", velocity: float = 0.0, gravity: float = 0.0) -> AbstractDiscreteModel:
         """Return the rod in coordinates, struck by a mass at its left end."""
@@ -142,7 +142,7 @@ class RodModelContract:
         One that knows none says so, and what to do. Options of a rod's mesh alone are refused like that too.
         """
         ends = End(left), End(right)  # type: ignore[arg-type]
-        beam = Beam("beam", (BAR,), *ends, velocity=speed, model=self.part, theory="timoshenko")
+        beam = Beam("beam", (BAR,), *ends, velocity=speed, theory="timoshenko")
         remedy = ""
         try:
             model = self.part.build_beam(beam, gravity, STRUCK)

@@ -18,8 +18,10 @@ from impactlab.integrators.exact_modal import ExactModal
 from impactlab.models.base import Operators
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.scene import Contact, End, Mass, Point, Probe, Rod, Scene, Segment, StepRule
+from impactlab.scene import Contact, End, Mass, Point, Probe, Rod, Segment
+from impactlab.scene.method import StepRule
 from impactlab.testing.contracts import IntegratorContract
+from impactlab.testing.scenes import simulation
 from impactlab.types import Array
 
 PIECE = Segment(0.3, 9e-4, 2.1e11, 7900.0)
@@ -109,11 +111,22 @@ def test_with_beta_one_it_is_central_difference(order: int) -> None:
     def displaced(integrator: AbstractIntegrator) -> AbstractHistory:
         number = 0.5 * np.pi / PIECE.length
         rod = Rod(
-            "rod", (PIECE,), End("free"), End("clamped"), model=FiniteElement(20 // order, "lumped", order),
+            "rod", (PIECE,), End("free"), End("clamped"),
             displacement=lambda x: 1e-6 * np.cos(number * x),
         )  # fmt: skip
         probe = Probe("rod", 0.0, "displacement")
-        return simulate.run(Scene("swing", {"rod": rod}, (), 3e-4, integrator, StepRule(courant=0.8), probes=(probe,)))
+        return simulate.run(
+            *simulation(
+                "swing",
+                {"rod": rod},
+                (),
+                3e-4,
+                integrator,
+                StepRule(courant=0.8),
+                probes=(probe,),
+                model=FiniteElement(20 // order, "lumped", order),
+            )
+        )
 
     one, other = displaced(ChungLee(1.0)), displaced(CentralDifference())
     times = np.linspace(0.0, 3e-4, 200)
@@ -122,11 +135,22 @@ def test_with_beta_one_it_is_central_difference(order: int) -> None:
 
 
 def struck(integrator: AbstractIntegrator, points: float) -> AbstractHistory:
-    rod = Rod("rod", (PIECE,), End("free"), End("clamped"), model=Modal(None, 12))
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0, Penalty(2e8, 0.0))
+    rod = Rod("rod", (PIECE,), End("free"), End("clamped"))
+    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0)
     bodies = {"hammer": Mass("hammer", PIECE.mass, 1.0), "rod": rod}
     duration = 1.2 * rod.round_trip
-    return simulate.run(Scene("struck", bodies, (contact,), duration, integrator, StepRule(points_per_period=points)))
+    return simulate.run(
+        *simulation(
+            "struck",
+            bodies,
+            (contact,),
+            duration,
+            integrator,
+            StepRule(points_per_period=points),
+            model=Modal(None, 12),
+            law=Penalty(2e8, 0.0),
+        )
+    )
 
 
 def test_an_impact_converges_to_the_exact_steps_with_order_two() -> None:
@@ -148,10 +172,10 @@ def test_an_impact_gains_less_energy_than_declared(points: float) -> None:
 
 
 def test_it_refuses_dampers_and_steps_beyond_its_limit() -> None:
-    viscous = Rod("rod", (PIECE,), End("free"), End("dashpot", 1.0), model=FiniteElement(20, "lumped"))
+    viscous = Rod("rod", (PIECE,), End("free"), End("dashpot", 1.0))
     with pytest.raises(PairingError, match="serves bodies without dampers only"):
-        simulate.run(Scene("viscous", {"rod": viscous}, (), 1e-4, ChungLee(), StepRule(courant=0.5)))
-    plain = Rod("rod", (PIECE,), End("free"), End("clamped"), model=FiniteElement(20, "lumped"))
+        simulate.run(*simulation("viscous", {"rod": viscous}, (), 1e-4, ChungLee(), StepRule(courant=0.5)))
+    plain = Rod("rod", (PIECE,), End("free"), End("clamped"))
     # A lumped mesh allows c dt/h up to 1 for beta = 1, so up to 1/sqrt(31/27) = 0.933.
     with pytest.raises(CaseError, match="beyond the stability limit"):
-        simulate.run(Scene("long", {"rod": plain}, (), 1e-4, ChungLee(), StepRule(courant=0.95)))
+        simulate.run(*simulation("long", {"rod": plain}, (), 1e-4, ChungLee(), StepRule(courant=0.95)))

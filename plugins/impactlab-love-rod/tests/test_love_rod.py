@@ -22,8 +22,10 @@ from impactlab.integrators.newmark import Newmark
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
 from impactlab.numerics.banded import full
-from impactlab.scene import Contact, End, Mass, Point, Probe, Rayleigh, Rod, Scene, Segment, StepRule
+from impactlab.scene import Contact, End, Mass, Point, Probe, Rayleigh, Rod, Segment
+from impactlab.scene.method import StepRule
 from impactlab.testing.contracts import RodModelContract
+from impactlab.testing.scenes import simulation
 
 PIECE = Segment(0.3, 9e-4, 2.1e11, 7900.0)
 
@@ -43,7 +45,7 @@ class TestModes(RodModelContract):
 
 
 def rod(model: AbstractRodModel, right: str = "clamped", **more: object) -> Rod:
-    return Rod("rod", (PIECE,), End("free"), End(right), model=model, **more)  # type: ignore[arg-type]
+    return Rod("rod", (PIECE,), End("free"), End(right), **more)  # type: ignore[arg-type]
 
 
 def frequencies(model: AbstractRodModel, right: str = "clamped") -> np.ndarray:
@@ -90,7 +92,7 @@ def test_short_waves_lag() -> None:
     dt = duration / 4000
     shaped = rod(model, displacement=lambda x: 1e-6 * np.cos(number * x))
     history = simulate.run(
-        Scene(
+        *simulation(
             "swing",
             {"rod": shaped},
             (),
@@ -111,15 +113,15 @@ def test_short_waves_lag() -> None:
 
 def test_it_keeps_energy_under_newmark() -> None:
     moving = rod(LoveRod(50), right="free", velocity=0.3, displacement=lambda x: 1e-6 * np.cos(9.0 * x))
-    history = simulate.run(Scene("free", {"rod": moving}, (), 1e-3, Newmark(), StepRule(points_per_period=10.0)))
+    history = simulate.run(*simulation("free", {"rod": moving}, (), 1e-3, Newmark(), StepRule(points_per_period=10.0)))
     # Rounding of some thousand steps.
     assert max(history.energy.largest_gain, history.energy.largest_loss) < 1e-10
 
 
 def test_a_scheme_for_diagonal_masses_is_refused() -> None:
-    scene = Scene("refused", {"rod": rod(LoveRod(20))}, (), 1e-4, CentralDifference(), StepRule(courant=0.5))
+    scene = simulation("refused", {"rod": rod(LoveRod(20))}, (), 1e-4, CentralDifference(), StepRule(courant=0.5))
     with pytest.raises(PairingError, match="needs a diagonal mass"):
-        simulate.run(scene)
+        simulate.run(*scene)
 
 
 def test_rayleigh_s_mass_damping_is_that_of_the_whole_mass() -> None:
@@ -143,9 +145,9 @@ def test_modes_in_closed_form_are_those_of_a_fine_mesh(right: str) -> None:
 def struck(law: AbstractContactLaw, modes: int, duration: float) -> AbstractHistory:
     """Return the history of a mass of the rod's own that strikes its free end at 1 m/s."""
     model = LoveRod(modes=modes, radius_of_gyration=RADIUS)
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0, law)
+    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0)
     bodies = {"hammer": Mass("hammer", PIECE.mass, 1.0), "rod": rod(model)}
-    return simulate.run(Scene("struck", bodies, (contact,), duration, ExactModal(), StepRule(dt=3e-7)))
+    return simulate.run(*simulation("struck", bodies, (contact,), duration, ExactModal(), StepRule(dt=3e-7), law=law))
 
 
 RADIUS = 0.03  # m: its lateral inertia is felt by waves of nu r = 9 mm
@@ -188,8 +190,10 @@ def test_the_general_law_serves_the_mesh_too() -> None:
     # Without modes nor messengers: the law asks the scheme. 300 bars, against the transform, as above.
     trip = 2.0 * PIECE.length / PIECE.wave_speed
     model = LoveRod(300, radius_of_gyration=RADIUS)
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0, DispersiveIdentification())
+    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0)
     bodies = {"hammer": Mass("hammer", PIECE.mass, 1.0), "rod": rod(model)}
-    seen = simulate.run(Scene("struck", bodies, (contact,), trip, Newmark(), StepRule(dt=3e-7)))
+    seen = simulate.run(
+        *simulation("struck", bodies, (contact,), trip, Newmark(), StepRule(dt=3e-7), law=DispersiveIdentification())
+    )
     for place in (0.1, 0.5, 0.9):
         assert float(seen.evaluate(place * trip, "velocity:hammer")) == pytest.approx(slowed(place * trip), abs=4e-3)

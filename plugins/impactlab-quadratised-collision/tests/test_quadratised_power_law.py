@@ -17,8 +17,10 @@ from impactlab.integrators.newmark import Newmark
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.scene import Contact, End, Mass, Point, Rod, Scene, Segment, StepRule, Wall
+from impactlab.scene import Contact, End, Mass, Point, Rod, Segment, Wall
+from impactlab.scene.method import StepRule
 from impactlab.testing.contracts import ContactLawContract
+from impactlab.testing.scenes import simulation
 from impactlab.testing.trace import trace
 
 STIFFNESS = 1.0e6
@@ -52,8 +54,10 @@ def bounced(steps: int, integrator: AbstractIntegrator, exponent: float = 1.5) -
     """A ball thrown at a wall: so many steps in its contact, and the touch within a step."""
     dt = contact_time(exponent) / steps
     law = QuadratisedPowerLaw(STIFFNESS, exponent)
-    contact = Contact(Point("ball", 0.0, "ball"), Point("wall", 0.0, "wall"), 3.3 * dt, law)
-    return simulate.run(Scene("ball", BALLS, (contact,), (2 * steps + 6) * dt, integrator, StepRule(dt=dt)))
+    contact = Contact(Point("ball", 0.0, "ball"), Point("wall", 0.0, "wall"), 3.3 * dt)
+    return simulate.run(
+        *simulation("ball", BALLS, (contact,), (2 * steps + 6) * dt, integrator, StepRule(dt=dt), law=law)
+    )
 
 
 def test_the_exact_duration_is_hertz_s() -> None:
@@ -97,8 +101,10 @@ def test_its_depth_error_falls_with_the_square_of_the_step(exponent: float) -> N
     law, end = QuadratisedPowerLaw(STIFFNESS, exponent), 0.4 * contact_time(exponent)
     found = []
     for steps in (50, 100, 200, 3200):
-        contact = Contact(Point("ball", 0.0, "ball"), Point("wall", 0.0, "wall"), 0.0, law)
-        history = simulate.run(Scene("ball", BALLS, (contact,), end, Newmark(), StepRule(dt=end / steps)))
+        contact = Contact(Point("ball", 0.0, "ball"), Point("wall", 0.0, "wall"), 0.0)
+        history = simulate.run(
+            *simulation("ball", BALLS, (contact,), end, Newmark(), StepRule(dt=end / steps), law=law)
+        )
         found.append(float(history.evaluate(end, "position:ball")))
     errors = np.abs(np.array(found[:3]) - found[3])
     # The finest is 256 times better than the third; exponents above one start with a singular second derivative.
@@ -115,22 +121,31 @@ def test_its_depth_error_falls_with_the_square_of_the_step(exponent: float) -> N
 )
 def test_a_struck_rod_keeps_energy_to_rounding(model: AbstractRodModel, integrator: AbstractIntegrator) -> None:
     piece = Segment(0.3, 9e-4, 2.1e11, 7900.0)
-    rod = Rod("rod", (piece,), End("free"), End("clamped"), model=model)
-    contact = Contact(
-        Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0, QuadratisedPowerLaw(3e11, 1.5)
-    )
+    rod = Rod("rod", (piece,), End("free"), End("clamped"))
+    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0)
     bodies = {"hammer": Mass("hammer", piece.mass, 1.0), "rod": rod}
     history = simulate.run(
-        Scene("struck", bodies, (contact,), 3.0 * rod.round_trip, integrator, StepRule(points_per_period=10.0))
+        *simulation(
+            "struck",
+            bodies,
+            (contact,),
+            3.0 * rod.round_trip,
+            integrator,
+            StepRule(points_per_period=10.0),
+            model=model,
+            law=QuadratisedPowerLaw(3e11, 1.5),
+        )
     )
     # Some thousand steps of forty coordinates: random sums of roundings.
     assert max(history.energy.largest_gain, history.energy.largest_loss) < 1e-11
 
 
 def test_faces_that_overlap_from_the_start_feel_the_whole_force() -> None:
-    contact = Contact(Point("ball", 0.0, "ball"), Point("wall", 0.0, "wall"), -1e-3, QuadratisedPowerLaw(STIFFNESS))
+    contact = Contact(Point("ball", 0.0, "ball"), Point("wall", 0.0, "wall"), -1e-3)
     bodies = {"ball": Mass("ball", 1.0, 0.0), "wall": Wall("wall")}
-    traced = trace(Scene("pressed", bodies, (contact,), 0.1, Newmark(), StepRule(dt=1e-5)))
+    traced = trace(
+        simulation("pressed", bodies, (contact,), 0.1, Newmark(), StepRule(dt=1e-5), law=QuadratisedPowerLaw(STIFFNESS))
+    )
     # All of 2 K d^(5/2)/5 becomes motion.
     expected = -math.sqrt(2.0 * 0.4 * STIFFNESS * 1e-3**2.5)
     assert traced.velocities("ball")[-1, 0] == pytest.approx(expected, rel=1e-9)

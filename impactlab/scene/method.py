@@ -1,0 +1,139 @@
+"""How a scene is solved: models by body, laws by contact, integrator, step and events, or a tolerance.
+
+A `Method` holds nothing physical but the laws: a scene and a method together are a run. The functions here return facts
+of the two together.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal, NamedTuple
+
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.integrators.base import AbstractScheme
+from impactlab.models.base import AbstractRodModel
+from impactlab.scene.bodies import ElasticBody
+from impactlab.scene.facts import facts_at
+from impactlab.scene.problem import Contact, Point, Scene
+from impactlab.types import Relative, SideFacts
+
+ELEMENTS = 100  # elements of a body that has no model, as under a tolerance: the scale of a relative stiffness
+Counted = Literal["displacements", "impulses", "peak_forces"]
+COUNTED: tuple[Counted, ...] = ("displacements", "impulses", "peak_forces")
+"""Quantities whose largest relative error counts against a tolerance."""
+
+
+@dataclass(frozen=True)
+class StepRule:
+    """How the step is chosen: by exactly one of the three."""
+
+    points_per_period: float | None = None  # steps in the shortest period of the method
+    dt: float | None = None  # s
+    courant: float | None = None  # c dt/h
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """A relative error that a run may have; models and step are then chosen automatically."""
+
+    error: float
+    on: tuple[Counted, ...] = COUNTED  # the quantities whose errors it bounds
+
+
+@dataclass(frozen=True)
+class Method:
+    """How a scene is solved; under a tolerance, what is known before the automatic choice: its laws."""
+
+    laws: Mapping[str, AbstractContactLaw] = field(default_factory=dict)  # by name of the contact
+    models: Mapping[str, AbstractRodModel] = field(default_factory=dict)  # by name of the rod or beam
+    integrator: AbstractScheme | None = None
+    step: StepRule = StepRule()
+    events: Literal["dated", "located"] = "dated"
+    tolerance: Tolerance | None = None
+
+
+class Simulation(NamedTuple):
+    """A scene and the method that solves it: together, all that a run needs."""
+
+    scene: Scene
+    method: Method
+
+    def but(
+        self, *, model: AbstractRodModel | None = None, law: AbstractContactLaw | None = None, **changes: Any
+    ) -> Simulation:
+        """Return the pair with one model for all bodies, one law for all contacts, or other fields of either."""
+        if model is not None:
+            elastic = [name for name, body in self.scene.bodies.items() if body.elastic is not None]
+            changes["models"] = dict.fromkeys(elastic, model)
+        if law is not None:
+            changes["laws"] = {contact.name: law for contact in self.scene.contacts}
+        of_method = {field.name for field in dataclasses.fields(Method)} & set(changes)
+        method = dataclasses.replace(self.method, **{name: changes.pop(name) for name in of_method})
+        return Simulation(dataclasses.replace(self.scene, **changes), method)
+
+
+def laws_of(scene: Scene, method: Method) -> list[AbstractContactLaw]:
+    """Return the laws of the contacts of a scene, in their order."""
+    return [method.laws[contact.name] for contact in scene.contacts]
+
+
+def modelled(scene: Scene, method: Method) -> list[tuple[ElasticBody, AbstractRodModel]]:
+    """Return the rods and beams of a scene that have a model, each with its own."""
+    elastic = [body.elastic for body in scene.bodies.values() if body.elastic is not None]
+    return [(body, method.models[body.name]) for body in elastic if body.name in method.models]
+
+
+def force_jumps(scene: Scene, method: Method) -> bool:
+    """Return whether a contact force may jump, by its law or as a front arrives."""
+    return scene.fronts_at_start or any(law.force_jumps for law in laws_of(scene, method))
+
+
+def is_exact(scene: Scene, method: Method) -> bool:
+    """Return whether a scene is solved from event to event: all rods continuous, all laws hard or constant springs."""
+    elastic = [body for body in scene.bodies.values() if body.elastic is not None]
+    models = [method.models.get(body.name) for body in elastic if body.waves is not None]
+    continuous = len(models) == len(elastic) > 0 and all(model is not None and model.exact for model in models)
+    return continuous and all((law.hard and law.answers_force) or law.is_spring for law in laws_of(scene, method))
+
+
+def theories(scene: Scene, method: Method) -> tuple[str, ...]:
+    """Return the theory of waves that the model of each rod or beam declares, "" where it is that of the body."""
+    elastic = [name for name, body in scene.bodies.items() if body.elastic is not None]
+    return tuple(method.models[name].theory if name in method.models else "" for name in elastic)
+
+
+def side_facts(scene: Scene, method: Method, point: Point, velocity_per_force: float = math.nan) -> SideFacts:
+    """Return the facts of one side of a contact, elements being those of the body's model."""
+    body, length = scene.bodies[point.body].elastic, math.nan
+    if body is not None:
+        model = method.models.get(body.name)
+        length = body.length / ELEMENTS if model is None else model.element_length(body)
+    return facts_at(scene, point, length, velocity_per_force)
+
+
+def sides(scene: Scene, method: Method, contact: Contact) -> tuple[SideFacts, SideFacts]:
+    """Return the facts of the left and the right side of a contact."""
+    return side_facts(scene, method, contact.left), side_facts(scene, method, contact.right)
+
+
+def stiffness_of(scene: Scene, method: Method, contact: Contact) -> float | None:
+    """Return the stiffness of a contact [N/m], inf where it is hard, None where it is no spring."""
+    law = method.laws[contact.name]
+    if law.hard:
+        return math.inf
+    constants = law.spring(*sides(scene, method, contact), math.nan)
+    return None if constants is None else constants[0]
+
+
+def stiffness_at(scene: Scene, method: Method, contact: Contact, overlap: float) -> float | None:
+    """Return how the force of a contact rises with an overlap [m] there [N/m]; None where it is not known."""
+    return method.laws[contact.name].stiffness_at(overlap, *sides(scene, method, contact))
+
+
+def is_relative(law: AbstractContactLaw) -> bool:
+    """Return whether a law refers to the elements of the bodies that it acts on."""
+    fields = dataclasses.fields(law)  # type: ignore[arg-type] # laws are dataclasses
+    return any(isinstance(getattr(law, each.name), Relative) for each in fields)

@@ -1,0 +1,62 @@
+"""The memory that bodies take in the coordinates of their models, estimated before anything is built."""
+
+from __future__ import annotations
+
+from impactlab.errors import CaseError
+from impactlab.integrators.base import AbstractAdaptive
+from impactlab.models.base import AbstractRodModel
+from impactlab.models.finite_element import FiniteElement
+from impactlab.models.modal import Modal
+from impactlab.scene.bodies import ElasticBody
+from impactlab.scene.method import Method, modelled
+from impactlab.scene.problem import Scene
+from impactlab.scene.sizes import check_memory
+
+MESH = 44.0  # numbers a coordinate of a mesh: nodes, materials, three matrices and their factors
+BAND = 9.0  # numbers a coordinate and band
+PORT = 8.0  # numbers a coordinate and contact: its row, its responses
+DENSE = 5.0  # square matrices of the mesh behind modes
+MOST_BEAM_MODES = 5000  # analytic ones, 0.15 ms each
+
+
+def check_bodies(scene: Scene, method: Method) -> None:
+    """Raise `CaseError` where the bodies of a scene in their coordinates are too large; nothing is built for it."""
+    ports = [point.body for contact in scene.contacts for point in (contact.left, contact.right)]
+    adaptive = isinstance(method.integrator, AbstractAdaptive)
+    total = 0.0
+    for body, model in modelled(scene, method):
+        count, numbers, text = _described(body, model, ports.count(body.name))
+        if adaptive:
+            numbers += 3.0 * (2.0 * count) ** 2
+            text += " under an adaptive integrator, whose matrices are full,"
+        total += numbers
+        check_memory(total, f"{text} of '{body.name}'", f"solve.model{_field(model)}", "Give fewer.")
+
+
+def _described(body: ElasticBody, model: AbstractRodModel, ports: int) -> tuple[float, float, str]:
+    """Return coordinates and numbers that a description takes, and its words; zeros where it is not known."""
+    each = body.coordinates_per_node
+    if isinstance(model, FiniteElement):
+        elements = max(model.elements, len(body.segments))
+        count = float(each * elements * model.order + each)
+        bands = 4 if each == 2 else model.order + 1
+        text = f"{elements} elements" + (f" of order {model.order}" if model.order > 1 else "")
+        return count, count * (MESH + BAND * bands + PORT * ports), text
+    if isinstance(model, Modal) and model.elements is not None:
+        count = float(each * max(model.elements, len(body.segments)) * model.order + each)
+        modes = min(float(model.modes or count), count)
+        return modes, DENSE * count**2 + PORT * ports * modes, f"{model.elements} elements behind modes"
+    if isinstance(model, Modal):
+        if each == 2 and (model.modes or 1) > MOST_BEAM_MODES:
+            raise CaseError(
+                f"{model.modes} modes of a beam, each of which is sought. Allowed: up to {MOST_BEAM_MODES}",
+                remedy="Give fewer.",
+                path="solve.model.modes",
+            )
+        modes = float(model.modes or 1)
+        return modes, modes * (MESH + PORT * ports), f"{model.modes} modes"
+    return 0.0, 0.0, ""
+
+
+def _field(model: AbstractRodModel) -> str:
+    return ".modes" if getattr(model, "elements", None) is None else ".elements"
