@@ -24,32 +24,26 @@ def _sides(case: CaseBlock, number: int) -> list[str]:
 def shafts_have_lever_arms(case: CaseBlock) -> None:
     """Raise `CaseError` where a contact of a shaft has no lever arm, another one, or a partner that is not rigid."""
     for number, contact in enumerate(case.contacts):
-        path, names = f"contacts.{number}", _sides(case, number)
+        names, arm = _sides(case, number), contact.lever_arm
         shafts = [name for name in names if isinstance(case.bodies[name], ShaftBlock)]
         others = [name for name in names if isinstance(case.bodies[name], ElasticBlock) and name not in shafts[:1]]
-        if not shafts and contact.lever_arm is not None:
-            raise CaseError(
-                f"a lever arm turns a shaft, and neither {names[0]!r} nor {names[1]!r} is one",
-                remedy="Remove lever_arm.",
-                path=f"{path}.lever_arm",
+        text = ""
+        if not shafts and arm is not None:
+            text, remedy = f"a lever arm turns a shaft, and neither {names[0]!r} nor {names[1]!r} is one", "Remove it."
+        elif shafts and others:
+            text = (
+                f"the {case.bodies[others[0]].kind} {others[0]!r} meets the shaft {shafts[0]!r}, whose lever arm can "
             )
-        if shafts and others:
+            text += "strike rigid bodies. Allowed: a mass or a wall"
+            remedy = "Put a mass between the two, with a contact to each."
+        elif shafts and arm is None:
+            text = f"this key is missing: the contact turns the shaft {shafts[0]!r} by an arm of some length"
+            remedy = "Give lever_arm in m, the distance of the contact from the axis of the shaft."
+        elif shafts and arm != (first := lever_arm_of(case, shafts[0])):
+            text = f"the shaft {shafts[0]!r} has a lever arm of {first:g} m at another contact, and {arm:g} m here. "
+            text += "Allowed: one for all contacts of a shaft"
+            remedy = "Give its contacts the same lever_arm r: a mass m at an arm a is one of m (a/r)^2 at r."
+        if text:
             raise CaseError(
-                f"the {case.bodies[others[0]].kind} {others[0]!r} meets the shaft {shafts[0]!r}, and a contact of a "
-                "shaft is that of an arm with a rigid body. Allowed: a mass or a wall",
-                remedy="Put a mass between the two, with a contact to each.",
-                path=f"{path}.between",
-            )
-        if shafts and contact.lever_arm is None:
-            raise CaseError(
-                f"this key is missing: the contact turns the shaft {shafts[0]!r} by an arm of some length",
-                remedy="Give lever_arm in m, the distance of the contact from the axis of the shaft.",
-                path=f"{path}.lever_arm",
-            )
-        if shafts and contact.lever_arm != lever_arm_of(case, shafts[0]):
-            raise CaseError(
-                f"the shaft {shafts[0]!r} has a lever arm of {lever_arm_of(case, shafts[0]):g} m at another contact, "
-                f"and {contact.lever_arm:g} m here. Allowed: one for all contacts of a shaft",
-                remedy="Give its contacts the same lever_arm: at an arm r a mass m at an arm a is one of m (a/r)^2.",
-                path=f"{path}.lever_arm",
+                text, remedy=remedy, path=f"contacts.{number}.{'between' if others and shafts else 'lever_arm'}"
             )

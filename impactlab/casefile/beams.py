@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
-from impactlab.casefile.blocks import Area, Block, Inertia, Length, Material, MovingBlock
+from impactlab.casefile.blocks import POISSON, Area, Block, Inertia, Length, Material, MovingBlock
 from impactlab.casefile.values import BEAM_END, Allowed, quantity, words
 from impactlab.casefile.words import listed
 from impactlab.errors import CaseError
@@ -23,8 +23,8 @@ ALLOWED = "{width: m, height: m}, {diameter: m}, or {area: m2, inertia: m4}"
 class BeamMaterial(Material):
     """A linear elastic material that may shear."""
 
-    poisson: Annotated[float | None, Allowed("1", (("ge", 0.0), ("le", 0.5)), number=True, nothing=True).reader()] = (
-        Field(default=None, description="Poisson's ratio; it gives the shear modulus G = E/(2 (1 + nu))")
+    poisson: Annotated[float | None, POISSON] = Field(
+        default=None, description="Poisson's ratio; it gives the shear modulus G = E/(2 (1 + nu))"
     )
     shear_modulus: Annotated[float | None, Allowed("Pa", (("gt", 0.0),), number=True, nothing=True).reader()] = Field(
         default=None, description="shear modulus G [Pa], in place of poisson"

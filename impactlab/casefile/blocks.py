@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict, Field
@@ -25,6 +26,9 @@ Records = Annotated[int, Allowed("1", (("ge", 100), ("le", 10_000_000)), whole=T
 Positive = Annotated[float, quantity("1", gt=0.0)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_-]{0,39}$")]
 Text = Annotated[str, Field(max_length=2000, pattern=r"^[^\x00-\x08\x0b-\x1f\x7f-\x9f]*$")]
+
+
+POISSON = Allowed("1", (("ge", 0.0), ("le", 0.5)), number=True, nothing=True).reader()
 
 
 class Block(BaseModel):
@@ -101,16 +105,16 @@ class MovingBlock(ElasticBlock):
     )
 
 
-def end_values(end: End) -> Any:
-    """Return what a case gives for an end."""
+def end_values(end: End, names: Mapping[str, str] | None = None) -> Any:
+    """Return an end as a case gives it; ``names`` are keys for its kinds and its force, if other ones."""
     held: dict[str, float] = {end.kind: end.value} if end.value > 0.0 else {}
     held |= {"rotational": end.rotational} if end.rotational > 0.0 else {}
     pushed = {"force": end.force} if end.force != 0.0 else {}
-    return {**held, **pushed} or end.kind
+    return {(names or {}).get(key, key): value for key, value in {**held, **pushed}.items()} or end.kind
 
 
 def profile_values(key: str, profile: Profile | None) -> dict[str, Any]:
-    """Return what a case gives for a shape at t = 0 under a key."""
+    """Return a shape at t = 0 as a case gives it under a key."""
     if isinstance(profile, Formula):
         return {key: profile.text}
     return {key: {"x": list(profile.x), "u": list(profile.u)}} if isinstance(profile, Table) else {}

@@ -8,9 +8,9 @@ from typing import Any
 from impactlab.casefile.blocks import end_values, profile_values
 from impactlab.casefile.build import DEFAULT_INTEGRATOR
 from impactlab.casefile.parts import describe_part
-from impactlab.casefile.schema import CaseBlock
-from impactlab.casefile.shafts import derived_of, described
-from impactlab.scene.bodies import Beam, BeamSegment, Body, ElasticBody, Mass, Segment, Shaft
+from impactlab.casefile.schema import BodyBlock, CaseBlock
+from impactlab.casefile.shafts import ShaftBlock, described
+from impactlab.scene.bodies import Beam, BeamSegment, Body, ElasticBody, Mass, Segment
 from impactlab.scene.method import Method, modelled
 from impactlab.scene.problem import Scene
 
@@ -26,7 +26,7 @@ def resolve(case: CaseBlock, scene: Scene, method: Method) -> dict[str, Any]:
         "schema_version": 1,
         "title": case.title,
         "source": case.source,
-        "bodies": {name: _body(body) for name, body in scene.bodies.items()},
+        "bodies": {name: _body(body, case.bodies[name]) for name, body in scene.bodies.items()},
         "contacts": [
             {
                 "between": [contact.left.label, contact.right.label],
@@ -62,13 +62,13 @@ def _described(case: CaseBlock, scene: Scene, method: Method) -> dict[str, Any]:
     return solve
 
 
-def _body(body: Body) -> dict[str, Any]:
+def _body(body: Body, block: BodyBlock) -> dict[str, Any]:
     if isinstance(body, Mass):
         return {"kind": "mass", "mass": body.mass, "velocity": body.velocity}
     if not isinstance(body, ElasticBody):
         return {"kind": "wall"}
-    if isinstance(body, Shaft):
-        return described(body)
+    if isinstance(block, ShaftBlock):
+        return described(block)
     segments = [_piece(piece) for piece in body.segments]
     shape: dict[str, Any] = segments[0] if len(segments) == 1 else {"segments": segments}
     values = {"kind": body.kind, **shape, "ends": {"left": end_values(body.left), "right": end_values(body.right)}}
@@ -107,7 +107,5 @@ def _derived(scene: Scene) -> dict[str, Any]:
                     known["shear_speed"] = [piece.shear_speed for piece in body.segments]
             else:
                 known["impedance"] = [piece.impedance for piece in body.segments]
-            if isinstance(body, Shaft):
-                known |= derived_of(body)
             derived.setdefault(f"{body.kind}s", {})[name] = known
     return {**derived, "contacts": [contact.name for contact in scene.contacts]}

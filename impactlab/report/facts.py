@@ -8,7 +8,7 @@ from typing import Any
 
 from impactlab.report.style import scaled
 from impactlab.report.summary import cell, has_numbers, in_round_trips, model_label
-from impactlab.scene.bodies import Beam, Body, End, Mass, Rod, Wall
+from impactlab.scene.bodies import Beam, Body, End, Mass, Shaft, Wall, WaveBody
 from impactlab.scene.problem import Scene
 
 CLOSE = 1.02  # errors within 2 % of each other are said together
@@ -43,13 +43,15 @@ def _body(body: Body) -> str:
         return "rigid wall"
     if isinstance(body, Beam):
         return _beam(body)
-    if not isinstance(body, Rod):
+    if not isinstance(body, WaveBody):
         return body.kind
     pieces = "; ".join(
         f"{si(s.length, 'm')} long, Z = {si(s.impedance, 'N s/m')}, c = {s.wave_speed:.4g} m/s" for s in body.segments
     )
     moving = f", {si(body.velocity, 'm/s')}" if body.velocity else ""
-    return f"elastic rod, {pieces}, {si(body.mass, 'kg')}{moving}; left {_end(body.left)}, right {_end(body.right)}"
+    at = f" as the rod at its lever arm of {si(body.lever_arm, 'm')}" if isinstance(body, Shaft) else ""
+    ends = f"left {_end(body.left)}, right {_end(body.right)}"
+    return f"elastic {body.kind}{at}, {pieces}, {si(body.mass, 'kg')}{moving}; {ends}"
 
 
 def _beam(beam: Beam) -> str:

@@ -18,10 +18,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 UNITS = {"displacement": "m", "velocity": "m/s", "strain": "", "stress": "Pa", "force": "N", "rotation": "rad"}
-UNITS |= {"bending_moment": "N m", "shear_force": "N"}
+UNITS |= {"bending_moment": "N m", "shear_force": "N", "twist": "rad", "twist_rate": "rad/s", "torque": "N m"}
 INSTANTS, PLACES = 720, 121  # of the image of the waves
 LETTERS = {"displacement": "u", "velocity": "v", "strain": "ε", "stress": "σ", "force": "N", "rotation": "θ"}
-LETTERS |= {"bending_moment": "M", "shear_force": "V"}
+LETTERS |= {"bending_moment": "M", "shear_force": "V", "twist": "θ", "twist_rate": "θ'", "torque": "T"}
+LOADS = {"rod": "stress", "shaft": "torque"}  # of other bodies the bending moment
 
 
 def rods(scene: Scene) -> dict[str, Rod]:
@@ -31,12 +32,12 @@ def rods(scene: Scene) -> dict[str, Rod]:
 
 def elastic(scene: Scene) -> dict[str, ElasticBody]:
     """Return the rods and beams of a scene by name."""
-    return {name: body for name, body in scene.bodies.items() if isinstance(body, ElasticBody)}
+    return scene.elastic
 
 
 def load_of(body: ElasticBody) -> str:
-    """Return the quantity that tells how a body is loaded: the stress in a rod, the bending moment in a beam."""
-    return "stress" if isinstance(body, Rod) else "bending_moment"
+    """Return the quantity that shows the load of a body: stress, torque or bending moment."""
+    return LOADS.get(body.kind, "bending_moment")
 
 
 @drawn

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from impactlab.report.beam_sketch import beam_sketch
-from impactlab.scene.bodies import Body, Mass, Rod
+from impactlab.scene.bodies import Body, Mass, WaveBody
 from impactlab.scene.problem import Scene
 
 HEIGHT, MIDDLE = 120.0, 52.0  # of the drawing, and of the axis of the bodies
@@ -19,13 +19,13 @@ def sketch(scene: Scene) -> str:
     chain = _chain(scene)
     if not chain:
         return ""
-    longest = max((b.length for b in chain if isinstance(b, Rod)), default=1.0)
-    tallest = max((s.impedance for b in chain if isinstance(b, Rod) for s in b.segments), default=1.0)
+    longest = max((b.length for b in chain if isinstance(b, WaveBody)), default=1.0)
+    tallest = max((s.impedance for b in chain if isinstance(b, WaveBody) for s in b.segments), default=1.0)
     parts, x = [], MARGIN
     for number, body in enumerate(chain):
         if number and _apart(scene, chain[number - 1].name, body.name):
             x += GAP
-        if isinstance(body, Rod):
+        if isinstance(body, WaveBody):
             width = max(90.0, ROD * body.length / longest)
             parts.append(_rod(body, x, width, tallest))
         elif isinstance(body, Mass):
@@ -35,7 +35,7 @@ def sketch(scene: Scene) -> str:
             width = WALL
             parts.append(_hatch(x if number else x + width, -1 if number == 0 else 1, 34.0))
         parts.append(f'<text x="{x + width / 2:.1f}" y="{MIDDLE + 48}" text-anchor="middle">{_plain(body.name)}</text>')
-        velocity = 0.0 if not isinstance(body, Mass | Rod) else body.velocity
+        velocity = 0.0 if not isinstance(body, Mass | WaveBody) else body.velocity
         if velocity:
             parts.append(_arrow(x + width / 2, MIDDLE - 40, velocity))
         x += width
@@ -57,7 +57,9 @@ def _chain(scene: Scene) -> list[Body]:
     after: dict[str, str] = {}
     for contact in scene.contacts:
         left, right = scene.bodies[contact.left.body], scene.bodies[contact.right.body]
-        at_ends = (not isinstance(left, Rod) or math.isclose(contact.left.x, left.length)) and contact.right.x == 0.0
+        at_ends = (
+            not isinstance(left, WaveBody) or math.isclose(contact.left.x, left.length)
+        ) and contact.right.x == 0.0
         if not at_ends or left.name in after or right.name in after.values():
             return []
         after[left.name] = right.name
@@ -70,8 +72,8 @@ def _chain(scene: Scene) -> list[Body]:
     return [scene.bodies[name] for name in names]
 
 
-def _rod(rod: Rod, x: float, width: float, tallest: float) -> str:
-    """Return a rod: its segments as high as their impedance tells, and what holds its ends."""
+def _rod(rod: WaveBody, x: float, width: float, tallest: float) -> str:
+    """Return a rod or a shaft: its segments as high as their impedance, and the supports of its ends."""
     parts, at, half = [], x, 15.0
     for segment in rod.segments:
         half = 8.0 + 8.0 * math.sqrt(segment.impedance / tallest)

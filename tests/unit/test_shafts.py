@@ -189,8 +189,8 @@ def with_section(section: str) -> dict[str, str]:
 @pytest.mark.parametrize(
     ("changes", "place", "texts"),
     [
-        (with_section("width: 0.01, height: 0.02"), "bodies.bar.section", ["height, width", "a beam", "diameter"]),
-        (with_section("area: 1.0e-4, inertia: 1.0e-9"), "bodies.bar.section", ["area, inertia", "a beam"]),
+        (with_section("width: 0.01, height: 0.02"), "bodies.bar.section", ["height, width", "of a beam", "diameter"]),
+        (with_section("area: 1.0e-4, inertia: 1.0e-9"), "bodies.bar.section", ["area, inertia", "of a beam"]),
         (with_section("diameter: 0.04, bore: 0.05"), "bodies.bar.section", ["smaller bore"]),
         ({"BAR": OF_SHAFT.replace("shear_modulus", "young")}, "bodies.bar.material", ["young and poisson"]),
         ({"ARM": ""}, "contacts.0.lever_arm", ["shaft 'bar'", "Give lever_arm in m"]),

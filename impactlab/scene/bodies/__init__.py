@@ -4,10 +4,9 @@ from impactlab.scene.bodies.base import Body, ElasticBody, End, Profile, Rayleig
 from impactlab.scene.bodies.beam import Beam, BeamSegment
 from impactlab.scene.bodies.rigid import Mass, Wall
 from impactlab.scene.bodies.rod import Rod
-from impactlab.scene.bodies.shaft import AtArm, Shaft, shaft_end, shaft_segment
+from impactlab.scene.bodies.shaft import Shaft, shaft_end, shaft_segment
 
 __all__ = [
-    "AtArm",
     "Beam",
     "BeamSegment",
     "Body",

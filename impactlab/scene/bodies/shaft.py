@@ -12,10 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import final
 
-from numpy import float64
-from numpy.typing import NDArray
-
-from impactlab.scene.bodies.base import End, Profile, Segment, WaveBody
+from impactlab.scene.bodies.base import End, Segment, WaveBody, plain
 from impactlab.types import Quantity
 
 
@@ -37,54 +34,21 @@ class Shaft(WaveBody):
 
     @property
     def quantities(self) -> Mapping[str, tuple[Quantity, float]]:
-        arm = self.lever_arm
-        own: dict[str, tuple[Quantity, float]] = {
-            "twist": ("displacement", 1.0 / arm),
-            "twist_rate": ("velocity", 1.0 / arm),
-            "torque": ("force", arm),
-        }
-        return own | {"displacement": ("displacement", 1.0), "velocity": ("velocity", 1.0)}
-
-
-@dataclass(frozen=True)
-class AtArm:
-    """The displacement [m] at a lever arm [m] of a twist [rad] along a shaft."""
-
-    twist: Profile
-    lever_arm: float
-
-    def __call__(self, x: NDArray[float64]) -> NDArray[float64]:
-        return self.lever_arm * self.twist(x)
+        own: dict[str, tuple[Quantity, float]] = {"twist": ("displacement", 1.0 / self.lever_arm)}
+        own |= {"twist_rate": ("velocity", 1.0 / self.lever_arm), "torque": ("force", self.lever_arm)}
+        return own | plain("displacement", "velocity")
 
 
 def shaft_segment(
-    length: float,
-    shear_modulus: float,
-    density: float,
-    torsion_constant: float,
-    polar_moment: float,
-    lever_arm: float,
-    viscosity: float = 0.0,
+    length: float,  # m
+    shear_modulus: float,  # Pa, G
+    density: float,  # kg/m3, rho
+    torsion_constant: float,  # m4, J: St. Venant's, which of a circle is its polar moment
+    polar_moment: float,  # m4, I_p, of area
+    lever_arm: float,  # m, r
+    viscosity: float = 0.0,  # Pa s: shear stress = G shear strain + viscosity times its rate
 ) -> Segment:
-    """Return a uniform piece of a shaft as that of the rod at the lever arm.
-
-    Parameters
-    ----------
-    length : float
-        m
-    shear_modulus : float
-        G [Pa].
-    density : float
-        rho [kg/m3].
-    torsion_constant : float
-        J [m4]: St. Venant's, which of a circle is its polar moment.
-    polar_moment : float
-        I_p [m4], the polar second moment of area.
-    lever_arm : float
-        r [m].
-    viscosity : float
-        Pa s: shear stress = G shear strain + viscosity times its rate.
-    """
+    """Return a uniform piece of a shaft as that of the rod at the lever arm."""
     area, line_mass = torsion_constant / lever_arm**2, density * (polar_moment / torsion_constant)
     return Segment(length, area, shear_modulus, line_mass, viscosity)
 
