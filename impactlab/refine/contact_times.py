@@ -5,22 +5,22 @@ from __future__ import annotations
 import math
 
 from impactlab.contact.power_law import AbstractHystereticLaw, Hertz
-from impactlab.scene.bodies import ElasticBody, Mass, Rod
-from impactlab.scene.facts import impedance_of
+from impactlab.scene.bodies import WaveBody
+from impactlab.scene.facts import impedance_of, rods_of
 from impactlab.scene.method import Method, stiffness_of
 from impactlab.scene.problem import Contact, Point, Scene
 
 
 def speed_of(scene: Scene) -> float:
     """Return the velocity with which the bodies of a scene meet [m/s]: that at the start, or what loads may give."""
-    velocities = [body.velocity for body in scene.bodies.values() if isinstance(body, Mass | ElasticBody)]
+    velocities = [body.velocity for body in scene.bodies.values() if body.moves]
     given = max(velocities, default=0.0) - min(*velocities, 0.0, 0.0)
-    pushed = [abs(rod.end_force) / rod.segments[0].impedance for rod in scene.bodies.values() if isinstance(rod, Rod)]
-    strained = [_strain_speed(body) for body in scene.bodies.values() if isinstance(body, Rod)]
+    pushed = [abs(rod.end_force) / rod.segments[0].impedance for rod in rods_of(scene)]
+    strained = [_strain_speed(rod) for rod in rods_of(scene)]
     return max(given, abs(scene.gravity) * scene.duration, *pushed, *strained, 0.0)
 
 
-def _strain_speed(rod: Rod) -> float:
+def _strain_speed(rod: WaveBody) -> float:
     if rod.displacement is None:
         return 0.0
     import numpy as np
@@ -58,11 +58,9 @@ def rise_time(scene: Scene, method: Method, contact: Contact) -> float:
 def _mass_at(scene: Scene, point: Point) -> float:
     """Return the mass right at a face [kg]: 0 of a bare end of a rod, inf of a wall."""
     body = scene.bodies[point.body]
-    if isinstance(body, Mass):
-        return body.mass
-    if not isinstance(body, Rod):
-        return math.inf
-    end = body.left if point.x == 0.0 else body.right
+    if body.waves is None:
+        return math.inf if math.isnan(body.rigid_mass) else body.rigid_mass
+    end = body.waves.left if point.x == 0.0 else body.waves.right
     return end.value if end.kind == "mass" and point.x in (0.0, body.length) else 0.0
 
 

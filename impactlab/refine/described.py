@@ -11,7 +11,6 @@ from impactlab.contact.penalty import Penalty
 from impactlab.exact.contact_kinds import balanced, first_gap, massless
 from impactlab.integrators.base import AbstractScheme
 from impactlab.models.base import AbstractRodModel
-from impactlab.scene.bodies import ElasticBody, Mass, Wall
 from impactlab.scene.facts import bare_beam, on_end
 from impactlab.scene.method import Method, Simulation, StepRule, is_relative, laws_of, sides
 from impactlab.scene.problem import Contact, Scene
@@ -26,7 +25,7 @@ def described(
     events: Any = "dated",
 ) -> Simulation:
     """Return a scene with all its elastic bodies under one model; ``law`` takes the place of every hard one."""
-    models = {name: model for name, body in asked.scene.bodies.items() if isinstance(body, ElasticBody)}
+    models = dict.fromkeys(asked.scene.elastic, model)
     laws = {
         contact.name: law if asked.method.laws[contact.name].hard and law is not None else law_in_si(asked, contact)
         for contact in asked.scene.contacts
@@ -46,8 +45,8 @@ def without_places(scene: Scene) -> Scene:
     probes = tuple(
         probe
         for probe in scene.probes
-        if isinstance(scene.bodies[probe.body], Mass)
-        or (probe.quantity in ("displacement", "velocity") and on_end(scene.bodies[probe.body], probe))
+        if on_end(body := scene.bodies[probe.body], probe)
+        and body.reading(probe.quantity)[0] in ("displacement", "velocity")
     )
     return dataclasses.replace(scene, probes=probes, snapshots=())
 
@@ -77,7 +76,7 @@ def without_second_stops(scene: Scene, hard: list[int]) -> list[int]:
     room: dict[tuple[str, float, bool], float] = {}
     for number in hard:
         contact = scene.contacts[number]
-        walls = [isinstance(scene.bodies[point.body], Wall) for point in (contact.left, contact.right)]
+        walls = [not scene.bodies[point.body].moves for point in (contact.left, contact.right)]
         face = contact.right if walls[0] else contact.left
         opposite = room.get((face.body, face.x, not walls[0]))
         if any(walls) and opposite is not None and contact.gap + opposite > 0.0:

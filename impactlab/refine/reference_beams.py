@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from impactlab.errors import CaseError, ImpactlabError
 from impactlab.refine.described import described, has_one_answer
 from impactlab.refine.reference import COARSEST, Way
-from impactlab.scene.bodies import Beam, Rod
-from impactlab.scene.facts import beams_of, split_at_contacts
+from impactlab.scene.bodies import Beam, WaveBody
+from impactlab.scene.facts import beams_of, rods_of, split_at_contacts
 from impactlab.scene.method import Simulation, StepRule, force_jumps, laws_of
 from impactlab.scene.problem import Scene
 
@@ -36,7 +36,7 @@ def scale(asked: Simulation) -> float:
 def is_singular(asked: Simulation) -> bool:
     """Return whether a hard contact meets an Euler-Bernoulli beam."""
     return any(
-        isinstance(body := asked.scene.bodies[point.body], Beam) and body.theory == "euler_bernoulli"
+        asked.scene.bodies[point.body].unbounded_first_force
         for contact in asked.scene.contacts
         if asked.method.laws[contact.name].hard
         for point in (contact.left, contact.right)
@@ -105,12 +105,7 @@ def is_lossy(beam: Beam) -> bool:
     return beam.is_damped or any(end.kind in ("dashpot", "infinite") for end in (beam.left, beam.right))
 
 
-def rods_of(scene: Scene) -> list[Rod]:
-    """Return the rods of a scene."""
-    return [body for body in scene.bodies.values() if isinstance(body, Rod)]
-
-
-def is_a_line(scene: Scene, rod: Rod) -> bool:
+def is_a_line(scene: Scene, rod: WaveBody) -> bool:
     """Return whether a rod of a scene may be a stepped delay line beside modes of beams."""
     places = [
         point.x for contact in scene.contacts for point in (contact.left, contact.right) if point.body == rod.name
@@ -196,7 +191,7 @@ def _meshed(asked: Simulation) -> Way:
     from impactlab.models.finite_element import FiniteElement
 
     scene = asked.scene
-    shortest, count = scale(asked), sum(isinstance(body, Beam | Rod) for body in scene.bodies.values())
+    shortest, count = scale(asked), len(scene.elastic)
 
     def rule(n: int) -> StepRule:
         return StepRule(dt=shortest / (STEPS * n))

@@ -66,7 +66,7 @@ class Simulation(NamedTuple):
     ) -> Simulation:
         """Return the pair with one model for all bodies, one law for all contacts, or other fields of either."""
         if model is not None:
-            elastic = [name for name, body in self.scene.bodies.items() if body.elastic is not None]
+            elastic = self.scene.elastic
             changes["models"] = dict.fromkeys(elastic, model)
         if law is not None:
             changes["laws"] = {contact.name: law for contact in self.scene.contacts}
@@ -82,8 +82,7 @@ def laws_of(scene: Scene, method: Method) -> list[AbstractContactLaw]:
 
 def modelled(scene: Scene, method: Method) -> list[tuple[ElasticBody, AbstractRodModel]]:
     """Return the rods and beams of a scene that have a model, each with its own."""
-    elastic = [body.elastic for body in scene.bodies.values() if body.elastic is not None]
-    return [(body, method.models[body.name]) for body in elastic if body.name in method.models]
+    return [(body, method.models[name]) for name, body in scene.elastic.items() if name in method.models]
 
 
 def force_jumps(scene: Scene, method: Method) -> bool:
@@ -93,16 +92,14 @@ def force_jumps(scene: Scene, method: Method) -> bool:
 
 def is_exact(scene: Scene, method: Method) -> bool:
     """Return whether a scene is solved from event to event: all rods continuous, all laws hard or constant springs."""
-    elastic = [body for body in scene.bodies.values() if body.elastic is not None]
-    models = [method.models.get(body.name) for body in elastic if body.waves is not None]
-    continuous = len(models) == len(elastic) > 0 and all(model is not None and model.exact for model in models)
+    models = [method.models.get(name) for name, body in scene.elastic.items() if body.waves is not None]
+    continuous = len(models) == len(scene.elastic) > 0 and all(model is not None and model.exact for model in models)
     return continuous and all((law.hard and law.answers_force) or law.is_spring for law in laws_of(scene, method))
 
 
 def theories(scene: Scene, method: Method) -> tuple[str, ...]:
     """Return the theory of waves that the model of each rod or beam declares, "" where it is that of the body."""
-    elastic = [name for name, body in scene.bodies.items() if body.elastic is not None]
-    return tuple(method.models[name].theory if name in method.models else "" for name in elastic)
+    return tuple(method.models[name].theory if name in method.models else "" for name in scene.elastic)
 
 
 def side_facts(scene: Scene, method: Method, point: Point, velocity_per_force: float = math.nan) -> SideFacts:

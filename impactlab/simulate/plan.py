@@ -15,7 +15,6 @@ from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
 from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.plugins import kind_of
-from impactlab.scene.bodies import ElasticBody
 from impactlab.scene.method import Method, is_exact, laws_of, modelled
 from impactlab.scene.precision import beyond, in_precision
 from impactlab.scene.problem import Scene
@@ -114,8 +113,7 @@ def misfit_warnings(built: dict[str, BuiltBody], dt: float) -> Iterator[Warned]:
 
 def is_stepped(scene: Scene, own: Collection[str]) -> bool:
     """Return whether an integrator steps anything but rigid masses beside bodies that step by themselves (``own``)."""
-    elastic = [name for name, body in scene.bodies.items() if isinstance(body, ElasticBody)]
-    return not elastic or any(name not in own for name in elastic)
+    return not scene.elastic or any(name not in own for name in scene.elastic)
 
 
 def _by_default(scene: Scene, method: Method) -> bool:

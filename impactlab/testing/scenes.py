@@ -9,7 +9,7 @@ from typing import Any, Literal
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.integrators.base import AbstractScheme
 from impactlab.models.base import AbstractRodModel
-from impactlab.scene.bodies import Body, ElasticBody, End, Mass, Rod, Segment
+from impactlab.scene.bodies import Body, End, Mass, Rod, Segment
 from impactlab.scene.method import Method, Simulation, StepRule
 from impactlab.scene.problem import Contact, Point, Scene
 
@@ -47,7 +47,7 @@ def simulation(
         Other fields of the scene or the method: ``gravity``, ``round_trip``, ``tolerance`` ...
     """
     of_method = {field.name for field in dataclasses.fields(Method)} & set(others)
-    elastic = [label for label, body in bodies.items() if isinstance(body, ElasticBody)]
+    elastic = [label for label, body in bodies.items() if body.elastic is not None]
     models = model if isinstance(model, Mapping) else {} if model is None else dict.fromkeys(elastic, model)
     given = law if isinstance(law, Sequence) else [law] * len(contacts)
     laws = {contact.name: each for contact, each in zip(contacts, given, strict=True)}

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Literal, final
 
 import numpy as np
 
-from impactlab.scene.bodies.base import ElasticBody, Segment, plain, segment_at
+from impactlab.scene.bodies.base import Body, ElasticBody, Segment, plain, segment_at
 from impactlab.types import QUANTITIES_OF_BEAM, Quantity, SideFacts
 
 CANTILEVER = 2.0 * math.pi / 1.8751040687119611**2  # period of a cantilever over L2 sqrt(rho A/EI)
@@ -143,3 +143,8 @@ class Beam(ElasticBody):
             gravity=0.0,
             end=end,
         )
+
+
+def beams_among(bodies: Iterable[Body]) -> list[Beam]:
+    """Return the beams among some bodies."""
+    return [body for body in bodies if isinstance(body, Beam)]
