@@ -16,8 +16,10 @@ from impactlab.models.base import AbstractRodModel
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.scene import Contact, End, Mass, Point, Probe, Scene, StepRule
+from impactlab.scene import Contact, End, Mass, Point, Probe
+from impactlab.scene.method import Simulation
 from impactlab.simulate.driver import run
+from impactlab.testing.scenes import simulation
 
 PAGE = (Path(__file__).parents[2] / "docs" / "how-to-add-a-body-kind.md").read_text(encoding="utf-8")
 LENGTH, AREA, DENSITY, TENSION = 0.8, 1.0e-6, 7850.0, 200.0
@@ -32,26 +34,20 @@ def page() -> dict[str, Any]:
     return names
 
 
-def scene(page: dict[str, Any], model: AbstractRodModel) -> Scene:
+def struck(page: dict[str, Any], model: AbstractRodModel) -> Simulation:
     piece = page["string_segment"](LENGTH, AREA, DENSITY, TENSION)
-    string = page["String"]("string", (piece,), End("free"), End("clamped"), model=model)
-    contact = Contact(Point("ball", 0.0, "ball"), Point("string", 0.0, "string.left"), 0.0, WaveIdentification())
-    return Scene(
-        "string",
-        {"ball": Mass("ball", 0.005, 1.0), "string": string},
-        (contact,),
-        string.round_trip,
-        Newmark(),
-        StepRule(10.0),
-        probes=(Probe("string", LENGTH, "force"),),
-        round_trip=string.round_trip,
-    )
+    string = page["String"]("string", (piece,), End("free"), End("clamped"))
+    bodies = {"ball": Mass("ball", 0.005, 1.0), "string": string}
+    contact = Contact(Point("ball", 0.0, "ball"), Point("string", 0.0, "string.left"), 0.0)
+    probes, trip = (Probe("string", LENGTH, "force"),), string.round_trip
+    parts: dict[str, Any] = {"model": model, "law": WaveIdentification(), "integrator": Newmark()}
+    return simulation("string", bodies, [contact], trip, **parts, probes=probes, round_trip=trip)
 
 
 @pytest.mark.parametrize("model", [Continuous(), Modal(60, 40), FiniteElement(60)])
 def test_a_ball_meets_the_impedance_of_the_string(page: dict[str, Any], model: AbstractRodModel) -> None:
     """Until the wave is back a ball of mass m slows down as exp(-Z t/m)."""
-    history = run(scene(page, model))
+    history = run(*struck(page, model))
     t = np.linspace(0.1, 0.9, 9) * history.duration
     within = 1e-12 if isinstance(model, Continuous) else 0.02
     assert history.evaluate(t, "velocity:ball") == pytest.approx(np.exp(-IMPEDANCE * t / 0.005), rel=within)
@@ -59,7 +55,7 @@ def test_a_ball_meets_the_impedance_of_the_string(page: dict[str, Any], model: A
 
 
 def test_its_frequencies_are_those_of_its_tension(page: dict[str, Any]) -> None:
-    body = scene(page, Modal(None, 4)).elastic["string"]
+    body = struck(page, Modal(None, 4)).scene.elastic["string"]
     found = Modal(None, 4).build(body.waves, 0.0).operators().stiffness[0]  # type: ignore[arg-type]
     exact = (2.0 * np.arange(1, 5) - 1.0) * math.pi * SPEED / (2.0 * LENGTH)
     assert np.sqrt(found[:4]) == pytest.approx(exact, rel=1e-12)
@@ -68,7 +64,7 @@ def test_its_frequencies_are_those_of_its_tension(page: dict[str, Any]) -> None:
 def test_its_block_gives_the_body(page: dict[str, Any]) -> None:
     given = {"kind": "string", "length": LENGTH, "area": AREA, "density": DENSITY, "tension": "200 N"}
     block = page["StringBlock"](**given, ends={"right": "clamped"})
-    body = block.body("string", 1.0, {})
+    body = block.body("string", 1.0)
     assert body.segments == (page["string_segment"](LENGTH, AREA, DENSITY, TENSION),)
     assert body.round_trip == pytest.approx(2.0 * LENGTH / SPEED, rel=1e-12)
     assert (body.left, body.right) == (End("free"), End("clamped"))
