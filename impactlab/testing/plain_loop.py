@@ -1,0 +1,199 @@
+"""The step loop in plain Python: free step, contact laws, correction, dated events, energy book.
+
+It takes the steps of the compiled loop (`impactlab.simulate.stepping`) one by one, on numpy arrays, and agrees with it
+to rounding. Read it first, and debug a wrong force with it: laws are called as the Python functions that they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from impactlab.errors import CaseError, StepError
+from impactlab.numerics.compiling import plain
+from impactlab.simulate.driver import Plan
+from impactlab.simulate.stepping.assembly import Assembly
+from impactlab.simulate.stepping.event_times import TOUCHED, close_time, open_time
+from impactlab.simulate.stepping.packing import dashpots
+from impactlab.simulate.stepping.ports import fill_acting, fill_acting_push, predicted_gap
+from impactlab.simulate.stepping.preparation import pushes_of
+from impactlab.types import Array, Reply
+
+MAX_SWEEPS, AGREED_TOL = 5000, 1e-15  # of the largest impulse of the step: a sweep that changes less is the last
+# Columns of a contact: change of the state at the end of the step per unit of each; the last one at once, per impulse.
+FORCE, IMPULSE, PROJECTION, PUSH, JUMP = range(5)
+Hook = Callable[["PlainLoop"], None]
+
+
+class PlainContact:
+    """One contact: its law, the records in which it meets the bodies, its rows and columns over the whole state."""
+
+    def __init__(self, loop: PlainLoop, number: int, columns: Array) -> None:
+        contacts, rows = loop.plan.scene.contacts, loop.rows
+        self.number, self.law, self.columns = number, contacts[number].law, columns
+        self.record, self.port, self.reply = loop.assembly.contacts[number], loop.assembly.ports[number], Reply()
+        self.given, first, starts = np.zeros(JUMP), 2 * number, loop.plan.starts
+        self.u, self.v = rows[first : first + 2], rows[first + 2 * len(contacts) :][:2]  # left, right face
+        before = sum(len(start.readings) for start in starts[:number])
+        read = slice(before, before + len(starts[number].readings))
+        self.read, self.left_out = rows[4 * len(contacts) :][read], loop.assembly.memory.left_out[read]
+        self.pushed = np.zeros(rows.shape[1])  # row along which the law may push
+
+    def respond(self) -> None:
+        """Evaluate the law."""
+        self.reply = reply = Reply(memory=self.port.memory)
+        type(self.law).respond(self.port, reply)
+        self.given = np.array([reply.force, reply.impulse, reply.projection, reply.push])  # N, N s, kg m
+        if self.reply.failed:
+            raise StepError(self.law.why_failed, time=self.port.time, step=round(self.port.time / self.port.dt))
+
+
+class PlainLoop:
+    """A run, step by step: with steps of one length (``events: dated``), and bodies that keep their coordinates.
+
+    Two hooks may look at the loop and change it: ``before`` the laws are evaluated, when all bodies have moved freely
+    and the ports are filled (columns may be rewritten: ports are filled again), and ``after`` the correction, when the
+    replies are there (the state may be rewritten: faces are read again).
+    """
+
+    def __init__(self, plan: Plan, before: Hook = lambda _: None, after: Hook = lambda _: None) -> None:
+        changing = any(built.system.phases is not None for built in plan.built.values())
+        if plan.dt is None or plan.integrator is None or plan.scene.events == "located" or changing:
+            raise CaseError("the plain loop takes whole steps of bodies that keep their coordinates", path="solve")
+        self.plan, self.scheme, self.dt, self.before, self.after = plan, plan.integrator, plan.dt, before, after
+        self.assembly = Assembly(plan.scene, plan.built, plan.steppers, plan.starts, self.scheme, self.dt, plan.steps)
+        memory = self.assembly.memory
+        self.time, self.state = 0.0, memory.state  # of all bodies: displacements, velocities, the rest
+        self.events: list[tuple[float, int, str]] = []  # s; contact; close, open or impulse
+        self.lost = {"contact": 0.0, "ends": 0.0, "damping": 0.0, "unresolved": 0.0}  # J
+        shape = memory.row_start.size - 1, self.state.size
+        self.rows = csr_array((memory.row_value, memory.row_index, memory.row_start), shape).toarray()
+        self.parts: dict[str, slice] = {}  # of the state, by body
+        self.dashpots: list[tuple[Array, float, str]] = []  # row, N s/m, account
+        self.stretched: list[float] = []  # m, change of the dashpots' lengths in the last step
+        for name, stepper in plan.steppers.items():
+            first, n_dof = sum(part.stop - part.start for part in self.parts.values()), stepper.jump.shape[1]
+            self.parts[name] = slice(first, first + stepper.state.size)
+            for i, j, damping, inside in dashpots(plan.built[name].system):
+                units = np.eye(self.state.size)
+                row = units[first + i] - (j >= 0) * units[first + j]
+                self.dashpots.append((row, damping, "damping" if inside else "ends"))
+                self.stretched.append(self.dt * float(np.roll(row, n_dof) @ self.state))
+        columns = np.zeros((len(plan.scene.contacts), 5, self.state.size))
+        taken = dict.fromkeys(plan.built, 0)  # responses of a body: its faces in the order of contacts, then its pushes
+        for own, contact in zip(columns, plan.scene.contacts, strict=True):
+            for name, sign in ((contact.left.body, -1.0), (contact.right.body, 1.0)):
+                stepper, number, part = plan.steppers[name], taken[name], self.parts[name]
+                n_dof = stepper.jump.shape[1]
+                responses = stepper.force_response, stepper.impulse_response, stepper.projection_response
+                own[:PUSH, part] += sign * np.array([response[number] for response in responses])
+                own[JUMP, part][n_dof : 2 * n_dof] += sign * stepper.jump[number]
+                taken[name] += 1
+        self.contacts = [PlainContact(self, number, own) for number, own in enumerate(columns)]
+        pushes = pushes_of(plan.scene, plan.built, plan.starts)
+        for push, row in zip(pushes, self.rows[len(self.rows) - len(pushes) :], strict=True):
+            response = plan.steppers[push.body].force_response[taken[push.body]]
+            columns[push.contact, PUSH, self.parts[push.body]] += push.weight * response
+            self.contacts[push.contact].pushed += push.weight * row
+            taken[push.body] += 1
+
+    def step(self) -> None:
+        """Take one step."""
+        self.start_of_step()
+        old = self.state.copy()
+        for name, stepper in self.plan.steppers.items():
+            stepper.free(stepper.parameters, self.state[self.parts[name]])
+        for contact in self.contacts:
+            contact.reply, contact.given = Reply(), np.zeros(JUMP)
+            self.fill(contact, self.state)
+        self.before(self)
+        self.solve()
+        self.state += sum(contact.given @ contact.columns[:JUMP] for contact in self.contacts)
+        self.after(self)
+        for contact in self.contacts:
+            self.date(contact)
+        self.book(self.state - old)
+        self.time += self.dt
+
+    def start_of_step(self) -> None:
+        """Fill the ports with the motion of the faces and the readings at the start of a step."""
+        forces = np.array([contact.reply.force for contact in self.contacts])
+        for contact in self.contacts:
+            port, left, right = contact.port, contact.port.left, contact.port.right
+            port.time, port.dt = self.time, self.dt
+            left.displacement, right.displacement = contact.u @ self.state
+            left.velocity, right.velocity = contact.v @ self.state
+            port.gap = contact.record.initial_gap + right.displacement - left.displacement
+            port.gap_rate, port.pushed = right.velocity - left.velocity, float(contact.pushed @ self.state)
+            port.readings[: len(contact.read)] = [*(contact.read @ self.state + contact.left_out @ forces)]
+
+    def fill(self, contact: PlainContact, free: Array) -> None:
+        """Fill a port at the end of the free step, to which the effect of the other contacts was added."""
+        port, left, right = contact.port, contact.port.left, contact.port.right
+        left.free_displacement, right.free_displacement = contact.u @ free
+        left.free_velocity, right.free_velocity = contact.v @ free
+        port.free_gap = contact.record.initial_gap + right.free_displacement - left.free_displacement
+        port.free_gap_rate = right.free_velocity - left.free_velocity
+        port.free_pushed = float(contact.pushed @ free)
+        u, v, pushed = (rows @ contact.columns.T for rows in (contact.u, contact.v, contact.pushed))
+        left.displacement_per_force, right.displacement_per_force = -u[0, FORCE], u[1, FORCE]
+        left.velocity_per_force, right.velocity_per_force = -v[0, FORCE], v[1, FORCE]
+        left.velocity_per_impulse, right.velocity_per_impulse = -v[0, JUMP], v[1, JUMP]
+        port.gap_per_force, port.gap_per_impulse, port.gap_per_projection, port.gap_per_push, _ = u[1] - u[0]
+        port.rate_per_force, port.rate_per_impulse = v[1, FORCE] - v[0, FORCE], v[1, JUMP] - v[0, JUMP]
+        port.pushed_per_force, port.pushed_per_push = pushed[FORCE], pushed[PUSH]
+        rate = contact.v[1] - contact.v[0]
+        jumps = [rate @ other.columns[JUMP] * other.given for other in self.contacts if other is not contact]
+        _, port.others_rate, projected, _ = np.sum([np.zeros(JUMP), *jumps], axis=0)
+        port.predicted_gap = plain(predicted_gap)(port, projected, self.scheme.projects_first)
+        plain(fill_acting)(port, self.scheme.load_point)
+        plain(fill_acting_push)(port, self.scheme.load_point)
+
+    def solve(self) -> None:
+        """Evaluate each law at the other contacts' last replies, until no reply changes."""
+        for _ in range(MAX_SWEEPS):
+            change, largest = 0.0, 0.0
+            for contact in self.contacts:
+                others = [other.given @ other.columns[:JUMP] for other in self.contacts if other is not contact]
+                self.fill(contact, np.sum([self.state, *others], axis=0))
+                last = contact.given
+                contact.respond()
+                in_impulses = self.dt, 1.0, 1.0 / self.dt, self.dt * abs(contact.port.pushed_per_push)
+                change = max(change, float(np.abs(in_impulses * (contact.given - last)).max()))
+                largest = max(largest, float(np.abs(in_impulses * contact.given).max()))
+            if len(self.contacts) < 2 or change <= AGREED_TOL * largest:
+                return
+        raise StepError("the forces of several contacts do not agree", time=self.time, step=round(self.time / self.dt))
+
+    def date(self, contact: PlainContact) -> None:
+        """Date closing and opening in the step, and carry phase and memory on to the next."""
+        port, reply, record = contact.port, contact.reply, contact.record
+        given, now = reply.force * self.dt + reply.impulse, (self.time, self.dt)
+        touched = record.dates and (port.in_contact or reply.in_contact or given > TOUCHED * record.total)
+        happened = [(plain(close_time)(record, port, reply, *now), "close")] if touched and not port.in_contact else []
+        happened += [(plain(open_time)(record, port, reply, *now), "open")] if touched and not reply.in_contact else []
+        happened += [(self.time, "impulse")] if reply.impulse else []
+        for time, kind in happened:  # times of one contact never run backwards
+            record.last_event = max(time, record.last_event)
+            self.events.append((record.last_event, contact.number, kind))
+        record.old_gap, record.old_trial, record.total = port.gap + port.offset, reply.trial, record.total + given
+        port.in_contact, port.offset, port.memory = reply.in_contact, reply.offset, reply.memory
+
+    def book(self, change: Array) -> None:
+        """Book the energy lost in contacts and dashpots [J] by the change of the state in the step."""
+        self.lost["contact"] += sum(contact.reply.dissipated for contact in self.contacts)
+        self.lost["unresolved"] += sum(contact.reply.unresolved for contact in self.contacts)
+        for number, (row, damping, account) in enumerate(self.dashpots):
+            stretched = float(row @ change)
+            # Where velocities belong to the middle of a step, dashpots feel the mean of this step and the last.
+            felt = 0.5 * (stretched + self.stretched[number]) if self.scheme.velocity_point < 1.0 else stretched
+            self.lost[account] += damping * felt**2 / self.dt
+            self.stretched[number] = stretched
+
+    def energy(self, name: str) -> float:
+        """Return the energy of a body less the work of its load [J]."""
+        out, stepper = np.zeros(4), self.plan.steppers[name]
+        stepper.measure(stepper.parameters, self.state[self.parts[name]], out)
+        return float(out[0] - out[1])
