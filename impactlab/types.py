@@ -1,20 +1,23 @@
-"""The records in which parts meet. Depends on nothing of impactlab but its errors.
+"""The records in which parts meet.
 
-`Port`, `Side` and `Reply` are C structures: the compiled loop, a law compiled by numba, and a law in plain Python all
-see the same memory under the same names. `parameters`, `memory` and `readings` are small arrays of fixed room.
+`Port`, `Side` and `Reply` are C structures: the compiled loop, a compiled law and a law in plain Python see the same
+memory under the same names. `parameters`, `memory` and `readings` are small arrays of fixed room.
 """
 
 from __future__ import annotations
 
 import ctypes
-import dataclasses
 import math
 from enum import Enum
-from typing import Annotated, Any, Literal, NamedTuple, TypeVar, get_args, get_origin, get_type_hints
+from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
 from numpy import float64
 from numpy.typing import NDArray
+
+from impactlab.numerics.layout import Numbers, record
+from impactlab.options import Relative as Relative
+from impactlab.options import option as option
 
 Array = NDArray[float64]
 Quantity = Literal["displacement", "velocity", "strain", "stress", "force", "rotation", "bending_moment", "shear_force"]
@@ -33,32 +36,6 @@ class Level(Enum):
     POSITION = "displacement per force"
     VELOCITY = "velocity per force"
     IMPULSE = "velocity per impulse"
-
-
-Numbers = ctypes.Array[ctypes.c_double]
-"""Room for some numbers inside a record: written and read by index."""
-
-Integers = ctypes.Array[ctypes.c_int64]
-"""The same for integers."""
-
-Record = TypeVar("Record", bound=ctypes.Structure)
-
-
-def record(kind: type[Record]) -> type[Record]:
-    """Lay out a C structure by its annotations, in their order: numbers, other records, and room for some numbers."""
-    fields: list[tuple[str, Any]] = []
-    for name, hint in get_type_hints(kind, include_extras=True).items():
-        if hint is float:
-            fields.append((name, ctypes.c_double))
-        elif hint is int:
-            fields.append((name, ctypes.c_int64))
-        elif get_origin(hint) is Annotated:
-            array, count = get_args(hint)
-            fields.append((name, get_args(array)[0] * count))
-        else:
-            fields.append((name, hint))
-    kind._fields_ = fields
-    return kind
 
 
 @record
@@ -216,33 +193,3 @@ class Restitution(NamedTuple):
 
     nominal: float
     true: float
-
-
-@dataclasses.dataclass(frozen=True)
-class Relative:
-    """A value relative to a reference of the scene; a case writes ``{relative: 0.8}``."""
-
-    relative: float
-
-
-def option(
-    default: Any = dataclasses.MISSING,
-    *,
-    unit: str = "1",
-    description: str,
-    above: float | None = None,
-    at_least: float | None = None,
-    below: float | None = None,
-    at_most: float | None = None,
-    group: str = "",
-) -> Any:
-    """Return a dataclass field of a part, with what a case file may give for it.
-
-    The case file room reads unit, limits and description from here; a part needs no other schema.
-    Limits on a `Relative` value hold for its number. ``group`` is the entry-point group of a field that holds a part:
-    a case gives ``kind: name`` and its parameters there, or the name alone.
-    """
-    limits = {"gt": above, "ge": at_least, "lt": below, "le": at_most}
-    given = {k: v for k, v in limits.items() if v is not None}
-    metadata = {"unit": unit, "description": description, "limits": given, "group": group}
-    return dataclasses.field(default=default, metadata=metadata)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, final
 
 from impactlab.contact.base import AbstractContactLaw
-from impactlab.errors import PairingError
+from impactlab.contact.relative import in_si
 from impactlab.types import Level, Port, Relative, Reply, SideFacts, Start, option
 
 
@@ -44,16 +44,8 @@ class AugmentedLagrangian(AbstractContactLaw):
     augmentations: int = option(10, at_least=1, at_most=1000, description="augmentations in each step")
 
     def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
-        stiffness = self.stiffness
-        if isinstance(stiffness, Relative):
-            references = [facts.element_stiffness for facts in (left, right) if facts.kind == "rod"]
-            if not references:
-                raise PairingError(
-                    "stiffness is relative to a rod, and this contact has none",
-                    remedy="Give it in SI.",
-                    path="stiffness",
-                )
-            stiffness = stiffness.relative * min(references)
+        references = [facts.element_stiffness for facts in (left, right) if facts.kind == "rod"]
+        stiffness = in_si(self.stiffness, "stiffness", references)
         return Start(parameters=(stiffness, float(self.augmentations)), memory=(0.0, 0.0))
 
     @staticmethod

@@ -29,7 +29,6 @@ class KhuliefShabana(AbstractContactLaw):
 
     needs = frozenset({Level.POSITION, Level.VELOCITY})
     citations = ("KhuliefShabana1987",)
-    is_spring = True
     smooth = True
     examples = ({}, {"restitution": 0.5})
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import final
 
 from impactlab.contact.base import AbstractContactLaw
+from impactlab.contact.relative import in_si
 from impactlab.errors import PairingError
 from impactlab.types import Level, Port, Relative, Reply, SideFacts, Start, option
 
@@ -16,12 +17,10 @@ from impactlab.types import Level, Port, Relative, Reply, SideFacts, Start, opti
 class Penalty(AbstractContactLaw):
     """Contact element (penalty): a Kelvin-Voigt spring and dashpot that never pull.
 
-    F = k d + c d' with the penetration d where the scheme's force acts, solved with the compliance of the bodies, so
-    that any stiffness is stable under an implicit scheme. Stored and lost energy are those of the same step. On a
-    massless face the spring stands in series with the face's flexibility.
-
-    The dashpot's force jumps at a touch. In the step of the touch it is the penetration at the end of the step that
-    gives the dashpot's impulse, c times that, so that the order of the scheme holds wherever the touch falls.
+    F = k d + c d' with the penetration d where the force acts, solved with the compliance of the bodies: any stiffness
+    is stable under an implicit scheme. On a massless face the spring is in series with the flexibility of the face. In
+    the step of a touch the dashpot gives the impulse c times the penetration at its end, which keeps the order of the
+    scheme wherever the touch falls.
 
     References
     ----------
@@ -30,7 +29,6 @@ class Penalty(AbstractContactLaw):
 
     needs = frozenset({Level.POSITION, Level.VELOCITY})
     citations = ("EscalonaMayoDominguez1999",)
-    is_spring = True
     serves_massless = True
     examples = ({}, {"stiffness": Relative(3.0), "damping": Relative(0.5)})
     smooth = True
@@ -49,19 +47,8 @@ class Penalty(AbstractContactLaw):
 
     def spring(self, left: SideFacts, right: SideFacts, dt: float) -> tuple[float, float]:
         rods = [facts for facts in (left, right) if facts.kind == "rod"]
-        values = []
-        for name, given, references in (
-            ("stiffness", self.stiffness, [rod.element_stiffness for rod in rods]),
-            ("damping", self.damping, [rod.impedance for rod in rods]),
-        ):
-            if isinstance(given, Relative):
-                if not references:
-                    raise PairingError(
-                        f"{name} is relative to a rod, and this contact has none", remedy="Give it in SI.", path=name
-                    )
-                given = given.relative * min(references)
-            values.append(given)
-        stiffness, damping = values
+        stiffness = in_si(self.stiffness, "stiffness", [rod.element_stiffness for rod in rods])
+        damping = in_si(self.damping, "damping", [rod.impedance for rod in rods])
         flexibility = left.flexibility + right.flexibility
         if flexibility > 0.0 and damping > 0.0:
             raise PairingError(

@@ -9,7 +9,8 @@ import ctypes
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from impactlab.types import Array, record
+from impactlab.numerics.layout import record
+from impactlab.types import Array
 
 
 @record

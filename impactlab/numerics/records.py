@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from impactlab.numerics.addresses import COMPILED
-from impactlab.types import Record
+from impactlab.numerics.layout import Record
 
 
 def records(kind: type[Record], count: int) -> tuple[Sequence[Record], Sequence[Record]]:

@@ -12,7 +12,8 @@ from typing import Annotated, NamedTuple
 from numpy import float64, int64
 from numpy.typing import NDArray
 
-from impactlab.types import Integers, Port, Reply, record
+from impactlab.numerics.layout import Integers, record
+from impactlab.types import Port, Reply
 
 Floats = NDArray[float64]
 Ints = NDArray[int64]

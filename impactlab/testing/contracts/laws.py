@@ -97,7 +97,6 @@ class ContactLawContract:
             kind.trial_at_end,
             kind.fixed_step,
             kind.hard,
-            kind.is_spring,
             kind.smooth,
             kind.holds_position,
         ):

@@ -1,0 +1,36 @@
+"""Fields of a part that a case file may give, with unit, limits and description."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+
+@dataclasses.dataclass(frozen=True)
+class Relative:
+    """A value relative to a reference of the scene; a case writes ``{relative: 0.8}``."""
+
+    relative: float
+
+
+def option(
+    default: Any = dataclasses.MISSING,
+    *,
+    unit: str = "1",
+    description: str,
+    above: float | None = None,
+    at_least: float | None = None,
+    below: float | None = None,
+    at_most: float | None = None,
+    group: str = "",
+) -> Any:
+    """Return a dataclass field of a part, with what a case file may give for it.
+
+    The case file room reads unit, limits and description from here; a part needs no other schema.
+    Limits on a `Relative` value hold for its number. ``group`` is the entry-point group of a field that holds a part:
+    a case gives ``kind: name`` and its parameters there, or the name alone.
+    """
+    limits = {"gt": above, "ge": at_least, "lt": below, "le": at_most}
+    given = {k: v for k, v in limits.items() if v is not None}
+    metadata = {"unit": unit, "description": description, "limits": given, "group": group}
+    return dataclasses.field(default=default, metadata=metadata)
