@@ -26,12 +26,12 @@ QUANTITIES_OF_ROD: tuple[Quantity, ...] = ("displacement", "velocity", "strain",
 QUANTITIES_OF_BEAM: tuple[Quantity, ...] = ("displacement", "velocity", "rotation", "bending_moment", "shear_force")
 
 PARAMETERS = 16  # room for a law's constants
-MEMORY = 8  # room for what a law carries from step to step
-READINGS = 8  # room for what a law reads inside the bodies
+MEMORY = 8  # room for the memory of a law from step to step
+READINGS = 8  # room for readings inside the bodies
 
 
 class Level(Enum):
-    """What of the compliance a law needs, and what a stepper offers."""
+    """A compliance that a law needs and a scheme offers."""
 
     POSITION = "displacement per force"
     VELOCITY = "velocity per force"
@@ -105,7 +105,7 @@ class Port(ctypes.Structure):
 
 @record
 class Reply(ctypes.Structure):
-    """What a law answers for one step. The loop sets all fields to zero (memory: to the port's) before it asks."""
+    """The reply of a law for one step. Before, the loop sets all fields to zero, and memory to that of the port."""
 
     force: float  # N, constant over the step, positive in compression
     impulse: float  # N s, given at the start of the step
@@ -117,7 +117,7 @@ class Reply(ctypes.Structure):
     dissipated: float  # J, lost in this step by a formula of its own, never negative
     unresolved: float  # J, handed in this step to modes that the model leaves out, never negative
     in_contact: float  # 1 or 0, at the end of the step
-    failed: float  # 1 stops the run: the law has no answer
+    failed: float  # 1 stops the run
     memory: Annotated[Numbers, MEMORY]
 
 
@@ -126,7 +126,7 @@ REPLY = np.dtype(Reply)
 
 
 class Reading(NamedTuple):
-    """A quantity a law wants to know inside a body, at the start of each step.
+    """A quantity that a law reads inside a body, at the start of each step.
 
     ``left_out`` adds the quasi-static part of the modes that a truncated basis leaves out (zero where nothing is).
     """
@@ -152,7 +152,7 @@ class Arriving(NamedTuple):
 
 
 class SideFacts(NamedTuple):
-    """What is known of one side before the run; NaN where there is none."""
+    """Facts of one side before the run; NaN where one does not exist."""
 
     kind: str  # mass | wall | rod | beam
     impedance: float  # Z at the contact, N s/m: of a rod's end, of a Timoshenko beam anywhere
@@ -165,11 +165,11 @@ class SideFacts(NamedTuple):
     velocity_per_force: float = math.nan  # m/(N s), of the face in the scheme's own step; NaN where nothing steps
     left_out: float = 0.0  # m/N, static compliance of the face in the modes that the model leaves out
     flexibility: float = 0.0  # m/N, of a massless face
-    end: str = "free"  # what the struck end carries: a kind of `impactlab.scene.End`, or force; inner at an inner point
+    end: str = "free"  # kind of the struck end: one of `impactlab.scene.End`, or force; inner at an inner point
 
 
 class Start(NamedTuple):
-    """What a law gives before the run: constants, first memory, and the readings it wants.
+    """Constants, first memory and readings of a law, from `begin`.
 
     ``pushed`` is a sum of weighted readings along whose row the law may push, beside the force along the gap.
     """
@@ -181,7 +181,7 @@ class Start(NamedTuple):
 
 
 class Noted(NamedTuple):
-    """Something a law counts in its memory; a run whose count is not zero warns of it."""
+    """A count in the memory of a law; a run in which it is not zero issues a warning."""
 
     slot: int  # of the memory, which holds the count
     code: str  # of the warning

@@ -31,7 +31,7 @@ class AugmentedLagrangian(AbstractContactLaw):
     trial_at_end = True
     # Measured on the periodic and the bouncing bar (docs/methods.md): one augmentation 0.55, ten 4e-4.
     gains_energy = 0.6
-    # On faces that give way little in a step, augmentations take up next to nothing of an overlap (17 pairs on a beam).
+    # On faces of small compliance augmentations remove next to nothing of an overlap in a step (17 pairs on a beam).
     gain_remedy = (
         "Give augmented_lagrangian a hundred times the stiffness and 100 augmentations, so that each step presses the "
         "overlap out, or law addition_deletion, which solves its constraint in each step."
@@ -70,8 +70,8 @@ class AugmentedLagrangian(AbstractContactLaw):
             reply.force = multiplier
             reply.in_contact = 1.0
             if port.jump_in_force > 0.0:
-                # The overlap that augmentations leave is pressed out in later steps: what the force has taken is held
-                # until the contact lets go, and what it gives back then comes from there.
+                # The overlap that augmentations leave is pressed out in later steps: the energy taken by the force is
+                # held until the contact opens, and energy returned comes from there.
                 travel = port.free_travel + port.travel_per_force * reply.force
                 reply.memory[1] = port.memory[1] - reply.force * travel
                 reply.stored = max(0.0, reply.memory[1])

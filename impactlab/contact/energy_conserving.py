@@ -15,9 +15,9 @@ class EnergyConserving(AbstractContactLaw):
     """Energy-conserving contact: while faces touch, the gap does not change over a step, so the force does no work.
 
     The condition is on the mean gap rate of the step (persistency), not on the gap: faces that overlapped by part of a
-    step's travel when they touched keep that overlap until they are let go. Where the scheme's force acts in the middle
-    of the step, energy is kept to rounding through touch and release. Where it acts at its start, the
-    faces take one velocity as if the impact were plastic, and what that takes is booked.
+    step's travel when they touched keep that overlap until they are let go. Under implicit
+    schemes energy is kept to rounding through touch and release. Under explicit ones the faces take one velocity as if
+    the impact were plastic, and the loss is booked.
 
     References
     ----------

@@ -14,12 +14,12 @@ from impactlab.types import Level, Port, Reply, SideFacts, Start
 @final
 @dataclass(frozen=True)
 class ImpedanceResidual(AbstractContactLaw):
-    """Impedance residual: the faces touch through what the modes left out yield, a spring beside a dashpot of Z.
+    """Impedance residual: the modes left out are a spring and a dashpot of impedance Z between the faces.
 
-    F = k x + Z x', with k the inverse of the static compliance left out and x what it is pressed in: the overlap of the
-    modal faces while closed. While open x relaxes by k x + Z x' = 0 and the true faces stand at the modal ones plus x.
-    The contact opens where F would pull. What the dashpot takes, Z x'^2 dt, has gone into modes that are left out and
-    is booked as unresolved. At touch F = Z (approach speed), as the waves say.
+    F = k x + Z x', with k the inverse of the static compliance left out and x the compression: the overlap of the modal
+    faces while closed. While open x relaxes by k x + Z x' = 0 and the true faces stand at the modal ones plus x.
+    The contact opens where F would pull. The energy of the dashpot, Z x'^2 dt, has gone into modes that are left out
+    and is booked as unresolved. At touch F = Z (approach speed), as in one-dimensional wave theory.
 
     References
     ----------
@@ -32,7 +32,7 @@ class ImpedanceResidual(AbstractContactLaw):
     gains_energy = 0.01  # measured: touches found a step late (docs/bounds.md)
 
     def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
-        yields, dashes = 0.0, 0.0
+        compliance, dashes = 0.0, 0.0
         for facts in (left, right):
             if facts.kind != "rod":
                 continue
@@ -41,24 +41,24 @@ class ImpedanceResidual(AbstractContactLaw):
                     "impedance_residual needs the impedance of a rod's end, and there is none here",
                     remedy="Put the contact at a free end, or use addition_deletion.",
                 )
-            # A body that leaves nothing out yields nothing more. Nor does a basis with the static answer of the face:
-            # what is left of it on a free rod is a spring that no step resolves.
+            # A body without modes left out adds no compliance, nor does a basis with the static response of the face:
+            # the remainder on a free rod is a spring that no step resolves.
             if facts.left_out * facts.element_stiffness > 1e-2:
-                yields += facts.left_out
+                compliance += facts.left_out
                 dashes += 1.0 / facts.impedance
-        if yields == 0.0:
+        if compliance == 0.0:
             raise PairingError(
-                "impedance_residual stands for modes that are left out, and no body of this contact leaves any out",
+                "impedance_residual represents modes that are left out, and no body of this contact leaves any out",
                 remedy="Use modal with basis eigenvectors and fewer modes than its mesh has, or addition_deletion.",
             )
-        return Start(parameters=(1.0 / yields, 1.0 / dashes), memory=(0.0,))
+        return Start(parameters=(1.0 / compliance, 1.0 / dashes), memory=(0.0,))
 
     @staticmethod
     def respond(port: Port, reply: Reply) -> None:
         stiffness, impedance, pressed = port.parameters[0], port.parameters[1], port.memory[0]
         dt = port.dt
         if port.in_contact == 0.0 and port.gap + pressed <= 0.0:
-            pressed = -port.gap  # a touch found late: what the faces overlap is what is pressed in
+            pressed = -port.gap  # a touch found late: the overlap is the compression
         if port.in_contact > 0.0 or port.gap + pressed <= 0.0:
             # The spring's force is the mean over the travel, so that it gives back what it took; an explicit scheme
             # keeps another energy, in which it is that of the start.

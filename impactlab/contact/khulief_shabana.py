@@ -15,7 +15,7 @@ from impactlab.types import Level, Relative, Restitution, SideFacts, Start, opti
 @final
 @dataclass(frozen=True)
 class KhuliefShabana(AbstractContactLaw):
-    """Khulief and Shabana: a spring and dashpot whose damping gives rigid bodies the restitution asked for.
+    """Khulief and Shabana: a spring and dashpot whose damping gives rigid bodies a given restitution.
 
     F = k d + c d', never pulling, with c from the energy balance of the whole contact of two rigid bodies with the mass
     m = m1 m2/(m1 + m2). Deviations from the source: the balance is solved exactly, up to the instant at which the force

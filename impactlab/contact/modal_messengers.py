@@ -1,4 +1,4 @@
-"""The 1999 paper's sketch for dispersive waves: as many messengers as modes, each at its own distance."""
+"""Identification of dispersive waves by one messenger per mode, after the last paragraph of the 1999 paper."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from impactlab.types import Arriving, Level, Port, Reply, SideFacts, Start, opti
 @final
 @dataclass(frozen=True)
 class ModalMessengers(AbstractContactLaw):
-    """A messenger for each mode, at the way that its own wave makes in a step; together they tell the face's motion.
+    """A messenger for each mode, at the distance that its wave travels in a step; all give the motion of the face.
 
-    The source sketches this in one paragraph. Our reading: mode i is read at c_i dt with c_i = w_i/k_i its phase speed
-    (``speed: group`` for dw/dk), the wave of it that heads for the face is told by its velocity and its force, which
-    are in the ratio rho A c_i, and all of them give the face's free velocity V; the balance is that of
-    `dispersive_identification`. What the balance divides by the sketch does not say: ``balance: modes`` takes what the
-    modes themselves answer to a force, ``impedance`` the 1/Z of the place, which an Euler-Bernoulli beam has not.
+    The source describes this in one paragraph. Our reading: mode i is read at c_i dt with c_i = w_i/k_i its phase speed
+    (``speed: group`` for dw/dk); its wave towards the face follows from its velocity and its force, which are in the
+    ratio rho A c_i, and the sum is the free velocity V of the face; the balance is that of `dispersive_identification`.
+    The source leaves the compliance in the balance open: ``balance: modes`` takes that of the modes, ``impedance`` the
+    1/Z of the place, which an Euler-Bernoulli beam does not have.
 
-    A mode's messenger tells its free motion only where the mode is one standing wave with its crest at the face: on
-    rods, and at inner points of beams away from their ends. At the tip of a beam its near field hides most of what it
-    does in a step, however short: the law then gains energy in proportion to the step. Runs in which the messengers
-    miss more than ``accept`` of what the modes do to the face in a step are refused (docs/dispersive-waves.md).
+    A messenger gives the free motion of its mode only where the mode is one standing wave with its crest at the face:
+    on rods, and at inner points of beams away from their ends. At the tip of a beam the near field hides most of its
+    motion in a step, however short: the law then gains energy in proportion to the step. A run is refused where the
+    messengers miss more than ``accept`` of the motion of the face by the modes in a step (docs/dispersive-waves.md).
 
     References
     ----------
@@ -42,10 +42,12 @@ class ModalMessengers(AbstractContactLaw):
 
     speed: Literal["phase", "group"] = option("phase", description="speed of a mode's wave: w/k, or dw/dk")
     balance: Literal["modes", "impedance"] = option(
-        "modes", description="what a force moves the face by: the answer of the modes, or 1/Z of the place"
+        "modes", description="velocity of the face per unit force: of the modes, or 1/Z of the place"
     )
     accept: float = option(
-        0.6, above=0.0, description="largest share by which messengers, or 1/Z, may miss what the modes do in a step"
+        0.6,
+        above=0.0,
+        description="largest error of messengers, or of 1/Z, over the motion by the modes",
     )
 
     def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
@@ -60,16 +62,17 @@ class ModalMessengers(AbstractContactLaw):
                     f"balance 'impedance' needs an impedance, and the {facts.kind} on the {side} has none here",
                     remedy="Use balance: modes, or law dispersive_identification.",
                 )
-            answered = facts.velocity_per_force * facts.impedance
-            if self.balance == "impedance" and abs(answered - 1.0) > self.accept:
+            share = facts.velocity_per_force * facts.impedance
+            if self.balance == "impedance" and abs(share - 1.0) > self.accept:
                 raise PairingError(
-                    f"balance 'impedance' takes it that a force moves the face by 1/Z, and in this step the modes of "
-                    f"the {facts.kind} on the {side} move by {answered:.3g} of that",
+                    f"balance 'impedance' assumes that the velocity of the face per unit force is 1/Z; that of the "
+                    f"modes of the {facts.kind} on the {side} is {share:.3g} of it in this step",
                     remedy="Use balance: modes, or law dispersive_identification.",
                 )
             if facts.end == "force":
                 raise PairingError(
-                    f"modal_messengers tells what waves do to a face, and a force acts on that of the {side} body",
+                    f"modal_messengers predicts the motion of a face by waves alone, and a force acts on the face "
+                    f"of the {side} body",
                     remedy="Use dispersive_identification.",
                 )
             parameters += [1.0, 1.0 / facts.impedance if self.balance == "impedance" else 0.0, facts.gravity * dt]
@@ -85,9 +88,9 @@ class ModalMessengers(AbstractContactLaw):
             reading = 1
         if port.parameters[3] > 0.0:
             right = port.readings[reading] + port.parameters[5]
-        pliancy = port.parameters[1] if port.parameters[1] > 0.0 else port.left.velocity_per_force
-        pliancy += port.parameters[4] if port.parameters[4] > 0.0 else port.right.velocity_per_force
-        reply.trial = (left - right) / pliancy
+        compliance = port.parameters[1] if port.parameters[1] > 0.0 else port.left.velocity_per_force
+        compliance += port.parameters[4] if port.parameters[4] > 0.0 else port.right.velocity_per_force
+        reply.trial = (left - right) / compliance
         if (port.in_contact > 0.0 or port.gap <= 0.0) and reply.trial > 0.0:
             reply.force = reply.trial
             reply.in_contact = 1.0

@@ -13,7 +13,7 @@ from impactlab.types import Level, Port, Reading, Reply, SideFacts, Start, optio
 @final
 @dataclass(frozen=True)
 class Nitsche(AbstractContactLaw):
-    """Nitsche's method: F = max(0, S - gap/g) with S the force that the rod's own stress tells at the face.
+    """Nitsche's method: F = max(0, S - gap/g) with S the force by the stress of the rod at the face.
 
     Consistent without a multiplier: in the exact solution S is the contact force. Beside F along the gap, theta g (S -
     F) acts along the row of S, so that the method is the symmetric one (theta = 1), the simple one (0) or the skew one

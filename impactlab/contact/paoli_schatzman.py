@@ -45,8 +45,8 @@ class PaoliSchatzman(AbstractContactLaw):
         before = port.memory[0] if port.memory[1] > 0.0 else port.gap - port.dt * port.gap_rate
         reply.memory[0], reply.memory[1] = port.gap, 1.0
         reply.trial = -(port.free_gap + port.parameters[0] * before) / port.gap_per_force
-        # An impact takes two steps, of which the first may take what the second gives back: what the force has taken is
-        # held until the contact lets go.
+        # An impact takes two steps, of which the second may return energy that the first took: the energy taken by the
+        # force is held until the contact opens.
         if reply.trial > 0.0:
             reply.force = reply.trial
             reply.in_contact = 1.0

@@ -13,7 +13,7 @@ from impactlab.types import Level, Noted, Port, Reply, Restitution, SideFacts, S
 MAX_EXPLICIT = 4.0  # stiffness times compliance of the faces: the stability limit w dt = 2 of an explicit step
 COARSE_WARN = 0.25  # the same, and damping times compliance, from which a step is long against the contact's own times
 MIN_COMPLIANCE = 1e-300  # m/N, to divide by
-MAX_TURNS = 1000  # of Newton's iteration; a few are enough but for extreme exponents
+MAX_TURNS = 1000  # of Newton's iteration; a few are enough except for extreme exponents
 TOO_STIFF = "the power law's tangent stiffness passed the stability limit of an explicit step: 4 over m/N of the faces"
 SLOW = Noted(
     slot=2,
@@ -113,7 +113,7 @@ def respond(port: Port, reply: Reply) -> None:
             # Faces that part need no trial force: their gap dates it. A negative one dates a force lost before that.
             reply.trial = reply.force if reply.force > 0.0 else spring * (1.0 + gain * (rate + slope * y))
             reply.in_contact = 1.0 if reply.force > 0.0 else 0.0
-    # Where it lets go before it is relaxed, the damping takes up what the spring gives as it follows the face.
+    # Opened before it is relaxed: the damping takes the energy that the spring gives as it follows the face.
     reply.dissipated = lost if reply.force > 0.0 else max(0.0, held - reply.stored)
     reply.memory[0] = reply.stored
     reply.memory[1] = speed if after > 0.0 or explicit else 0.0

@@ -40,7 +40,7 @@ class VelocityComplementarity(AbstractContactLaw):
 
     @staticmethod
     def respond(port: Port, reply: Reply) -> None:
-        # Resting faces stand at zero but for rounding: they touch as long as they would overlap.
+        # The gap of resting faces is zero to rounding: they touch as long as they would overlap.
         if port.gap > 0.0 and (port.in_contact == 0.0 or port.free_gap > 0.0):
             return
         target = max(0.0, -port.parameters[0] * port.gap_rate)

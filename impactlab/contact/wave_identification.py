@@ -10,13 +10,13 @@ from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import PairingError
 from impactlab.types import Level, Port, Reading, Reply, SideFacts, Start, option
 
-MOST_YIELD = 0.8 * (1.0 + 1e-9)  # velocity per force of a face over 1/Z; from 1 on the balance diverges, docs/bounds.md
+MAX_VELOCITY_PER_FORCE = 0.8 * (1.0 + 1e-9)  # of a face, over 1/Z; from 1 on the balance diverges, docs/bounds.md
 
 
 @final
 @dataclass(frozen=True)
 class WaveIdentification(AbstractContactLaw):
-    """Wave identification: a messenger at c dt from the face tells the wave that arrives, a balance gives the force.
+    """Wave identification: a messenger at c dt from the face gives the arriving wave, a balance the force.
 
     With stress s1 and velocity v1 of the messenger at the start of the step, the wave that arrives at its end gives a
     free face the velocity V = v1 -+ s1/(rho c) (rod on the right, left of the contact); a mass would have its free
@@ -69,13 +69,13 @@ class WaveIdentification(AbstractContactLaw):
             distance = facts.wave_speed * dt
             if distance > facts.room:
                 raise PairingError(
-                    f"the messenger of wave_identification would stand {distance:.6g} m from the face, beyond the "
+                    f"the messenger of wave_identification would lie {distance:.6g} m from the face, beyond the "
                     f"first segment ({facts.room:.6g} m)",
                     remedy=f"Give a step of {facts.room / facts.wave_speed:.6g} s or less.",
                     path="solve.step",
                 )
-            if facts.velocity_per_force * facts.impedance > MOST_YIELD:
-                # The face would answer a force by more than a wave can: the balance feeds back and diverges.
+            if facts.velocity_per_force * facts.impedance > MAX_VELOCITY_PER_FORCE:
+                # The face moves faster per force than waves allow: the balance feeds back and diverges.
                 share = facts.velocity_per_force * facts.impedance
                 raise PairingError(
                     f"under a force the face of the rod on the {side} of the contact moves {share:.3g} times as fast "
@@ -96,18 +96,18 @@ class WaveIdentification(AbstractContactLaw):
 
     @staticmethod
     def respond(port: Port, reply: Reply) -> None:
-        left_yield, right_yield = port.parameters[0], port.parameters[3]
+        left_per_force, right_per_force = port.parameters[0], port.parameters[3]
         reading = 0
-        if left_yield > 0.0:
+        if left_per_force > 0.0:
             left = port.readings[0] + port.readings[1] * port.parameters[1] + port.parameters[2]
             reading = 2
         else:
-            left, left_yield = port.left.free_velocity, port.left.velocity_per_force
-        if right_yield > 0.0:
+            left, left_per_force = port.left.free_velocity, port.left.velocity_per_force
+        if right_per_force > 0.0:
             right = port.readings[reading] - port.readings[reading + 1] * port.parameters[4] + port.parameters[5]
         else:
-            right, right_yield = port.right.free_velocity, port.right.velocity_per_force
-        reply.trial = (left - right) / (left_yield + right_yield)
+            right, right_per_force = port.right.free_velocity, port.right.velocity_per_force
+        reply.trial = (left - right) / (left_per_force + right_per_force)
         if (port.in_contact > 0.0 or port.gap <= 0.0) and reply.trial > 0.0:
             reply.force = reply.trial
             reply.in_contact = 1.0

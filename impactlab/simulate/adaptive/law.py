@@ -1,4 +1,4 @@
-"""A contact in an adaptive run: its law asked at one instant, and whether it is closed."""
+"""A contact in an adaptive run: its law at one instant, and whether it is closed."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ REPLY_MEMORY = int(REPLY.fields["memory"][1])  # type: ignore[index]
 
 
 class LawFailed(Exception):  # noqa: N818 - it never leaves the package
-    """A law gave no answer, or raised."""
+    """A law failed or raised."""
 
 
 class Answer(NamedTuple):
-    """What a contact does at one instant."""
+    """Force, loss and stored energy of a contact at one instant."""
 
     force: float  # N; while closed its signed trial, which goes on smoothly beyond the opening
     power: float  # W, lost
@@ -30,10 +30,10 @@ class Answer(NamedTuple):
 class Touch:
     """One contact: open or closed, with its law's memory.
 
-    The law is asked at an instant: gap and rate at the end of the free step are those at its start, compliances are
-    zero and the force acts at the start. While the contact is closed its force is the trial force; the loss is what the
-    force exceeds the force at rest by, times the rate of indentation, (F - F(rate = 0)) d'. Where a contact opens
-    before it is relaxed, F = 0 and the same formula is the fall of the stored energy as the law follows the face.
+    The law is evaluated at one instant: all gaps and rates of the port are those of it, and compliances are zero. While
+    the contact is closed its force is the trial force; the power lost is (F - F(rate = 0)) d', with d' the rate of
+    indentation. Where a contact opens before it is relaxed, F = 0 and the same formula is the fall of the stored energy
+    as the law follows the face.
     """
 
     def __init__(self, law: AbstractContactLaw, start: Start, dt: float) -> None:
@@ -46,10 +46,10 @@ class Touch:
         self._remembered = ctypes.addressof(self.port) + PORT_MEMORY
 
     def ask(self, gap: float, rate: float) -> Reply:
-        """Return the law's reply at a gap [m] and its rate [m/s]; the record is written again by the next question.
+        """Return the reply of the law at a gap [m] and its rate [m/s]; the next call overwrites the record.
 
-        A trial stage of a step that is far too long may reach an overlap whose force no number holds: it is then
-        `OVERFLOWN`, so that the solver rejects the step and takes a shorter one.
+        A trial stage of a step that is far too long may reach an overlap whose force overflows: it is then `OVERFLOWN`,
+        so that the solver rejects the step and takes a shorter one.
         """
         port, reply = self.port, self.reply
         port.gap = port.free_gap = port.acting_gap = port.first_gap = port.last_gap = port.travel_start = gap
@@ -68,7 +68,7 @@ class Touch:
         return reply
 
     def answer(self, gap: float, rate: float) -> Answer:
-        """Return force, lost power and stored energy; nothing where the contact is open (`released` tells the loss)."""
+        """Return force, lost power and stored energy; zero where the contact is open (see `released`)."""
         if not self.closed:
             return Answer(0.0, 0.0, 0.0)
         at_rest = self.ask(gap, 0.0)
@@ -81,11 +81,11 @@ class Touch:
         return float(self.ask(gap, 0.0).stored) if gap < 0.0 else 0.0
 
     def released(self, gap: float) -> float:
-        """Return the energy [J] lost since the opening, in following a face that was let go of."""
+        """Return the energy [J] lost since the opening, as the law follows the face."""
         return 0.0 if self.closed else max(0.0, self.held - self.stored(gap))
 
     def carry(self, gap: float, rate: float) -> None:
-        """Let the law remember an accepted instant."""
+        """Keep the memory of the law at an accepted instant."""
         self.ask(gap, rate)
         ctypes.memmove(self._remembered, ctypes.addressof(self.reply) + REPLY_MEMORY, 8 * MEMORY)
 

@@ -74,7 +74,7 @@ class ContactLawContract:
         return port
 
     def reply_to(self, port: Port, address: int | None = None) -> Reply:
-        """Return the law's reply, asked as plain Python or through a C address, as the loop asks."""
+        """Return the reply of the law, called as plain Python or through a C address, as the loop calls it."""
         reply = Reply()
         reply.memory[:] = [*port.memory]
         if address is None:
