@@ -91,7 +91,7 @@ LUMPED = FiniteElement(20, "lumped")
         ),
         (
             paper(Modal(10), WaveIdentification(), Newmark(), StepRule(dt=1e-4)),
-            PairingError, "solve.step", "would stand 0.51558 m from the face",
+            PairingError, "solve.step", "would lie 0.51558 m from the face",
         ),
         (
             paper(Continuous(), ImpulseMomentum(), Newmark()),
