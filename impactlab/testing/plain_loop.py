@@ -13,7 +13,7 @@ from scipy.sparse import csr_array
 
 from impactlab.errors import CaseError, StepError
 from impactlab.numerics.compiling import plain
-from impactlab.simulate.driver import Plan
+from impactlab.simulate.plan import Plan
 from impactlab.simulate.stepping.assembly import Assembly
 from impactlab.simulate.stepping.event_times import TOUCHED, close_time, open_time
 from impactlab.simulate.stepping.packing import dashpots
@@ -32,7 +32,7 @@ class PlainContact:
 
     def __init__(self, loop: PlainLoop, number: int, columns: Array) -> None:
         contacts, rows = loop.plan.scene.contacts, loop.rows
-        self.number, self.law, self.columns = number, contacts[number].law, columns
+        self.number, self.law, self.columns = number, loop.plan.acting.laws[contacts[number].name], columns
         self.record, self.port, self.reply = loop.assembly.contacts[number], loop.assembly.ports[number], Reply()
         self.given, first, starts = np.zeros(JUMP), 2 * number, loop.plan.starts
         self.u, self.v = rows[first : first + 2], rows[first + 2 * len(contacts) :][:2]  # left, right face
@@ -60,10 +60,10 @@ class PlainLoop:
 
     def __init__(self, plan: Plan, before: Hook = lambda _: None, after: Hook = lambda _: None) -> None:
         changing = any(built.system.phases is not None for built in plan.built.values())
-        if plan.dt is None or plan.integrator is None or plan.scene.events == "located" or changing:
+        if plan.dt is None or plan.integrator is None or plan.method.events == "located" or changing:
             raise CaseError("the plain loop takes whole steps of bodies that keep their coordinates", path="solve")
         self.plan, self.scheme, self.dt, self.before, self.after = plan, plan.integrator, plan.dt, before, after
-        self.assembly = Assembly(plan.scene, plan.built, plan.steppers, plan.starts, self.scheme, self.dt, plan.steps)
+        self.assembly = Assembly(plan, self.scheme, self.dt)
         memory = self.assembly.memory
         self.time, self.state = 0.0, memory.state  # of all bodies: displacements, velocities, the rest
         self.events: list[tuple[float, int, str]] = []  # s; contact; close, open or impulse
