@@ -39,6 +39,6 @@ class EnergyConserving(AbstractContactLaw):
         if reply.trial > 0.0:
             reply.force = reply.trial
             reply.in_contact = 1.0
-            if port.travel_per_force != port.gap_per_force:  # else the travel is the change of the gap, which is zero
+            if port.acting_gap_per_force == 0.0:  # explicit: the travel is not the change of the gap, which is zero
                 travel = port.free_travel + port.travel_per_force * reply.force
                 reply.dissipated = max(0.0, -reply.force * travel)
