@@ -171,11 +171,14 @@ def test_an_impact_gains_less_energy_than_declared(points: float) -> None:
     assert struck(ChungLee(), points).energy.largest_gain <= ChungLee.gains_energy
 
 
+MESH = FiniteElement(20, "lumped")
+
+
 def test_it_refuses_dampers_and_steps_beyond_its_limit() -> None:
     viscous = Rod("rod", (PIECE,), End("free"), End("dashpot", 1.0))
     with pytest.raises(PairingError, match="serves bodies without dampers only"):
-        simulate.run(*simulation("viscous", {"rod": viscous}, (), 1e-4, ChungLee(), StepRule(courant=0.5)))
+        simulate.run(*simulation("viscous", {"rod": viscous}, (), 1e-4, ChungLee(), StepRule(courant=0.5), model=MESH))
     plain = Rod("rod", (PIECE,), End("free"), End("clamped"))
     # A lumped mesh allows c dt/h up to 1 for beta = 1, so up to 1/sqrt(31/27) = 0.933.
     with pytest.raises(CaseError, match="beyond the stability limit"):
-        simulate.run(*simulation("long", {"rod": plain}, (), 1e-4, ChungLee(), StepRule(courant=0.95)))
+        simulate.run(*simulation("long", {"rod": plain}, (), 1e-4, ChungLee(), StepRule(courant=0.95), model=MESH))

@@ -100,6 +100,7 @@ def test_short_waves_lag() -> None:
             Newmark(),
             StepRule(dt=dt),
             probes=(Probe("rod", 0.0, "displacement"),),
+            model=model,
         )
     )
     times = dt * np.arange(4001)
@@ -113,13 +114,17 @@ def test_short_waves_lag() -> None:
 
 def test_it_keeps_energy_under_newmark() -> None:
     moving = rod(LoveRod(50), right="free", velocity=0.3, displacement=lambda x: 1e-6 * np.cos(9.0 * x))
-    history = simulate.run(*simulation("free", {"rod": moving}, (), 1e-3, Newmark(), StepRule(points_per_period=10.0)))
+    history = simulate.run(
+        *simulation("free", {"rod": moving}, (), 1e-3, Newmark(), StepRule(points_per_period=10.0), model=LoveRod(50))
+    )
     # Rounding of some thousand steps.
     assert max(history.energy.largest_gain, history.energy.largest_loss) < 1e-10
 
 
 def test_a_scheme_for_diagonal_masses_is_refused() -> None:
-    scene = simulation("refused", {"rod": rod(LoveRod(20))}, (), 1e-4, CentralDifference(), StepRule(courant=0.5))
+    scene = simulation(
+        "refused", {"rod": rod(LoveRod(20))}, (), 1e-4, CentralDifference(), StepRule(courant=0.5), model=LoveRod(20)
+    )
     with pytest.raises(PairingError, match="needs a diagonal mass"):
         simulate.run(*scene)
 
@@ -147,7 +152,9 @@ def struck(law: AbstractContactLaw, modes: int, duration: float) -> AbstractHist
     model = LoveRod(modes=modes, radius_of_gyration=RADIUS)
     contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0)
     bodies = {"hammer": Mass("hammer", PIECE.mass, 1.0), "rod": rod(model)}
-    return simulate.run(*simulation("struck", bodies, (contact,), duration, ExactModal(), StepRule(dt=3e-7), law=law))
+    return simulate.run(
+        *simulation("struck", bodies, (contact,), duration, ExactModal(), StepRule(dt=3e-7), model=model, law=law)
+    )
 
 
 RADIUS = 0.03  # m: its lateral inertia is felt by waves of nu r = 9 mm
@@ -193,7 +200,16 @@ def test_the_general_law_serves_the_mesh_too() -> None:
     contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0)
     bodies = {"hammer": Mass("hammer", PIECE.mass, 1.0), "rod": rod(model)}
     seen = simulate.run(
-        *simulation("struck", bodies, (contact,), trip, Newmark(), StepRule(dt=3e-7), law=DispersiveIdentification())
+        *simulation(
+            "struck",
+            bodies,
+            (contact,),
+            trip,
+            Newmark(),
+            StepRule(dt=3e-7),
+            model=model,
+            law=DispersiveIdentification(),
+        )
     )
     for place in (0.1, 0.5, 0.9):
         assert float(seen.evaluate(place * trip, "velocity:hammer")) == pytest.approx(slowed(place * trip), abs=4e-3)
