@@ -28,6 +28,9 @@ METHODS = [
     "impulse_momentum_0.5",
 ]
 
+# Half a minute each. The stored table has them (`python -m studies hard --check`).
+LONG = {("nearly_rigid", variant, "impulse_momentum_0.5") for variant in ("massless_pad", "massless_rod")}
+
 
 def test_every_hard_case_says_why_it_exists_what_must_happen_and_what_is_exact() -> None:
     for file in FILES:
@@ -43,7 +46,9 @@ def test_no_method_hangs_crashes_or_is_silently_wrong(file: Path, tmp_path: Path
     found, jobs = cells([file], "hard", families, METHODS)
     written, references = load_case(file), References()
     records = {
-        key: row_of(written.variant(job.variant), job.method, job.settings, references) for key, job in jobs.items()
+        key: row_of(written.variant(job.variant), job.method, job.settings, references)
+        for key, job in jobs.items()
+        if (file.stem, job.variant, job.method) not in LONG
     }
     stored = tmp_path / "table.csv"
     stored.write_text(table.as_csv(table.rows(found, records, {})), encoding="utf-8")

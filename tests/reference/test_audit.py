@@ -13,6 +13,9 @@ from scipy.integrate import solve_ivp
 import impactlab as il
 from studies.audit import answers, compare, families, measure, references, scenes, smooth, summary, truth
 
+# The independent programs are compiled first.
+pytestmark = pytest.mark.slow
+
 
 def ball_on_wall(law: scenes.Doc, gap: float = 7.767e-5, tolerance: float = 1e-8) -> scenes.Doc:
     """Return a ball of 1 kg at 1 m/s before a wall."""
@@ -139,7 +142,6 @@ def test_fronts_pass_through_closed_contacts() -> None:
     assert found["impulse"] < 1e-5
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("number", [number for number in range(40) if number not in (17, 20)])  # it stops there
 def test_exact_solver_and_truth_agree(number: int) -> None:
     doc = families.draw("exact", 20, number).doc
@@ -150,7 +152,6 @@ def test_exact_solver_and_truth_agree(number: int) -> None:
     assert max(answer.uncertainty.values()) <= 1e-5
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("family", ["power_law", "dashpot"])
 def test_waves_and_modes_agree(family: str) -> None:
     agreed = 0
@@ -188,7 +189,6 @@ def test_truths_that_do_not_come_nearer_to_each_other_are_less_well_known(monkey
     assert found.uncertainty["impulse"] > 0.09
 
 
-@pytest.mark.slow
 def test_a_reference_ends_where_touches_at_rest_make_adaptive_steps_tiny() -> None:
     """Masses in a row that touch at rest: the damping of Flores, over the least speed, is stiff."""
     row = references.claimed(families.draw("rigid", 303, 38))
@@ -196,7 +196,6 @@ def test_a_reference_ends_where_touches_at_rest_make_adaptive_steps_tiny() -> No
     assert row["true"] < row["claimed"] < 1e-5
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("family", "number"), [("exact", 10), ("beam", 5)])
 def test_references_of_the_first_order_do_not_claim_the_second(family: str, number: int) -> None:
     """Fronts on a mesh that disperses them; modes of a beam with shear: three levels show more by luck."""

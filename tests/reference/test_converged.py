@@ -147,6 +147,7 @@ def test_a_stiffness_damped_rod_is_that_of_its_damped_modes(way, b):
         assert metrics.relative_l2(found.history.evaluate(t, channel), wanted) <= found.uncertainty + 1e-7
 
 
+@pytest.mark.slow
 def test_a_mass_damped_rod_is_that_of_its_transform():
     """u(s) = M v0/(M s^2 + E A k coth(k L)), c k = sqrt(s^2 + a s), inverted by de Hoog away from the echoes' kinks."""
     mpmath = pytest.importorskip("mpmath")
