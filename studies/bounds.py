@@ -77,7 +77,7 @@ def struck(
 
 
 def periodic_bar(elements: int, courant: float, mass: str = "consistent") -> Simulation:
-    """Return the bar that is let go from a uniform strain and bounces against a wall for ever: four of its periods."""
+    """Return the bar that starts from a uniform strain and bounces against a wall periodically, over four periods."""
     bar = Segment(1.0, 1.0, 1.0, 1.0)
     model = FiniteElement(elements, mass)  # type: ignore[arg-type]
     rod = Rod("rod", (bar,), End("free"), End("clamped"), displacement=lambda x: (1.0 - x) / 2.0)

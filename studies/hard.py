@@ -29,14 +29,14 @@ Written by `python -m studies hard` from the table of `impactlab bench --suite h
 
 A run has three ways to end in good order: completed; refused before its first step, with reason and remedy; failed
 with an error that carries the time it reached and the run up to there. Anything else is a violation: a hang, a crash, a
-number that is none, momentum that does not balance, energy gained without a word, or an answer that is wrong by more
+number that is not finite, momentum that does not balance, energy gained without a warning, or a result wrong by more
 than {100 * WRONG:.0f} % of displacement or impulse while no warning says what is wrong.
 """
 TIME_LIMIT = 300  # s of a row, from which it has hung: the longest takes half a minute where nothing else runs
 
 
 def run(table: Path) -> None:
-    """Measure the table anew and store it, without times: they say nothing here."""
+    """Measure the table again and store it without times."""
     with tempfile.TemporaryDirectory() as folder:
         command = [sys.executable, "-m", "impactlab", "bench", "--suite", "hard", "--no-timing", "--jobs", "0"]
         command += ["--time-limit", str(TIME_LIMIT)]

@@ -104,7 +104,7 @@ def axial() -> str:
         gain = percent(history.energy.largest_gain)
         cells = [*shown, second_contact(history, scene.scene), gain]
         if any(warning.code == "constraint_energy" for warning in history.warnings):
-            cells = [f"~{cell}" for cell in cells]  # it chatters: its numbers hang on the last bit
+            cells = [f"~{cell}" for cell in cells]  # it chatters: its numbers depend on the last bit
         lines.append("| " + " | ".join([name, *cells, steps, least_time(scene)]) + " |")
     return "\n".join(lines)
 

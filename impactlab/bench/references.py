@@ -21,7 +21,7 @@ KEPT = 4  # references that a worker keeps in memory: cells come scene by scene
 class References:
     """The references of one bench.
 
-    They are kept in a folder that lives as long as the bench and that nobody else writes to: what is read there was
+    They are kept in a folder that lives as long as the bench and to which only the bench writes: what is read there was
     written by a worker of the same bench, never by a file that came from elsewhere.
     """
 
@@ -30,7 +30,7 @@ class References:
         self._known: dict[str, Reference | None] = {}
 
     def of(self, scene: Scene, method: Method) -> Reference | None:
-        """Return the reference of a scene, or None where there is none."""
+        """Return the reference of a scene, or None."""
         key = reference_key(scene, method)
         if key not in self._known:
             while len(self._known) >= KEPT:

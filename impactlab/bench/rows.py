@@ -14,7 +14,7 @@ from impactlab.report.summary import describe, plain, summarise
 from impactlab.scene.method import Method, laws_of, modelled
 from impactlab.scene.problem import Scene
 
-VERSION = 2  # of the record; part of it, so that an old one is made anew
+VERSION = 2  # of the record; part of it, so that an older one is run again
 
 LISTS = ("events", "contacts")  # of a summary; counted in full, and of each kept
 MOST = 1000  # in a record: a run of 1e7 steps may have a million, which are 1e8 bytes
@@ -35,7 +35,7 @@ def row_of(case: Case, method: str, settings: Mapping[str, Any], references: Ref
     Returns
     -------
     dict
-        ``version``; ``summary``, as `run --json` prints it but for the first `MOST` events and contacts alone, of a run
+        ``version``; ``summary``, as `run --json` prints it, with at most `MOST` events and contacts alone, of a run
         that was refused or failed its error; ``counts`` of all events and contacts; ``asked``, the parts that were to
         be used; ``reference`` (name, uncertainty, how found); ``momentum_error``; ``environment``.
     """
@@ -52,7 +52,7 @@ def row_of(case: Case, method: str, settings: Mapping[str, Any], references: Ref
 
 
 def record(case: Case, references: References) -> dict[str, Any]:
-    """Return the record of a case whose method is in place, but for ``asked``; raises what the run raises."""
+    """Run a case whose method is in place and return its record without ``asked``."""
     with api.warnings_kept():
         history = api.run(case)
     physics = api.physics_of(case)

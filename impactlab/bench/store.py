@@ -43,7 +43,7 @@ class Store:
         self.write(f"{kind}/{key}.json", text + "\n")
 
     def get(self, kind: Kind, key: str) -> dict[str, Any] | None:
-        """Return a record, or None where there is none. What is no record is deleted."""
+        """Return a record, or None; a file that is not a record is deleted."""
         path = self.folder / kind / f"{key}.json"
         try:
             found = json.loads(path.read_text(encoding="utf-8"))

@@ -33,7 +33,7 @@ ROUNDING = 1e-9  # %, below which the balance is drawn as the straight line it i
 
 @drawn
 def energy_balance(traces: Sequence[Trace], scene: Scene) -> Figure:
-    """Return the energy balance of each trace, in % of the energy in play: above zero was gained, below was lost."""
+    """Return the energy balance of each trace, in % of the reference energy: above zero was gained, below was lost."""
     figure, ((axis,),) = grid(1, 1, 2.6, Margins(left=0.95, right=NAMES))  # rounding has long numbers on its axis
     time, ends, extent = clock(scene), [], 0.0
     for trace in traces:
@@ -48,7 +48,7 @@ def energy_balance(traces: Sequence[Trace], scene: Scene) -> Figure:
         log_axis(axis.yaxis)
     elif extent < ROUNDING:
         axis.set_ylim(-1e-3, 1e-3)
-    axis.set_ylabel("energy balance  [% of that in play]")
+    axis.set_ylabel("energy balance  [% of the reference energy]")
     time_axis(axis, scene)
     if len(ends) > 1:
         label_lines(axis, ends)

@@ -119,7 +119,7 @@ def findings(comparison: Mapping[str, Any]) -> list[str]:
         worst = max(gained, key=lambda row: float(row["summary"]["energy"]["largest_gain"]))
         share = 100.0 * worst["summary"]["energy"]["largest_gain"]
         sentences.append(
-            f"{_names(gained)} gained more than 1 % of the energy in play, {worst['name']} most ({cell(share)} %)."
+            f"{_names(gained)} gained more than 1 % of the reference energy, {worst['name']} most ({cell(share)} %)."
         )
     sentences += [f"{each['text']}." for each in comparison.get("collisions", ())]
     failed = [row for row in comparison["rows"] if row not in done]
@@ -172,7 +172,7 @@ def table_caption(judged: bool) -> str:
         "and relative of the total impulse; the smallest are marked. "
     )
     rest = (
-        "Gain and loss are the largest rise and fall of the energy balance, in % of the energy in play. T is the "
+        "Gain and loss are the largest rise and fall of the energy balance, in % of the reference energy. T is the "
         "round trip of a wave. The time to solve is without set-up."
     )
     return errors + rest if judged else rest

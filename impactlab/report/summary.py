@@ -34,7 +34,7 @@ KNOWN_BY = {
     "force_away_from_jumps": ("force_away_from_jumps", "force_graph", "force_oscillation"),
     "event_times": ("event_times", "events_missed", "events_extra", "opening_time"),
 }
-"""Which errors hang on which uncertainty of the reference."""
+"""Uncertainties of the reference that bound each error."""
 BOOKED = ("contact", "unresolved")  # always named in the energy block, also where nothing was booked
 
 

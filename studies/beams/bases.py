@@ -288,7 +288,7 @@ the beam's motion (sum of v^2) lies outside the middle quarter when a quarter of
 
 {first_moments}
 
-**{wu_haug}** Ritz vectors, which nobody told where the contact's neighbourhood ends, do as well with fewer.
+**{wu_haug}** Ritz vectors, which do not depend on the size of this neighbourhood, do as well with fewer.
 
 Later the waves reach the other pieces, and what these leave out stays missing however fine the struck one is: in the
 first scene above the error of the force is {later}.

@@ -46,7 +46,7 @@ def figures(run: Run, scene: Scene) -> Figures | None:
     if history is None or history.duration < scene.duration:
         return None
     energy, [name] = history.energy.total, metrics.force_channels(scene)
-    # A touch that gives no more than rounding is none.
+    # Touches with no more impulse than rounding do not count.
     touches = [span for span in history.contacts if span.impulse > 1e-9 * IMPULSE]
     return Figures(
         float(energy[-1] / energy[0]),

@@ -1,4 +1,4 @@
-"""The paper's own formulas for a mass as heavy as the rod, in closed form, derived anew from its Eqs. 7 to 9.
+"""The paper's own formulas for a mass as heavy as the rod, in closed form, derived again from its Eqs. 7 to 9.
 
 Times in T, lengths in v0 T, stresses in rho c v0.
 """

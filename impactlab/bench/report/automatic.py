@@ -1,4 +1,4 @@
-"""The automatic choice judged: did it keep its promise, how dear was it, how long did it choose."""
+"""The automatic choice compared with the grid: error against tolerance, cost, time to choose."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from impactlab.bench.report.views import BOTH, CLOCKS, SURE, SceneRows, error
 from impactlab.bench.schema import Row
 
 KEPT, MISSED, DECLINED, LOST, UNJUDGED = "kept", "missed", "declined", "failed", "not judged"
-DEAR = 2.0  # times the best that a chosen run may take
+MAX_RATIO = 2.0  # time of a chosen run over the best, above which it is counted as costly
 LONG = 10.0  # times its own run that a choice may take
 
 
@@ -110,10 +110,10 @@ def verdict_words(scenes: Sequence[SceneRows]) -> list[str]:
         words.append(f"It missed in {named}.")
     ratios = [each.over_best for each in judged if each.over_best is not None]
     if ratios:
-        dear = sum(ratio > DEAR for ratio in ratios)
+        costly = sum(ratio > MAX_RATIO for ratio in ratios)
         words.append(
             f"Its runs took {short(min(ratios))} to {short(max(ratios))} times the fastest method of the grid that "
-            f"meets the tolerance, {dear or 'none'} more than {DEAR:g} times."
+            f"meets the tolerance, {costly or 'none'} more than {MAX_RATIO:g} times."
         )
     spent = [each.choosing for each in judged if each.choosing is not None]
     if spent:

@@ -29,8 +29,8 @@ def energy(scene: SceneRows, look: Mapping[str, Look]) -> Figure:
     Named are those that gain or lose most at their finest level: what does not fall with the step is the method's own.
     """
     panels = (
-        ("energy gained", "share of the energy in play", lambda row: row.energy_gain),
-        ("energy lost without a booking", "share of the energy in play", lambda row: row.energy_loss),
+        ("energy gained", "share of the reference energy", lambda row: row.energy_gain),
+        ("energy lost without a booking", "share of the reference energy", lambda row: row.energy_loss),
     )
     return _against_steps(scene, look, panels, SHOWN, HIGH)
 

@@ -18,7 +18,7 @@ class Point(NamedTuple):
 
 
 def front(points: Sequence[tuple[float, float]]) -> list[int]:
-    """Return the indices of the points (cost, error) that no other beats, from cheap to dear.
+    """Return the Pareto front of points (cost, error) as indices, by rising cost.
 
     A point is beaten by one that is nowhere worse and somewhere better; equal points stand together.
     """
@@ -40,9 +40,9 @@ def points(
 def front_of(
     rows: Iterable[Row], norm: Norm, scene: SceneRows, cost: Callable[[Row], float | None] = CLOCKS["solve"]
 ) -> list[Point]:
-    """Return the front of some rows of a scene, from cheap to dear.
+    """Return the Pareto front of some rows of a scene, by rising cost.
 
-    Errors that agree in three digits count as equal: methods that are the same but for rounding do not beat each other.
+    Errors that agree in three digits count as equal: methods that differ by rounding do not beat each other.
     """
     candidates = points(rows, norm, scene, cost)
     return [candidates[i] for i in front([(p.cost, float(f"{p.error:.2e}")) for p in candidates])]

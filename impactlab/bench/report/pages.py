@@ -85,7 +85,7 @@ PRECISION = (
     "answer without steps, its error below the axis."
 )
 ENERGY = (
-    "The largest rise and fall of the energy balance of each run, over the energy in play. A line that does not fall "
+    "The largest rise and fall of the energy balance of each run, over the reference energy. A line that does not fall "
     "with the step is a fault of the method itself."
 )
 OSCILLATION = (

@@ -109,7 +109,7 @@ def families_sheet(scene: SceneRows) -> Sheet:
     note = (
         "Time to solve of the fastest level that keeps displacement and impulse within the tolerance; least errors "
         "over all levels, of the force away from its jumps, of its graph in T and peaks, of event times where none was "
-        "missed; energy gained and lost in % of the energy in play, and how far the force goes up and down too often "
+        "missed; energy gained and lost in % of the reference energy, and how far the force goes up and down too often "
         "in peaks, at the finest level that ended. † stands on the special grid dt = h/c; own. begins the methods that "
         "the case brings along."
     )

@@ -18,7 +18,7 @@ TYPICAL = 100  # elements of the level that is shown
 
 
 class Pair(NamedTuple):
-    """A row on the special grid and its sibling off it: the same but for the step."""
+    """A row on the special grid and its sibling off it: equal except for the step."""
 
     special: Row
     ordinary: Row | None

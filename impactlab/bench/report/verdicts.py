@@ -78,7 +78,7 @@ def _completed(row: Row) -> Iterator[str]:
         yield f"momentum and impulses differ by {100.0 * row.momentum_error:.2g} %"
     error = worst_error(row)
     if error is not None and error > WRONG and not told(row):
-        yield f"wrong by {100.0 * error:.2g} % without a word"
+        yield f"wrong by {100.0 * error:.2g} % without a warning"
 
 
 def verdict(row: Row) -> Verdict:

@@ -121,7 +121,7 @@ def methods_of(scenes: Sequence[SceneRows]) -> tuple[str, ...]:
 
 
 def error(row: Row, norm: Norm, scene: SceneRows) -> float | None:
-    """Return the error of a row as it is judged; None where there is none.
+    """Return the error of a row for comparisons, or None.
 
     Nothing is better than its reference: an error below the uncertainty of the reference counts as that uncertainty,
     and one below rounding as rounding. Both at once is the larger of the two; in a scene without impulse, or without

@@ -50,12 +50,12 @@ def _at(scenes: Sequence[SceneRows], tolerance: float) -> str:
     for scene in kept:
         lead = best(scene, BOTH, tolerance, CLOCKS["solve"], ordinary=True)
         wins.update([lead.method] if lead is not None else [])
-    nobody = len(kept) - sum(wins.values())
+    unmet = len(kept) - sum(wins.values())
     if not wins:
         told = f"At {power(tolerance)} no method with steps off special grids meets both norms"
         return f"{told} in any of {_scenes(len(kept))}."
     named = ", ".join(f"{method} in {count}" for method, count in wins.most_common(NAMED))
-    missing = f"; none meets it in {nobody}" if nobody else ""
+    missing = f"; none meets it in {unmet}" if unmet else ""
     return f"At {power(tolerance)} in displacement and impulse, of {_scenes(len(kept))}, fastest is {named}{missing}."
 
 
@@ -68,8 +68,8 @@ def _steady(scenes: Sequence[SceneRows]) -> str:
         return ""
     first = table[0]
     price = median(first.ratios_stepped)
-    dear = f", at {short(price)} times the time of the fastest there (median)" if price is not None else ""
-    return f"Most often within {power(tolerance)}: {first.method}, in {first.count(MET)} of {len(first.results)}{dear}."
+    cost = f", at {short(price)} times the time of the fastest there (median)" if price is not None else ""
+    return f"Most often within {power(tolerance)}: {first.method}, in {first.count(MET)} of {len(first.results)}{cost}."
 
 
 def certainty_words(rows: Sequence[Row], scenes: Sequence[SceneRows]) -> list[str]:
