@@ -24,7 +24,7 @@ def environment() -> dict[str, str]:
 
 
 def processor() -> str:
-    """Return the name of the processor, as far as the system tells it."""
+    """Return the name of the processor, as far as the system reports it."""
     told = Path("/proc/cpuinfo")
     if told.is_file():
         for line in told.read_text(encoding="utf-8", errors="replace").splitlines():
@@ -35,7 +35,7 @@ def processor() -> str:
 
 
 def described() -> dict[str, object]:
-    """Return `environment` and what else may matter to somebody who repeats a bench."""
+    """Return `environment` and further facts for repeating a bench."""
     return {
         **environment(),
         "sources": code_hash(),

@@ -113,7 +113,7 @@ def nameless(scene: Scene, method: Method) -> Any:
 
 @cache
 def numeric_environment() -> dict[str, str]:
-    """Return what errors may depend on beside the sources: versions, kind of processor, compiled or not."""
+    """Return the facts beside the sources on which errors depend: versions, processor, compiled or not."""
     return {
         "machine": platform.machine(),
         "python": platform.python_version(),

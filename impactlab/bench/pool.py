@@ -105,7 +105,7 @@ def _ended(future: Any, limit: float) -> tuple[str, Any]:
 
 
 def _start(initializer: Callable[..., None] | None, initargs: tuple[Any, ...]) -> None:
-    """Prepare a worker: what a part prints may not get into a JSON document, and it ends with its owner."""
+    """Prepare a worker: prints go to standard error, and the process ends with its owner."""
 
     def attend() -> None:
         owner = parent_process()

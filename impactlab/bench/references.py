@@ -1,4 +1,4 @@
-"""The answers that rows are measured against: one for each scene, shared by the workers of one bench."""
+"""References: one for each scene, shared by the workers of one bench."""
 
 from __future__ import annotations
 
@@ -64,12 +64,12 @@ class References:
 
 
 def lose(folder: Path, key: str, reason: str) -> None:
-    """Tell the workers of a bench that the search for a reference had no end: they do without."""
+    """Record that the search for a reference did not end: the workers do without it."""
     (folder / f"{key}{LOST}").write_text(reason, encoding="utf-8")
 
 
 def told(reference: Reference | None, lost: str = "") -> dict[str, Any]:
-    """Return what a row says of its reference: its name, its uncertainty (0 for an exact one), how it was found.
+    """Return the reference as in a row: name, uncertainty (0 for an exact one), how it was found.
 
     ``lost`` says why the search for it had no end; such a row is run again by the next bench.
     """

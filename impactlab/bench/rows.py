@@ -1,4 +1,4 @@
-"""One row: a case run once, its summary, and what became of it. Whatever a part raises is a row, too."""
+"""One row: a case run once, its summary and its status. An error of any part is a row, too."""
 
 from __future__ import annotations
 

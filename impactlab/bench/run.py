@@ -1,4 +1,4 @@
-"""A bench from end to end: which rows are missing, run them, time them, write the table."""
+"""A bench: find the missing rows, run and time them, write the table."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Options:
 
 
 class Bench(NamedTuple):
-    """What a bench found."""
+    """The result of a bench."""
 
     suite: str
     cells: list[Cell]
@@ -52,7 +52,7 @@ class Bench(NamedTuple):
 
     @property
     def document(self) -> dict[str, Any]:
-        """What ``bench --json`` prints."""
+        """The document of ``bench --json``."""
         return table.document(self.suite, self.cells, self.records, self.times)
 
     @property
@@ -75,7 +75,7 @@ def bench(
     show: Show = lambda _label, _fraction: None,
     say: Callable[[str], None] = lambda _: None,
 ) -> Bench:
-    """Run what is missing of a grid of methods over cases, and write the table.
+    """Run the missing rows of a grid of methods over cases, and write the table.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def bench(
         found, jobs = cells(files, suite, families, methods)
         if not found:
             raise CaseError(
-                "no method that was asked for says anything about these cases",
+                "none of these methods serves any of these cases",
                 remedy="Give other --methods or another --grid; own.NAME is method NAME of the cases.",
             )
         store.write("cells.json", json.dumps([cell._asdict() for cell in found], indent=1, ensure_ascii=False) + "\n")
@@ -134,7 +134,7 @@ def _kept(store: Store, key: str, options: Options) -> dict[str, Any] | None:
 
 
 def _find_references(store: Store, missing: Sequence[Job], options: Options, show: Show) -> None:
-    """Find the answers that rows are measured against, each a job of its own, before any row is run.
+    """Find the references of the rows, each a job of its own, before any row is run.
 
     The rows read them from the folder of this bench; where one was lost to a kill or a crash it says so there.
     """

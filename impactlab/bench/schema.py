@@ -85,7 +85,7 @@ class Row(NamedTuple):
 
     @property
     def scene(self) -> str:
-        """Return the name of what was solved: ``case`` or ``case/variant``."""
+        """Return the name of the scene: ``case`` or ``case/variant``."""
         return self.case if self.variant in ("", BASE) else f"{self.case}/{self.variant}"
 
     @property

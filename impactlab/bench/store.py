@@ -66,7 +66,7 @@ class Store:
         draft.replace(path)
 
     def sweep(self) -> None:
-        """Delete what a bench that was killed left half written."""
+        """Delete the drafts of benches that were killed."""
         for path in self.folder.rglob(f"*{TEMPORARY}"):
             path.unlink(missing_ok=True)
         for path in self.folder.glob(f"{SESSION}*"):
@@ -80,14 +80,14 @@ def opened(folder: Path) -> Iterator[Store]:
     Raises
     ------
     CaseError
-        If the folder holds what no bench wrote, or another bench is at work in it.
+        If the folder holds files that no bench wrote, or another bench is at work in it.
     """
     if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
         raise CaseError(f"the output {str(folder)!r} is not a folder", remedy="Give another --out.")
     if folder.is_dir() and not (folder / LOCK).exists() and any(folder.iterdir()):
         stranger = min(path.name for path in folder.iterdir())
         raise CaseError(
-            f"the output folder {str(folder)!r} holds what no bench wrote, such as {stranger[:80]!r}",
+            f"the output folder {str(folder)!r} holds files that no bench wrote, such as {stranger[:80]!r}",
             remedy="Give a new folder with --out.",
         )
     folder.mkdir(parents=True, exist_ok=True)

@@ -49,7 +49,7 @@ def as_csv(rows: Sequence[Mapping[str, Any]]) -> str:
 def document(
     suite: str, cells: Iterable[Cell], records: Mapping[str, Mapping[str, Any]], times: Mapping[str, Mapping[str, Any]]
 ) -> dict[str, Any]:
-    """Return what ``bench --json`` prints: each row with the summary that ``run --json`` prints."""
+    """Return the document of ``bench --json``: each row with the summary that ``run --json`` prints."""
     listed = []
     for cell in sorted(cells, key=lambda cell: (cell.suite, cell.case, cell.variant, cell.method, cell.level)):
         if cell.key in records:

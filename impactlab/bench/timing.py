@@ -20,13 +20,13 @@ LONG, LONGER = 0.1, 1.0  # s of a run, up to which it is repeated three times, a
 
 
 def repeats_of(spent: float, most: int) -> int:
-    """Return how often to run what took ``spent`` [s], warmed up."""
+    """Return the number of repeats of a run that took ``spent`` [s], warmed up."""
     least = 3 if spent <= LONG else 2 if spent <= LONGER else 1
     return min(most, max(least, int(BUDGET / max(spent, 1e-9))))
 
 
 def times_of(case: Case, repeats: int = REPEATS) -> dict[str, Any]:
-    """Return what a case whose method is in place costs, ready for JSON; nothing else may run meanwhile.
+    """Return the cost of a case whose method is in place, ready for JSON; nothing else may run meanwhile.
 
     The first run warms up (compiles, fills caches) and says how often the budget allows to repeat; it is not counted.
     Garbage is collected before and not within, and linear algebra has one thread.
@@ -71,7 +71,7 @@ def summed(costs: list[Cost]) -> dict[str, float]:
 
 @cache
 def settle() -> None:
-    """Put what a process has imported out of the collector's sight, once: collections are short then."""
+    """Freeze imported objects for the garbage collector, once: collections are short then."""
     gc.collect()
     gc.freeze()
 

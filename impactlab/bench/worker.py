@@ -44,7 +44,7 @@ _here = Worker(None)  # of this process
 
 
 def warm_up() -> None:
-    """Run each loop once, so that what numba compiles is on disk before several workers ask for it."""
+    """Run each loop once, so that compiled code is on disk before several workers need it."""
     case = case_of("warm_up", "", parse_yaml(WARM_UP))
     for setting in (("solve.events", "dated"), ("solve.events", "located"), ("solve.model", {"kind": "continuous"})):
         driver.run(*case.with_settings([setting]).simulation())

@@ -71,7 +71,7 @@ def test_a_second_bench_is_refused_and_the_lock_dies_with_its_owner(tmp_path: Pa
 
 def test_a_folder_of_somebody_else_is_left_alone(tmp_path: Path) -> None:
     (tmp_path / "thesis.tex").write_text("years of work")
-    with pytest.raises(CaseError, match=r"holds what no bench wrote, such as 'thesis.tex'"), opened(tmp_path):
+    with pytest.raises(CaseError, match=r"holds files that no bench wrote, such as 'thesis.tex'"), opened(tmp_path):
         pass
     assert sorted(path.name for path in tmp_path.iterdir()) == ["thesis.tex"]
     with pytest.raises(CaseError, match="is not a folder"), opened(tmp_path / "thesis.tex"):

@@ -108,7 +108,7 @@ def invoke(*arguments: str, cwd: Path, **settings: Any) -> subprocess.CompletedP
         (("--suite", "hard"), "there are no cases in 'cases/hard'"),
         ((str(PAPER), "--methods", "exakt"), "Did you mean 'exact'?"),
         ((str(PAPER), "--grid", "none.yaml"), "the grid file does not exist"),
-        ((str(PAPER), "--out", "somebody"), "holds what no bench wrote, such as 'work'"),
+        ((str(PAPER), "--out", "somebody"), "holds files that no bench wrote, such as 'work'"),
     ],
 )
 def test_wrong_input_leaves_with_2_and_one_document(tmp_path: Path, arguments: tuple[str, ...], said: str) -> None:

@@ -1,1 +1,1 @@
-"""What is drawn and told from the table of a bench alone: figures, tables, pages. Nothing is run here."""
+"""Figures, tables and pages from the table of a bench alone. Nothing is run here."""

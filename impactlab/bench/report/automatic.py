@@ -28,7 +28,7 @@ class Choice(NamedTuple):
 
 
 def choices(scenes: Sequence[SceneRows]) -> list[Choice]:
-    """Return all rows of the method ``automatic``, judged by the measured error."""
+    """Return all rows of the method ``automatic``, with their measured errors."""
     return [_choice(row, scene) for scene in scenes for row in scene.automatic]
 
 
@@ -91,14 +91,14 @@ def automatic_sheet(scenes: Sequence[SceneRows]) -> Sheet:
 
 
 def _chosen(row: Row) -> str:
-    """Return in few words what was chosen."""
+    """Return the chosen description in few words."""
     sizes = "/".join(str(size) for size in (row.elements, row.modes) if size is not None)
     words = (row.model, sizes, row.basis, row.law, row.integrator, row.events if row.integrator else "")
     return " ".join(word for word in words if word) or DASH
 
 
 def verdict_words(scenes: Sequence[SceneRows]) -> list[str]:
-    """Return what the automatic choice comes to, in sentences; none where it was not run."""
+    """Return sentences on the automatic choice; none where it was not run."""
     found = choices(scenes)
     if not found:
         return []

@@ -112,7 +112,7 @@ def chart(scenes: Sequence[SceneRows], norm: Norm, tolerance: float, clock: str 
 
 
 def _scale(figure: Figure, axis: Axes, height: float) -> None:
-    """Write what the colours and marks of a map mean above it."""
+    """Write the legend of a map above it."""
     from matplotlib.patches import Rectangle
 
     x, y = 0.1 / WIDTH, 1.0 - 0.24 / height

@@ -196,7 +196,7 @@ def write_index(folders: Folders, rows: Sequence[Row], scenes: Sequence[SceneRow
 
 
 def _source(rows: Sequence[Row]) -> str:
-    """Return what the rows were made with."""
+    """Return code and versions that made the rows."""
     versions = [
         f"{name} {', '.join(values)}"
         for name in ("python", "numpy", "scipy", "numba")

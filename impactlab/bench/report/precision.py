@@ -188,7 +188,7 @@ def _fronts(axis: Axes, scene: SceneRows, norm: Norm, floor: float) -> None:
 
 
 def _uncertainty(axis: Axes, scene: SceneRows, norm: Norm, floor: float) -> None:
-    """Shade what lies below the uncertainty of the reference, where that is seen."""
+    """Shade errors below the uncertainty of the reference."""
     if norm.relative and scene.uncertainty > floor:
         axis.axhspan(axis.get_ylim()[0], scene.uncertainty, color=GREY, alpha=0.2, linewidth=0)
         text = "below the uncertainty of the reference"

@@ -25,7 +25,7 @@ MET, MISSED, REFUSED, FAILED, UNMEASURED, ABSENT = "met", "missed", "refused", "
 
 
 class Judged(NamedTuple):
-    """The scenes in which a tolerance can be judged, and why it cannot in the others."""
+    """The scenes in which a tolerance is resolved, and the reasons against the others."""
 
     scenes: tuple[SceneRows, ...]
     excluded: tuple[tuple[str, str], ...]  # name of a scene, reason
@@ -62,7 +62,7 @@ class Standing(NamedTuple):
 
 
 def judged(scenes: Sequence[SceneRows], norm: Norm, tolerance: float) -> Judged:
-    """Return in which scenes a tolerance can be judged: there is a reference, it is sure enough, and a norm exists."""
+    """Return the scenes whose reference is certain enough for a tolerance."""
     kept, excluded = [], []
     for scene in scenes:
         if not scene.reference:
@@ -113,7 +113,7 @@ def result(
     clock: Callable[[Row], float | None],
     leads: Leads,
 ) -> Result:
-    """Return what a family makes of a scene: met where any of its levels does, else what came nearest to an answer."""
+    """Return the result of a family in a scene: met if any level meets the tolerance, else its best outcome."""
     if family is None:
         return Result(ABSENT)
     own = fastest(family.rows, norm, scene, tolerance, clock)

@@ -21,7 +21,7 @@ def slug(name: str) -> str:
 
 
 def front_sheet(scene: SceneRows) -> Sheet:
-    """Return the rows on the fronts of displacement error, by time and by time with set-up, told apart."""
+    """Return the rows on the fronts of displacement error, by time and by time with set-up, marked apart."""
     rows, norm = stepped(scene), NORMS[0]
     by_time = [point.row for point in front_of(rows, norm, scene, CLOCKS["solve"])]
     by_total = [point.row for point in front_of(rows, norm, scene, CLOCKS["total"])]
@@ -81,7 +81,7 @@ def _front_line(row: Row, which: str) -> tuple[str, ...]:
 
 
 def families_sheet(scene: SceneRows) -> Sheet:
-    """Return the methods of a scene: time to each tolerance, least errors, energy, and what did not end."""
+    """Return the methods of a scene: time to each tolerance, least errors, energy, and runs without an end."""
     lines = []
     for family in (*scene.families, *scene.own):
         times = [fastest(family.rows, BOTH, scene, tolerance, CLOCKS["solve"]) for tolerance in TOLERANCES]

@@ -72,7 +72,7 @@ def percent(share: float | None) -> str:
 
 
 def markdown(sheet: Sheet) -> str:
-    """Return a sheet in Markdown; what is best stands in bold, a group of columns is named at its first."""
+    """Return a sheet in Markdown; the best stand in bold, a group of columns is named at its first."""
     groups = [""] + [h.group for h in sheet.headings]
     heads = [
         f"{h.group + ': ' if h.group and h.group != before else ''}{h.name}{f' [{h.unit}]' if h.unit else ''}"
@@ -132,7 +132,7 @@ def escaped(text: str) -> str:
 
 
 def latex(sheet: Sheet) -> str:
-    """Return a sheet as a LaTeX table in the manner of booktabs; what is best stands in bold."""
+    """Return a sheet as a LaTeX table in the manner of booktabs; the best stand in bold."""
     columns = "".join("r" if h.numeric else "l" for h in sheet.headings)
     lines = [
         "% needs \\usepackage{booktabs}",

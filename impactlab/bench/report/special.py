@@ -46,7 +46,7 @@ def _same(one: Row, other: Row) -> bool:
 
 
 def _but_step(row: Row) -> tuple[object, ...]:
-    """Return what makes a row, its step left out."""
+    """Return the settings of a row without its step."""
     settings = {path: value for path, value in settings_of(row).items() if not path.startswith("solve.step")}
     return row.elements, row.model, row.basis, row.law, row.integrator, row.events, settings
 

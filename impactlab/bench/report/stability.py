@@ -127,7 +127,7 @@ def cell(row: Row, codes: Codes) -> str:
 
 
 def percent(share: float) -> str:
-    """Return a share in percent, two digits; rounding is told as such."""
+    """Return a share in percent, two digits; rounding is named as such."""
     return "<1e-4 %" if share < 1e-6 else f"{float(f'{100.0 * share:.2g}'):g} %"
 
 
@@ -146,7 +146,7 @@ def drift(rows: Sequence[Row]) -> Table:
 
 
 def ledger(row: Row | None) -> str:
-    """Return the largest gain and loss of a run over its initial energy, or what became of it."""
+    """Return the largest gain and loss of a run over its initial energy, or the end of the run."""
     if row is None:
         return ""
     if not row.completed:

@@ -1,4 +1,4 @@
-"""The tables over all scenes: who wins where, the ranking, special grids, and how sure all that is."""
+"""The tables over all scenes: fastest methods, ranking, special grids, uncertainties."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ CLOCK_WORDS = {"solve": "time to solve", "total": "time to solve with set-up"}
 
 
 def winners(scenes: Sequence[SceneRows], norm: Norm = BOTH) -> Sheet:
-    """Return who is fastest in each scene at each tolerance, and how long the exact answer takes where there is one.
+    """Return the fastest method by scene and tolerance, and the time of the exact solution.
 
     A method on a special grid is followed by the fastest that is not.
     """
@@ -118,7 +118,7 @@ def _firsts(rows: Sequence[tuple[str, ...]]) -> frozenset[tuple[int, int]]:
 
 
 def certainty(scenes: Sequence[SceneRows]) -> Sheet:
-    """Return for each scene what errors are measured against, how sure it is, and what became of its runs."""
+    """Return the reference of each scene, its uncertainty, and the outcomes of its runs."""
     rows = []
     for scene in scenes:
         counts = [sum(row.status == status for row in scene.all_rows) for status in (COMPLETED, "refused")]
@@ -169,7 +169,7 @@ def percent_of(share: float) -> str:
 
 
 def excluded(scenes: Sequence[SceneRows], norm: Norm) -> list[tuple[str, str, str]]:
-    """Return what a ranking leaves out: tolerance, scene, reason; once where it holds for all tolerances."""
+    """Return the exclusions of a ranking: tolerance, scene, reason; once if the same for all tolerances."""
     found: dict[tuple[str, str], list[str]] = {}
     for tolerance in TOLERANCES:
         for name, reason in judged(scenes, norm, tolerance).excluded:

@@ -25,7 +25,7 @@ TELLING = (
     "soft_contact",
     "tolerance_not_met",
 )
-"""Codes of warnings that say what may be wrong with the answer of a run."""
+"""Codes of warnings about the result of a run."""
 
 
 class Verdict(Enum):
@@ -40,7 +40,7 @@ class Verdict(Enum):
 
 
 def told(row: Row) -> tuple[str, ...]:
-    """Return the codes of the warnings of a row that say what may be wrong."""
+    """Return the codes of warnings about the result of a row."""
     return tuple(code for code in row.warnings.split(";") if code in TELLING)
 
 
@@ -51,7 +51,7 @@ def worst_error(row: Row) -> float | None:
 
 
 def violations(row: Row) -> Iterator[str]:
-    """Give what a row did that no method may do, in words; nothing where all is in order.
+    """Give the violations of a row in words.
 
     A run is completed, refused with a reason and a remedy, or failed with a reason and the time it reached. One that
     completed keeps momentum and tells where it gained energy; where its answer is known and off by more than `WRONG`,

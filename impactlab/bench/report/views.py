@@ -1,4 +1,4 @@
-"""The rows of a table gathered: scene by scene, family by family; and what an error of a row is."""
+"""The rows of a table by scene and family, and the error of a row."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Family(NamedTuple):
 
 @dataclass(frozen=True)
 class SceneRows:
-    """All rows of one scene. What is asked of it thousands of times is found once."""
+    """All rows of one scene, with derived values that are computed once."""
 
     name: str
     families: tuple[Family, ...]  # of the grid
@@ -80,7 +80,7 @@ class SceneRows:
 
     @cached_property
     def reference(self) -> str:
-        """Return the name of what errors are measured against; empty where there is nothing."""
+        """Return the name of the reference, or an empty string."""
         return next((row.reference for row in self.all_rows if row.reference not in ("", "none")), "")
 
     @cached_property

@@ -24,7 +24,7 @@ def findings(scenes: Sequence[SceneRows]) -> list[str]:
 
 
 def _exact(scenes: Sequence[SceneRows]) -> str:
-    """Return what the answers without steps come to: where they exist and how fast they are."""
+    """Return a sentence on runs without steps: their scenes and times."""
     served = [scene for scene in scenes if any(row.stepless for row in scene.rows)]
     if not served:
         return ""
@@ -60,7 +60,7 @@ def _at(scenes: Sequence[SceneRows], tolerance: float) -> str:
 
 
 def _steady(scenes: Sequence[SceneRows]) -> str:
-    """Return which method with steps, off special grids, meets the middle tolerance most often, and at what price."""
+    """Return the stepped method that meets the middle tolerance most often off special grids, with its cost."""
     tolerance = TOLERANCES[1]
     apart = {row.method for scene in scenes for row in scene.rows if row.stepless or on_special_grid(row)}
     table = [each for each in ranking(scenes, BOTH, tolerance) if each.method not in apart and each.count(MET)]
@@ -73,7 +73,7 @@ def _steady(scenes: Sequence[SceneRows]) -> str:
 
 
 def certainty_words(rows: Sequence[Row], scenes: Sequence[SceneRows]) -> list[str]:
-    """Return how sure the numbers are: references, times, and what was not measured."""
+    """Return the uncertainty of references and times, and the parts without measurement."""
     exact = [scene for scene in scenes if scene.reference in ("st_venant", "kelvin_voigt")]
     converged = [scene for scene in scenes if scene.reference and scene not in exact]
     none = [scene.name for scene in scenes if not scene.reference]

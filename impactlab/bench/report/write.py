@@ -1,4 +1,4 @@
-"""Writes everything that a bench shows, from its table alone."""
+"""Writes the report of a bench from its table alone."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ def write_bench(
 ) -> None:
     """Write ``index.html``, ``cases/``, ``figures/`` and ``tables/`` into a folder, from the table alone.
 
-    What an earlier report left there is replaced; all else in the folder stays. Everything is made beside it first, so
-    that a report that cannot be made leaves the old one whole.
+    An earlier report there is replaced; all else in the folder stays. The new one is made beside it first, so that a
+    failure leaves the old one whole.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def write_bench(
 
 
 def _sweep(out_dir: Path) -> None:
-    """Delete what a report that was killed left half made; one that is still at work keeps its folder."""
+    """Delete the drafts of killed reports; a report at work keeps its folder."""
     if sys.platform == "win32":
         return  # no harmless signal there tells whether a process lives
     for path in out_dir.glob(f"{DRAFT}*"):
@@ -91,7 +91,7 @@ def _sweep(out_dir: Path) -> None:
 
 
 def write_pages(out_dir: Path, pages: Mapping[str, str]) -> None:
-    """Write pages into a folder beside what is there, by name; what no report wrote is not replaced."""
+    """Write pages into a folder beside what is there, by name; files of others are not replaced."""
     check_report(out_dir, tuple(pages))
     known = _written(out_dir)
     (out_dir / MANIFEST).write_text("\n".join(sorted(known | set(pages))) + "\n", encoding="utf-8")
@@ -102,7 +102,7 @@ def write_pages(out_dir: Path, pages: Mapping[str, str]) -> None:
 
 
 def check_report(out_dir: Path, parts: Sequence[str] = PARTS) -> None:
-    """Raise `CaseError` if a report would replace what no report wrote: it may be somebody's work."""
+    """Raise `CaseError` if a report would replace files that no report wrote."""
     if not out_dir.is_dir():
         raise CaseError(f"there is no folder {str(out_dir)!r} to write in", remedy="Make it, or give another --out.")
     known = _written(out_dir)
@@ -158,7 +158,7 @@ def _draw(
 
 
 def _replace(target: Path, new: Path) -> None:
-    """Put what was made in the place of what was there."""
+    """Replace a file or folder by a new one."""
     if target.is_dir() and not target.is_symlink():
         shutil.rmtree(target)
     elif target.exists() or target.is_symlink():
