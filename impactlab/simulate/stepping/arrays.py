@@ -1,6 +1,6 @@
-"""The memory of a run: records with names and a few flat arrays, all made before the first step.
+"""Arrays of the step loop: named records and flat arrays, allocated before the first step.
 
-A record is a C structure, read and written under the same names by the compiled loop and by plain Python.
+A record is a C structure that the compiled loop and plain Python read and write under the same names.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ Ints = NDArray[int64]
 
 @record
 class BodyRecord(ctypes.Structure):
-    """One body: its stepper's addresses and where its pieces lie in the flat arrays."""
+    """One body: addresses of its stepper's functions, and its ranges in the flat arrays."""
 
     free: int  # addresses
     measure: int
@@ -48,8 +48,8 @@ class FaceRecord(ctypes.Structure):
 
     body: int
     place: int  # which of its body's faces
-    low: Annotated[Integers, 9]  # what a force, an impulse, a projection moves at all of the body's displacements,
-    high: Annotated[Integers, 9]  # velocities and the rest (the last index): ranges of its state
+    low: Annotated[Integers, 9]  # ranges of nonzero response to a force, an impulse, a projection: of displacements,
+    high: Annotated[Integers, 9]  # velocities and the rest (last index)
     sign: float  # direction of the push: -1 left, +1 right
     u: float  # m, at the start of the step
     v: float  # m/s
@@ -59,11 +59,11 @@ class FaceRecord(ctypes.Structure):
 
 @record
 class ContactRecord(ctypes.Structure):
-    """One contact: its law and what the loop keeps of it."""
+    """One contact: its law, the present forces and the sums for records and events."""
 
     law: int  # address
-    dates: int  # 1 where closings and openings are dated: the law answers by force
-    smooth: int  # 1 where the force follows from gap and rate alone
+    dates: int  # 1 if closings and openings are interpolated: the law replies by a force
+    smooth: int  # 1 if the force is a function of gap and rate alone
     projects_first: int  # 1 where a projection moves the scheme's predictor, 0 the end of the step
     load_point: float  # where in the step the force acts: 0 start, 1/2 mean over the step, 1 end
     trial_point: float  # where in the step the trial force belongs
@@ -72,7 +72,7 @@ class ContactRecord(ctypes.Structure):
     impulse: float  # N s
     projection: float  # kg m
     push: float
-    left_share: float  # of the offset: how much of it is the left face's
+    left_share: float  # share of the offset that belongs to the left face
     old_gap: float  # m, one step before
     old_trial: float  # N
     touching: float  # 1 where a located touch begins this step
@@ -81,12 +81,12 @@ class ContactRecord(ctypes.Structure):
     last_event: float  # s
     sum_force: float  # N s, since the last record
     total: float  # N s, force times time and impulses, since t = 0
-    negative: float  # J, sum of the losses below zero that the law replied; zero of a law that keeps its word
+    negative: float  # J, sum of the negative losses of the replies; zero by contract
 
 
 @record
-class MessengerRecord(ctypes.Structure):
-    """A reading that a law wants: of which body, for which contact, and into which slot of its port."""
+class ReadingRecord(ctypes.Structure):
+    """A reading of a law: its body, its contact, and its slot in the port."""
 
     body: int
     contact: int
@@ -100,14 +100,14 @@ class PushRecord(ctypes.Structure):
     contact: int
     body: int
     place: int
-    low: Annotated[Integers, 3]  # as of a face: what the push moves at all
+    low: Annotated[Integers, 3]  # as of a face: ranges of the state with nonzero response
     high: Annotated[Integers, 3]
     weight: float
 
 
 @record
 class PhaseRecord(ctypes.Structure):
-    """A body that takes other coordinates while a contact is closed; see `StepArrays.other_state`."""
+    """A body with other coordinates while a contact is closed; see `StepArrays.other_state`."""
 
     contact: int
     body: int
@@ -121,16 +121,16 @@ class DamperRecord(ctypes.Structure):
 
     index: int
     other: int  # -1 for the ground
-    inside: int  # 1 where it stands for damping inside the body, not for a dashpot at its end
+    inside: int  # 1 for damping inside the body, 0 for a dashpot at its end
     damping: float
     old: float  # m, at the start of the step
-    straddles: float  # 1 where the dashpot feels the mean velocity of this step and the one before (leapfrog)
+    straddles: float  # 1 if it acts on the mean velocity of this step and the one before (leapfrog)
     before: float  # m, moved in the step before
 
 
 @record
 class EventRecord(ctypes.Structure):
-    """One event, with what the contact that it ends had gathered."""
+    """One event, with impulse and peak of the contact period that it ends."""
 
     time: float
     contact: int
@@ -142,7 +142,7 @@ class EventRecord(ctypes.Structure):
 
 @record
 class SnapshotRecord(ctypes.Structure):
-    """A snapshot: the time asked for and the two instants around it."""
+    """A snapshot: its time and the two instants around it."""
 
     time: float
     before: float
@@ -151,7 +151,7 @@ class SnapshotRecord(ctypes.Structure):
 
 @record
 class ClockRecord(ctypes.Structure):
-    """Where the run is: all that goes on from one call of the loop to the next."""
+    """State of the run that continues from one call of the loop to the next: time, counters, booked losses."""
 
     time: float
     step: int
@@ -163,16 +163,16 @@ class ClockRecord(ctypes.Structure):
     lost_contact: float  # J booked so far
     lost_ends: float  # J
     lost_inside: float  # J, by damping inside bodies
-    lost_unresolved: float  # J, handed to modes that are left out
+    lost_unresolved: float  # J, to modes that are left out
     timed: float  # s, the step length that the steppers are prepared for
     recorded: float  # s, time of the last record
     energy: float  # scratch of `measure`
 
 
 class StepArrays(NamedTuple):
-    """All that the loop touches.
+    """All arrays of the loop.
 
-    Rows of `index` and `value`: face displacements, face velocities, readings, probes, pushes.
+    Rows of `row_index` and `row_value`: face displacements, face velocities, readings, probes, pushes.
     """
 
     clock: Sequence[ClockRecord]  # (1,)
@@ -181,7 +181,7 @@ class StepArrays(NamedTuple):
     contacts: Sequence[ContactRecord]  # (n_contacts,)
     ports: Sequence[Port]  # (n_contacts,)
     replies: Sequence[Reply]  # (n_contacts,)
-    messengers: Sequence[MessengerRecord]  # (n_readings,)
+    readings: Sequence[ReadingRecord]  # (n_readings,)
     pushes: Sequence[PushRecord]  # (n_pushes,)
     phases: Sequence[PhaseRecord]  # (n_phases,)
     dampers: Sequence[DamperRecord]  # (n_dampers,)
@@ -193,23 +193,25 @@ class StepArrays(NamedTuple):
     momentum: Floats  # row over the state, N s
     jump: Floats  # flat, body by body: velocities per impulse of each face, then its loads: see `write_columns`
     responses: Floats  # flat: force responses of each body's ports, then impulse and projection responses
-    answers: Floats  # (9, 3 n_contacts, n_contacts) of faces (2 n_contacts) and pushed rows to contacts: see the layers
+    influence: (
+        Floats  # (9, 3 n_contacts, n_contacts) of faces (2 n_contacts) and pushed rows to contacts: see the layers
+    )
     row_start: Ints  # (n_rows + 1,)
     row_index: Ints  # into the state
     row_value: Floats
-    left_out: Floats  # (n_readings, n_contacts) answer of the modes left out per force of the step before
+    left_out: Floats  # (n_readings, n_contacts) static response of the modes left out per force of the step before
     record: Floats  # (room, 1 + 6 n_contacts + n_probes) time; force, gap; left u, v, right u, v; probes
     sample: Floats  # (room, 6 + 3 n_bodies) time, stored, four losses; energy, work, momentum of each body
     snapshot_state: Floats  # (n_snapshots, 2, n_state)
     scratch: Floats  # (4,)
-    coupled: Floats  # (2 n_contacts, 2 n_contacts + 3) linear system of coupled answers; empty for one contact
-    other_state: Floats  # of bodies with phases, what is exchanged as a contact opens or closes: empty without phases,
+    coupled: Floats  # (2 n_contacts, 2 n_contacts + 3) linear system of coupled contacts; empty for one contact
+    other_state: Floats  # values exchanged as a contact of a body with phases opens or closes: empty without phases,
     #                      else one array after the other in the shapes of parameters, momentum, jump, responses,
     #                      row_value, left_out
     maps: Floats  # flat (2, 2, n_dof, n_dof) per phase record: closing, opening; displacements, velocities
 
 
-# Layers of `answers`: displacement (pushed rows: value) and velocity at the end of the step, velocity at once.
+# Layers of `influence`: displacement (pushed rows: value) and velocity at the end of the step, velocity at once.
 U_FORCE, V_FORCE, U_IMPULSE, V_IMPULSE, U_PROJECTION, V_PROJECTION, U_PUSH, V_PUSH, V_JUMP = range(9)
 LAYERS = 9
 SAMPLED = 6  # columns of a sample before those of the bodies

@@ -1,4 +1,4 @@
-"""From a scene to the arrays that the loop walks over."""
+"""Assembly: from models, steppers and laws to the arrays of the step loop."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ from impactlab.simulate.stepping.arrays import (
     FaceRecord,
     Floats,
     Ints,
-    MessengerRecord,
     PhaseRecord,
     PushRecord,
+    ReadingRecord,
     SnapshotRecord,
     StepArrays,
 )
@@ -45,12 +45,12 @@ from impactlab.simulate.stepping.preparation import (
 )
 from impactlab.types import Array, Arriving, Port, Quantity, Reply, Start
 
-NOTHING = 1e-20  # of a response's largest entry: what lies beyond the last entry above moves by less than any rounding
-EVENTS = 4096  # events between two returns of the loop
+RESPONSE_TOL = 1e-20  # of a response's largest entry: smaller entries at its ends are far below rounding
+MIN_EVENTS = 4096  # room for events between two returns of the loop
 
 
 class Assembly:
-    """The memory of one run, and the names to read it by."""
+    """The arrays of one run, and the names of their rows and columns."""
 
     def __init__(
         self,
@@ -123,9 +123,9 @@ class Assembly:
             for number, (contact, start) in enumerate(zip(scene.contacts, starts, strict=True))
             for slot, reading in enumerate(start.readings)
         ]
-        messengers_by_name, messengers = records(MessengerRecord, len(wanted))
+        readings_by_name, readings = records(ReadingRecord, len(wanted))
         for number, (body, contact, slot) in enumerate(wanted):
-            fill(messengers_by_name[number], body=body, contact=contact, slot=slot)
+            fill(readings_by_name[number], body=body, contact=contact, slot=slot)
         row_start, row_index, row_value = sparse(rows)
         momentum = self._momentum(models, state)
         phases, maps, other_state = records(PhaseRecord, 0)[1], np.zeros(0), np.zeros(0)
@@ -170,7 +170,7 @@ class Assembly:
             contacts=contacts,
             ports=ports,
             replies=replies,
-            messengers=messengers,
+            readings=readings,
             pushes=self._pushes(names, steppers, pushed),
             phases=phases,
             dampers=damper_records,
@@ -182,7 +182,7 @@ class Assembly:
             momentum=momentum,
             jump=jump,
             responses=responses,
-            answers=np.zeros((LAYERS, 3 * n_contacts, n_contacts)),
+            influence=np.zeros((LAYERS, 3 * n_contacts, n_contacts)),
             row_start=row_start,
             row_index=row_index,
             row_value=row_value,
@@ -213,9 +213,9 @@ class Assembly:
     def _rows(
         self, models: dict[str, AbstractDiscreteModel], starts: tuple[Start, ...], pushed: tuple[Push, ...]
     ) -> tuple[list[tuple[int, Array]], Floats]:
-        """Return all rows, each a shift into the whole state and its values, in the order that `StepArrays` tells.
+        """Return all rows, each a shift into the whole state and its values, in the order that `StepArrays` states.
 
-        With them the answers of the modes left out at each reading per force of each contact.
+        Also the static responses of the modes left out at each reading per force of each contact.
         """
 
         def row(body: str, x: float, quantity: Quantity, factor: float = 1.0) -> tuple[int, Array]:
@@ -284,7 +284,7 @@ class Assembly:
         return pushes
 
     def _events(self) -> Any:
-        self.events, events = records(EventRecord, max(EVENTS, 1024 * len(self.scene.contacts)))
+        self.events, events = records(EventRecord, max(MIN_EVENTS, 1024 * len(self.scene.contacts)))
         return events
 
     def _probes(self) -> list[tuple[str, str, float, Quantity, float]]:
@@ -316,12 +316,12 @@ class Assembly:
         return faces
 
     def _ranges(self, record: Any, body: str, stepper: Stepper, response: Array, at: int) -> None:
-        """Write what of a body's displacements, velocities and the rest a response moves at all."""
+        """Write the ranges of a body's displacements, velocities and other state with nonzero response."""
         n_dof = stepper.jump.shape[1]
         for part, first in enumerate((0, n_dof, 2 * n_dof)):
             answer = np.abs(response[first : response.size if part == 2 else first + n_dof])
             if self.built[body].system.phases is None:
-                moved = (answer > NOTHING * answer.max(initial=0.0)).nonzero()[0]
+                moved = (answer > RESPONSE_TOL * answer.max(initial=0.0)).nonzero()[0]
             else:
                 moved = np.arange(answer.size)
             if moved.size:
@@ -338,13 +338,13 @@ class Assembly:
             port = self.ports[number]
             port.parameters[: len(given.parameters)] = list(given.parameters)
             port.memory[: len(given.memory)] = list(given.memory)
-            # Where a continuous body is struck there is no mass to take an impulse: a force closes the contact.
+            # The face of a continuous body has no mass that takes an impulse: a force closes the contact.
             own = any(
                 isinstance(self.built[point.body].model, AbstractSelfStepping)
                 for point in (contact.left, contact.right)
             )
             port.jump_in_force = float(self.integrator.jump_in_force or own)
-            yields = [self._yield_beyond(point.body, point.x) for point in (contact.left, contact.right)]
+            static = [self._static_compliance(point.body, point.x) for point in (contact.left, contact.right)]
             fill(
                 self.contacts[number],
                 law=self.laws[number].value,
@@ -355,12 +355,12 @@ class Assembly:
                 trial_point=1.0 if law.trial_at_end else self.integrator.load_point,
                 initial_gap=contact.gap,
                 old_gap=contact.gap,
-                left_share=yields[0] / sum(yields) if sum(yields) > 0.0 else 0.0,
+                left_share=static[0] / sum(static) if sum(static) > 0.0 else 0.0,
             )
         return ports, contacts, replies
 
-    def _yield_beyond(self, body: str, x: float) -> float:
-        """Return how much a face yields statically beyond what its coordinates show [m/N]."""
+    def _static_compliance(self, body: str, x: float) -> float:
+        """Return how much a face static statically beyond what its coordinates show [m/N]."""
         built = self.built[body]
         return max(0.0, dict(built.system.massless).get(x, 0.0) or built.model.left_out(x, "displacement", x))
 
@@ -374,7 +374,7 @@ def pushed_by(stepper: Stepper) -> Array:
 def left_out_per_force(
     model: AbstractDiscreteModel, contact: Contact, body: str, x: float, quantity: Quantity
 ) -> float:
-    """Return the answer at x of the modes left out per unit force of a contact, which pushes left then right."""
+    """Return the static response at x of the modes left out per unit force of a contact."""
     total = 0.0
     for point, sign in ((contact.left, -1.0), (contact.right, 1.0)):
         if point.body == body:

@@ -1,4 +1,4 @@
-"""The answers of the laws: one is asked, several are swept until they agree, or solved for together."""
+"""The contact solve: direct for one contact, Gauss-Seidel with Newton steps for several coupled ones."""
 
 from __future__ import annotations
 
@@ -19,30 +19,30 @@ from impactlab.simulate.stepping.arrays import (
 from impactlab.simulate.stepping.ports import fill_acting, fill_acting_push, predicted_gap
 from impactlab.types import MEMORY
 
-SWEEPS = 5000  # of the coupled answers of several contacts
-SWEEPS_BEFORE_NEWTON = 20  # answers that still change then are coupled so closely that sweeping is slow
-NEWTON_TURNS = 100  # each before one more sweep
-AGREED = 1e-9  # of the largest impulse: answers that still change by more have not been found
+MAX_SWEEPS = 5000  # over the coupled laws of several contacts
+MIN_SWEEPS = 20  # before Newton steps: forces that still change are coupled so closely that sweeps are slow
+MAX_NEWTON_TURNS = 100  # each followed by one more sweep
+AGREEMENT_TOL = 1e-9  # of the largest impulse: a larger change in the last sweep is a failure
 
 
 @INLINE
-def moved_by(m: StepArrays, target: int, layer: int, contact: ContactRecord, other: int) -> float:
-    """Return what one contact does to a row at the end of the step; layer 0: displacement (or value), 1: velocity."""
+def effect_of(m: StepArrays, target: int, layer: int, contact: ContactRecord, other: int) -> float:
+    """Return the effect of a contact on a row at the end of the step; layer 0: displacement (or value), 1: velocity."""
     total = 0.0
     if contact.force != 0.0:
-        total += m.answers[U_FORCE + layer, target, other] * contact.force
+        total += m.influence[U_FORCE + layer, target, other] * contact.force
     if contact.impulse != 0.0:
-        total += m.answers[U_IMPULSE + layer, target, other] * contact.impulse
+        total += m.influence[U_IMPULSE + layer, target, other] * contact.impulse
     if contact.projection != 0.0:
-        total += m.answers[U_PROJECTION + layer, target, other] * contact.projection
+        total += m.influence[U_PROJECTION + layer, target, other] * contact.projection
     if contact.push != 0.0:
-        total += m.answers[U_PUSH + layer, target, other] * contact.push
+        total += m.influence[U_PUSH + layer, target, other] * contact.push
     return total
 
 
 @INLINE
-def ask(m: StepArrays, number: int, time: float, dt: float) -> None:
-    """Ask a law for its answer to the state and to what the other contacts answer now."""
+def evaluate_law(m: StepArrays, number: int, time: float, dt: float) -> None:
+    """Evaluate a law for the state and the present replies of the other contacts."""
     n_contacts = len(m.contacts)
     contact, port, reply = m.contacts[number], m.ports[number], m.replies[number]
     left, right = m.faces[2 * number], m.faces[2 * number + 1]
@@ -54,13 +54,13 @@ def ask(m: StepArrays, number: int, time: float, dt: float) -> None:
         theirs = m.contacts[other]
         if theirs.force != 0.0 or theirs.impulse != 0.0 or theirs.projection != 0.0 or theirs.push != 0.0:
             a, b = 2 * number, 2 * number + 1
-            left_u += moved_by(m, a, 0, theirs, other)
-            right_u += moved_by(m, b, 0, theirs, other)
-            left_v += moved_by(m, a, 1, theirs, other)
-            right_v += moved_by(m, b, 1, theirs, other)
-            others_rate += (m.answers[V_JUMP, b, other] - m.answers[V_JUMP, a, other]) * theirs.impulse
-            predicted += (m.answers[V_JUMP, b, other] - m.answers[V_JUMP, a, other]) * theirs.projection
-            others_pushed += moved_by(m, 2 * n_contacts + number, 0, theirs, other)
+            left_u += effect_of(m, a, 0, theirs, other)
+            right_u += effect_of(m, b, 0, theirs, other)
+            left_v += effect_of(m, a, 1, theirs, other)
+            right_v += effect_of(m, b, 1, theirs, other)
+            others_rate += (m.influence[V_JUMP, b, other] - m.influence[V_JUMP, a, other]) * theirs.impulse
+            predicted += (m.influence[V_JUMP, b, other] - m.influence[V_JUMP, a, other]) * theirs.projection
+            others_pushed += effect_of(m, 2 * n_contacts + number, 0, theirs, other)
     own_pushed = port.free_pushed
     port.time, port.dt = time, dt
     port.left.displacement, port.right.displacement = left.u, right.u
@@ -88,10 +88,10 @@ def ask(m: StepArrays, number: int, time: float, dt: float) -> None:
 
 
 @PART
-def replied(m: StepArrays, time: float, dt: float, column: int) -> None:
-    """Write the laws' answers to the present forces and impulses, less these, into a column of the linear system."""
+def write_residuals(m: StepArrays, time: float, dt: float, column: int) -> None:
+    """Write the residuals of all contacts, reply less present value, into a column of the linear system."""
     for number in range(len(m.contacts)):
-        ask(m, number, time, dt)
+        evaluate_law(m, number, time, dt)
         contact, reply = m.contacts[number], m.replies[number]
         m.coupled[2 * number, column] = (reply.force - contact.force) * dt
         m.coupled[2 * number + 1, column] = reply.impulse - contact.impulse
@@ -99,15 +99,15 @@ def replied(m: StepArrays, time: float, dt: float, column: int) -> None:
 
 @PART
 def newton(m: StepArrays, time: float, dt: float, largest: float) -> None:
-    """Move forces and impulses to where the laws' answers, taken as linear, agree; differences give their slopes.
+    """Take a Newton step of all forces and impulses on the residuals of the laws; slopes are differences.
 
-    Answers are linear between changes of phase, so that one turn in the right phases is exact. An answer that is not
-    zero goes on as it is, also beyond where it would end: of differences to both sides the larger one is not cut short.
-    An answer that is zero stays so. Sets of contacts that act are then found as by an active set method.
+    Replies are piecewise linear, so one step within the right pieces is exact. A nonzero reply is extended beyond the
+    end of its piece: the larger of the differences to both sides is its slope. A zero reply stays zero. The set of
+    acting contacts is then found as by an active set method.
     """
     size = 2 * len(m.contacts)
     known, base, ahead = size, size + 1, size + 2
-    replied(m, time, dt, known)
+    write_residuals(m, time, dt, known)
     for i in range(size):
         m.coupled[i, base] = m.coupled[i, known]
     step = 1e-3 * largest
@@ -118,12 +118,12 @@ def newton(m: StepArrays, time: float, dt: float, largest: float) -> None:
         force, impulse = contact.force, contact.impulse
         of_force, of_impulse = (step / dt, 0.0) if unknown % 2 == 0 else (0.0, step)
         contact.force, contact.impulse = force - of_force, impulse - of_impulse
-        replied(m, time, dt, unknown)
+        write_residuals(m, time, dt, unknown)
         contact.force, contact.impulse = force + of_force, impulse + of_impulse
-        replied(m, time, dt, ahead)
+        write_residuals(m, time, dt, ahead)
         contact.force, contact.impulse = force, impulse
         for i in range(size):
-            own = 1.0 if i == unknown else 0.0  # the answer less itself
+            own = 1.0 if i == unknown else 0.0  # derivative of the present value
             behind = (m.coupled[i, base] - m.coupled[i, unknown]) / step + own
             beyond = (m.coupled[i, ahead] - m.coupled[i, base]) / step + own
             slope = beyond if abs(beyond) > abs(behind) else behind
@@ -138,8 +138,8 @@ def newton(m: StepArrays, time: float, dt: float, largest: float) -> None:
 
 
 @INLINE
-def answer(m: StepArrays, time: float, dt: float) -> bool:
-    """Ask the laws until their coupled answers agree; False where a law failed or they do not."""
+def solve_contacts(m: StepArrays, time: float, dt: float) -> bool:
+    """Evaluate the laws until their coupled replies agree; return False if a law failed or they do not agree."""
     n_contacts = len(m.contacts)
     for number in range(n_contacts):
         contact = m.contacts[number]
@@ -149,23 +149,23 @@ def answer(m: StepArrays, time: float, dt: float) -> bool:
         change, largest = 0.0, 0.0
         for number in range(n_contacts):
             contact, reply = m.contacts[number], m.replies[number]
-            ask(m, number, time, dt)
+            evaluate_law(m, number, time, dt)
             answered = answered and reply.failed == 0.0
             change = max(change, abs(reply.force - contact.force) * dt, abs(reply.impulse - contact.impulse))
             if reply.push != contact.push:
-                # A push counts by what it does to the force that the law pushes by, also where faces are apart.
+                # A push counts by its effect on the pushed row, a force, for open contacts too.
                 pushed = abs(m.ports[number].pushed_per_push)
                 change = max(change, abs(reply.push - contact.push) * pushed * dt)
                 largest = max(largest, abs(reply.push) * pushed * dt)
-            # A projection moves a face as the impulse does that it is over a step: it counts where no force acts, too.
+            # A projection counts as the impulse with the same displacement over the step, also without a force.
             change = max(change, abs(reply.projection - contact.projection) / dt)
             largest = max(largest, abs(reply.projection) / dt)
             contact.force, contact.impulse = reply.force, reply.impulse
             contact.projection, contact.push = reply.projection, reply.push
             largest = max(largest, abs(reply.force) * dt + abs(reply.impulse))
         sweep += 1
-        if n_contacts == 1 or change <= 1e-15 * largest or not answered or sweep == SWEEPS:
+        if n_contacts == 1 or change <= 1e-15 * largest or not answered or sweep == MAX_SWEEPS:
             break
-        if SWEEPS_BEFORE_NEWTON <= sweep < SWEEPS_BEFORE_NEWTON + NEWTON_TURNS:
+        if MIN_SWEEPS <= sweep < MIN_SWEEPS + MAX_NEWTON_TURNS:
             newton(m, time, dt, largest)
-    return answered and (n_contacts == 1 or change <= AGREED * largest)
+    return answered and (n_contacts == 1 or change <= AGREEMENT_TOL * largest)

@@ -1,4 +1,4 @@
-"""The events of an accepted step: when contacts closed and opened, and what they carry on."""
+"""Event times of an accepted step, interpolated linearly; contact states and memories carried to the next step."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from impactlab.simulate.stepping.phases import change_phases
 from impactlab.types import MEMORY, Port, Reply
 
 CLOSE, OPEN, IMPULSE = 0, 1, 2  # kinds of events
-TOUCHED = 1e-9  # of the impulse so far: what presses less in one step alone is the rounding of an opening
+TOUCH_TOL = 1e-9  # of the impulse so far: a smaller impulse of a single step is the rounding of an opening
 
 
 @PART
-def note(m: StepArrays, time: float, number: int, kind: int, impulse: float) -> None:
-    """Write one event; times of one contact never run backwards."""
+def add_event(m: StepArrays, time: float, number: int, kind: int, impulse: float) -> None:
+    """Write one event; times of one contact never decrease."""
     contact, event = m.contacts[number], m.events[m.clock[0].n_events]
     contact.last_event = max(time, contact.last_event)
     event.time, event.contact, event.kind, event.impulse = contact.last_event, number, kind, impulse
@@ -23,7 +23,7 @@ def note(m: StepArrays, time: float, number: int, kind: int, impulse: float) -> 
 
 @PART
 def close_time(contact: ContactRecord, port: Port, reply: Reply, time: float, dt: float) -> float:
-    """Return when a contact began: the root of the gap, or of the trial force where the faces already overlapped."""
+    """Return the time of a closing: root of the gap, or of the trial force if the faces already overlapped."""
     gap, free_gap = port.gap + port.offset, port.free_gap + reply.offset
     if gap > 0.0 and free_gap < 0.0:
         return float(time + dt * gap / (gap - free_gap))
@@ -37,7 +37,7 @@ def close_time(contact: ContactRecord, port: Port, reply: Reply, time: float, dt
 
 @PART
 def open_time(contact: ContactRecord, port: Port, reply: Reply, time: float, dt: float) -> float:
-    """Return when a contact ended: the root of the trial force, or of the gap under a law without a signed trial."""
+    """Return the time of an opening: root of the trial force, or of the gap under a law without a signed trial."""
     gap, free_gap = port.gap + port.offset, port.free_gap + reply.offset
     if contact.old_trial > 0.0 and reply.trial < 0.0:
         return float(time + dt * (contact.trial_point + reply.trial / (contact.old_trial - reply.trial)))
@@ -49,8 +49,8 @@ def open_time(contact: ContactRecord, port: Port, reply: Reply, time: float, dt:
 
 
 @INLINE
-def date(m: StepArrays, time: float, dt: float) -> None:
-    """Date the events of an accepted step, and carry each contact's phase and memory on.
+def write_events(m: StepArrays, time: float, dt: float) -> None:
+    """Write the events of an accepted step, and carry state and memory of each contact to the next.
 
     Roots are linear between the instants of a value; where events are located, steps begin at them.
     """
@@ -58,18 +58,18 @@ def date(m: StepArrays, time: float, dt: float) -> None:
         contact, port, reply = m.contacts[number], m.ports[number], m.replies[number]
         was_closed, is_closed = port.in_contact > 0.0, reply.in_contact > 0.0
         if contact.dates != 0:
-            # Faces may meet and part within one step: then it holds the whole contact.
+            # Faces may meet and part within one step, which then holds the whole contact.
             given = contact.force * dt + contact.impulse
-            touched = was_closed or is_closed or given > TOUCHED * contact.total
+            touched = was_closed or is_closed or given > TOUCH_TOL * contact.total
             if touched and not was_closed:
                 contact.span_impulse, contact.span_peak = 0.0, 0.0
-                note(m, close_time(contact, port, reply, time, dt), number, CLOSE, 0.0)
+                add_event(m, close_time(contact, port, reply, time, dt), number, CLOSE, 0.0)
             contact.span_impulse += given
             contact.span_peak = max(contact.span_peak, contact.force)
             if touched and not is_closed:
-                note(m, open_time(contact, port, reply, time, dt), number, OPEN, 0.0)
+                add_event(m, open_time(contact, port, reply, time, dt), number, OPEN, 0.0)
         if contact.impulse != 0.0:
-            note(m, time, number, IMPULSE, contact.impulse)
+            add_event(m, time, number, IMPULSE, contact.impulse)
         contact.old_gap, contact.old_trial, contact.touching = port.gap + port.offset, reply.trial, 0.0
         contact.sum_force += contact.force * dt
         contact.total += contact.force * dt + contact.impulse

@@ -1,4 +1,4 @@
-"""Steps cut at their events, for schemes that can take a step of any length: compiled only when a scene asks for it."""
+"""Located events: steps cut at contact events, found by false position with bisection; compiled only when needed."""
 
 from __future__ import annotations
 
@@ -7,32 +7,32 @@ from impactlab.numerics.addresses import call
 from impactlab.numerics.compiling import ENTRY, PART, called
 from impactlab.simulate.stepping import contact_solve, event_times, loop
 from impactlab.simulate.stepping.arrays import StepArrays
-from impactlab.simulate.stepping.contact_solve import moved_by
-from impactlab.simulate.stepping.event_times import OPEN, TOUCHED, note
-from impactlab.simulate.stepping.influence import compliances
+from impactlab.simulate.stepping.contact_solve import effect_of
+from impactlab.simulate.stepping.event_times import OPEN, TOUCH_TOL, add_event
+from impactlab.simulate.stepping.influence import fill_influence
 from impactlab.simulate.stepping.loop import DONE, EVENTS_FULL, LAW_FAILED, NOT_FINITE, RECORDS_FULL
 from impactlab.simulate.stepping.phases import change_phases
 
-# What may fall through zero inside a step: the gap, the trial force, or the gap's negative (faces that part).
+# Quantity that crosses zero downwards inside a step: the gap, the trial force, or the negative gap (faces that part).
 NOTHING, GAP, TRIAL, PARTING = 0, 1, 2, 3
-NONE, FAILED = -1, -2  # instead of a contact
-NEAR = 1e-6  # of a step: an event nearer to its start or end is taken to be there, for shorter steps drown in rounding
-CUTS = 100  # events located inside one nominal step before the rest of it is taken whole
+NONE, FAILED = -1, -2  # in place of the number of a contact
+MERGE_TOL = 1e-6  # of a step: an event closer to its start or end is moved there, as shorter steps are rounding
+MAX_CUTS = 100  # events located inside one nominal step before the rest of it is taken whole
 
 # A call copies all of `StepArrays`; here, where each piece is used several times, it is called all the same.
 begin_step = called(loop.begin_step)
 free_step = called(loop.free_step)
-answer = called(contact_solve.answer)
+solve_contacts = called(contact_solve.solve_contacts)
 correct = called(loop.correct)
-date = called(event_times.date)
-settle = called(loop.settle)
-sample = called(loop.sample)
-keep = called(loop.keep)
+write_events = called(event_times.write_events)
+book_step = called(loop.book_step)
+sample_energies = called(loop.sample_energies)
+write_record = called(loop.write_record)
 
 
 @PART
 def retime(m: StepArrays, dt: float) -> None:
-    """Prepare all steppers for another step length and rebuild the compliances."""
+    """Prepare all steppers for another step length and fill the influence coefficients again."""
     if m.clock[0].timed == dt:
         return
     m.clock[0].timed = dt
@@ -47,7 +47,7 @@ def retime(m: StepArrays, dt: float) -> None:
         if jump.size > 0:
             loads = m.jump[body.jump_end : body.loads_end]
             write_columns(body.free, body.derive, parameters, body.load_at, body.n_dof, loads, jump, force, impulse)
-    compliances(m)
+    fill_influence(m)
 
 
 @PART
@@ -57,19 +57,19 @@ def attempt(m: StepArrays, time: float, dt: float, watched: int, what: int) -> f
         m.state[i] = m.backup[i]
     retime(m, dt)
     free_step(m)
-    answer(m, time, dt)
+    solve_contacts(m, time, dt)
     if what == TRIAL:
         return float(m.replies[watched].trial)
     left, right = 2 * watched, 2 * watched + 1
     gap = m.contacts[watched].initial_gap + m.faces[right].free_u - m.faces[left].free_u + m.replies[watched].offset
     for other in range(len(m.contacts)):
-        gap += moved_by(m, right, 0, m.contacts[other], other) - moved_by(m, left, 0, m.contacts[other], other)
+        gap += effect_of(m, right, 0, m.contacts[other], other) - effect_of(m, left, 0, m.contacts[other], other)
     return float(-gap if what == PARTING else gap)
 
 
 @PART
 def root(m: StepArrays, time: float, dt: float, watched: int, what: int, at_dt: float) -> float:
-    """Return the step length, at most dt, at which the watched value falls through zero (false position, bisection)."""
+    """Return the step length, at most dt, at which the watched value crosses zero (false position, bisection)."""
     low, high, at_low, at_high = 0.0, dt, 0.0, at_dt
     for turn in range(80):
         middle = 0.5 * (low + high)
@@ -84,13 +84,13 @@ def root(m: StepArrays, time: float, dt: float, watched: int, what: int, at_dt: 
             high, at_high = middle, value
         if high - low <= 1e-13 * dt:
             break
-    # The mean force of a step falls to zero at twice the time at which the force does.
+    # The mean force of a step reaches zero at twice the time at which the force does.
     return (0.25 if what == TRIAL else 0.5) * (low + high)
 
 
 @PART
 def event_in_step(m: StepArrays, time: float, h: float, number: int) -> tuple[int, float]:
-    """Return what falls through zero at a contact in a step of length h (or NOTHING), and its value at h."""
+    """Return the quantity of a contact that crosses zero in a step of length h (or NOTHING), and its value at h."""
     at_end = attempt(m, time, h, number, GAP)
     port, reply = m.ports[number], m.replies[number]
     if port.in_contact > 0.0 and reply.in_contact == 0.0:
@@ -105,7 +105,7 @@ def event_in_step(m: StepArrays, time: float, h: float, number: int) -> tuple[in
 
 @PART
 def first_event(m: StepArrays, time: float, h: float, searched: bool) -> tuple[float, int, bool]:
-    """Return when in a step of length h something first happens, where (or NONE, FAILED), and whether it opens."""
+    """Return time, contact (or NONE, FAILED) and kind (True: opening) of the first event in a step of length h."""
     earliest, which, opens = h, NONE, False
     for number in range(len(m.contacts)):
         what, at_h = event_in_step(m, time, h, number)
@@ -129,19 +129,19 @@ def located_step(m: StepArrays, dt: float, step_end: float) -> bool:
         begin_step(m, step_end)
         for i in range(m.state.size):
             m.backup[i] = m.state[i]
-        earliest, which, opens = first_event(m, time, h, cuts < CUTS)
+        earliest, which, opens = first_event(m, time, h, cuts < MAX_CUTS)
         if which == FAILED:
             return False
-        if h - earliest <= NEAR * dt:
+        if h - earliest <= MERGE_TOL * dt:
             earliest = h
         attempt(m, time, earliest, 0, GAP)
         if which == NONE:
             correct(m)
-            date(m, time, h)
-            settle(m, h, step_end)
+            write_events(m, time, h)
+            book_step(m, h, step_end)
             return True
         cuts += 1
-        if earliest <= NEAR * dt and earliest < h:  # now: change the phase and take the step again
+        if earliest <= MERGE_TOL * dt and earliest < h:  # at its start: take it again in the other state
             for i in range(m.state.size):
                 m.state[i] = m.backup[i]
             earliest = 0.0
@@ -149,13 +149,13 @@ def located_step(m: StepArrays, dt: float, step_end: float) -> bool:
             m.replies[which].in_contact = 1.0 if opens else 0.0  # until the cut: a touch by a rounding is none yet,
             contact = m.contacts[which]
             given = contact.force * earliest + contact.impulse
-            if not opens and (contact.total == 0.0 or given <= TOUCHED * contact.total):  # nor is its force
+            if not opens and (contact.total == 0.0 or given <= TOUCH_TOL * contact.total):  # nor is its force
                 contact.force, contact.impulse = 0.0, 0.0
             correct(m)
-            date(m, time, earliest)
-            settle(m, earliest, step_end if earliest == h else time + earliest)
+            write_events(m, time, earliest)
+            book_step(m, earliest, step_end if earliest == h else time + earliest)
         if opens:
-            note(m, m.clock[0].time, which, OPEN, 0.0)
+            add_event(m, m.clock[0].time, which, OPEN, 0.0)
             m.ports[which].in_contact = 0.0
             if len(m.phases) > 0:
                 change_phases(m)
@@ -169,7 +169,7 @@ def located_step(m: StepArrays, dt: float, step_end: float) -> bool:
         if clock.time >= step_end:
             return True
         if earliest > 0.0:
-            keep(m)
+            write_record(m)
 
 
 @ENTRY
@@ -177,15 +177,15 @@ def advance_located(m: StepArrays, dt: float, last_step: int, stride: int, sampl
     """Take steps cut at their events, otherwise as `advance_dated`."""
     clock = m.clock[0]
     while clock.step < last_step:
-        if clock.n_records + CUTS + 2 >= m.record.shape[0] or clock.n_samples + 2 >= m.sample.shape[0]:
+        if clock.n_records + MAX_CUTS + 2 >= m.record.shape[0] or clock.n_samples + 2 >= m.sample.shape[0]:
             return RECORDS_FULL
-        if clock.n_events + 3 * (CUTS + 2) * len(m.contacts) >= len(m.events):
+        if clock.n_events + 3 * (MAX_CUTS + 2) * len(m.contacts) >= len(m.events):
             return EVENTS_FULL
         if not located_step(m, dt, (clock.step + 1) * dt):
             return LAW_FAILED
         clock.step += 1
         if clock.step % stride == 0 or clock.step == clock.steps:
-            keep(m)
-        if (clock.step % sample_stride == 0 or clock.step == clock.steps) and not sample(m):
+            write_record(m)
+        if (clock.step % sample_stride == 0 or clock.step == clock.steps) and not sample_energies(m):
             return NOT_FINITE
     return DONE

@@ -1,8 +1,8 @@
-"""The one loop: free step, contact answer, correction, events, bookkeeping; compiled, and the same as plain Python.
+"""The step loop: free step, contact solve, correction, events, energies; compiled, and the same code in plain Python.
 
-It knows bodies only as linear steppers behind addresses and laws only as `respond` behind addresses. All its memory
-is made before the run (`memory`, `assembly`); a step allocates nothing, so it is compiled without a runtime for
-objects, and its helpers are copied into it.
+Bodies are linear steppers and laws are `respond`, both called by address. All arrays are allocated before the run
+(`arrays`, `assembly`); a step allocates nothing, so the loop is compiled without numba's runtime for objects, and its
+pieces are copied into it.
 """
 
 from __future__ import annotations
@@ -10,27 +10,27 @@ from __future__ import annotations
 from impactlab.numerics.addresses import call
 from impactlab.numerics.compiling import ENTRY, INLINE
 from impactlab.simulate.stepping.arrays import SAMPLED, StepArrays
-from impactlab.simulate.stepping.contact_solve import answer, ask, moved_by
-from impactlab.simulate.stepping.event_times import date
-from impactlab.simulate.stepping.influence import compliances, pushed_values, row_times_state
+from impactlab.simulate.stepping.contact_solve import effect_of, evaluate_law, solve_contacts
+from impactlab.simulate.stepping.event_times import write_events
+from impactlab.simulate.stepping.influence import fill_influence, pushed_values, row_times_state
 from impactlab.simulate.stepping.phases import change_phases
 
-# Why `advance` came back.
+# Status that `advance_dated` returns.
 DONE, LAW_FAILED, NOT_FINITE, RECORDS_FULL, EVENTS_FULL = 0, 1, 2, 3, 4
-FEW = 8  # entries: below, setting up vectors costs more than they save
-LATE = 1e-9  # of a step: a snapshot this little after its end belongs to it (a multiple of dt is not exact)
+MIN_VECTOR = 8  # entries: in shorter ranges, setting up vector registers costs more than it saves
+SNAPSHOT_TOL = 1e-9  # of a step: a snapshot this little after its end is taken at its end (a multiple of dt is rounded)
 
 
 @INLINE
 def begin_step(m: StepArrays, end: float) -> None:
-    """Take what must be known of the state at the start of a step: messengers, dashpots, snapshots."""
+    """Read the state at the start of a step: readings of laws, dashpots, snapshots."""
     clock = m.clock[0]
     first_reading = 2 * len(m.faces)
-    for number in range(len(m.messengers)):
+    for number in range(len(m.readings)):
         value = row_times_state(m, first_reading + number)
         for contact in range(len(m.contacts)):
             value += m.left_out[number, contact] * m.contacts[contact].force
-        messenger = m.messengers[number]
+        messenger = m.readings[number]
         m.ports[messenger.contact].readings[messenger.slot] = value
     if len(m.pushes) > 0:
         pushed_values(m, False)
@@ -40,7 +40,7 @@ def begin_step(m: StepArrays, end: float) -> None:
         if damper.other >= 0:
             damper.old -= m.state[damper.other]
     for number in range(clock.n_snapshots, len(m.snapshots)):
-        if m.snapshots[number].time > end + LATE * (end - clock.time):
+        if m.snapshots[number].time > end + SNAPSHOT_TOL * (end - clock.time):
             break
         m.snapshots[number].before = clock.time
         for i in range(m.state.size):
@@ -49,7 +49,7 @@ def begin_step(m: StepArrays, end: float) -> None:
 
 @INLINE
 def free_step(m: StepArrays) -> None:
-    """Move all bodies by a step without contact and read the faces at its end."""
+    """Take the free step of all bodies and read the faces at its end."""
     for number in range(len(m.bodies)):
         body = m.bodies[number]
         parameters = m.parameters[body.parameter_start : body.parameter_end]
@@ -65,7 +65,7 @@ def free_step(m: StepArrays) -> None:
 @INLINE
 def add_responses(m: StepArrays, state_start: int, start: int, factor: float, low: int, high: int) -> None:
     """Add a factor times a range of a response to a body's state; a long one in vector registers."""
-    if high - low > FEW:
+    if high - low > MIN_VECTOR:
         state, response = m.state[state_start + low : state_start + high], m.responses[start + low : start + high]
         for i in range(state.size):
             state[i] += factor * response[i]
@@ -76,7 +76,7 @@ def add_responses(m: StepArrays, state_start: int, start: int, factor: float, lo
 
 @INLINE
 def correct(m: StepArrays) -> None:
-    """Add what the forces, impulses, projections and pushes of the step do to its end."""
+    """Add the responses to the forces, impulses, projections and pushes of the step to the state at its end."""
     for number in range(len(m.faces)):
         contact, face = m.contacts[number // 2], m.faces[number]
         body = m.bodies[face.body]
@@ -105,14 +105,14 @@ def correct(m: StepArrays) -> None:
     for number in range(len(m.faces)):
         u, v = m.faces[number].free_u, m.faces[number].free_v
         for other in range(n_contacts):
-            u += moved_by(m, number, 0, m.contacts[other], other)
-            v += moved_by(m, number, 1, m.contacts[other], other)
+            u += effect_of(m, number, 0, m.contacts[other], other)
+            v += effect_of(m, number, 1, m.contacts[other], other)
         m.faces[number].u, m.faces[number].v = u, v
 
 
 @INLINE
-def settle(m: StepArrays, dt: float, end: float) -> None:
-    """Book the losses of an accepted step, take snapshots, move the clock."""
+def book_step(m: StepArrays, dt: float, end: float) -> None:
+    """Book the losses of an accepted step, take snapshots, advance the clock."""
     clock = m.clock[0]
     for number in range(len(m.dampers)):
         damper = m.dampers[number]
@@ -126,7 +126,7 @@ def settle(m: StepArrays, dt: float, end: float) -> None:
             clock.lost_ends += damper.damping * felt * felt / dt
         damper.before = moved
     for number in range(clock.n_snapshots, len(m.snapshots)):
-        if m.snapshots[number].time > end + LATE * dt:
+        if m.snapshots[number].time > end + SNAPSHOT_TOL * dt:
             break
         m.snapshots[number].after = end
         for i in range(m.state.size):
@@ -136,8 +136,8 @@ def settle(m: StepArrays, dt: float, end: float) -> None:
 
 
 @INLINE
-def sample(m: StepArrays) -> bool:
-    """Take energies and momenta; False where one is not finite."""
+def sample_energies(m: StepArrays) -> bool:
+    """Sample energies and momenta; return False if one is not finite."""
     clock = m.clock[0]
     n = clock.n_samples
     finite = True
@@ -169,7 +169,7 @@ def sample(m: StepArrays) -> bool:
 
 
 @INLINE
-def keep(m: StepArrays) -> None:
+def write_record(m: StepArrays) -> None:
     """Write one record at the end of a step."""
     clock, n_contacts = m.clock[0], len(m.contacts)
     n = clock.n_records
@@ -185,7 +185,7 @@ def keep(m: StepArrays) -> None:
         m.record[n, at + 4], m.record[n, at + 5] = right.u + (1.0 - contact.left_share) * offset, right.v
         contact.sum_force = 0.0
     first_column = 1 + 6 * n_contacts
-    first_probe = 2 * len(m.faces) + len(m.messengers)
+    first_probe = 2 * len(m.faces) + len(m.readings)
     for probe in range(m.record.shape[1] - first_column):
         m.record[n, first_column + probe] = row_times_state(m, first_probe + probe)
     clock.recorded = clock.time
@@ -194,10 +194,9 @@ def keep(m: StepArrays) -> None:
 
 @ENTRY
 def advance_dated(m: StepArrays, dt: float, last_step: int, stride: int, sample_stride: int) -> int:
-    """Take whole steps up to ``last_step`` or until something must be handled outside; return why it came back.
+    """Take whole steps up to ``last_step``, or until an array is full or the run fails; return a status.
 
-    The clock carries everything that goes on from one call to the next, so that no bit depends on where the calls are
-    cut.
+    The clock carries everything that continues from one call to the next, so that no bit depends on the chunks.
     """
     clock = m.clock[0]
     while clock.step < last_step:
@@ -208,22 +207,22 @@ def advance_dated(m: StepArrays, dt: float, last_step: int, stride: int, sample_
         time, end = clock.time, (clock.step + 1) * dt
         begin_step(m, end)
         free_step(m)
-        if not answer(m, time, dt):
+        if not solve_contacts(m, time, dt):
             return LAW_FAILED
         correct(m)
-        date(m, time, dt)
-        settle(m, dt, end)
+        write_events(m, time, dt)
+        book_step(m, dt, end)
         clock.step += 1
         if clock.step % stride == 0 or clock.step == clock.steps:
-            keep(m)
-        if (clock.step % sample_stride == 0 or clock.step == clock.steps) and not sample(m):
+            write_record(m)
+        if (clock.step % sample_stride == 0 or clock.step == clock.steps) and not sample_energies(m):
             return NOT_FINITE
     return DONE
 
 
 @ENTRY
 def start(m: StepArrays) -> None:
-    """Fill the compliances and write the state at t = 0."""
+    """Fill the influence coefficients and write the state at t = 0."""
     n_faces = len(m.faces)
     for number in range(n_faces):
         face = m.faces[number]
@@ -233,12 +232,12 @@ def start(m: StepArrays) -> None:
     for number in range(len(m.contacts)):
         contact = m.contacts[number]
         if contact.smooth != 0 and contact.initial_gap < 0.0:
-            # Faces that overlap from the start hold energy: the law is asked while all compliances are still zero.
+            # Overlapping faces store energy at the start: the law is evaluated while all compliances are still zero.
             load_point, contact.load_point = contact.load_point, 0.0
-            ask(m, number, 0.0, 1.0)
+            evaluate_law(m, number, 0.0, 1.0)
             contact.load_point = load_point
-    compliances(m)
+    fill_influence(m)
     if len(m.phases) > 0:
         change_phases(m)
-    keep(m)
-    sample(m)
+    write_record(m)
+    sample_energies(m)

@@ -1,4 +1,4 @@
-"""Before the first step: whether messengers of single modes tell what they are asked for."""
+"""Check of modal messengers before the first step: their error against the free motion of the modes."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from impactlab.scene.problem import Scene
 from impactlab.simulate.stepping.preparation import BuiltBody, face_read
 from impactlab.types import Arriving, Start
 
-TOLD = 0.01  # share by which messengers may miss the modes' free motion before a run warns of it
+ERROR_WARN = 0.01  # relative error of messengers against the free motion of the modes
 
 
 def check_messengers(scene: Scene, built: dict[str, BuiltBody], starts: tuple[Start, ...]) -> list[Warned]:
-    """Return how far messengers miss the free motion of their modes; raise `PairingError` where it is too far."""
+    """Return warnings of messengers with a large error; raise `PairingError` beyond the law's limit."""
     warnings = []
     for number, (contact, start) in enumerate(zip(scene.contacts, starts, strict=True)):
         for reading in start.readings:
@@ -42,6 +42,6 @@ def check_messengers(scene: Scene, built: dict[str, BuiltBody], starts: tuple[St
                     remedy="Use law dispersive_identification, analytic modes (without elements), or another accept.",
                     path=f"contacts.{number}.law",
                 )
-            if missed > TOLD:
+            if missed > ERROR_WARN:
                 warnings.append(Warned("messengers_apart", text))
     return warnings

@@ -1,16 +1,16 @@
-"""Bodies that take other coordinates while one of their contacts is closed."""
+"""Exchange of coordinates of bodies that have two sets: contact open and contact closed."""
 
 from __future__ import annotations
 
 from impactlab.numerics.addresses import call
 from impactlab.numerics.compiling import PART
 from impactlab.simulate.stepping.arrays import Floats, StepArrays
-from impactlab.simulate.stepping.influence import compliances, row_times_state
+from impactlab.simulate.stepping.influence import fill_influence, row_times_state
 
 
 @PART
 def exchange(values: Floats, low: int, high: int, other: Floats, shift: int) -> None:
-    """Exchange a range of values with those that wait at a shift."""
+    """Exchange a range of values with those stored at a shift."""
     for i in range(low, high):
         values[i], other[shift + i] = other[shift + i], values[i]
 
@@ -31,7 +31,7 @@ def energy_of(m: StepArrays, number: int) -> float:
 
 @PART
 def change_coordinates(m: StepArrays, number: int) -> None:
-    """Give a body its other coordinates and book the energy that the map between them drops."""
+    """Exchange the coordinates of a body and book the energy that the map between them loses."""
     phase = m.phases[number]
     body = m.bodies[phase.body]
     before = energy_of(m, phase.body)
@@ -59,8 +59,8 @@ def change_coordinates(m: StepArrays, number: int) -> None:
         if body.state_start <= m.row_index[entry] < body.state_end:
             exchange(m.row_value, entry, entry + 1, m.other_state, shift)
     shift += m.row_value.size
-    for reading in range(len(m.messengers)):
-        if m.messengers[reading].body == phase.body:
+    for reading in range(len(m.readings)):
+        if m.readings[reading].body == phase.body:
             for contact in range(len(m.contacts)):
                 at = shift + reading * len(m.contacts) + contact
                 m.left_out[reading, contact], m.other_state[at] = m.other_state[at], m.left_out[reading, contact]
@@ -73,10 +73,10 @@ def change_coordinates(m: StepArrays, number: int) -> None:
 
 @PART
 def change_phases(m: StepArrays) -> None:
-    """Give every body the coordinates of the phase that its contact is in now.
+    """Give every body the coordinates for the present state of its contact.
 
     Faces that have met and approach are closed already, so that the law closes them in the coordinates of that phase.
-    The map may move a face; the gap is then counted from where it stands.
+    The map may move a face; the gap is then counted from its new place.
     """
     n_faces, changed = len(m.faces), False
     for number in range(len(m.phases)):
@@ -94,4 +94,4 @@ def change_phases(m: StepArrays) -> None:
             contact.initial_gap = gap - (right.u - left.u)
     if changed:
         m.clock[0].timed = -1.0  # the other coordinates were prepared for the nominal step
-        compliances(m)
+        fill_influence(m)
