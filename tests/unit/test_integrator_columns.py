@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from impactlab.errors import PairingError
-from impactlab.integrators.banded_steps import pull
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.integrators.bathe import Bathe
 from impactlab.integrators.central_difference import CentralDifference
@@ -23,6 +22,7 @@ from impactlab.integrators.newmark import Newmark
 from impactlab.integrators.nonsmooth_generalised_alpha import NonsmoothGeneralisedAlpha
 from impactlab.models.base import Operators
 from impactlab.numerics.banded import full, grounded
+from impactlab.numerics.banded_kernels import pull
 from impactlab.types import Array
 
 N = 7

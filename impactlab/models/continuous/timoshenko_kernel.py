@@ -13,28 +13,13 @@ infinity; waves to the right and to the left in each shear cell, the same in eac
 
 from __future__ import annotations
 
+from impactlab.numerics.banded_kernels import solve_by_rows
 from impactlab.numerics.compiling import HELPER
 from impactlab.types import Array
 
 HEAD, PER_END, PER_COORDINATE = 11, 5, 3  # entries of the parameters: before the ends, of an end, of a coordinate
 ENDS = 10  # entries of the state: four ends, and what is gone
 DEFLECTION, ROTATION, MOMENT, SHEAR = 0, 1, 2, 3  # kinds of coordinates
-
-
-@HELPER
-def solve(n: int, band: int, factor: Array, x: Array) -> None:
-    """Solve with a banded Cholesky factor by rows, which end with the inverse of their diagonal, in place."""
-    for j in range(n):
-        total, row = x[j], j * (band + 1)
-        for k in range(max(0, band - j), band):
-            total -= factor[row + k] * x[j - band + k]
-        x[j] = total * factor[row + band]
-    for j in range(n - 1, -1, -1):
-        row = j * (band + 1)
-        solved = x[j] * factor[row + band]
-        x[j] = solved
-        for k in range(max(0, band - j), band):
-            x[j - band + k] -= factor[row + k] * solved
 
 
 @HELPER
@@ -49,7 +34,7 @@ def turn_both(parameters: Array, first: Array, coupling: Array, shear: Array, be
         begin = int(first[i])
         for k in range(width):
             turn[begin + k] += coupling[i * width + k] * force
-    solve(turn.size, int(parameters[3]), parameters[parameters.size - turn.size * width :], turn)
+    solve_by_rows(turn.size, int(parameters[3]), parameters[parameters.size - turn.size * width :], turn)
     for i in range(first.size):
         mean, begin = 0.0, int(first[i])
         for k in range(width):
