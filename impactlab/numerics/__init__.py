@@ -1,1 +1,1 @@
-"""Matrices and compiled code: bands, slopes, decorators, addresses of functions, the disk cache of kernels."""
+"""Matrices and compiled code: bands, elimination, slopes, decorators, addresses, records, the disk cache."""

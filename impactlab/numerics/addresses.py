@@ -69,15 +69,15 @@ else:
 
 @cache
 def load_array_functions() -> None:
-    """Let numba load its array functions, as it does before it compiles or reads its cache, but without scipy's BLAS.
+    """Load numba's array functions, as it does before it compiles or reads its cache, but without scipy's BLAS.
 
-    It would look for one at once, which takes a third of a second and serves nothing that it cannot find without: only
-    the inner products of np.convolve choose by it. Products of matrices look for themselves when they are compiled.
+    Numba would look for BLAS at once, which takes a third of a second and is needed by the inner products of np.convolve
+    only. Products of matrices look for it when they are compiled.
     """
     blas = "scipy.linalg.cython_blas"
     hidden = blas not in sys.modules
     if hidden:
-        sys.modules[blas] = None  # type: ignore[assignment] # what Python takes for: cannot be imported
+        sys.modules[blas] = None  # type: ignore[assignment] # Python then reports that it cannot be imported
     try:
         import numba.np.arraymath  # noqa: F401
     finally:
@@ -86,7 +86,7 @@ def load_array_functions() -> None:
 
 
 def entered(entry: Any, *arguments: Any) -> Any:
-    """Call a compiled function; the first time numba's array functions are loaded before, in the quicker way."""
+    """Call a compiled function; before the first call, load numba's array functions the quick way."""
     if COMPILED and not entry.overloads:
         load_array_functions()
     return entry(*arguments)
@@ -94,7 +94,7 @@ def entered(entry: Any, *arguments: Any) -> Any:
 
 def compiled(function: Callable[..., None], signature: Any) -> Any:
     """Return the C function of a Python one, from the disk cache where it can be kept there."""
-    known = _compiled.get((function, id(signature)))  # signatures are constants: to compare them takes far longer
+    known = _compiled.get((function, id(signature)))  # signatures are constants; comparing them takes far longer
     if known is not None:
         return known[1]
     load_array_functions()
@@ -117,7 +117,7 @@ def kernel_address(function: Callable[..., None] | None, signature: Any) -> int:
 
 
 class LawAddress:
-    """The address of a law's `respond`, and what must live as long as it is called.
+    """The address of a law's `respond`, and the objects that must live as long as it may be called.
 
     A law that stays plain Python is called back; its exception is kept in ``raised`` and the reply marked failed.
     """
@@ -154,12 +154,12 @@ class LawAddress:
 
 
 def held(kind: type[ctypes.Structure], name: str) -> Any:
-    """Return a property that stands for a field which is itself a record or an array, made once."""
+    """Return a property for a field that is a record or an array; its object is made once."""
     return property(attrgetter(f"_{name}"), getattr(kind, name).__set__)
 
 
 class PortAtHand(Port):
-    """A port whose sides and arrays are made once: making them at every look is what plain Python spends most on."""
+    """A port whose sides and arrays are made once: making them at every access dominates the time of plain Python."""
 
     left, right = held(Port, "left"), held(Port, "right")
     readings, memory, parameters = held(Port, "readings"), held(Port, "memory"), held(Port, "parameters")

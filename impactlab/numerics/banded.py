@@ -1,7 +1,7 @@
 """Small helpers on symmetric banded matrices in lower form, shape (bandwidth + 1, n).
 
-Here as everywhere in the package scipy is imported where it is called: a run without matrices, as an exact one, starts
-a third of a second sooner without it.
+Scipy is imported where it is called, here and everywhere in the package: a run without matrices, as an exact one,
+starts a third of a second sooner.
 """
 
 from __future__ import annotations

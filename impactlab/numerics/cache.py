@@ -24,11 +24,11 @@ import numpy as np
 from numba.core.caching import FunctionCache, NullCache
 from numba.core.serialize import dumps
 
-DAY = 86400.0  # s, after which a half-written file is left over
+DAY = 86400.0  # s; an older half-written file is removed
 DIGEST = 32  # bytes of a SHA-256
 SHORT = 16  # hexadecimal digits of a digest in a file name
 FOREIGN = ("numba", "numpy", "math", "cmath", "builtins", "llvmlite", "ctypes")  # known by the version of numba
-# What may go wrong in rebuilding a kernel that its checksum has let pass: the file is then compiled again.
+# Errors in rebuilding a kernel whose checksum is right: it is then compiled again.
 FAULTS = (EOFError, pickle.UnpicklingError, ValueError, TypeError, AttributeError, ImportError, IndexError, KeyError)
 
 
@@ -100,16 +100,16 @@ class KernelFile:
 
     @property
     def fingerprint(self) -> str:
-        """Digest of the kernel; made when it is first compiled, for then all that it calls is defined."""
+        """Digest of the kernel; computed at its first compilation, when all functions that it calls are defined."""
         self._print = self._print or fingerprint(self._function, self._options)
         return self._print
 
     def exists(self) -> bool:
-        """Return whether the kernel as it is now was kept, for whatever signature."""
+        """Return whether the present kernel is on disk, for any signature."""
         return any(path.is_file() for path in self.folder.glob(f"{self.base}.*.{self.fingerprint[:SHORT]}.nbc"))
 
     def load(self, key: Any) -> Any:
-        """Return what was kept under a key of numba's; None where there is none that is whole and its own."""
+        """Return the kernel stored under a key of numba's; None if there is none, or it is damaged or another's."""
         path, identity = self._place(key)
         try:
             data = path.read_bytes()
@@ -120,14 +120,14 @@ class KernelFile:
         return pickle.loads(data[DIGEST:])  # noqa: S301 - verified above to be this kernel, written here
 
     def save(self, key: Any, value: Any) -> None:
-        """Keep a compiled kernel, in place of what was kept of its older versions; where that fails it is not kept."""
+        """Store a compiled kernel in place of its older versions; if that fails it is not stored."""
         path, identity = self._place(key)
         payload: bytes = pickled(value)
         draft = path.with_name(f"{path.name}.{os.getpid()}.{uuid4().hex[:8]}.tmp")
         try:
             draft.write_bytes(hashlib.sha256(identity + payload).digest() + payload)
             draft.replace(path)
-        except OSError:  # a full disk, a folder in its place: the run goes on with what it compiled
+        except OSError:  # a full disk, a folder in its place: the run continues with the compiled kernel
             with contextlib.suppress(OSError):
                 draft.unlink()
             return
@@ -141,7 +141,7 @@ class KernelFile:
                     older.unlink()
 
     def flush(self) -> None:
-        """Forget what was kept of this kernel."""
+        """Remove the files of this kernel."""
         for path in self.folder.glob(f"{self.base}.*.nbc"):
             path.unlink(missing_ok=True)
 
@@ -152,7 +152,7 @@ class KernelFile:
         return self.folder / name, f"{self.base} {called} {self.fingerprint}".encode()
 
 
-class KernelCache(Cache):  # type: ignore[misc] # of numba, some versions of which have types
+class KernelCache(Cache):  # type: ignore[misc] # numba has types in some versions
     """Numba's cache of one function, with our files."""
 
     def __init__(self, function: Callable[..., Any], options: Mapping[str, Any]) -> None:
@@ -160,20 +160,20 @@ class KernelCache(Cache):  # type: ignore[misc] # of numba, some versions of whi
         self._cache_file = KernelFile(Path(self._cache_path), self._impl.filename_base, function, options)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Return the compiled function of a signature, None where it must be compiled."""
+        """Return the compiled function of a signature, None if it must be compiled."""
         try:
             return super().load_overload(sig, target_context)
         except FAULTS:
             return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep the compiled function of a signature where there is a place for it."""
+        """Store the compiled function of a signature if there is a place for it."""
         with contextlib.suppress(OSError):
             super().save_overload(sig, data)
 
 
 def cache_of(function: Callable[..., Any], options: Mapping[str, Any]) -> Any:
-    """Return the disk cache of a function; one that keeps nothing where there is no place, as at a prompt."""
+    """Return the disk cache of a function; one that stores nothing if there is no file, as at a prompt."""
     try:
         return KernelCache(function, options)
     except (RuntimeError, OSError):
@@ -194,6 +194,6 @@ def kept(**options: Any) -> Callable[[Callable[..., Any]], Any]:
 
 
 def is_kept(entry: Any) -> bool:
-    """Return whether a kernel as it is now is on disk, so that its first call need not compile it."""
+    """Return whether the present kernel is on disk, so that its first call does not compile it."""
     files = getattr(getattr(entry, "_cache", None), "_cache_file", None)
     return isinstance(files, KernelFile) and files.exists()

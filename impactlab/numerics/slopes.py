@@ -6,13 +6,13 @@ import numpy as np
 
 from impactlab.types import Array
 
-MIN_MEANS = 3  # cells, from which a slope can be told from a jump
+MIN_MEANS = 3  # cells; with fewer a slope is not distinguishable from a jump
 
 
 def slopes(middles: Array, means: Array) -> Array:
     """Return the slope of a quantity in each cell of time, shape (n,), from the middles of cells and its means.
 
-    Zero beside a jump from rest, at an extremum and in chatter, so that no value leaves those of the cells around it.
+    Zero beside a jump from rest, at an extremum and in chatter, so that values stay between those of the neighbouring cells.
 
     References
     ----------
@@ -21,7 +21,7 @@ def slopes(middles: Array, means: Array) -> Array:
     if means.size < MIN_MEANS:
         return np.zeros_like(means)
     steepness = np.diff(means) / np.diff(middles)
-    # At the ends of the run there is one neighbour: its own slope stands for the one beyond.
+    # At the ends of the run there is one neighbour; its slope is used on both sides.
     before, after = np.append(steepness[1], steepness), np.append(steepness, steepness[-2])
     central = 0.5 * (before + after)
     least = np.minimum(2.0 * np.minimum(np.abs(before), np.abs(after)), np.abs(central))
