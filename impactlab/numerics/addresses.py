@@ -71,8 +71,8 @@ else:
 def load_array_functions() -> None:
     """Load numba's array functions, as it does before it compiles or reads its cache, but without scipy's BLAS.
 
-    Numba would look for BLAS at once, which takes a third of a second and is needed by the inner products of np.convolve
-    only. Products of matrices look for it when they are compiled.
+    Numba would look for BLAS at once, which takes a third of a second and is needed only by the inner products of
+    np.convolve. Products of matrices look for it when they are compiled.
     """
     blas = "scipy.linalg.cython_blas"
     hidden = blas not in sys.modules

@@ -12,7 +12,7 @@ MIN_MEANS = 3  # cells; with fewer a slope is not distinguishable from a jump
 def slopes(middles: Array, means: Array) -> Array:
     """Return the slope of a quantity in each cell of time, shape (n,), from the middles of cells and its means.
 
-    Zero beside a jump from rest, at an extremum and in chatter, so that values stay between those of the neighbouring cells.
+    Zero beside a jump from rest, at an extremum and in chatter, so that values stay between those of neighbours.
 
     References
     ----------

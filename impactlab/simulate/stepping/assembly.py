@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -34,7 +34,7 @@ from impactlab.simulate.stepping.arrays import (
     SnapshotRecord,
     StepArrays,
 )
-from impactlab.simulate.stepping.packing import dashpots, fill, flat, sparse
+from impactlab.simulate.stepping.packing import dashpots, flat, sparse
 from impactlab.simulate.stepping.preparation import (
     BuiltBody,
     Push,
@@ -66,114 +66,60 @@ class Assembly:
         self.laws = [LawAddress(law.respond, law.compiled) for law in laws]
         names, each = list(built), list(steppers.values())
         pushed = pushes_of(scene, built, starts)
-        parameters, parameter_start = flat([stepper.parameters for stepper in each])
-        state, state_start = flat([stepper.state for stepper in each])
-        jump, jump_start = flat([pushed_by(stepper) for stepper in each])
-        responses, response_start = self._responses(each)
-        bodies_by_name, bodies = records(BodyRecord, len(names))
-        self._shift = {name: int(start) for name, start in zip(names, state_start[:-1], strict=True)}
-        dampers: list[tuple[int, int, float, bool, int]] = []
-        for number, (name, stepper) in enumerate(steppers.items()):
-            n_dof, shift = built[name].system.load.size, self._shift[name]
-            dampers += [
-                (shift + i, shift + j if j >= 0 else -1, value, inside, n_dof)
-                for i, j, value, inside in dashpots(built[name].system)
-            ]
-            fill(
-                bodies_by_name[number],
-                free=kernel_address(stepper.free, FREE),
-                measure=kernel_address(stepper.measure, MEASURE),
-                retime=kernel_address(stepper.retime, RETIME),
-                derive=kernel_address(stepper.derive, DERIVE),
-                parameter_start=parameter_start[number],
-                parameter_end=parameter_start[number + 1],
-                state_start=shift,
-                state_end=state_start[number + 1],
-                n_dof=n_dof,
-                n_ports=len(stepper.jump),
-                jump_start=jump_start[number],
-                jump_end=jump_start[number] + stepper.jump.size,
-                loads_end=jump_start[number + 1],
-                load_at=stepper.load.start if stepper.load else 0,
-                force_start=response_start[number],
-                impulse_start=response_start[len(names) + number],
-                projection_start=response_start[2 * len(names) + number],
-            )
-        dampers_by_name, damper_records = records(DamperRecord, len(dampers))
-        for number, (index, other, damping, inside, n) in enumerate(dampers):
-            rate = state[index + n] - (state[other + n] if other >= 0 else 0.0)
-            straddles = integrator.velocity_point < 1.0
-            fill(
-                dampers_by_name[number],
-                index=index,
-                other=other,
-                inside=inside,
-                damping=damping,
-                straddles=straddles,
-                before=dt * rate,
-            )
-        faces = self._faces(names, steppers)
+        flats = [
+            flat([stepper.parameters for stepper in each]),
+            flat([stepper.state for stepper in each]),
+            flat([pushed_by(stepper) for stepper in each]),
+            self._responses(each),
+        ]
+        parameters, state, jump, responses = (values for values, _ in flats)
+        self._shift = dict(zip(names, flats[1][1].tolist(), strict=False))  # the last start is the end
         ports, contacts, replies = self._contacts(starts)
         n_contacts = len(scene.contacts)
         models = {name: body.model for name, body in built.items()}
         self.probe_channels = self._probe_channels()
         rows, left_out = self._rows(models, starts, pushed)
-        wanted = [
-            (names.index(face_read(contact, reading).body), number, slot)
-            for number, (contact, start) in enumerate(zip(scene.contacts, starts, strict=True))
-            for slot, reading in enumerate(start.readings)
-        ]
-        readings_by_name, readings = records(ReadingRecord, len(wanted))
-        for number, (body, contact, slot) in enumerate(wanted):
-            fill(readings_by_name[number], body=body, contact=contact, slot=slot)
         row_start, row_index, row_value = sparse(rows)
         momentum = self._momentum(models, state)
-        phases, maps, other_state = records(PhaseRecord, 0)[1], np.zeros(0), np.zeros(0)
         phased = {name: body.system.phases for name, body in built.items() if body.system.phases is not None}
+        phases, maps = self._phases(names, phased)
+        other_state = np.zeros(0)
         if phased:
-            closed = {name: phased[name].closed if name in phased else model for name, model in models.items()}
-            others = {
-                name: prepare_stepper(scene, name, closed[name], closed[name].operators(), integrator, dt, pushed)
-                if name in phased
-                else stepper
-                for name, stepper in steppers.items()
-            }
             check_phases(phased, built, steppers)
-            phases, maps = self._phases(names, phased)
+            closed = {name: phased[name].closed if name in phased else model for name, model in models.items()}
+            others = self._other_steppers(phased, steppers, pushed)
             # The same entries in both phases, so that only values are exchanged.
-            open_rows, (closed_rows, closed_left_out) = rows, self._rows(closed, starts, pushed)
-            pattern = [(a != 0.0) | (b != 0.0) for (_, a), (_, b) in zip(open_rows, closed_rows, strict=True)]
-            row_start, row_index, row_value = sparse(open_rows, pattern)
+            closed_rows, closed_left_out = self._rows(closed, starts, pushed)
+            pattern = [(a != 0.0) | (b != 0.0) for (_, a), (_, b) in zip(rows, closed_rows, strict=True)]
+            row_start, row_index, row_value = sparse(rows, pattern)
             other_state = np.concatenate(
                 (
-                    flat([stepper.parameters for stepper in others.values()])[0],
+                    flat([stepper.parameters for stepper in others])[0],
                     self._momentum(closed, state),
-                    flat([pushed_by(stepper) for stepper in others.values()])[0],
-                    self._responses(list(others.values()))[0],
+                    flat([pushed_by(stepper) for stepper in others])[0],
+                    self._responses(others)[0],
                     sparse(closed_rows, pattern)[2],
                     closed_left_out.ravel(),
                 )
             )
         room = (4 if plan.method.events == "located" else 1) * (steps // self.stride + 8) + 256
-        snapshots_by_name, snapshots = records(SnapshotRecord, len(scene.snapshots))
-        for number, time in enumerate(sorted(scene.snapshots)):
-            snapshots_by_name[number].time = time
-        clocks, clock = records(ClockRecord, 1)
-        self.clock = clocks[0]
+        self.snapshots, snapshots = records(SnapshotRecord, len(scene.snapshots))
+        for snapshot, time in zip(self.snapshots, sorted(scene.snapshots), strict=True):
+            snapshot.time = time
+        (self.clock,), clock = records(ClockRecord, 1)
         self.clock.timed, self.clock.steps = dt, steps
-        self.snapshots = snapshots_by_name
         coupled = 2 * n_contacts if n_contacts > 1 else 0
         self.memory = StepArrays(
             clock=clock,
-            bodies=bodies,
-            faces=faces,
+            bodies=self._bodies(steppers, [begins.tolist() for _, begins in flats]),
+            faces=self._faces(names, steppers),
             contacts=contacts,
             ports=ports,
             replies=replies,
-            readings=readings,
+            readings=self._readings(names, starts),
             pushes=self._pushes(names, steppers, pushed),
             phases=phases,
-            dampers=damper_records,
+            dampers=self._dampers(state),
             events=self._events(),
             snapshots=snapshots,
             parameters=parameters,
@@ -195,6 +141,56 @@ class Assembly:
             other_state=other_state,
             maps=maps,
         )
+
+    def _bodies(self, steppers: dict[str, Stepper], begins: list[list[int]]) -> Sequence[BodyRecord]:
+        """Return the bodies; ``begins`` are the starts of their parameters, states, jumps and responses."""
+        by_name, bodies = records(BodyRecord, len(steppers))
+        parameters, states, jumps, responses = begins
+        for number, (body, (name, stepper)) in enumerate(zip(by_name, steppers.items(), strict=True)):
+            body.free, body.measure = kernel_address(stepper.free, FREE), kernel_address(stepper.measure, MEASURE)
+            body.retime, body.derive = kernel_address(stepper.retime, RETIME), kernel_address(stepper.derive, DERIVE)
+            body.parameter_start, body.parameter_end = parameters[number : number + 2]
+            body.state_start, body.state_end = states[number : number + 2]
+            body.n_dof, body.n_ports = self.built[name].system.load.size, len(stepper.jump)
+            body.jump_start, body.loads_end = jumps[number : number + 2]
+            body.jump_end = body.jump_start + stepper.jump.size
+            body.load_at = stepper.load.start if stepper.load else 0
+            body.force_start, body.impulse_start, body.projection_start = responses[number :: len(steppers)][:3]
+        return bodies
+
+    def _dampers(self, state: Floats) -> Sequence[DamperRecord]:
+        found = [(name, *each) for name, body in self.built.items() for each in dashpots(body.system)]
+        by_name, dampers = records(DamperRecord, len(found))
+        for damper, (name, i, j, damping, inside) in zip(by_name, found, strict=True):
+            shift, n_dof = self._shift[name], self.built[name].system.load.size
+            damper.index, damper.other = shift + i, shift + j if j >= 0 else -1
+            damper.damping, damper.inside = damping, int(inside)
+            damper.straddles = float(self.integrator.velocity_point < 1.0)
+            rate = state[damper.index + n_dof] - (state[damper.other + n_dof] if j >= 0 else 0.0)
+            damper.before = self.dt * rate
+        return dampers
+
+    def _readings(self, names: list[str], starts: tuple[Start, ...]) -> Sequence[ReadingRecord]:
+        by_name, readings = records(ReadingRecord, sum(len(start.readings) for start in starts))
+        wanted = iter(by_name)
+        for number, (contact, start) in enumerate(zip(self.scene.contacts, starts, strict=True)):
+            for slot, reading in enumerate(start.readings):
+                record = next(wanted)
+                record.body, record.contact = names.index(face_read(contact, reading).body), number
+                record.slot = slot
+        return readings
+
+    def _other_steppers(
+        self, phased: dict[str, Phases], steppers: dict[str, Stepper], pushed: tuple[Push, ...]
+    ) -> list[Stepper]:
+        """Return the steppers while the contacts of bodies with phases are closed."""
+        models = {name: phase.closed for name, phase in phased.items()}
+        return [
+            prepare_stepper(self.scene, name, models[name], models[name].operators(), self.integrator, self.dt, pushed)
+            if name in models
+            else stepper
+            for name, stepper in steppers.items()
+        ]
 
     def state_of(self, body: str, state: Array, velocities: bool = False) -> Array:
         """Return a body's displacements or velocities in a whole state, shape (n_dof,)."""
@@ -259,31 +255,28 @@ class Assembly:
             momentum[start : start + row.size] = row
         return momentum
 
-    def _phases(self, names: list[str], phased: dict[str, Phases]) -> tuple[Any, Floats]:
+    def _phases(self, names: list[str], phased: dict[str, Phases]) -> tuple[Sequence[PhaseRecord], Floats]:
         by_name, phases = records(PhaseRecord, len(phased))
         maps, map_start = flat([np.concatenate((each.closing, each.opening)) for each in phased.values()])
         for number, (name, each) in enumerate(phased.items()):
-            fill(by_name[number], contact=each.contact, body=names.index(name), map_start=map_start[number])
+            phase = by_name[number]
+            phase.contact, phase.body, phase.map_start = each.contact, names.index(name), int(map_start[number])
         return phases, maps
 
-    def _pushes(self, names: list[str], steppers: dict[str, Stepper], pushed: tuple[Push, ...]) -> Any:
+    def _pushes(self, names: list[str], steppers: dict[str, Stepper], pushed: tuple[Push, ...]) -> Sequence[PushRecord]:
         by_name, pushes = records(PushRecord, len(pushed))
         of_body = {name: sum(push.body == name for push in pushed) for name in names}
         seen = {name: len(steppers[name].jump) - of_body[name] for name in names}
         for number, push in enumerate(pushed):
-            fill(
-                by_name[number],
-                contact=push.contact,
-                body=names.index(push.body),
-                place=seen[push.body],
-                weight=push.weight,
-            )
+            record = by_name[number]
+            record.contact, record.body = push.contact, names.index(push.body)
+            record.place, record.weight = seen[push.body], push.weight
             stepper = steppers[push.body]
-            self._ranges(by_name[number], push.body, stepper, stepper.force_response[seen[push.body]], 0)
+            self._ranges(record, push.body, stepper, stepper.force_response[seen[push.body]], 0)
             seen[push.body] += 1
         return pushes
 
-    def _events(self) -> Any:
+    def _events(self) -> Sequence[EventRecord]:
         self.events, events = records(EventRecord, max(MIN_EVENTS, 1024 * len(self.scene.contacts)))
         return events
 
@@ -300,7 +293,7 @@ class Assembly:
     def _probe_channels(self) -> list[tuple[str, Quantity]]:
         return [(channel, quantity) for channel, _, _, quantity, _ in self._probes()]
 
-    def _faces(self, names: list[str], steppers: dict[str, Stepper]) -> Any:
+    def _faces(self, names: list[str], steppers: dict[str, Stepper]) -> Sequence[FaceRecord]:
         by_name, faces = records(FaceRecord, 2 * len(self.scene.contacts))
         seen = dict.fromkeys(names, 0)
         for number, contact in enumerate(self.scene.contacts):
@@ -308,14 +301,14 @@ class Assembly:
                 place = seen[point.body]
                 seen[point.body] += 1
                 face = by_name[2 * number + side]
-                fill(face, body=names.index(point.body), place=place, sign=(-1.0, 1.0)[side])
+                face.body, face.place, face.sign = names.index(point.body), place, (-1.0, 1.0)[side]
                 stepper = steppers[point.body]
                 responses = (stepper.force_response, stepper.impulse_response, stepper.projection_response)
                 for kind, response in enumerate(responses):
                     self._ranges(face, point.body, stepper, response[place], 3 * kind)
         return faces
 
-    def _ranges(self, record: Any, body: str, stepper: Stepper, response: Array, at: int) -> None:
+    def _ranges(self, record: FaceRecord | PushRecord, body: str, stepper: Stepper, response: Array, at: int) -> None:
         """Write the ranges of a body's displacements, velocities and other state with nonzero response."""
         n_dof = stepper.jump.shape[1]
         for part, first in enumerate((0, n_dof, 2 * n_dof)):
@@ -327,7 +320,7 @@ class Assembly:
             if moved.size:
                 record.low[at + part], record.high[at + part] = first + int(moved[0]), first + int(moved[-1]) + 1
 
-    def _contacts(self, starts: tuple[Start, ...]) -> tuple[Any, Any, Any]:
+    def _contacts(self, starts: tuple[Start, ...]) -> tuple[Sequence[Port], Sequence[ContactRecord], Sequence[Reply]]:
         scene, n_contacts = self.scene, len(self.scene.contacts)
         self.ports, ports = records(Port, n_contacts)
         self.contacts, contacts = records(ContactRecord, n_contacts)
@@ -345,18 +338,13 @@ class Assembly:
             )
             port.jump_in_force = float(self.integrator.jump_in_force or own)
             static = [self._static_compliance(point.body, point.x) for point in (contact.left, contact.right)]
-            fill(
-                self.contacts[number],
-                law=self.laws[number].value,
-                dates=int(law.answers_force),
-                smooth=int(law.smooth),
-                projects_first=int(self.integrator.projects_first),
-                load_point=self.integrator.load_point,
-                trial_point=1.0 if law.trial_at_end else self.integrator.load_point,
-                initial_gap=contact.gap,
-                old_gap=contact.gap,
-                left_share=static[0] / sum(static) if sum(static) > 0.0 else 0.0,
-            )
+            record = self.contacts[number]
+            record.law = self.laws[number].value
+            record.dates, record.smooth = int(law.answers_force), int(law.smooth)
+            record.projects_first, record.load_point = int(self.integrator.projects_first), self.integrator.load_point
+            record.trial_point = 1.0 if law.trial_at_end else self.integrator.load_point
+            record.initial_gap = record.old_gap = contact.gap
+            record.left_share = static[0] / sum(static) if sum(static) > 0.0 else 0.0
         return ports, contacts, replies
 
     def _static_compliance(self, body: str, x: float) -> float:

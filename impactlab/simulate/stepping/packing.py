@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
-from functools import cache
-from typing import Any
-
 import numpy as np
 from numpy import bool_
 from numpy.typing import NDArray
@@ -61,17 +57,3 @@ def sparse(rows: list[tuple[int, Array]], pattern: list[NDArray[bool_]] | None =
         values.append(row[kept])
         starts.append(starts[-1] + kept.size)
     return np.array(starts, np.int64), np.concatenate(indices), np.concatenate(values)
-
-
-def fill(record: Any, **values: Any) -> None:
-    """Set the named fields of a record."""
-    kind: type[ctypes.Structure] = type(record)
-    whole = integers(kind)
-    for name, value in values.items():
-        setattr(record, name, int(value) if name in whole else float(value))
-
-
-@cache
-def integers(kind: type[ctypes.Structure]) -> frozenset[str]:
-    """Return the names of the integer fields of a record."""
-    return frozenset(field[0] for field in kind._fields_ if field[1] is ctypes.c_int64)
