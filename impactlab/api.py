@@ -10,12 +10,14 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from impactlab.casefile import Case
+from impactlab.casefile.edit import check_method_name
 from impactlab.errors import ImpactlabError, RunWarning, StepError
 from impactlab.history.base import SERIOUS, AbstractHistory
 from impactlab.refine import reference as references
 from impactlab.refine import search
 from impactlab.refine.reference import CHEAP, THOROUGH, Reference
 from impactlab.refine.reference import content as reference_content
+from impactlab.report.summary import comparison, summarise, table
 from impactlab.scene.method import Method, Simulation
 from impactlab.scene.precision import in_precision
 from impactlab.scene.problem import Scene
@@ -60,14 +62,10 @@ class Comparison:
     @property
     def document(self) -> dict[str, Any]:
         """What ``compare --json`` prints: schema_version, case, reference, rows of name and summary."""
-        from impactlab.report.summary import comparison
-
         name = self.reference[0] if self.reference is not None else None
         return comparison(self.case, name, [(row.name, row.summary) for row in self.rows])
 
     def __str__(self) -> str:
-        from impactlab.report.summary import table
-
         return table(self.document)
 
 
@@ -181,8 +179,6 @@ def compare(
     CaseError
         If the case has no method of a given name. A method that is refused or fails stays as a row instead.
     """
-    from impactlab.casefile.edit import check_method_name
-
     names = list(dict.fromkeys(methods if methods is not None else case.method_names))
     for name in names:
         check_method_name(name, case.method_names, case.file)
@@ -199,8 +195,6 @@ def summarised(case: Case, history: AbstractHistory, budget: float = CHEAP) -> t
     ``budget`` are the seconds of predicted solving that a reference may take where no exact answer serves: by default
     so few that a run is not kept waiting.
     """
-    from impactlab.report.summary import summarise
-
     reference = reference_of(*physics_of(case), budget)
     return summarise(case.label, case.scene(), history, reference), reference
 
@@ -247,8 +241,6 @@ def _share(
 
 
 def _row(case: Case, name: str, references: dict[Any, Reference | None], progress: Progress | None) -> Row:
-    from impactlab.report.summary import summarise
-
     try:
         variant = case.method(name)
         with warnings_kept():

@@ -5,15 +5,20 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from impactlab.integrators.columns import apply_to_each, write_columns
+from impactlab.lazy import lazy
 from impactlab.models.base import Operators
-from impactlab.numerics.addresses import DERIVE, FREE, entered, kernel_address
 from impactlab.numerics.banded import solve_each
 from impactlab.types import Array
+
+if TYPE_CHECKING:
+    from impactlab.integrators import columns
+    from impactlab.numerics import addresses
+else:  # they load numba, which reading a case does not need
+    addresses, columns = lazy("impactlab.numerics.addresses"), lazy("impactlab.integrators.columns")
 
 Kernel = Callable[..., None]
 """A function of float arrays that numba can compile; it returns nothing and writes into its arguments."""
@@ -51,7 +56,7 @@ def without_load(step: Step, kernel: Kernel, states: Array) -> Array:
     """Return what `free` or `derive` makes of some states, (n_states, n_state), of the body without its load."""
     load, after = step.parameters[step.load].copy(), np.array(states)
     step.parameters[step.load] = 0.0
-    entered(apply_to_each, kernel_address(kernel, FREE), step.parameters, after)
+    addresses.entered(columns.apply_to_each, addresses.kernel_address(kernel, addresses.FREE), step.parameters, after)
     step.parameters[step.load] = load
     return after
 
@@ -117,16 +122,19 @@ class AbstractIntegrator(AbstractScheme):
         derives from displacements, and leaves the velocities alone.
         """
         step, n_dof = self.step(system, dt), system.load.size
-        free, derive = kernel_address(step.free, FREE), kernel_address(step.derive, DERIVE)
+        free, derive = (
+            addresses.kernel_address(step.free, addresses.FREE),
+            addresses.kernel_address(step.derive, addresses.DERIVE),
+        )
         state, jump = np.array(step.state), solve_each(system.mass, ports)
         if derive:
-            entered(apply_to_each, derive, step.parameters, state[None, :])
+            addresses.entered(columns.apply_to_each, derive, step.parameters, state[None, :])
         shape = len(ports), state.size
         force, impulse = np.zeros(shape if step.force is None else (0, 0)), np.zeros(shape)
         if impulse.size:
             at, loads = step.load.start, loads_of(step.load, ports)
             flat = loads, jump.ravel(), force.ravel(), impulse.ravel()
-            entered(write_columns, free, derive, step.parameters, at, n_dof, *flat)
+            addresses.entered(columns.write_columns, free, derive, step.parameters, at, n_dof, *flat)
         force = force if step.force is None else step.force(jump)
         if self.projects_first:  # a velocity p/dt that is given at the start and taken away at the end
             projection = impulse / dt

@@ -7,8 +7,8 @@ as for rods they decide where trials begin, and never what error is stated.
 from __future__ import annotations
 
 from impactlab.refine.families import FIXED_S, Family
-from impactlab.refine.reference import Way
 from impactlab.refine.reference_beams import is_singular, ways
+from impactlab.refine.ways import Way
 from impactlab.scene.facts import beams_of
 from impactlab.scene.method import Simulation
 from impactlab.scene.problem import Scene

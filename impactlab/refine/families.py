@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from impactlab.contact.power_law import Hertz
-from impactlab.errors import CaseError, PairingError
 from impactlab.exact.cost import predicted_s
 from impactlab.models.mesh.bar_elements import elements_per_segment
 from impactlab.refine.contact_times import rise_time
@@ -26,7 +25,7 @@ from impactlab.refine.descriptions import (
     is_special,
 )
 from impactlab.refine.extrapolation import RATIO
-from impactlab.scene.facts import beams_of, is_a_delay_line, is_coupled, rods_of, shortest_transit, split_at_contacts
+from impactlab.scene.facts import is_a_delay_line, is_coupled, rods_of, shortest_transit, split_at_contacts
 from impactlab.scene.method import Simulation, force_jumps, laws_of
 from impactlab.scene.problem import Scene
 
@@ -234,18 +233,3 @@ def _implicit(asked: Simulation, jumps: bool) -> Family:
 def _damping_time(scene: Scene, name: str) -> float:
     rod = next(rod for rod in rods_of(scene) if rod.name == name)
     return rod.damping.stiffness + min(segment.viscosity / segment.young for segment in rod.segments)
-
-
-def serving(asked: Simulation) -> tuple[list[Family], str]:
-    """Return the families that serve a scene, and why the exact solver does not ("" where it does)."""
-    families, why = [], ""
-    if beams_of(asked.scene):
-        from impactlab.refine import beam_families
-
-        return beam_families.serving(asked)
-    try:
-        families.append(exact(asked))
-    except (CaseError, PairingError) as error:
-        why = error.text
-    families += stepped(asked)
-    return families, why

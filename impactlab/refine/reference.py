@@ -5,14 +5,21 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections import OrderedDict
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any, Literal, NamedTuple
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
 
 from impactlab.errors import ImpactlabError, StepError
+from impactlab.exact import solve as exact
 from impactlab.history.base import AbstractHistory
+from impactlab.metrics import norms as metrics
+from impactlab.refine import reference_beams
+from impactlab.refine.described import has_one_answer
 from impactlab.refine.extrapolation import RATIO, Differences, finest_error
-from impactlab.scene.method import Method, Simulation, force_jumps, is_relative, laws_of, modelled, theories
+from impactlab.refine.ways import COARSEST, Way, rod_ways
+from impactlab.scene.facts import beams_of
+from impactlab.scene.method import Method, Simulation, is_relative, laws_of, modelled, theories
 from impactlab.scene.problem import RECORDS, Scene
+from impactlab.simulate import driver as simulate
 
 # Names in summaries: the exact hard contact, the exact spring and dashpot of the case itself, the converged answer.
 HARD, SPRING, CONVERGED = "st_venant", "kelvin_voigt", "converged"
@@ -23,13 +30,10 @@ WANTED = 1e-6  # uncertainty at which refining ends,
 EASY = 0.05  # s, unless the next level costs less than this
 WORST = 1e-2  # uncertainty beyond which there is no reference
 READ = 1e-7  # of a value: what two histories may share that are read on lines between at most 20000 records
-COARSEST = 50  # elements, or steps in the shortest transit
 FIRST = 0.7  # of the budget that the first description may take
 CHECKING = 3e-5  # uncertainty at which the second answer is good enough to check the first
 UNWITNESSED = 3.0  # times less known: an answer without a second one
 SAFETY = 3.0  # on the error that three levels show (docs/audit.md: claimed against true over random scenes)
-TIGHTER = 4.0  # the tolerance of adaptive steps falls as fineness to minus this
-STIFF = 20.0  # times the expected number of adaptive steps: a damping that needs more of them is none for such steps
 JUDGED = ("mass_displacement", "face_displacement", "impulse")
 """The metrics by which a reference converges; their largest uncertainty is that of the reference."""
 SMOOTH = (*JUDGED, "peak_force")
@@ -50,15 +54,6 @@ class Reference(NamedTuple):
     found: str = "event to event"  # how, in words
 
 
-class Way(NamedTuple):
-    """A description that can be refined: its words, the scene at a fineness, and the seconds that this will take."""
-
-    words: str
-    run: Callable[[int], Simulation]
-    seconds: Callable[[int], float]
-    order: float = 2.0  # of displacements and impulses in the fineness, at most
-
-
 def find(scene: Scene, method: Method, budget: float = THOROUGH) -> Reference | None:
     """Return the exact answer to a scene, else a converged one, else None.
 
@@ -73,8 +68,6 @@ def find(scene: Scene, method: Method, budget: float = THOROUGH) -> Reference | 
         Seconds of predicted solving that a converged answer may take. They are counted by a model of cost and never
         measured, so that the same scene always gets the same answer.
     """
-    from impactlab.exact import solve as exact
-
     if any(theories(scene, method)):
         return None
     if exact.serves(scene, method) is None:
@@ -176,8 +169,6 @@ def levels(way: Way, budget: float) -> Iterator[tuple[Reference | None, float]]:
     From level to level the fineness grows by the golden section, so that no step is a multiple of another; the error of
     the last of three is extrapolated with the order that they show.
     """
-    from impactlab.simulate import driver as simulate
-
     runs: list[tuple[int, AbstractHistory]] = []
     nearer: dict[str, float] = {}  # of the two runs before the last
     fineness, spent = COARSEST, 0.0
@@ -238,8 +229,6 @@ def is_known(found: Reference) -> bool:
 
 def differences(coarse: AbstractHistory, fine: AbstractHistory, scene: Scene) -> dict[str, float]:
     """Return the metrics of one answer against another; inf for event times where their events differ in number."""
-    from impactlab.metrics import norms as metrics
-
     known = metrics.installed()
     found = {name: known[name](coarse, fine, scene) for name in (*JUDGED, *TOLD)}
     if len(coarse.events) != len(fine.events):
@@ -248,92 +237,8 @@ def differences(coarse: AbstractHistory, fine: AbstractHistory, scene: Scene) ->
 
 
 def _ways(asked: Simulation) -> Iterator[Way]:
-    """Give the descriptions that may serve a scene, the best first; none where the physics has no single answer."""
-    from impactlab.refine.described import has_one_answer
-    from impactlab.scene.facts import beams_of, is_a_delay_line, is_coupled, rods_of, split_at_contacts
-
+    """Give the descriptions that may serve a scene, the best first; none where the physics has no unique solution."""
     if beams_of(asked.scene):
-        from impactlab.refine import reference_beams
-
         yield from reference_beams.every_way(asked)
-        return
-    if not has_one_answer(asked):
-        return
-    scene = split_at_contacts(asked.scene)
-    asked = Simulation(scene, asked.method)
-    rods = rods_of(scene)
-    if not rods:
-        yield from _rigid(asked)
-        return
-    hard = any(law.hard for law in laws_of(*asked))
-    if not hard and is_a_delay_line(scene):
-        yield _delay_line(asked, len(rods))
-    if hard and not any(is_coupled(rod) for rod in rods):
-        yield _explicit(asked, len(rods))
-    yield _implicit(asked, len(rods), "consistent")
-    yield _implicit(asked, len(rods), "lumped")
-
-
-def _delay_line(asked: Simulation, rods: int) -> Way:
-    from impactlab.refine.described import without_places
-    from impactlab.refine.descriptions import as_delay_line
-    from impactlab.scene.facts import shortest_transit
-
-    scene = asked.scene
-    shortest, bare = shortest_transit(scene), Simulation(without_places(scene), asked.method)
-    return Way(
-        "stepped delay line, steps in the shortest transit:",
-        lambda n: as_delay_line(bare, n),
-        lambda n: 3e-7 * (1 + rods) * n * scene.duration / shortest,
-    )
-
-
-def _explicit(asked: Simulation, rods: int) -> Way:
-    from impactlab.refine.descriptions import as_lumped_mesh, is_special
-    from impactlab.scene.facts import shortest_transit
-
-    # On a rod of one wave speed, and wherever pieces share their elements by travel time without a remainder, waves go
-    # one element in a step: no dispersion.
-    scene = asked.scene
-    shortest = shortest_transit(scene)
-    return Way(
-        "lumped mesh at courant 1, elements:",
-        lambda n: as_lumped_mesh(asked, n, 1.0),
-        lambda n: 6e-9 * rods * n * n * scene.duration / shortest,
-        order=2.0 if is_special(scene) else 1.0,  # a front that disperses
-    )
-
-
-def _implicit(asked: Simulation, rods: int, mass: Literal["consistent", "lumped"]) -> Way:
-    from impactlab.refine.descriptions import as_implicit_mesh
-    from impactlab.scene.facts import shortest_transit
-
-    scene = asked.scene
-    shortest = shortest_transit(scene)
-    return Way(
-        f"{mass} mesh at courant 1/2, elements:",
-        lambda n: as_implicit_mesh(asked, n, mass),
-        lambda n: 16e-9 * rods * n * n * scene.duration / shortest,
-        order=1.0 if force_jumps(*asked) else 2.0,
-    )
-
-
-def _rigid(asked: Simulation) -> Iterator[Way]:
-    from impactlab.refine.contact_times import rise_time
-    from impactlab.refine.descriptions import as_adaptive_bodies, as_rigid_bodies
-
-    scene, method = asked
-    rises = scene.duration / min(
-        (rise_time(scene, method, contact) for contact in scene.contacts), default=scene.duration
-    )
-    yield Way("rigid bodies, steps:", lambda n: as_rigid_bodies(asked, 20 * n), lambda n: 3e-7 * 20 * n)
-
-    def steps(n: int) -> float:
-        return max(10.0, rises) * math.sqrt(n / COARSEST)
-
-    yield Way(
-        "adaptive steps between located events, level:",
-        lambda n: as_adaptive_bodies(asked, 1e-4 * (COARSEST / n) ** TIGHTER, round(STIFF * steps(n))),
-        lambda n: 1e-3 * steps(n),
-        order=TIGHTER,
-    )
+    elif has_one_answer(asked):
+        yield from rod_ways(asked)

@@ -5,13 +5,22 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from impactlab.bases.beams.modes import BeamModes
+from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.errors import CaseError, ImpactlabError
+from impactlab.integrators.exact_modal import ExactModal
+from impactlab.integrators.midpoint import Midpoint
+from impactlab.models.continuous import Continuous
+from impactlab.models.finite_element import FiniteElement
+from impactlab.models.modal import Modal
+from impactlab.refine.contact_times import rise_time
 from impactlab.refine.described import described, has_one_answer
-from impactlab.refine.reference import COARSEST, Way
+from impactlab.refine.ways import COARSEST, Way
 from impactlab.scene.bodies import Beam, WaveBody
 from impactlab.scene.facts import beams_of, rods_of, split_at_contacts
 from impactlab.scene.method import Simulation, StepRule, force_jumps, laws_of
 from impactlab.scene.problem import Scene
+from impactlab.simulate import driver as simulate
 
 STEPS = 20  # in the shortest of the scene's times, per unit of fineness
 MESHED = 400  # elements behind modes where no closed form is known: they are worked out densely
@@ -26,8 +35,6 @@ def slowest_time(beam: Beam) -> float:
 
 def scale(asked: Simulation) -> float:
     """Return the shortest of the times on which a scene changes [s]: its own, its beams', and those of its contacts."""
-    from impactlab.refine.contact_times import rise_time
-
     scene, method = asked
     contacts = [STEPS * rise_time(scene, method, contact) for contact in scene.contacts]
     return min([scene.duration, *(slowest_time(beam) for beam in beams_of(scene)), *contacts])
@@ -62,8 +69,6 @@ def every_way(asked: Simulation) -> Iterator[Way]:
 
 
 def _serves(way: Way) -> bool:
-    from impactlab.simulate import driver as simulate
-
     try:
         simulate.prepare(*way.run(COARSEST))
     except ImpactlabError:
@@ -117,8 +122,6 @@ def is_a_line(scene: Scene, rod: WaveBody) -> bool:
 
 def has_closed_modes(beam: Beam) -> bool:
     """Return whether the modes of a beam are known without a mesh."""
-    from impactlab.bases.beams.modes import BeamModes
-
     try:
         BeamModes(beam, 2)
     except CaseError:
@@ -128,11 +131,6 @@ def has_closed_modes(beam: Beam) -> bool:
 
 def modal_scene(asked: Simulation, modes: int, dt: float) -> Simulation:
     """Return the scene with its beams in so many modes, its rods as delay lines, under exact steps of dt [s]."""
-    from impactlab.contact.addition_deletion import AdditionDeletion
-    from impactlab.integrators.exact_modal import ExactModal
-    from impactlab.models.continuous import Continuous
-    from impactlab.models.modal import Modal
-
     described_by = described(asked, Continuous(), ExactModal(), StepRule(dt=dt), AdditionDeletion())
     models = dict(described_by.method.models)
     for beam in beams_of(asked.scene):
@@ -161,9 +159,6 @@ def _modal(asked: Simulation) -> Way:
 
 
 def _waves(asked: Simulation) -> Way:
-    from impactlab.contact.addition_deletion import AdditionDeletion
-    from impactlab.models.continuous import Continuous
-
     scene = asked.scene
     shortest, beams = scale(asked), beams_of(scene)
     sheared = [beam for beam in beams if beam.theory == "timoshenko"]
@@ -186,10 +181,6 @@ def _waves(asked: Simulation) -> Way:
 
 
 def _meshed(asked: Simulation) -> Way:
-    from impactlab.contact.addition_deletion import AdditionDeletion
-    from impactlab.integrators.midpoint import Midpoint
-    from impactlab.models.finite_element import FiniteElement
-
     scene = asked.scene
     shortest, count = scale(asked), len(scene.elastic)
 

@@ -7,15 +7,18 @@ import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from impactlab.errors import CaseError, ImpactlabError, StepError
+from impactlab.errors import CaseError, ImpactlabError, PairingError, StepError
 from impactlab.history.base import AbstractHistory, Warned
+from impactlab.refine import beam_families
 from impactlab.refine.choice_record import Choice, Rung, Verdict
 from impactlab.refine.estimates import MIN_STEPS, estimated, resolves_contacts
 from impactlab.refine.extrapolation import SHOWN_SAFETY
-from impactlab.refine.families import EXACT_ERROR, Family, serving
+from impactlab.refine.families import EXACT_ERROR, Family, exact, stepped
 from impactlab.refine.quantities import difference
+from impactlab.scene.facts import beams_of
 from impactlab.scene.method import Method, Simulation
 from impactlab.scene.problem import Scene
+from impactlab.simulate import driver as simulate
 from impactlab.simulate.checks import gain_of
 
 BUDGET = 3.0  # s of predicted solving that may go into one choice
@@ -121,8 +124,6 @@ def run(scene: Scene, method: Method, progress: Progress | None = None) -> Abstr
     StepError
         Where every candidate fails on the way.
     """
-    from impactlab.simulate import driver as simulate
-
     began = clock.perf_counter()
     tolerance = allowed(method)
     searches, why = searches_of(Simulation(scene, method))
@@ -278,8 +279,6 @@ def _better(one: tuple[Search, Trial], best: tuple[Search, Trial], tolerance: fl
 
 def _tried(search: Search, tolerance: float, progress: Progress | None) -> list[Trial]:
     """Run a family at the fineness that it needs, the first time at two coarser ones too; set the next fineness."""
-    from impactlab.simulate import driver as simulate
-
     family = search.family
     if not family.unit:
         began = clock.perf_counter()
@@ -299,8 +298,6 @@ def _tried(search: Search, tolerance: float, progress: Progress | None) -> list[
 
 
 def _run(search: Search, fineness: int, progress: Progress | None) -> Trial:
-    from impactlab.simulate import driver as simulate
-
     began = clock.perf_counter()
     trial = Trial(fineness, simulate.run(*search.family.run(fineness), progress, with_warnings=False), math.inf)
     trial.whole_s = clock.perf_counter() - began
@@ -348,8 +345,6 @@ def _beyond_witness(search: Search) -> float:
 
     Runs with c dt = h share what flatters them, so two of them may agree by luck: the third must not contradict them.
     """
-    from impactlab.simulate import driver as simulate
-
     family, finest = search.family, search.trials[-1]
     if family.witness is None:
         return 0.0
@@ -368,3 +363,16 @@ def _words_of_estimate(family: Family, history: AbstractHistory) -> str:
         f"{family.safety:g}, or {SHOWN_SAFETY:g} where that order shows; "
         f"the run gained {gain_of(history):.1g} of the energy at stake"
     )
+
+
+def serving(asked: Simulation) -> tuple[list[Family], str]:
+    """Return the families that serve a scene, and why the exact solver does not ("" where it does)."""
+    families, why = [], ""
+    if beams_of(asked.scene):
+        return beam_families.serving(asked)
+    try:
+        families.append(exact(asked))
+    except (CaseError, PairingError) as error:
+        why = error.text
+    families += stepped(asked)
+    return families, why

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
 
 from impactlab.simulate.adaptive.system import System
 from impactlab.types import Array
@@ -58,6 +57,8 @@ class Watch:
 
 def crest(function: Callable[[float], float], times: Array, values: Array) -> tuple[float, float]:
     """Return time and value of the largest value, sought between the samples beside the largest one."""
+    from scipy.optimize import minimize_scalar
+
     i, last = int(np.argmax(values)), len(values) - 1
     slopes = np.gradient(values, edge_order=2)  # of equal steps
     if (i == last and slopes[i] >= 0.0) or (i == 0 and slopes[i] <= 0.0):
@@ -85,6 +86,8 @@ def first_change(system: System, interpolant: Any, begin: float, end: float) -> 
 
     Changes that come and go between two samples are found where the sampled curve has its crest.
     """
+    from scipy.optimize import brentq, minimize_scalar
+
     times = np.linspace(begin, end, SAMPLES)
     gaps, rates = system.gaps_of(interpolant(times))
     changes = []

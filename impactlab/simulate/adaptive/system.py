@@ -5,11 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.linalg import cho_solve_banded, cholesky_banded
-from scipy.sparse import csr_array, diags_array
 
 from impactlab.numerics.banded import grounded, multiply, widened
 from impactlab.scene.frame import drift_velocities
@@ -19,6 +17,9 @@ from impactlab.simulate.adaptive.law import Touch
 from impactlab.simulate.stepping.packing import end_dashpots
 from impactlab.simulate.stepping.preparation import BuiltBody, start_law
 from impactlab.types import Array, Quantity, Start
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 STRIDE = np.finfo(float).eps ** (1.0 / 3.0)  # of the scales, of a central difference
 DRIFT_FLOOR = 1e-6  # of the speed of a common drift, whose rounding hides what is slower; then the drift is the scale
@@ -47,6 +48,8 @@ def joined(matrices: list[Array]) -> Array:
 
 def sparse(banded: Array) -> csr_array:
     """Return a symmetric banded matrix for fast products."""
+    from scipy.sparse import csr_array, diags_array
+
     n = banded.shape[1]
     lower = [banded[offset, : n - offset] for offset in range(min(len(banded), n))]
     both = [*lower[:0:-1], *lower]
@@ -55,6 +58,8 @@ def sparse(banded: Array) -> csr_array:
 
 def inverse_of(mass: Array) -> Callable[[Array], Array]:
     """Return the function that divides forces by a banded mass, factorised once."""
+    from scipy.linalg import cho_solve_banded, cholesky_banded
+
     if not np.any(mass[1:]):
         yields = 1.0 / mass[0]
         return lambda force: np.asarray((force.T * yields).T)
