@@ -6,12 +6,18 @@ Intervals and multiplications are counted, not seconds: the same scene always ha
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
-from impactlab.exact import march
 from impactlab.exact.build import build
 from impactlab.exact.network import Log, grown
+from impactlab.lazy import lazy
 from impactlab.scene.method import Method
 from impactlab.scene.problem import Scene
+
+if TYPE_CHECKING:
+    from impactlab.exact import march
+else:  # compiled code, needed only when a march starts
+    march = lazy("impactlab.exact.march")
 
 # Seconds, fitted to 150 random scenes (benchmarks/exact_cost.py) on one idle core of 2023.
 FIXED_S = 6.0e-6

@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 import time as clock
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from impactlab.errors import CaseError, PairingError, StepError
-from impactlab.exact import march
 from impactlab.exact.build import build
 from impactlab.exact.history import ContinuousHistory
 from impactlab.exact.network import Layout, Log, grown
 from impactlab.exact.thinned import ThinnedHistory, Thinner
+from impactlab.lazy import lazy
 from impactlab.scene.method import Method, Simulation
 from impactlab.scene.problem import Scene
 from impactlab.scene.sizes import NUMBER, in_bytes, memory_limit
+
+if TYPE_CHECKING:
+    from impactlab.exact import march
+else:  # compiled code, needed only when a march starts
+    march = lazy("impactlab.exact.march")
 
 BALANCE_TOL = 1e-6  # of the reference energy: a larger error of the balance is not rounding
 MAX_KEPT_SHARE = 0.1  # of the memory allowed, for all waves of a run; beyond it they are sampled and dropped

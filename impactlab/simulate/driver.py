@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from impactlab.exact.solve import solve
 from impactlab.history.base import AbstractHistory
+from impactlab.lazy import lazy
 from impactlab.numerics.addresses import entered
 from impactlab.scene.method import Method, laws_of
 from impactlab.scene.problem import Scene
@@ -16,9 +18,13 @@ from impactlab.simulate.plan import Plan, is_stepped, prepare
 from impactlab.simulate.stepping import loop
 from impactlab.simulate.stepping.assembly import Assembly
 from impactlab.simulate.stepping.history import RecordedHistory
-from impactlab.simulate.stepping.located import advance_located
 from impactlab.simulate.stepping.loop import advance_dated
 from impactlab.simulate.stepping.preparation import self_stepping
+
+if TYPE_CHECKING:
+    from impactlab.simulate.stepping import located
+else:  # compiled code, needed only where events are located
+    located = lazy("impactlab.simulate.stepping.located")
 
 __all__ = ["Plan", "Progress", "prepare", "run"]
 
@@ -106,10 +112,8 @@ def add_warnings(history: AbstractHistory) -> None:
 def advance_of(assembly: Assembly) -> Callable[..., int]:
     """Return the loop that takes the steps of a run: whole, or cut at events."""
     if assembly.method.events == "located" and assembly.scene.contacts:
-        located: Callable[..., int] = advance_located
-        return located
-    dated: Callable[..., int] = advance_dated
-    return dated
+        return located.advance_located
+    return advance_dated
 
 
 def walk(assembly: Assembly, history: RecordedHistory, progress: Progress | None) -> int:
