@@ -15,7 +15,7 @@ from impactlab.errors import CaseError, StepError
 from impactlab.numerics.compiling import plain
 from impactlab.simulate.plan import Plan
 from impactlab.simulate.stepping.assembly import Assembly
-from impactlab.simulate.stepping.event_times import TOUCHED, close_time, open_time
+from impactlab.simulate.stepping.event_times import TOUCH_TOL, close_time, open_time
 from impactlab.simulate.stepping.packing import dashpots
 from impactlab.simulate.stepping.ports import fill_acting, fill_acting_push, predicted_gap
 from impactlab.simulate.stepping.preparation import pushes_of
@@ -171,7 +171,7 @@ class PlainLoop:
         """Date closing and opening in the step, and carry phase and memory on to the next."""
         port, reply, record = contact.port, contact.reply, contact.record
         given, now = reply.force * self.dt + reply.impulse, (self.time, self.dt)
-        touched = record.dates and (port.in_contact or reply.in_contact or given > TOUCHED * record.total)
+        touched = record.dates and (port.in_contact or reply.in_contact or given > TOUCH_TOL * record.total)
         happened = [(plain(close_time)(record, port, reply, *now), "close")] if touched and not port.in_contact else []
         happened += [(plain(open_time)(record, port, reply, *now), "open")] if touched and not reply.in_contact else []
         happened += [(self.time, "impulse")] if reply.impulse else []
