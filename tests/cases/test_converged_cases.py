@@ -14,23 +14,24 @@ from scipy.optimize import brentq
 import impactlab as il
 from impactlab import api
 from impactlab.refine import reference
+from impactlab.scene.method import Simulation
 
 CASES = Path(__file__).parents[2] / "cases"
 
 
 @cache
-def judged(name: str) -> tuple[il.scene.Scene, reference.Reference]:
-    scene = il.load_case(CASES / f"{name}.yaml").scene()
-    found = api.reference_of(*scene)
+def judged(name: str) -> tuple[Simulation, reference.Reference]:
+    asked = il.load_case(CASES / f"{name}.yaml").simulation()
+    found = api.reference_of(*asked)
     assert found is not None
     assert found.name == "converged"
     assert found.uncertainty < 1e-6
-    return scene, found
+    return asked, found
 
 
 def test_the_damped_rod_is_the_sum_of_its_modes() -> None:
     """Opening where the mass would have to be pulled: u'' = 0 of the modes of bar and mass as one body."""
-    scene, found = judged("damped_rod")
+    (scene, _), found = judged("damped_rod")
     bar, m, b = scene.bodies["bar"], scene.bodies["hammer"].mass, 22400.0 / 5.6e9
     alpha, speed = bar.mass / m, bar.segments[0].wave_speed
     count = 4000
@@ -66,12 +67,12 @@ def test_the_stepped_bar_is_a_lattice_of_waves() -> None:
 
     The force is taken at the middle of a step of 1/N transit, solved by Newton: an error of order N^-2.
     """
-    scene, found = judged("ball_on_stepped_rod")
+    (scene, method), found = judged("ball_on_stepped_rod")
     first, second = scene.bodies["bar"].segments
     transit = first.length / first.wave_speed
     assert second.length / second.wave_speed == pytest.approx(transit, rel=1e-14)
     z1, z2 = first.impedance, second.impedance
-    mass, stiffness = scene.bodies["ball"].mass, scene.contacts[0].law.stiffness
+    mass, stiffness = scene.bodies["ball"].mass, method.laws[scene.contacts[0].name].stiffness
 
     def lattice(n: int) -> tuple[float, float, float]:
         steps = round(scene.duration / transit * n)
@@ -121,8 +122,8 @@ def test_the_stepped_bar_is_a_lattice_of_waves() -> None:
 
 def test_the_lossy_ball_meets_a_dashpot() -> None:
     """The wave does not come back in time, so the bar is a dashpot: one ordinary differential equation."""
-    scene, found = judged("hunt_crossley_ball")
-    law, mass = scene.contacts[0].law, scene.bodies["ball"].mass
+    (scene, method), found = judged("hunt_crossley_ball")
+    law, mass = method.laws[scene.contacts[0].name], scene.bodies["ball"].mass
     impedance = scene.bodies["bar"].segments[0].impedance
     damping = 1.5 * (1.0 - law.restitution) / 2.0  # over the approach speed of 2 m/s
 

@@ -26,9 +26,9 @@ from impactlab.refine.choice_text import _number, choice_lines, ladder_text
 from impactlab.refine.contact_times import rise_time
 from impactlab.refine.estimates import counted
 from impactlab.refine.extrapolation import Differences, finest_error, observed_order
-from impactlab.refine.families import serving
 from impactlab.refine.ladder import choose
 from impactlab.refine.quantities import difference
+from impactlab.refine.search import serving
 from impactlab.report import summary
 from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point, Probe, Rayleigh, Rod, Segment, Wall
 from impactlab.scene.method import Simulation, StepRule, Tolerance

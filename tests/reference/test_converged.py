@@ -16,7 +16,7 @@ from impactlab.contact.penalty import Penalty
 from impactlab.contact.power_law import Hertz, HuntCrossley
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
-from impactlab.refine import reference
+from impactlab.refine import reference, ways
 from impactlab.scene import Contact, End, Mass, Point, Rayleigh, Rod, Segment, Wall
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.testing.scenes import simulation
@@ -263,8 +263,8 @@ def test_an_answer_that_a_second_description_contradicts_claims_their_difference
     """The wrong one here is that of a mass two per cent heavier, found by three levels that agree."""
     scene = struck(AdditionDeletion(), damping=Rayleigh(mass=500.0))
     heavier = scene.but(bodies=scene.scene.bodies | {"hammer": Mass("hammer", 1.02 * M, V0)})
-    right, lucky = (simulate.run(*reference._explicit(each, 1).run(400)) for each in (scene, heavier))
-    mesh = simulate.run(*reference._implicit(scene, 1, "consistent").run(200))
+    right, lucky = (simulate.run(*ways._explicit(each, 1).run(400)) for each in (scene, heavier))
+    mesh = simulate.run(*ways._implicit(scene, 1, "consistent").run(200))
     told = dict.fromkeys(reference.JUDGED, 1e-5)
     rough = dict.fromkeys(reference.JUDGED, 3e-3)
     second = reference.Reference(reference.CONVERGED, mesh, 3e-3, rough)

@@ -290,7 +290,7 @@ def test_the_sketch_is_refused_at_a_tip_with_its_number() -> None:
     ("body", "law", "x", "dt", "words"),
     [
         ((rod(), FiniteElement(20)), ModalMessengers(), 0.0, 1e-7, "needs a body in modes"),
-        ((rod(), Modal(None, 40)), ModalMessengers(balance="impedance"), 0.0, 1e-7, "of that"),
+        ((rod(), Modal(None, 40)), ModalMessengers(balance="impedance"), 0.0, 1e-7, "is 0.137 of it"),
         ((rod(), Modal(None, 5)), ModalMessengers(), 0.0, 7e-5, "beyond the body (0.3 m)"),
         ((rod(), Modal(None, 5)), ModalMessengers(), 0.05, 1.2e-5, "beyond the body (0.05 m)"),
         (
@@ -305,7 +305,7 @@ def test_the_sketch_is_refused_at_a_tip_with_its_number() -> None:
             ModalMessengers(),
             0.0,
             1e-7,
-            "a force acts on that of the right",
+            "a force acts on the face of the right body",
         ),
     ],
 )
