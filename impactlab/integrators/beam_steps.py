@@ -1,21 +1,16 @@
 """The compiled leapfrog step of a row of beam elements, node by node.
 
-A beam element without load inside stores a s^2/2 + b d^2/2, where s = w2 - w1 - l (theta1 + theta2) shears it and d =
-theta2 - theta1 bends it: a = 12 EI/h^3/(1 + Phi), l = h/2, b = EI/h. Elements of one kind in a row make a run, of which
-these three are known once. What a stiffness holds beyond that stands at single nodes: what holds the ends, and under
-tension what resists each rotation. Forces come from differences of deflections, so that a body far from where it began
-feels little rounding of its travel.
+What such an element stores is written at `impactlab.models.base.BeamElements`. Forces come from differences of
+deflections, so that a body far from its start feels little rounding of its travel.
 
 Parameters: a header, whose places are the constants below, then the arrays that `split` returns.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
-from impactlab.numerics.banded import multiply
+from impactlab.models.base import BeamElements
 from impactlab.numerics.compiling import HELPER, UNPACK
 from impactlab.types import Array
 
@@ -23,19 +18,6 @@ from impactlab.types import Array
 # number of whole nodes, of runs, what holds the ends (12), mark of the load.
 N, DT, DAMPED, RESTED, LEAD, NODES, RUNS, ENDS = range(8)
 LOADED, LOAD = 20, 21
-RUN = 4  # numbers of a run: elements, a, l, b
-ROUNDING = 1e-14  # of a diagonal entry: what taking elements out of it leaves of nothing
-ALIKE = 1e-9  # of a force: how well the parts must give the forces of the whole
-
-
-class BeamRow(NamedTuple):
-    """A stiffness taken apart."""
-
-    lead: int  # coordinates before the first whole node: 1 where the rotation of a pinned end stands alone
-    nodes: int  # whole ones
-    ends: Array  # (12,) what holds the first and the last whole node, then a lone rotation beyond each: own, coupling
-    rest: Array  # (nodes,) stiffness of rotations to the ground
-    runs: Array  # (n_runs, RUN)
 
 
 @UNPACK
@@ -141,63 +123,10 @@ def measure(parameters: Array, state: Array, out: Array) -> None:
     out[0], out[1] = 0.5 * energy, work
 
 
-def beam_row(stiffness: Array) -> BeamRow | None:
-    """Return a banded stiffness as that of a row of beam elements, or None where it is none."""
-    n = stiffness.shape[1]
-    if len(stiffness) != 4 or n < 8:
-        return None
-    own, first, second, third = stiffness
-    # A deflection acts on the next node's rotation, three places on; a rotation on nothing that far.
-    lead = 0 if np.any(third[::2]) else 1
-    nodes = (n - lead) // 2
-    at = lead + 2 * np.arange(nodes - 1)  # deflections on the left of whole elements
-    if np.any(second[at] >= 0.0):
-        return None
-    a, arm = -second[at], first[at + 1] / second[at]
-    b = a * arm**2 - second[at + 1]
-    rest = _without(stiffness, at, (a, arm, b))
-    rest[0][np.abs(rest[0]) < ROUNDING * own] = 0.0
-    rest[1][np.abs(rest[1]) < ROUNDING * np.abs(first).max()] = 0.0
-    ends = [number for w in (lead, lead + 2 * nodes - 2) for number in (rest[0, w], rest[1, w], rest[0, w + 1])]
-    ends += [own[0], first[0], second[0]] if lead else [0.0] * 3
-    ends += [own[-1], second[n - 3], first[n - 2]] if (n - lead) % 2 else [0.0] * 3
-    turns = rest[0, lead + 1 : lead + 2 * nodes : 2].copy()
-    turns[[0, -1]] = 0.0
-    unlike = np.any(np.diff(np.array([a, arm, b]), axis=1) != 0.0, axis=0)
-    heads = np.concatenate(([0], np.flatnonzero(unlike) + 1))
-    counts = np.diff(np.append(heads, a.size))
-    row = BeamRow(lead, nodes, np.array(ends), turns, np.column_stack((counts, a[heads], arm[heads], b[heads])))
-    # Two displacements without any symmetry tell whether that is all of it.
-    for shift in (0.5, 2.0):
-        moved = np.sin(shift + np.arange(n) ** 1.1)
-        parameters = packed(row, 1.0, np.array([np.zeros(n), *np.ones((3, n))]), False, False)
-        state = np.concatenate((moved, np.zeros(n)))
-        free(parameters, state)
-        size = multiply(np.abs(stiffness), np.abs(moved))
-        if np.any(np.abs(state[n:] + multiply(stiffness, moved)) > ALIKE * size):
-            return None
-    return row
-
-
-def packed(row: BeamRow, dt: float, each: Array, damped: bool, loaded: bool) -> Array:
+def packed(row: BeamElements, dt: float, each: Array, damped: bool, loaded: bool) -> Array:
     """Return the parameters of the kernels; ``each`` holds load, gain, keep and mass, (4, n_dof)."""
     header = np.zeros(LOAD)
     header[:ENDS] = (each.shape[1], dt, damped, np.any(row.rest), row.lead, row.nodes, len(row.runs))
     header[ENDS : ENDS + 12] = row.ends
     header[LOADED] = loaded
     return np.concatenate((header, each.ravel(), row.rest, row.runs.ravel()))
-
-
-def _without(stiffness: Array, at: Array, element: tuple[Array, Array, Array]) -> Array:
-    """Return what is left of a stiffness without the elements whose left deflections are at these coordinates."""
-    (a, arm, b), rest = element, stiffness.copy()
-    for w in (at, at + 2):
-        rest[0, w] -= a
-        rest[0, w + 1] -= a * arm**2 + b
-    rest[1, at] -= a * arm
-    rest[1, at + 2] += a * arm
-    rest[1, at + 1] += a * arm
-    rest[2, at] += a
-    rest[2, at + 1] -= a * arm**2 - b
-    rest[3, at] -= a * arm
-    return np.asarray(rest)

@@ -13,7 +13,7 @@ from impactlab.integrators import beam_steps
 from impactlab.integrators.base import AbstractIntegrator, Step
 from impactlab.integrators.packing import has_coupled_damping
 from impactlab.models.base import Operators
-from impactlab.numerics.banded import grounded, multiply
+from impactlab.numerics.banded import multiply
 from impactlab.numerics.compiling import UNPACK
 from impactlab.types import Array
 
@@ -135,18 +135,17 @@ class CentralDifference(AbstractIntegrator):
         # Velocities start half a step early, so that the first full step is centred at t = 0.
         state = np.concatenate((system.displacement, system.velocity - 0.5 * dt * internal / mass))
         damped, loaded = bool(np.any(damping)), bool(np.any(system.load))
-        beam = beam_steps.beam_row(system.stiffness)
-        if beam is not None:
+        if system.beam_elements is not None:
             each = np.array([system.load, gain, keep, mass])
             return Step(
                 free=beam_steps.free,
                 measure=beam_steps.measure,
-                parameters=beam_steps.packed(beam, dt, each, damped, loaded),
+                parameters=beam_steps.packed(system.beam_elements, dt, each, damped, loaded),
                 load=slice(beam_steps.LOADED, beam_steps.LOAD + n_dof),
                 state=state,
             )
         bandwidth = system.stiffness.shape[0] - 1
-        chain, ground = np.zeros(n_dof + 1), grounded(system.stiffness)
+        chain, ground = np.zeros(n_dof + 1), system.springs_to_ground().copy()
         if bandwidth == 1:
             chain[1:-1] = -system.stiffness[1, :-1]
             if n_dof > 1:

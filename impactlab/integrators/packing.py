@@ -6,13 +6,21 @@ import numpy as np
 
 from impactlab.integrators.banded_steps import HEADER
 from impactlab.models.base import Operators
-from impactlab.numerics.banded import factorised, grounded, widened
+from impactlab.numerics.banded import factorised, widened
 from impactlab.types import Array
 
 
-def springs(banded: Array) -> Array:
-    """Return a matrix as springs: to the ground, then its bands below the diagonal, flat."""
-    return np.concatenate((grounded(banded)[None, :], banded[1:])).ravel()
+def springs_of(system: Operators) -> Array:
+    """Return the stiffness as springs: to the ground, then the bands below its diagonal, flat."""
+    return np.concatenate((system.springs_to_ground(), trimmed(system.stiffness)[1:].ravel()))
+
+
+def dashpots_of(system: Operators) -> Array:
+    """Return the damping as dashpots: to the ground, then the bands below its diagonal, flat; empty if undamped."""
+    if not np.any(system.damping):
+        return np.zeros(0)
+    ground = system.dashpots_inside() + system.dashpots_at_ends()
+    return np.concatenate((ground, trimmed(system.damping)[1:].ravel()))
 
 
 def trimmed(banded: Array) -> Array:
@@ -55,8 +63,8 @@ def packed(
     header[6 : 6 + len(scheme)] = scheme
     header[12:] = weights
     momentum = np.zeros(system.load.size) if system.momentum is None else system.momentum
-    dashpots = springs(damping) if damped >= 0 else np.zeros(0)
-    return np.concatenate((header, system.load, springs(stiffness), mass.ravel(), dashpots, momentum, *rest))
+    arrays = system.load, springs_of(system), mass.ravel(), dashpots_of(system), momentum
+    return np.concatenate((header, *arrays, *rest))
 
 
 def factors(matrix: Array) -> Array:

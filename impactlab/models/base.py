@@ -6,7 +6,10 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
 
+import numpy as np
+
 from impactlab.errors import PairingError
+from impactlab.numerics.banded import grounded
 from impactlab.types import Array, Quantity
 
 if TYPE_CHECKING:
@@ -30,8 +33,27 @@ class Phases(NamedTuple):
     opening: Array  # (2, n_dof, n_dof) and back
 
 
+class BeamElements(NamedTuple):
+    """A stiffness in runs of equal beam elements, of which each stores a s^2/2 + b d^2/2.
+
+    Here s = w2 - w1 - l (theta1 + theta2) shears the element and d = theta2 - theta1 bends it: a = 12 EI/h^3/(1 + Phi),
+    l = h/2, b = EI/h. Other stiffness stands at single nodes: supports, and under tension springs at the rotations.
+    """
+
+    lead: int  # coordinates before the first whole node: 1 where the rotation of a pinned end stands alone
+    nodes: int  # whole ones
+    ends: Array  # (12,) stiffness of the first, then of the last whole node beyond the runs: w w, w theta, theta theta;
+    #              then of a lone rotation beyond each: its own, its coupling to w and to theta of the whole node
+    rest: Array  # (nodes,) springs at the rotations of the nodes between
+    runs: Array  # (n_runs, 4) number of elements, a, l, b
+
+
 class Operators(NamedTuple):
-    """A linear body M a + C v + K u = load; symmetric matrices in lower banded form, row i holds diagonal -i."""
+    """A linear body M a + C v + K u = load; symmetric matrices in lower banded form, row i holds diagonal -i.
+
+    Stiffness and damping are also springs and dashpots: between coordinates i and j of -K_ij, to the ground of the sum
+    of row i. A model states these sums where it knows them, as a chain that nothing holds has none.
+    """
 
     mass: Array  # (bandwidth + 1, n_dof)
     damping: Array  # (bandwidth + 1, n_dof)
@@ -45,8 +67,24 @@ class Operators(NamedTuple):
     modes: bool  # mass and stiffness are diagonal
     massless: tuple[tuple[float, float], ...] = ()  # places x [m] of faces without mass, and their flexibility [m/N]
     phases: Phases | None = None
-    end_dashpots: Array | None = None  # (n_dof,) N s/m, of dashpots at the ends, part of damping; None: unknown
+    ground_springs: Array | None = None  # (n_dof,) N/m, sums of the rows of the stiffness; None: to be added up
+    ground_dashpots: Array | None = None  # (n_dof,) N s/m, those of the damping inside the body; None: to be added up
+    end_dashpots: Array | None = None  # (n_dof,) N s/m, of dashpots at the ends, part of the damping; None: zero
+    beam_elements: BeamElements | None = None  # the stiffness, where it is that of a row of beam elements
     momentum: Array | None = None  # (n_dof,) the model's momentum row, set where the stepper is prepared
+
+    def springs_to_ground(self) -> Array:
+        """Return the springs to the ground, shape (n_dof,) [N/m]."""
+        return grounded(self.stiffness) if self.ground_springs is None else self.ground_springs
+
+    def dashpots_at_ends(self) -> Array:
+        """Return the dashpots at the ends, shape (n_dof,) [N s/m]."""
+        return np.zeros(self.load.size) if self.end_dashpots is None else self.end_dashpots
+
+    def dashpots_inside(self) -> Array:
+        """Return the dashpots from inside the body to the ground, shape (n_dof,) [N s/m]."""
+        inside = self.ground_dashpots
+        return grounded(self.damping, self.dashpots_at_ends()) if inside is None else inside
 
 
 class AbstractDiscreteModel(ABC):

@@ -25,12 +25,12 @@ def full(banded: Array) -> Array:
     return matrix
 
 
-def grounded(banded: Array) -> Array:
-    """Return the springs to the ground of a stiffness seen as a chain of springs: the sums of its rows, shape (n,).
+def grounded(banded: Array, known: Array | float = 0.0) -> Array:
+    """Return the sums of the rows of a matrix less a known part, shape (n,): the springs of a stiffness to the ground.
 
-    A sum that is zero but for rounding is zero: only the ends of a row of bars are tied to the ground.
+    A sum that is zero except for rounding is zero: only the ends of a row of bars are tied to the ground.
     """
-    ground = multiply(banded, np.ones(banded.shape[1]))
+    ground = multiply(banded, np.ones(banded.shape[1])) - known
     return np.where(np.abs(ground) <= 1e-13 * banded[0], 0.0, ground)
 
 

@@ -14,7 +14,7 @@ from impactlab.models.base import Face
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.mesh.bar_elements import polynomials, reference
 from impactlab.models.mesh.bars import Mesh
-from impactlab.numerics.banded import full
+from impactlab.numerics.banded import full, multiply
 from impactlab.scene import End, Rayleigh, Rod, Segment
 
 FREE, CLAMPED = End("free"), End("clamped")
@@ -111,6 +111,22 @@ def test_rayleigh_damping_is_the_sum_of_the_matrices(mass, order):
     ends = (End("spring", 1e8), End("mass", 0.4))
     mesh = Mesh(rod(*ends, damping=Rayleigh(30.0, 2e-6)), 6, mass, 0.0, order)
     assert full(mesh.damping) == pytest.approx(30.0 * full(mesh.mass) + 2e-6 * full(mesh.stiffness), rel=1e-13)
+
+
+@pytest.mark.parametrize(("order", "mass"), [(1, "consistent"), (3, "lumped"), (1, "redistributed")])
+@pytest.mark.parametrize("left", [FREE, End("spring", 1e8)])
+@pytest.mark.parametrize("right", [FREE, CLAMPED, End("spring", 1e7), End("dashpot", 1e3), End("mass", 0.4)])
+def test_springs_and_dashpots_to_the_ground_are_the_sums_of_rows(order, mass, left, right):
+    segments = (STEEL, Segment(0.2, 4.0e-4, 1.0e11, 8500.0, viscosity=5e4))
+    body = rod(left, right, segments, damping=Rayleigh(30.0, 2e-6))
+    system = Mesh(body, 10, mass, 0.0, order, (LEFT,) if mass == "redistributed" else ()).operators()
+    ones = np.ones(system.load.size)
+    # A few roundings of the numbers that are added up.
+    springs, dashpots = multiply(system.stiffness, ones), multiply(system.damping, ones) - system.end_dashpots
+    assert np.all(np.abs(springs - system.ground_springs) <= 1e-15 * system.stiffness[0])
+    assert np.all(np.abs(dashpots - system.ground_dashpots) <= 1e-15 * system.damping[0])
+    held = {"clamped": 1, "spring": 1}
+    assert np.count_nonzero(system.ground_springs) <= order * sum(held.get(end.kind, 0) for end in (left, right))
 
 
 def test_viscosity_of_one_segment_damps_that_segment_alone():

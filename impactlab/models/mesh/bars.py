@@ -9,7 +9,7 @@ import numpy as np
 from impactlab.errors import CaseError
 from impactlab.models.base import Face, Operators, end_load
 from impactlab.models.mesh.bar_elements import assembled, elements_per_segment, polynomials, reference
-from impactlab.models.mesh.base import AbstractMesh
+from impactlab.models.mesh.base import AbstractMesh, sums_without
 from impactlab.models.mesh.frequency_bound import highest_frequency
 from impactlab.models.mesh.massless import Ints, MasslessNodes, redistribute, struck_nodes
 from impactlab.numerics.banded import multiply
@@ -83,22 +83,29 @@ class Mesh(AbstractMesh):
         self.ends: tuple[tuple[int, End], ...] = ((0, rod.left), (len(self.nodes) - 1, rod.right))
         self.body = self.rod = rod
         self._gravity = gravity
-        matrices = self._assembled()
+        *matrices, springs, dashpots = self._assembled()
         struck = np.zeros(0, np.int64)
         if mass == "redistributed":
             struck = struck_nodes(rod, [(face.x, self.nodal_row(face.x, "displacement")) for face in faces])
             redistribute(matrices[0], struck + first)
         self._nodal_mass = multiply(matrices[0], np.ones(len(self.nodes)))
+        held = np.setdiff1d(np.arange(len(self.nodes)), np.arange(first, last))
+        ground = [
+            sums_without(held, sums, matrix)[self.free_nodes]
+            for sums, matrix in ((dashpots, matrices[1]), (springs, matrices[2]))
+        ]
         cut = [self._cut(matrix) for matrix in matrices]
         self._massless = MasslessNodes(struck, cut[2]) if struck.size else None
         if self._massless is not None:
+            ground = [self._massless.sums(*each, ground[1]) for each in zip(ground, cut[1:], strict=True)]
             cut = [cut[0][:, self._massless.kept], *(self._massless.condensed(matrix) for matrix in cut[1:])]
         self.mass: Array = cut[0][:1] if self.lumped else cut[0]
         self.damping: Array = narrowed(cut[1])
-        dashpots = np.zeros(len(self.nodes))
+        self._ground_dashpots, self._ground_springs = ground
+        at_ends = np.zeros(len(self.nodes))
         for node, end in self.ends:
-            dashpots[node] = end.value if end.kind == "dashpot" else 0.0
-        self._end_dashpots = dashpots[self.free_nodes]
+            at_ends[node] = end.value if end.kind == "dashpot" else 0.0
+        self._end_dashpots = at_ends[self.free_nodes]
         if self._massless is not None:  # no dashpot acts on a node without mass
             self._end_dashpots = self._end_dashpots[self._massless.kept]
         self.stiffness: Array = cut[2]
@@ -121,6 +128,8 @@ class Mesh(AbstractMesh):
             highest_frequency=highest,
             rule_frequency=highest,
             diagonal_mass=self.lumped,
+            ground_springs=self._ground_springs,
+            ground_dashpots=self._ground_dashpots,
             end_dashpots=self._end_dashpots,
             modes=False,
             massless=tuple((x, self.left_out(x, "displacement", x)) for x in self.places),
@@ -192,8 +201,11 @@ class Mesh(AbstractMesh):
         row[element * self.order : (element + 1) * self.order + 1] = values
         return row[self.free_nodes]
 
-    def _assembled(self) -> tuple[Array, Array, Array]:
-        """Return mass, damping and stiffness of all nodes, ends included, (order + 1, n_nodes) each."""
+    def _assembled(self) -> tuple[Array, Array, Array, Array, Array]:
+        """Return mass, damping and stiffness of all nodes, ends included, (order + 1, n_nodes) each.
+
+        Then the sums of the rows of stiffness, and of damping without the dashpots at the ends, (n_nodes,) each.
+        """
         element, half = self.element, 0.5 * self.lengths
         mass = assembled(element.lumped if self.lumped else element.consistent, self.density * self.area * half)
         stiffness = assembled(element.stiffness, self.young * self.area / half)
@@ -202,8 +214,13 @@ class Mesh(AbstractMesh):
             matrix = {"mass": mass, "dashpot": damping, "spring": stiffness}.get(end.kind)
             if matrix is not None:
                 matrix[0, node] += end.value
-        damping += self.rod.damping.mass * mass + self.rod.damping.stiffness * stiffness
-        return mass, damping, stiffness
+        drag, retardation = self.rod.damping.mass, self.rod.damping.stiffness
+        damping += drag * mass + retardation * stiffness
+        springs = np.zeros(len(self.nodes))
+        for node, end in self.ends:
+            springs[node] = end.value if end.kind == "spring" else 0.0
+        dashpots = retardation * springs + (drag * multiply(mass, np.ones(len(self.nodes))) if drag else 0.0)
+        return mass, damping, stiffness, springs, dashpots
 
     def _cut(self, matrix: Array) -> Array:
         """Return the matrix of the nodes that are not clamped; no column keeps a coupling to one that was left out."""

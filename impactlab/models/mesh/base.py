@@ -6,11 +6,14 @@ from abc import abstractmethod
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from impactlab.models.base import AbstractDiscreteModel
 from impactlab.numerics.banded import multiply, solve
 from impactlab.scene.bodies import ElasticBody, Profile
 from impactlab.types import Array, Quantity
+
+Ints = NDArray[np.int64]
 
 
 class AbstractMesh(AbstractDiscreteModel):
@@ -83,3 +86,18 @@ class AbstractMesh(AbstractDiscreteModel):
         """Return the static answer of the whole mesh at x per unit force to the right at ``face`` [m]."""
         answer = self.row(x, quantity) @ self.static(self.row(face, "displacement"))
         return float(answer) + self.left_out(x, quantity, face)
+
+
+def sums_without(held: Ints, sums: Array, matrix: Array) -> Array:
+    """Return the row sums of a banded matrix (bandwidth + 1, n) without the columns of held coordinates, (n,).
+
+    ``sums`` are those of whole rows, as the model knows them: zero where only differences of displacements count.
+    """
+    sums, n = sums.copy(), sums.size
+    for column in held:
+        for offset in range(len(matrix)):
+            if column + offset < n:
+                sums[column + offset] -= matrix[offset, column]
+            if 0 < offset <= column:
+                sums[column - offset] -= matrix[offset, column - offset]
+    return sums

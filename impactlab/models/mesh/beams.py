@@ -7,7 +7,7 @@ from typing import Literal, final
 import numpy as np
 
 from impactlab.errors import CaseError
-from impactlab.models.base import Operators, end_load
+from impactlab.models.base import BeamElements, Operators, end_load
 from impactlab.models.mesh.absorbing import laid_out
 from impactlab.models.mesh.base import AbstractMesh
 from impactlab.models.mesh.beam_elements import (
@@ -91,6 +91,7 @@ class BeamMesh(AbstractMesh):
             rule_frequency=highest,
             diagonal_mass=self.lumped,
             end_dashpots=self._end_dashpots(),
+            beam_elements=self._elements(),
             modes=False,
         )
 
@@ -163,11 +164,12 @@ class BeamMesh(AbstractMesh):
         """Return mass, damping and stiffness of all nodes, ends included, (4, 2 n_nodes) each."""
         n, beam = 2 * len(self.nodes), self.beam
         mass, damping, stiffness = np.zeros((4, n)), np.zeros((4, n)), np.zeros((4, n))
+        self._elastic = np.zeros((len(self.lengths), 4, 4))  # stiffness of each element
         for at in self._layout.alike:
             h, segment = float(self.lengths[at[0]]), beam.segments[self._of_segment[at[0]]]
             each = matrices(segment, h)
             own = np.diag(lumped(segment, h)) if self.lumped else each.mass
-            elastic = each.stiffness + beam.tension * each.tension
+            self._elastic[at] = elastic = each.stiffness + beam.tension * each.tension
             viscous = self._layout.retardation[at[0]] * each.stiffness + self._layout.drag[at[0]] * own
             for matrix, element in ((mass, own), (damping, viscous), (stiffness, elastic)):
                 for i in range(4):
@@ -180,6 +182,41 @@ class BeamMesh(AbstractMesh):
                 held[0, 2 * node + 1] += end.rotational
         damping += beam.damping.mass * mass + beam.damping.stiffness * stiffness
         return mass, damping, stiffness
+
+    def _elements(self) -> BeamElements | None:
+        """Return the stiffness as runs of beam elements between whole nodes; None with less than two of these.
+
+        Only schemes for a lumped mass walk over elements.
+        """
+        held = [end.kind in ("clamped", "pinned") for _, end in self.ends]
+        first, last = int(held[0]), len(self.lengths) - int(held[1])
+        nodes = last - first + 1
+        if nodes < 2 or not self.lumped:
+            return None
+        k = self._elastic
+        a, arm = -k[:, 2, 0], k[:, 2, 1] / k[:, 2, 0]
+        b = a * arm**2 - k[:, 3, 1]
+        own = (k[:, 1, 1] - a * arm**2 - b)[first:last] if self.beam.tension else np.zeros(last - first)  # of rotations
+        rest, ends = np.zeros(nodes), np.zeros((4, 3))
+        rest[:-1] += own
+        rest[1:] += own
+        ends[:2, 2] = rest[[0, -1]]
+        rest[[0, -1]] = 0.0
+        for side, (_, end) in enumerate(self.ends):
+            beyond = k[-1 if side else 0]
+            near, far = (slice(0, 2), slice(2, 4)) if side else (slice(2, 4), slice(0, 2))
+            if end.kind == "spring":
+                ends[side] += end.value, 0.0, end.rotational
+            elif end.kind in ("clamped", "pinned"):
+                block = beyond[near, near]
+                ends[side] += block[0, 0], block[0, 1], block[1, 1]
+            if end.kind == "pinned":
+                ends[2 + side] = beyond[far, far][1, 1], *beyond[far, near][1]
+        runs = np.column_stack((a, arm, b))[first:last]
+        heads = np.concatenate(([0], np.flatnonzero(np.any(np.diff(runs, axis=0) != 0.0, axis=1)) + 1))
+        counts = np.diff(np.append(heads, len(runs)))
+        lead = int(self.ends[0][1].kind == "pinned")
+        return BeamElements(lead, nodes, ends.ravel(), rest, np.column_stack((counts, runs[heads])))
 
     def _end_dashpots(self) -> Array:
         """Return the damping of dashpots at the ends, on deflections and rotations, shape (n_dof,)."""

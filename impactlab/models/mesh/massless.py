@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impactlab.errors import CaseError
+from impactlab.numerics.banded import multiply
 from impactlab.scene.bodies import WaveBody
 from impactlab.types import Array
 
@@ -58,6 +59,13 @@ class MasslessNodes:
         left, right = nodal[self._left].T * self._share_left, nodal[self._right].T * self._share_right
         nodal[self.at] = (left + right).T
         return nodal
+
+    def sums(self, sums: Array, matrix: Array, springs: Array) -> Array:
+        """Return the row sums, shape (n_kept,), of T^t A T from those of A (2, n); ``springs`` are those of K."""
+        # Neighbours that move by 1 leave a node that a spring holds behind by its share.
+        behind = np.zeros(sums.size)
+        behind[self.at] = springs[self.at] * self.flexibility
+        return self.folded(sums - multiply(matrix, behind) if np.any(behind) else sums)
 
     def condensed(self, matrix: Array) -> Array:
         """Return T^t A T, shape (2, n_kept), of a matrix A (2, n), T the shares: static condensation where A is K."""

@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from impactlab.numerics.banded import grounded, multiply, widened
+from impactlab.numerics.banded import multiply, widened
 from impactlab.scene.frame import drift_velocities
 from impactlab.scene.method import Method, side_facts
 from impactlab.scene.problem import Contact, Point, Scene
 from impactlab.simulate.adaptive.law import Touch
-from impactlab.simulate.stepping.packing import end_dashpots
 from impactlab.simulate.stepping.preparation import BuiltBody, start_law
 from impactlab.types import Array, Quantity, Start
 
@@ -86,7 +85,7 @@ class System:
         self.load = np.concatenate([system.load for system in systems])
         self._stiffness, self._damping = sparse(self.stiffness), sparse(self.damping)
         self._damped = bool(np.any(self.damping))
-        self._ends = np.concatenate([end_dashpots(system) for system in systems])
+        self._ends = np.concatenate([system.dashpots_at_ends() for system in systems])
         self.inverse = inverse_of(self.mass)
         self.gaps = np.array([contact.gap for contact in scene.contacts])
         rows = [self.row(c.right, "displacement") - self.row(c.left, "displacement") for c in scene.contacts]
@@ -227,7 +226,7 @@ class System:
 
     @cached_property
     def _ground(self) -> Array:
-        return grounded(self.stiffness)
+        return np.concatenate([body.system.springs_to_ground() for body in self.built.values()])
 
     @cached_property
     def _momenta(self) -> Array:

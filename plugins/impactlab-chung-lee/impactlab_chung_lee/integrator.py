@@ -10,7 +10,7 @@ import numpy as np
 
 from impactlab.errors import PairingError
 from impactlab.integrators.base import AbstractIntegrator, Step
-from impactlab.integrators.packing import springs
+from impactlab.integrators.packing import springs_of
 from impactlab.models.base import Operators
 from impactlab.numerics.banded_kernels import in_springs, pull
 from impactlab.types import Array, option
@@ -119,11 +119,11 @@ class ChungLee(AbstractIntegrator):
                 path="solve.integrator",
             )
         n, room = system.load.size, np.zeros(2 * system.load.size)
-        header = [n, system.stiffness.shape[0] - 1, dt, self.beta]
+        header = [n, springs_of(system).size // n - 1, dt, self.beta]
         return Step(
             free=free,
             measure=measure,
-            parameters=np.concatenate((header, system.load, system.mass[0], springs(system.stiffness), room)),
+            parameters=np.concatenate((header, system.load, system.mass[0], springs_of(system), room)),
             load=slice(LOAD, LOAD + n),
             state=np.concatenate((system.displacement, system.velocity, np.zeros(2 * n))),
             derive=derive,

@@ -112,7 +112,11 @@ class LoveBody(AbstractDiscreteModel):
         highest = self._highest_frequency()
         damping = widened(plain.damping, 1) + self._drag * extra if self._drag else plain.damping
         return plain._replace(
-            mass=plain.mass + extra, damping=damping, highest_frequency=highest, rule_frequency=highest
+            mass=plain.mass + extra,
+            damping=damping,
+            ground_dashpots=None,
+            highest_frequency=highest,
+            rule_frequency=highest,
         )
 
     def row(self, x: float, quantity: Quantity) -> Array:
