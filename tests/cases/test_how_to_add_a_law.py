@@ -2,43 +2,30 @@
 
 from __future__ import annotations
 
-import importlib
-import re
-import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import impactlab as il
-from impactlab.plugins import Entry, Registry, installed_entries
+from impactlab.plugins import Registry
+from tests.cases.pages import Page
 
-PAGE = (Path(__file__).parents[2] / "docs" / "how-to-add-a-law.md").read_text(encoding="utf-8")
-
-
-def block(language: str, number: int = 0) -> str:
-    return re.findall(rf"```{language}\n(.*?)```", PAGE, flags=re.DOTALL)[number]
+PAGE = Page("how-to-add-a-law")
 
 
 @pytest.fixture
 def registry(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Registry:
-    (tmp_path / "newcomer_law.py").write_text(block("python"), encoding="utf-8")
-    monkeypatch.syspath_prepend(str(tmp_path))
-    importlib.invalidate_caches()
-    [(group, entry)] = tomllib.loads(block("toml"))["project"]["entry-points"].items()
-    [(name, place)] = entry.items()
-    return Registry([*installed_entries(), Entry(group, name, f"newcomer_law:{place.split(':')[1]}", "newcomer")])
+    return PAGE.registry(tmp_path, monkeypatch)
 
 
 def test_the_law_fits_in_forty_lines() -> None:
-    assert len(block("python").splitlines()) <= 45
-    assert sum(bool(line.strip()) for line in block("python").splitlines()) <= 40
+    assert PAGE.lines() <= 40
 
 
 @pytest.mark.parametrize("integrator", ["newmark", "exact_modal"])
 def test_its_case_meets_the_contact_of_a_cubic_spring(registry: Registry, tmp_path: Path, integrator: str) -> None:
-    (tmp_path / "ball.yaml").write_text(block("yaml"), encoding="utf-8")
-    case = il.load_case(tmp_path / "ball.yaml", registry=registry).with_("solve.integrator", kind=integrator)
+    case = il.load_case(tmp_path / "page.yaml", registry=registry).with_("solve.integrator", kind=integrator)
     history = il.run(case)
     deepest = (2.0 / 1e12) ** 0.25
     [contact] = history.contacts
@@ -51,7 +38,7 @@ def test_its_case_meets_the_contact_of_a_cubic_spring(registry: Registry, tmp_pa
 
 
 def test_it_runs_on_a_continuous_rod_unchanged(registry: Registry, tmp_path: Path) -> None:
-    text = block("yaml").replace(
+    text = PAGE.block("yaml").replace(
         "stop: {kind: wall}", "stop: {kind: rod, length: 1.0, area: 1.0e-4, material: {young: 2.0e11, density: 8000}}"
     )
     text = text.replace("[ball, stop]", "[ball, stop.left]").replace("duration: 0.02", "duration: 1.0e-3")

@@ -9,10 +9,7 @@ from typing import final
 import numpy as np
 
 from impactlab.errors import PairingError
-from impactlab.integrators.base import AbstractIntegrator, Step
-from impactlab.integrators.packing import springs_of
-from impactlab.models.base import Operators
-from impactlab.numerics.banded_kernels import in_springs, pull
+from impactlab.integrators import AbstractIntegrator, Operators, Step, in_springs, pull, springs_of
 from impactlab.types import Array, option
 
 MOST_BETA = 28.0 / 27.0
