@@ -1,4 +1,4 @@
-"""What a basis is: a choice of shapes in which a rod's mesh may move, before they are made uncoupled."""
+"""Base class of bases: shapes in which a mesh may move, before they are made uncoupled."""
 
 from __future__ import annotations
 

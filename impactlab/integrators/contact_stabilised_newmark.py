@@ -1,4 +1,4 @@
-"""Newmark's method whose prediction is projected on what the contact admits."""
+"""Contact-stabilised Newmark method: the prediction is projected on admissible displacements."""
 
 from __future__ import annotations
 

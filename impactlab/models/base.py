@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Face(NamedTuple):
-    """Where a contact meets a rod, and what it meets there."""
+    """A contact of a body: its place and its partner."""
 
     x: float  # m from the rod's left end
     contact: int  # number of the contact in the scene

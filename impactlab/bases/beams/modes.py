@@ -1,4 +1,4 @@
-"""Eigenfunctions of a uniform beam, in closed form but for their frequencies."""
+"""Eigenfunctions of a uniform beam, in closed form except for their frequencies."""
 
 from __future__ import annotations
 

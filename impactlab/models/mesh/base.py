@@ -1,4 +1,4 @@
-"""What the modal model may know of a mesh, be it of bars or of beam elements."""
+"""Base class of meshes, of bars or of beam elements, as the modal model uses them."""
 
 from __future__ import annotations
 
