@@ -57,7 +57,7 @@ class Port(ctypes.Structure):
 
     "free" is without the contact's own force. A compliance is the change per unit force, which is constant over the
     step. Where in the step the force acts is a matter of the scheme: the law of a force F = f(gap, rate) takes the
-    values there. A force of one instant has ``first_gap`` = ``last_gap``; else it is the mean over the gaps in between.
+    values there. An averaged force is the mean over the gaps from ``first_gap`` to ``last_gap``.
     """
 
     time: float  # s, start of the step
@@ -72,6 +72,7 @@ class Port(ctypes.Structure):
     acting_rate: float  # m/s, free gap rate there
     acting_gap_per_force: float  # m/N, compliance of the gap there; 0 in an explicit scheme
     acting_rate_per_force: float  # m/(N s), compliance of the rate there
+    averaged: float  # 1 where the force is a mean over the step, 0 where it acts at one instant of it
     first_gap: float  # m, free gap where the force begins to act
     last_gap: float  # m, free gap where it ends to act
     travel_start: float  # m, gap from which a force of this step works

@@ -67,7 +67,7 @@ class Penalty(AbstractContactLaw):
     def respond(port: Port, reply: Reply) -> None:
         stiffness, damping = port.parameters[0], port.parameters[1] * port.first_weight
         gap, free_gap, compliance = port.gap, port.free_gap, port.gap_per_force
-        averaged = port.first_gap != port.last_gap
+        averaged = port.averaged != 0.0
         explicit = not averaged and port.acting_gap_per_force == 0.0
         spring, dash = stiffness * port.acting_gap_per_force, damping * port.acting_rate_per_force
         # Spring and dashpot as if they could also pull: a linear equation, whose sign dates the opening.

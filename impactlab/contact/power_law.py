@@ -41,7 +41,7 @@ def respond(port: Port, reply: Reply) -> None:
     """
     stiffness, n = port.parameters[0], port.parameters[1]
     gap, free_gap, compliance = port.gap, port.free_gap, port.gap_per_force
-    averaged = port.first_gap != port.last_gap
+    averaged = port.averaged != 0.0
     explicit = not averaged and port.acting_gap_per_force == 0.0
     reply.memory[0], reply.memory[1] = 0.0, 0.0
     # A spring that is let go of gives nothing back; between two ends of steps that is an error of the scheme.

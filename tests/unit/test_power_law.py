@@ -183,3 +183,12 @@ def test_a_wall_of_a_spring_holds_like_a_constraint() -> None:
     reply = told(port(0.0, -1e-3, pliancy=1e-6), Hertz(1e30))
     assert reply.force == pytest.approx(1e3, rel=1e-6)
     assert math.isfinite(reply.stored)
+
+
+def test_a_mean_force_is_continuous_where_the_free_step_leaves_the_gap_as_it_is() -> None:
+    """Bodies at rest that overlap at the start: the gap before and after the free step is the same to the bit."""
+    law = Hertz(K)
+    rest, moved = (told(port(-1e-6, end, pliancy=1e-9), law) for end in (-1e-6, -1e-6 * (1.0 + 1e-12)))
+    assert rest.force == pytest.approx(moved.force, rel=1e-9)
+    assert rest.stored == pytest.approx(moved.stored, rel=1e-9)
+    assert rest.dissipated == moved.dissipated == 0.0

@@ -18,6 +18,7 @@ def fill_acting(port: Port, load_point: float) -> None:
     """
     gap, free_gap, dt = port.gap, port.free_gap, port.dt
     port.first_weight = 1.0
+    port.averaged = 0.0
     port.rate_before_impulse = port.gap_rate + port.others_rate
     if load_point == 0.0:
         # The velocities at the two ends of the step are those in the middle of this step and of the step before. They
@@ -42,6 +43,7 @@ def fill_acting(port: Port, load_point: float) -> None:
             # The time since the touch and half a step more.
             port.first_weight = 0.5 + free_gap / (free_gap - gap)
         return
+    port.averaged = 1.0
     port.first_gap, port.last_gap = gap, free_gap
     port.acting_gap, port.acting_gap_per_force = 0.5 * (gap + free_gap), 0.5 * port.gap_per_force
     port.acting_rate, port.acting_rate_per_force = port.free_travel / dt, port.gap_per_force / dt
