@@ -10,6 +10,8 @@ from impactlab.errors import CaseError
 from impactlab.scene.bodies import Profile, WaveBody
 from impactlab.types import Array, Quantity
 
+MAX_PLACES = 4096  # of a quadrature at once: a thousand modes then take 100 MB
+
 
 @final
 class AnalyticBasis:
@@ -91,7 +93,9 @@ class AnalyticBasis:
         h = self._length / cells
         x = (np.arange(cells)[:, None] * h + (nodes + 1.0) * h / 2.0).ravel()
         weight = np.tile(weights * h / 2.0, cells) * self._segment.density * self._segment.area
-        return np.asarray(self._shape(x).T @ (weight * profile(x)))
+        weighted = weight * profile(x)
+        blocks = (slice(first, first + MAX_PLACES) for first in range(0, x.size, MAX_PLACES))
+        return np.asarray(sum(self._shape(x[block]).T @ weighted[block] for block in blocks))
 
     def project_uniform(self) -> Array:
         """Return the momentum of each mode at unit modal velocity, shape (n_dof,)."""

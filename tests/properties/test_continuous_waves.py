@@ -30,7 +30,7 @@ quick = settings(max_examples=40, deadline=None, print_blob=True)
 @quick
 @given(alphas, ends, laws, st.sampled_from([0.0, 0.05, -0.05]))
 def test_energy_balance(alpha, far, law, gravity):
-    history = solve(*replace(struck(alpha, 12.0, far, law), gravity=gravity))
+    history = solve(*struck(alpha, 12.0, far, law).but(gravity=gravity))
     book = history.energy
     scale = max(1.0, float(np.max(book.total)) / book.scale)
     assert max(book.largest_gain, book.largest_loss) < 1e-12 * scale * (10.0 if gravity else 1.0)

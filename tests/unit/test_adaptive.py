@@ -250,7 +250,7 @@ def test_meshes_tend_to_the_exact_rod_with_a_spring_and_dashpot() -> None:
     for elements in (20, 80):
         given = struck(FiniteElement(elements), law)
         history = run(*given)
-        errors.append(metrics.errors(history, "exact", exact, given))
+        errors.append(metrics.errors(history, "exact", exact, given.scene))
     for name in ("mass_displacement", "face_displacement", "impulse"):
         assert errors[1][name] < 0.5 * errors[0][name], name
     assert errors[1]["force"] < 0.6 * errors[0]["force"]  # it jumps: N^-1/2 at best, a half
