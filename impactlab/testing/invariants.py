@@ -8,20 +8,7 @@ from impactlab.history.base import AbstractHistory
 from impactlab.numerics.banded import solve
 from impactlab.scene.problem import Scene
 from impactlab.simulate.stepping.history import RecordedHistory
-from impactlab.testing.momentum import field_truncation, worst_balance
 from impactlab.testing.trace import Trace
-
-__all__ = [
-    "exchanged_momentum_error",
-    "field_truncation",
-    "free_momentum_error",
-    "mirror_difference",
-    "precursor",
-    "reported_impulse_error",
-    "scaling_difference",
-    "strongest_pull",
-    "worst_balance",
-]
 
 
 def strongest_pull(history: AbstractHistory) -> float:

@@ -17,8 +17,8 @@ from impactlab.integrators.midpoint import Midpoint
 from impactlab.integrators.moreau_jean import MoreauJean
 from impactlab.integrators.newmark import Newmark
 from impactlab.integrators.nonsmooth_generalised_alpha import NonsmoothGeneralisedAlpha
-from impactlab.testing.impact_orders import SPRING, impact_order
 from impactlab.testing.scenes import STEEL
+from studies.comparison.orders import SPRING, impact_order
 
 # The same force at a typical indentation: 1 m/s over the frequency of the mass on the spring.
 CURVED = SPRING * (SPRING / STEEL.mass) ** 0.25

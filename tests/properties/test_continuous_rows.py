@@ -2,20 +2,107 @@
 
 from __future__ import annotations
 
+import dataclasses
+import math
+from itertools import pairwise
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.contact.penalty import Penalty
+from impactlab.contact.wave_identification import WaveIdentification
 from impactlab.exact.solve import solve
 from impactlab.history import AbstractHistory
-from impactlab.scene import Rod, Wall
+from impactlab.models.continuous import Continuous
+from impactlab.scene import Body, Contact, End, Mass, Point, Rod, Scene, Segment, Wall
 from impactlab.scene.method import Simulation
-from impactlab.testing.rows import momentum_scale, rows
-from impactlab.testing.strategies import mirrored
+from impactlab.testing.scenes import simulation
+from impactlab.testing.strategies import log_uniform, mirrored
 
 pytestmark = pytest.mark.slow
 quick = settings(max_examples=40, deadline=None, print_blob=True)
+
+
+def pieces() -> st.SearchStrategy[Segment]:
+    """Return uniform pieces of like size, of any ratio of travel times: E and rho about 1."""
+    return st.builds(
+        Segment,
+        length=log_uniform(0.3, 3.0),
+        area=log_uniform(0.2, 5.0),
+        young=log_uniform(0.2, 5.0),
+        density=log_uniform(0.2, 5.0),
+    )
+
+
+@st.composite
+def rows(draw: st.DrawFn, most: int = 5, held: bool = True, gravity: bool = True) -> Simulation:
+    """Return bodies in a row, each with a contact to the next: rods of one to three pieces, masses, walls at the ends.
+
+    Neighbours that are both masses meet through a spring, the others through a spring or hard. With ``held`` the row
+    may end at walls, and the outer ends of its rods may be clamped or viscous.
+    """
+    kinds = draw(st.lists(st.sampled_from(["rod", "mass"]), min_size=1, max_size=most).filter(lambda k: "rod" in k))
+    bodies: list[Body] = []
+    for number, kind in enumerate(kinds):
+        velocity = draw(st.sampled_from([0.0, 0.0, 1.0, -1.0, 0.37]))
+        if kind == "mass":
+            bodies.append(Mass(f"m{number}", draw(log_uniform(0.1, 10.0)), velocity))
+        else:
+            parts = tuple(draw(st.lists(pieces(), min_size=1, max_size=3)))
+            bodies.append(Rod(f"r{number}", parts, End("free"), End("free"), velocity))
+    if held:
+        bodies = [_ended(draw, bodies[0], "left"), *bodies[1:]]
+        bodies = [*bodies[:-1], _ended(draw, bodies[-1], "right")]
+        if _bare(bodies[0], "left") and draw(st.booleans()):
+            bodies.insert(0, Wall("left"))
+        if _bare(bodies[-1], "right") and draw(st.booleans()):
+            bodies.append(Wall("right"))
+    contacts, laws = [], []
+    for left, right in pairwise(bodies):
+        soft = (left.elastic is None and right.elastic is None) or draw(st.booleans())
+        law: AbstractContactLaw = WaveIdentification()
+        if soft:
+            law = Penalty(stiffness=draw(log_uniform(0.3, 30.0)), damping=draw(st.sampled_from([0.0, 0.0, 0.4])))
+        gap = draw(st.sampled_from([0.0, 0.1, 1.0 / 3.0]))
+        contacts.append(Contact(_face(left, "right"), _face(right, "left"), gap))
+        laws.append(law)
+    g = draw(st.sampled_from([0.0, 0.05, -0.05])) if gravity else 0.0
+    named = {body.name: body for body in bodies}
+    return simulation("row", named, contacts, 12.0, model=Continuous(), law=laws, gravity=g)
+
+
+def _ended(draw: st.DrawFn, body: Body, side: str) -> Body:
+    """Return a body whose outer end may be held, if it is a rod."""
+    if body.waves is None:
+        return body
+    kind = draw(st.sampled_from(["free", "clamped", "dashpot"]))
+    end = {"free": End("free"), "clamped": End("clamped"), "dashpot": End("dashpot", draw(log_uniform(0.1, 10.0)))}[
+        kind
+    ]
+    # a clamped end does not move with its rod
+    velocity = 0.0 if kind == "clamped" else body.velocity
+    held: dict[str, Any] = {side: end, "velocity": velocity}
+    return dataclasses.replace(body, **held)
+
+
+def _bare(body: Body, side: str) -> bool:
+    return body.waves is not None and getattr(body, side).kind == "free"
+
+
+def _face(body: Body, side: str) -> Point:
+    if body.elastic is None:
+        return Point(body.name, 0.0, body.name)
+    return Point(body.name, 0.0 if side == "left" else body.length, f"{body.name}.{side}")
+
+
+def momentum_scale(scene: Scene) -> float:
+    """Return the momentum that a row may hold [N s]: masses times the largest velocity that is met."""
+    masses = sum(body.moving_mass for body in scene.bodies.values() if body.moves)
+    return masses * (1.0 + abs(scene.gravity) * scene.duration) * math.sqrt(2.0)
 
 
 def momentum(history: AbstractHistory, scene: Simulation, t: np.ndarray) -> np.ndarray:

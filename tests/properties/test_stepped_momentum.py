@@ -15,15 +15,14 @@ from impactlab.scene import End, Rod, Segment
 from impactlab.scene.method import Simulation
 from impactlab.testing.invariants import (
     exchanged_momentum_error,
-    field_truncation,
     free_momentum_error,
     is_free,
     reported_impulse_error,
     strongest_pull,
-    worst_balance,
 )
 from impactlab.testing.strategies import scenes
 from impactlab.testing.trace import trace
+from tests.properties.momentum import field_truncation, worst_balance
 
 EPS = float(np.finfo(float).eps)
 

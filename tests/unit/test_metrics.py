@@ -13,8 +13,8 @@ from impactlab.history import ContactSpan, Cost, Event
 from impactlab.scene import Body, Contact, End, Mass, Point, Rod, Segment
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.testing.scenes import simulation
-from impactlab.testing.synthetic import SyntheticHistory
 from impactlab.types import Array
+from tests.unit.synthetic import SyntheticHistory
 
 PAIR = "hammer|rod.left"
 MASS, FACE, FORCE = "position:hammer", "displacement:rod@0", f"force:{PAIR}"

@@ -25,7 +25,7 @@ from impactlab.report.table import comma_separated, markdown, page_rows
 from impactlab.scene import Body, Contact, End, Mass, Point, Rod, Segment, Wall
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.testing.scenes import simulation
-from impactlab.testing.synthetic import SyntheticHistory
+from tests.unit.synthetic import SyntheticHistory
 
 PAIR = "hammer|rod.left"
 T = 2.0

@@ -16,8 +16,8 @@ from impactlab.report.summary import cell, comparison, describe, extremes, plain
 from impactlab.scene import Body, Contact, End, Mass, Point, Probe, Rod, Segment, Wall
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.testing.scenes import simulation
-from impactlab.testing.synthetic import SyntheticHistory
 from impactlab.types import Relative
+from tests.unit.synthetic import SyntheticHistory
 
 PAIR = "hammer|rod.left"
 T = 2.0

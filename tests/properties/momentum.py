@@ -77,38 +77,30 @@ def added(*terms: tuple[float, Array | None, Array]) -> Balance:
 Equation = Callable[[AbstractIntegrator, Operators, StepOfBody], Balance]
 
 
-def newmark_balance(integrator: AbstractIntegrator, system: Operators, step: StepOfBody) -> Balance:
-    """Return the balance of Newmark in midpoint-load form; accelerations are those of the equation of motion."""
-    assert isinstance(integrator, Newmark)
-    old, new = step.dt * (1.0 - integrator.gamma), step.dt * integrator.gamma
-    damped = np.any(system.damping) and np.any(step.kick)
+def weighted_balance(integrator: AbstractIntegrator, system: Operators, step: StepOfBody) -> Balance:
+    """Return the balance of a scheme that weights the forces at both ends of the step, damping after the kick.
+
+    Newmark by gamma; a leapfrog with springs at the start and dashpots in the middle; a theta method by theta.
+    """
+    springs = dashpots = 0.5  # weight of the end of the step
+    if isinstance(integrator, Newmark):
+        springs = dashpots = integrator.gamma
+    elif isinstance(integrator, CentralDifference):
+        springs = 0.0
+    elif isinstance(integrator, MoreauJean):
+        springs = dashpots = integrator.theta
+    dt, damped = step.dt, np.any(system.damping) and np.any(step.kick)
     jump = solve(system.mass, step.kick) if damped else np.zeros_like(step.kick)
     return added(
         (1.0, system.mass, step.new_v),
         (-1.0, system.mass, step.old_v),
         (-1.0, None, step.kick),
-        (-step.dt, None, step.push),
-        (-step.dt, None, system.load),
-        (old, system.stiffness, step.old_u),
-        (new, system.stiffness, step.new_u),
-        (old, system.damping, step.old_v + jump),
-        (new, system.damping, step.new_v),
-    )
-
-
-def leapfrog_balance(integrator: AbstractIntegrator, system: Operators, step: StepOfBody) -> Balance:
-    """Return the balance of central difference: velocities of the half steps, forces of the whole one between them."""
-    assert isinstance(integrator, CentralDifference)
-    jump = step.kick / system.mass[0]
-    return added(
-        (1.0, system.mass, step.new_v),
-        (-1.0, system.mass, step.old_v),
-        (-1.0, None, step.kick),
-        (-step.dt, None, step.push),
-        (-step.dt, None, system.load),
-        (step.dt, system.stiffness, step.old_u),
-        (0.5 * step.dt, system.damping, step.old_v + jump),
-        (0.5 * step.dt, system.damping, step.new_v),
+        (-dt, None, step.push),
+        (-dt, None, system.load),
+        (dt * (1.0 - springs), system.stiffness, step.old_u),
+        (dt * springs, system.stiffness, step.new_u),
+        (dt * (1.0 - dashpots), system.damping, step.old_v + jump),
+        (dt * dashpots, system.damping, step.new_v),
     )
 
 
@@ -132,24 +124,6 @@ def modal_balance(integrator: AbstractIntegrator, system: Operators, step: StepO
         (1.0, None, of_displacement * step.old_u),
         (1.0, None, of_velocity * (mass * step.old_v + step.kick)),
         (step.dt, None, of_force * force),
-    )
-
-
-def theta_balance(integrator: AbstractIntegrator, system: Operators, step: StepOfBody) -> Balance:
-    """Return the balance of a theta method; a projection appears in the displacements only."""
-    theta = integrator.theta if isinstance(integrator, MoreauJean) else 0.5
-    jump = solve(system.mass, step.kick)
-    old, new = step.dt * (1.0 - theta), step.dt * theta
-    return added(
-        (1.0, system.mass, step.new_v),
-        (-1.0, system.mass, step.old_v),
-        (-1.0, None, step.kick),
-        (-step.dt, None, step.push),
-        (-step.dt, None, system.load),
-        (old, system.stiffness, step.old_u),
-        (new, system.stiffness, step.new_u),
-        (old, system.damping, step.old_v + jump),
-        (new, system.damping, step.new_v),
     )
 
 
@@ -206,17 +180,16 @@ def bathe_balance(integrator: AbstractIntegrator, system: Operators, step: StepO
 
 EQUATIONS: dict[type[AbstractIntegrator], Equation] = {
     Bathe: bathe_balance,
-    CentralDifference: leapfrog_balance,
-    ContactStabilisedNewmark: theta_balance,
+    CentralDifference: weighted_balance,
+    ContactStabilisedNewmark: weighted_balance,
     ExactModal: modal_balance,
     GeneralisedAlpha: alpha_balance,
     HhtAlpha: alpha_balance,
-    Midpoint: theta_balance,
-    MoreauJean: theta_balance,
-    Newmark: newmark_balance,
+    Midpoint: weighted_balance,
+    MoreauJean: weighted_balance,
+    Newmark: weighted_balance,
     NonsmoothGeneralisedAlpha: alpha_balance,
 }
-"""The equation of each scheme; add yours to test a plugin with `worst_balance`."""
 
 
 def generalised(traced: Trace, body: str, per_contact: Array) -> Array:
@@ -245,13 +218,12 @@ def pushed(traced: Trace, body: str) -> Array:
     return total
 
 
-def worst_balance(traced: Trace, equation: Equation | None = None) -> float:
+def worst_balance(traced: Trace) -> float:
     """Return the largest relative residual of momentum over all steps, bodies and coordinates.
 
     For whole steps only (``events: dated``): a located step is cut, and its pieces are not kept.
     """
-    chosen = equation or EQUATIONS[type(traced.integrator)]
-    worst = 0.0
+    equation, worst = EQUATIONS[type(traced.integrator)], 0.0
     for name, built in traced.plan.built.items():
         u, v = traced.displacements(name), traced.velocities(name)
         push = generalised(traced, name, traced.forces) + pushed(traced, name)
@@ -266,7 +238,7 @@ def worst_balance(traced: Trace, equation: Equation | None = None) -> float:
         kept = traced.kept(name)
         for k in range(len(push)):
             step = StepOfBody(traced.dt, u[k], v[k], u[k + 1] - moved[k], v[k + 1], push[k], kick[k], kept[k])
-            worst = max(worst, chosen(traced.integrator, built.system, step).residual)
+            worst = max(worst, equation(traced.integrator, built.system, step).residual)
     return worst
 
 
