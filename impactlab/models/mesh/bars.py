@@ -89,7 +89,7 @@ class Mesh(AbstractMesh):
             struck = struck_nodes(rod, [(face.x, self.nodal_row(face.x, "displacement")) for face in faces])
             redistribute(matrices[0], struck + first)
         self._nodal_mass = multiply(matrices[0], np.ones(len(self.nodes)))
-        held = np.setdiff1d(np.arange(len(self.nodes)), np.arange(first, last))
+        held = np.delete(np.arange(len(self.nodes)), slice(first, last))
         ground = [
             sums_without(held, sums, matrix)[self.free_nodes]
             for sums, matrix in ((dashpots, matrices[1]), (springs, matrices[2]))
