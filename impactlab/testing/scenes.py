@@ -1,20 +1,23 @@
-"""Scenes with their methods, for tests: a mass on a rod, or any bodies with models and contacts with laws."""
+"""Scenes with their methods, for tests: a struck body, bodies in a row, or any bodies with models and laws."""
 
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from typing import Any, Literal
 
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.integrators.base import AbstractScheme
 from impactlab.models.base import AbstractRodModel
-from impactlab.scene.bodies import Body, End, Mass, Rod, Segment
+from impactlab.scene.bodies import Body, End, Mass, Rayleigh, Rod, Segment
 from impactlab.scene.method import Method, Simulation, StepRule
 from impactlab.scene.problem import Contact, Point, Scene
 
 STEEL = Segment(length=0.3, area=9e-4, young=2.1e11, density=7900.0)
-FREE, CLAMPED = End("free"), End("clamped")
+UNIT = Segment(1.0, 1.0, 1.0, 1.0)  # length, wave speed, impedance and mass 1 in SI, round trip 2 s
+FREE, CLAMPED, UNDAMPED = End("free"), End("clamped"), Rayleigh()
 TEN_STEPS = StepRule(points_per_period=10.0)
 
 
@@ -55,8 +58,70 @@ def simulation(
     return Simulation(Scene(name, bodies, tuple(contacts), duration, **others), method)
 
 
+def face(body: Body, x: float = 0.0) -> Point:
+    """Return the face of a body at x [m], named ``rod.left`` and ``rod.right`` at its ends, by its body elsewhere."""
+    if body.elastic is None:
+        return Point(body.name, 0.0, body.name)
+    side = {0.0: ".left", body.length: ".right"}.get(x, "")
+    return Point(body.name, x, body.name + side)
+
+
+def touching(left: Body, right: Body, gap: float = 0.0) -> Contact:
+    """Return the contact of the right end of one body with the left end of the next; an overlap is a gap below 0."""
+    return Contact(face(left, left.length), face(right), gap, overlap_allowed=gap < 0.0)
+
+
+def in_a_row(
+    bodies: Sequence[Body],
+    model: AbstractRodModel | Mapping[str, AbstractRodModel] | None = None,
+    law: AbstractContactLaw | Sequence[AbstractContactLaw] = (),
+    integrator: AbstractScheme | None = None,
+    step: StepRule = TEN_STEPS,
+    *,
+    gaps: float | Sequence[float] = 0.0,
+    round_trips: float = 3.0,
+    **others: Any,
+) -> Simulation:
+    """Return bodies in a row from left to right, each of which may touch the next.
+
+    ``gaps`` [m] of all contacts, or of each; the run lasts ``round_trips`` of the first rod or beam, unless a
+    ``duration`` is given. Models, laws and other fields as in `simulation`.
+    """
+    distances = [gaps] * (len(bodies) - 1) if isinstance(gaps, float) else gaps
+    contacts = [touching(*pair, gap) for pair, gap in zip(pairwise(bodies), distances, strict=True)]
+    fields = _fields(bodies, round_trips, others)
+    return simulation("row", contacts=contacts, integrator=integrator, step=step, model=model, law=law, **fields)
+
+
+def _fields(bodies: Sequence[Body], round_trips: float, others: dict[str, Any]) -> dict[str, Any]:
+    trip = next((body.elastic.round_trip for body in bodies if body.elastic is not None), math.nan)
+    named = {body.name: body for body in bodies}
+    return {"bodies": named, "duration": round_trips * trip, "round_trip": trip} | others
+
+
+def struck(
+    body: Body,
+    model: AbstractRodModel | None,
+    law: AbstractContactLaw,
+    integrator: AbstractScheme | None = None,
+    step: StepRule = TEN_STEPS,
+    *,
+    mass: float,
+    x: float = 0.0,
+    velocity: float = 1.0,
+    gap: float = 0.0,
+    round_trips: float = 3.0,
+    **others: Any,
+) -> Simulation:
+    """Return a hammer, a rigid mass, that strikes a rod or beam at x [m]; the rest as in `in_a_row`."""
+    hammer = Mass("hammer", mass, velocity)
+    contact = Contact(face(hammer), face(body, x), gap, overlap_allowed=gap < 0.0)
+    fields = _fields((hammer, body), round_trips, others)
+    return simulation("struck", contacts=(contact,), integrator=integrator, step=step, model=model, law=law, **fields)
+
+
 def mass_on_rod(
-    model: AbstractRodModel,
+    model: AbstractRodModel | None,
     law: AbstractContactLaw,
     integrator: AbstractScheme | None = None,
     step: StepRule = TEN_STEPS,
@@ -64,19 +129,13 @@ def mass_on_rod(
     segments: tuple[Segment, ...] = (STEEL,),
     left: End = FREE,
     right: End = CLAMPED,
+    damping: Rayleigh = UNDAMPED,
     mass_ratio: float = 1.0,
-    velocity: float = 1.0,
-    gap: float = 0.0,
-    round_trips: float = 3.0,
     **others: Any,
 ) -> Simulation:
     """Return a mass that strikes the left end of a rod at rest, in steel unless other segments are given.
 
-    ``mass_ratio`` is the mass over that of the rod, ``velocity`` in m/s, ``gap`` in m; the run lasts ``round_trips``
-    unless a ``duration`` is given. Other fields of the scene or the method as in `simulation`.
+    ``mass_ratio`` is the mass over that of the rod. Velocity, gap and other fields as in `struck`.
     """
-    rod = Rod("rod", segments, left, right)
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), gap)
-    fields = {"duration": round_trips * rod.round_trip, "round_trip": rod.round_trip} | others
-    bodies: dict[str, Body] = {"hammer": Mass("hammer", mass_ratio * rod.mass, velocity), "rod": rod}
-    return simulation("struck", bodies, (contact,), integrator=integrator, step=step, model=model, law=law, **fields)
+    rod = Rod("rod", segments, left, right, damping=damping)
+    return struck(rod, model, law, integrator, step, mass=mass_ratio * rod.mass, **others)

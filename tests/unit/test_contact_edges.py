@@ -28,52 +28,29 @@ from impactlab.integrators.newmark import Newmark
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.scene import Body, Contact, End, Mass, Point, Rod, Segment, Wall
+from impactlab.scene import End, Mass, Rod, Wall
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import run
-from impactlab.testing.scenes import simulation
+from impactlab.testing.scenes import CLAMPED, FREE, UNIT, in_a_row
 from impactlab.types import Level, Port, Reply, SideFacts, Start
-
-SEGMENT = Segment(1.0, 1.0, 1.0, 1.0)
-FREE = End("free")
 
 
 def mass_on_wall(
     law: AbstractContactLaw, integrator: AbstractIntegrator, gap: float = 0.1055, dt: float = 1e-3
 ) -> Simulation:
     """Return 1 kg at 1 m/s towards a wall, which it meets halfway through a step."""
-    bodies: dict[str, Body] = {"m": Mass("m", 1.0, 1.0), "w": Wall("w")}
-    contact = Contact(Point("m", 0.0, "m"), Point("w", 0.0, "w"), gap)
-    return simulation("wall", bodies, (contact,), 1.0, integrator, StepRule(dt=dt), law=law)
+    bodies = Mass("m", 1.0, 1.0), Wall("w")
+    return in_a_row(bodies, None, law, integrator, StepRule(dt=dt), gaps=gap, duration=1.0)
 
 
 def mass_on_rod(law: AbstractContactLaw, integrator: AbstractIntegrator, end: End = FREE) -> Simulation:
-    rod = Rod("rod", (SEGMENT,), end, End("clamped"))
-    bodies: dict[str, Body] = {"m": Mass("m", 1.0, 1.0), "rod": rod}
-    contact = Contact(Point("m", 0.0, "m"), Point("rod", 0.0, "rod.left"), 0.0123)
-    return simulation(
-        "rod",
-        bodies,
-        (contact,),
-        6.0,
-        integrator,
-        StepRule(dt=0.02),
-        round_trip=2.0,
-        model=FiniteElement(20, "consistent"),
-        law=law,
-    )
+    bodies = Mass("m", 1.0, 1.0), Rod("rod", (UNIT,), end, CLAMPED)
+    return in_a_row(bodies, FiniteElement(20), law, integrator, StepRule(dt=0.02), gaps=0.0123)
 
 
 def rod_between_walls(law: AbstractContactLaw, integrator: AbstractIntegrator, model: AbstractRodModel) -> Simulation:
-    rod = Rod("rod", (SEGMENT,), End("free"), End("free"), velocity=1.0)
-    bodies: dict[str, Body] = {"a": Wall("a"), "rod": rod, "z": Wall("z")}
-    contacts = (
-        Contact(Point("a", 0.0, "a"), Point("rod", 0.0, "rod.left"), 0.5),
-        Contact(Point("rod", 1.0, "rod.right"), Point("z", 0.0, "z"), 1.0),
-    )
-    return simulation(
-        "walls", bodies, contacts, 12.0, integrator, StepRule(dt=0.02), round_trip=2.0, model=model, law=law
-    )
+    bodies = Wall("a"), Rod("rod", (UNIT,), FREE, FREE, velocity=1.0), Wall("z")
+    return in_a_row(bodies, model, law, integrator, StepRule(dt=0.02), gaps=(0.5, 1.0), duration=12.0)
 
 
 def velocity(history: AbstractHistory) -> float:
@@ -150,32 +127,12 @@ def test_impedance_residual_is_not_a_spring_of_what_a_static_basis_leaves_out() 
 
 def test_the_pushes_of_open_contacts_agree() -> None:
     """Two open Nitsche contacts on one rod took one sweep: what they pushed depended on which was asked first."""
-    rod = Rod(
-        "rod",
-        (SEGMENT,),
-        End("free"),
-        End("free"),
-        displacement=lambda x: 0.01 * (x - 0.5),
+    rod = Rod("rod", (UNIT,), FREE, FREE, displacement=lambda x: 0.01 * (x - 0.5))
+    scene = in_a_row(
+        (Wall("a"), rod, Wall("z")), FiniteElement(2), Nitsche(), Newmark(), StepRule(dt=1.0), gaps=1.0, duration=20.0
     )
-    bodies: dict[str, Body] = {"a": Wall("a"), "rod": rod, "z": Wall("z")}
-    contacts = (
-        Contact(Point("a", 0.0, "a"), Point("rod", 0.0, "rod.left"), 1.0),
-        Contact(Point("rod", 1.0, "rod.right"), Point("z", 0.0, "z"), 1.0),
-    )
-    history = run(
-        *simulation(
-            "open",
-            bodies,
-            contacts,
-            20.0,
-            Newmark(),
-            StepRule(dt=1.0),
-            round_trip=2.0,
-            model=FiniteElement(2, "consistent"),
-            law=Nitsche(),
-        )
-    )
-    left, right = (history.evaluate(20.0, f"gap:{contact.name}") for contact in contacts)
+    history = run(*scene)
+    left, right = (history.evaluate(20.0, f"gap:{contact.name}") for contact in scene.scene.contacts)
     # The rod swings about its middle, which stays: both gaps are the same, to the rounding of twenty steps.
     assert float(left) == pytest.approx(float(right), abs=1e-13)
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import pytest
 
 from impactlab.contact.addition_deletion import AdditionDeletion
@@ -13,25 +11,17 @@ from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.newmark import Newmark
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.scene import Contact, End, Mass, Point, Rayleigh, Rod, Segment
+from impactlab.scene import End, Rayleigh
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import run
-from impactlab.testing.scenes import simulation
+from impactlab.testing.scenes import CLAMPED, mass_on_rod
 
 HARD = AdditionDeletion()
 
 
-def scene(model, drag=0.0, law=HARD) -> Simulation:
-    rod = Rod(
-        "rod",
-        (Segment(0.3, 9e-4, 2.1e11, 7900.0),),
-        End("free"),
-        End("clamped"),
-        damping=Rayleigh(drag, 0.0),
-    )
-    contact = Contact(Point("m", 0.0, "m"), Point("rod", 0.0, "rod.left"), 0.0)
-    bodies = {"m": Mass("m", 2.0, 1.0), "rod": rod}
-    return simulation("x", bodies, (contact,), 1e-4, Newmark(), StepRule(dt=1e-6), model=model, law=law)
+def scene(model, drag, law=HARD, duration=1e-4, right=CLAMPED) -> Simulation:
+    damping, step = Rayleigh(drag), StepRule(dt=1e-6)
+    return mass_on_rod(model, law, Newmark(), step, damping=damping, duration=duration, right=right)
 
 
 @pytest.mark.parametrize("model", [Modal(None, 2), Modal(None, 3), FiniteElement(3)])
@@ -44,10 +34,8 @@ def test_the_loss_of_a_damped_rod_is_booked_at_its_ends_where_it_has_two_coordin
 @pytest.mark.parametrize("integrator", [Newmark(), CentralDifference(), Adaptive()])
 def test_the_loss_of_a_dashpot_at_the_end_of_a_damped_rod_was_booked_inside_it(integrator):
     def booked(drag):
-        struck = scene(FiniteElement(12, "lumped"), drag, Penalty(1e8))
-        rod = dataclasses.replace(struck.scene.bodies["rod"], right=End("dashpot", 2e4))
-        struck = struck.but(bodies={**struck.scene.bodies, "rod": rod}, integrator=integrator, duration=4e-4)
-        return {name: values[-1] for name, values in run(*struck).energy.booked.items()}
+        struck = scene(FiniteElement(12, "lumped"), drag, Penalty(1e8), right=End("dashpot", 2e4), duration=4e-4)
+        return {name: values[-1] for name, values in run(*struck.but(integrator=integrator)).energy.booked.items()}
 
     undamped, damped = booked(0.0), booked(1e-3)
     assert abs(undamped["damping"]) < 1e-15

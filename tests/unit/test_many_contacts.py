@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
 
@@ -22,21 +20,18 @@ from impactlab.integrators.newmark import Newmark
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.scene import Body, Contact, End, Mass, Point, Probe, Rod, Segment, Wall
+from impactlab.scene import End, Mass, Probe, Rod, Wall
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import prepare, run
-from impactlab.testing.scenes import simulation
+from impactlab.testing.scenes import CLAMPED, FREE, UNIT, in_a_row, simulation, struck
 
-SEGMENT = Segment(1.0, 1.0, 1.0, 1.0)
 MILLI = StepRule(dt=1e-3)
 
 
 def row_of_masses(count: int, law: AbstractContactLaw, integrator: AbstractIntegrator) -> Simulation:
     """Return unit masses that touch each other, the first one moving at 1 m/s."""
-    bodies: dict[str, Body] = {f"m{i}": Mass(f"m{i}", 1.0, 1.0 if i == 0 else 0.0) for i in range(count)}
-    names = list(bodies)
-    contacts = tuple(Contact(Point(a, 0.0, a), Point(b, 0.0, b), 0.0) for a, b in pairwise(names))
-    return simulation("row", bodies, contacts, 5e-3, integrator, MILLI, law=law)
+    masses = [Mass(f"m{i}", 1.0, 1.0 if i == 0 else 0.0) for i in range(count)]
+    return in_a_row(masses, None, law, integrator, MILLI, duration=5e-3)
 
 
 def velocities(history: AbstractHistory, count: int) -> list[float]:
@@ -74,31 +69,17 @@ def test_many_located_contacts_come_to_an_end() -> None:
 
 
 def test_located_events_refuse_a_delay_line() -> None:
-    rods = [Rod(name, (SEGMENT,), End("free"), End("free"), velocity=v) for name, v in (("a", 1.0), ("b", 0.0))]
-    bodies: dict[str, Body] = {
-        "a": rods[0],
-        "b": rods[1],
-    }
+    rods = [Rod(name, (UNIT,), FREE, FREE, velocity=v) for name, v in (("a", 1.0), ("b", 0.0))]
     models = {"a": Modal(None, 5), "b": Continuous()}
-    contact = Contact(Point("a", 1.0, "a.right"), Point("b", 0.0, "b.left"), 1e-2)
-    scene = simulation("x", bodies, (contact,), 1.0, ExactModal(), MILLI, "located", model=models, law=Penalty())
+    scene = in_a_row(rods, models, Penalty(), ExactModal(), MILLI, gaps=1e-2, events="located")
     with pytest.raises(PairingError, match="the continuous rod 'b' has one step length"):
         prepare(*scene)
 
 
 @pytest.mark.parametrize("end", [End("mass", 1.0), End("dashpot", 1.0), End("spring", 1.0)], ids=lambda end: end.kind)
 def test_wave_identification_refuses_a_face_that_carries_something(end: End) -> None:
-    rod = Rod("rod", (SEGMENT,), end, End("clamped"))
-    contact = Contact(Point("m", 0.0, "m"), Point("rod", 0.0, "rod.left"), 0.0)
-    scene = simulation(
-        "x",
-        {"m": Mass("m", 1.0, 1.0), "rod": rod},
-        (contact,),
-        1.0,
-        Newmark(),
-        MILLI,
-        model=FiniteElement(10),
-        law=WaveIdentification(),
+    scene = struck(
+        Rod("rod", (UNIT,), end, CLAMPED), FiniteElement(10), WaveIdentification(), Newmark(), MILLI, mass=1.0
     )
     with pytest.raises(
         PairingError, match=f"balances a bare face, and the struck end of the right body carries a {end.kind}"
@@ -107,7 +88,7 @@ def test_wave_identification_refuses_a_face_that_carries_something(end: End) -> 
 
 
 def test_a_snapshot_at_the_very_end_is_taken() -> None:
-    rod = Rod("rod", (SEGMENT,), End("free"), End("free"), velocity=1.0)
+    rod = Rod("rod", (UNIT,), FREE, FREE, velocity=1.0)
     scene = simulation(
         "x", {"rod": rod}, (), 1e-4, Newmark(), StepRule(dt=1e-6), snapshots=(0.0, 1e-4), model=FiniteElement(4)
     )
@@ -117,22 +98,21 @@ def test_a_snapshot_at_the_very_end_is_taken() -> None:
 
 @pytest.mark.parametrize("model", [FiniteElement(40), Modal(None, 10)])
 def test_a_rod_let_go_of_from_rest_keeps_no_momentum_and_that_is_no_fault(model: FiniteElement | Modal) -> None:
-    rod = Rod("rod", (SEGMENT,), End("free"), End("free"), displacement=lambda x: 1e-6 * x * x)
+    rod = Rod("rod", (UNIT,), FREE, FREE, displacement=lambda x: 1e-6 * x * x)
     history = run(*simulation("x", {"rod": rod}, (), 3.0, Newmark(), StepRule(points_per_period=10), model=model))
     assert abs(float(history.evaluate(3.0, "momentum:rod"))) < 1e-16
 
 
 def test_a_heavy_mass_that_falls_from_rest_gains_no_energy() -> None:
-    bodies: dict[str, Body] = {"ball": Mass("ball", 1e6), "stop": Wall("stop")}
-    contact = Contact(Point("ball", 0.0, "ball"), Point("stop", 0.0, "stop"), 1.0)
-    history = run(*simulation("x", bodies, (contact,), 0.1, Newmark(), MILLI, gravity=9.81, law=Penalty(stiffness=1e9)))
+    bodies = Mass("ball", 1e6), Wall("stop")
+    history = run(*in_a_row(bodies, None, Penalty(1e9), Newmark(), MILLI, gaps=1.0, duration=0.1, gravity=9.81))
     assert float(history.evaluate(0.1, "velocity:ball")) == pytest.approx(0.981, rel=1e-12)
     [warned] = [each for each in history.warnings if each.code == "no_contact"]
     assert "the faces never met; the smallest gap was 0.95095 m" in warned.text
 
 
 def test_leapfrog_velocities_stand_at_their_own_instants_also_at_the_start() -> None:
-    rod = Rod("rod", (SEGMENT,), End("free"), End("clamped"), displacement=lambda x: np.cos(np.pi * x / 2))
+    rod = Rod("rod", (UNIT,), FREE, CLAMPED, displacement=lambda x: np.cos(np.pi * x / 2))
     probe = Probe("rod", 0.0, "velocity")
     scene = simulation(
         "x",
@@ -162,26 +142,9 @@ def test_faces_that_part_at_both_ends_agree_on_their_projections() -> None:
 
     The scheme keeps energy but for what projections take, which is booked: 1e-12 is the rounding of some ten steps.
     """
-    ends = (
-        Contact(Point("m0", 0.0, "m0"), Point("rod", 0.0, "rod.left"), 0.0),
-        Contact(Point("rod", 1.0, "rod.right"), Point("m1", 0.0, "m1"), 0.0),
-    )
-    rod = Rod("rod", (SEGMENT,), End("free"), End("free"))
-    bodies: dict[str, Body] = {"m0": Mass("m0", 1.0, 1.0), "rod": rod, "m1": Mass("m1", 1.0, -1.0)}
-    rule = StepRule(courant=4.0)
-    history = run(
-        *simulation(
-            "both",
-            bodies,
-            ends,
-            6.0,
-            ContactStabilisedNewmark(),
-            rule,
-            round_trip=2.0,
-            model=FiniteElement(elements=10),
-            law=AdditionDeletion(),
-        )
-    )
+    bodies = Mass("m0", 1.0, 1.0), Rod("rod", (UNIT,), FREE, FREE), Mass("m1", 1.0, -1.0)
+    scheme, rule = ContactStabilisedNewmark(), StepRule(courant=4.0)
+    history = run(*in_a_row(bodies, FiniteElement(10), AdditionDeletion(), scheme, rule))
     assert history.contacts[0].end is not None
     assert history.energy.largest_gain < 1e-12
     assert history.energy.largest_loss < 1e-12

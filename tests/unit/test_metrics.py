@@ -10,9 +10,9 @@ import pytest
 
 from impactlab import metrics
 from impactlab.history import ContactSpan, Cost, Event
-from impactlab.scene import Body, Contact, End, Mass, Point, Rod, Segment
-from impactlab.scene.method import Simulation, StepRule
-from impactlab.testing.scenes import simulation
+from impactlab.scene import Rod
+from impactlab.scene.method import Simulation
+from impactlab.testing.scenes import FREE, UNIT, mass_on_rod, touching
 from impactlab.types import Array
 from tests.unit.synthetic import SyntheticHistory
 
@@ -36,10 +36,7 @@ class Kicks(Hard):
 
 
 def scene(law: Any = Hard()) -> Simulation:
-    rod = Rod("rod", (Segment(1.0, 1.0, 1.0, 1.0),), End("free"), End("clamped"))
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0)
-    bodies: dict[str, Body] = {"hammer": Mass("hammer", 1.0, 1.0), "rod": rod}
-    return simulation("synthetic", bodies, (contact,), DURATION, None, StepRule(), round_trip=T, law=law)
+    return mass_on_rod(None, law, segments=(UNIT,))
 
 
 def pulse(t: Array, start: float = 0.0, end: float = 2.0, height: float = 1.0) -> Array:
@@ -102,9 +99,8 @@ def test_displacements_off_by_a_factor_are_wrong_by_that_factor() -> None:
 
 
 def test_the_worst_face_counts() -> None:
-    left, right = (Rod(name, (Segment(1.0, 1.0, 1.0, 1.0),), End("free"), End("free")) for name in ("first", "second"))
-    contact = Contact(Point("first", 1.0, "first.right"), Point("second", 0.0, "second.left"), 0.0)
-    both = scene().but(bodies={"first": left, "second": right}, contacts=(contact,))
+    left, right = (Rod(name, (UNIT,), FREE, FREE) for name in ("first", "second"))
+    both = scene().but(bodies={"first": left, "second": right}, contacts=(touching(left, right),))
     exact = SyntheticHistory(DURATION, {"displacement:first@1": np.cos, "displacement:second@0": np.cos})
     off = SyntheticHistory(
         DURATION,

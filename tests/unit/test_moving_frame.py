@@ -18,11 +18,11 @@ from impactlab.integrators.generalised_alpha import GeneralisedAlpha
 from impactlab.integrators.newmark import Newmark
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
-from impactlab.scene import Body, Contact, End, Mass, Point, Rod, Segment, Wall
+from impactlab.scene import Body, End, Mass, Rod, Segment, Wall
 from impactlab.scene.frame import carried_energy, drift, drift_velocities, groups
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import run
-from impactlab.testing.scenes import simulation
+from impactlab.testing.scenes import FREE, in_a_row, simulation, touching
 
 STEEL = Segment(0.3, 9e-4, 2.1e11, 7850.0)
 
@@ -36,23 +36,10 @@ def train(
     force: float = 0.0,
 ) -> Simulation:
     """Two free steel rods, the left one 1 m/s faster than the right one."""
-    one = Rod("one", (STEEL,), End("free", force=force), End("free"), drift + 1.0)
-    longer = dataclasses.replace(STEEL, length=0.45)
-    two = Rod("two", (longer,), End("free"), End("free"), drift)
-    contact = Contact(Point("one", 0.3, "one.right"), Point("two", 0.0, "two.left"), 0.0)
-    bodies: dict[str, Body] = {"one": one, "two": two}
-    return simulation(
-        "train",
-        bodies,
-        (contact,),
-        trips * one.round_trip,
-        integrator,
-        StepRule(dt=7.27e-7),
-        gravity=gravity,
-        round_trip=one.round_trip,
-        model=FiniteElement(40, "lumped"),
-        law=law,
-    )
+    one = Rod("one", (STEEL,), End("free", force=force), FREE, drift + 1.0)
+    two = Rod("two", (dataclasses.replace(STEEL, length=0.45),), FREE, FREE, drift)
+    model, step = FiniteElement(40, "lumped"), StepRule(dt=7.27e-7)
+    return in_a_row((one, two), model, law, integrator, step, round_trips=trips, gravity=gravity)
 
 
 def gain_of(velocity: float) -> float:
@@ -101,7 +88,7 @@ ERRORS: dict[str, float | None] = {}
 def balls(*contacts: tuple[str, str], wall: bool = False) -> Simulation:
     bodies: dict[str, Body] = {name: Mass(name, 1.0 + n, 2.0 * n) for n, name in enumerate("abc")}
     bodies |= {"wall": Wall("wall")} if wall else {}
-    joined = tuple(Contact(Point(a, 0.0, a), Point(b, 0.0, b), 0.0) for a, b in contacts)
+    joined = tuple(touching(bodies[a], bodies[b]) for a, b in contacts)
     return simulation("balls", bodies, joined, 1.0, None, StepRule(dt=1e-3), gravity=3.0, law=Penalty(1e6))
 
 

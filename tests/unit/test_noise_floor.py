@@ -20,10 +20,10 @@ from impactlab.metrics.collisions import collisions
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.scene import Body, Contact, End, Mass, Point, Rod, Segment, Wall
+from impactlab.scene import Body, End, Mass, Rod, Segment, Wall
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import run
-from impactlab.testing.scenes import simulation
+from impactlab.testing.scenes import FREE, in_a_row, simulation, touching
 
 STEEL = Segment(0.2, 3e-4, 2.1e11, 7900.0)
 TRANSIT = 0.2 / STEEL.wave_speed
@@ -31,21 +31,8 @@ TRANSIT = 0.2 / STEEL.wave_speed
 
 def chain(model: Any, integrator: Any, law: Any, dt: float = 2e-7) -> Simulation:
     """A moving rod and two at rest, which touch each other with a gap of zero."""
-    bodies: dict[str, Body] = {
-        name: Rod(name, (STEEL,), End("free"), End("free"), 10.0 if name == "a" else 0.0) for name in "abc"
-    }
-    contacts = tuple(Contact(Point(a, 0.2, f"{a}.right"), Point(b, 0.0, f"{b}.left"), 0.0) for a, b in ("ab", "bc"))
-    return simulation(
-        "chain",
-        bodies,
-        contacts,
-        3.5 * TRANSIT,
-        integrator,
-        StepRule(dt=dt),
-        round_trip=2.0 * TRANSIT,
-        model=model,
-        law=law,
-    )
+    rods = [Rod(name, (STEEL,), FREE, FREE, 10.0 if name == "a" else 0.0) for name in "abc"]
+    return in_a_row(rods, model, law, integrator, StepRule(dt=dt), duration=3.5 * TRANSIT)
 
 
 SPRING = Penalty(2e9)
@@ -101,7 +88,7 @@ def balls(*pairs: tuple[str, str]) -> Simulation:
     bodies: dict[str, Body] = {
         name: Wall(name) if name == "wall" else Mass(name, 1.0, 1.0 + n) for n, name in enumerate(names)
     }
-    contacts = tuple(Contact(Point(a, 0.0, a), Point(b, 0.0, b), 0.0) for a, b in pairs)
+    contacts = tuple(touching(bodies[a], bodies[b]) for a, b in pairs)
     return simulation("balls", bodies, contacts, 1.0, None, StepRule(dt=1e-3), law=Penalty(1e6))
 
 

@@ -13,24 +13,17 @@ from impactlab.integrators.adaptive import Adaptive
 from impactlab.integrators.newmark import Newmark
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
-from impactlab.scene import Contact, End, Mass, Point, Rod, Segment
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import run
-from impactlab.testing.scenes import simulation
+from impactlab.testing.scenes import mass_on_rod
 
 END = 1e-4  # s
 
 
 def scene(kind: str) -> Simulation:
     model = Continuous() if kind == "exact" else FiniteElement(4)
-    rod = Rod("rod", (Segment(0.3, 9e-4, 2.1e11, 7900.0),), End("free"), End("clamped"))
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0)
-    bodies = {"hammer": Mass("hammer", 2.133, 1.0), "rod": rod}
     integrator = {"exact": None, "stepped": Newmark(), "adaptive": Adaptive()}[kind]
-    made = simulation(
-        "x", bodies, (contact,), END, integrator, StepRule(dt=1e-6), snapshots=(5e-5,), model=model, law=Penalty(1e8)
-    )
-    return made.but(round_trip=rod.round_trip)
+    return mass_on_rod(model, Penalty(1e8), integrator, StepRule(dt=1e-6), duration=END, snapshots=(5e-5,))
 
 
 @pytest.mark.parametrize("kind", ["exact", "stepped", "adaptive"])

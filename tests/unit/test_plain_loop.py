@@ -20,20 +20,19 @@ from impactlab.models.continuous.model import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
 from impactlab.plugins import INTEGRATORS, LAWS, registry
-from impactlab.scene.bodies import Body, End, Mass, Rod, Segment
+from impactlab.scene.bodies import End, Mass, Rod
 from impactlab.scene.method import Simulation, StepRule
-from impactlab.scene.problem import Contact, Point
 from impactlab.simulate import prepare
 from impactlab.simulate.stepping.arrays import SAMPLED
 from impactlab.testing.plain_loop import PlainLoop
-from impactlab.testing.scenes import simulation
+from impactlab.testing.scenes import CLAMPED, FREE, STEEL, in_a_row, mass_on_rod
 from impactlab.testing.trace import trace
 from impactlab.testing.verdict import options_to_try
 from impactlab.types import Array
 
 OURS = registry().only("impactlab")
 STEPS = 40
-STEEL = (Segment(0.3, 9e-4, 2.1e11, 7900.0),)
+COURANT = StepRule(courant=0.45)
 REORDERED = 1e-11  # of the largest value of a kind: sums of a few hundred terms in another order, over 40 steps
 
 
@@ -49,11 +48,8 @@ def schemes() -> list[AbstractIntegrator]:
 
 
 def struck(law: AbstractContactLaw, scheme: AbstractIntegrator, model: AbstractRodModel, end: End) -> Simulation:
-    rod = Rod("rod", STEEL, End("free"), end)
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 1.1e-7)
-    bodies = {"hammer": Mass("hammer", 2.0, 1.0), "rod": rod}
-    rule = StepRule(dt=rod.round_trip / 41.0) if isinstance(model, Continuous) else StepRule(courant=0.45)
-    return simulation("struck", bodies, (contact,), 1.2 * rod.round_trip, scheme, rule, model=model, law=law)
+    rule = StepRule(dt=2.0 * STEEL.length / STEEL.wave_speed / 41.0) if isinstance(model, Continuous) else COURANT
+    return mass_on_rod(model, law, scheme, rule, right=end, mass_ratio=2.0 / STEEL.mass, gap=1.1e-7, round_trips=1.2)
 
 
 def largest_difference(ours: Array, theirs: Array) -> float:
@@ -92,7 +88,7 @@ def disagreements(law: AbstractContactLaw, model: AbstractRodModel) -> tuple[int
     """Return how many schemes serve a law on a model, and those under which the two loops differ."""
     served, found = 0, []
     for scheme in schemes():
-        scene = struck(law, scheme, model, End("clamped"))
+        scene = struck(law, scheme, model, CLAMPED)
         try:
             if prepare(*scene).dt is None:
                 continue
@@ -141,18 +137,13 @@ def test_losses_of_dashpots_and_events_are_those_of_the_compiled_loop(scheme: Ab
 
 def test_contacts_that_depend_on_each_other_agree() -> None:
     model, law = FiniteElement(5, "lumped"), Penalty(damping=1e3)
-    bodies: dict[str, Body] = {name: Rod(name, STEEL, End("free"), End("free")) for name in ("a", "b")}
-    contacts = (
-        Contact(Point("hammer", 0.0, "hammer"), Point("a", 0.0, "a.left"), 0.0),
-        Contact(Point("a", 0.3, "a.right"), Point("b", 0.0, "b.left"), 0.0),
-    )
-    bodies |= {"hammer": Mass("hammer", 2.0, 1.0)}
-    scene = simulation("row", bodies, contacts, 1e-4, Newmark(), StepRule(courant=2.0), model=model, law=law)
+    rods = [Rod(name, (STEEL,), FREE, FREE) for name in ("a", "b")]
+    scene = in_a_row((Mass("hammer", 2.0, 1.0), *rods), model, law, Newmark(), StepRule(courant=2.0), duration=1e-4)
     assert max(differences(scene).values()) < REORDERED
 
 
 def test_hooks_see_the_ports_and_may_rewrite_columns_and_state() -> None:
-    scene, seen = struck(Penalty(), Midpoint(), FiniteElement(6), End("clamped")), []
+    scene, seen = struck(Penalty(), Midpoint(), FiniteElement(6), CLAMPED), []
 
     def before(loop: PlainLoop) -> None:
         seen.append(loop.contacts[0].port.free_gap)
@@ -171,6 +162,6 @@ def test_hooks_see_the_ports_and_may_rewrite_columns_and_state() -> None:
 
 
 def test_steps_that_are_cut_at_events_are_refused() -> None:
-    scene, method = struck(Penalty(), Midpoint(), FiniteElement(6), End("clamped"))
+    scene, method = struck(Penalty(), Midpoint(), FiniteElement(6), CLAMPED)
     with pytest.raises(CaseError, match="whole steps"):
         PlainLoop(prepare(scene, replace(method, events="located")))

@@ -15,11 +15,11 @@ from impactlab.models.continuous import Continuous
 from impactlab.models.continuous.delay_line import DelayLine
 from impactlab.models.finite_element import FiniteElement
 from impactlab.refine.reference import content, find
-from impactlab.scene import Contact, End, Mass, Point, Rayleigh, Rod, Segment
+from impactlab.scene import Segment
 from impactlab.scene.method import Simulation, StepRule, is_exact
 from impactlab.simulate.driver import run
 from impactlab.simulate.stepping.history import RecordedHistory
-from impactlab.testing.scenes import simulation
+from impactlab.testing.scenes import mass_on_rod
 from impactlab.types import option
 
 HARD = AdditionDeletion()
@@ -59,17 +59,8 @@ class Lateral(FiniteElement):
     theory = "love"
 
 
-def scene(model, drag=0.0, law=HARD) -> Simulation:
-    rod = Rod(
-        "rod",
-        (Segment(0.3, 9e-4, 2.1e11, 7900.0),),
-        End("free"),
-        End("clamped"),
-        damping=Rayleigh(drag, 0.0),
-    )
-    contact = Contact(Point("m", 0.0, "m"), Point("rod", 0.0, "rod.left"), 0.0)
-    bodies = {"m": Mass("m", 2.0, 1.0), "rod": rod}
-    return simulation("x", bodies, (contact,), 1e-4, Newmark(), StepRule(dt=1e-6), model=model, law=law)
+def scene(model, law=HARD) -> Simulation:
+    return mass_on_rod(model, law, Newmark(), StepRule(dt=1e-6), duration=1e-4)
 
 
 def test_a_continuous_model_of_a_plugin_was_never_built_and_another_ran_in_its_place():

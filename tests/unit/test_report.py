@@ -22,9 +22,9 @@ from impactlab.report.sketch import sketch
 from impactlab.report.style import INK, PALETTE, Trace, curve, inline, scaled, spread, to_svg, traces
 from impactlab.report.summary import comparison, summarise
 from impactlab.report.table import comma_separated, markdown, page_rows
-from impactlab.scene import Body, Contact, End, Mass, Point, Rod, Segment, Wall
-from impactlab.scene.method import Simulation, StepRule
-from impactlab.testing.scenes import simulation
+from impactlab.scene import Contact, End, Rod, Wall
+from impactlab.scene.method import Simulation
+from impactlab.testing.scenes import UNIT, face, mass_on_rod, touching
 from tests.unit.synthetic import SyntheticHistory
 
 PAIR = "hammer|rod.left"
@@ -53,15 +53,7 @@ class Model:
 def scene(**changes: Any) -> Simulation:
     law: Any = Law()
     model: Any = Model()
-    bodies: dict[str, Body] = {
-        "hammer": Mass("hammer", 2.0, 1.0),
-        "rod": Rod("rod", (Segment(1.0, 1.0, 1.0, 1.0),), End("free"), End("clamped")),
-    }
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0)
-    made = simulation(
-        "toy", bodies, (contact,), DURATION, None, StepRule(), snapshots=(0.5, 1.5), round_trip=T, model=model, law=law
-    )
-    return made.but(**changes)
+    return mass_on_rod(model, law, segments=(UNIT,), mass_ratio=2.0, snapshots=(0.5, 1.5)).but(**changes)
 
 
 def history(scale: float = 1.0, *, kicks: bool = False, dt: float | None = 0.01) -> SyntheticHistory:
@@ -347,14 +339,15 @@ def test_the_scene_is_told_and_drawn() -> None:
     assert drawing.count('class="rod"') == 1
     assert drawing.count('class="mass"') == 1
     assert ">1 m/s<" in drawing
-    inner = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.5, "rod.at(0.5)"), 0.0)
+    bodies = scene().scene.bodies
+    inner = Contact(face(bodies["hammer"]), face(bodies["rod"], 0.5), 0.0)
     assert sketch(scene(contacts=(inner,)).scene) == ""  # no line of bodies end to end
 
 
 def test_forces_on_ends_are_drawn() -> None:
     """An arrow outside the rod, towards it or away from it as the force points."""
     for right, left in ((2.5e3, 0.0), (-2.5e3, 0.0), (0.0, 2.5e3)):
-        rod = Rod("rod", (Segment(1.0, 1.0, 1.0, 1.0),), End("free", force=left), End("mass", 3.0, right))
+        rod = Rod("rod", (UNIT,), End("free", force=left), End("mass", 3.0, right))
         drawn = sketch(scene(bodies={"rod": rod}, contacts=()).scene)
         assert drawn.count('class="head"') == 1
         assert "2500 N" in drawn
@@ -367,7 +360,7 @@ def test_every_way_to_hold_an_end_is_drawn() -> None:
         ("mass", 'class="mass"'),
         ("clamped", 'class="thin"'),
     ):
-        rod = Rod("rod", (Segment(1.0, 1.0, 1.0, 1.0),), End("free"), End(end, 3.0))  # type: ignore[arg-type]
-        contact = Contact(Point("wall", 0.0, "wall"), Point("rod", 0.0, "rod.left"), 0.1)
-        held = sketch(scene(bodies={"wall": Wall("wall"), "rod": rod}, contacts=(contact,)).scene)
+        rod = Rod("rod", (UNIT,), End("free"), End(end, 3.0))  # type: ignore[arg-type]
+        wall = Wall("wall")
+        held = sketch(scene(bodies={"wall": wall, "rod": rod}, contacts=(touching(wall, rod, 0.1),)).scene)
         assert mark in held

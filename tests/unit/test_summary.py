@@ -13,9 +13,9 @@ from impactlab.history import ContactSpan, Cost, EnergyBook, Event, Warned
 from impactlab.plugins import kind_of
 from impactlab.report.console import summary_text
 from impactlab.report.summary import cell, comparison, describe, extremes, plain, summarise, table, table_rows
-from impactlab.scene import Body, Contact, End, Mass, Point, Probe, Rod, Segment, Wall
-from impactlab.scene.method import Simulation, StepRule
-from impactlab.testing.scenes import simulation
+from impactlab.scene import Probe
+from impactlab.scene.method import Simulation
+from impactlab.testing.scenes import UNIT, mass_on_rod
 from impactlab.types import Relative
 from tests.unit.synthetic import SyntheticHistory
 
@@ -56,15 +56,10 @@ class SlowNewmark:
 
 
 def scene(model: Any) -> Simulation:
-    rod = Rod("rod", (Segment(1.0, 1.0, 1.0, 1.0),), End("free"), End("clamped"))
     law: Any = SoftSpring(Relative(0.8), 0.1)
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0)
-    bodies: dict[str, Body] = {"hammer": Mass("hammer", 1.0, 1.0), "rod": rod, "stop": Wall("stop")}
-    probes = (Probe("rod", 0.0, "displacement"),)
     integrator: Any = SlowNewmark()
-    return simulation(
-        "toy", bodies, (contact,), 3 * T, integrator, StepRule(), probes=probes, round_trip=T, model=model, law=law
-    )
+    probes = (Probe("rod", 0.0, "displacement"),)
+    return mass_on_rod(model, law, integrator, segments=(UNIT,), probes=probes)
 
 
 def history(model: Any = None, **changes: Any) -> SyntheticHistory:
