@@ -23,7 +23,7 @@ from impactlab.errors import ImpactlabError
 from impactlab.exact.solve import solve
 from impactlab.scene import Wall
 from impactlab.scene.method import Simulation
-from tests.reference.exact_scenes import Hard, point, rod, scene
+from tests.reference.exact_scenes import HARD, point, rod, scene
 from tests.reference.trains import Differences, compare, random_train
 
 COUNTS = (100, 1000, 2000, 5000, 10_000)
@@ -32,7 +32,10 @@ COUNTS = (100, 1000, 2000, 5000, 10_000)
 def walls(contacts: int) -> Simulation:
     """Return a rod between two walls (units c = Z = L = 1, gaps of 4, velocity 1) over so many contacts."""
     bar, left, right = rod(velocity=1.0), Wall("left"), Wall("right")
-    pairs = [(point(left), point(bar, "left"), 4.0, Hard()), (point(bar, "right"), point(right), 4.0, Hard())]
+    pairs = [
+        (point(left), point(bar, "left"), 4.0, HARD),
+        (point(bar, "right"), point(right), 4.0, HARD),
+    ]
     return scene([bar, left, right], pairs, 10.0 * contacts)
 
 

@@ -16,10 +16,11 @@ from impactlab.models.base import AbstractRodModel
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.scene import Contact, End, Mass, Point, Probe
+from impactlab.scene import Probe
 from impactlab.scene.method import Simulation
 from impactlab.simulate.driver import run
-from impactlab.testing.scenes import simulation
+from impactlab.testing.scenes import CLAMPED, FREE
+from impactlab.testing.scenes import struck as struck_body
 
 PAGE = (Path(__file__).parents[2] / "docs" / "how-to-add-a-body-kind.md").read_text(encoding="utf-8")
 LENGTH, AREA, DENSITY, TENSION = 0.8, 1.0e-6, 7850.0, 200.0
@@ -36,12 +37,9 @@ def page() -> dict[str, Any]:
 
 def struck(page: dict[str, Any], model: AbstractRodModel) -> Simulation:
     piece = page["string_segment"](LENGTH, AREA, DENSITY, TENSION)
-    string = page["String"]("string", (piece,), End("free"), End("clamped"))
-    bodies = {"ball": Mass("ball", 0.005, 1.0), "string": string}
-    contact = Contact(Point("ball", 0.0, "ball"), Point("string", 0.0, "string.left"), 0.0)
-    probes, trip = (Probe("string", LENGTH, "force"),), string.round_trip
-    parts: dict[str, Any] = {"model": model, "law": WaveIdentification(), "integrator": Newmark()}
-    return simulation("string", bodies, [contact], trip, **parts, probes=probes, round_trip=trip)
+    string = page["String"]("string", (piece,), FREE, CLAMPED)
+    probes = (Probe("string", LENGTH, "force"),)
+    return struck_body(string, model, WaveIdentification(), Newmark(), mass=0.005, round_trips=1.0, probes=probes)
 
 
 @pytest.mark.parametrize("model", [Continuous(), Modal(60, 40), FiniteElement(60)])
@@ -50,7 +48,7 @@ def test_a_ball_meets_the_impedance_of_the_string(page: dict[str, Any], model: A
     history = run(*struck(page, model))
     t = np.linspace(0.1, 0.9, 9) * history.duration
     within = 1e-12 if isinstance(model, Continuous) else 0.02
-    assert history.evaluate(t, "velocity:ball") == pytest.approx(np.exp(-IMPEDANCE * t / 0.005), rel=within)
+    assert history.evaluate(t, "velocity:hammer") == pytest.approx(np.exp(-IMPEDANCE * t / 0.005), rel=within)
     assert max(history.energy.largest_gain, history.energy.largest_loss) < 0.05
 
 
@@ -67,4 +65,4 @@ def test_its_block_gives_the_body(page: dict[str, Any]) -> None:
     body = block.body("string", 1.0)
     assert body.segments == (page["string_segment"](LENGTH, AREA, DENSITY, TENSION),)
     assert body.round_trip == pytest.approx(2.0 * LENGTH / SPEED, rel=1e-12)
-    assert (body.left, body.right) == (End("free"), End("clamped"))
+    assert (body.left, body.right) == (FREE, CLAMPED)

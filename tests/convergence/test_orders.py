@@ -21,27 +21,25 @@ from impactlab.models.base import AbstractRodModel
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.scene import Contact, End, Mass, Point, Probe, Rod, Segment
+from impactlab.scene import Probe, Rod
 from impactlab.scene.method import StepRule
-from impactlab.testing.scenes import simulation
-
-PIECE = Segment(0.3, 9e-4, 2.1e11, 7900.0)
+from impactlab.testing.scenes import CLAMPED, FREE, STEEL, mass_on_rod, simulation
 
 
 def swinging(model: AbstractRodModel, integrator: AbstractIntegrator, dt: float, mode: int = 1) -> AbstractHistory:
     """A clamped rod let go from one of its modes: u = cos(k x) cos(k c t), k = (mode - 1/2) pi/L."""
-    number = (mode - 0.5) * np.pi / PIECE.length
-    rod = Rod("rod", (PIECE,), End("free"), End("clamped"), displacement=lambda x: 1e-6 * np.cos(number * x))
+    number = (mode - 0.5) * np.pi / STEEL.length
+    rod = Rod("rod", (STEEL,), FREE, CLAMPED, displacement=lambda x: 1e-6 * np.cos(number * x))
     probe = Probe("rod", 0.0, "displacement")
-    duration = 0.8 * 2.0 * np.pi / (number * PIECE.wave_speed)
+    duration = 0.8 * 2.0 * np.pi / (number * STEEL.wave_speed)
     return simulate.run(
         *simulation("swing", {"rod": rod}, (), duration, integrator, StepRule(dt=dt), probes=(probe,), model=model)
     )
 
 
 def error_of_swing(model: AbstractRodModel, integrator: AbstractIntegrator, steps: int, mode: int = 1) -> float:
-    number = (mode - 0.5) * np.pi / PIECE.length
-    turn = number * PIECE.wave_speed
+    number = (mode - 0.5) * np.pi / STEEL.length
+    turn = number * STEEL.wave_speed
     dt = 0.8 * 2.0 * np.pi / turn / steps
     history = swinging(model, integrator, dt, mode)
     times = dt * np.arange(steps + 1)
@@ -65,10 +63,10 @@ def test_exact_modal_has_no_error_of_time_in_free_motion() -> None:
 @pytest.mark.parametrize("mass", ["consistent", "lumped"])
 @pytest.mark.parametrize("mode", [1, 3])
 def test_frequencies_of_a_mesh_converge_with_its_square(mass: str, mode: int) -> None:
-    exact = (mode - 0.5) * np.pi * PIECE.wave_speed / PIECE.length
+    exact = (mode - 0.5) * np.pi * STEEL.wave_speed / STEEL.length
     errors = []
     for n in (20, 40):
-        rod = Rod("rod", (PIECE,), End("free"), End("clamped"))
+        rod = Rod("rod", (STEEL,), FREE, CLAMPED)
         system = Modal(n, None, mass).build(rod, 0.0).operators()  # type: ignore[arg-type]
         errors.append(math.sqrt(system.stiffness[0, mode - 1]) / exact - 1.0)
     # A consistent mass is too fast, a lumped one too slow, both by (k h)^2/24.
@@ -87,33 +85,12 @@ def test_error_of_a_swinging_mesh_falls_with_its_square(mass: str) -> None:
     assert math.log2(coarse / fine) == pytest.approx(2.0, abs=0.05)
 
 
-def struck(
-    model: AbstractRodModel, law: AbstractContactLaw, integrator: AbstractIntegrator | None, step: StepRule
-) -> AbstractHistory:
-    rod = Rod("rod", (PIECE,), End("free"), End("clamped"))
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0)
-    bodies = {"hammer": Mass("hammer", PIECE.mass, 1.0), "rod": rod}
-    return simulate.run(
-        *simulation(
-            "struck",
-            bodies,
-            (contact,),
-            3.0 * rod.round_trip,
-            integrator,
-            step,
-            round_trip=rod.round_trip,
-            model=model,
-            law=law,
-        )
-    )
-
-
 def error_of_impact(
     model: AbstractRodModel, law: AbstractContactLaw, integrator: AbstractIntegrator, step: StepRule
 ) -> float:
     """Relative L2 error of the mass's displacement against the exact answer of the same contact."""
-    history = struck(model, law, integrator, step)
-    exact = struck(Continuous(), AdditionDeletion(), None, step)
+    history = simulate.run(*mass_on_rod(model, law, integrator, step))
+    exact = simulate.run(*mass_on_rod(Continuous(), AdditionDeletion()))
     times = (np.arange(6000) + 0.5) * history.duration / 6000
     one, other = (each.evaluate(times, "position:hammer") for each in (history, exact))
     return float(np.linalg.norm(one - other) / np.linalg.norm(other))

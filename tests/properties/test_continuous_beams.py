@@ -12,10 +12,10 @@ from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.energy_conserving import EnergyConserving
 from impactlab.contact.power_law import Hertz, HuntCrossley
 from impactlab.models.continuous import Continuous
-from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point
+from impactlab.scene import Beam, BeamSegment, End
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import run
-from impactlab.testing.scenes import simulation
+from impactlab.testing.scenes import struck
 
 LENGTH, AREA, INERTIA, YOUNG, RHO = 0.3, 1e-4, 1e-8 / 12.0, 2.1e11, 7900.0
 KGA = 5.0 / 6.0 * YOUNG / 2.6 * AREA
@@ -38,12 +38,8 @@ def scene(left: End, right: End, share: float, law: Any, mass: float, cells: flo
         shear_stiffness=KGA if shears else math.inf, rotary_inertia=RHO * INERTIA if shears else 0.0,
     )  # fmt: skip
     beam = Beam("beam", (segment,), left, right, theory=theory)  # type: ignore[arg-type]
-    contact = Contact(Point("mass", 0.0, "mass"), Point("beam", share * LENGTH, "beam"), 0.0)
-    bodies = {"mass": Mass("mass", mass, 1.0), "beam": beam}
     dt = LENGTH / math.sqrt(KGA / (RHO * AREA)) / cells
-    return simulation(
-        "x", bodies, (contact,), 3e-4, None, StepRule(dt=dt), round_trip=beam.round_trip, model=Continuous(), law=law
-    )
+    return struck(beam, Continuous(), law, None, StepRule(dt=dt), mass=mass, x=share * LENGTH, duration=3e-4)
 
 
 @FAST

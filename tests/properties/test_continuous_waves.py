@@ -9,9 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from impactlab.contact.penalty import Penalty
 from impactlab.exact.solve import solve
 from impactlab.scene import End, Mass, Segment
-from tests.reference.exact_scenes import CLAMPED, FREE, Hard, Spring, point, rod, scene, struck
+from tests.reference.exact_scenes import CLAMPED, FREE, HARD, point, rod, scene, struck
 
 pytestmark = pytest.mark.slow
 
@@ -23,7 +24,7 @@ ends = st.one_of(
     st.builds(End, st.just("dashpot"), st.floats(0.1, 10.0)),
     st.builds(End, st.just("mass"), st.floats(0.1, 10.0)),
 )
-laws = st.one_of(st.just(Hard()), st.builds(Spring, st.floats(0.1, 50.0), st.floats(0.0, 5.0)))
+laws = st.one_of(st.just(HARD), st.builds(Penalty, st.floats(0.1, 50.0), st.floats(0.0, 5.0)))
 quick = settings(max_examples=40, deadline=None, print_blob=True)
 
 
@@ -99,7 +100,12 @@ def test_results_scale_with_units(alpha, length, time, weight):
     bar = replace(bar, segments=(segment,))
     hammer = Mass("hammer", kilogram / alpha, metre / second)
     other = solve(
-        *scene([hammer, bar], [(point(hammer), point(bar, "left"), 0.0, Hard())], 6.0 * second, round_trip=2.0 * second)
+        *scene(
+            [hammer, bar],
+            [(point(hammer), point(bar, "left"), 0.0, HARD)],
+            6.0 * second,
+            round_trip=2.0 * second,
+        )
     )
     assert [e.time / second for e in other.events] == pytest.approx([e.time for e in plain.events], abs=1e-10)
     newton = kilogram * metre / second**2

@@ -19,11 +19,11 @@ from impactlab.integrators.newmark import Newmark
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.scene import Contact, End, Mass, Point, Rod, Segment, Wall
+from impactlab.scene import End, Rod, Segment, Wall
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import prepare
 from impactlab.simulate.pairing import energy_bound
-from impactlab.testing.scenes import simulation
+from impactlab.testing.scenes import CLAMPED, FREE, STEEL, UNIT, in_a_row, mass_on_rod, simulation
 from impactlab.testing.strategies import log_uniform, scenes
 from impactlab.testing.trace import trace
 from impactlab.types import Relative
@@ -105,24 +105,11 @@ def test_hard_contact_under_central_difference_gains_nothing(scene: Simulation) 
     assert book.largest_gain < ROUNDING * book.rounding
 
 
-STEEL = Segment(0.3, 9e-4, 2.1e11, 7900.0)
-
-
 def struck(
-    model: AbstractRodModel, law: AbstractContactLaw, alpha: float, far: str, points: float, steps_of: float = 3.0
+    model: AbstractRodModel, law: AbstractContactLaw, alpha: float, far: str, points: float, trips: float = 3.0
 ) -> Simulation:
-    rod = Rod("rod", (STEEL,), End("free"), End(far))  # type: ignore[arg-type]
-    return simulation(
-        "struck",
-        {"hammer": Mass("hammer", STEEL.mass / alpha, 1.0), "rod": rod},
-        (Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0),),
-        steps_of * rod.round_trip,
-        Newmark(),
-        StepRule(points_per_period=points),
-        round_trip=rod.round_trip,
-        model=model,
-        law=law,
-    )
+    step, right = StepRule(points_per_period=points), End(far)  # type: ignore[arg-type]
+    return mass_on_rod(model, law, Newmark(), step, right=right, mass_ratio=1.0 / alpha, round_trips=trips)
 
 
 @pytest.mark.parametrize("far", ["clamped", "free"])
@@ -138,27 +125,10 @@ def test_wave_identification_with_ten_modes_gains_less_than_one_percent(
 
 
 def periodic_bar(elements: int, courant: float) -> Simulation:
-    bar = Segment(1.0, 1.0, 1.0, 1.0)
-    rod = Rod(
-        "rod",
-        (bar,),
-        End("free"),
-        End("clamped"),
-        displacement=lambda x: (1.0 - x) / 2.0,
-    )
-    contact = Contact(Point("wall", 0.0, "wall"), Point("rod", 0.0, "rod.left"), 0.0)
+    rod = Rod("rod", (UNIT,), FREE, CLAMPED, displacement=lambda x: (1.0 - x) / 2.0)
     # Its free motion takes four transits for a period; with the wall at rest position it returns after three.
-    return simulation(
-        "periodic bar",
-        {"wall": Wall("wall"), "rod": rod},
-        (contact,),
-        12.0,
-        Newmark(),
-        StepRule(courant=courant),
-        round_trip=2.0,
-        model=FiniteElement(elements),
-        law=AdditionDeletion(),
-    )
+    step = StepRule(courant=courant)
+    return in_a_row((Wall("wall"), rod), FiniteElement(elements), AdditionDeletion(), Newmark(), step, duration=12.0)
 
 
 @pytest.mark.parametrize("elements", [25, 50, 100])
@@ -187,48 +157,21 @@ def test_touch_late_in_a_step_under_a_damped_penalty_gains_no_energy() -> None:
 
 
 def test_strongly_damped_contact_that_lets_go_while_pressed_gains_no_energy() -> None:
-    rods = {}
-    for name, velocity in (("striker", 0.45), ("rod", 0.0)):
-        piece = Segment(6.5, 7e-5, 1.2e8, 850.0)
-        rods[name] = Rod(name, (piece,), End("free"), End("free"), velocity=velocity)
-    law = Penalty(Relative(0.4), Relative(3.0))
-    contact = Contact(Point("striker", 6.5, "striker.right"), Point("rod", 0.0, "rod.left"), 0.0)
-    trip = rods["rod"].round_trip
-    scene = simulation(
-        "two",
-        dict(rods),
-        (contact,),
-        3.0 * trip,
-        Newmark(),
-        StepRule(points_per_period=8.9),
-        round_trip=trip,
-        model={"striker": Modal(None, 1), "rod": Modal(2, 1)},
-        law=law,
-    )
+    piece = Segment(6.5, 7e-5, 1.2e8, 850.0)
+    rods = [Rod(name, (piece,), FREE, FREE, velocity) for name, velocity in (("striker", 0.45), ("rod", 0.0))]
+    models = {"striker": Modal(None, 1), "rod": Modal(2, 1)}
+    law, step = Penalty(Relative(0.4), Relative(3.0)), StepRule(points_per_period=8.9)
+    scene = in_a_row(rods, models, law, Newmark(), step)
     # Once it gained 7e-4 here. Some hundred steps, each rounded a few times.
     assert trace(scene).history.energy.largest_gain < 1e-13
 
 
 def test_free_rod_far_from_home_keeps_its_energy() -> None:
     # Springs must act on differences: with K u of the whole travel 5e-10 of the energy was lost in rounding.
-    rod = Rod(
-        "rod",
-        (STEEL,),
-        End("free"),
-        End("free"),
-        velocity=1.0,
-        displacement=lambda x: 1e-5 * x**2,
-    )
+    rod = Rod("rod", (STEEL,), FREE, FREE, velocity=1.0, displacement=lambda x: 1e-5 * x**2)
+    mesh, step, duration = FiniteElement(100, "lumped"), StepRule(courant=0.5), 20.0 * rod.round_trip
     for integrator in (Newmark(), CentralDifference()):
-        scene = simulation(
-            "far",
-            {"rod": rod},
-            (),
-            20.0 * rod.round_trip,
-            integrator,
-            StepRule(courant=0.5),
-            model=FiniteElement(100, "lumped"),
-        )
+        scene = simulation("far", {"rod": rod}, (), duration, integrator, step, model=mesh)
         book = trace(scene).history.energy
         # 4000 steps, 100 coordinates; rounding of the energy's own sum, 100 eps, and a walk of 4000 steps.
         assert max(book.largest_gain, book.largest_loss) < 4e-13 * book.rounding

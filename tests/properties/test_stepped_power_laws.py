@@ -11,9 +11,9 @@ from impactlab.contact.khulief_shabana import KhuliefShabana
 from impactlab.contact.power_law import Flores, Hertz, HuntCrossley, LankaraniNikravesh
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
-from impactlab.scene import Contact, Mass, Point, Rod
+from impactlab.scene import Mass, Rod
 from impactlab.scene.method import Simulation, StepRule, laws_of, sides
-from impactlab.testing.scenes import simulation
+from impactlab.testing.scenes import in_a_row
 from impactlab.testing.strategies import log_uniform, scenes
 from impactlab.testing.trace import trace
 from impactlab.types import Relative
@@ -79,9 +79,8 @@ def test_khulief_shabana_neither_gains_nor_loses_what_it_does_not_book(scene: Si
 
 def test_between_two_masses_the_momentum_is_shared_as_it_must() -> None:
     law = HuntCrossley(1e9, restitution=0.5)
-    bodies = {"a": Mass("a", 2.0, 1.0), "b": Mass("b", 3.0, -0.5)}
-    contact = Contact(Point("a", 0.0, "a"), Point("b", 0.0, "b"), 1e-5)
-    history = trace(simulation("two", bodies, (contact,), 4e-3, Newmark(), StepRule(dt=1e-7), law=law)).history
+    bodies = Mass("a", 2.0, 1.0), Mass("b", 3.0, -0.5)
+    history = trace(in_a_row(bodies, None, law, Newmark(), StepRule(dt=1e-7), gaps=1e-5, duration=4e-3)).history
     a, b = (float(history.evaluate(np.array([4e-3]), f"velocity:{name}")[0]) for name in "ab")
     # 1e4 forces of some rounding each; the restitution to second order in a few thousand steps of contact.
     assert abs(2.0 * a + 3.0 * b - 0.5) < 1e-12

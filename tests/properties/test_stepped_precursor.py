@@ -12,10 +12,10 @@ from impactlab.integrators.newmark import Newmark
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.scene import Contact, End, Mass, Point, Rod, Segment
+from impactlab.scene import Segment
 from impactlab.scene.method import StepRule
 from impactlab.testing.invariants import precursor
-from impactlab.testing.scenes import simulation
+from impactlab.testing.scenes import STEEL, mass_on_rod
 from impactlab.testing.trace import run_in_cuts
 from impactlab.types import Relative
 
@@ -25,24 +25,13 @@ POINTS = StepRule(points_per_period=20.0)
 def ahead(
     model: AbstractRodModel, integrator: AbstractIntegrator, step: StepRule, margin: float, piece: Segment
 ) -> float:
-    rod = Rod("rod", (piece,), End("free"), End("clamped"))
-    transit = 0.5 * rod.round_trip
-    scene = simulation(
-        "struck",
-        {"hammer": Mass("hammer", piece.mass, 2.0), "rod": rod},
-        (Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0),),
-        transit,
-        integrator,
-        step,
-        round_trip=rod.round_trip,
-        snapshots=tuple(transit * i / 20.0 for i in range(2, 18)),
-        model=model,
-        law=Penalty(Relative(1.0)),
-    )
+    transit = piece.length / piece.wave_speed
+    snapshots = tuple(transit * i / 20.0 for i in range(2, 18))
+    trips = {"round_trips": 0.5, "velocity": 2.0, "snapshots": snapshots}
+    scene = mass_on_rod(model, Penalty(Relative(1.0)), integrator, step, segments=(piece,), **trips)
     return precursor(run_in_cuts(scene, lambda reached: reached + 10**6), "rod", 2.0, margin * piece.length)
 
 
-STEEL = Segment(0.3, 9e-4, 2.1e11, 7900.0)
 RUBBER = Segment(2.0, 1e-2, 1e8, 1200.0)
 
 

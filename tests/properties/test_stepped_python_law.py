@@ -24,9 +24,8 @@ from impactlab.integrators.newmark import Newmark
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.scene import Contact, End, Mass, Point, Rod, Segment
 from impactlab.scene.method import Simulation, StepRule
-from impactlab.testing.scenes import simulation
+from impactlab.testing.scenes import mass_on_rod
 from impactlab.testing.trace import trace
 from impactlab.types import Level, Port, Relative, Reply, SideFacts, Start
 
@@ -94,21 +93,7 @@ LAWS: dict[str, tuple[AbstractContactLaw, AbstractContactLaw]] = {
 
 def scene(setting: str, law: AbstractContactLaw) -> Simulation:
     model, integrator, step = SETTINGS[setting]
-    piece = Segment(0.3, 9e-4, 2.1e11, 7900.0)
-    rod = Rod("rod", (piece,), End("free"), End("clamped"))
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0)
-    bodies = {"hammer": Mass("hammer", piece.mass, 1.0), "rod": rod}
-    return simulation(
-        "struck",
-        bodies,
-        (contact,),
-        1.2 * rod.round_trip,
-        integrator,
-        step,
-        round_trip=rod.round_trip,
-        model=model,
-        law=law,
-    )
+    return mass_on_rod(model, law, integrator, step, round_trips=1.2)
 
 
 def values(setting: str, law: AbstractContactLaw) -> np.ndarray[Any, Any]:

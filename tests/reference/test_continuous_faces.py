@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from impactlab.contact.penalty import Penalty
 from impactlab.errors import CaseError, PairingError
 from impactlab.exact.solve import solve
 from impactlab.scene import End, Mass, Rod, Segment, Wall
-from tests.reference.exact_scenes import CLAMPED, FREE, Hard, Spring, name_of, point, rod, scene
+from tests.reference.exact_scenes import CLAMPED, FREE, HARD, name_of, point, rod, scene
 
-SOFT = Spring(6.0, 0.4)
+SOFT = Penalty(6.0, 0.4)
 BARE = [FREE, End("dashpot", 1.0), End("dashpot", 100.0), End("spring", 0.1), End("spring", 3.0), End("spring", 1e4)]
 FACES = [*BARE, End("mass", 0.5)]
 
@@ -39,7 +40,7 @@ STRUCK = [
     (end, striker, law)
     for end in FACES
     for striker in ("mass", "rod")
-    for law in (Hard(), SOFT)
+    for law in (HARD, SOFT)
     if not (end.kind == "mass" and striker == "mass" and law.hard)  # two rigid masses: refused, see below
 ]
 
@@ -56,7 +57,7 @@ def test_impulse_is_the_momentum_the_striker_loses(end, striker, law, mirrored):
 
 def test_a_hard_contact_of_two_masses_is_refused():
     with pytest.raises((CaseError, PairingError)) as refused:
-        solve(*on_face(End("mass", 0.5), Hard(), "mass", False))
+        solve(*on_face(End("mass", 0.5), HARD, "mass", False))
     assert refused.value.remedy
 
 
@@ -81,7 +82,7 @@ def soft_force(t, drag, spring, law):
 
 
 @pytest.mark.parametrize("mirrored", [False, True])
-@pytest.mark.parametrize("law", [Hard(), SOFT], ids=["hard", "penalty"])
+@pytest.mark.parametrize("law", [HARD, SOFT], ids=["hard", "penalty"])
 @pytest.mark.parametrize("end", BARE, ids=written)
 def test_force_of_a_mass_before_the_reflection(end, law, mirrored):
     history = solve(*on_face(end, law, "mass", mirrored))
@@ -98,7 +99,7 @@ def test_force_of_a_mass_before_the_reflection(end, law, mirrored):
 def test_force_of_rod_on_rod_before_the_reflection(one, other):
     # both faces at u: 2 (1 - v) - d1 v - k1 u = F = (3 + d2) v + k2 u
     a, b = rod("a", 1.0, 2.0, right=one, velocity=1.0), rod("b", 1.0, 3.0, left=other)
-    history = solve(*scene([a, b], [(point(a, "right"), point(b, "left"), 0.0, Hard())], 6.0))
+    history = solve(*scene([a, b], [(point(a, "right"), point(b, "left"), 0.0, HARD)], 6.0))
     (k1, d1), (k2, d2) = loads(one), loads(other)
     t = np.linspace(0.0, 2.0, 60, endpoint=False)
     drag, spring = 5.0 + d1 + d2, k1 + k2
@@ -118,7 +119,7 @@ def test_steel_rod_on_a_stiff_spring_is_struck_once(stiffness, mirrored):
     hammer = Mass("hammer", 1.0, -1.0 if mirrored else 1.0)
     pair = (point(bar, "right"), point(hammer)) if mirrored else (point(hammer), point(bar, "left"))
     bodies = [bar, hammer] if mirrored else [hammer, bar]
-    history = solve(*scene(bodies, [(*pair, 0.0, Hard())], 1.5e-3))
+    history = solve(*scene(bodies, [(*pair, 0.0, HARD)], 1.5e-3))
     assert [event.kind for event in history.events] == ["close", "open"]
     t = np.linspace(0.0, history.contacts[0].end, 80, endpoint=False)
     expected = hard_force(t, 1.0, segment.impedance, stiffness, 1.0)
@@ -134,6 +135,6 @@ def test_a_face_named_by_six_digits_is_read_at_the_end_also_behind_a_short_segme
     segments = (Segment(0.998, 1.0, 1.0, 1.0), Segment(0.0020004, 1.0, 1.0, 1.0))
     bar = Rod("rod", segments, FREE, FREE, velocity=1.0)
     wall = Wall("wall")
-    history = solve(*scene([bar, wall], [(point(bar, "right"), point(wall), 1e-4, Hard())], 1.0))
+    history = solve(*scene([bar, wall], [(point(bar, "right"), point(wall), 1e-4, HARD)], 1.0))
     face = history.evaluate(np.linspace(1e-3, 1.0, 50), "displacement:rod@1")
     assert face == pytest.approx(np.full(50, 1e-4), rel=1e-9)

@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
+from impactlab.contact.penalty import Penalty
 from impactlab.errors import CaseError, PairingError
 from impactlab.exact import build, network
 from impactlab.exact.history import ContinuousHistory
 from impactlab.exact.march import march, springs
 from impactlab.exact.solve import serves, solve
 from impactlab.scene import End, Mass, Segment, Table, Wall
-from tests.reference.exact_scenes import CLAMPED, FREE, Hard, Spring, point, rod, scene, struck
+from tests.reference.exact_scenes import CLAMPED, FREE, HARD, point, rod, scene, struck
 
 
 def times(history):
@@ -24,7 +25,7 @@ def times(history):
 
 def two_rods(l1, l2, z2, duration=10.0, v=1.0):
     a, b = rod("a", l1, 1.0, velocity=v), rod("b", l2, z2)
-    return scene([a, b], [(point(a, "right"), point(b, "left"), 0.0, Hard())], duration)
+    return scene([a, b], [(point(a, "right"), point(b, "left"), 0.0, HARD)], duration)
 
 
 @pytest.mark.parametrize("l2", [1.5, 2.0, 3.7])
@@ -64,7 +65,7 @@ def test_staircase_of_a_heavy_short_rod_on_a_long_light_one():
 def test_rod_on_a_wall_stays_two_transits_and_leaves_as_it_came(mirrored):
     wall, bar = Wall("wall"), rod(length=1.5, velocity=1.0 if mirrored else -1.0)
     pair = (point(bar, "right"), point(wall)) if mirrored else (point(wall), point(bar, "left"))
-    history = solve(*scene([wall, bar], [(*pair, 0.25, Hard())], 6.0))
+    history = solve(*scene([wall, bar], [(*pair, 0.25, HARD)], 6.0))
     assert times(history) == pytest.approx([0.25, 3.25], abs=1e-13)
     assert history.contacts[0].peak_force == pytest.approx(1.0, abs=1e-15)
     away = -1.0 if mirrored else 1.0
@@ -105,7 +106,7 @@ def test_spring_contact_before_the_reflection(kappa, peak):
     # mass 1 on a half-infinite rod with Z = 1: k = kappa; F'' + kappa F' + kappa F = 0, F(0) = 0, F'(0) = kappa
     bar = rod(length=30.0)
     hammer = Mass("hammer", 1.0, 1.0)
-    history = solve(*scene([hammer, bar], [(point(hammer), point(bar, "left"), 0.0, Spring(kappa))], 50.0))
+    history = solve(*scene([hammer, bar], [(point(hammer), point(bar, "left"), 0.0, Penalty(kappa))], 50.0))
     t = np.linspace(0.0, history.contacts[0].end or 50.0, 300)[:-1]
     root = np.sqrt(complex(kappa * kappa / 4.0 - kappa))
     shape = t if root == 0 else (np.sinh(root * t) / root).real
@@ -118,7 +119,7 @@ def test_spring_contact_before_the_reflection(kappa, peak):
 
 @pytest.mark.parametrize("damping", [0.1, 2.0, 50.0])
 def test_damped_contact_books_its_loss(damping):
-    history = solve(*struck(1.0, 12.0, law=Spring(20.0, damping)))
+    history = solve(*struck(1.0, 12.0, law=Penalty(20.0, damping)))
     assert max(history.energy.largest_gain, history.energy.largest_loss) < 1e-12
     assert np.all(np.diff(history.energy.booked["contact"]) >= -1e-15)
     assert history.energy.booked["contact"][-1] > 1e-3
@@ -126,7 +127,7 @@ def test_damped_contact_books_its_loss(damping):
 
 def test_stiff_contact_comes_near_the_hard_one():
     hard = solve(*struck(1.5, 6.0))
-    stiff = solve(*struck(1.5, 6.0, law=Spring(1e4, 10.0)))
+    stiff = solve(*struck(1.5, 6.0, law=Penalty(1e4, 10.0)))
     assert float(stiff.evaluate(6.0, "velocity:hammer")) == pytest.approx(
         float(hard.evaluate(6.0, "velocity:hammer")), abs=2e-3
     )
@@ -187,7 +188,7 @@ def test_end_mass_for_200_round_trips(lam):
 def test_mass_and_rod_fall_together_until_the_wave_from_the_dashpot_arrives():
     bar = rod(left=FREE, right=End("dashpot", 1.0))
     hammer = Mass("hammer", 1.0)
-    history = solve(*scene([hammer, bar], [(point(hammer), point(bar, "left"), 0.0, Hard())], 60.0, gravity=0.1))
+    history = solve(*scene([hammer, bar], [(point(hammer), point(bar, "left"), 0.0, HARD)], 60.0, gravity=0.1))
     # no force before; then the wave brings the faces together with a gap that starts as -(t - 1)^2
     assert times(history) == pytest.approx([1.0], abs=1e-12)
     # all falls at the speed at which the dashpot carries the weight of both
@@ -209,7 +210,7 @@ def test_two_segments_pass_and_reflect_at_their_boundary():
     bar = replace(rod(), segments=(Segment(1.0, 1.0, 1.0, 1.0), Segment(1.0, 1.0, 9.0, 1.0)))  # Z 1 then 3, c 1 then 3
     wall = Wall("wall")
     moving = replace(bar, velocity=-1.0)
-    history = solve(*scene([wall, moving], [(point(wall), point(bar, "left"), 0.0, Hard())], 1.2))
+    history = solve(*scene([wall, moving], [(point(wall), point(bar, "left"), 0.0, HARD)], 1.2))
     # stress 1 arrives at the boundary at t = 1 and is passed with 2 Z2/(Z1+Z2) = 3/2
     assert float(history.evaluate(1.05, "stress:rod@0.999")) == pytest.approx(1.5, abs=1e-13)
     assert float(history.evaluate(1.05, "stress:rod@1.001")) == pytest.approx(1.5, abs=1e-13)
@@ -219,12 +220,44 @@ def test_refusals_name_path_and_remedy():
     a, b, wall = Mass("a", 1.0), Mass("b", 1.0), Wall("wall")
     bar = rod(left=End("mass", 1.0))
     for bodies, pair, gap, law, error, path, word in (
-        ([a, b], (point(a), point(b)), 0.0, Hard(), CaseError, "bodies", "no rod"),
-        ([a, wall, rod()], (point(a), point(wall)), 0.0, Hard(), CaseError, "contacts.0", "both faces have mass"),
-        ([a, bar], (point(a), point(bar, "left")), 0.0, Hard(), CaseError, "contacts.0", "both faces have mass"),
-        ([wall, rod()], (point(wall), point(wall)), 0.0, Spring(1.0), CaseError, "contacts.0", "neither side can move"),
-        ([a, rod()], (point(a), point(rod(), "left")), -0.1, Hard(), CaseError, "contacts.0.gap", "penetration"),
-        ([a, rod()], (point(a), point(rod(), "left")), 0.0, Spring(math.nan), PairingError, "contacts.0.law", "hard"),
+        ([a, b], (point(a), point(b)), 0.0, HARD, CaseError, "bodies", "no rod"),
+        (
+            [a, wall, rod()],
+            (point(a), point(wall)),
+            0.0,
+            HARD,
+            CaseError,
+            "contacts.0",
+            "both faces have mass",
+        ),
+        (
+            [a, bar],
+            (point(a), point(bar, "left")),
+            0.0,
+            HARD,
+            CaseError,
+            "contacts.0",
+            "both faces have mass",
+        ),
+        (
+            [wall, rod()],
+            (point(wall), point(wall)),
+            0.0,
+            Penalty(1.0),
+            CaseError,
+            "contacts.0",
+            "neither side can move",
+        ),
+        (
+            [a, rod()],
+            (point(a), point(rod(), "left")),
+            -0.1,
+            HARD,
+            CaseError,
+            "contacts.0.gap",
+            "penetration",
+        ),
+        ([a, rod()], (point(a), point(rod(), "left")), 0.0, Penalty(math.nan), PairingError, "contacts.0.law", "hard"),
     ):
         wrong = scene(bodies, [(*pair, gap, law)], 1.0)
         with pytest.raises(error, match=word) as caught:

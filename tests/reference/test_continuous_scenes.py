@@ -15,10 +15,11 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
+from impactlab.contact.penalty import Penalty
 from impactlab.errors import CaseError
 from impactlab.exact.solve import serves, solve
 from impactlab.scene import End, Mass, Point, Rod, Segment, Wall
-from tests.reference.exact_scenes import CLAMPED, FREE, Hard, Spring, point, rod, scene
+from tests.reference.exact_scenes import CLAMPED, FREE, HARD, point, rod, scene
 from tests.reference.wave_tracer import Piece, trace
 
 # ---- rods in a row -------------------------------------------------------------------------------------------------
@@ -44,7 +45,7 @@ def in_a_row(rods, gaps, duration, left=Q(0), right=Q(0)):
             segments.append(Segment(float(transit) * c, 1.0, float(impedance) * c, float(impedance) / c))
         bodies.append(Rod(f"r{i}", tuple(segments), *held, float(velocity)))
     for i, gap in enumerate(gaps):
-        contacts.append((point(bodies[i], "right"), point(bodies[i + 1], "left"), float(gap), Hard()))
+        contacts.append((point(bodies[i], "right"), point(bodies[i + 1], "left"), float(gap), HARD))
     history = solve(*scene(bodies, contacts, float(duration)))
     traced = trace(pieces, spaces[:-1], duration, left, right)
     return history, traced, [i for i, gap in enumerate(spaces[:-1]) if gap is not None]
@@ -134,10 +135,10 @@ def test_irrational_travel_times():
 def test_one_striker_on_two_rods_side_by_side():
     # both are struck with the velocity of the face, Z V/(Z + Z1 + Z2): as one rod of Z1 + Z2 would be
     striker, one, two = rod("striker", velocity=1.0), rod("one", 3.0, 0.4), rod("two", 3.0, 1.1)
-    contacts = [(point(striker, "right"), point(b, "left"), 0.0, Hard()) for b in (one, two)]
+    contacts = [(point(striker, "right"), point(b, "left"), 0.0, HARD) for b in (one, two)]
     history = solve(*scene([striker, one, two], contacts, 1.9))
     bar = rod("b", 3.0, 1.5)
-    together = solve(*scene([striker, bar], [(point(striker, "right"), point(bar, "left"), 0.0, Hard())], 1.9))
+    together = solve(*scene([striker, bar], [(point(striker, "right"), point(bar, "left"), 0.0, HARD)], 1.9))
     t = np.linspace(0.0, 1.9, 20)
     assert history.evaluate(t, "force:striker.right|one.left") == pytest.approx(0.4 / 2.5, abs=1e-14)
     assert history.evaluate(t, "force:striker.right|two.left") == pytest.approx(1.1 / 2.5, abs=1e-14)
@@ -149,13 +150,13 @@ def test_a_mass_and_a_rod_strike_one_bare_face():
     target, other = rod("target", 6.0, 1.0), rod("other", 6.0, 0.5, velocity=0.0)
     ball = Mass("ball", 2.0, 1.0)
     face = point(target, "left")
-    contacts = [(point(ball), face, 0.0, Hard()), (point(other, "right"), face, 0.0, Hard())]
+    contacts = [(point(ball), face, 0.0, HARD), (point(other, "right"), face, 0.0, HARD)]
     history = solve(*scene([ball, other, target], contacts, 5.0))
     # other rests: the face runs away from it, and only the ball's contact closes: m v' = -Z v
     t = np.linspace(0.0, 5.0, 30)
     assert history.evaluate(t, "velocity:ball") == pytest.approx(np.exp(-0.5 * t), abs=1e-13)
     fast = replace(other, velocity=1.5)
-    contacts[1] = (point(fast, "right"), face, 0.0, Hard())
+    contacts[1] = (point(fast, "right"), face, 0.0, HARD)
     history = solve(*scene([ball, fast, target], contacts, 5.0))
     # both closed: m v' = -Z v + Z2 (V - v)
     rest = 0.5 * 1.5 / 1.5
@@ -168,8 +169,8 @@ def test_a_mass_and_a_rod_strike_one_bare_face():
 
 def test_masses_that_would_strike_each_other_are_refused():
     bar, a, b = rod(), Mass("a", 1.0, 1.0), Mass("b", 1.0, 1.0)
-    at_one_face = scene([a, b, bar], [(point(m), point(bar, "left"), 0.0, Hard()) for m in (a, b)], 1.0)
-    at_each_other = scene([a, b, bar], [(point(a), point(b), 0.0, Hard())], 1.0)
+    at_one_face = scene([a, b, bar], [(point(m), point(bar, "left"), 0.0, HARD) for m in (a, b)], 1.0)
+    at_each_other = scene([a, b, bar], [(point(a), point(b), 0.0, HARD)], 1.0)
     for wrong in (at_one_face, at_each_other):
         with pytest.raises(CaseError, match="restitution"):
             solve(*wrong)
@@ -182,7 +183,7 @@ def test_masses_that_would_strike_each_other_are_refused():
 def bouncing(bounces):
     """The bar of Doyen, Ern and Piperno, 2011: E 900, rho 1, L 10, A 1, from a height of 5 under gravity 10."""
     bar, wall = Rod("bar", (Segment(10.0, 1.0, 900.0, 1.0),), FREE, FREE), Wall("wall")
-    return scene([wall, bar], [(point(wall), point(bar, "left"), 5.0, Hard())], 8.0 / 3.0 * bounces, -10.0, 2.0 / 3.0)
+    return scene([wall, bar], [(point(wall), point(bar, "left"), 5.0, HARD)], 8.0 / 3.0 * bounces, -10.0, 2.0 / 3.0)
 
 
 def test_bouncing_bar_for_100_bounces():
@@ -208,8 +209,8 @@ def test_rod_between_two_walls():
     v, length, gaps = 0.8, 1.3, (0.3, 0.5)
     bar, left, right = rod(length=length, velocity=v), Wall("left"), Wall("right")
     contacts = [
-        (point(left), point(bar, "left"), gaps[0], Hard()),
-        (point(bar, "right"), point(right), gaps[1], Hard()),
+        (point(left), point(bar, "left"), gaps[0], HARD),
+        (point(bar, "right"), point(right), gaps[1], HARD),
     ]
     history = solve(*scene([left, bar, right], contacts, 500.0))
     turn = sum(gaps) / v + 2.0 * length
@@ -232,7 +233,10 @@ def test_rod_tight_between_two_walls_is_plucked():
 
     bar = rod(displacement=shape)
     gap = -strain / 2
-    contacts = [(point(left), point(bar, "left"), gap, Hard()), (point(bar, "right"), point(right), gap, Hard())]
+    contacts = [
+        (point(left), point(bar, "left"), gap, HARD),
+        (point(bar, "right"), point(right), gap, HARD),
+    ]
     history = solve(*scene([left, bar, right], contacts, 30.0))
     t = np.linspace(0.0, 30.0, 301)
     expected = strain - rise * np.cos(math.pi * t)
@@ -244,7 +248,7 @@ def test_periodic_bar():
     # u = (1-x)/2: compressed by 1/2, the bar springs back: its end meets the obstacle at t = 1, all of it
     # moving with -1/2; it is stopped with the force 1/2 until t = 2, and leaves as it came: period 3
     bar, wall = rod(right=CLAMPED, displacement=lambda x: 0.5 * (1.0 - x)), Wall("wall")
-    history = solve(*scene([wall, bar], [(point(wall), point(bar, "left"), 0.0, Hard())], 300.0))
+    history = solve(*scene([wall, bar], [(point(wall), point(bar, "left"), 0.0, HARD)], 300.0))
     starts = 1.0 + 3.0 * np.arange(100)
     assert [span.start for span in history.contacts] == pytest.approx(starts, abs=1e-11)
     assert [span.end for span in history.contacts] == pytest.approx(starts + 1.0, abs=1e-11)
@@ -262,7 +266,10 @@ def test_periodic_bar():
 def test_two_masses_strike_both_ends():
     # by symmetry each strikes half a rod that is clamped: alpha = 1, the paper's scene (its second contact included)
     bar, a, b = rod(length=2.0), Mass("a", 1.0, 1.0), Mass("b", 1.0, -1.0)
-    contacts = [(point(a), point(bar, "left"), 0.0, Hard()), (point(bar, "right"), point(b), 0.0, Hard())]
+    contacts = [
+        (point(a), point(bar, "left"), 0.0, HARD),
+        (point(bar, "right"), point(b), 0.0, HARD),
+    ]
     history = solve(*scene([a, bar, b], contacts, 6.0))
     for contact in ("a|rod.left", "rod.right|b"):
         times = [event.time / 2.0 for event in history.events if event.contact == contact]
@@ -277,7 +284,10 @@ def test_a_mass_strikes_a_rod_that_carries_a_mass():
     # what enters is v0 exp(-Z t/M1); at the other end M2 v' = 2 Z r - Z v; true there until 3 L/c
     m1, m2, z = 0.9, 0.4, 1.0
     bar, a, b = rod(z=z), Mass("a", m1, 1.0), Mass("b", m2)
-    contacts = [(point(a), point(bar, "left"), 0.0, Hard()), (point(bar, "right"), point(b), 0.0, Hard())]
+    contacts = [
+        (point(a), point(bar, "left"), 0.0, HARD),
+        (point(bar, "right"), point(b), 0.0, HARD),
+    ]
     history = solve(*scene([a, bar, b], contacts, 40.0))
     l1, l2 = z / m1, z / m2
     s = np.linspace(0.0, 0.57, 25)
@@ -295,7 +305,10 @@ def test_ram_cushion_cap_and_pile():
     # returns; the state by the exponential of a matrix
     m1, m2, k, c, z = 2.0, 0.6, 3.0, 0.2, 1.0
     ram, cap, pile = Mass("ram", m1, 1.0), Mass("cap", m2), rod("pile", 5.0, z)
-    contacts = [(point(ram), point(cap), 0.0, Spring(k, c)), (point(cap), point(pile, "left"), 0.0, Hard())]
+    contacts = [
+        (point(ram), point(cap), 0.0, Penalty(k, c)),
+        (point(cap), point(pile, "left"), 0.0, HARD),
+    ]
     history = solve(*scene([ram, cap, pile], contacts, 60.0))
     a = np.zeros((4, 4))
     a[0, 2] = a[1, 3] = 1.0
@@ -316,7 +329,7 @@ def test_ram_cushion_cap_and_pile():
 def test_two_masses_and_a_spring_that_never_meet_the_rod():
     # a junction without rods: the spring swings, v_a - v_b = cos(w t) until it lets go at w t = pi
     a, b, bar = Mass("a", 1.0, 1.0), Mass("b", 3.0), rod()
-    history = solve(*scene([a, b, bar], [(point(a), point(b), 0.0, Spring(2.0))], 5.0))
+    history = solve(*scene([a, b, bar], [(point(a), point(b), 0.0, Penalty(2.0))], 5.0))
     w = math.sqrt(2.0 * (1.0 + 1.0 / 3.0))
     assert [e.time for e in history.events] == pytest.approx([0.0, math.pi / w], abs=1e-13)
     assert history.evaluate([4.0], "velocity:a") == pytest.approx(-0.5, abs=1e-13)
@@ -329,7 +342,7 @@ def test_cushion_between_two_rods(damping):
     # both faces answer with Z: F = k d + c d', d' = V - F (1/Z1 + 1/Z2)
     z1, z2, k, v = 2.0, 0.7, 3.0, 1.5
     a, b = rod("a", 9.0, z1, velocity=v), rod("b", 9.0, z2)
-    history = solve(*scene([a, b], [(point(a, "right"), point(b, "left"), 0.0, Spring(k, damping))], 17.0))
+    history = solve(*scene([a, b], [(point(a, "right"), point(b, "left"), 0.0, Penalty(k, damping))], 17.0))
     y = 1.0 / z1 + 1.0 / z2
     t = np.linspace(0.0, 16.9, 50)
     first, last = damping * v / (1.0 + damping * y), v / y
@@ -345,7 +358,7 @@ def test_viscous_end_returns_its_share(dashpot):
     # R = (D - Z)/(D + Z) of the first wave comes back: vm = exp(-l y) (exp(-2 l) - 2 l R y) for y < 2, l = Z/M
     rate = 0.8
     bar, hammer = rod(right=End("dashpot", dashpot) if dashpot else FREE), Mass("hammer", 1.0 / rate, 1.0)
-    history = solve(*scene([hammer, bar], [(point(hammer), point(bar, "left"), 0.0, Hard())], 4.0))
+    history = solve(*scene([hammer, bar], [(point(hammer), point(bar, "left"), 0.0, HARD)], 4.0))
     share = (dashpot - 1.0) / (dashpot + 1.0)
     y = np.linspace(0.0, min(history.contacts[0].end or 4.0, 4.0) - 2.0, 20)
     vm = np.exp(-rate * y) * (math.exp(-2.0 * rate) - 2.0 * rate * share * y)
@@ -366,7 +379,7 @@ def test_dead_weight_rests_and_rests():
     m, g = 0.7, 0.1
     bar, gap = loaded(m, g)
     weight = Mass("weight", m)
-    history = solve(*scene([weight, bar], [(point(weight), point(bar, "left"), gap, Hard())], 100.0, g))
+    history = solve(*scene([weight, bar], [(point(weight), point(bar, "left"), gap, HARD)], 100.0, g))
     t = np.linspace(0.0, 100.0, 101)
     assert history.evaluate(t, "force:weight|rod.left") == pytest.approx(m * g, abs=1e-13)
     assert history.evaluate(t, "position:weight") == pytest.approx(0.0, abs=1e-13)
@@ -379,7 +392,10 @@ def test_dead_weight_is_struck_through_a_cushion():
     m, g, hammer, k = 0.7, 0.02, 0.5, 1.5
     bar, gap = loaded(m, g, length=4.0)
     weight, striker = Mass("weight", m), Mass("hammer", hammer, 1.0)
-    contacts = [(point(striker), point(weight), 0.0, Spring(k)), (point(weight), point(bar, "left"), gap, Hard())]
+    contacts = [
+        (point(striker), point(weight), 0.0, Penalty(k)),
+        (point(weight), point(bar, "left"), gap, HARD),
+    ]
     history = solve(*scene([striker, weight, bar], contacts, 7.9, g))
     # hammer feels gravity, the weight's is borne by the rod
     a = np.zeros((5, 5))
@@ -399,7 +415,7 @@ def test_a_bar_stands_on_a_wall_under_gravity():
     g, length = 0.2, 1.5
     bar = rod("bar", length, displacement=lambda x: -g * (length * x - 0.5 * x * x))
     wall = Wall("wall")
-    history = solve(*scene([wall, bar], [(point(wall), point(bar, "left"), 0.0, Hard())], 50.0, -g))
+    history = solve(*scene([wall, bar], [(point(wall), point(bar, "left"), 0.0, HARD)], 50.0, -g))
     t = np.linspace(0.0, 50.0, 51)
     assert history.evaluate(t, "force:wall|bar.left") == pytest.approx(g * length, abs=1e-13)
     assert history.evaluate(t, f"displacement:bar@{length}") == pytest.approx(-0.5 * g * length**2, abs=1e-13)
@@ -414,8 +430,8 @@ def test_joint_under_preload_opens_when_the_tension_arrives():
     b = rod("b", 3.0, right=CLAMPED, displacement=lambda x: press * (3.0 - x))
     collar = Mass("collar", m, v0)
     contacts = [
-        (point(a, "right"), point(b, "left"), -6.0 * press, Hard()),
-        (point(collar), Point("b", way, "b.at(1)"), -press * (3.0 - way), Hard()),
+        (point(a, "right"), point(b, "left"), -6.0 * press, HARD),
+        (point(collar), Point("b", way, "b.at(1)"), -press * (3.0 - way), HARD),
     ]
     history = solve(*scene([a, b, collar], contacts, 30.0))
     events = [(e.kind, e.time) for e in history.events if e.contact == "a.right|b.left"]
@@ -440,6 +456,6 @@ def test_joint_that_is_pulled_apart_in_stairs():
     traced = trace([a, b], [Q(0)], Q(12), None, None)
     first = rod("a", 0.5, left=CLAMPED, displacement=lambda x: -0.03 * x)
     second = rod("b", 1.5, right=CLAMPED, velocity=0.05, displacement=lambda x: 0.03 * (1.5 - x))
-    history = solve(*scene([first, second], [(point(first, "right"), point(second, "left"), -0.06, Hard())], 12.0))
+    history = solve(*scene([first, second], [(point(first, "right"), point(second, "left"), -0.06, HARD)], 12.0))
     assert len(traced[0]) > 2
     assert_same(history, traced, [0], Q(12))

@@ -29,10 +29,10 @@ from impactlab.metrics import errors
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
-from impactlab.scene import Body, Contact, End, Mass, Point, Rod, Segment, Wall
+from impactlab.scene import Body, Mass, Rod, Wall
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import run
-from impactlab.testing.scenes import simulation
+from impactlab.testing.scenes import FREE, STEEL, in_a_row
 from impactlab.testing.trace import trace
 
 DT = 2.0**-10
@@ -69,12 +69,11 @@ def row(
     gravity: float = 0.0,
     dt: float = DT,
 ) -> Simulation:
-    bodies: dict[str, Body] = {
-        f"m{i}": Wall(f"m{i}") if mass is None else Mass(f"m{i}", mass, speed)
+    bodies = [
+        Wall(f"m{i}") if mass is None else Mass(f"m{i}", mass, speed)
         for i, (mass, speed) in enumerate(zip(masses, speeds, strict=True))
-    }
-    contacts = tuple(Contact(Point(a, 0.0, a), Point(b, 0.0, b), 0.0) for a, b in itertools.pairwise(bodies))
-    return simulation("row", bodies, contacts, steps * dt, integrator, StepRule(dt=dt), gravity=gravity, law=law)
+    ]
+    return in_a_row(bodies, None, law, integrator, StepRule(dt=dt), duration=steps * dt, gravity=gravity)
 
 
 def percussions(
@@ -210,30 +209,10 @@ def test_a_cradle_of_springs_passes_the_blow_on(integrator: AbstractIntegrator) 
     assert history.energy.largest_gain < 1e-3
 
 
-STEEL = Segment(0.3, 9e-4, 2.1e11, 7900.0)
-
-
 def rod_between(model: AbstractRodModel, left: Body, right: Body, velocity: float) -> Simulation:
     """Return a rod that both bodies touch at t = 0."""
-    rod = Rod("rod", (STEEL,), End("free"), End("free"), velocity=velocity)
-    points = {body.name: Point(body.name, 0.0, body.name) for body in (left, right)}
-    contacts = (
-        Contact(points[left.name], Point("rod", 0.0, "rod.left"), 0.0),
-        Contact(Point("rod", STEEL.length, "rod.right"), points[right.name], 0.0),
-    )
-    bodies = {left.name: left, "rod": rod, right.name: right}
-    trip = rod.round_trip
-    return simulation(
-        "between",
-        bodies,
-        contacts,
-        1.5 * trip,
-        CentralDifference(),
-        StepRule(courant=1.0),
-        round_trip=trip,
-        model=model,
-        law=HARD[0],
-    )
+    bodies = left, Rod("rod", (STEEL,), FREE, FREE, velocity=velocity), right
+    return in_a_row(bodies, model, HARD[0], CentralDifference(), StepRule(courant=1.0), round_trips=1.5)
 
 
 @pytest.mark.parametrize(

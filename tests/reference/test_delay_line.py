@@ -15,13 +15,12 @@ from impactlab.errors import CaseError, PairingError
 from impactlab.exact.solve import solve
 from impactlab.integrators.newmark import Newmark
 from impactlab.models.continuous import Continuous
-from impactlab.scene import Contact, End, Mass, Point, Probe, Rod, Segment, Wall
+from impactlab.scene import End, Mass, Probe, Rod, Wall
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import prepare, run
-from impactlab.testing.scenes import simulation
+from impactlab.testing.scenes import CLAMPED, FREE, STEEL, in_a_row
 from impactlab.types import Port, Reply, SideFacts, Start
 
-SEGMENT = Segment(0.3, 9e-4, 2.1e11, 7900.0)
 SPRING = Penalty(stiffness=2e9, damping=5e3)
 
 
@@ -44,16 +43,10 @@ Asked.respond = staticmethod(Penalty.respond)  # type: ignore[method-assign]
 
 
 def scene(law: AbstractContactLaw, far: End, points: float, mirrored: bool = False) -> Simulation:
-    ends = (far, End("free")) if mirrored else (End("free"), far)
-    rod = Rod("rod", (SEGMENT,), *ends)
-    hammer = Mass("hammer", SEGMENT.mass, -1.0 if mirrored else 1.0)
-    at = (Point("rod", 0.3, "rod.right"), Point("hammer", 0.0, "hammer"))
-    contact = Contact(*at, 0.0) if mirrored else Contact(at[1], Point("rod", 0.0, "rod.left"), 0.0)
+    ends = (far, FREE) if mirrored else (FREE, far)
+    bodies = Mass("hammer", STEEL.mass, -1.0 if mirrored else 1.0), Rod("rod", (STEEL,), *ends)
     rule = StepRule(points_per_period=points)
-    bodies = {"hammer": hammer, "rod": rod}
-    return simulation(
-        "x", bodies, (contact,), 3 * rod.round_trip, None, rule, round_trip=rod.round_trip, model=Continuous(), law=law
-    )
+    return in_a_row(bodies[::-1] if mirrored else bodies, Continuous(), law, None, rule)
 
 
 def exact(case: Simulation) -> Any:
@@ -63,7 +56,7 @@ def exact(case: Simulation) -> Any:
 @pytest.mark.parametrize("mirrored", [False, True])
 @pytest.mark.parametrize(
     "far",
-    [End("clamped"), End("free"), End("spring", 1e9), End("dashpot", 2e4), End("mass", 1.0)],
+    [CLAMPED, FREE, End("spring", 1e9), End("dashpot", 2e4), End("mass", 1.0)],
     ids=lambda e: e.kind,
 )
 def test_it_converges_to_the_exact_answer(far: End, mirrored: bool) -> None:
@@ -81,11 +74,11 @@ def test_it_converges_to_the_exact_answer(far: End, mirrored: bool) -> None:
 
 def test_impulses_are_refused_for_the_mass_they_strike_is_zero() -> None:
     with pytest.raises(PairingError, match="the mass that they would strike at the end of a continuous rod is zero"):
-        prepare(*scene(ImpulseMomentum(), End("clamped"), 10))
+        prepare(*scene(ImpulseMomentum(), CLAMPED, 10))
 
 
 def test_a_step_longer_than_the_transit_is_refused() -> None:
-    case = scene(Asked(), End("clamped"), 10).but(step=StepRule(dt=6e-5))
+    case = scene(Asked(), CLAMPED, 10).but(step=StepRule(dt=6e-5))
     with pytest.raises(
         CaseError, match=r"longer than the transit 5.81869e-05 s|beyond the stability limit 5.81869e-05 s"
     ):
@@ -93,24 +86,21 @@ def test_a_step_longer_than_the_transit_is_refused() -> None:
 
 
 def test_an_inner_probe_is_refused() -> None:
-    case = scene(Asked(), End("clamped"), 10).but(probes=(Probe("rod", 0.1, "stress"),))
+    case = scene(Asked(), CLAMPED, 10).but(probes=(Probe("rod", 0.1, "stress"),))
     with pytest.raises(CaseError, match=r"not stress at 0\.1 m"):
         run(*case)
 
 
 def test_an_integrator_is_ignored_with_a_warning() -> None:
-    case = scene(Asked(), End("clamped"), 10).but(integrator=Newmark())
+    case = scene(Asked(), CLAMPED, 10).but(integrator=Newmark())
     assert "integrator_unused" in {warned.code for warned in run(*case).warnings}
 
 
 def test_a_moving_rod_meets_a_wall() -> None:
     """With a stiff spring the bar leaves after about 2 L/c with the speed it came with."""
-    rod = Rod("rod", (SEGMENT,), End("free"), End("free"), velocity=1.0)
-    contact = Contact(Point("rod", 0.3, "rod.right"), Point("stop", 0.0, "stop"), 1e-5)
-    case = simulation(
-        "x", {"rod": rod, "stop": Wall("stop")}, (contact,), 2 * rod.round_trip, None,
-        StepRule(points_per_period=20), round_trip=rod.round_trip, model=Continuous(), law=Asked(),
-    )  # fmt: skip
+    bodies = Rod("rod", (STEEL,), FREE, FREE, velocity=1.0), Wall("stop")
+    step = StepRule(points_per_period=20)
+    case = in_a_row(bodies, Continuous(), Asked(), None, step, gaps=1e-5, round_trips=2.0)
     measured = metrics.errors(run(*case), "exact", exact(case), case.scene)
     assert measured["face_displacement"] < 1e-4
     assert measured["impulse"] < 1e-4

@@ -29,12 +29,12 @@ from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.messengers import arriving_row, miss, wave_numbers, waves_at
 from impactlab.models.modal import Modal
-from impactlab.scene import Beam, BeamSegment, Contact, ElasticBody, End, Mass, Point, Rod, Segment
+from impactlab.scene import Beam, BeamSegment, ElasticBody, End, Rod
 from impactlab.scene.method import StepRule
-from impactlab.testing.scenes import simulation
+from impactlab.testing.scenes import STEEL, mass_on_rod
+from impactlab.testing.scenes import struck as struck_body
 from impactlab.types import Array, Port, Quantity, Reply, SideFacts
 
-STEEL = Segment(0.3, 9e-4, 2.1e11, 7900.0)
 AREA, INERTIA, YOUNG, DENSITY = 1e-4, 1e-8 / 12.0, 2.157463e11, 7960.0
 SLENDER = BeamSegment(2.0, AREA, YOUNG, DENSITY, inertia=INERTIA)
 SHEARED = replace(SLENDER, shear_stiffness=5.0 / 6.0 * AREA * YOUNG / 2.6, rotary_inertia=DENSITY * INERTIA)
@@ -59,22 +59,8 @@ def struck(
     integrator: AbstractIntegrator = ExactModal(),  # noqa: B008
 ) -> AbstractHistory:
     """Return the history of a mass of 1 m/s that strikes a body from its left, or from below."""
-    struck_body, model = body
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point(struck_body.name, x, f"{struck_body.name}.face"), 0.0)
-    bodies = {"hammer": Mass("hammer", mass, 1.0), struck_body.name: struck_body}
-    return simulate.run(
-        *simulation(
-            "struck",
-            bodies,
-            (contact,),
-            duration,
-            integrator,
-            step,
-            round_trip=struck_body.round_trip,
-            model=model,
-            law=law,
-        )  # type: ignore[arg-type]
-    )
+    elastic, model = body
+    return simulate.run(*struck_body(elastic, model, law, integrator, step, mass=mass, x=x, duration=duration))
 
 
 # Messengers of single modes.
@@ -156,7 +142,7 @@ def test_a_mode_s_messenger_and_its_free_motion_are_one_law() -> None:
         for law in (ModalMessengers(), DispersiveIdentification(residual=False))
     )
     t = midpoints(end)
-    for channel in ("position:hammer", "force:hammer|rod.face"):
+    for channel in ("position:hammer", "force:hammer|rod.left"):
         a, b = one.evaluate(t, channel), other.evaluate(t, channel)
         assert np.max(np.abs(a - b)) < 1e-9 * np.max(np.abs(b)), channel
 
@@ -201,13 +187,7 @@ def test_where_the_face_answers_as_its_impedance_both_laws_give_the_same_force()
 def test_on_the_rod_of_the_source_it_is_as_near_as_the_law_of_the_source(modes: int, bound: float) -> None:
     end = 3.0 * rod().round_trip
     seen = struck((rod(), Modal(None, modes)), DispersiveIdentification(), STEEL.mass, end)
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.face"), 0.0)
-    bodies = {"hammer": Mass("hammer", STEEL.mass, 1.0), "rod": rod()}
-    exact = solve(
-        *simulation(
-            "exact", bodies, (contact,), end, None, StepRule(dt=1.0), round_trip=end / 3.0, law=WaveIdentification()
-        )
-    )
+    exact = solve(*mass_on_rod(None, WaveIdentification()))
     t = midpoints(end)
     error = relative_l2(seen.evaluate(t, "position:hammer"), exact.evaluate(t, "position:hammer"))
     # A force of N modes is first order in the step, which is 1/(10 N) of a round trip: the error goes as 1/N.

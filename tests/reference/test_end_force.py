@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 
 from impactlab import metrics
-from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.nitsche import Nitsche
 from impactlab.contact.penalty import Penalty
 from impactlab.contact.wave_identification import WaveIdentification
@@ -28,12 +27,12 @@ from impactlab.metrics.impact import momentum_error
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.scene import Contact, End, Mass, Point, Rayleigh, Rod, Segment, Wall
+from impactlab.scene import End, Mass, Rayleigh, Rod, Wall
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import prepare, run
-from impactlab.testing.scenes import simulation
+from impactlab.testing.scenes import STEEL, mass_on_rod, simulation
 from impactlab.testing.strategies import in_other_units, mirrored
-from tests.reference.exact_scenes import CLAMPED, FREE, Hard, Spring, point, rod, scene
+from tests.reference.exact_scenes import CLAMPED, FREE, HARD, point, rod, scene
 from tests.reference.test_delay_line import SPRING, Asked
 
 F = 0.8
@@ -93,13 +92,13 @@ def test_what_holds_the_end_shares_the_force(kind: str) -> None:
 def test_a_rod_pressed_against_a_wall() -> None:
     """At rest, touching: the wall feels nothing until T/2, then 2 F for T, and again; it never pulls."""
     bar, stop = rod(left=End("free", force=F)), Wall("stop")
-    history = solve(*scene([bar, stop], [(point(bar, "right"), Point("stop", 0.0, "stop"), 0.0, Hard())], 4 * T))
+    history = solve(*scene([bar, stop], [(point(bar, "right"), point(stop), 0.0, HARD)], 4 * T))
     assert [e.time / T for e in history.events] == pytest.approx([0.5, 1.5, 2.5, 3.5], abs=1e-12)
     assert [span.impulse for span in history.contacts] == pytest.approx([2 * F * T] * 2, rel=1e-12)
 
 
 @pytest.mark.parametrize("force", [-0.3, 0.3])
-@pytest.mark.parametrize("law", [Hard(), Spring(1e5)], ids=["hard", "stiff spring"])
+@pytest.mark.parametrize("law", [HARD, Penalty(1e5)], ids=["hard", "stiff spring"])
 def test_a_mass_strikes_a_loaded_end(force: float, law: Any) -> None:
     """Contact force Z v - F; so v' = -(v - F)/M: v = F + (1 - F) exp(-t/M), force (1 - F) exp(-t/M)."""
     bar, hammer = rod(left=End("free", force=force), right=CLAMPED), Mass("hammer", 2.0, 1.0)
@@ -107,15 +106,14 @@ def test_a_mass_strikes_a_loaded_end(force: float, law: Any) -> None:
     t = np.linspace(0.01, 0.95 * T, 9)
     decay = np.exp(-t / 2.0)
     # the spring lags behind by Z/k = 1e-5, times up to 1.3
-    within = 1e-13 if isinstance(law, Hard) else 2e-5
+    within = 1e-13 if law is HARD else 2e-5
     assert history.evaluate(t, "velocity:hammer") == pytest.approx(force + (1.0 - force) * decay, abs=within)
     assert history.evaluate(t, "force:hammer|rod.left") == pytest.approx((1.0 - force) * decay, abs=within)
 
 
 # The stepped models: a steel rod.
-SEGMENT = Segment(0.3, 9e-4, 2.1e11, 7900.0)
 LOAD = 1.0e4
-TRIP = 2.0 * SEGMENT.length / SEGMENT.wave_speed
+TRIP = 2.0 * STEEL.length / STEEL.wave_speed
 WAYS: dict[str, tuple[Any, Any, StepRule]] = {
     "newmark": (FiniteElement(100), Newmark(), StepRule(points_per_period=10)),
     "central difference": (FiniteElement(100, "lumped"), CentralDifference(), StepRule(courant=0.9)),
@@ -127,7 +125,7 @@ WAYS: dict[str, tuple[Any, Any, StepRule]] = {
 
 
 def stepped(way: tuple[Any, Any, StepRule], left: End, right: End, trips: float = 3.0) -> Simulation:
-    bar = Rod("rod", (SEGMENT,), left, right)
+    bar = Rod("rod", (STEEL,), left, right)
     return simulation("x", {"rod": bar}, (), trips * TRIP, way[1], way[2], round_trip=TRIP, model=way[0])
 
 
@@ -196,20 +194,7 @@ def test_momentum_that_damping_takes_is_no_error() -> None:
 
 def pressed(law: Any, model: Any, far: End, near: End = FREE, integrator: Any = None) -> Simulation:
     """A mass of the rod's weight strikes the left end."""
-    bar = Rod("rod", (SEGMENT,), near, far)
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0)
-    bodies = {"hammer": Mass("hammer", SEGMENT.mass, 1.0), "rod": bar}
-    return simulation(
-        "x",
-        bodies,
-        (contact,),
-        3 * TRIP,
-        integrator,
-        StepRule(points_per_period=10),
-        round_trip=TRIP,
-        model=model,
-        law=law,
-    )
+    return mass_on_rod(model, law, integrator, left=near, right=far)
 
 
 @pytest.mark.parametrize("near", [FREE, End("free", force=5e3)], ids=["far end loaded", "both ends loaded"])
@@ -227,7 +212,7 @@ def test_the_stepped_delay_line_serves_end_forces(near: End) -> None:
     assert errors[1] < 1e-4
 
 
-@pytest.mark.parametrize("law", [AdditionDeletion(), Penalty(stiffness=2e10)], ids=["multiplier", "penalty"])
+@pytest.mark.parametrize("law", [HARD, Penalty(stiffness=2e10)], ids=["multiplier", "penalty"])
 def test_stepped_contact_at_a_loaded_end(law: Any) -> None:
     given = pressed(law, FiniteElement(200, "lumped"), CLAMPED, End("free", force=-LOAD), CentralDifference())
     given = given.but(step=StepRule(courant=0.5))

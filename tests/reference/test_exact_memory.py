@@ -14,13 +14,13 @@ from impactlab.exact.history import ContinuousHistory
 from impactlab.exact.solve import solve
 from impactlab.exact.thinned import ThinnedHistory
 from impactlab.scene import Probe, Wall
-from tests.reference.exact_scenes import CLAMPED, FREE, Hard, point, rod, scene, struck
+from tests.reference.exact_scenes import CLAMPED, FREE, HARD, point, rod, scene, struck
 
 
 def bouncing():
     """A rod that falls on a wall again and again, from a spring above."""
     body, floor = rod(velocity=0.0), Wall("floor")
-    pairs = [(point(body, "right"), point(floor), 3.0, Hard())]
+    pairs = [(point(body, "right"), point(floor), 3.0, HARD)]
     probes = [Probe("rod", 0.3, "displacement"), Probe("rod", 0.0, "stress")]
     return scene([body, floor], pairs, 300.0, gravity=1e-2, probes=probes)
 
@@ -35,7 +35,7 @@ def sprung():
     law = Penalty(stiffness=0.3, damping=0.05)
     bar, wall = rod(right=CLAMPED), Wall("wall")
     hammer = struck(1.0, 1.0).scene.bodies["hammer"]
-    pairs = [(point(wall), point(hammer), 0.5, law), (point(hammer), point(bar, "left"), 0.0, Hard())]
+    pairs = [(point(wall), point(hammer), 0.5, law), (point(hammer), point(bar, "left"), 0.0, HARD)]
     return scene([wall, hammer, bar], pairs, 100.0)
 
 
@@ -97,7 +97,7 @@ def test_the_remedy_for_too_many_fronts_works(monkeypatch):
     skew = tuple(dataclasses.replace(first, length=length, area=1.0 + k) for k, length in enumerate(lengths))
     bars = dataclasses.replace(bars, segments=skew)
     hammer = struck(1.0, 1.0).scene.bodies["hammer"]
-    case = scene([hammer, bars], [(point(hammer), point(bars, "left"), 0.0, Hard())], 1e4)
+    case = scene([hammer, bars], [(point(hammer), point(bars, "left"), 0.0, HARD)], 1e4)
     monkeypatch.setenv("IMPACTLAB_MEMORY", "2e7")
     with pytest.raises(StepError) as stopped:
         solve(*case)

@@ -35,12 +35,10 @@ from impactlab.integrators.newmark import Newmark
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.scene import Contact, End, Mass, Point, Rod, Segment, Wall
+from impactlab.scene import Mass, Rod, Wall
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import run
-from impactlab.testing.scenes import simulation
-
-SEGMENT = Segment(0.3, 9e-4, 2.1e11, 7900.0)
+from impactlab.testing.scenes import CLAMPED, FREE, STEEL, UNIT, in_a_row, mass_on_rod
 
 
 def paper(
@@ -51,20 +49,8 @@ def paper(
     located: bool = False,
     courant: float | None = None,
 ) -> Simulation:
-    rod = Rod("rod", (SEGMENT,), End("free"), End("clamped"))
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0)
-    return simulation(
-        "paper",
-        {"hammer": Mass("hammer", SEGMENT.mass, 1.0), "rod": rod},
-        (contact,),
-        3 * rod.round_trip,
-        integrator,
-        StepRule(courant=courant) if courant else StepRule(points_per_period=points),
-        events="located" if located else "dated",
-        round_trip=rod.round_trip,
-        model=model,
-        law=law,
-    )
+    step = StepRule(courant=courant) if courant else StepRule(points_per_period=points)
+    return mass_on_rod(model, law, integrator, step, events="located" if located else "dated")
 
 
 @cache
@@ -111,7 +97,7 @@ def test_impedance_residual_starts_with_the_wave_s_force_and_books_what_it_hands
     history = run(*scene)
     first = float(history.evaluate(0.5 * history.dt, f"force:{scene.scene.contacts[0].name}"))
     # F falls by lam_t dt = 2 alpha dt/T and by the modes' own start: a thousandth of their shortest period each.
-    assert first == pytest.approx(SEGMENT.impedance, rel=0.01)
+    assert first == pytest.approx(STEEL.impedance, rel=0.01)
     unresolved = history.energy.booked["unresolved"][-1]
     # 94.7 % of the energy stays resolved.
     assert 1.0 - unresolved / history.energy.scale == pytest.approx(0.947, abs=0.005)
@@ -247,9 +233,8 @@ def test_paoli_schatzman_without_restitution_is_the_constraint_under_central_dif
 @pytest.mark.parametrize("restitution", [0.0, 0.5, 1.0])
 def test_a_ball_returns_with_its_restitution(law, restitution):
     """A rigid mass on a wall: the rate after is -e times the rate before, whatever the step."""
-    contact = Contact(Point("wall", 0.0, "wall"), Point("ball", 0.0, "ball"), 1.0)
-    bodies = {"wall": Wall("wall"), "ball": Mass("ball", 2.0, -1.0)}
-    scene = simulation("ball", bodies, (contact,), 1.7, CentralDifference(), StepRule(dt=0.013), law=law(restitution))
+    bodies = Wall("wall"), Mass("ball", 2.0, -1.0)
+    scene = in_a_row(bodies, None, law(restitution), CentralDifference(), StepRule(dt=0.013), gaps=1.0, duration=1.7)
     history = run(*scene)
     assert float(history.evaluate(1.7, "velocity:ball")) == pytest.approx(restitution, abs=1e-12)
     lost = history.energy.booked["contact"][-1]
@@ -274,9 +259,9 @@ def test_wave_initialised_begins_with_the_wave_s_pressure():
     history = run(*scene)
     first = float(history.evaluate(0.0, f"force:{scene.scene.contacts[0].name}"))
     # Leapfrog's F dt holds the closing jump too: of the end node, half an element, and the mass, as heavy as the rod.
-    node = SEGMENT.mass / 200.0
-    jump = 1.0 / (1.0 / node + 1.0 / SEGMENT.mass) / history.dt
-    assert first == pytest.approx(SEGMENT.impedance + jump, rel=1e-12)
+    node = STEEL.mass / 200.0
+    jump = 1.0 / (1.0 / node + 1.0 / STEEL.mass) / history.dt
+    assert first == pytest.approx(STEEL.impedance + jump, rel=1e-12)
     assert errors(scene, history)["mass_displacement"] < 2e-3
 
 
@@ -285,8 +270,8 @@ def test_the_kicks_of_impulse_momentum_add_up_to_the_impact():
     scene = paper(ImpulseMomentum(1.0), Modal(None, 40), ExactModal())
     history = run(*scene)
     (span,) = history.contacts
-    assert span.impulse / SEGMENT.mass == pytest.approx(1.698876, rel=0.02)
-    assert span.first_impulse / SEGMENT.mass == pytest.approx(2.0 / (1.0 + 80.0), rel=1e-12)
+    assert span.impulse / STEEL.mass == pytest.approx(1.698876, rel=0.02)
+    assert span.first_impulse / STEEL.mass == pytest.approx(2.0 / (1.0 + 80.0), rel=1e-12)
 
 
 def test_a_basis_that_leaves_nothing_out_has_no_residual():
@@ -304,28 +289,8 @@ def test_nitsche_refuses_modes_that_do_not_tell_the_force_at_the_face():
 
 def test_augmentations_give_back_no_more_than_they_took():
     """The overlap that ten augmentations leave is pressed out in later steps, with what stopping the faces took."""
-    bar = Rod(
-        "bar",
-        (Segment(1.0, 1.0, 1.0, 1.0),),
-        End("free"),
-        End("clamped"),
-        displacement=lambda x: (1.0 - x) / 2.0,
-    )
-    contact = Contact(Point("wall", 0.0, "wall"), Point("bar", 0.0, "bar.left"), 0.0)
-    bodies = {"wall": Wall("wall"), "bar": bar}
-    history = run(
-        *simulation(
-            "bar",
-            bodies,
-            (contact,),
-            6.0,
-            MoreauJean(),
-            StepRule(courant=1.0),
-            round_trip=2.0,
-            model=FiniteElement(40),
-            law=AugmentedLagrangian(),
-        )
-    )
+    bodies = Wall("wall"), Rod("bar", (UNIT,), FREE, CLAMPED, displacement=lambda x: (1.0 - x) / 2.0)
+    history = run(*in_a_row(bodies, FiniteElement(40), AugmentedLagrangian(), MoreauJean(), StepRule(courant=1.0)))
     assert history.energy.largest_gain < 1e-12
     assert history.energy.largest_loss < 1e-12
     assert history.energy.booked["contact"][-1] > 0.0

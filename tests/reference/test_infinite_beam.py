@@ -21,10 +21,10 @@ from impactlab.models.base import Face
 from impactlab.models.continuous import Continuous
 from impactlab.models.continuous.infinite_beam import InfiniteBeam
 from impactlab.models.finite_element import FiniteElement
-from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point, Probe, Rayleigh
+from impactlab.scene import Beam, BeamSegment, End, Probe, Rayleigh
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import prepare, run
-from impactlab.testing.scenes import simulation
+from impactlab.testing.scenes import struck
 
 INFINITE, FREE = End("infinite"), End("free")
 SEGMENT = BeamSegment(2.0, 1e-4, 2.1e11, 7900.0, inertia=1e-8 / 12.0)
@@ -37,10 +37,7 @@ def scene(law: AbstractContactLaw, dt: float, duration: float, **changes: Any) -
     given = {"left": INFINITE, "right": INFINITE, "model": Continuous(), "resistance": K, "x": 1.0, **changes}
     mass, x, model = given.pop("resistance") / KAPPA, given.pop("x"), given.pop("model")
     beam = Beam("beam", (SEGMENT,), **given)
-    bodies = {"hammer": Mass("hammer", mass, 1.0), "beam": beam}
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("beam", x, "beam"), 0.0)
-    rule, trip = StepRule(dt=dt), beam.round_trip
-    return simulation("x", bodies, (contact,), duration, None, rule, round_trip=trip, model=model, law=law)
+    return struck(beam, model, law, None, StepRule(dt=dt), mass=mass, x=x, duration=duration)
 
 
 @pytest.mark.parametrize(
@@ -57,7 +54,7 @@ def test_a_hard_mass_slows_down_by_the_closed_form(tip: bool, law: AbstractConta
         exact = erfcx(KAPPA * math.sqrt(t))
         assert history.evaluate([t], "velocity:hammer")[0] == pytest.approx(exact, abs=within)
     # The force falls from infinity: K v0/sqrt(pi t) less what the mass has lost by then, 2 % at kappa^2 t = 1e-4.
-    force = history.evaluate([1e-8 * 100.5], "force:hammer|beam")[0]
+    force = history.evaluate([1e-8 * 100.5], f"force:{history.scene.contacts[0].name}")[0]
     assert force == pytest.approx(0.25**tip * K / math.sqrt(math.pi * 1e-6), rel=0.2)
 
 

@@ -20,10 +20,10 @@ from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.mesh.beams import BeamMesh
 from impactlab.numerics.banded import full
-from impactlab.scene import Beam, Contact, End, Mass, Point
+from impactlab.scene import Beam, End
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import prepare, run
-from impactlab.testing.scenes import simulation
+from impactlab.testing.scenes import struck
 from tests.reference.test_infinite_beam import EI, RHO_A, SEGMENT
 from tests.reference.test_timoshenko_waves import beam as timoshenko
 
@@ -101,12 +101,8 @@ def test_what_the_layer_of_a_mesh_sends_back(lumped: bool, waves: float, most: f
 
 
 def scene(body: Beam, integrator: Any, dt: float, duration: float) -> Simulation:
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("beam", 0.5 * body.length, "beam"), 0.0)
-    bodies = {"hammer": Mass("hammer", 0.0333, 1.0), "beam": body}
-    rule = StepRule(dt=dt)
-    return simulation(
-        "x", bodies, (contact,), duration, integrator, rule, round_trip=body.round_trip, law=Hertz(stiffness=1.58e10)
-    )
+    law, middle = Hertz(stiffness=1.58e10), 0.5 * body.length
+    return struck(body, None, law, integrator, StepRule(dt=dt), mass=0.0333, x=middle, duration=duration)
 
 
 @pytest.mark.parametrize("theory", ["euler_bernoulli", "timoshenko"])

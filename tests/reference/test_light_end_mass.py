@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from impactlab.contact.penalty import Penalty
 from impactlab.exact.solve import solve
 from impactlab.scene import End, Mass
-from tests.reference.exact_scenes import FREE, Hard, Spring, point, rod, scene
+from tests.reference.exact_scenes import FREE, HARD, point, rod, scene
 
 TRIPS = 20.0
 HAMMER = 0.5
@@ -18,10 +19,10 @@ def loaded(mass, law=None, length=1.0, left=FREE):
     hammer, bar = Mass("hammer", HAMMER, 1.0), rod(length=length, left=left, right=End("mass", value=mass))
     if mass == 0.0:
         bar = rod(length=length, left=left)
-    return scene([hammer, bar], [(point(hammer), point(bar, "left"), 0.0, law or Hard())], 2.0 * TRIPS)
+    return scene([hammer, bar], [(point(hammer), point(bar, "left"), 0.0, law or HARD)], 2.0 * TRIPS)
 
 
-@pytest.mark.parametrize("law", [Hard(), Spring(3.0, 0.1)])
+@pytest.mark.parametrize("law", [HARD, Penalty(3.0, 0.1)])
 @pytest.mark.parametrize("mass", [1e-14, 1e-12, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-3])
 def test_a_light_end_mass_does_not_stop_the_run(mass, law):
     history = solve(*loaded(mass, law))
@@ -38,7 +39,7 @@ def test_a_light_end_mass_does_not_stop_the_run(mass, law):
 def test_a_light_end_mass_lengthens_its_rod(mass):
     # the echo of a wave whose length is far above m/(rho A) is late by 2 m/Z, as from a rod longer by m/(rho A);
     # what is left is of the order of (m/(rho A L))**2 at every echo
-    soft = Spring(3.0, 0.1)
+    soft = Penalty(3.0, 0.1)
     one, other = solve(*loaded(mass, soft)), solve(*loaded(0.0, soft, 1.0 + mass))
     t = np.arange(0.25, 2.0 * TRIPS, 0.5)  # between the fronts, where layers have decayed
     for channel in ("position:hammer", "velocity:hammer", "displacement:rod@0.25", "velocity:rod@0.375"):
@@ -79,8 +80,8 @@ def test_the_first_echo_of_a_light_end_mass_is_the_closed_form(mass):
 
 def test_light_masses_at_both_ends_conserve_momentum_in_contact():
     end = End("mass", value=1e-9)
-    history = solve(*loaded(1e-9, Spring(3.0, 0.1), left=end))
-    bare = solve(*loaded(0.0, Spring(3.0, 0.1)))
+    history = solve(*loaded(1e-9, Penalty(3.0, 0.1), left=end))
+    bare = solve(*loaded(0.0, Penalty(3.0, 0.1)))
     t = np.arange(0.25, 2.0 * TRIPS, 0.5)
     assert history.evaluate(t, "position:hammer") == pytest.approx(bare.evaluate(t, "position:hammer"), abs=1e-7)
     momentum = history.evaluate(t, "momentum:hammer") + history.evaluate(t, "momentum:rod")
@@ -91,11 +92,11 @@ def test_light_masses_at_both_ends_conserve_momentum_in_contact():
 def bars_with_a_ball_between(mass):
     """A struck bar, a ball at its far end and a second bar behind a gap; without the ball the bars meet directly."""
     hammer, bar, ball, two = Mass("hammer", HAMMER, 1.0), rod(), Mass("ball", mass, 0.0), rod("two", 0.7)
-    first = (point(hammer), point(bar, "left"), 0.0, Hard())
+    first = (point(hammer), point(bar, "left"), 0.0, HARD)
     if mass == 0.0:
-        return scene([hammer, bar, two], [first, (point(bar, "right"), point(two, "left"), 0.1, Hard())], 20.0)
-    near = (point(bar, "right"), point(ball), 0.0, Hard())
-    return scene([hammer, bar, ball, two], [first, near, (point(ball), point(two, "left"), 0.1, Hard())], 20.0)
+        return scene([hammer, bar, two], [first, (point(bar, "right"), point(two, "left"), 0.1, HARD)], 20.0)
+    near = (point(bar, "right"), point(ball), 0.0, HARD)
+    return scene([hammer, bar, ball, two], [first, near, (point(ball), point(two, "left"), 0.1, HARD)], 20.0)
 
 
 @pytest.mark.parametrize("mass", [1e-9, 1e-8, 1e-7, 1e-6, 1e-5])

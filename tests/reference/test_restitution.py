@@ -20,10 +20,10 @@ from impactlab.integrators.newmark import Newmark
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.report.summary import summarise
-from impactlab.scene import Contact, End, Mass, Point, Rod, Segment, Wall
+from impactlab.scene import Mass, Rod, Wall
 from impactlab.scene.method import Simulation, StepRule, sides
 from impactlab.simulate import run
-from impactlab.testing.scenes import simulation
+from impactlab.testing.scenes import CLAMPED, FREE, STEEL, in_a_row, struck
 
 MASS, SPEED, STIFFNESS = 2.0, 1.5, 1e9
 
@@ -42,9 +42,8 @@ def hertz_time(exponent: float = 1.5) -> tuple[float, float]:
 def on_wall(
     law: AbstractContactLaw, integrator: AbstractIntegrator, dt: float, duration: float, gap: float = 0.0
 ) -> Simulation:
-    bodies = {"ball": Mass("ball", MASS, SPEED), "wall": Wall("wall")}
-    contact = Contact(Point("ball", 0.0, "ball"), Point("wall", 0.0, "wall"), gap)
-    return simulation("on wall", bodies, (contact,), duration, integrator, StepRule(dt=dt), law=law)
+    bodies = Mass("ball", MASS, SPEED), Wall("wall")
+    return in_a_row(bodies, None, law, integrator, StepRule(dt=dt), gaps=gap, duration=duration)
 
 
 def returned(history: AbstractHistory) -> float:
@@ -171,10 +170,9 @@ def test_khulief_shabana_returns_what_was_asked_for(restitution: float) -> None:
 
 def test_khulief_shabana_takes_both_masses() -> None:
     law = KhuliefShabana(STIFFNESS, 0.5)
-    bodies = {"ball": Mass("ball", MASS, SPEED), "wall": Mass("wall", 3.0)}
-    contact = Contact(Point("ball", 0.0, "ball"), Point("wall", 0.0, "wall"), 0.0)
+    bodies = Mass("ball", MASS, SPEED), Mass("wall", 3.0)
     time = 4.0 / math.sqrt(STIFFNESS * (1.0 / MASS + 1.0 / 3.0))
-    history = run(*simulation("two", bodies, (contact,), time, Newmark(), StepRule(dt=time / 4e4), law=law))
+    history = run(*in_a_row(bodies, None, law, Newmark(), StepRule(dt=time / 4e4), duration=time))
     apart = [float(history.evaluate(np.array([time]), f"velocity:{name}")[0]) for name in ("ball", "wall")]
     assert (apart[1] - apart[0]) / SPEED == pytest.approx(0.5, abs=1e-6)
 
@@ -209,20 +207,8 @@ def test_an_explicit_step_beyond_stability_says_so() -> None:
 
 
 def test_a_touch_at_rest_is_warned_of() -> None:
-    bodies = {"ball": Mass("ball", MASS), "wall": Wall("wall")}
-    contact = Contact(Point("ball", 0.0, "ball"), Point("wall", 0.0, "wall"), 0.0)
-    history = run(
-        *simulation(
-            "rest",
-            bodies,
-            (contact,),
-            0.1,
-            Newmark(),
-            StepRule(dt=1e-5),
-            gravity=9.81,
-            law=HuntCrossley(STIFFNESS, restitution=0.5),
-        )
-    )
+    bodies, law = (Mass("ball", MASS), Wall("wall")), HuntCrossley(STIFFNESS, restitution=0.5)
+    history = run(*in_a_row(bodies, None, law, Newmark(), StepRule(dt=1e-5), duration=0.1, gravity=9.81))
     (warned,) = history.warnings
     assert warned.code == "slow_touch"
     assert warned.text.startswith("ball|wall: touches slower than slowest_approach")
@@ -250,48 +236,22 @@ def test_located_events_begin_the_touch_where_the_gap_closes() -> None:
 
 
 def test_khulief_shabana_on_a_continuous_rod_is_solved_from_event_to_event() -> None:
-    piece = Segment(0.3, 9e-4, 2.1e11, 7900.0)
-    rod = Rod("rod", (piece,), End("free"), End("clamped"))
-    bodies = {"ball": Mass("ball", MASS, SPEED), "rod": rod}
+    rod = Rod("rod", (STEEL,), FREE, CLAMPED)
     law = KhuliefShabana(STIFFNESS, 0.5, effective_mass=MASS)
     spring = law.spring(*facts(), math.nan)
-    contact = Contact(Point("ball", 0.0, "ball"), Point("rod", 0.0, "rod.left"), 0.0)
-    scene = simulation(
-        "rod",
-        bodies,
-        (contact,),
-        4.0 * rod.round_trip,
-        None,
-        StepRule(),
-        round_trip=rod.round_trip,
-        model=Continuous(),
-        law=law,
-    )
+    scene = struck(rod, Continuous(), law, mass=MASS, velocity=SPEED, round_trips=4.0)
     same = scene.but(law=Penalty(*spring))
     history, other = run(*scene), run(*same)
     assert history.dt is None
     times = np.linspace(0.0, scene.scene.duration, 50)
-    assert (history.evaluate(times, "velocity:ball") == other.evaluate(times, "velocity:ball")).all()
+    assert (history.evaluate(times, "velocity:hammer") == other.evaluate(times, "velocity:hammer")).all()
 
 
 def test_hertz_on_a_continuous_rod_is_the_limit_of_the_mesh() -> None:
-    piece = Segment(0.3, 9e-4, 2.1e11, 7900.0)
     speeds = []
     for model, step in ((Continuous(), StepRule(dt=2e-8)), (FiniteElement(200), StepRule(points_per_period=20))):
-        rod = Rod("rod", (piece,), End("free"), End("clamped"))
-        contact = Contact(Point("ball", 0.0, "ball"), Point("rod", 0.0, "rod.left"), 0.0)
-        bodies = {"ball": Mass("ball", piece.mass, SPEED), "rod": rod}
-        scene = simulation(
-            "rod",
-            bodies,
-            (contact,),
-            4.0 * rod.round_trip,
-            Newmark(),
-            step,
-            round_trip=rod.round_trip,
-            model=model,
-            law=Hertz(1e11),
-        )
+        bodies = Mass("ball", STEEL.mass, SPEED), Rod("rod", (STEEL,), FREE, CLAMPED)
+        scene = in_a_row(bodies, model, Hertz(1e11), Newmark(), step, round_trips=4.0)
         history = run(*scene)
         speeds.append(returned(history))
         assert len(history.contacts) == 1

@@ -21,10 +21,10 @@ from impactlab.models.continuous import Continuous
 from impactlab.models.continuous.timoshenko import TimoshenkoWaves
 from impactlab.models.continuous.timoshenko_grids import centres, coupling
 from impactlab.models.finite_element import FiniteElement
-from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point, Probe, Rod, Segment
+from impactlab.scene import Beam, BeamSegment, End, Point, Probe, Rod, Segment
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import prepare, run
-from impactlab.testing.scenes import simulation
+from impactlab.testing.scenes import struck
 
 EXACT = Continuous()
 FREE, INFINITE = End("free"), End("infinite")
@@ -52,28 +52,15 @@ def scene(
     mass: float = 0.05,
     model: AbstractRodModel = EXACT,
 ) -> Simulation:
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("beam", x, "beam"), 0.0)
-    bodies = {"hammer": Mass("hammer", mass, 1.0), "beam": body}
     stepped = None if isinstance(model, Continuous) else Newmark()
-    return simulation(
-        "x",
-        bodies,
-        (contact,),
-        duration,
-        stepped,
-        StepRule(dt=dt),
-        probes=PROBES,
-        round_trip=body.round_trip,
-        model=model,
-        law=law,
-    )
+    return struck(body, model, law, stepped, StepRule(dt=dt), mass=mass, x=x, duration=duration, probes=PROBES)
 
 
 @pytest.mark.parametrize(("x", "ways"), [(0.15, 2.0), (0.11, 2.0), (0.0, 1.0), (0.3, 1.0)])
 def test_the_first_force_of_a_hard_mass(x: float, ways: float) -> None:
     """2 sqrt(kGA rho A) v0 at an inner point, half of it at a tip; within the first step the mass slows by F dt/M."""
     history = run(*scene(beam(), 2e-8, 1e-6, x, DispersiveIdentification()))
-    first = float(history.evaluate([0.0], "force:hammer|beam")[0])
+    first = float(history.evaluate([0.0], f"force:{history.scene.contacts[0].name}")[0])
     assert first == pytest.approx(ways * Z, rel=1e-2)
     assert first == pytest.approx(ways * Z / (1.0 + ways * Z * history.dt / 0.05), rel=1e-12)
 

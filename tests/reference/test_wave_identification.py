@@ -13,29 +13,17 @@ from impactlab.exact.solve import solve
 from impactlab.history import AbstractHistory
 from impactlab.integrators.newmark import Newmark
 from impactlab.models.modal import Modal
-from impactlab.scene import Contact, End, Mass, Point, Rod, Segment
+from impactlab.scene import Rod
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import run
-from impactlab.testing.scenes import simulation
+from impactlab.testing.scenes import mass_on_rod
 
 NAME = "hammer|rod.left"
 
 
 def paper(elements: int | None, modes: int, residual: bool = True, points: float = 10.0) -> Simulation:
-    segment = Segment(0.3, 9e-4, 2.1e11, 7900.0)
-    rod = Rod("rod", (segment,), End("free"), End("clamped"))
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0)
-    return simulation(
-        "paper",
-        {"hammer": Mass("hammer", segment.mass, 1.0), "rod": rod},
-        (contact,),
-        3 * rod.round_trip,
-        Newmark(),
-        StepRule(points_per_period=points),
-        round_trip=rod.round_trip,
-        model=Modal(elements, modes),
-        law=WaveIdentification(residual),
-    )
+    step = StepRule(points_per_period=points)
+    return mass_on_rod(Modal(elements, modes), WaveIdentification(residual), Newmark(), step)
 
 
 @cache

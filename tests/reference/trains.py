@@ -11,7 +11,7 @@ from impactlab.exact.solve import solve
 from impactlab.scene import Mass, Point, Probe, Rod, Segment
 from impactlab.scene.method import Simulation
 from tests.reference import lattice
-from tests.reference.exact_scenes import FREE, Hard, point, scene
+from tests.reference.exact_scenes import FREE, HARD, point, scene
 
 STEP = 2.0e-9  # s, of which all transits are whole multiples
 FINER = 4  # steps of the lattice in one of these
@@ -37,7 +37,7 @@ class Train(NamedTuple):
     def scene(self, duration: float = 1.0e-3) -> Simulation:
         """Return the train as bodies in contact."""
         pairs = zip(self.bodies, self.bodies[1:], self.gaps, strict=False)
-        return scene(self.bodies, [(face(a), point(b, "left"), gap, Hard()) for a, b, gap in pairs], duration)
+        return scene(self.bodies, [(face(a), point(b, "left"), gap, HARD) for a, b, gap in pairs], duration)
 
     def joined(self, duration: float = 1.0e-3) -> Simulation:
         """Return the same with the bars and the specimen as one rod of three segments."""
@@ -45,7 +45,7 @@ class Train(NamedTuple):
         one = Rod("train", tuple(each.segments[0] for each in bars), FREE, FREE)
         places = (bars[0].length, bars[0].length + bars[1].length)
         probes = tuple(Probe("train", x, kind) for x in places for kind in ("force", "displacement"))
-        contact = (face(first), point(one, "left"), self.gaps[0], Hard())
+        contact = (face(first), point(one, "left"), self.gaps[0], HARD)
         return scene([first, one], [contact], duration, probes=probes)
 
 

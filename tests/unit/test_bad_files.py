@@ -98,17 +98,12 @@ SIZES = [
 
 # Whole files: text, ending of the name, words of the message.
 FILES = [
-    ("empty", "", ".yaml", "a case has keys"),
     ("a number", "3", ".yaml", "a case has keys"),
     ("a list", "[]", ".yaml", "a case has keys"),
     ("JSON cut short", '{"schema_version": 1', ".json", "not JSON"),
     ("JSON with NaN", '{"gravity": NaN}', ".json", "NaN is not a finite number"),
     ("a surrogate as a key", '{"\\ud800": 1}', ".json", "is not a plain word"),
     ("TOML with a fault", "a = ", ".toml", "not TOML"),
-    ("deep lists", "a: " + "[" * 100 + "]" * 100, ".yaml", "nested deeper"),
-    ("a tag", "a: !!python/object:os.system 1", ".yaml", "the tag"),
-    ("an alias", "a: &x 1\nb: *x", ".yaml", "the anchor"),
-    ("two documents", "a: 1\n---\nb: 1", ".yaml", "second document"),
     ("a tab", "a:\n\t- 1", ".yaml", "not YAML"),
     ("control characters", "a: \x01", ".yaml", "not YAML"),
     ("lists without end", "schema_version: 1\nx: [" + "1," * 30_000 + "1]", ".yaml", "more than 25000 values"),
@@ -116,7 +111,7 @@ FILES = [
     ("TOML without end", "x = [" + "1," * 30_000 + "1]", ".toml", "more than 25000 values"),
     ("lines without end", "#\n" * 60_000, ".yaml", "the file has 60000 lines; at most 50000 are allowed"),
     ("a binary file", "\x00\x01\x02", ".yaml", "not YAML"),
-    ("another ending", GOOD, ".txt", "is not a case file by its ending"),
+    ("another ending", GOOD, ".txt", "is not a case file by its ending. Allowed: .yaml, .yml, .toml, .json"),
 ]
 
 

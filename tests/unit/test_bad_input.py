@@ -41,336 +41,174 @@ ALIAS_BOMB = "a: &a [x,x,x,x,x,x,x,x,x]\n" + "".join(
     f"{this}: &{this} [{','.join(['*' + before] * 9)}]\n" for before, this in zip("abcdefg", "bcdefgh", strict=True)
 )
 
-# name, what is replaced, by what, line of the message, texts of the message
+# what is replaced, by what, line of the message, texts of the message; arrangements are in test_casefile_check,
+# ranges of the options of parts in test_bad_input_parts
 EDITS = [
     (
-        "unknown law",
         "wave_identification",
         "penalti",
         14,
-        [
-            "contacts.0.law.kind: 'penalti' is not a contact law.",
-            "Did you mean 'penalty'?",
-            "Installed: addition_deletion, ",
-            ", penalty, ",
-        ],
+        "contacts.0.law.kind: 'penalti' is not a contact law.",
+        "Did you mean 'penalty'?",
+        "Installed: addition_deletion, ",
+        ", penalty, ",
     ),
     (
-        "unknown body",
         "kind: rod",
         "kind: rodd",
         6,
-        ["'rodd' is not a kind of body. Did you mean 'rod'? Allowed: beam, mass, rod, shaft, wall"],
+        "'rodd' is not a kind of body. Did you mean 'rod'? Allowed: beam, mass, rod, shaft, wall",
     ),
     (
-        "beam with an area",
         "kind: rod",
         "kind: beam",
         8,
-        ["the key 'area' is not known here", "Allowed: damping, displacement, ends, kind, length, material, section"],
+        "the key 'area' is not known here",
+        "Allowed: damping, displacement, ends, kind, length, material, section",
     ),
     (
-        "misspelt key",
         "length: 0.3",
         "lenght: 0.3",
         7,
-        [
-            "bodies.rod.lenght: the key 'lenght' is not known here.",
-            "Did you mean 'length'?",
-            "Allowed: area, damping, displacement, ends, kind, length, material, segments, velocity.",
-        ],
+        "bodies.rod.lenght: the key 'lenght' is not known here.",
+        "Did you mean 'length'?",
+        "Allowed: area, damping, displacement, ends, kind, length, material, segments, velocity.",
     ),
+    ("contacts:", "contact:", 11, "contact: the key 'contact' is not known here. Did you mean 'contacts'?"),
+    ("  step:", "  stepp:", 19, "solve.stepp: the key 'stepp' is not known", "Did you mean 'step'?"),
+    ("length: 0.3", "length: -0.3", 7, "bodies.rod.length: -0.3 m is out of range. Allowed: a number in m above 0"),
+    ("mass: 2.133", "mass: 0", 4, "bodies.hammer.mass: 0 kg is out of range."),
+    ("gap: 0.0", "gap: .nan", 13, ".nan is not a finite number"),
+    ("gap: 0.0", "gap: -.inf", 13, "-.inf is not a finite number"),
+    ("gap: 0.0", "gap: 1e999", 13, "'1e999' is beyond any number"),
+    ("gap: 0.0", "gap: 1" + "0" * 350, 13, "contacts.0.gap: a whole number of 351 digits is not a finite number"),
+    ("gap: 0.0", "gap: wide", 13, "contacts.0.gap: 'wide' is not a number with a unit"),
+    ("gap: 0.0", "gap: true", 13, "contacts.0.gap: true is not allowed here. Allowed: a number in m"),
+    ("gap: 0.0", "gap: [0.0]", 13, "contacts.0.gap: a list of 1 is not allowed here."),
     (
-        "misspelt top key",
-        "contacts:",
-        "contact:",
-        11,
-        ["contact: the key 'contact' is not known here. Did you mean 'contacts'?"],
-    ),
-    (
-        "misspelt key in solve",
-        "  step:",
-        "  stepp:",
-        19,
-        ["solve.stepp: the key 'stepp' is not known", "Did you mean 'step'?"],
-    ),
-    *(
-        (
-            f"{kind} {name} {value}",
-            "{kind: newmark}",
-            f"{{kind: {kind}, {name}: {value}}}",
-            18,
-            [f"solve.integrator.{name}: {value} is out of range. Allowed: a number {allowed}"],
-        )
-        for kind, name, value, allowed in (
-            ("hht_alpha", "alpha", 0.01, "at least -0.333333 and at most 0"),
-            ("hht_alpha", "alpha", -0.34, "at least -0.333333 and at most 0"),
-            ("generalised_alpha", "rho_inf", 1.01, "at least 0 and at most 1"),
-            ("generalised_alpha", "rho_inf", -0.01, "at least 0 and at most 1"),
-            ("nonsmooth_generalised_alpha", "rho_inf", 1.01, "at least 0 and at most 1"),
-            ("nonsmooth_generalised_alpha", "rho_inf", -0.01, "at least 0 and at most 1"),
-            ("moreau_jean", "theta", 0.49, "at least 0.5 and at most 1"),
-            ("moreau_jean", "theta", 1.01, "at least 0.5 and at most 1"),
-            ("bathe", "first_part", 0, "above 0 and below 1"),
-            ("bathe", "first_part", 1, "above 0 and below 1"),
-            ("newmark", "gamma", 0.49, "at least 0.5 and at most 1"),
-        )
-    ),
-    (
-        "negative length",
-        "length: 0.3",
-        "length: -0.3",
-        7,
-        ["bodies.rod.length: -0.3 m is out of range. Allowed: a number in m above 0"],
-    ),
-    ("zero mass", "mass: 2.133", "mass: 0", 4, ["bodies.hammer.mass: 0 kg is out of range."]),
-    ("NaN", "gap: 0.0", "gap: .nan", 13, [".nan is not a finite number"]),
-    ("infinity", "gap: 0.0", "gap: -.inf", 13, ["-.inf is not a finite number"]),
-    ("beyond numbers", "gap: 0.0", "gap: 1e999", 13, ["'1e999' is beyond any number"]),
-    (
-        "huge whole number",
-        "gap: 0.0",
-        "gap: 1" + "0" * 350,
-        13,
-        ["contacts.0.gap: a whole number of 351 digits is not a finite number"],
-    ),
-    ("text for number", "gap: 0.0", "gap: wide", 13, ["contacts.0.gap: 'wide' is not a number with a unit"]),
-    (
-        "true for number",
-        "gap: 0.0",
-        "gap: true",
-        13,
-        ["contacts.0.gap: true is not allowed here. Allowed: a number in m"],
-    ),
-    ("list for number", "gap: 0.0", "gap: [0.0]", 13, ["contacts.0.gap: a list of 1 is not allowed here."]),
-    (
-        "duplicate key",
         "    area: 9.0e-4",
         "    area: 9.0e-4\n    length: 0.4",
         9,
-        ["bodies.rod.length: the key 'length' stands twice (first in line 7)", "Keep one of the two."],
+        "bodies.rod.length: the key 'length' stands twice (first in line 7)",
+        "Keep one of the two.",
     ),
-    ("missing key", "    area: 9.0e-4\n", "", 5, ["bodies.rod.area: this key is missing"]),
-    ("missing solve", "  duration: {round_trips: 1}\n", "", 15, ["solve.duration: this key is missing"]),
+    ("    area: 9.0e-4\n", "", 5, "bodies.rod.area: this key is missing"),
+    ("  duration: {round_trips: 1}\n", "", 15, "solve.duration: this key is missing"),
     (
-        "decimal comma",
         "length: 0.3",
         "length: '0,3 m'",
         7,
-        ["'0,3 m' is not a number with a unit; write the decimal point as '.'", "such as '30 cm'"],
+        "'0,3 m' is not a number with a unit; write the decimal point as '.'",
+        "such as '30 cm'",
     ),
-    ("powers in a unit", "length: 0.3", "length: 9**9**9 m", 7, ["'9**9**9 m' is not a number with a unit"]),
-    ("powers alone", "length: 0.3", "length: 9**9**9", 7, ["'9**9**9' is not a number with a unit"]),
+    ("length: 0.3", "length: 9**9**9 m", 7, "'9**9**9 m' is not a number with a unit"),
+    ("length: 0.3", "length: 9**9**9", 7, "'9**9**9' is not a number with a unit"),
+    ("length: 0.3", "length: 3 kg", 7, "'3 kg' has a unit of another dimension; allowed: a number in m"),
+    ("2.1e11", "210 gpa", 9, "'210 gpa' has a unit that is not known (letters matter: 'GPa', not 'gpa')"),
     (
-        "wrong dimension",
-        "length: 0.3",
-        "length: 3 kg",
-        7,
-        ["'3 kg' has a unit of another dimension; allowed: a number in m"],
-    ),
-    (
-        "unknown unit",
-        "2.1e11",
-        "210 gpa",
-        9,
-        ["'210 gpa' has a unit that is not known (letters matter: 'GPa', not 'gpa')"],
-    ),
-    (
-        "unit where there is none",
         "points_per_period: 10",
         "points_per_period: 10 m",
         19,
-        ["solve.step.points_per_period: '10 m' is a text; allowed: a plain number"],
+        "solve.step.points_per_period: '10 m' is a text; allowed: a plain number",
     ),
-    ("itself", "[hammer, rod.left]", "[rod.right, rod.left]", 12, ["the body 'rod' cannot be in contact with itself"]),
     (
-        "no such body",
         "[hammer, rod.left]",
         "[hamer, rod.left]",
         12,
-        ["there is no body 'hamer'. Did you mean 'hammer'?", "Bodies of this case: hammer, rod."],
+        "there is no body 'hamer'. Did you mean 'hammer'?",
+        "Bodies of this case: hammer, rod.",
     ),
+    ("[hammer, rod.left]", "[hammer, rod]", 12, "'rod' is a rod, so the face must be named."),
     (
-        "no such end",
-        "[hammer, rod.left]",
-        "[hammer, rod.lft]",
-        12,
-        ["a rod has no end 'lft'. Did you mean 'left'?", "Allowed: rod.left, rod.right, rod.at(x)"],
-    ),
-    ("rod without face", "[hammer, rod.left]", "[hammer, rod]", 12, ["'rod' is a rod, so the face must be named."]),
-    ("mass with end", "[hammer, rod.left]", "[hammer.right, rod.left]", 12, ["'hammer' is a mass and has no ends"]),
-    (
-        "outside the rod",
-        "[hammer, rod.left]",
-        "[hammer, rod.at(0.31)]",
-        12,
-        ["x = 0.31 m lies outside the body 'rod'. Allowed: 0 to 0.3 m"],
-    ),
-    (
-        "wrong side",
         "[hammer, rod.left]",
         "[rod.left, hammer]",
         12,
-        ["'rod.left' looks away from 'hammer'", "a lies on the left of b", "Swap the two, [hammer, rod.left]"],
+        "'rod.left' looks away from 'hammer'",
+        "a lies on the left of b",
+        "Swap the two, [hammer, rod.left]",
     ),
-    ("wrong side, right", "[hammer, rod.left]", "[hammer, rod.right]", 12, ["'rod.right' looks away from 'hammer'"]),
-    ("code for a face", "[hammer, rod.left]", "[hammer, \"rod.at(__import__('os'))\"]", 12, ["does not name a face"]),
+    ("[hammer, rod.left]", "[hammer, \"rod.at(__import__('os'))\"]", 12, "does not name a face"),
     (
-        "struck clamp",
-        "ends: {left: free, right: clamped}",
-        "ends: {left: clamped, right: free}",
-        12,
-        ["the end 'rod.left' is clamped and never moves"],
-    ),
-    (
-        "load on a clamp",
         "right: clamped}",
         "right: {clamped: 1, force: 3}}",
         10,
-        [
-            "'clamped' cannot hold an end.",
-            "Allowed: free, clamped, infinite, {spring: N/m}",
-            "or one of the three with a force",
-        ],
+        "'clamped' cannot hold an end.",
+        "Allowed: free, clamped, infinite, {spring: N/m}",
+        "or one of the three with a force",
     ),
-    ("load without a number", "right: clamped}", "right: {force: much}}", 10, ["'much' is not a number with a unit"]),
-    ("infinite load", "right: clamped}", "right: {force: .inf}}", 10, ["is not a finite number"]),
-    ("load in kg", "right: clamped}", "right: {force: 3 kg}}", 10, ["'3 kg'", "N"]),
+    ("right: clamped}", "right: {force: much}}", 10, "'much' is not a number with a unit"),
+    ("right: clamped}", "right: {force: .inf}}", 10, "is not a finite number"),
+    ("right: clamped}", "right: {force: 3 kg}}", 10, "'3 kg'", "N"),
+    ("right: clamped}", "right: {mass: 1, spring: 2}}", 10, "mass and spring hold one end together.", "{mass: kg}"),
+    ("gap: 0.0", "gap: -1e-3", 13, "the gap is -0.001 m: the faces overlap before the run.", "overlap: allowed"),
     (
-        "two hold one end",
-        "right: clamped}",
-        "right: {mass: 1, spring: 2}}",
-        10,
-        ["mass and spring hold one end together.", "{mass: kg}"],
-    ),
-    (
-        "negative gap",
-        "gap: 0.0",
-        "gap: -1e-3",
-        13,
-        ["the gap is -0.001 m: the faces overlap before the run.", "overlap: allowed"],
-    ),
-    (
-        "wall with velocity",
         "hammer: {kind: mass, mass: 2.133, velocity: 1.0}",
         "hammer: {kind: wall, velocity: 1.0}",
         4,
-        ["bodies.hammer.velocity: the key 'velocity' is not known here.", "Allowed: kind."],
+        "bodies.hammer.velocity: the key 'velocity' is not known here.",
+        "Allowed: kind.",
     ),
+    ("right: clamped", "right: clampd", 10, "'clampd' is not an end of a rod. Did you mean 'clamped'?"),
+    ("right: clamped", "right: {spring: -1}", 10, "-1 N/m is out of range. Allowed: a number in N/m above 0"),
     (
-        "unknown end",
-        "right: clamped",
-        "right: clampd",
-        10,
-        ["'clampd' is not an end of a rod. Did you mean 'clamped'?"],
-    ),
-    (
-        "negative spring",
-        "right: clamped",
-        "right: {spring: -1}",
-        10,
-        ["-1 N/m is out of range. Allowed: a number in N/m above 0"],
-    ),
-    (
-        "two steps",
         "{points_per_period: 10}",
         "{points_per_period: 10, dt: 1e-7}",
         19,
-        ["solve.step: dt, points_per_period given together", "Give exactly one"],
+        "solve.step: dt, points_per_period given together",
+        "Give exactly one",
     ),
-    ("step of zero", "{points_per_period: 10}", "{dt: 0}", 19, ["solve.step.dt: 0 s is out of range."]),
-    ("probe elsewhere", "at: 0.0", "at: 0.4", 21, ["probes.0.at: x = 0.4 m lies outside the body 'rod'"]),
+    ("{points_per_period: 10}", "{dt: 0}", 19, "solve.step.dt: 0 s is out of range."),
+    ("at: 0.0", "at: 0.4", 21, "probes.0.at: x = 0.4 m lies outside the body 'rod'"),
     (
-        "probe of nothing",
         "quantity: displacement",
         "quantity: temperature",
         21,
-        [
-            "probes.0.quantity: 'temperature' is not allowed here.",
-            "Allowed: displacement, velocity, strain, stress, force",
-        ],
+        "probes.0.quantity: 'temperature' is not allowed here.",
+        "Allowed: displacement, velocity, strain, stress, force",
     ),
+    ("probes:", "snapshots: [1.0]\nprobes:", 20, "snapshots.0: 1 s lies after the end of the run."),
+    ("[hammer, rod.left]", "[hammer]", 12, "contacts.0.between.1: this key is missing"),
+    ("[hammer, rod.left]", "[hammer, rod.left, rod.right]", 12, "a contact is between two faces"),
+    ("[hammer, rod.left]", "hammer", 12, "'hammer' stands where a list is needed"),
     (
-        "snapshot too late",
-        "probes:",
-        "snapshots: [1.0]\nprobes:",
-        20,
-        ["snapshots.0: 1 s lies after the end of the run."],
-    ),
-    ("two faces too few", "[hammer, rod.left]", "[hammer]", 12, ["contacts.0.between.1: this key is missing"]),
-    ("three faces", "[hammer, rod.left]", "[hammer, rod.left, rod.right]", 12, ["a contact is between two faces"]),
-    ("word for a list", "[hammer, rod.left]", "hammer", 12, ["'hammer' stands where a list is needed"]),
-    (
-        "word for a block",
         "{left: free, right: clamped}",
         "free",
         10,
-        ["'free' stands where a block of keys is needed", "its keys: left, right"],
+        "'free' stands where a block of keys is needed",
+        "its keys: left, right",
     ),
+    ("title: a test", 'title: "\\e[31m"', 2, "title: '\\x1b[31m' holds characters that are not text"),
+    ("title: a test", '"\\e[31m": 1', 2, "the key '\\x1b[31m' is not a plain word"),
+    ("title: a test", "k" * 500 + ": 1", 2, "kkk... is not a plain word of at most 120 characters"),
+    ("{round_trips: 1}", "{round_trip: 1}", 16, "Allowed: a number in s, or {round_trips: number}"),
+    ("schema_version: 1", "schema_version: 2", 1, "schema_version: 2 is not allowed here. Allowed: 1"),
+    ("law: {kind: wave_identification}", "law: penalty", 14, "Write {kind: penalty}"),
+    ("law: {kind: wave_identification}", "law: {stiffness: 1e9}", 14, "has no kind."),
     (
-        "terminal codes",
-        "title: a test",
-        'title: "\\e[31m"',
-        2,
-        ["title: '\\x1b[31m' holds characters that are not text"],
-    ),
-    ("terminal codes in a key", "title: a test", '"\\e[31m": 1', 2, ["the key '\\x1b[31m' is not a plain word"]),
-    ("long key", "title: a test", "k" * 500 + ": 1", 2, ["kkk... is not a plain word of at most 120 characters"]),
-    ("other duration", "{round_trips: 1}", "{round_trip: 1}", 16, ["Allowed: a number in s, or {round_trips: number}"]),
-    (
-        "other version",
-        "schema_version: 1",
-        "schema_version: 2",
-        1,
-        ["schema_version: 2 is not allowed here. Allowed: 1"],
-    ),
-    ("law as a word", "law: {kind: wave_identification}", "law: penalty", 14, ["Write {kind: penalty}"]),
-    ("law without kind", "law: {kind: wave_identification}", "law: {stiffness: 1e9}", 14, ["has no kind."]),
-    (
-        "model of a mass",
         "  step:",
         "  models: {hammer: {kind: modal}}\n  step:",
         19,
-        ["'hammer' is no rod or beam, and only these have a model"],
+        "'hammer' is no rod or beam, and only these have a model",
     ),
-    ("bad body name", "  hammer: {", "  3hammer: {", 4, ["'3hammer' is not a name. Allowed: letters, digits, _ and -"]),
+    ("  hammer: {", "  3hammer: {", 4, "'3hammer' is not a name. Allowed: letters, digits, _ and -"),
+    ("area: 9.0e-4", "area: 9.0e-4\n    displacement: __import__('os').getcwd()", 9, "the formula calls"),
+    ("area: 9.0e-4", "area: 9.0e-4\n    displacement: x.__class__", 9, "the formula holds 'x.__class__'"),
     (
-        "formula imports",
-        "area: 9.0e-4",
-        "area: 9.0e-4\n    displacement: __import__('os').getcwd()",
-        9,
-        ["the formula calls"],
-    ),
-    (
-        "formula attribute",
-        "area: 9.0e-4",
-        "area: 9.0e-4\n    displacement: x.__class__",
-        9,
-        ["the formula holds 'x.__class__'"],
-    ),
-    (
-        "formula exponent",
         "area: 9.0e-4",
         "area: 9.0e-4\n    displacement: 9**999999999",
         9,
-        ["the exponent 999999999 is too large; at most 20 is allowed"],
+        "the exponent 999999999 is too large; at most 20 is allowed",
     ),
-    ("formula tower", "area: 9.0e-4", "area: 9.0e-4\n    displacement: 9**9**9", 9, ["exponents are plain numbers"]),
-    (
-        "formula of infinity",
-        "area: 9.0e-4",
-        "area: 9.0e-4\n    displacement: 1/x",
-        9,
-        ["is not a finite number everywhere on the rod"],
-    ),
-    ("displaced clamp", "area: 9.0e-4", "area: 9.0e-4\n    displacement: 1e-6*x", 9, ["a clamped end stays at 0"]),
-    ("tag", "title: a test", "title: !!python/object/apply:os.system [id]", 2, ["the tag", "Remove it."]),
-    ("anchor", "title: a test", "title: &a test", 2, ["the anchor &a"]),
-    ("alias", "title: a test", "title: *a", 2, ["the alias *a"]),
-    ("alias bomb", "title: a test", ALIAS_BOMB, 2, ["the anchor &a"]),
-    ("deep nesting", "title: a test", "title: " + "[" * 5000 + "]" * 5000, 2, ["nested deeper than 24 levels"]),
-    ("not YAML", "title: a test", "title: [1, 2", 3, ["not YAML"]),
-    ("second document", "probes:", "---\nprobes:", 20, ["a second document begins here"]),
+    ("area: 9.0e-4", "area: 9.0e-4\n    displacement: 9**9**9", 9, "exponents are plain numbers"),
+    ("area: 9.0e-4", "area: 9.0e-4\n    displacement: 1/x", 9, "is not a finite number everywhere on the rod"),
+    ("area: 9.0e-4", "area: 9.0e-4\n    displacement: 1e-6*x", 9, "a clamped end stays at 0"),
+    ("title: a test", "title: !!python/object/apply:os.system [id]", 2, "the tag", "Remove it."),
+    ("title: a test", "title: &a test", 2, "the anchor &a"),
+    ("title: a test", "title: *a", 2, "the alias *a"),
+    ("title: a test", ALIAS_BOMB, 2, "the anchor &a"),
+    ("title: a test", "title: " + "[" * 5000 + "]" * 5000, 2, "nested deeper than 24 levels"),
+    ("title: a test", "title: [1, 2", 3, "not YAML"),
+    ("probes:", "---\nprobes:", 20, "a second document begins here"),
 ]
 
 
@@ -391,10 +229,9 @@ def refused(arguments: list[str], folder: Path) -> str:
     return result.stderr
 
 
-@pytest.mark.parametrize(
-    ("name", "old", "new", "line", "texts"), EDITS, ids=[edit[0].replace(" ", "-") for edit in EDITS]
-)
-def test_refused_with_file_line_and_remedy(folder, name, old, new, line, texts):
+@pytest.mark.parametrize("edit", EDITS, ids=lambda edit: edit[1][:30])
+def test_refused_with_file_line_and_remedy(folder, edit):
+    old, new, line, *texts = edit
     assert old in GOOD
     (folder / "bad.yaml").write_text(GOOD.replace(old, new, 1))
     message = refused(["run", "bad.yaml"], folder)
@@ -404,41 +241,13 @@ def test_refused_with_file_line_and_remedy(folder, name, old, new, line, texts):
     assert len(message) < 900, "a message must stay short"
 
 
-# Refused by the parts themselves, when they meet.
-PAIRS = [
-    (
-        "step too large",
-        ["solve.integrator={kind: central_difference}", "solve.step={dt: 1e-4}"],
-        ["stability limit", "solve.step"],
-    ),
-    ("more modes than degrees of freedom", ["solve.model.modes=21"], ["solve.model", "21", "20"]),
-    (
-        "courant on analytic modes",
-        ["solve.model={kind: modal, elements: null}", "solve.step={courant: 0.9}"],
-        ["courant", "solve.step"],
-    ),
-    (
-        "exact_modal on a mesh",
-        ["solve.model={kind: finite_element, elements: 20}", "solve.integrator={kind: exact_modal}"],
-        ["exact_modal", "modes"],
-    ),
-    (
-        "central_difference on consistent mass",
-        ["solve.model={kind: finite_element, elements: 20}", "solve.integrator={kind: central_difference}"],
-        ["central_difference", "diagonal"],
-    ),
-    ("located under newmark", ["solve.events=located"], ["solve.events", "newmark"]),
-]
-
-
-@pytest.mark.parametrize(("name", "sets", "texts"), PAIRS, ids=[pair[0].replace(" ", "-") for pair in PAIRS])
-def test_what_cannot_work_is_refused_before_the_first_step(folder, name, sets, texts):
+def test_a_pair_that_cannot_work_is_refused_before_the_first_step(folder):
+    """`test_simulate` has the pairs, and what is said of each."""
     (folder / "bad.yaml").write_text(GOOD)
-    options = [word for setting in sets for word in ("--set", setting)]
-    message = refused(["run", "bad.yaml", *options], folder)
-    assert message.startswith("bad.yaml"), message
-    for text in texts:
-        assert text in message, message
+    message = refused(["run", "bad.yaml", "--set", "solve.events=located"], folder)
+    assert message.startswith("bad.yaml")
+    assert "solve.events" in message
+    assert "newmark" in message
 
 
 def test_missing_file_names_a_neighbour(folder):
@@ -452,11 +261,6 @@ def test_folder_in_place_of_file(folder):
     assert "is a folder, not a file" in refused(["run", "case.yaml"], folder)
 
 
-def test_ending_that_is_no_case(folder):
-    (folder / "case.txt").write_text(GOOD)
-    assert "Allowed: .yaml, .yml, .toml, .json" in refused(["run", "case.txt"], folder)
-
-
 def test_empty_file(folder):
     (folder / "case.yaml").write_text("")
     assert "case.yaml:1: the file holds nothing" in refused(["run", "case.yaml"], folder)
@@ -465,14 +269,6 @@ def test_empty_file(folder):
 def test_larger_than_a_megabyte(folder):
     (folder / "case.yaml").write_text(GOOD + "#" * 1_000_001)
     assert "larger than 1000000 bytes" in refused(["run", "case.yaml"], folder)
-
-
-def test_billion_laughs(folder):
-    bomb = 'a: &a ["lol","lol"]\nb: &b [*a,*a]\nc: [*b,*b]\n'
-    (folder / "case.yaml").write_text(bomb)
-    message = refused(["run", "case.yaml"], folder)
-    assert "case.yaml:1: the anchor &a" in message
-    assert len(message) < 300
 
 
 def test_not_text(folder):

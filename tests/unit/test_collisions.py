@@ -15,9 +15,9 @@ from impactlab.metrics.collisions import agreements, collisions, sentence
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
 from impactlab.refine.described import described
-from impactlab.scene import Contact, Mass, Point, Wall
+from impactlab.scene import Mass, Wall
 from impactlab.scene.method import Simulation, StepRule
-from impactlab.testing.scenes import simulation
+from impactlab.testing.scenes import in_a_row
 from tests.cases.support import case_of
 
 
@@ -97,9 +97,10 @@ def test_a_hard_hammer_on_a_cantilever_has_no_resolved_count() -> None:
 
 def test_rigid_bodies_part_for_good() -> None:
     """A mass that bounces on a spring under its weight collides anew each time, with the restitution 1."""
-    bodies = {"floor": Wall("floor"), "ball": Mass("ball", 1.0, 0.0)}
-    contact = Contact(Point("floor", 0.0, "floor"), Point("ball", 0.0, "ball"), 0.05)
-    scene = simulation("s", bodies, (contact,), 0.8, ExactModal(), StepRule(dt=1e-5), gravity=-9.81, law=Penalty(1e6))
+    bodies = Wall("floor"), Mass("ball", 1.0, 0.0)
+    scene = in_a_row(
+        bodies, None, Penalty(1e6), ExactModal(), StepRule(dt=1e-5), gaps=0.05, duration=0.8, gravity=-9.81
+    )
     found = collisions(scene.scene, il.run(scene))
     assert len(found) >= 3
     assert [each.sub_impacts for each in found] == [1] * len(found)

@@ -11,40 +11,18 @@ from impactlab.integrators.base import AbstractIntegrator
 from impactlab.integrators.contact_stabilised_newmark import ContactStabilisedNewmark
 from impactlab.integrators.moreau_jean import MoreauJean
 from impactlab.models.finite_element import FiniteElement
-from impactlab.scene import Contact, End, Mass, Point, Rayleigh, Rod, Segment
+from impactlab.scene import Rayleigh
 from impactlab.scene.method import StepRule
 from impactlab.simulate import run
-from impactlab.testing.scenes import simulation
+from impactlab.testing.scenes import UNIT, mass_on_rod
 
-BAR = Segment(1.0, 1.0, 1.0, 1.0)  # L = c = Z = 1, T = 2
 ROUNDING = 1e-12  # of the energy: 1e3 steps of 1e2 sums, each right to 1e-16
 
 
 def struck(integrator: AbstractIntegrator, courant: float, viscous: float = 0.02) -> AbstractHistory:
     """Run a mass against the free end of a clamped bar of Kelvin and Voigt, on 50 elements."""
-    rod = Rod(
-        "rod",
-        (BAR,),
-        End("free"),
-        End("clamped"),
-        damping=Rayleigh(stiffness=viscous),
-    )
-    contact = Contact(Point("m", 0.0, "m"), Point("rod", 0.0, "rod.left"), 0.0)
-    bodies = {"m": Mass("m", 0.8, 1.0), "rod": rod}
-    rule = StepRule(courant=courant)
-    return run(
-        *simulation(
-            "struck",
-            bodies,
-            (contact,),
-            6.0,
-            integrator,
-            rule,
-            round_trip=2.0,
-            model=FiniteElement(elements=50),
-            law=AdditionDeletion(),
-        )
-    )
+    fields = {"segments": (UNIT,), "damping": Rayleigh(stiffness=viscous), "mass_ratio": 0.8}
+    return run(*mass_on_rod(FiniteElement(50), AdditionDeletion(), integrator, StepRule(courant=courant), **fields))
 
 
 @pytest.mark.parametrize("theta", [0.51, 0.75, 1.0])

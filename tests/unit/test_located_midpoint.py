@@ -17,14 +17,13 @@ from impactlab.integrators.midpoint import Midpoint
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.scene import Contact, End, Mass, Point, Rod, Segment
+from impactlab.scene import Rod
 from impactlab.scene.method import StepRule
-from impactlab.testing.scenes import simulation
+from impactlab.testing.scenes import CLAMPED, FREE, STEEL, mass_on_rod
 
-PIECE = Segment(0.3, 9e-4, 2.1e11, 7900.0)
 ELEMENTS = 8
 GAP = 1e-6  # at 1 m/s it closes after 1e-6 s
-SPRING = Penalty(0.5 * PIECE.young * PIECE.area * ELEMENTS / PIECE.length)
+SPRING = Penalty(0.5 * STEEL.young * STEEL.area * ELEMENTS / STEEL.length)
 
 
 def struck(
@@ -33,31 +32,17 @@ def struck(
     model: AbstractRodModel | None = None,
     integrator: AbstractIntegrator | None = None,
 ) -> AbstractHistory:
-    rod = Rod("rod", (PIECE,), End("free"), End("clamped"))
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), GAP)
-    duration = 2.5 * rod.round_trip
-    bodies = {"hammer": Mass("hammer", PIECE.mass, 1.0), "rod": rod}
-    step = StepRule(dt=duration / steps)
-    scene = simulation(
-        "struck",
-        bodies,
-        (contact,),
-        duration,
-        integrator or Midpoint(),
-        step,
-        events="located",
-        model=model or FiniteElement(ELEMENTS),
-        law=law,
-    )
-    return simulate.run(*scene)
+    step = StepRule(dt=2.5 * 2.0 * STEEL.length / STEEL.wave_speed / steps)
+    model, integrator = model or FiniteElement(ELEMENTS), integrator or Midpoint()
+    return simulate.run(*mass_on_rod(model, law, integrator, step, gap=GAP, round_trips=2.5, events="located"))
 
 
 def first_kick(restitution: float) -> float:
     """(1 + e) v0/(1/M + b M^-1 b) of the mass and the mesh."""
-    model = FiniteElement(ELEMENTS).build(Rod("rod", (PIECE,), End("free"), End("clamped")), 0.0)
+    model = FiniteElement(ELEMENTS).build(Rod("rod", (STEEL,), FREE, CLAMPED), 0.0)
     system = model.operators()
     mass = np.diag(system.mass[0]) + np.diag(system.mass[1, :-1], 1) + np.diag(system.mass[1, :-1], -1)
-    return (1.0 + restitution) / (1.0 / PIECE.mass + float(np.linalg.inv(mass)[0, 0]))
+    return (1.0 + restitution) / (1.0 / STEEL.mass + float(np.linalg.inv(mass)[0, 0]))
 
 
 def test_a_spring_closes_on_time_and_opens_as_the_exact_motion_of_the_mesh_does() -> None:

@@ -21,10 +21,9 @@ from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
 from impactlab.numerics.addresses import COMPILED
-from impactlab.scene import Contact, End, Mass, Point, Rod, Segment
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import run
-from impactlab.testing.scenes import simulation
+from impactlab.testing.scenes import mass_on_rod
 
 pytestmark = pytest.mark.nojit
 
@@ -32,13 +31,7 @@ pytestmark = pytest.mark.nojit
 def scene(
     model: AbstractRodModel, law: AbstractContactLaw, integrator: AbstractIntegrator, step: StepRule
 ) -> Simulation:
-    segment = Segment(0.3, 9e-4, 2.1e11, 7900.0)
-    rod = Rod("rod", (segment,), End("free"), End("clamped"))
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0)
-    bodies = {"hammer": Mass("hammer", segment.mass, 1.0), "rod": rod}
-    return simulation(
-        "x", bodies, (contact,), 1.9 * rod.round_trip, integrator, step, round_trip=rod.round_trip, model=model, law=law
-    )
+    return mass_on_rod(model, law, integrator, step, round_trips=1.9)
 
 
 def test_the_mode_is_the_one_asked_for() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from typing import Any, Literal
 
 import numpy as np
@@ -23,12 +22,11 @@ from impactlab.models.base import AbstractRodModel
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.scene import Contact, End, Mass, Point, Rod, Segment, Wall
+from impactlab.scene import End, Mass, Rod, Wall
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import prepare, run
-from impactlab.testing.scenes import simulation
+from impactlab.testing.scenes import CLAMPED, FREE, STEEL, in_a_row, mass_on_rod
 
-SEGMENT = Segment(0.3, 9e-4, 2.1e11, 7900.0)
 TEN = StepRule(points_per_period=10)
 
 
@@ -40,23 +38,7 @@ def paper(
     events: Literal["dated", "located"] = "dated",
     **others: Any,
 ) -> Simulation:
-    rod = Rod("rod", (SEGMENT,), End("free"), End("clamped"))
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0)
-    bodies = {"hammer": Mass("hammer", SEGMENT.mass, 1.0), "rod": rod}
-    duration = 3 * rod.round_trip
-    return simulation(
-        "x",
-        bodies,
-        (contact,),
-        duration,
-        integrator,
-        step,
-        events,
-        round_trip=rod.round_trip,
-        **others,
-        model=model,
-        law=law,
-    )
+    return mass_on_rod(model, law, integrator, step, events=events, **others)
 
 
 LUMPED = FiniteElement(20, "lumped")
@@ -129,21 +111,7 @@ def test_a_run_that_gains_energy_ends_as_failed_with_what_was_reached() -> None:
 @pytest.mark.parametrize("law", [AdditionDeletion(), Penalty(stiffness=2e9), ImpulseMomentum(1.0)])
 def test_located_events_lie_on_the_gap(law: AbstractContactLaw) -> None:
     """Where a step is cut at a touch, the faces meet to rounding of their travel."""
-    rod = Rod("rod", (SEGMENT,), End("free"), End("free"))
-    contact = Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 1e-5)
-    bodies = {"hammer": Mass("hammer", 1.0, 1.0), "rod": rod}
-    scene = simulation(
-        "x",
-        bodies,
-        (contact,),
-        1e-4,
-        ExactModal(),
-        TEN,
-        "located",
-        round_trip=rod.round_trip,
-        model=Modal(None, 10),
-        law=law,
-    )
+    scene = paper(Modal(None, 10), law, ExactModal(), TEN, "located", right=FREE, gap=1e-5, duration=1e-4)
     history = run(*scene)
     first = history.events[0]
     assert first.time == pytest.approx(1e-5, rel=1e-12)  # 1e-5 m at 1 m/s
@@ -175,51 +143,24 @@ def test_two_contacts_on_one_body_are_answered_together(
     model: AbstractRodModel, integrator: AbstractIntegrator, law: AbstractContactLaw, step: StepRule
 ) -> None:
     """A mass between two rods strikes both at once: by symmetry both forces are equal and the mass keeps still."""
-    rods = {
-        "west": Rod("west", (SEGMENT,), End("clamped"), End("free"), velocity=1.0),
-        "east": Rod("east", (SEGMENT,), End("free"), End("clamped"), velocity=-1.0),
-    }
-    rods = {name: dataclasses.replace(rod, left=End("free"), right=End("free")) for name, rod in rods.items()}
-    bodies = {"west": rods["west"], "block": Mass("block", 0.5), "east": rods["east"]}
-    contacts = (
-        Contact(Point("west", 0.3, "west.right"), Point("block", 0.0, "block"), 0.0),
-        Contact(Point("block", 0.0, "block"), Point("east", 0.0, "east.left"), 0.0),
-    )
-    round_trip = SEGMENT.length * 2 / SEGMENT.wave_speed
-    scene = simulation(
-        "x", bodies, contacts, 0.8 * round_trip, integrator, step, round_trip=round_trip, model=model, law=law
-    )
+    west, east = (Rod(name, (STEEL,), FREE, FREE, v) for name, v in (("west", 1.0), ("east", -1.0)))
+    scene = in_a_row((west, Mass("block", 0.5), east), model, law, integrator, step, round_trips=0.8)
     history = run(*scene)
     times = np.linspace(0.0, scene.scene.duration, 300)
-    first, second = (history.evaluate(times, f"force:{contact.name}") for contact in contacts)
+    first, second = (history.evaluate(times, f"force:{contact.name}") for contact in scene.scene.contacts)
     # The coupled answers agree to 1e-15 of the largest in a step; some thousand steps carry the rest on.
     np.testing.assert_allclose(first, second, rtol=0.0, atol=1e-9 * first.max())
     assert np.abs(history.evaluate(times, "position:block")).max() < 1e-12
     # Each half is a rod on a wall: Z v0 once the wave has formed.
-    middle = times > 0.3 * round_trip
-    assert np.median(first[middle]) == pytest.approx(SEGMENT.impedance, rel=0.03)
+    middle = times > 0.3 * scene.scene.round_trip
+    assert np.median(first[middle]) == pytest.approx(STEEL.impedance, rel=0.03)
 
 
 def test_a_mass_that_strikes_a_mass_on_a_rod_moves_both_at_once() -> None:
     """Coupled through the middle mass: hammer, block and rod against the exact answer of the spring pair."""
-    rod = Rod("rod", (SEGMENT,), End("free"), End("clamped"))
-    bodies = {"hammer": Mass("hammer", 1.0, 1.0), "block": Mass("block", 1.0), "rod": rod}
-    contacts = (
-        Contact(Point("hammer", 0.0, "hammer"), Point("block", 0.0, "block"), 0.0),
-        Contact(Point("block", 0.0, "block"), Point("rod", 0.0, "rod.left"), 0.0),
-    )
-    scene = simulation(
-        "x",
-        bodies,
-        contacts,
-        rod.round_trip,
-        Newmark(),
-        TEN,
-        round_trip=rod.round_trip,
-        model=FiniteElement(200),
-        law=Penalty(stiffness=3e9),
-    )
-    history = run(*scene)
+    rod = Rod("rod", (STEEL,), FREE, CLAMPED)
+    bodies = Mass("hammer", 1.0, 1.0), Mass("block", 1.0), rod
+    history = run(*in_a_row(bodies, FiniteElement(200), Penalty(stiffness=3e9), Newmark(), round_trips=1.0))
     total = sum(
         float(history.evaluate(0.4 * rod.round_trip, f"momentum:{name}")) for name in ("hammer", "block", "rod")
     )
@@ -231,27 +172,12 @@ def test_a_mass_that_strikes_a_mass_on_a_rod_moves_both_at_once() -> None:
 
 def test_walls_at_both_ends_of_a_rod() -> None:
     """A rod that flies between two walls and meets one after the other: the speed is kept."""
-    rod = Rod("rod", (SEGMENT,), End("free"), End("free"), velocity=1.0)
-    law = AdditionDeletion()
-    contacts = (
-        Contact(Point("west", 0.0, "west"), Point("rod", 0.0, "rod.left"), 5e-5),
-        Contact(Point("rod", 0.3, "rod.right"), Point("east", 0.0, "east"), 5e-5),
-    )
-    bodies = {"west": Wall("west"), "rod": rod, "east": Wall("east")}
-    scene = simulation(
-        "x",
-        bodies,
-        contacts,
-        4.5e-4,
-        CentralDifference(),
-        StepRule(courant=1.0),
-        round_trip=rod.round_trip,
-        model=FiniteElement(100, "lumped"),
-        law=law,
-    )
+    bodies = Wall("west"), Rod("rod", (STEEL,), FREE, FREE, velocity=1.0), Wall("east")
+    parts = FiniteElement(100, "lumped"), AdditionDeletion(), CentralDifference(), StepRule(courant=1.0)
+    scene = in_a_row(bodies, *parts, gaps=5e-5, duration=4.5e-4)
     history = run(*scene)
     exact = solve(*scene.but(integrator=None))
-    for contact in contacts:
+    for contact in scene.scene.contacts:
         ours, true = ([span for span in each.contacts if span.contact == contact.name] for each in (history, exact))
         # A lumped end node may let go for a step and touch again; the impulse and the instants are those of the whole.
         assert sum(span.impulse for span in ours) == pytest.approx(true[0].impulse, rel=0.01)
@@ -311,7 +237,7 @@ def test_an_unrecorded_channel_is_refused_with_what_there_is() -> None:
 def test_located_hard_contact_has_no_force_spikes() -> None:
     """An event that falls next to the end of a step once cut a step so short that its force was rounding, 1e9 Z v0."""
     history = run(*paper(Modal(None, 100), AdditionDeletion(), ExactModal(), events="located"))
-    peaks = [span.peak_force / SEGMENT.impedance for span in history.contacts if span.peak_force is not None]
+    peaks = [span.peak_force / STEEL.impedance for span in history.contacts if span.peak_force is not None]
     assert max(peaks) < 2.5  # exact: 2.135; a constraint on truncated modes adds ripple
     assert history.energy.largest_gain < 1e-12
     assert not {"constraint_energy"} & {warned.code for warned in history.warnings}
@@ -320,18 +246,9 @@ def test_located_hard_contact_has_no_force_spikes() -> None:
 @pytest.mark.parametrize("integrator", [Newmark(), CentralDifference()])
 def test_what_a_dashpot_takes_is_booked_in_full(integrator: AbstractIntegrator) -> None:
     """The balance closes with the dashpot's own power, in each scheme's own velocities."""
-    rod = Rod("rod", (SEGMENT,), End("free"), End("dashpot", 2e4), velocity=1.0)
-    step = StepRule(courant=0.8)
-    scene = simulation(
-        "x",
-        {"rod": rod},
-        (),
-        3 * rod.round_trip,
-        integrator,
-        step,
-        round_trip=rod.round_trip,
-        model=FiniteElement(50, "lumped"),
-    )
+    rod = Rod("rod", (STEEL,), FREE, End("dashpot", 2e4), velocity=1.0)
+    model, step = FiniteElement(50, "lumped"), StepRule(courant=0.8)
+    scene = in_a_row((rod,), model, (), integrator, step)
     book = run(*scene).energy
     assert book.booked["ends"][-1] > 0.3 * book.total[0]
     assert max(book.largest_gain, book.largest_loss) < 1e-12

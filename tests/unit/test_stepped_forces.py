@@ -13,25 +13,19 @@ from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.generalised_alpha import GeneralisedAlpha
 from impactlab.integrators.midpoint import Midpoint
 from impactlab.numerics.slopes import slopes
-from impactlab.scene import Contact, Mass, Point, Wall
-from impactlab.scene.method import StepRule
+from impactlab.scene import Mass, Wall
+from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import run
-from impactlab.testing.scenes import simulation
+from impactlab.testing.scenes import in_a_row
 
 STIFFNESS, SPEED = 1e6, 1.0  # N/m, m/s; of a ball of 1 kg on a wall
 FREQUENCY = math.sqrt(STIFFNESS)
 SCHEMES = (CentralDifference(), Midpoint(), GeneralisedAlpha(rho_inf=0.9))
 
 
-def errors_at(t: np.ndarray, integrator: AbstractIntegrator, steps: int, duration: float, records: int) -> np.ndarray:
-    """Return the errors of the force of a ball on a spring over the largest force."""
-    bodies = {"ball": Mass("ball", 1.0, SPEED), "wall": Wall("wall")}
-    contact = Contact(Point("ball", 0.0, "ball"), Point("wall", 0.0, "wall"), 0.0)
-    step = StepRule(dt=duration / steps)
-    scene = simulation(
-        "x", bodies, (contact,), duration, integrator, step, "dated", records=records, law=Penalty(stiffness=STIFFNESS)
-    )
-    return np.abs(run(*scene).evaluate(t, "force:ball|wall") / (SPEED * FREQUENCY) - np.sin(FREQUENCY * t))
+def ball_on_spring(integrator: AbstractIntegrator, steps: int, duration: float, records: int = 100_000) -> Simulation:
+    bodies, step = (Mass("ball", 1.0, SPEED), Wall("wall")), StepRule(dt=duration / steps)
+    return in_a_row(bodies, None, Penalty(STIFFNESS), integrator, step, duration=duration, records=records)
 
 
 @pytest.mark.parametrize("records", [100_000, 100])
@@ -40,19 +34,17 @@ def test_a_steep_force_is_known_to_the_second_order_at_any_time(integrator: Abst
     duration = 0.25 * math.pi / FREQUENCY  # the force still rises at the end
     t = np.append(np.linspace(0.0, duration, 997), duration)
     kept = min(records, 400)
-    found = errors_at(t, integrator, 400, duration, records)
+    force = run(*ball_on_spring(integrator, 400, duration, records)).evaluate(t, "force:ball|wall")
+    found = np.abs(force / (SPEED * FREQUENCY) - np.sin(FREQUENCY * t))
     assert found.max() < 2.0 * (FREQUENCY * duration / kept) ** 2  # a stair is half a step off: 250 times as much
 
 
 def test_a_force_beyond_the_last_middle_of_a_step_turns_or_rests_but_never_pulls() -> None:
-    bodies = {"ball": Mass("ball", 1.0, SPEED), "wall": Wall("wall")}
-    contact = Contact(Point("ball", 0.0, "ball"), Point("wall", 0.0, "wall"), 0.0)
     for phase in np.linspace(0.9, 1.1, 41):
         duration = phase * math.pi / FREQUENCY  # from shortly before the opening to shortly after it
-        scene = simulation(
-            "x", bodies, (contact,), duration, Midpoint(), StepRule(dt=duration / 90), law=Penalty(stiffness=STIFFNESS)
+        end = float(run(*ball_on_spring(Midpoint(), 90, duration)).evaluate(duration, "force:ball|wall")) / (
+            SPEED * FREQUENCY
         )
-        end = float(run(*scene).evaluate(duration, "force:ball|wall")) / (SPEED * FREQUENCY)
         assert 0.0 <= end == pytest.approx(max(0.0, math.sin(math.pi * phase)), abs=1e-3)
 
 

@@ -31,11 +31,11 @@ from impactlab.plugins import (
     kind_of,
     registry,
 )
-from impactlab.scene import Contact, Mass, Point, Wall
+from impactlab.scene import Mass, Wall
 from impactlab.scene.method import StepRule
 from impactlab.simulate import run
 from impactlab.testing import verdict as checking
-from impactlab.testing.scenes import simulation
+from impactlab.testing.scenes import in_a_row
 from impactlab.testing.verdict import Verdict, find, verdict
 from impactlab.types import Level, Port, Reply, Start, option
 
@@ -247,10 +247,8 @@ def test_a_law_with_losses_below_zero_passes_its_check_and_its_runs(found):
         "reply.dissipated >= 0.0"
         in failed(verdict("generous", found))["it never pulls and never books a negative loss"]
     )
-    bodies = {"ball": Mass("ball", 1.0, 1.0), "wall": Wall("wall")}
-    law = found.load(LAWS, "generous")(2e6)
-    contact = Contact(Point("ball", 0.0, "ball"), Point("wall", 0.0, "wall"), 0.0)
-    scene = simulation("generous", bodies, (contact,), 5e-3, ExactModal(), StepRule(dt=1e-5), law=law)
+    bodies, law = (Mass("ball", 1.0, 1.0), Wall("wall")), found.load(LAWS, "generous")(2e6)
+    scene = in_a_row(bodies, None, law, ExactModal(), StepRule(dt=1e-5), duration=5e-3)
     with pytest.raises(StepError, match=r"ball\|wall: law 'generous' replied losses of -\S+ J, below zero"):
         run(*scene)
 
