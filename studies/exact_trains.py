@@ -85,7 +85,7 @@ def bounces() -> str:
         history = solve(*case)
         took = time.perf_counter() - began
         balance = float(np.max(np.abs(history.energy.balance))) / float(history.energy.total[0])
-        pieces = int(np.sum(history._log.records))
+        pieces = int(np.sum(history.log.junctions["records"]))
         end = abs(float(history.evaluate(case.scene.duration, "velocity:rod@0.5"))) - 1.0
         lines.append(
             f"| {len(history.contacts)} | {took:.3g} | {history.cost.steps} | {pieces} | {balance:.1e} | {end:.1e} |"

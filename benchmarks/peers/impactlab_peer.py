@@ -108,18 +108,17 @@ def build(case: Case, setting: Setting, record: bool) -> Run:
 def _exact(case: Case, given: Simulation) -> Run:
     """Return a run of the exact description: the marching is timed, as the package reports it."""
     from impactlab.exact import march
+    from impactlab.exact.arrays import DONE
     from impactlab.exact.build import build as network
     from impactlab.exact.history import ContinuousHistory
     from impactlab.exact.network import grown
 
     layout, log = network(*given)
-    coupled = march.springs(layout.network)
-    logs, histories = [log], []
+    logs, histories = [march.prepared(log)], []
 
     def solve() -> None:
-        while (status := march.march(logs[-1], coupled)) != march.DONE:
-            full = (march.MORE_RECORDS, march.MORE_POOL, march.MORE_EVENTS)
-            logs.append(grown(logs[-1], *(status == each for each in full)))
+        while (status := march.march(logs[-1])) != DONE:
+            logs.append(grown(logs[-1], status))
         histories.append(ContinuousHistory(given, layout, logs[-1], given.scene.duration))
 
     return Run(solve, lambda: outcome_of(histories[-1], case))

@@ -12,6 +12,9 @@ from typing import NamedTuple
 from impactlab.numerics.layout import record
 from impactlab.types import Array
 
+# Statuses of the march: the end, a full array, or the reason of a stop.
+DONE, MORE_RECORDS, MORE_POOL, MORE_EVENTS, TOO_MANY, UNRESOLVED, PAUSED = 0, 1, 2, 3, 4, 5, 6
+
 
 @record
 class StateRecord(ctypes.Structure):
@@ -42,6 +45,9 @@ class JunctionRecord(ctypes.Structure):
     last_end: int
     first_contact: int
     last_contact: int
+    nodes: int  # how many
+    ends: int
+    rows: int  # of a piece: two for each node and each end, one for each contact
     records: int  # so far
     bursts: int  # events in the present series
     broken: int  # 1 from an event on until the next piece
@@ -59,6 +65,7 @@ class NodeRecord(ctypes.Structure):
     push: float  # N, end force along +x
     u: float  # m
     v: float  # m/s
+    junction: int
     group: int  # node whose group it is in
     bare: int  # 1 where the group has no mass, or never moves
     group_mass: float  # kg, of the group that carries this node's number
@@ -68,9 +75,14 @@ class NodeRecord(ctypes.Structure):
 
 @record
 class EndRecord(ctypes.Structure):
-    """An end of a rod piece, and what arrives there: emitted by its peer one transit earlier."""
+    """An end of a rod piece, and the wave that arrives there: emitted by its peer one transit earlier.
+
+    Waves are velocities along +x: at an end, velocity of the node = arriving + emitted wave. On the way half of
+    gravity's gain is added.
+    """
 
     node: int
+    junction: int
     source: int  # junction of the peer
     row: int  # of the peer's wave in the records there
     cursor: int  # record that is arriving
@@ -81,7 +93,7 @@ class EndRecord(ctypes.Structure):
 
 @record
 class ContactRecord(ctypes.Structure):
-    """A contact of two nodes."""
+    """A contact of two nodes; those of a junction stand in the order in which their forces are found."""
 
     left: int  # node
     right: int
@@ -109,7 +121,7 @@ class EventRecord(ctypes.Structure):
 
     time: float
     contact: int
-    kind: int
+    kind: int  # 1 close, 0 open
 
 
 class MarchArrays(NamedTuple):

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from impactlab.exact.arrays import MORE_EVENTS, MORE_POOL, MORE_RECORDS, PAUSED
 from impactlab.exact.build import build
 from impactlab.exact.network import Log, grown
 from impactlab.lazy import lazy
@@ -31,23 +32,23 @@ MAX_POWER = 6.0  # power of time with which the cost may grow: fronts in rods of
 
 def spent(log: Log) -> float:
     """Return the predicted seconds of a march so far."""
-    return FIXED_S + INTERVAL_S * float(log.tally[2]) + WORK_S * float(log.work[0]) + NUMBER_S * float(log.tally[0])
+    state = log.state
+    return float(FIXED_S + INTERVAL_S * state["intervals"] + WORK_S * state["work"] + NUMBER_S * state["pool_used"])
 
 
 def predicted_s(scene: Scene, method: Method) -> float:
     """Return the predicted seconds of `impactlab.exact.solve.solve`; raises `CaseError` where it does not serve."""
-    layout, log = build(scene, method)
-    coupled = march.springs(layout.network)
+    _, log = build(scene, method)
+    log = march.prepared(log)
     counts: list[tuple[float, float]] = []  # (time reached, seconds)
-    while True:
-        log.tally[3] = FIRST_COUNT * 2 ** len(counts)
-        status = march.march(log, coupled)
-        if status == march.PAUSED:
-            counts.append((float(min(log.clock)), spent(log)))
-            if counts[-1][1] > PILOT_S:
-                break
-        elif status in (march.MORE_RECORDS, march.MORE_POOL, march.MORE_EVENTS):
-            log = grown(log, status == march.MORE_RECORDS, status == march.MORE_POOL, status == march.MORE_EVENTS)
+    log.state["most"] = FIRST_COUNT
+    while not counts or counts[-1][1] <= PILOT_S:
+        status = march.march(log)
+        if status == PAUSED:
+            counts.append((log.reached, spent(log)))
+            log.state["most"] = FIRST_COUNT * 2 ** len(counts)
+        elif status in (MORE_RECORDS, MORE_POOL, MORE_EVENTS):
+            log = grown(log, status)
         else:
             return spent(log)
     reached, cost = counts[-1]

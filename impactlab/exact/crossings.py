@@ -19,7 +19,7 @@ def least_force(m: MarchArrays, j: int, c: int, n: int) -> float:
     state, junction, contact = m.state[0], m.junctions[j], m.contacts[c]
     none = ZERO_TOL * state.fastest * contact.impedance
     if contact.stiffness >= 0.0:
-        base, nodes = junction.first_node, junction.last_node - junction.first_node
+        base, nodes = junction.first_node, junction.nodes
         reach = abs(contact.gap)
         for k in range(n):
             reach += abs(m.rows[nodes + contact.left - base, k]) + abs(m.rows[nodes + contact.right - base, k])
@@ -87,8 +87,8 @@ def next_event(m: MarchArrays, j: int, n: int) -> float:
     """Return the place in [-1, 1] of the first event, 2 for none; the state holds its contact (or -1) and kind."""
     state, junction = m.state[0], m.junctions[j]
     base = junction.first_node
-    nodes = junction.last_node - base
-    first_force = 2 * nodes + 2 * (junction.last_end - junction.first_end)
+    nodes = junction.nodes
+    first_force = 2 * (nodes + junction.ends)
     place = 2.0
     no_gap = ZERO_TOL * state.farthest
     trial = m.stack[MAX_DEPTH]

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
-from impactlab.exact.network import Integers, Layout, Link
+from impactlab.exact.network import Integers, Layout, Link, Log
 from impactlab.exact.signals import Signals, clenshaw, gauss
 from impactlab.history.base import EnergyBook
 from impactlab.scene.problem import Scene
@@ -14,62 +16,59 @@ MAX_SAMPLES = 4000
 EVEN_SAMPLES = 201
 
 
-def link_momentum(layout: Layout, signals: Signals, link: Link, t: Array) -> Array:
-    """Return the momentum of a link [N s]: Z times the waves inside it, integrated over their emission."""
-    z = float(layout.network.impedance[link.left_end])
-    inside = sum(
-        (signals.carried(end)(t) - signals.carried(end)(t - link.transit) for end in (link.left_end, link.right_end)),
-        np.zeros_like(t),
-    )
-    return np.asarray(z * (inside + 0.5 * layout.network.gravity * link.transit**2))
+def masses(signals: Signals, nodes: tuple[int, ...]) -> Iterator[tuple[int, float]]:
+    """Give the nodes that carry a mass, and it [kg]."""
+    for node in nodes:
+        mass = float(signals.log.nodes["mass"][node])
+        if 0.0 < mass < np.inf:
+            yield node, mass
 
 
-def link_energy(layout: Layout, signals: Signals, link: Link, t: Array) -> Array:
-    """Return kinetic and strain energy of a link [J]: Z times the integral of both waves squared."""
-    net = layout.network
-    z = float(net.impedance[link.left_end])
-    g = net.gravity
-    lag = link.transit
+def rod_momentum(layout: Layout, signals: Signals, name: str, t: Array) -> Array:
+    """Return the momentum of a rod with its end masses [N s], shape of t (n,).
+
+    That of a link is Z times the waves inside it, integrated over their emission.
+    """
     total = np.zeros_like(t)
+    for link in layout.links[name]:
+        inside = np.zeros_like(t)
+        for end in (link.left_end, link.right_end):
+            inside = inside + (signals.carried(end)(t) - signals.carried(end)(t - link.transit))
+        total += link.segment.impedance * (inside + 0.5 * signals.gravity * link.transit**2)
+    for node, mass in masses(signals, layout.nodes[name]):
+        total += mass * signals.velocity(node)(t)
+    return total
+
+
+def link_energy(signals: Signals, link: Link, t: Array) -> Array:
+    """Return kinetic and strain energy of a link [J]: Z times the integral of both waves squared."""
+    g, lag, total = signals.gravity, link.transit, np.zeros_like(t)
     for end in (link.left_end, link.right_end):
         wave, carried = signals.wave(end), signals.carried(end)
         total += wave.between(t - lag, t)
         if g != 0.0:  # on the way a wave gains g/2 times its age
             first = -carried(t - lag) * lag + carried.integral(t, False) - carried.integral(t - lag, False)
             total += g * first + g * g * lag**3 / 12.0
-    return z * total
-
-
-def rod_momentum(layout: Layout, signals: Signals, name: str, t: Array) -> Array:
-    """Return the momentum of a rod with its end masses [N s], shape of t (n,)."""
-    total = np.zeros_like(t)
-    for link in layout.links[name]:
-        total += link_momentum(layout, signals, link, t)
-    for node in layout.nodes[name]:
-        mass = float(layout.network.mass[node])
-        if 0.0 < mass < np.inf:
-            total += mass * signals.velocity(node)(t)
-    return total
+    return link.segment.impedance * total
 
 
 def rod_energy(layout: Layout, signals: Signals, name: str, t: Array) -> Array:
     """Return the energy of a rod with its end masses and end springs [J], shape of t (n,)."""
     total = np.zeros_like(t)
     for link in layout.links[name]:
-        total += link_energy(layout, signals, link, t)
-    net = layout.network
+        total += link_energy(signals, link, t)
     for node in layout.nodes[name]:
-        if 0.0 < net.mass[node] < np.inf:
-            total += 0.5 * net.mass[node] * signals.velocity(node)(t) ** 2
-        if net.spring[node] > 0.0:
-            total += 0.5 * net.spring[node] * signals.displacement(node)(t) ** 2
+        mass, spring = (signals.log.nodes[kind][node] for kind in ("mass", "spring"))
+        if 0.0 < mass < np.inf:
+            total += 0.5 * mass * signals.velocity(node)(t) ** 2
+        if spring > 0.0:
+            total += 0.5 * spring * signals.displacement(node)(t) ** 2
     return total
 
 
-def sample_times(signals: Signals, layout: Layout, duration: float) -> Array:
+def sample_times(log: Log, duration: float) -> Array:
     """Return the instants of the book: breaks of all junctions, thinned where they are many, and an equal grid."""
-    log = signals.log
-    stops = [log.stop[j, : log.records[j]] for j in range(len(layout.network.node_of) - 1)]
+    stops = [row["stop"][:count] for row, count in zip(log.pieces, log.junctions["records"], strict=True)]
     breaks = np.unique(np.concatenate(stops))
     breaks = breaks[(breaks > 0.0) & (breaks < duration)]
     if len(breaks) > MAX_SAMPLES:
@@ -80,11 +79,10 @@ def sample_times(signals: Signals, layout: Layout, duration: float) -> Array:
 class SpringContact:
     """Stored and lost energy of a spring-and-dashpot contact of a solved network."""
 
-    def __init__(self, layout: Layout, signals: Signals, contact: int) -> None:
-        net = layout.network
-        left, right = int(net.left[contact]), int(net.right[contact])
-        self.stiffness, self.damping = float(net.stiffness[contact]), float(net.damping[contact])
-        self.gap = float(net.gap[contact])
+    def __init__(self, signals: Signals, contact: int) -> None:
+        record = signals.log.contacts[contact]
+        left, right = int(record["left"]), int(record["right"])
+        self.stiffness, self.damping, self.gap = (float(record[name]) for name in ("stiffness", "damping", "gap"))
         self.places = signals.displacement(left), signals.displacement(right)
         self.rates = signals.velocity(left), signals.velocity(right)
         self.force = signals.force(contact)
@@ -125,14 +123,9 @@ class SpringContact:
         return np.asarray(whole[piece] + self.within(piece, np.maximum(t, self.begins[piece])))
 
 
-def energy_book(scene: Scene, layout: Layout, signals: Signals, duration: float) -> EnergyBook:
-    """Return the energies of a history at its breaks and on an equal grid."""
-    return energies_at(scene, layout, signals, sample_times(signals, layout, duration))
-
-
 def energies_at(scene: Scene, layout: Layout, signals: Signals, t: Array) -> EnergyBook:
     """Return the energies at times t [s], (n,); work and losses are those since t[0]."""
-    net = layout.network
+    log, g = signals.log, signals.gravity
     bodies: dict[str, Array] = {}
     work = np.zeros_like(t)
     for name, body in scene.in_order.items():
@@ -140,23 +133,21 @@ def energies_at(scene: Scene, layout: Layout, signals: Signals, t: Array) -> Ene
             energy = rod_energy(layout, signals, name, t)
             # a difference of large sums: below their rounding it is zero
             bodies[name] = np.where(np.abs(energy) < 1e-14 * np.max(np.abs(energy)), 0.0, energy)
-            if net.gravity != 0.0:
+            if g != 0.0:
                 work += gravity_work(layout, signals, name, t)
         elif body.rigid_mass < np.inf:
             node, mass = layout.nodes[name][0], body.rigid_mass
             bodies[name] = 0.5 * mass * signals.velocity(node)(t) ** 2
-            work += mass * net.gravity * (signals.displacement(node)(t) - signals.displacement(node)(t[:1]))
+            work += mass * g * signals.travel(node, t)
         else:
             bodies[name] = np.zeros_like(t)
-    for pushed in np.flatnonzero(net.push):
-        displacement = signals.displacement(int(pushed))
-        work += net.push[pushed] * (displacement(t) - displacement(t[:1]))
+    for node in np.flatnonzero(log.nodes["push"]).tolist():
+        work += log.nodes["push"][node] * signals.travel(node, t)
     ends = np.zeros_like(t)
-    for held in np.flatnonzero(net.dashpot > 0.0):
-        velocity = signals.velocity(int(held))
-        spent = velocity.integral(t, True) - velocity.integral(t[:1], True)
-        ends += net.dashpot[held] * spent
-    springs = [SpringContact(layout, signals, c) for c in range(len(net.left)) if net.stiffness[c] >= 0.0]
+    for node in np.flatnonzero(log.nodes["dashpot"] > 0.0).tolist():
+        velocity = signals.velocity(node)
+        ends += log.nodes["dashpot"][node] * (velocity.integral(t, True) - velocity.integral(t[:1], True))
+    springs = [SpringContact(signals, c) for c in np.flatnonzero(log.contacts["stiffness"] >= 0.0).tolist()]
     stored = sum((spring.held(t) for spring in springs), np.zeros_like(t))
     lost = sum((spring.lost(t) - spring.lost(t[:1]) for spring in springs), np.zeros_like(t))
     return EnergyBook(t, bodies, stored, {"contact": lost, "ends": ends, "unresolved": np.zeros_like(t)}, work)
@@ -164,19 +155,14 @@ def energies_at(scene: Scene, layout: Layout, signals: Signals, t: Array) -> Ene
 
 def gravity_work(layout: Layout, signals: Signals, name: str, t: Array) -> Array:
     """Return the work of gravity on a rod [J]: g times the integral of its momentum."""
-    net = layout.network
-    g = net.gravity
-    total = np.zeros_like(t)
+    g, total = signals.gravity, np.zeros_like(t)
     for link in layout.links[name]:
-        z = float(net.impedance[link.left_end])
+        z = link.segment.impedance
         for end in (link.left_end, link.right_end):
             carried = signals.carried(end)
             inside = carried.integral(t, False) - carried.integral(t - link.transit, False)
             total += z * g * (inside - inside[0])
         total += z * g * 0.5 * g * link.transit**2 * (t - t[0])
-    for node in layout.nodes[name]:
-        mass = float(net.mass[node])
-        if 0.0 < mass < np.inf:
-            displacement = signals.displacement(node)
-            total += mass * g * (displacement(t) - displacement(t[:1]))
+    for node, mass in masses(signals, layout.nodes[name]):
+        total += mass * g * signals.travel(node, t)
     return total

@@ -2,37 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
-from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from impactlab.errors import CaseError
-from impactlab.exact.energies import energy_book, rod_energy, rod_momentum
+from impactlab.exact.energies import energies_at, rod_energy, rod_momentum, sample_times
 from impactlab.exact.network import Layout, Link, Log
 from impactlab.exact.signals import Signal, Signals
 from impactlab.history.base import AbstractHistory, ContactSpan, Cost, EnergyBook, Event, Field, Warned, within_run
 from impactlab.history.noise_floor import above_noise
 from impactlab.metrics.grazing import near_grazing
-from impactlab.scene.bodies import WaveBody
 from impactlab.scene.frame import carried_energy, touched_in
 from impactlab.scene.method import Simulation
 from impactlab.scene.problem import Probe
-from impactlab.types import Array, Quantity
+from impactlab.types import QUANTITIES_OF_ROD, Array
 
-JUMP_TOL = 1.0e-9  # of the largest velocity: smaller jumps are rounding
-QUANTITIES: tuple[Quantity, ...] = ("displacement", "velocity", "strain", "stress", "force")
+MIN_JUMP = 1.0e-9  # of the largest velocity: smaller ones are rounding
 FIELD_POINTS = 401
 
 
 class Place(NamedTuple):
     """A place on a rod: its uniform piece and how long a wave takes there from the piece's left end."""
 
-    rod: WaveBody
     link: Link
     way: float | Array  # s; one per time
 
@@ -43,38 +38,21 @@ class ContinuousHistory(AbstractHistory):
     Waves and events are stored; everything else is computed from them on first use.
     """
 
-    def __init__(
-        self,
-        run: Simulation,
-        layout: Layout,
-        log: Log,
-        duration: float,
-        first_carried: Mapping[int, float] | None = None,
-    ) -> None:
+    def __init__(self, run: Simulation, layout: Layout, log: Log, duration: float) -> None:
         self.dt = None
         self.duration = duration
         self.scene, self.method = run
-        self.layout = layout
-        self._log = log
-        self._first_carried = first_carried  # where the log begins later than one transit before t = 0
-        self.cost = Cost(steps=int(log.tally[2]))
-        self._events: tuple[Event, ...] | None = None
-        self._spans: tuple[ContactSpan, ...] | None = None
-        self._book: EnergyBook | None = None
-        self._warned: list[Warned] | None = None
+        self.layout, self.log = layout, log
+        self.cost = Cost(steps=int(log.state["intervals"]))
 
     @cached_property
     def signals(self) -> Signals:
         """The waves and forces as functions of time."""
-        return Signals(self.layout, self._log)
+        return Signals(self.log)
 
     @cached_property
     def _contact(self) -> dict[str, int]:
         return {self.scene.contacts[place].name: c for c, place in enumerate(self.layout.places)}
-
-    @cached_property
-    def _speed(self) -> float:
-        return float(self._log.scale[0])
 
     @cached_property
     def _exact_x(self) -> dict[str, float]:
@@ -83,72 +61,46 @@ class ContinuousHistory(AbstractHistory):
         faces = [Probe(point.body, point.x, own) for point in waves for own in self.scene.bodies[point.body].quantities]
         return {probe.channel: probe.x for probe in (*faces, *self.scene.probes)}
 
-    @property
-    def events(self) -> tuple[Event, ...]:
-        """Closings and openings in order of time."""
-        if self._events is None:
-            self._events, self._spans = above_noise(self.scene, self.method.models, self.dated, self._find_spans())
-        return self._events
-
-    @events.setter
-    def events(self, events: tuple[Event, ...]) -> None:
-        self._events = events
-
     @cached_property
     def dated(self) -> tuple[Event, ...]:
         """All closings and openings in order of time, noise included."""
-        log, names = self._log, [self.scene.contacts[place].name for place in self.layout.places]
-        found = zip(log.event_time, log.event_contact, log.event_kind, strict=True)
-        dated = sorted(
-            (float(time), number, names[contact], bool(closes))
-            for number, (time, contact, closes) in enumerate(islice(found, int(log.tally[1])))
-            if time <= self.duration
-        )
-        return tuple(Event(time, name, "close" if closes else "open") for time, _, name, closes in dated)
+        found = self.log.events[: self.log.state["events"]]
+        found = found[found["time"] <= self.duration]
+        names = [self.scene.contacts[place].name for place in self.layout.places]
+        ordered = found[np.argsort(found["time"], kind="stable")].tolist()
+        return tuple(Event(time, names[contact], "close" if closes else "open") for time, contact, closes in ordered)
 
-    @property
-    def contacts(self) -> tuple[ContactSpan, ...]:
+    @cached_property
+    def _above_noise(self) -> tuple[tuple[Event, ...], tuple[ContactSpan, ...]]:
+        return above_noise(self.scene, self.method.models, self.dated, self._find_spans())
+
+    @cached_property
+    def events(self) -> tuple[Event, ...]:  # type: ignore[override] # may be assigned, as that of every history
+        """Closings and openings in order of time."""
+        return self._above_noise[0]
+
+    @cached_property
+    def contacts(self) -> tuple[ContactSpan, ...]:  # type: ignore[override]
         """Periods of contact in order of their start, with impulse [N s] and peak force [N]."""
-        if self._spans is None:
-            self._events, self._spans = above_noise(self.scene, self.method.models, self.dated, self._find_spans())
-        return self._spans
+        return self._above_noise[1]
 
-    @contacts.setter
-    def contacts(self, spans: tuple[ContactSpan, ...]) -> None:
-        self._spans = spans
-
-    @property
-    def energy(self) -> EnergyBook:
+    @cached_property
+    def energy(self) -> EnergyBook:  # type: ignore[override]
         """Energies at every break and on an equal grid."""
-        if self._book is None:
-            book = self.balanced
-            self._book = replace(book, carried=carried_energy(self.scene, book.time, touched_in(self)))
-        return self._book
-
-    @energy.setter
-    def energy(self, book: EnergyBook) -> None:
-        self._book = book
+        return replace(self.balanced, carried=carried_energy(self.scene, self.balanced.time, touched_in(self)))
 
     @cached_property
     def balanced(self) -> EnergyBook:
         """The energies without those of a common drift, which needs all contact periods."""
-        return energy_book(self.scene, self.layout, self.signals, self.duration)
+        return energies_at(self.scene, self.layout, self.signals, sample_times(self.log, self.duration))
 
-    @property
-    def warnings(self) -> list[Warned]:
+    @cached_property
+    def warnings(self) -> list[Warned]:  # type: ignore[override]
         """Warnings, found on first use."""
-        if self._warned is None:
-            self._warned = []
-            if np.isfinite(self.scene.round_trip):
-                for contact in self.scene.contacts:
-                    text = near_grazing(self, contact.name, self.scene.round_trip)
-                    if text is not None:
-                        self._warned.append(Warned("near_grazing", text))
-        return self._warned
-
-    @warnings.setter
-    def warnings(self, warned: list[Warned]) -> None:
-        self._warned = warned
+        trip = self.scene.round_trip
+        names = [contact.name for contact in self.scene.contacts] if np.isfinite(trip) else []
+        texts = [near_grazing(self, name, trip) for name in names]
+        return [Warned("near_grazing", text) for text in texts if text is not None]
 
     def _find_spans(self) -> tuple[ContactSpan, ...]:
         spans = []
@@ -198,9 +150,9 @@ class ContinuousHistory(AbstractHistory):
             contact = self._contact[rest]
             if quantity == "force":
                 return self.signals.force(contact)(t)
-            net = self.layout.network
-            left, right = (self.signals.displacement(int(node[contact])) for node in (net.left, net.right))
-            return np.asarray(net.gap[contact] + right(t) - left(t))
+            record = self.log.contacts[contact]
+            left, right = (self.signals.displacement(int(record[side])) for side in ("left", "right"))
+            return np.asarray(record["gap"] + right(t) - left(t))
         name, at, x = rest.rpartition("@")
         if at and name in self.layout.links and quantity in self.scene.bodies[name].quantities:
             read, factor = self.scene.bodies[name].reading(quantity)
@@ -215,113 +167,88 @@ class ContinuousHistory(AbstractHistory):
                 return self.signals.displacement(node)(t)
             v = self.signals.velocity(node)(t)
             return {"velocity": v, "momentum": mass * v, "energy": 0.5 * mass * v * v}[quantity]
+        anywhere = "|".join(QUANTITIES_OF_ROD)
         raise CaseError(
             f"'{channel}' is not a channel of this history",
-            remedy=f"Channels: {', '.join(self.channels())}, and {'|'.join(QUANTITIES)}:rod@x at any x of a rod.",
+            remedy=f"Channels: {', '.join(self.channels())}, and {anywhere}:rod@x at any x of a rod.",
         )
 
     def _place(self, name: str, channel: str, text: str) -> Place:
         """Return the place of a channel; x of a probe is taken as the probe has it, not as its name rounds it."""
-        body = self.scene.bodies[name].waves
-        if body is None:
-            raise CaseError(f"'{channel}': '{name}' is no rod", remedy="Name a rod.")
+        length, links = self.scene.bodies[name].length, self.layout.links[name]
         try:
             x = self._exact_x[channel] if channel in self._exact_x else float(text)
         except ValueError:
             x = np.nan
-        if not -1e-9 * body.length <= x <= (1.0 + 5e-6) * body.length:
-            raise CaseError(
-                f"'{channel}': x lies outside rod '{name}'", remedy=f"Give x between 0 and {body.length:g} m."
-            )
-        links = self.layout.links[name]
+        if not -1e-9 * length <= x <= (1.0 + 5e-6) * length:
+            raise CaseError(f"'{channel}': x lies outside rod '{name}'", remedy=f"Give x between 0 and {length:g} m.")
         link = next((item for item in links if x < item.x + item.length * (1.0 - 1e-12)), links[-1])
-        way = (x - link.x) / link.wave_speed
+        way = (x - link.x) / link.segment.wave_speed
         # Names carry six digits: what rounds to the end of the rod is the end, however short its last link is.
-        at_end = link is links[-1] and x > body.length * (1.0 - 5e-6)
+        at_end = link is links[-1] and x > length * (1.0 - 5e-6)
         if at_end or (channel in self._exact_x and x == link.x + link.length):
             way = link.transit
-        return Place(body, link, min(max(way, 0.0), link.transit))
+        return Place(link, min(max(way, 0.0), link.transit))
 
     def _wave(self, t: Array, quantity: str, place: Place) -> Array:
-        link, way = place.link, place.way
-        g = self.layout.network.gravity
-        back = link.transit - way
+        link, way = place
+        g, back = self.signals.gravity, link.transit - way
         if quantity == "displacement":
             moved = self.signals.carried(link.left_end)(t - way) + self.signals.carried(link.right_end)(t - back)
-            return np.asarray(moved + 0.5 * g * (link.transit * t + way * back) + self._rest(place.rod, link))
+            rest = link.u - self.carried_before(link)
+            return np.asarray(moved + 0.5 * g * (link.transit * t + way * back) + rest)
         right = self.signals.wave(link.left_end)(t - way) + 0.5 * g * way
         left = self.signals.wave(link.right_end)(t - back) + 0.5 * g * back
-        if quantity == "velocity":
-            return np.asarray(right + left)
-        factor = {
-            "strain": 1.0 / link.wave_speed,
-            "stress": link.density * link.wave_speed,
-            "force": link.density * link.wave_speed * link.area,
-        }[quantity]
-        return np.asarray(factor * (right - left))
-
-    def _rest(self, rod: WaveBody, link: Link) -> float:
-        """Constant of the displacement of a link: its left end at t = 0."""
-        shape = rod.displacement
-        start = 0.0 if shape is None else float(shape(np.array([link.x]))[0])
-        return start - self.carried_before(link)
+        return np.asarray(right + left if quantity == "velocity" else link.per_velocity(quantity) * (right - left))
 
     def carried_before(self, link: Link) -> float:
         """Return the time integral of the wave of a link's right end, one transit before t = 0 [m]."""
-        if self._first_carried is not None:
-            return self._first_carried[link.right_end]
-        return float(self.signals.carried(link.right_end)(np.array([-link.transit]))[0])
+        known, end = self.layout.carried, link.right_end
+        if end not in known:  # kept, as the log of a long run begins later
+            known[end] = float(self.signals.carried(end)(np.array([-link.transit]))[0])
+        return known[end]
 
     def force(self, name: str) -> Signal:
         """Return the force of a contact as a function of time [N]."""
         return self.signals.force(self._contact[name])
 
     def field(self, body: str, t: float, quantity: str) -> Field:
-        rod = self.scene.bodies[body].waves if body in self.scene.bodies else None
-        if rod is None or quantity not in rod.quantities:
-            raise CaseError(f"no field '{quantity}' of '{body}'", remedy=f"Fields: {', '.join(QUANTITIES)} of a rod.")
-        read, factor = rod.reading(quantity)
-        x = np.linspace(0.0, rod.length, FIELD_POINTS)
+        links = self.layout.links.get(body, ())
+        if not links or quantity not in self.scene.bodies[body].quantities:
+            raise CaseError(
+                f"no field '{quantity}' of '{body}'", remedy=f"Fields: {', '.join(QUANTITIES_OF_ROD)} of a rod."
+            )
+        read, factor = self.scene.bodies[body].reading(quantity)
+        x = np.linspace(0.0, self.scene.bodies[body].length, FIELD_POINTS)
         values = np.empty_like(x)
-        links = self.layout.links[body]
         time = float(within_run(t, self.duration))
-        for i, link in enumerate(links):
-            mine = (x >= link.x) & ((x < link.x + link.length) | (i == len(links) - 1))
-            ways = np.clip((x[mine] - link.x) / link.wave_speed, 0.0, link.transit)
-            at = np.full(int(np.sum(mine)), time)
-            values[mine] = factor * self._wave(at, read, Place(rod, link, ways))
+        for link in links:
+            mine = (x >= link.x) & ((x < link.x + link.length) | (link is links[-1]))
+            ways = np.clip((x[mine] - link.x) / link.segment.wave_speed, 0.0, link.transit)
+            values[mine] = factor * self._wave(np.full(ways.size, time), read, Place(link, ways))
         return Field(x, values)
 
     def jumps(self, channel: str) -> Array:
         quantity, _, rest = channel.partition(":")
-        floor = JUMP_TOL * self._speed
-        if rest in self._contact and quantity in ("force", "gap"):
-            if quantity == "gap":
-                return np.zeros(0)
+        floor, slack = MIN_JUMP * float(self.log.state["fastest"]), 4.0 * float(self.log.state["tolerance"])
+        if quantity == "force" and rest in self._contact:
             contact = self._contact[rest]
-            scale = float(self.layout.network.contact_impedance[contact])
-            found = self.signals.force(contact).jumps(floor * scale)
+            found = self.signals.force(contact).jumps(floor * float(self.log.contacts["impedance"][contact]))
             return np.asarray(found[(found >= 0.0) & (found <= self.duration)])
-        name, at, x = rest.rpartition("@")
+        name, _, x = rest.rpartition("@")
         known = self.scene.bodies[name].quantities if name in self.layout.links else {}
         read, _ = known.get(quantity, ("displacement", 1.0))
-        if not at or read == "displacement" or name not in self.layout.links:
+        if read == "displacement":
             self._answer(np.zeros(1), channel)  # refuses what is no channel
             return np.zeros(0)
         place = self._place(name, channel, x)
-        link, way = place.link, place.way
-        times = np.concatenate(
-            [
-                self.signals.wave(link.left_end).jumps(floor) + way,
-                self.signals.wave(link.right_end).jumps(floor) + (link.transit - way),
-            ]
-        )
+        link, way = place
+        right, left = (self.signals.wave(end).jumps(floor) for end in (link.left_end, link.right_end))
+        times = np.concatenate([right + way, left + (link.transit - way)])
         times = np.unique(times[(times >= 0.0) & (times <= self.duration)])
         if len(times) == 0:
             return times
-        slack = 4.0 * self.layout.network.tolerance
         times = times[np.concatenate([[True], np.diff(times) > slack])]
-        shape = {"velocity": 1.0, "strain": 1.0 / link.wave_speed, "stress": link.density * link.wave_speed}
-        scale = shape.get(read, link.density * link.wave_speed * link.area)
+        scale = 1.0 if read == "velocity" else link.per_velocity(read)
         before, after = self._wave(times - slack, read, place), self._wave(times + slack, read, place)
         return np.asarray(times[(np.abs(after - before) > 10.0 * floor * scale) | (times <= slack)])

@@ -8,42 +8,49 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from impactlab.errors import CaseError
-from impactlab.exact.network import Layout, Link, Log, log_of
+from impactlab.exact.network import Layout, Link, Log, with_room
 from impactlab.scene.bodies import Profile, Table, WaveBody
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
 
 POINTS = 48  # Chebyshev points on a piece of a profile
-TAIL = 1.0e-13  # of the largest displacement: a profile piece is resolved
-ROUNDING = 5.0e-16  # of the largest displacement: coefficients below are those of the rounding of a formula
-MOST_PIECES = 200
-ROOM_FIRST = 64  # records per junction, events: doubled when full
-POOL_FIRST = 60_000
+MAX_TAIL = 1.0e-13  # of the largest displacement: last coefficients of a piece that is resolved
+MAX_ROUNDING = 5.0e-16  # of the largest displacement: coefficients below are those of the rounding of a formula
+MAX_PIECES = 200  # of a profile
+MIN_ROOM = 64  # pieces per junction, events: doubled when full
+MIN_POOL = 60_000
+
+Piece = tuple[float, float, Array]
+"""Start, end, and the Chebyshev coefficients of a function between them."""
+
+
+def coefficients(values: Array) -> Array:
+    """Return the Chebyshev coefficients of a function from its values at the n points cos(pi (i + 1/2)/n)."""
+    k = np.arange(len(values))
+    turns = np.outer(k, 2 * k + 1) % (4 * len(values))  # whole turns left out: cosines of large angles are less exact
+    result = 2.0 / len(values) * np.cos(0.5 * np.pi / len(values) * turns) @ values
+    result[0] *= 0.5
+    return np.asarray(result)
+
+
+def points(n: int) -> Array:
+    """Return the n Chebyshev points cos(pi (i + 1/2)/n)."""
+    return np.asarray(np.cos(np.pi * (np.arange(n) + 0.5) / n))
 
 
 def resolved(shape: Profile, a: float, b: float, scale: float) -> Array | None:
     """Return the Chebyshev coefficients of a profile on [a, b], or None where POINTS of them do not hold it."""
-    y = np.cos(np.pi * (np.arange(POINTS) + 0.5) / POINTS)
-    x = np.clip(0.5 * (a + b) + 0.5 * (b - a) * y, a, b)
-    values = np.asarray(shape(x), dtype=float)
-    k = np.arange(POINTS)
-    turns = np.outer(k, 2 * k + 1) % (4 * POINTS)  # whole turns left out: the cosine of a large angle is less exact
-    coefficients = 2.0 / POINTS * np.cos(0.5 * np.pi / POINTS * turns) @ values
-    coefficients[0] *= 0.5
-    if np.max(np.abs(coefficients[-6:])) > TAIL * scale:
+    x = np.clip(0.5 * (a + b) + 0.5 * (b - a) * points(POINTS), a, b)
+    series = coefficients(np.asarray(shape(x), dtype=float))
+    # The points do not reach the ends, where a kink could hide.
+    misses = np.abs(chebyshev.chebval(np.array([-1.0, 1.0]), series) - np.asarray(shape(np.array([a, b])), dtype=float))
+    if max(*np.abs(series[-6:]), 1e-3 * misses[0], 0.1 * misses[1]) > MAX_TAIL * scale:
         return None
-    # the points do not reach the ends, where a kink could hide
-    edges = np.asarray(shape(np.array([a, b])), dtype=float)
-    misses = np.abs(chebyshev.chebval(np.array([-1.0, 1.0]), coefficients) - edges)
-    if misses[0] > 1e3 * TAIL * scale or misses[1] > 10.0 * TAIL * scale:
-        return None
-    n = POINTS
-    while n > 1 and abs(coefficients[n - 1]) <= ROUNDING * scale:
-        n -= 1
-    return np.asarray(coefficients[:n])
+    needed = np.flatnonzero(np.abs(series) > MAX_ROUNDING * scale)
+    return series[: 1 + int(needed.max(initial=0))]
 
 
-def profile_pieces(rod: WaveBody, shape: Profile, a: float, b: float) -> list[tuple[float, float, Array]]:
+def profile_pieces(rod: WaveBody, shape: Profile, a: float, b: float) -> list[Piece]:
     """Return (start, end, coefficients) of the profile on [a, b] [m]; kinks are found by bisection.
 
     Raises `CaseError` where the profile jumps, is not finite, or is not smooth in pieces.
@@ -54,12 +61,12 @@ def profile_pieces(rod: WaveBody, shape: Profile, a: float, b: float) -> list[tu
         raise CaseError(
             f"rod '{rod.name}': its displacement is not one finite number at every x",
             path=path,
-            remedy="Mend the profile.",
+            remedy="Give a profile that is finite on the whole rod.",
         )
     scale = float(np.max(np.abs(sample)))
     if scale == 0.0:
         return [(a, b, np.zeros(1))]
-    pieces: list[tuple[float, float, Array]] = []
+    pieces: list[Piece] = []
     start = a
     while start < b:
         good, bad = start, b
@@ -75,7 +82,7 @@ def profile_pieces(rod: WaveBody, shape: Profile, a: float, b: float) -> list[tu
                 bad = middle
             else:
                 good, held = middle, trial
-        if held is None or len(pieces) >= MOST_PIECES or good - start < 1e-12 * (b - a):
+        if held is None or len(pieces) >= MAX_PIECES or good - start < 1e-12 * (b - a):
             raise CaseError(
                 f"rod '{rod.name}': its displacement jumps or is not smooth near x = {start:.6g} m",
                 path=path,
@@ -96,11 +103,8 @@ def knots(shape: Profile, a: float, b: float) -> list[float]:
     return [float(place) for place in bends if a + 1e-12 * (b - a) < place < b - 1e-12 * (b - a)]
 
 
-Piece = tuple[float, float, Array]  # from, to [s], both at most 0, coefficients of the emitted wave
-
-
 def end_pieces(scene: Scene, layout: Layout) -> dict[int, list[Piece]]:
-    """Return what every end with a profile would have emitted before t = 0, without gravity, in order of time."""
+    """Return the waves that each end with a profile would have emitted before t = 0, without gravity, by time [s]."""
     result: dict[int, list[Piece]] = {}
     for name, links in layout.links.items():
         rod = scene.bodies[name].waves
@@ -131,7 +135,7 @@ def check_held(rod: WaveBody, shape: Profile) -> None:
 def emitted(rod: WaveBody, link: Link, piece: Piece, direction: float) -> Piece:
     """Return the emission that carries a profile piece: v0/2 -+ c u'/2, dated back by the way from the end."""
     a, b, coefficients = piece
-    c = link.wave_speed
+    c = link.segment.wave_speed
     slope = np.zeros(1)
     if len(coefficients) > 1:
         slope = np.asarray(chebyshev.chebder(coefficients), dtype=float) * (2.0 / (b - a))
@@ -144,57 +148,49 @@ def emitted(rod: WaveBody, link: Link, piece: Piece, direction: float) -> Piece:
     return -(end - a) / c, -(end - b) / c, wave
 
 
-def first_records(scene: Scene, layout: Layout, pieces: dict[int, list[Piece]], u: Array, v: Array) -> Log:
-    """Return the log at t = 0, with the records that stand for the waves already inside the rods."""
-    net = layout.network
-    g = net.gravity
-    total = len(net.node_of) - 1
-    speed = [0.0] * len(net.transit)
-    node_of, end_of, contact_of = net.node_of.tolist(), net.end_of.tolist(), net.contact_of.tolist()
-    transit = net.transit.tolist()
+def with_first_pieces(scene: Scene, layout: Layout, log: Log) -> Log:
+    """Return the log with the pieces that stand for the waves already inside the rods at t = 0."""
+    pieces, state, ends = end_pieces(scene, layout), log.state, log.ends
+    gravity, tolerance, transit = float(state["gravity"]), float(state["tolerance"]), ends["transit"].tolist()
+    speed = np.zeros(len(ends))
     for name, links in layout.links.items():
-        rod = scene.bodies[name]
         for link in links:
-            speed[link.left_end] = speed[link.right_end] = rod.velocity
-    fastest = max(map(abs, [*v.tolist(), *speed]))
-    records: list[list[tuple[float, float, Array]]] = []
-    for j in range(total):
-        ends = range(end_of[j], end_of[j + 1])
-        nodes = node_of[j + 1] - node_of[j]
-        height = 2 * nodes + 2 * len(ends) + contact_of[j + 1] - contact_of[j]
-        longest = max((transit[e] for e in ends), default=net.tolerance)
-        breaks = {-longest, 0.0}
-        for e in ends:
-            for a, b, wave in pieces.get(e, []):
-                breaks |= {a, b}
-                fastest = max(fastest, float(np.sum(np.abs(wave))))
+            speed[[link.left_end, link.right_end]] = scene.bodies[name].velocity
+    sums = [float(np.sum(np.abs(wave))) for row in pieces.values() for *_, wave in row]
+    tables: list[list[Piece]] = []
+    for junction in log.junctions:
+        own, nodes = range(junction["first_end"], junction["last_end"]), int(junction["nodes"])
+        breaks = {-max((transit[e] for e in own), default=tolerance), 0.0}
+        breaks |= {t for e in own for start, stop, _ in pieces.get(e, []) for t in (start, stop)}
         times: list[float] = []
         for t in sorted(breaks):
-            if not times or t - times[-1] > net.tolerance:
+            if not times or t - times[-1] > tolerance:
                 times.append(t)
         times[-1] = 0.0
-        carried = [0.0] * len(ends)
-        row: list[tuple[float, float, Array]] = []
-        for t0, t1 in zip(times[-2::-1], times[:0:-1], strict=True):
+        carried = [0.0] * len(own)
+        row: list[Piece] = []
+        for t1, t0 in pairwise(reversed(times)):
             waves = []
-            for i, e in enumerate(ends):
+            for i, e in enumerate(own):
                 wave = np.array([0.5 * speed[e], 0.0])
                 for a, b, given in pieces.get(e, []):
-                    if a - net.tolerance <= t0 and t1 <= b + net.tolerance:
+                    if a - tolerance <= t0 and t1 <= b + tolerance:
                         wave = moved(given, a, b, t0, t1)
-                wave[0] += 0.25 * g * (t0 + t1)
-                wave[1] += 0.25 * g * (t1 - t0)
+                wave[0] += 0.25 * gravity * (t0 + t1)
+                wave[1] += 0.25 * gravity * (t1 - t0)
                 integral, carried[i] = integrated(wave, 0.5 * (t1 - t0), carried[i])
                 waves.append((wave, integral))
-            n = max((len(integral) for _, integral in waves), default=1)
-            table = np.zeros((height, n))
+            table = np.zeros((int(junction["rows"]), max((len(integral) for _, integral in waves), default=1)))
             for i, (wave, integral) in enumerate(waves):
                 table[2 * nodes + i, : len(wave)] = wave
-                table[2 * nodes + len(ends) + i, : len(integral)] = integral
+                table[2 * nodes + len(own) + i, : len(integral)] = integral
             row.append((t0, t1, table))
-        records.append(row[::-1])
-    fastest = max(fastest, abs(g) * 2.0 * max(transit), float(np.max(np.abs(net.push[net.end_node]) / net.impedance)))
-    return filled(layout, records, u, v, fastest)
+        tables.append(row[::-1])
+    of_pushes = np.abs(log.nodes["push"][ends["node"]]) / ends["impedance"]
+    speeds = (*np.abs(log.nodes["v"]), *np.abs(speed), *sums, abs(gravity) * 2.0 * max(transit), *of_pushes)
+    state["fastest"] = max(speeds)
+    state["farthest"] = max(state["fastest"] * 2.0 * min(transit), 1e-2 * np.abs(log.nodes["u"]).max())
+    return filled(log, tables)
 
 
 def integrated(wave: Array, half: float, last: float) -> tuple[Array, float]:
@@ -207,31 +203,20 @@ def integrated(wave: Array, half: float, last: float) -> tuple[Array, float]:
 
 def moved(wave: Array, a: float, b: float, t0: float, t1: float) -> Array:
     """Return the series given on [a, b] as one on [t0, t1]."""
-    n = max(len(wave), 2)
-    y = np.cos(np.pi * (np.arange(n) + 0.5) / n)
-    t = 0.5 * (t0 + t1) + 0.5 * (t1 - t0) * y
-    values = chebyshev.chebval((2.0 * t - a - b) / (b - a), wave)
-    k = np.arange(n)
-    result = np.asarray(2.0 / n * np.cos(np.outer(k, np.pi * (k + 0.5) / n)) @ values)
-    result[0] *= 0.5
-    return result
+    t = 0.5 * (t0 + t1) + 0.5 * (t1 - t0) * points(max(len(wave), 2))
+    return coefficients(np.asarray(chebyshev.chebval((2.0 * t - a - b) / (b - a), wave), dtype=float))
 
 
-def filled(layout: Layout, records: list[list[tuple[float, float, Array]]], u: Array, v: Array, fastest: float) -> Log:
-    """Return a log that holds the given records."""
-    net = layout.network
-    room = max(ROOM_FIRST, 2 * max(len(row) for row in records))
-    used = sum(table.size for row in records for _, _, table in row)
-    log = log_of(net, u, v, room, used + POOL_FIRST, ROOM_FIRST)
-    reach = max(fastest * 2.0 * min(net.transit.tolist()), 1e-2 * max(map(abs, u.tolist())))
-    log.scale[:] = fastest, reach
+def filled(log: Log, tables: list[list[Piece]]) -> Log:
+    """Return the log with pieces of each junction, and room for more."""
+    used = sum(table.size for row in tables for *_, table in row)
+    log = with_room(log, max(MIN_ROOM, 2 * max(len(row) for row in tables)), used + MIN_POOL, MIN_ROOM)
     at = 0
-    for j, row in enumerate(records):
-        for r, (t0, t1, table) in enumerate(row):
-            log.start[j, r], log.stop[j, r] = t0, t1
-            log.size[j, r], log.offset[j, r] = table.shape[1], at
+    for j, row in enumerate(tables):
+        for number, (t0, t1, table) in enumerate(row):
+            log.pieces[j, number] = t0, t1, table.shape[1], at
             log.pool[at : at + table.size] = table.ravel()
             at += table.size
-        log.records[j] = len(row)
-    log.tally[0] = at
+        log.junctions["records"][j] = len(row)
+    log.state["pool_used"] = at
     return log

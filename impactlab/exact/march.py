@@ -7,21 +7,29 @@ are solved by a function that is compiled separately and called by address: scen
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from impactlab.exact import spring_systems
-from impactlab.exact.arrays import MarchArrays
+from impactlab.exact.arrays import (
+    DONE,
+    MORE_EVENTS,
+    MORE_POOL,
+    MORE_RECORDS,
+    PAUSED,
+    TOO_MANY,
+    UNRESOLVED,
+    MarchArrays,
+)
 from impactlab.exact.crossings import next_event
 from impactlab.exact.kernel import MAX_DEPTH, ROOM, chopped, restrict
 from impactlab.exact.merging import joined
-from impactlab.exact.network import Log, Network
+from impactlab.exact.network import Log
 from impactlab.exact.nodes import fill_rows, solve_nodes
 from impactlab.numerics.addresses import COMPILED, entered, load_array_functions, type_of
 from impactlab.numerics.compiling import EXACT_ENTRY, EXACT_INLINE, EXACT_PART
 
-DONE, MORE_RECORDS, MORE_POOL, MORE_EVENTS, TOO_MANY, UNRESOLVED, PAUSED = 0, 1, 2, 3, 4, 5, 6
 MAX_BURST = 64  # events within 1e3 merge tolerances; more count as infinitely many
 
 
@@ -75,8 +83,7 @@ def arrivals(m: MarchArrays, j: int, t0: float, t1: float) -> int:
 def keep(m: MarchArrays, j: int, t0: float, t1: float, n: int) -> None:
     """Write the record of junction j on [t0, t1] and move the junction to its end."""
     state, junction = m.state[0], m.junctions[j]
-    nodes, ends = junction.last_node - junction.first_node, junction.last_end - junction.first_end
-    height = 2 * nodes + 2 * ends + junction.last_contact - junction.first_contact
+    nodes, ends = junction.nodes, junction.ends
     last = len(m.pieces) // len(m.junctions) * j + junction.records - 1
     whole = joined(m, j, t0, t1, n)
     at = state.pool_used
@@ -91,7 +98,7 @@ def keep(m: MarchArrays, j: int, t0: float, t1: float, n: int) -> None:
         junction.records += 1
         junction.broken = 0
     piece.stop, piece.size, piece.offset = t1, n, at
-    for i in range(height):
+    for i in range(junction.rows):
         total = 0.0
         bound = 0.0
         for k in range(n):
@@ -143,14 +150,13 @@ def interval(m: MarchArrays, j: int) -> int:
         if half <= state.tolerance:
             return UNRESOLVED
     n = fill_rows(m, j, half, longest, n)
-    state.work += 4 * n * (junction.last_node - junction.first_node + junction.last_end - junction.first_end)
+    state.work += 4 * n * (junction.nodes + junction.ends)
     place = next_event(m, j, n)
     event = t1 if place > 1.0 else t0 + half * (place + 1.0)
     if place <= 1.0 and event < t1:
         if event > t0 + state.tolerance:
-            nodes, ends = junction.last_node - junction.first_node, junction.last_end - junction.first_end
             trial = m.stack[MAX_DEPTH]
-            for i in range(2 * nodes + 2 * ends + junction.last_contact - junction.first_contact):
+            for i in range(junction.rows):
                 state.work += 2 * n * n
                 # A row keeps its degree: its last zeros would become rounding, which grows with every event.
                 kept = restrict(m.rows[i], chopped(m.rows[i], n, 0.0), -1.0, place, trial)
@@ -192,24 +198,17 @@ def advance(m: MarchArrays) -> int:
             return int(status)
 
 
-def springs(net: Network) -> bool:
-    """Return whether any node or contact of a network is held by a spring."""
-    return bool(np.any(net.stiffness >= 0.0) or np.any(net.spring > 0.0))
-
-
-def compile_for(log: Log, coupled: bool) -> None:
-    """Load or compile the march for these arrays, so that it counts as set-up and not as solution time."""
-    if coupled:
-        spring_systems.address(log.memory)
-    entry: Any = advance
+def prepared(log: Log) -> Log:
+    """Return the log with all that it needs loaded or compiled, so that this counts as set-up, not as solution time."""
+    memory, entry = log.memory, cast(Any, advance)
+    if np.any(log.contacts["stiffness"] >= 0.0) or np.any(log.nodes["spring"] > 0.0):
+        memory = memory._replace(coupled=spring_systems.address(memory))
     if COMPILED and not entry.overloads:
         load_array_functions()
-        entry.compile((type_of(log.memory),))
+        entry.compile((type_of(memory),))
+    return log._replace(memory=memory)
 
 
-def march(log: Log, coupled: bool) -> int:
+def march(log: Log) -> int:
     """Advance all junctions to the end; return a status: DONE, an array that is full, or the reason of a stop."""
-    m = log.memory
-    if coupled:
-        m = m._replace(coupled=spring_systems.address(m))
-    return int(entered(advance, m))
+    return int(entered(advance, log.memory))

@@ -22,7 +22,7 @@ MAX_POINTS = 36  # of a merged piece: half the capacity, so that it can still be
 def jump_floor(m: MarchArrays, j: int, row: int, n: int) -> float:
     """Return the largest jump of a row that merging may remove; negative for rows that are integrals of others."""
     state, junction = m.state[0], m.junctions[j]
-    nodes, ends = junction.last_node - junction.first_node, junction.last_end - junction.first_end
+    nodes, ends = junction.nodes, junction.ends
     if row < nodes or 2 * nodes <= row < 2 * nodes + ends:
         return float(MAX_JUMP * state.fastest)
     if row >= 2 * (nodes + ends):
@@ -119,8 +119,8 @@ def stretched(m: MarchArrays, old: PieceRecord, nodes: int, ends: int, height: i
 def joined(m: MarchArrays, j: int, t0: float, t1: float, n: int) -> int:
     """Write the rows of the last piece and of [t0, t1] as one; return its coefficients, 0 if they must stay two."""
     junction = m.junctions[j]
-    nodes, ends = junction.last_node - junction.first_node, junction.last_end - junction.first_end
-    height = 2 * nodes + 2 * ends + junction.last_contact - junction.first_contact
+    nodes, ends = junction.nodes, junction.ends
+    height = junction.rows
     old = m.pieces[len(m.pieces) // len(m.junctions) * j + junction.records - 1]
     if junction.broken == 1 or old.stop <= 0.0 or (m.state[0].intervals < MIN_INTERVALS and max(n, old.size) > 2):
         return 0

@@ -108,7 +108,7 @@ def solve_nodes(m: MarchArrays, j: int, half: float, longest: int) -> int:
         node.place = -1
         for k in range(ROOM):
             m.rows[i - base, k] = 0.0
-            m.rows[i - base + junction.last_node - base, k] = 0.0
+            m.rows[i - base + junction.nodes, k] = 0.0
     if tied:
         call(m.coupled, m, j, half)
         if state.resolved == 0:
@@ -140,7 +140,7 @@ def balance(m: MarchArrays, j: int, c: int, n: int, force: Array) -> None:
     """Write the force of a hard contact: balance of its massless face with rods, spring, dashpot, other contacts."""
     junction = m.junctions[j]
     base, first_end = junction.first_node, junction.first_end
-    nodes, ends = junction.last_node - base, junction.last_end - first_end
+    nodes, ends = junction.nodes, junction.ends
     contact = m.contacts[c]
     side = 1.0 if contact.face == contact.right else -1.0
     face, at = m.nodes[contact.face], contact.face - base
@@ -167,7 +167,7 @@ def fill_rows(m: MarchArrays, j: int, half: float, longest: int, n: int) -> int:
     """Write all rows of a record after the velocities of its nodes; return the number of coefficients."""
     junction = m.junctions[j]
     base, first_end = junction.first_node, junction.first_end
-    nodes, ends = junction.last_node - base, junction.last_end - first_end
+    nodes, ends = junction.nodes, junction.ends
     n = max(n, longest)
     for i in range(nodes):
         node = m.nodes[base + i]

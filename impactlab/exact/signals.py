@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from functools import cache, cached_property
+from functools import cache
 
 import numpy as np
 
-from impactlab.exact.network import Integers, Layout, Log
+from impactlab.exact.network import Integers, Log
 from impactlab.types import Array
 
 
@@ -37,8 +37,7 @@ class Signal:
         self.stop = stop  # (pieces,) s
         self.table = table  # (coefficients, pieces)
         self.tolerance = tolerance  # s; a time this near below a break counts as after it
-        self._squares: Array | None = None
-        self._integrals: Array | None = None
+        self._kept: dict[bool, tuple[Array, Array]] = {}
 
     def pieces(self, t: Array) -> Integers:
         """Return the number of the piece of every time."""
@@ -64,9 +63,7 @@ class Signal:
     def impulse(self, chosen: Integers) -> float:
         """Return the integral over the chosen pieces."""
         k = np.arange(0, len(self.table), 2)
-        return float(
-            np.sum((self.table[::2, chosen] / (1.0 - k * k)[:, None]) * (self.stop[chosen] - self.start[chosen]))
-        )
+        return float(np.sum((self.table[::2, chosen] / (1.0 - k * k)[:, None]) * self.width[chosen]))
 
     def peak(self, chosen: Integers) -> float:
         """Return the largest value on the chosen pieces: their ends and the zeros of the derivative nearby."""
@@ -103,15 +100,7 @@ class Signal:
 
     def integral(self, t: Array, square: bool) -> Array:
         """Return the integral from the first piece on of the signal or its square, shape of t (n,)."""
-        whole = self._squares if square else self._integrals
-        if whole is None:
-            every = np.arange(len(self.stop))
-            each = self._whole_squares if square else self._gauss(every, np.ones(len(every)), False)
-            whole = np.concatenate([[0.0], np.cumsum(each)])
-            if square:
-                self._squares = whole
-            else:
-                self._integrals = whole
+        _, whole = self._wholes(square)
         piece = self.pieces(t)
         y = (2.0 * t - self.start[piece] - self.stop[piece]) / self.width[piece]
         return np.asarray(whole[piece] + self._gauss(piece, y, square))
@@ -123,7 +112,7 @@ class Signal:
         long run has more than its windows.
         """
         first, last = self.pieces(t0), self.pieces(t1)
-        each = self._whole_squares
+        each, _ = self._wholes(True)
         ends = np.stack([first, np.maximum(last, first + 1)], axis=1).ravel()
         sums = np.add.reduceat(np.append(each, 0.0), ends)[::2]
         sums = np.where(last > first, sums, 0.0)
@@ -131,17 +120,19 @@ class Signal:
         y1 = (2.0 * t1 - self.start[last] - self.stop[last]) / self.width[last]
         return np.asarray(sums - self._gauss(first, y0, True) + self._gauss(last, y1, True))
 
-    @cached_property
-    def _whole_squares(self) -> Array:
-        every = np.arange(len(self.stop))
-        return self._gauss(every, np.ones(len(every)), True)
+    def _wholes(self, square: bool) -> tuple[Array, Array]:
+        """Return the integral over each piece of the signal or its square, (pieces,), and their sums before each."""
+        if square not in self._kept:
+            every = np.arange(len(self.stop))
+            each = self._gauss(every, np.ones(len(every)), square)
+            self._kept[square] = each, np.concatenate([[0.0], np.cumsum(each)])
+        return self._kept[square]
 
 
 class Signals:
-    """All signals of a solved network, made when first asked for."""
+    """All signals of a solved network, made when first used."""
 
-    def __init__(self, layout: Layout, log: Log) -> None:
-        self.layout = layout
+    def __init__(self, log: Log) -> None:
         self.log = log
         self._made: dict[tuple[int, int], Signal] = {}
 
@@ -149,11 +140,11 @@ class Signals:
         key = (j, row)
         if key not in self._made:
             log = self.log
-            count = int(log.records[j])
-            sizes = log.size[j, :count]
-            table = np.zeros((int(np.max(sizes)), count))
-            at = log.offset[j, :count] + row * sizes
-            if count < len(table):
+            pieces = log.pieces[j, : log.junctions["records"][j]]
+            sizes = pieces["size"]
+            table = np.zeros((int(np.max(sizes)), len(pieces)))
+            at = pieces["offset"] + row * sizes
+            if len(pieces) < len(table):
                 for piece, (size, first) in enumerate(zip(sizes.tolist(), at.tolist(), strict=True)):
                     table[:size, piece] = log.pool[first : first + size]
             else:
@@ -162,39 +153,50 @@ class Signals:
                     table[k, there] = log.pool[at[there] + k]
             keep = np.flatnonzero(np.any(table != 0.0, axis=1))
             table = table[: keep[-1] + 1 if len(keep) else 1]
-            self._made[key] = Signal(
-                log.start[j, :count].copy(), log.stop[j, :count].copy(), table, self.layout.network.tolerance
-            )
+            start, stop = pieces["start"].copy(), pieces["stop"].copy()
+            self._made[key] = Signal(start, stop, table, float(log.state["tolerance"]))
         return self._made[key]
 
-    def _sizes(self, j: int) -> tuple[int, int]:
-        net = self.layout.network
-        return int(net.node_of[j + 1] - net.node_of[j]), int(net.end_of[j + 1] - net.end_of[j])
+    def _of_node(self, node: int, block: int) -> Signal:
+        j = int(self.log.nodes["junction"][node])
+        junction = self.log.junctions[j]
+        return self._signal(j, block * int(junction["nodes"]) + node - int(junction["first_node"]))
+
+    def _of_end(self, end: int, block: int) -> Signal:
+        j = int(self.log.ends["junction"][end])
+        junction = self.log.junctions[j]
+        before = 2 * int(junction["nodes"]) + block * int(junction["ends"])
+        return self._signal(j, before + end - int(junction["first_end"]))
 
     def velocity(self, node: int) -> Signal:
-        """Velocity of a node [m/s]."""
-        j = int(self.layout.node_junction[node])
-        return self._signal(j, node - int(self.layout.network.node_of[j]))
+        """Return the velocity of a node [m/s]."""
+        return self._of_node(node, 0)
 
     def displacement(self, node: int) -> Signal:
-        """Displacement of a node [m]."""
-        j = int(self.layout.node_junction[node])
-        return self._signal(j, self._sizes(j)[0] + node - int(self.layout.network.node_of[j]))
+        """Return the displacement of a node [m]."""
+        return self._of_node(node, 1)
+
+    def travel(self, node: int, t: Array) -> Array:
+        """Return the displacement of a node since t[0] [m], shape of t (n,)."""
+        displacement = self.displacement(node)
+        return displacement(t) - displacement(t[:1])
+
+    @property
+    def gravity(self) -> float:
+        """Gravity along +x [m/s2]."""
+        return float(self.log.state["gravity"])
 
     def wave(self, end: int) -> Signal:
-        """Wave emitted by an end [m/s], from one transit before t = 0 on."""
-        j = int(self.layout.network.end_junction[end])
-        return self._signal(j, 2 * self._sizes(j)[0] + end - int(self.layout.network.end_of[j]))
+        """Return the wave emitted by an end [m/s], from one transit before t = 0 on."""
+        return self._of_end(end, 0)
 
     def carried(self, end: int) -> Signal:
-        """Time integral of the wave emitted by an end [m]; 0 at t = 0."""
-        j = int(self.layout.network.end_junction[end])
-        nodes, ends = self._sizes(j)
-        return self._signal(j, 2 * nodes + ends + end - int(self.layout.network.end_of[j]))
+        """Return the time integral of the wave emitted by an end [m]; 0 at t = 0."""
+        return self._of_end(end, 1)
 
     def force(self, contact: int) -> Signal:
-        """Force of a contact of the network [N]."""
-        net = self.layout.network
-        j = int(self.layout.node_junction[net.left[contact]])
-        nodes, ends = self._sizes(j)
-        return self._signal(j, 2 * nodes + 2 * ends + contact - int(net.contact_of[j]))
+        """Return the force of a contact of the network [N]."""
+        j = int(self.log.nodes["junction"][self.log.contacts["left"][contact]])
+        junction = self.log.junctions[j]
+        before = 2 * int(junction["nodes"] + junction["ends"])
+        return self._signal(j, before + contact - int(junction["first_contact"]))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from impactlab.errors import CaseError, PairingError, StepError
+from impactlab.exact.arrays import DONE, MORE_EVENTS, PAUSED, TOO_MANY, UNRESOLVED
 from impactlab.exact.build import build
 from impactlab.exact.history import ContinuousHistory
 from impactlab.exact.network import Layout, Log, grown
@@ -63,31 +64,27 @@ def solve(scene: Scene, method: Method, whole: bool = False) -> ContinuousHistor
     """
     began, run = clock.perf_counter(), Simulation(scene, method)
     layout, log = build(scene, method)
-    coupled = march.springs(layout.network)
-    march.compile_for(log, coupled)
+    log = march.prepared(log)
     ready = clock.perf_counter()
     thinner: Thinner | None = None
-    log.tally[3] = INTERVALS_PER_CHECK
-    while True:
-        status = march.march(log, coupled)
-        if status == march.DONE:
-            break
-        if status in (march.TOO_MANY, march.UNRESOLVED) or log.tally[2] >= MAX_INTERVALS:
+    most = (MAX_WHOLE_SHARE if whole else MAX_KEPT_SHARE) * memory_limit() / NUMBER
+    log.state["most"] = INTERVALS_PER_CHECK
+    while (status := march.march(log)) != DONE:
+        if status in (TOO_MANY, UNRESOLVED) or log.state["intervals"] >= MAX_INTERVALS:
             stop(run, layout, log, reason(scene, layout, log, status), thinner)
-        if status == march.PAUSED:
-            log.tally[3] += INTERVALS_PER_CHECK
-            continue
-        most = (MAX_WHOLE_SHARE if whole else MAX_KEPT_SHARE) * memory_limit() / NUMBER
-        if status != march.MORE_EVENTS and 2 * room(log) > most:
-            if whole:
-                stop(run, layout, log, _too_large(log, most), thinner)
-            thinner = thinner or Thinner(run, layout, log)
-            log = thinner.take(log)
-            if 2 * log.tally[0] > len(log.pool) or 2 * int(np.max(log.records)) > log.start.shape[1]:
-                stop(run, layout, log, _too_large(log, most), thinner)
+        if status == PAUSED:
+            log.state["most"] += INTERVALS_PER_CHECK
+        elif status == MORE_EVENTS or 2 * room(log) <= most:
+            log = grown(log, status)
         else:
-            log = grown(log, status == march.MORE_RECORDS, status == march.MORE_POOL, status == march.MORE_EVENTS)
-    history: ContinuousHistory | ThinnedHistory
+            if not whole:
+                thinner = thinner or Thinner(run, layout, log)
+                log = thinner.take(log)
+            filled = (
+                2 * log.state["pool_used"] > len(log.pool) or 2 * log.junctions["records"].max() > log.pieces.shape[1]
+            )
+            if whole or filled:
+                stop(run, layout, log, too_large(log, most), thinner)
     history = thinner.finish(log, scene.duration) if thinner else ContinuousHistory(run, layout, log, scene.duration)
     history.cost.setup_s = ready - began
     history.cost.solve_s = clock.perf_counter() - ready
@@ -97,7 +94,7 @@ def solve(scene: Scene, method: Method, whole: bool = False) -> ContinuousHistor
 
 def room(log: Log) -> int:
     """Return the numbers that a log has room for."""
-    return len(log.pool) + PIECE_NUMBERS * log.start.size
+    return len(log.pool) + PIECE_NUMBERS * log.pieces.size
 
 
 def check_balance(history: ContinuousHistory | ThinnedHistory) -> None:
@@ -118,47 +115,51 @@ def check_balance(history: ContinuousHistory | ThinnedHistory) -> None:
 
 def reason(scene: Scene, layout: Layout, log: Log, status: int) -> tuple[str, str]:
     """Return the reason why a march stopped, and the remedy."""
-    if status == march.TOO_MANY:
-        name = scene.contacts[int(layout.places[int(log.event_contact[int(log.tally[1]) - 1])])].name
+    if status == TOO_MANY:
+        name = scene.contacts[layout.places[log.events["contact"][log.state["events"] - 1]]].name
         return (
             f"contact {name} opens and closes more than {march.MAX_BURST} times at one instant",
-            f"Give that contact the law penalty, or end the run before {min(log.clock):.6g} s. "
+            f"Give that contact the law penalty, or end the run before {log.reached:.6g} s. "
             "Bars that stay together are better described as one rod with segments.",
         )
-    if status == march.UNRESOLVED:
+    if status == UNRESOLVED:
         return (
             "the motion of a mass or a spring is too fast for the shortest time that can be resolved, "
-            f"{layout.network.tolerance:.2g} s",
+            f"{log.state['tolerance']:.2g} s",
             "Give a larger mass or a softer spring, or a model that steps.",
         )
     return (
         f"wave fronts have cut the run into {MAX_INTERVALS:,} intervals; every front is split at each step of a rod",
-        _shorter(log),
+        shorter(log),
     )
 
 
-def _too_large(log: Log, most: float) -> tuple[str, str]:
+def too_large(log: Log, most: float) -> tuple[str, str]:
+    """Return why a log has no more room in memory, and the remedy."""
     return (
         f"the wave fronts between two echoes take more than {in_bytes(NUMBER * most)}: every front is split at each "
         "step of a rod and at each contact",
-        _shorter(log),
+        shorter(log),
     )
 
 
-def _shorter(log: Log) -> str:
+def shorter(log: Log) -> str:
+    """Return the remedy of a run that is too long."""
     return (
-        f"Give a duration of at most {0.9 * min(log.clock):.3g} s, or solve.tolerance in place of a model, "
+        f"Give a duration of at most {0.9 * log.reached:.3g} s, or solve.tolerance in place of a model, "
         "or a model that steps."
     )
 
 
 def stop(run: Simulation, layout: Layout, log: Log, why: tuple[str, str], thinner: Thinner | None) -> None:
     """Raise the `StepError` of a march that stopped early, with the history so far."""
-    reached = float(min(log.clock))
+    reached = log.reached
     history: ContinuousHistory | ThinnedHistory | None = None
     if thinner is not None:
         history = thinner.finish(log, reached)
     elif reached > 0.0:
         history = ContinuousHistory(run, layout, log, reached)
     text, remedy = why
-    raise StepError(text, time=reached, step=int(log.tally[2]), history=history, path="solve.model", remedy=remedy)
+    raise StepError(
+        text, time=reached, step=int(log.state["intervals"]), history=history, path="solve.model", remedy=remedy
+    )

@@ -90,9 +90,10 @@ class Thinner:
         self.grid = np.linspace(0.0, scene.duration, scene.records + 1)
         self.every = max(1, scene.records // MAX_ENERGY_SAMPLES)
         self.begun, self.taken = 0.0, 0
-        first = ContinuousHistory(run, layout, log, float(min(log.clock)))
-        links = [link for pieces in layout.links.values() for link in pieces]
-        self.first_carried = {link.right_end: first.carried_before(link) for link in links}
+        first = ContinuousHistory(run, layout, log, log.reached)
+        for pieces in layout.links.values():
+            for link in pieces:
+                first.carried_before(link)
         self.values = {name: np.zeros(len(self.grid)) for name in (*first.channels(), *_faces(scene))}
         self.impulses = {contact.name: 0.0 for contact in scene.contacts}
         self.events: list[Event] = []
@@ -104,10 +105,9 @@ class Thinner:
 
     def take(self, log: Log) -> Log:
         """Sample every junction up to the time that all have reached, and return the log without it."""
-        until = float(min(log.clock))
+        until = log.reached
         self._read(log, until)
-        longest = float(np.max(self.layout.network.transit))
-        log = without(log, until - longest - 4.0 * self.layout.network.tolerance, until)
+        log = without(log, until - log.ends["transit"].max() - 4.0 * log.state["tolerance"], until)
         self.begun = until
         return log
 
@@ -123,11 +123,11 @@ class Thinner:
         book = _joined(self.books)
         history.energy = replace(book, carried=carried_energy(self.scene, book.time, touched_in(history)))
         history.fields = self.fields
-        history.cost.steps = int(log.tally[2])
+        history.cost.steps = int(log.state["intervals"])
         return history
 
     def _read(self, log: Log, until: float) -> None:
-        window = ContinuousHistory(self.run, self.layout, log, until, self.first_carried)
+        window = ContinuousHistory(self.run, self.layout, log, until)
         last = until >= self.scene.duration
         upto = len(self.grid) if last else int(np.searchsorted(self.grid, until))
         t = self.grid[self.taken : upto]

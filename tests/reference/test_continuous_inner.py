@@ -109,7 +109,7 @@ def test_intervals_without_end_stop_the_run_with_what_was_reached(monkeypatch):
 
     def nearly_spent(*scene):
         layout, log = build(*scene)
-        log.tally[2] = solver.MAX_INTERVALS - 9
+        log.state["intervals"] = solver.MAX_INTERVALS - 9
         return layout, log
 
     monkeypatch.setattr(solver, "build", nearly_spent)
@@ -127,8 +127,8 @@ def test_intervals_without_end_stop_the_run_with_what_was_reached(monkeypatch):
 def test_events_without_end_stop_the_run(monkeypatch):
     def busy(*scene):
         layout, log = build(*scene)
-        log.memory.junctions["burst"] = 0.0
-        log.memory.junctions["bursts"] = march.MAX_BURST
+        log.junctions["burst"] = 0.0
+        log.junctions["bursts"] = march.MAX_BURST
         return layout, log
 
     monkeypatch.setattr(solver, "build", busy)

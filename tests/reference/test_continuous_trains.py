@@ -72,7 +72,7 @@ def test_a_contact_costs_the_same_after_many_others(contacts):
     history = solve(*between_walls(contacts))
     assert len(history.contacts) == contacts
     assert history.cost.steps < 15 * contacts
-    assert int(np.sum(history._log.records)) < 4 * contacts
+    assert int(np.sum(history.log.junctions["records"])) < 4 * contacts
     book = history.energy
     assert np.max(np.abs(book.balance)) < 1e-10 * book.total[0]
     # a rod meets each wall with its velocity for one round trip, 8 of flight apart

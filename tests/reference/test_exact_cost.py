@@ -13,7 +13,7 @@ from tests.reference.trains import random_train
 
 def whole(scene):
     """The cost counted over all of a run."""
-    return cost.spent(solve(*scene)._log)
+    return cost.spent(solve(*scene).log)
 
 
 @pytest.mark.parametrize("seed", range(12))

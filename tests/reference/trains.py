@@ -139,7 +139,7 @@ def compare(train: Train, duration: float = 1.0e-3) -> Differences:
     force, displacement, together = against_segments(train, history, duration)
     return Differences(
         apart, push, force, displacement, together, len(history.events), history.cost.steps,
-        int(np.sum(history._log.records)), energy,
+        int(np.sum(history.log.junctions["records"])), energy,
     )  # fmt: skip
 
 

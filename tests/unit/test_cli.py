@@ -294,9 +294,9 @@ def test_loading_compiled_code_is_timed_as_solving(monkeypatch):
     loaded_at_first_call: list[bool] = []
     real = march.march
 
-    def spied(log, coupled):
+    def spied(log):
         loaded_at_first_call.append(not COMPILED or bool(march.advance.overloads))
-        return real(log, coupled)
+        return real(log)
 
     if COMPILED:  # as in a fresh process
         monkeypatch.setattr(march, "advance", EXACT_ENTRY(march.advance.py_func))
