@@ -45,14 +45,14 @@ class JunctionRecord(ctypes.Structure):
     last_end: int
     first_contact: int
     last_contact: int
-    nodes: int  # how many
-    ends: int
-    rows: int  # of a piece: two for each node and each end, one for each contact
     records: int  # so far
     bursts: int  # events in the present series
     broken: int  # 1 from an event on until the next piece
     clock: float  # s, time reached
     burst: float  # s, start of the present series of events
+    nodes: int  # how many
+    ends: int
+    rows: int  # of a piece: two for each node and each end, one for each contact
 
 
 @record
@@ -65,12 +65,12 @@ class NodeRecord(ctypes.Structure):
     push: float  # N, end force along +x
     u: float  # m
     v: float  # m/s
-    junction: int
     group: int  # node whose group it is in
     bare: int  # 1 where the group has no mass, or never moves
     group_mass: float  # kg, of the group that carries this node's number
     drag: float  # N s/m, of dashpots and rods at that group
     place: int  # of that group among the unknowns of the springs, -1 for none
+    junction: int
 
 
 @record

@@ -10,7 +10,6 @@ import numpy as np
 
 from impactlab.exact.contact_kinds import Bond, check
 from impactlab.exact.initial_waves import with_first_pieces
-from impactlab.exact.kernel import ROOM
 from impactlab.exact.network import Integers, Layout, Link, Log, empty_log
 from impactlab.scene.bodies import End, Segment, WaveBody
 from impactlab.scene.method import Method
@@ -119,22 +118,6 @@ def force_scales(drawing: Drawing, pairs: list[tuple[int, int]], bonds: list[Bon
     return scales
 
 
-def fill_ranges(log: Log, junction_of_contacts: Integers, peer: Integers) -> int:
-    """Write the ranges of each junction and the source of the wave at each end, its ``peer``; return the most rows."""
-    table, steps = log.junctions, np.arange(len(log.junctions) + 1)
-    table["rows"] = 0
-    for kind, of in (("node", log.nodes["junction"]), ("end", log.ends["junction"]), ("contact", junction_of_contacts)):
-        bounds = np.searchsorted(of, steps)
-        table[f"first_{kind}"], table[f"last_{kind}"] = bounds[:-1], bounds[1:]
-        table["rows"] += np.diff(bounds) * (1 if kind == "contact" else 2)
-    table["nodes"], table["ends"] = table["last_node"] - table["first_node"], table["last_end"] - table["first_end"]
-    table["burst"] = -np.inf
-    source = log.ends["junction"][peer]
-    log.ends["source"] = source
-    log.ends["row"] = 2 * table["nodes"][source] + peer - table["first_end"][source]
-    return int(table["rows"].max())
-
-
 def build(scene: Scene, method: Method) -> tuple[Layout, Log]:
     """Return the network of a scene and its log at t = 0; raises `CaseError` or `PairingError`."""
     bonds = check(scene, method)
@@ -143,40 +126,51 @@ def build(scene: Scene, method: Method) -> tuple[Layout, Log]:
     junction = junctions(len(nodes), pairs)
     of_ends, of_contacts = junction[end_nodes], junction[[a for a, _ in pairs]]
     z = [segment.impedance for *_, segment in pieces for _ in range(2)]
-    transit = np.repeat([length / segment.wave_speed for _, _, length, segment in pieces], 2)
+    transit = [length / segment.wave_speed for _, _, length, segment in pieces for _ in range(2)]
     node_order, end_order = np.argsort(junction, kind="stable"), np.argsort(of_ends, kind="stable")
-    node_new, end_new = np.argsort(node_order), np.argsort(end_order)
+    node_new, end_new = np.argsort(node_order).tolist(), np.argsort(end_order).tolist()
     places = np.lexsort((np.array([bond.turn for bond in bonds]), of_contacts))
     pairs, bonds = [pairs[c] for c in places], [bonds[c] for c in places]
-    log = empty_log(int(junction.max()) + 1, len(nodes), len(end_nodes), len(pairs))
-    log.state["gravity"], log.state["duration"] = scene.gravity, scene.duration
-    log.state["tolerance"] = tolerance = MERGE_TOL * 2.0 * transit.min()
+
+    steps = np.arange(int(junction.max()) + 2)  # first node, end and contact of each junction, and beyond the last
+    ranges = {"node": junction[node_order], "end": of_ends[end_order], "contact": of_contacts[places]}
+    bounds = {kind: np.searchsorted(of, steps) for kind, of in ranges.items()}
+    counts = {kind: of[1:] - of[:-1] for kind, of in bounds.items()}
+    rows = 2 * counts["node"] + 2 * counts["end"] + counts["contact"]
+    log = empty_log(len(rows), len(nodes), len(end_nodes), len(pairs), int(rows.max()))
+    for kind, of in bounds.items():
+        log.junctions[f"first_{kind}"], log.junctions[f"last_{kind}"] = of[:-1], of[1:]
+    log.junctions["nodes"], log.junctions["ends"], log.junctions["rows"] = counts["node"], counts["end"], rows
+    log.junctions["burst"] = -np.inf
+    tolerance = MERGE_TOL * 2.0 * min(transit)
+    log.state["gravity"], log.state["duration"], log.state["tolerance"] = scene.gravity, scene.duration, tolerance
+
     for node, impedance in zip(end_nodes, z, strict=True):
         # A mass m delays an echo by 2 m/Z, here by less than the rounding of a round trip: it is neglected.
         if 0.0 < nodes[node].mass <= impedance * tolerance:
             nodes[node] = nodes[node]._replace(mass=0.0, v=0.0)
-    for name, column in zip(Node._fields, zip(*nodes, strict=True), strict=True):
-        log.nodes[name] = np.array(column)[node_order]
-    log.nodes["junction"] = junction[node_order]
-    ends = {"node": node_new[end_nodes], "junction": of_ends, "impedance": np.array(z), "transit": transit}
-    for name, values in ends.items():
-        log.ends[name] = values[end_order]
-    for side, name in enumerate(("left", "right")):
-        log.contacts[name] = [node_new[pair[side]] for pair in pairs]
-    for name in ("stiffness", "damping"):
-        log.contacts[name] = [getattr(bond, name) for bond in bonds]
+    for name, column in zip(Node._fields, zip(*(nodes[n] for n in node_order), strict=True), strict=True):
+        log.nodes[name] = column
+    log.nodes["junction"] = ranges["node"]
+    peer = np.array(end_new)[end_order ^ 1]
+    source = ranges["end"][peer]
+    log.ends["node"], log.ends["junction"] = [node_new[end_nodes[e]] for e in end_order], ranges["end"]
+    log.ends["impedance"], log.ends["transit"] = np.array((z, transit))[:, end_order]
+    log.ends["source"], log.ends["row"] = source, 2 * counts["node"][source] + peer - bounds["end"][source]
+    log.contacts["left"], log.contacts["right"] = [[node_new[pair[side]] for pair in pairs] for side in range(2)]
     faces = [-1 if bond.face is None else node_new[pair[bond.face]] for pair, bond in zip(pairs, bonds, strict=True)]
     log.contacts["face"], log.contacts["gap"] = faces, [scene.contacts[c].gap for c in places]
+    log.contacts["stiffness"] = [bond.stiffness for bond in bonds]
+    log.contacts["damping"] = [bond.damping for bond in bonds]
     log.contacts["impedance"] = force_scales(drawing, pairs, bonds, z)
-    tables = np.zeros((3, fill_ranges(log, of_contacts[places], end_new[end_order ^ 1]), ROOM))
-    log = log._replace(memory=log.memory._replace(rows=tables[0], waves=tables[1], load=tables[2]))
+
     links: dict[str, list[Link]] = {}
     for number, (name, x, length, segment) in enumerate(pieces):
-        u, ends_of_link = nodes[end_nodes[2 * number]].u, end_new[2 * number : 2 * number + 2].tolist()
-        links.setdefault(name, []).append(Link(x, length, segment, u, *ends_of_link))
+        ends = end_new[2 * number : 2 * number + 2]
+        links.setdefault(name, []).append(Link(x, length, segment, nodes[end_nodes[2 * number]].u, *ends))
     layout = Layout(
         {name: tuple(row) for name, row in links.items()},
-        {name: tuple(int(node_new[node]) for node in row) for name, row in members.items()},
+        {name: tuple(node_new[node] for node in row) for name, row in members.items()},
         places,
     )
     return layout, with_first_pieces(scene, layout, log)

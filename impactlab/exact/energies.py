@@ -18,10 +18,10 @@ EVEN_SAMPLES = 201
 
 def masses(signals: Signals, nodes: tuple[int, ...]) -> Iterator[tuple[int, float]]:
     """Give the nodes that carry a mass, and it [kg]."""
+    every = signals.log.nodes["mass"]
     for node in nodes:
-        mass = float(signals.log.nodes["mass"][node])
-        if 0.0 < mass < np.inf:
-            yield node, mass
+        if 0.0 < every[node] < np.inf:
+            yield node, float(every[node])
 
 
 def rod_momentum(layout: Layout, signals: Signals, name: str, t: Array) -> Array:
@@ -57,12 +57,12 @@ def rod_energy(layout: Layout, signals: Signals, name: str, t: Array) -> Array:
     total = np.zeros_like(t)
     for link in layout.links[name]:
         total += link_energy(signals, link, t)
+    masses_of_nodes, springs = signals.log.nodes["mass"], signals.log.nodes["spring"]
     for node in layout.nodes[name]:
-        mass, spring = (signals.log.nodes[kind][node] for kind in ("mass", "spring"))
-        if 0.0 < mass < np.inf:
-            total += 0.5 * mass * signals.velocity(node)(t) ** 2
-        if spring > 0.0:
-            total += 0.5 * spring * signals.displacement(node)(t) ** 2
+        if 0.0 < masses_of_nodes[node] < np.inf:
+            total += 0.5 * masses_of_nodes[node] * signals.velocity(node)(t) ** 2
+        if springs[node] > 0.0:
+            total += 0.5 * springs[node] * signals.displacement(node)(t) ** 2
     return total
 
 

@@ -152,14 +152,15 @@ def with_first_pieces(scene: Scene, layout: Layout, log: Log) -> Log:
     """Return the log with the pieces that stand for the waves already inside the rods at t = 0."""
     pieces, state, ends = end_pieces(scene, layout), log.state, log.ends
     gravity, tolerance, transit = float(state["gravity"]), float(state["tolerance"]), ends["transit"].tolist()
-    speed = np.zeros(len(ends))
+    speed = [0.0] * len(ends)
     for name, links in layout.links.items():
         for link in links:
-            speed[[link.left_end, link.right_end]] = scene.bodies[name].velocity
+            speed[link.left_end] = speed[link.right_end] = scene.bodies[name].velocity
     sums = [float(np.sum(np.abs(wave))) for row in pieces.values() for *_, wave in row]
     tables: list[list[Piece]] = []
-    for junction in log.junctions:
-        own, nodes = range(junction["first_end"], junction["last_end"]), int(junction["nodes"])
+    ranges = (log.junctions[name].tolist() for name in ("first_end", "last_end", "nodes", "rows"))
+    for first, last, nodes, rows in zip(*ranges, strict=True):
+        own = range(first, last)
         breaks = {-max((transit[e] for e in own), default=tolerance), 0.0}
         breaks |= {t for e in own for start, stop, _ in pieces.get(e, []) for t in (start, stop)}
         times: list[float] = []
@@ -180,16 +181,17 @@ def with_first_pieces(scene: Scene, layout: Layout, log: Log) -> Log:
                 wave[1] += 0.25 * gravity * (t1 - t0)
                 integral, carried[i] = integrated(wave, 0.5 * (t1 - t0), carried[i])
                 waves.append((wave, integral))
-            table = np.zeros((int(junction["rows"]), max((len(integral) for _, integral in waves), default=1)))
+            table = np.zeros((rows, max((len(integral) for _, integral in waves), default=1)))
             for i, (wave, integral) in enumerate(waves):
                 table[2 * nodes + i, : len(wave)] = wave
                 table[2 * nodes + len(own) + i, : len(integral)] = integral
             row.append((t0, t1, table))
         tables.append(row[::-1])
-    of_pushes = np.abs(log.nodes["push"][ends["node"]]) / ends["impedance"]
-    speeds = (*np.abs(log.nodes["v"]), *np.abs(speed), *sums, abs(gravity) * 2.0 * max(transit), *of_pushes)
-    state["fastest"] = max(speeds)
-    state["farthest"] = max(state["fastest"] * 2.0 * min(transit), 1e-2 * np.abs(log.nodes["u"]).max())
+    of_pushes = log.nodes["push"][ends["node"]] / ends["impedance"]
+    speeds = (*log.nodes["v"].tolist(), *speed, *sums, gravity * 2.0 * max(transit), *of_pushes.tolist())
+    fastest = max(map(abs, speeds))
+    reach = max(fastest * 2.0 * min(transit), 1e-2 * max(map(abs, log.nodes["u"].tolist())))
+    state["fastest"], state["farthest"] = fastest, reach
     return filled(log, tables)
 
 

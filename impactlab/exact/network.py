@@ -90,8 +90,11 @@ class Log(NamedTuple):
         return float(self.junctions["clock"].min())
 
 
-def empty_log(junctions: int, nodes: int, ends: int, contacts: int) -> Log:
-    """Return a log of zeros, for so many junctions, nodes, ends and contacts, without room for pieces and events."""
+def empty_log(junctions: int, nodes: int, ends: int, contacts: int, rows: int) -> Log:
+    """Return a log of zeros for so many junctions, nodes, ends and contacts, and at most so many rows in a piece.
+
+    It has no room for pieces and events.
+    """
     states, state = columns(StateRecord, 1)
     of_junctions, junction = columns(JunctionRecord, junctions)
     of_nodes, node = columns(NodeRecord, nodes)
@@ -99,32 +102,30 @@ def empty_log(junctions: int, nodes: int, ends: int, contacts: int) -> Log:
     of_contacts, contact = columns(ContactRecord, contacts)
     _, piece = columns(PieceRecord, 0)
     state["most"] = np.iinfo(np.int64).max
-    nothing = np.zeros((0, ROOM))
+    tables = np.zeros((3, rows, ROOM))
     memory = MarchArrays(
         0, states, of_junctions, of_nodes, of_ends, of_contacts, (), (), np.zeros(0),
-        nothing, nothing, nothing, np.zeros((MAX_DEPTH + 1, WIDTH)),
+        tables[0], tables[1], tables[2], np.zeros((MAX_DEPTH + 1, WIDTH)),
     )  # fmt: skip
     return Log(memory, state[0], junction, node, end, contact, piece.reshape(junctions, 0), columns(EventRecord, 0)[1])
 
 
 def with_room(log: Log, pieces: int, pool: int, events: int) -> Log:
     """Return the log with room for so many pieces per junction, coefficients and events, where it has less."""
-    memory = log.memory
+    memory: dict[str, Any] = {}
+    named: dict[str, Columns] = {}
     count, old = log.pieces.shape
     if pieces > old:
-        of_pieces, piece = columns(PieceRecord, count * pieces)
-        table = piece.reshape(count, pieces)
-        table[:, :old] = log.pieces
-        log, memory = log._replace(pieces=table), memory._replace(pieces=of_pieces)
+        memory["pieces"], piece = columns(PieceRecord, count * pieces)
+        named["pieces"] = piece.reshape(count, pieces)
+        named["pieces"][:, :old] = log.pieces
     if events > len(log.events):
-        of_events, event = columns(EventRecord, events)
-        event[: len(log.events)] = log.events
-        log, memory = log._replace(events=event), memory._replace(events=of_events)
+        memory["events"], named["events"] = columns(EventRecord, events)
+        named["events"][: len(log.events)] = log.events
     if pool > len(log.pool):
-        wider = np.empty(pool)
-        wider[: len(log.pool)] = log.pool
-        memory = memory._replace(pool=wider)
-    return log._replace(memory=memory)
+        memory["pool"] = np.empty(pool)
+        memory["pool"][: len(log.pool)] = log.pool
+    return log._replace(memory=log.memory._replace(**memory), **named)
 
 
 def grown(log: Log, status: int) -> Log:

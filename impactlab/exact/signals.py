@@ -134,7 +134,11 @@ class Signals:
 
     def __init__(self, log: Log) -> None:
         self.log = log
+        self.gravity = float(log.state["gravity"])  # m/s2, along +x
         self._made: dict[tuple[int, int], Signal] = {}
+        names = ("nodes", "ends", "first_node", "first_end", "first_contact")
+        self._junctions = list(zip(*(log.junctions[name].tolist() for name in names), strict=True))
+        self._of_nodes, self._of_ends = log.nodes["junction"].tolist(), log.ends["junction"].tolist()
 
     def _signal(self, j: int, row: int) -> Signal:
         key = (j, row)
@@ -157,46 +161,36 @@ class Signals:
             self._made[key] = Signal(start, stop, table, float(log.state["tolerance"]))
         return self._made[key]
 
-    def _of_node(self, node: int, block: int) -> Signal:
-        j = int(self.log.nodes["junction"][node])
-        junction = self.log.junctions[j]
-        return self._signal(j, block * int(junction["nodes"]) + node - int(junction["first_node"]))
-
-    def _of_end(self, end: int, block: int) -> Signal:
-        j = int(self.log.ends["junction"][end])
-        junction = self.log.junctions[j]
-        before = 2 * int(junction["nodes"]) + block * int(junction["ends"])
-        return self._signal(j, before + end - int(junction["first_end"]))
-
     def velocity(self, node: int) -> Signal:
         """Return the velocity of a node [m/s]."""
-        return self._of_node(node, 0)
+        j = self._of_nodes[node]
+        return self._signal(j, node - self._junctions[j][2])
 
     def displacement(self, node: int) -> Signal:
         """Return the displacement of a node [m]."""
-        return self._of_node(node, 1)
+        j = self._of_nodes[node]
+        nodes, _, first, _, _ = self._junctions[j]
+        return self._signal(j, nodes + node - first)
 
     def travel(self, node: int, t: Array) -> Array:
         """Return the displacement of a node since t[0] [m], shape of t (n,)."""
         displacement = self.displacement(node)
         return displacement(t) - displacement(t[:1])
 
-    @property
-    def gravity(self) -> float:
-        """Gravity along +x [m/s2]."""
-        return float(self.log.state["gravity"])
-
     def wave(self, end: int) -> Signal:
         """Return the wave emitted by an end [m/s], from one transit before t = 0 on."""
-        return self._of_end(end, 0)
+        j = self._of_ends[end]
+        nodes, _, _, first, _ = self._junctions[j]
+        return self._signal(j, 2 * nodes + end - first)
 
     def carried(self, end: int) -> Signal:
         """Return the time integral of the wave emitted by an end [m]; 0 at t = 0."""
-        return self._of_end(end, 1)
+        j = self._of_ends[end]
+        nodes, ends, _, first, _ = self._junctions[j]
+        return self._signal(j, 2 * nodes + ends + end - first)
 
     def force(self, contact: int) -> Signal:
         """Return the force of a contact of the network [N]."""
-        j = int(self.log.nodes["junction"][self.log.contacts["left"][contact]])
-        junction = self.log.junctions[j]
-        before = 2 * int(junction["nodes"] + junction["ends"])
-        return self._signal(j, before + contact - int(junction["first_contact"]))
+        j = self._of_nodes[self.log.contacts["left"][contact]]
+        nodes, ends, _, _, first = self._junctions[j]
+        return self._signal(j, 2 * nodes + 2 * ends + contact - first)

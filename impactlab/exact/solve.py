@@ -67,14 +67,15 @@ def solve(scene: Scene, method: Method, whole: bool = False) -> ContinuousHistor
     log = march.prepared(log)
     ready = clock.perf_counter()
     thinner: Thinner | None = None
-    most = (MAX_WHOLE_SHARE if whole else MAX_KEPT_SHARE) * memory_limit() / NUMBER
     log.state["most"] = INTERVALS_PER_CHECK
     while (status := march.march(log)) != DONE:
         if status in (TOO_MANY, UNRESOLVED) or log.state["intervals"] >= MAX_INTERVALS:
             stop(run, layout, log, reason(scene, layout, log, status), thinner)
         if status == PAUSED:
             log.state["most"] += INTERVALS_PER_CHECK
-        elif status == MORE_EVENTS or 2 * room(log) <= most:
+            continue
+        most = (MAX_WHOLE_SHARE if whole else MAX_KEPT_SHARE) * memory_limit() / NUMBER
+        if status == MORE_EVENTS or 2 * room(log) <= most:
             log = grown(log, status)
         else:
             if not whole:

@@ -115,7 +115,7 @@ def coupled(m: MarchArrays, j: int, half: float) -> None:
     rounding by that stiffness. ``state.resolved`` is 1 if the series converged.
     """
     state, junction = m.state[0], m.junctions[j]
-    nodes = junction.nodes
+    nodes = junction.last_node - junction.first_node
     heavy, moving = number_groups(m, j)
     n = moving + heavy
     damp, stiff, b = table(moving, moving), table(moving, moving), table(moving, ORDER)
