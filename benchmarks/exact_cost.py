@@ -124,7 +124,8 @@ def measured(scene: Simulation) -> Row:
     began = time.perf_counter()
     while time.perf_counter() - began < 20.0 * best and best < LONGEST:
         best = min(best, solve(*scene).cost.solve_s)
-    pieces = int(np.sum(history.log.junctions["records"])) if isinstance(history, ContinuousHistory) else 0  # dropped in long runs
+    # Those of long runs are dropped.
+    pieces = int(np.sum(history.log.junctions["records"])) if isinstance(history, ContinuousHistory) else 0
     return Row(scene.scene.name, predicted, best, history.cost.steps, pieces, len(history.events))
 
 
