@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from impactlab.environment import check_environment
+from impactlab.lazy import lazy_names
 
 if TYPE_CHECKING:
     from impactlab.api import Comparison, compare, run
@@ -27,26 +27,15 @@ __all__ = [
     "run",
 ]
 
-_HOMES = {
-    "Case": "impactlab.casefile",
-    "CaseError": "impactlab.errors",
-    "Comparison": "impactlab.api",
-    "ImpactlabError": "impactlab.errors",
-    "PairingError": "impactlab.errors",
-    "PluginError": "impactlab.errors",
-    "StepError": "impactlab.errors",
-    "compare": "impactlab.api",
-    "load_case": "impactlab.casefile",
-    "run": "impactlab.api",
-}
-
-
-def __getattr__(name: str) -> Any:
-    # Loaded on first use, so that `import impactlab` and `impactlab --help` stay quick.
-    if name not in _HOMES:
-        raise AttributeError(f"module 'impactlab' has no attribute {name!r}")
-    check_environment()
-    return getattr(import_module(_HOMES[name]), name)
+__getattr__ = lazy_names(  # `import impactlab` and `impactlab --help` stay quick
+    __name__,
+    {
+        "impactlab.api": ("Comparison", "compare", "run"),
+        "impactlab.casefile": ("Case", "load_case"),
+        "impactlab.errors": ("CaseError", "ImpactlabError", "PairingError", "PluginError", "StepError"),
+    },
+    check_environment,
+)
 
 
 def __dir__() -> list[str]:

@@ -7,22 +7,30 @@ import dataclasses
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from impactlab.casefile import Case
 from impactlab.casefile.edit import check_method_name
 from impactlab.errors import ImpactlabError, RunWarning, StepError
 from impactlab.history.base import SERIOUS, AbstractHistory
-from impactlab.refine import reference as references
-from impactlab.refine import search
-from impactlab.refine.reference import CHEAP, THOROUGH, Reference
-from impactlab.refine.reference import content as reference_content
-from impactlab.report.summary import comparison, summarise, table
+from impactlab.lazy import lazy
 from impactlab.scene.method import Method, Simulation
 from impactlab.scene.precision import in_precision
 from impactlab.scene.problem import Scene
-from impactlab.simulate import driver, plan
-from impactlab.simulate.plan import Plan
+
+if TYPE_CHECKING:
+    from impactlab.numerics import addresses
+    from impactlab.refine import reference as references
+    from impactlab.refine import search
+    from impactlab.refine.reference import Reference
+    from impactlab.report import summary as summaries
+    from impactlab.simulate import driver, plan
+    from impactlab.simulate.plan import Plan
+else:  # with the libraries that they load, each when it is first used
+    addresses = lazy("impactlab.numerics.addresses")
+    driver, plan = lazy("impactlab.simulate.driver"), lazy("impactlab.simulate.plan")
+    references, search = lazy("impactlab.refine.reference"), lazy("impactlab.refine.search")
+    summaries = lazy("impactlab.report.summary")
 
 Progress = Callable[[float], None]
 
@@ -63,10 +71,10 @@ class Comparison:
     def document(self) -> dict[str, Any]:
         """What ``compare --json`` prints: schema_version, case, reference, rows of name and summary."""
         name = self.reference[0] if self.reference is not None else None
-        return comparison(self.case, name, [(row.name, row.summary) for row in self.rows])
+        return summaries.comparison(self.case, name, [(row.name, row.summary) for row in self.rows])
 
     def __str__(self) -> str:
-        return table(self.document)
+        return summaries.table(self.document)
 
 
 def run(case: Case | Simulation, progress: Progress | None = None) -> AbstractHistory:
@@ -130,7 +138,8 @@ def prepare(case: Case) -> Plan:
     if method.tolerance is not None:
         with in_precision("the first guess of a description", "solve.tolerance"):
             scene, method = search.first_guess(scene, method)
-    return plan.prepare(scene, method)
+    with addresses.trial():
+        return plan.prepare(scene, method)
 
 
 def physics_of(case: Case) -> Simulation:
@@ -151,13 +160,13 @@ def physics_of(case: Case) -> Simulation:
     return Simulation(scene, dataclasses.replace(method, laws=laws, models=models))
 
 
-def reference_of(scene: Scene, method: Method, budget: float = THOROUGH) -> Reference | None:
+def reference_of(scene: Scene, method: Method, budget: float | None = None) -> Reference | None:
     """Return the answer that a run is measured against, or None where there is none.
 
     The exact one where the exact solver serves the scene, else a converged one; ``budget`` are the seconds of predicted
-    solving that this may take (`impactlab.refine.reference`).
+    solving that this may take (`impactlab.refine.reference`), by default as many as a comparison waits for.
     """
-    return references.find(scene, method, budget)
+    return references.find(scene, method, references.THOROUGH if budget is None else budget)
 
 
 def compare(
@@ -182,21 +191,23 @@ def compare(
     names = list(dict.fromkeys(methods if methods is not None else case.method_names))
     for name in names:
         check_method_name(name, case.method_names, case.file)
-    references: dict[Any, Reference | None] = {}
+    known: dict[Any, Reference | None] = {}  # by what determines a reference
     rows = []
     for number, name in enumerate(names):
-        rows.append(_row(case, name, references, _share(progress, name, number, len(names))))
+        rows.append(_row(case, name, known, _share(progress, name, number, len(names))))
     return Comparison(case.label, tuple(rows))
 
 
-def summarised(case: Case, history: AbstractHistory, budget: float = CHEAP) -> tuple[dict[str, Any], Reference | None]:
+def summarised(
+    case: Case, history: AbstractHistory, budget: float | None = None
+) -> tuple[dict[str, Any], Reference | None]:
     """Return the summary of a run of a case and the reference its errors were measured against.
 
     ``budget`` are the seconds of predicted solving that a reference may take where no exact answer serves: by default
     so few that a run is not kept waiting.
     """
-    reference = reference_of(*physics_of(case), budget)
-    return summarise(case.label, case.scene(), history, reference), reference
+    reference = reference_of(*physics_of(case), references.CHEAP if budget is None else budget)
+    return summaries.summarise(case.label, case.scene(), history, reference), reference
 
 
 def failure(case_name: str, error: BaseException) -> dict[str, Any]:
@@ -240,16 +251,16 @@ def _share(
     return lambda fraction: progress(name, (number + fraction) / count)
 
 
-def _row(case: Case, name: str, references: dict[Any, Reference | None], progress: Progress | None) -> Row:
+def _row(case: Case, name: str, known: dict[Any, Reference | None], progress: Progress | None) -> Row:
     try:
         variant = case.method(name)
         with warnings_kept():
             history = run(variant, progress)
         physics = physics_of(variant)
-        key = reference_content(*physics)
-        if key not in references:
-            references[key] = reference_of(*physics)
-        reference = references[key]
-        return Row(name, summarise(case.label, variant.scene(), history, reference), history, reference, None)
+        key = references.content(*physics)
+        if key not in known:
+            known[key] = reference_of(*physics)
+        reference = known[key]
+        return Row(name, summaries.summarise(case.label, variant.scene(), history, reference), history, reference, None)
     except Exception as error:  # noqa: BLE001 - a plugin may raise anything; its row says what
         return Row(name, failure(case.label, error), None, None, error)

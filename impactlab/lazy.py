@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Mapping
 from importlib import import_module
 from types import ModuleType
 from typing import Any
@@ -23,3 +24,29 @@ class LazyModule:
 def lazy(name: str) -> Any:
     """Return a module by its full name, imported on first use; state its type by an import under TYPE_CHECKING."""
     return LazyModule(name)
+
+
+def lazy_names(
+    package: str, names: Mapping[str, Iterable[str]], first: Callable[[], None] | None = None
+) -> Callable[[str], Any]:
+    """Return the `__getattr__` of a package that imports each of its public names on first use.
+
+    Parameters
+    ----------
+    package : str
+        Full name of the package.
+    names : mapping
+        Full name of a module to the public names that it defines.
+    first : callable, optional
+        Called before a name is imported; it may raise.
+    """
+    homes = {name: module for module, defined in names.items() for name in defined}
+
+    def attribute(name: str) -> Any:
+        if name not in homes:
+            raise AttributeError(f"module {package!r} has no attribute {name!r}")
+        if first is not None:
+            first()
+        return getattr(import_module(homes[name]), name)
+
+    return attribute

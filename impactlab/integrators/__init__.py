@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from impactlab.lazy import lazy_names
 
 if TYPE_CHECKING:
     from impactlab.integrators.base import AbstractAdaptive, AbstractIntegrator, Problem, Step, Stepper
@@ -23,16 +24,12 @@ __all__ = [
     "springs_of",
 ]
 
-_HOMES = dict.fromkeys(__all__, "impactlab.integrators.base") | {
-    "Operators": "impactlab.models.base",
-    "in_springs": "impactlab.numerics.banded_kernels",
-    "pull": "impactlab.numerics.banded_kernels",
-    "springs_of": "impactlab.integrators.packing",
-}
-
-
-def __getattr__(name: str) -> Any:
-    # Loaded on first use: a case is read without compiled code.
-    if name not in _HOMES:
-        raise AttributeError(f"module 'impactlab.integrators' has no attribute {name!r}")
-    return getattr(import_module(_HOMES[name]), name)
+__getattr__ = lazy_names(  # a case is read without compiled code
+    __name__,
+    {
+        "impactlab.integrators.base": ("AbstractAdaptive", "AbstractIntegrator", "Problem", "Step", "Stepper"),
+        "impactlab.integrators.packing": ("springs_of",),
+        "impactlab.models.base": ("Operators",),
+        "impactlab.numerics.banded_kernels": ("in_springs", "pull"),
+    },
+)

@@ -121,6 +121,10 @@ class AbstractIntegrator(AbstractScheme):
         A projection p at a port moves the displacements by M^-1 row p at the end of the step, with all that the scheme
         derives from displacements, and leaves the velocities alone.
         """
+        with addresses.interpreted(system.load.size):
+            return self._prepared(system, ports, dt)
+
+    def _prepared(self, system: Operators, ports: Array, dt: float) -> Stepper:
         step, n_dof = self.step(system, dt), system.load.size
         free, derive = (
             addresses.kernel_address(step.free, addresses.FREE),

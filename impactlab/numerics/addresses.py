@@ -1,16 +1,19 @@
 """Functions passed to the compiled loop as addresses, so that a new part needs no recompilation of the loop.
 
 With compilation on, an address is that of a C function made by numba (or of a C callback into Python) and `call` is a
-machine call. With NUMBA_DISABLE_JIT=1 an address is the number of a Python function and `call` looks it up.
+machine call. With NUMBA_DISABLE_JIT=1, and inside `interpreted`, an address is the number of a Python function and
+`call` looks it up.
 """
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cache
 from operator import attrgetter
+from types import FunctionType
 from typing import Any
 
 import numba
@@ -20,7 +23,7 @@ from numba.core.ccallback import CFunc
 from numba.core.sigutils import normalize_signature
 from numba.extending import intrinsic
 
-from impactlab.numerics.cache import cache_of
+from impactlab.numerics.cache import FOREIGN, cache_of
 from impactlab.types import PORT, REPLY, Port, Reply
 
 config: Any = numba.config
@@ -38,8 +41,17 @@ RESPOND = types.void(from_dtype(PORT), from_dtype(REPLY))
 
 # Sums may be reordered, so that they run in vector registers; nothing may be assumed about NaN or infinity.
 FAST = {"reassoc", "contract"}
+MAX_UNKNOWNS = 2000  # of a body in a trial: its response columns then take Python some 50 ms
+_in_python: dict[Callable[..., Any], Callable[..., Any]] = {}
 _plain: list[Callable[..., None]] = []
+_trial = _interpreting = False
 _compiled: dict[tuple[Any, int], tuple[Any, Any]] = {}  # the signature is kept, so that its id stays its own
+
+
+def call_in_python(address: int, *arguments: Any) -> None:
+    """Call the Python function with this number."""
+    _plain[address](*arguments)
+
 
 if COMPILED:
 
@@ -61,10 +73,46 @@ if COMPILED:
     call: Any = intrinsic(_call)
 
 else:
+    call = call_in_python
 
-    def call(address: int, *arguments: Any) -> None:
-        """Call the Python function with this number."""
-        _plain[address](*arguments)
+
+def in_python(function: Any) -> Any:
+    """Return a compiled function as plain Python, with all that it calls; what is not compiled here as it is."""
+    if function is call:
+        return call_in_python
+    inner = getattr(function, "py_func", function)
+    if not isinstance(inner, FunctionType) or inner.__module__.partition(".")[0] in FOREIGN:
+        return function
+    if inner not in _in_python:
+        names = dict(inner.__globals__)
+        _in_python[inner] = FunctionType(inner.__code__, names, inner.__name__, inner.__defaults__, inner.__closure__)
+        names.update({name: in_python(names[name]) for name in inner.__code__.co_names if name in names})
+    return _in_python[inner]
+
+
+@contextlib.contextmanager
+def trial() -> Iterator[None]:
+    """Let `interpreted` hold inside: for plans that are checked and never run."""
+    global _trial
+    before, _trial = _trial, True
+    try:
+        yield
+    finally:
+        _trial = before
+
+
+@contextlib.contextmanager
+def interpreted(unknowns: int) -> Iterator[None]:
+    """In a trial, run the kernels of a body with few unknowns as plain Python: they differ by rounding alone.
+
+    Loading compiled code takes a fifth of a second. Addresses that are made inside hold only there.
+    """
+    global _interpreting
+    _interpreting = _trial and unknowns <= MAX_UNKNOWNS
+    try:
+        yield
+    finally:
+        _interpreting = False
 
 
 @cache
@@ -87,6 +135,8 @@ def load_array_functions() -> None:
 
 def entered(entry: Any, *arguments: Any) -> Any:
     """Call a compiled function; before the first call, load numba's array functions the quick way."""
+    if _interpreting:
+        return in_python(entry)(*arguments)
     if COMPILED and not entry.overloads:
         load_array_functions()
     return entry(*arguments)
@@ -110,9 +160,9 @@ def kernel_address(function: Callable[..., None] | None, signature: Any) -> int:
     """Return the address of a stepper's function; 0 for none."""
     if function is None:
         return 0
-    if COMPILED:
+    if COMPILED and not _interpreting:
         return int(compiled(function, signature).address)
-    _plain.append(function)
+    _plain.append(in_python(function) if _interpreting else function)
     return len(_plain) - 1
 
 

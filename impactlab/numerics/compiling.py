@@ -10,6 +10,7 @@ from collections.abc import Callable
 from typing import Any, Protocol, TypeVar
 
 import numba
+from numba.extending import register_jitable
 
 from impactlab.numerics.addresses import FAST
 from impactlab.numerics.cache import kept
@@ -32,7 +33,7 @@ ENTRY: Decorator = kept(_nrt=False, fastmath=FAST)
 PART: Decorator = kept(_nrt=False, fastmath=FAST, **CALLED)
 INLINE: Decorator = njit(inline="always", _nrt=False, **CALLED)
 HELPER: Decorator = kept(fastmath=FAST)
-UNPACK: Decorator = njit(inline="always")  # copied into kernels, also called where these run as plain Python
+UNPACK: Decorator = register_jitable(inline="always")  # copied into kernels; from Python a plain function
 # Of the solution from event to event; parts that allocate need the runtime.
 EXACT_ENTRY: Decorator = kept(**EXACTLY)
 EXACT_PART: Decorator = njit(**EXACTLY, **CALLED)

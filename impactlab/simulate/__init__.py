@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from impactlab.lazy import lazy_names
 
 if TYPE_CHECKING:
     from impactlab.simulate.driver import Plan, Progress, prepare, run
 
 __all__ = ["Plan", "Progress", "prepare", "run"]
 
-
-def __getattr__(name: str) -> Any:
-    # Loaded on first use: rooms below import `impactlab.simulate.pairing` without the step loop.
-    if name not in __all__:
-        raise AttributeError(f"module 'impactlab.simulate' has no attribute {name!r}")
-    return getattr(import_module("impactlab.simulate.driver"), name)
+# Rooms below import `impactlab.simulate.pairing` without the step loop.
+__getattr__ = lazy_names(__name__, {"impactlab.simulate.driver": __all__})
