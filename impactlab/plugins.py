@@ -205,7 +205,7 @@ def _import(entry: Entry, group: Group) -> Any:
         raise PluginError(
             f"{entry.name!r} of {entry.distribution} ({entry.value}) could not be imported as {group.noun}: "
             f"{type(error).__name__}: {str(error)[:200]}",
-            remedy="Mend or reinstall that distribution (see `impactlab plugins`).",
+            remedy="Fix or reinstall that distribution (see `impactlab plugins`).",
         ) from error
 
 

@@ -134,7 +134,7 @@ def parse_json(text: str, kind: Kind = CASE) -> Document:
     try:
         data = json.loads(text, object_pairs_hook=once, parse_constant=_refuse_constant)
     except json.JSONDecodeError as error:
-        raise CaseError(f"not JSON: {error.msg}", remedy="Mend the text there.", line=error.lineno) from error
+        raise CaseError(f"not JSON: {error.msg}", remedy="Fix the text there.", line=error.lineno) from error
     except ValueError as error:
         raise CaseError(f"not JSON: {str(error)[:120]}") from error
     _check_keys(data)
@@ -160,7 +160,7 @@ def parse_toml(text: str, kind: Kind = CASE) -> Document:
     except (tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
         found = re.search(r"at line (\d+)", str(error))
         line = int(found.group(1)) if found else None
-        raise CaseError(f"not TOML: {str(error)[:120]}", remedy="Mend the text there.", line=line) from error
+        raise CaseError(f"not TOML: {str(error)[:120]}", remedy="Fix the text there.", line=line) from error
     _check_keys(data)
     return Document(_mapping(data, kind), _toml_lines(text))
 
@@ -251,12 +251,12 @@ def _yaml_value(text: str, lines: dict[Keys, int | None]) -> Any:
         mark = error.problem_mark or error.context_mark
         problem = str(error.problem or error.context or "the text cannot be read")[:120]
         raise CaseError(
-            f"not YAML: {problem}", remedy="Mend the text there (or just above).", line=mark.line + 1 if mark else None
+            f"not YAML: {problem}", remedy="Fix the text there (or just above).", line=mark.line + 1 if mark else None
         ) from error
     except YAMLError as error:
         raise CaseError(f"not YAML: {str(error)[:120]}", remedy="Remove what is not printable text.") from error
     except (ValueError, RecursionError) as error:
-        raise CaseError(f"not YAML: {str(error)[:120]}", remedy="Mend the text.") from error
+        raise CaseError(f"not YAML: {str(error)[:120]}", remedy="Fix the text.") from error
 
 
 class _Composer:

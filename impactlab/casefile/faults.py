@@ -22,7 +22,7 @@ _NEEDED = {
     "model_attributes_type": _BLOCK,
     "string_type": "a text",
 }
-_REMEDY = "Mend the value; `impactlab schema` lists every key with its unit."
+_REMEDY = "Fix the value; `impactlab schema` lists every key with its unit."
 
 
 def case_error(

@@ -99,9 +99,7 @@ def group_of(field: dataclasses.Field[Any]) -> Group | None:
     for group in GROUPS:
         if group.name == name:
             return group
-    raise PluginError(
-        f"the field {field.name!r} holds a part of {name!r}, which is no group", remedy="Mend the plugin."
-    )
+    raise PluginError(f"the field {field.name!r} holds a part of {name!r}, which is no group", remedy="Fix the plugin.")
 
 
 def part_model(part: type[Any]) -> type[BaseModel]:
@@ -124,7 +122,7 @@ def check_fields(part: type[Any]) -> None:
         except PydanticCustomError as error:
             raise PluginError(
                 f"the default of the field {field.name!r} of {part.__module__}.{part.__name__}: {error.message()}",
-                remedy="Mend the plugin.",
+                remedy="Fix the plugin.",
             ) from error
 
 
@@ -159,7 +157,7 @@ def allowed_of(part: type[Any], field: dataclasses.Field[Any], hint: Any) -> All
             raise PluginError(
                 f"the field {field.name!r} of {part.__module__}.{part.__name__} has the type {member!r}; "
                 "a case can give float, int, bool, None, Relative and Literal words",
-                remedy="Mend the plugin.",
+                remedy="Fix the plugin.",
             )
     return Allowed(
         unit=field.metadata["unit"],

@@ -116,7 +116,7 @@ def momentum(history: AbstractHistory, scene: Simulation, t: np.ndarray) -> np.n
 def test_energy_of_a_row_is_kept_or_booked(scene: Simulation) -> None:
     history = solve(*scene)
     book = history.energy
-    # some hundred pieces, each rounded at the energy in play
+    # some hundred pieces, each rounded at the reference energy
     stake = max(1.0, *(float(np.max(np.abs(energy))) for energy in (*book.bodies.values(), book.work)))
     assert max(book.largest_gain, book.largest_loss) * book.scale < 1e-11 * stake
     for loss in book.booked.values():

@@ -76,7 +76,7 @@ class Segment:
 class End:
     """What holds an end of a rod or a beam: nothing, a clamp, a grounded spring or dashpot, or a mass riding on it.
 
-    A beam may be pinned (no deflection, free rotation), its spring may resist rotation too, and it may go on for ever.
+    A beam may be pinned (no deflection, free rotation), its spring may resist rotation too, and it may be infinite.
     A force may act on an end that is not clamped or pinned.
     """
 
