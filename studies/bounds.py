@@ -38,15 +38,14 @@ from impactlab.integrators.nonsmooth_generalised_alpha import NonsmoothGeneralis
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.scene import Contact, End, Mass, Point, Rod, Segment, Wall
+from impactlab.scene import End, Rod, Wall
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.testing.invariants import precursor
-from impactlab.testing.scenes import simulation
+from impactlab.testing.scenes import CLAMPED, FREE, STEEL, UNIT, in_a_row, mass_on_rod
 from impactlab.testing.trace import run_in_cuts, trace
 from impactlab.types import Relative
 from studies.pages import Study, filled, table
 
-STEEL = Segment(0.3, 9e-4, 2.1e11, 7900.0)
 ALPHAS = tuple(10.0 ** (-3.0 + 5.0 * i / 20.0) for i in range(21))
 
 
@@ -61,39 +60,16 @@ def struck(
     snapshots: tuple[float, ...] = (),
 ) -> Simulation:
     """Return the 1999 paper's rod struck at its left end by a mass, the far end clamped or free."""
-    rod = Rod("rod", (STEEL,), End("free"), End(far))  # type: ignore[arg-type]
-    return simulation(
-        name="struck",
-        bodies={"hammer": Mass("hammer", STEEL.mass / alpha, 1.0), "rod": rod},
-        contacts=(Contact(Point("hammer", 0.0, "hammer"), Point("rod", 0.0, "rod.left"), 0.0),),
-        duration=trips * rod.round_trip,
-        integrator=integrator,
-        step=step,
-        round_trip=rod.round_trip,
-        snapshots=snapshots,
-        model=model,
-        law=law,
-    )
+    fields = {"right": End(far), "mass_ratio": 1.0 / alpha, "round_trips": trips, "snapshots": snapshots}  # type: ignore[arg-type]
+    return mass_on_rod(model, law, integrator, step, **fields)
 
 
 def periodic_bar(elements: int, courant: float, mass: str = "consistent") -> Simulation:
     """Return the bar that starts from a uniform strain and bounces against a wall periodically, over four periods."""
-    bar = Segment(1.0, 1.0, 1.0, 1.0)
     model = FiniteElement(elements, mass)  # type: ignore[arg-type]
-    rod = Rod("rod", (bar,), End("free"), End("clamped"), displacement=lambda x: (1.0 - x) / 2.0)
-    contact = Contact(Point("wall", 0.0, "wall"), Point("rod", 0.0, "rod.left"), 0.0)
-    bodies = {"wall": Wall("wall"), "rod": rod}
-    return simulation(
-        "periodic bar",
-        bodies,
-        (contact,),
-        12.0,
-        Newmark(),
-        StepRule(courant=courant),
-        round_trip=2.0,
-        model=model,
-        law=AdditionDeletion(),
-    )
+    rod = Rod("rod", (UNIT,), FREE, CLAMPED, displacement=lambda x: (1.0 - x) / 2.0)
+    step = StepRule(courant=courant)
+    return in_a_row((Wall("wall"), rod), model, AdditionDeletion(), Newmark(), step, duration=12.0)
 
 
 class Gain(NamedTuple):

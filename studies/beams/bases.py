@@ -83,7 +83,7 @@ def error(scene: Struck, name: str, count: int) -> float:
     except CaseError:
         return math.nan
     t = midpoints(scene.end, 2000)
-    force = "force:mass|face"
+    force = f"force:{seen.scene.contacts[0].name}"
     return relative_l2(seen.evaluate(t, force), reference(scene).evaluate(t, force)) or 0.0
 
 
@@ -137,7 +137,7 @@ def early(name: str, count: int) -> tuple[float, float]:
     except (CaseError, PairingError):
         return math.nan, math.nan
     t = HARD_END * (np.arange(100) + 0.5) / 100.0
-    apart = float(np.sqrt(np.mean((seen.evaluate(t, "velocity:mass") - slender(HARD_MASS, 1.0, t)) ** 2)))
+    apart = float(np.sqrt(np.mean((seen.evaluate(t, "velocity:hammer") - slender(HARD_MASS, 1.0, t)) ** 2)))
     field = seen.field("beam", MOMENT, "velocity")
     far = np.abs(field.x - 0.5 * LONG.length) > NEAR
     return apart, float(np.sum(field.values[far] ** 2) / np.sum(field.values**2))

@@ -126,7 +126,7 @@ def problems() -> tuple[Problem, ...]:
 
     def bar(t: Array) -> Array:
         alone = struck(body, Continuous(), WaveIdentification(), body.mass, trip, 0.0)
-        return np.asarray(alone.evaluate(t, "velocity:mass"))
+        return np.asarray(alone.evaluate(t, "velocity:hammer"))
 
     return (
         Problem("uniform rod", body, lambda n: Modal(None, n), body.mass, 0.0, trip, bar, (10, 40, 100)),
@@ -161,7 +161,7 @@ def laws_compared() -> str:
             cells = []
             for law in (GENERAL, BARE, PHASE):
                 seen = struck(problem.body, problem.model(modes), law, problem.mass, problem.end, problem.x, step=dt)
-                error = float(np.sqrt(np.mean((seen.evaluate(t, "velocity:mass") - exact) ** 2)))
+                error = float(np.sqrt(np.mean((seen.evaluate(t, "velocity:hammer") - exact) ** 2)))
                 cells += [f"{error:.1e}", gain(seen)]
             rows.append([problem.name, f"{modes}", *cells])
     head = ["scene", "modes", "general", "energy", "general, no residual", "energy", "sketch", "energy"]
@@ -185,11 +185,11 @@ def orders() -> tuple[str, dict[str, tuple[list[float], list[float]]]]:
     """Return the table of steps at a tip, and the errors and gains to draw."""
     problem = long_beam(SLENDER, True)
     t = midpoints(problem.end, 400)
-    limit = steps_of(BARE, (5120.0,))[0].evaluate(t, "position:mass")
+    limit = steps_of(BARE, (5120.0,))[0].evaluate(t, "position:hammer")
     rows, lines = [], {}
     for name, law in (("general, no residual", BARE), ("sketch, phase speed", PHASE), ("sketch, group speed", GROUP)):
         runs = steps_of(law, POINTS)
-        errors = [relative_l2(run.evaluate(t, "position:mass"), limit) or 0.0 for run in runs]
+        errors = [relative_l2(run.evaluate(t, "position:hammer"), limit) or 0.0 for run in runs]
         gains = [run.energy.largest_gain for run in runs]
         lines[name] = (errors, gains)
         rows.append([name, *(f"{e:.1e}, {100.0 * g:.2g} %" for e, g in zip(errors, gains, strict=True))])
@@ -206,7 +206,7 @@ def impedance() -> str:
         cells = []
         for law in (GENERAL, BARE, PHASE, ModalMessengers(balance="impedance", accept=ANY), WaveIdentification()):
             seen = struck(body, Modal(None, modes), law, body.mass, end, 0.0)
-            error = relative_l2(seen.evaluate(t, "position:mass"), exact.evaluate(t, "position:mass")) or 0.0
+            error = relative_l2(seen.evaluate(t, "position:hammer"), exact.evaluate(t, "position:hammer")) or 0.0
             cells.append(f"{100.0 * error:.2g} %")
         rows.append([f"{modes}", *cells])
     head = [
@@ -243,7 +243,7 @@ def rebound() -> str:
             except StepError as error:
                 rows.append([name, method, "fails", "-", str(error).splitlines()[0][:60]])
                 continue
-            left = float(seen.evaluate(end, "velocity:mass"))
+            left = float(seen.evaluate(end, "velocity:hammer"))
             rows.append([name, method, f"{left:.3f} v0", f"{len(seen.contacts)}", gain(seen)])
     return table(["scene", "method", "velocity of the mass at the end", "contacts", "energy"], rows)
 
@@ -324,7 +324,9 @@ def slowing() -> Figure:
         for number, modes in enumerate((50, 100, 200)):
             seen = struck(problem.body, Modal(None, modes), GENERAL, problem.mass, problem.end, problem.x)
             times = np.linspace(0.0, 1.0, 600)
-            axes.plot(times, seen.evaluate(times * problem.end, "velocity:mass"), color=PALETTE[number], linewidth=1.1)
+            axes.plot(
+                times, seen.evaluate(times * problem.end, "velocity:hammer"), color=PALETTE[number], linewidth=1.1
+            )
             axes.text(
                 0.97,
                 0.93 - 0.08 * number,

@@ -23,10 +23,10 @@ from impactlab.models.base import AbstractRodModel
 from impactlab.models.continuous import Continuous
 from impactlab.models.modal import Modal
 from impactlab.report import style
-from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point
+from impactlab.scene import Beam, BeamSegment, End
 from impactlab.scene.method import StepRule
 from impactlab.simulate import run
-from impactlab.testing.scenes import simulation
+from impactlab.testing.scenes import struck
 from impactlab.types import Array
 from studies.pages import Study, filled
 
@@ -69,13 +69,10 @@ def measured() -> dict[str, list[Line]]:
 
 def mean_force(beam: Beam, model: AbstractRodModel, law: AbstractContactLaw, dt: float, times: Array) -> Array:
     """Return the mean force since the touch, over the first force, at times [s]."""
-    contact = Contact(Point("mass", 0.0, "mass"), Point("beam", 0.5 * LENGTH, "beam"), 0.0)  # type: ignore[arg-type]
     integrator = None if isinstance(model, Continuous) else ExactModal()
-    scene = simulation(
-        "first force", {"mass": Mass("mass", MASS, SPEED), "beam": beam}, (contact,), float(times[-1]) * 1.01,
-        integrator, StepRule(dt=dt), round_trip=beam.round_trip, model=model, law=law,
-    )  # fmt: skip
-    velocity = run(*scene).evaluate(times, "velocity:mass")
+    place = {"mass": MASS, "velocity": SPEED, "x": 0.5 * LENGTH, "duration": float(times[-1]) * 1.01}
+    scene = struck(beam, model, law, integrator, StepRule(dt=dt), **place)
+    velocity = run(*scene).evaluate(times, "velocity:hammer")
     return np.asarray(MASS * (SPEED - velocity) / times / (IMPEDANCE * SPEED))
 
 

@@ -16,9 +16,10 @@ from impactlab.contact.base import AbstractContactLaw
 from impactlab.history import AbstractHistory
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.integrators.exact_modal import ExactModal
-from impactlab.scene import Beam, BeamSegment, Contact, ElasticBody, End, Mass, Point, Probe, Rod, Segment
+from impactlab.scene import Beam, BeamSegment, ElasticBody, End, Probe, Rod
 from impactlab.scene.method import StepRule
-from impactlab.testing.scenes import simulation
+from impactlab.testing.scenes import CLAMPED, FREE, STEEL
+from impactlab.testing.scenes import struck as struck_body
 from impactlab.types import Array
 from studies.pages import ROOT
 
@@ -27,7 +28,6 @@ AREA, INERTIA = SIDE**2, SIDE**4 / 12.0
 SHEAR = 5.0 / 6.0 * AREA * YOUNG / 2.6  # N, k G A with nu = 0.3
 BENDING, LINE = YOUNG * INERTIA, DENSITY * AREA  # N m2, kg/m
 ROTARY = DENSITY * INERTIA  # kg m
-ROD = Segment(0.3, 9e-4, 2.1e11, 7900.0)  # the rod of the 1999 paper
 RESISTANCE = (
     2.0 * math.sqrt(2.0) * BENDING**0.25 * LINE**0.75
 )  # N s^(1/2)/m, an infinite slender beam at an inner point
@@ -44,7 +44,7 @@ def beam(length: float, left: Any, right: Any, theory: str = "euler_bernoulli") 
 
 def rod() -> Rod:
     """Return the rod of the 1999 paper, free on the left and clamped on the right."""
-    return Rod("rod", (ROD,), End("free"), End("clamped"))
+    return Rod("rod", (STEEL,), FREE, CLAMPED)
 
 
 def struck(
@@ -61,24 +61,9 @@ def struck(
     snapshots: tuple[float, ...] = (),
 ) -> AbstractHistory:
     """Return the history of a mass that strikes a body at x [m] from below, or from the left."""
-    contact = Contact(Point("mass", 0.0, "mass"), Point(body.name, x, "face"), 0.0)
-    bodies = {"mass": Mass("mass", mass, velocity), body.name: body}
     probes = (Probe(body.name, x, "displacement"),)
-    return simulate.run(
-        *simulation(
-            "struck",
-            bodies,
-            (contact,),
-            duration,
-            integrator,
-            step,
-            round_trip=body.round_trip,
-            probes=probes,
-            snapshots=snapshots,
-            model=model,
-            law=law,
-        )  # type: ignore[arg-type]
-    )
+    given = {"velocity": velocity, "duration": duration, "probes": probes, "snapshots": snapshots}
+    return simulate.run(*struck_body(body, model, law, integrator, step, mass=mass, x=x, **given))
 
 
 def slender(mass: float, share: float, t: Array) -> Array:
@@ -111,8 +96,8 @@ def love(mass: float, lateral: float, t: Array) -> Array:
     """Return v/v0 of a mass on the clamped Love rod while it stays in contact; ``lateral`` is nu r [m]."""
 
     def transform(s: Any) -> Any:
-        root = mpmath.sqrt(ROD.wave_speed**2 + (lateral * s) ** 2)
-        resistance = ROD.density * ROD.area * root * mpmath.coth(s * ROD.length / root)
+        root = mpmath.sqrt(STEEL.wave_speed**2 + (lateral * s) ** 2)
+        resistance = STEEL.density * STEEL.area * root * mpmath.coth(s * STEEL.length / root)
         return mass / (mass * s + resistance)
 
     return np.array([float(mpmath.invertlaplace(transform, time, method="talbot", degree=60)) for time in t])

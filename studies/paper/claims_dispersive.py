@@ -135,7 +135,7 @@ def lateral_inertia() -> Finding:
     t = midpoints(3.0 * T)
     mass, face = (
         relative_l2(seen[1].evaluate(t, channel), seen[0].evaluate(t, channel)) or 0.0
-        for channel in ("position:mass", "displacement:rod@0")
+        for channel in ("position:hammer", "displacement:rod@0")
     )
     return Finding(
         f"in the example (round section, Poisson's ratio 0.3, nu r = {1e3 * lateral:.2f} mm) Love's rod moves "
@@ -242,7 +242,7 @@ def messengers_on_love_rod() -> Finding:
     seen = scenes.struck(
         body, scenes.love_rod(100, lateral), ModalMessengers(), body.mass, T, 0.0, step=StepRule(dt=T / 4000.0)
     )
-    error = float(np.sqrt(np.mean((seen.evaluate(t, "velocity:mass") - scenes.love(body.mass, lateral, t)) ** 2)))
+    error = float(np.sqrt(np.mean((seen.evaluate(t, "velocity:hammer") - scenes.love(body.mass, lateral, t)) ** 2)))
     return Finding(
         "on Love's rod each reading, at the phase speed of its mode and by the force that the wave carries, is "
         "that mode's "
@@ -300,7 +300,7 @@ def general_form() -> Finding:
             integrator=ExactModal(),
         )  # fmt: skip
         errors[f"{theory}_{'tip' if tip else 'inner'}"] = float(
-            np.sqrt(np.mean((seen.evaluate(t, "velocity:mass") - problem.exact(t)) ** 2))
+            np.sqrt(np.mean((seen.evaluate(t, "velocity:hammer") - problem.exact(t)) ** 2))
         )
     tip, inner, sheared = errors.values()
     return Finding(

@@ -23,20 +23,24 @@ def balance_constants(left: SideFacts, right: SideFacts, dt: float) -> tuple[flo
     return right.impedance / right.area, right.impedance / left.mass * dt, right.area
 
 
-@final
-@dataclass(frozen=True)
-class Equation15(AbstractContactLaw):
-    """Eq. 15 with its own memory of both waves.
-
-    ``ends`` says what ends the contact: the whole stress (Eq. 13), or sI alone as Section 4 prints it. ``restart`` says
-    what sI is at a new touch: what gives the face the mass's velocity, arriving wave included, or Eq. 22 alone.
-    """
+class AbstractPrinted(AbstractContactLaw):
+    """What is known of each before a run."""
 
     needs = frozenset({Level.VELOCITY})
     compiled = False
     hard = True
     trial_at_end = True
     gains_energy = float("inf")
+
+
+@final
+@dataclass(frozen=True)
+class Equation15(AbstractPrinted):
+    """Eq. 15 with its own memory of both waves.
+
+    ``ends`` says what ends the contact: the whole stress (Eq. 13), or sI alone as Section 4 prints it. ``restart`` says
+    what sI is at a new touch: what gives the face the mass's velocity, arriving wave included, or Eq. 22 alone.
+    """
 
     ends: Literal["stress", "new_wave"] = "stress"
     restart: Literal["whole", "printed"] = "whole"
@@ -74,17 +78,11 @@ class Equation15(AbstractContactLaw):
 
 @final
 @dataclass(frozen=True)
-class Equation20(AbstractContactLaw):
+class Equation20(AbstractPrinted):
     """Eq. 20: as Eq. 15, the old waves replaced by the face velocity of the previous step.
 
     ``face`` says where that velocity comes from: the modes of the rod, or the balance itself (Eq. 21).
     """
-
-    needs = frozenset({Level.VELOCITY})
-    compiled = False
-    hard = True
-    trial_at_end = True
-    gains_energy = float("inf")
 
     face: Literal["modes", "balance"] = "modes"
     residual: bool = False
@@ -109,35 +107,5 @@ class Equation20(AbstractContactLaw):
         reply.memory[0] = (wave_out - wave_in) / rho_c  # Eq. 21
         reply.trial = area * (wave_out + wave_in)
         if reply.trial > 0.0:
-            reply.force = reply.trial
-            reply.in_contact = 1.0
-
-
-@final
-@dataclass(frozen=True)
-class MessengerPerMode(AbstractContactLaw):
-    """One messenger per mode, each at its own distance: for a mode, its free evolution over the step.
-
-    So the arriving waves together are the free face velocity of all modes. ``compliance`` says what the balance
-    divides by: the answer of the modes to the force of a step, or that of the rod, 1/Z.
-    """
-
-    needs = frozenset({Level.VELOCITY})
-    compiled = False
-    hard = True
-    trial_at_end = True
-    gains_energy = float("inf")
-
-    compliance: Literal["modes", "rod"] = "modes"
-
-    def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
-        return Start(parameters=(1.0 / right.impedance if self.compliance == "rod" else 0.0,))
-
-    @staticmethod
-    def respond(port: Port, reply: Reply) -> None:
-        right_yield = port.parameters[0] or port.right.velocity_per_force
-        total = port.left.velocity_per_force + right_yield
-        reply.trial = (port.left.free_velocity - port.right.free_velocity) / total
-        if (port.in_contact > 0.0 or port.gap <= 0.0) and reply.trial > 0.0:
             reply.force = reply.trial
             reply.in_contact = 1.0
