@@ -15,12 +15,12 @@ from impactlab import simulate
 from impactlab.bases.beams.modes import BeamModes
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
-from impactlab.models import dispersion
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
 from impactlab.scene import Beam, BeamSegment, End, Probe
 from impactlab.scene.method import StepRule
 from impactlab.testing.scenes import simulation
+from tests.properties import dispersion
 from tests.reference.beam_scenes import STEEL, sheared
 
 RADIUS = math.sqrt(STEEL.inertia / STEEL.area)  # of gyration

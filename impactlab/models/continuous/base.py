@@ -3,23 +3,31 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, ClassVar, Self
 
-from impactlab.integrators.base import Stepper
-from impactlab.models.base import AbstractDiscreteModel
-from impactlab.types import Array, Level
+import numpy as np
+
+from impactlab.errors import PairingError
+from impactlab.integrators.base import Kernel, Stepper
+from impactlab.models.base import AbstractDiscreteModel, Operators
+from impactlab.scene.bodies import Beam, End
+from impactlab.types import Array, Level, Quantity
 
 if TYPE_CHECKING:
     from impactlab.scene.problem import Probe
 
+MODES = 100  # counted by `points_per_period` on a body without mesh or modes
+
 
 class AbstractSelfStepping(AbstractDiscreteModel):
-    """A continuous body: what it does in a step is known in closed form, so that no integrator is asked.
+    """A continuous body whose motion over a step is known in closed form, so that it needs no integrator.
 
     Its coordinates are the places that contacts and probes name. It has displacement and velocity per force; velocity
     per impulse it has none: the mass that an impulse would strike is zero.
     """
 
+    n_dof: int  # coordinates
     serves: ClassVar[frozenset[Level]] = frozenset({Level.POSITION, Level.VELOCITY})
 
     def recorded(self, probes: tuple[Probe, ...], duration: float, fields: bool) -> Self:
@@ -34,14 +42,76 @@ class AbstractSelfStepping(AbstractDiscreteModel):
     def longest_step(self) -> float:
         """Return the longest step that it can take [s]; inf where any is served."""
 
-    @abstractmethod
     def misfit(self, dt: float) -> float:
-        """Return by how much of itself something must give way so that a step of dt [s] fits; 0 where any fits."""
+        """Return the relative change of lengths and speeds by which a step of dt [s] fits; 0, as here, if any fits."""
+        return 0.0
 
-    @abstractmethod
     def fitting(self, dt: float) -> Array:
-        """Return steps from dt down that may fit better, (n,) [s]; dt alone where any step fits."""
+        """Return steps from dt down that may fit better, (n,) [s]; dt alone, as here, where any step fits."""
+        return np.array([dt])
+
+    def left_out(self, x: float, quantity: Quantity, face: float) -> float:
+        """Return 0: no mode is left out."""
+        return 0.0
+
+    def momentum_row(self) -> Array:
+        """Return zeros, (n_dof,): `Stepper.measure` gives the whole momentum."""
+        return np.zeros(self.n_dof)
 
     @abstractmethod
     def stepper(self, ports: Array, dt: float) -> Stepper:
         """Return the stepper for steps of dt [s]; ``ports`` are the rows along which contacts push."""
+
+
+def without_mass(displacement: Array, velocity: Array, load: Array, dashpots: Array, rule: float) -> Operators:
+    """Return the operators of a self-stepping body: the state at t = 0, loads and dashpots at its ends, (n_dof,) each.
+
+    ``rule`` is the frequency [rad/s] whose period ``points_per_period`` counts.
+    """
+    zeros = np.zeros((1, load.size))
+    return Operators(
+        mass=zeros,
+        damping=dashpots[None, :],
+        stiffness=zeros,
+        load=load,
+        displacement=displacement,
+        velocity=velocity,
+        highest_frequency=0.0,
+        rule_frequency=rule,
+        diagonal_mass=True,
+        end_dashpots=dashpots,
+        modes=False,
+    )
+
+
+def stepper_of(
+    free: Kernel, measure: Kernel, parameters: Array, state: Array, force_response: Array, ports: Array
+) -> Stepper:
+    """Return the stepper of a body that answers forces alone: impulses and projections move nothing."""
+    none = np.zeros_like(force_response)
+    return Stepper(free, measure, parameters, state, force_response, none, none, np.zeros_like(ports), ports)
+
+
+def under_waves(end: End, impedance: float, dt: float) -> tuple[float, float, float]:
+    """Return mean velocity per force of an end under waves over a step dt, its spring stiffness, and 2 m/dt."""
+    value = {end.kind: end.value}
+    spring, damping, inertia = value.get("spring", 0.0), value.get("dashpot", 0.0), 2.0 * value.get("mass", 0.0) / dt
+    return 1.0 / (impedance + damping + 0.5 * spring * dt + inertia), spring, inertia
+
+
+def check_served(beam: Beam, gravity: float, theory: str, remedy: str, more: Mapping[str, bool]) -> None:
+    """Raise `PairingError` where a beam has what no continuous beam serves, or one of ``more``."""
+    faults = {
+        "second segment": len(beam.segments) > 1,
+        "tension": beam.tension != 0.0,
+        "damping": beam.is_damped,
+        **more,
+        "gravity": gravity != 0.0,
+    }
+    for fault, has_it in faults.items():
+        if has_it:
+            raise PairingError(
+                f"the continuous {theory} beam '{beam.name}' serves no {fault}",
+                remedy=remedy,
+                path=f"solve.models.{beam.name}",
+            )

@@ -10,16 +10,14 @@ import numpy as np
 from impactlab.errors import CaseError
 from impactlab.integrators.base import Stepper
 from impactlab.models.base import Operators
-from impactlab.models.continuous.base import AbstractSelfStepping
+from impactlab.models.continuous.base import MODES, AbstractSelfStepping, stepper_of, under_waves, without_mass
 from impactlab.scene.bodies import End, WaveBody
 from impactlab.scene.sizes import check_cells
 from impactlab.types import Array, Quantity
 
-MODES = 100  # what `points_per_period` counts on a rod without mesh or modes
-
 
 def free(parameters: Array, state: Array) -> None:
-    """Step without contact: waves arrive, both ends answer them, the answers are sent.
+    """Step without contact: waves arrive, both ends reflect them, what they send leaves.
 
     An end with mass m, spring k, dashpot d and force F under an arriving wave w moves with the mean velocity V of
     (Z + d + k dt/2 + 2 m/dt) V = 2 Z w - k u + (2 m/dt) v + F and sends V - w. A wave that takes T/(2 dt) = n + f steps
@@ -73,6 +71,8 @@ class DelayLine(AbstractSelfStepping):
     Its velocity per force is 1/Z at a free end, exact for every step up to the transit.
     """
 
+    n_dof = 2
+
     def __init__(self, rod: WaveBody, gravity: float) -> None:
         if len(rod.segments) != 1:
             raise CaseError(
@@ -94,29 +94,13 @@ class DelayLine(AbstractSelfStepping):
     def longest_step(self) -> float:
         return self.transit
 
-    def misfit(self, dt: float) -> float:
-        return 0.0
-
-    def fitting(self, dt: float) -> Array:
-        return np.array([dt])
-
     def operators(self) -> Operators:
-        damping = [end.value if end.kind == "dashpot" else 0.0 for end in (self._rod.left, self._rod.right)]
-        ends = np.array([0.0, self._rod.length])
-        profile = self._rod.displacement
-        return Operators(
-            mass=np.zeros((1, 2)),
-            damping=np.array([damping]),
-            stiffness=np.zeros((1, 2)),
-            load=np.array([self._rod.left.force, self._rod.right.force]),
-            displacement=np.zeros(2) if profile is None else profile(ends),
-            velocity=np.full(2, self._rod.velocity),
-            highest_frequency=0.0,
-            rule_frequency=(2 * MODES + 1) * math.pi / (2.0 * self.transit),
-            diagonal_mass=True,
-            end_dashpots=np.array(damping),
-            modes=False,
-        )
+        rod, profile = self._rod, self._rod.displacement
+        start = np.zeros(2) if profile is None else profile(np.array([0.0, rod.length]))
+        dashpots = np.array([end.value if end.kind == "dashpot" else 0.0 for end in (rod.left, rod.right)])
+        load = np.array([rod.left.force, rod.right.force])
+        rule = (2 * MODES + 1) * math.pi / (2.0 * self.transit)
+        return without_mass(start, np.full(2, rod.velocity), load, dashpots, rule)
 
     def row(self, x: float, quantity: Quantity) -> Array:
         if quantity not in ("displacement", "velocity") or not (x == 0.0 or x == self._rod.length):
@@ -126,12 +110,6 @@ class DelayLine(AbstractSelfStepping):
                 path="probes",
             )
         return np.array([1.0, 0.0]) if x == 0.0 else np.array([0.0, 1.0])
-
-    def left_out(self, x: float, quantity: Quantity, face: float) -> float:
-        return 0.0
-
-    def momentum_row(self) -> Array:
-        return np.zeros(2)
 
     def grid(self) -> Array:
         return np.array([0.0, self._rod.length])
@@ -174,26 +152,10 @@ class DelayLine(AbstractSelfStepping):
             force_response[port, end] = dt * pliancy
             force_response[port, 2 + end] = 2.0 * pliancy if inertia > 0.0 else pliancy
             force_response[port, 4 + end] = pliancy
-        return Stepper(
-            free=free,
-            measure=measure,
-            parameters=parameters,
-            state=state,
-            force_response=force_response,
-            impulse_response=np.zeros_like(force_response),
-            projection_response=np.zeros_like(force_response),
-            jump=np.zeros((len(ports), 2)),
-            face_rows=ports,
-        )
+        return stepper_of(free, measure, parameters, state, force_response, ports)
 
     def _end(self, end: End, dt: float) -> tuple[float, float, float]:
-        """Return mean velocity per force, spring stiffness, and 2 m/dt of an end."""
-        if end.kind == "clamped":
-            return 0.0, 0.0, 0.0
-        spring = end.value if end.kind == "spring" else 0.0
-        damping = end.value if end.kind == "dashpot" else 0.0
-        inertia = 2.0 * end.value / dt if end.kind == "mass" else 0.0
-        return 1.0 / (self._segment.impedance + damping + 0.5 * spring * dt + inertia), spring, inertia
+        return (0.0, 0.0, 0.0) if end.kind == "clamped" else under_waves(end, self._segment.impedance, dt)
 
 
 def dispersed(rod: WaveBody) -> str:

@@ -10,15 +10,13 @@ import numpy as np
 from impactlab.errors import CaseError, PairingError
 from impactlab.integrators.base import Stepper
 from impactlab.models.base import Face, Operators
-from impactlab.models.continuous.base import AbstractSelfStepping
-from impactlab.models.continuous.delay_line import MODES
+from impactlab.models.continuous.base import MODES, AbstractSelfStepping, check_served, stepper_of, without_mass
 from impactlab.scene.bodies import Beam
 from impactlab.types import Array, Quantity
 
 SPACING = 0.5  # of ln p between two rates of decay: the sum of exponentials is then exact to 1e-8
 SLOWEST, FASTEST = 1e-13, 1e3  # rates over 1/dt: the memory holds for 1e9 steps; what is faster acts at once
 FINE = 1e3  # periods of `points_per_period` in the time (M/K)^2 of a mass that strikes
-HEAD = 8  # entries of the state before the memory
 
 
 def free(parameters: Array, state: Array) -> None:
@@ -73,6 +71,8 @@ class InfiniteBeam(AbstractSelfStepping):
     Graff1975, chapter 3 (infinite beams); LubichSchadle2002 (memory by sums of exponentials).
     """
 
+    n_dof = 1
+
     def __init__(self, beam: Beam, gravity: float, faces: tuple[Face, ...]) -> None:
         self._beam, self._x = beam, _struck(beam, gravity, faces)
         segment = beam.segments[0]
@@ -90,25 +90,9 @@ class InfiniteBeam(AbstractSelfStepping):
     def longest_step(self) -> float:
         return math.inf
 
-    def misfit(self, dt: float) -> float:
-        return 0.0
-
-    def fitting(self, dt: float) -> Array:
-        return np.array([dt])
-
     def operators(self) -> Operators:
-        return Operators(
-            mass=np.zeros((1, 1)),
-            damping=np.zeros((1, 1)),
-            stiffness=np.zeros((1, 1)),
-            load=np.array([self._beam.end_force]),
-            displacement=np.zeros(1),
-            velocity=np.full(1, self._beam.velocity),
-            highest_frequency=0.0,
-            rule_frequency=self._rule,
-            diagonal_mass=True,
-            modes=False,
-        )
+        velocity, load = np.full(1, self._beam.velocity), np.array([self._beam.end_force])
+        return without_mass(np.zeros(1), velocity, load, np.zeros(1), self._rule)
 
     def row(self, x: float, quantity: Quantity) -> Array:
         if quantity not in ("displacement", "velocity") or x != self._x:
@@ -119,12 +103,6 @@ class InfiniteBeam(AbstractSelfStepping):
                 path="probes",
             )
         return np.ones(1)
-
-    def left_out(self, x: float, quantity: Quantity, face: float) -> float:
-        return 0.0
-
-    def momentum_row(self) -> Array:
-        return np.zeros(1)
 
     def grid(self) -> Array:
         return np.array([self._x])
@@ -147,17 +125,7 @@ class InfiniteBeam(AbstractSelfStepping):
         state = np.concatenate(([0.0, self._beam.velocity, self._beam.velocity], np.zeros(4), [load], 0.0 * rates))
         response = np.concatenate(([reach, pliancy, 0.0, 1.0, 0.0, 0.0, dt, 0.0], spread))
         force_response = np.tile(response, (len(ports), 1))
-        return Stepper(
-            free=free,
-            measure=measure,
-            parameters=parameters,
-            state=state,
-            force_response=force_response,
-            impulse_response=np.zeros_like(force_response),
-            projection_response=np.zeros_like(force_response),
-            jump=np.zeros((len(ports), 1)),
-            face_rows=ports,
-        )
+        return stepper_of(free, measure, parameters, state, force_response, ports)
 
 
 def _goes_on_both_ways(beam: Beam) -> bool:
@@ -175,19 +143,7 @@ def _struck(beam: Beam, gravity: float, faces: tuple[Face, ...]) -> float:
             remedy=bare,
             path=path,
         )
-    for fault, has_it in (
-        ("second segment", len(beam.segments) > 1),
-        ("tension", beam.tension != 0.0),
-        ("damping", beam.is_damped),
-        ("displacement at t = 0", beam.displacement is not None),
-        ("gravity", gravity != 0.0),
-    ):
-        if has_it:
-            raise PairingError(
-                f"the continuous Euler-Bernoulli beam '{beam.name}' serves no {fault}",
-                remedy=bare,
-                path=path,
-            )
+    check_served(beam, gravity, "Euler-Bernoulli", bare, {"displacement at t = 0": beam.displacement is not None})
     places = sorted({face.x for face in faces})
     tip = 0.0 if kinds[0] == "free" else beam.length
     if len(places) > 1:

@@ -7,12 +7,18 @@ from typing import NamedTuple, final
 
 import numpy as np
 
-from impactlab.errors import CaseError, PairingError
+from impactlab.errors import CaseError
 from impactlab.integrators.base import Stepper
 from impactlab.models.base import Face, Operators
 from impactlab.models.continuous import timoshenko_kernel as characteristics
-from impactlab.models.continuous.base import AbstractSelfStepping
-from impactlab.models.continuous.delay_line import MODES
+from impactlab.models.continuous.base import (
+    MODES,
+    AbstractSelfStepping,
+    check_served,
+    stepper_of,
+    under_waves,
+    without_mass,
+)
 from impactlab.models.continuous.timoshenko_grids import Coupling, centres, coupling, factor
 from impactlab.models.continuous.timoshenko_kernel import DEFLECTION, ENDS, MOMENT, ROTATION, SHEAR
 from impactlab.scene.bodies import Beam, End
@@ -68,7 +74,9 @@ class TimoshenkoWaves(AbstractSelfStepping):
         duration: float = 0.0,
         fields: bool = False,
     ) -> None:
-        _check(beam, gravity)
+        preloaded = beam.displacement is not None and "infinite" in (beam.left.kind, beam.right.kind)
+        more = {"displacement at t = 0 together with infinite ends": preloaded}
+        check_served(beam, gravity, "Timoshenko", "Use finite_element or modal for this body.", more)
         self._beam, self._gravity, self._all_faces, self._duration = beam, gravity, faces, duration
         segment = beam.segments[0]
         self._shear, self._bend = segment.shear_speed, segment.wave_speed
@@ -82,6 +90,7 @@ class TimoshenkoWaves(AbstractSelfStepping):
             if quantity not in KINDS:
                 raise self._unknown(x, quantity)
         self.coordinates: tuple[tuple[float, str], ...] = tuple(dict.fromkeys(asked)) or ((0.0, "displacement"),)
+        self.n_dof = len(self.coordinates)
         self._closed = all(end.kind != "infinite" for _, end in self._ends())
 
     def recorded(self, probes: tuple[Probe, ...], duration: float, fields: bool) -> TimoshenkoWaves:
@@ -107,44 +116,24 @@ class TimoshenkoWaves(AbstractSelfStepping):
         return np.asarray(lengths[0] / (self._shear * np.arange(least, most + 1)))
 
     def operators(self) -> Operators:
-        n, beam = len(self.coordinates), self._beam
-        damping, load = np.zeros(n), np.zeros(n)
+        n, beam = self.n_dof, self._beam
+        damping, start, velocity = np.zeros(n), np.zeros(n), np.zeros(n)
         for x, end in self._ends():
             if end.kind == "dashpot":
                 damping[self.coordinates.index((x, "displacement"))] = end.value
-        start, velocity = np.zeros(n), np.zeros(n)
         for number, (x, quantity) in enumerate(self.coordinates):
-            if quantity == "displacement":
-                velocity[number] = beam.velocity
-            if beam.displacement is not None:
-                start[number] = self._initial(x, quantity)
-        return Operators(
-            mass=np.zeros((1, n)),
-            damping=damping[None, :],
-            stiffness=np.zeros((1, n)),
-            load=load,
-            displacement=start,
-            velocity=velocity,
-            highest_frequency=0.0,
-            rule_frequency=(2 * MODES + 1) * math.pi * self._shear / (2.0 * beam.length),
-            diagonal_mass=True,
-            end_dashpots=damping,
-            modes=False,
-        )
+            velocity[number] = beam.velocity if quantity == "displacement" else 0.0
+            start[number] = self._initial(x, quantity)
+        rule = (2 * MODES + 1) * math.pi * self._shear / (2.0 * beam.length)
+        return without_mass(start, velocity, np.zeros(n), damping, rule)
 
     def row(self, x: float, quantity: Quantity) -> Array:
         key = (x, "displacement" if quantity == "velocity" else quantity)
         if key not in self.coordinates:
             raise self._unknown(x, quantity)
-        row = np.zeros(len(self.coordinates))
+        row = np.zeros(self.n_dof)
         row[self.coordinates.index(key)] = 1.0
         return row
-
-    def left_out(self, x: float, quantity: Quantity, face: float) -> float:
-        return 0.0
-
-    def momentum_row(self) -> Array:
-        return np.zeros(len(self.coordinates))
 
     def grid(self) -> Array:
         return self._stations
@@ -160,7 +149,7 @@ class TimoshenkoWaves(AbstractSelfStepping):
         couple = coupling(centres(*shear), shear.spacing, centres(*bend))
         share = shear.spacing / bend.spacing
         weight = dt**2 * stiffness / (4.0 * turning) * share
-        numbers, n = self._numbered(shear, bend), len(self.coordinates)
+        numbers, n = self._numbered(shear, bend), self.n_dof
         ends = np.array([self._end(end, family, impedances, dt) for family in range(2) for _, end in self._ends()])
         parameters = np.concatenate(
             [
@@ -190,17 +179,7 @@ class TimoshenkoWaves(AbstractSelfStepping):
         responses = np.array([self._response(row, numbers, shear, ends, impedances[0], dt, couple) for row in ports])
         force_response = np.zeros((len(ports), state.size))
         force_response[:, : at + 2 * shear.cells] = responses.reshape(len(ports), at + 2 * shear.cells)
-        return Stepper(
-            free=characteristics.free,
-            measure=characteristics.measure,
-            parameters=parameters,
-            state=state,
-            force_response=force_response,
-            impulse_response=np.zeros_like(force_response),
-            projection_response=np.zeros_like(force_response),
-            jump=np.zeros((len(ports), n)),
-            face_rows=ports,
-        )
+        return stepper_of(characteristics.free, characteristics.measure, parameters, state, force_response, ports)
 
     def _unknown(self, x: float, quantity: str) -> CaseError:
         return CaseError(
@@ -274,12 +253,9 @@ class TimoshenkoWaves(AbstractSelfStepping):
         if end.kind == "clamped" or (end.kind == "pinned" and family == 0):
             return 0.0, 0.0, 0.0, 0.0, 0.0
         if family == 1:
-            spring = end.rotational if end.kind == "spring" else 0.0
-            return 0.0, 1.0 / (impedances[1] + 0.5 * spring * dt), spring, 0.0, 0.0
-        spring = end.value if end.kind == "spring" else 0.0
-        damping = end.value if end.kind == "dashpot" else 0.0
-        inertia = 2.0 * end.value / dt if end.kind == "mass" else 0.0
-        return 0.0, 1.0 / (impedances[0] + damping + 0.5 * spring * dt + inertia), spring, inertia, end.force
+            turned = End(end.kind, end.rotational) if end.kind == "spring" else End("free")
+            return 0.0, *under_waves(turned, impedances[1], dt), 0.0
+        return 0.0, *under_waves(end, impedances[0], dt), end.force
 
     def _initial(self, x: float, quantity: str, h: float | None = None) -> float:
         """Return a quantity of the displacement at t = 0, by differences over h [m]; no shear force."""
@@ -300,7 +276,7 @@ class TimoshenkoWaves(AbstractSelfStepping):
         self, row: Array, numbers: Array, shear: Grid, ends: Array, impedance: float, dt: float, couple: Coupling
     ) -> Array:
         """Return what a force of 1 N over a step at the coordinate of ``row`` adds to coordinates and shear waves."""
-        n, count = len(self.coordinates), shear.cells
+        n, count = self.n_dof, shear.cells
         node = int(numbers[int(np.argmax(row)), 1])
         response, at = np.zeros(2 * n + ENDS + 2 * count), 2 * n + ENDS
         if 0 < node < count:
@@ -320,20 +296,3 @@ class TimoshenkoWaves(AbstractSelfStepping):
                 for cell, part in ((int(index), 1.0 - share), (int(index) + 1, share)):
                     response[c] += part * impedance * (response[at + 2 * cell + 1] - response[at + 2 * cell])
         return response
-
-
-def _check(beam: Beam, gravity: float) -> None:
-    for fault, has_it in (
-        ("second segment", len(beam.segments) > 1),
-        ("tension", beam.tension != 0.0),
-        ("damping", beam.is_damped),
-        ("gravity", gravity != 0.0),
-        ("displacement at t = 0 together with infinite ends", beam.displacement is not None
-         and "infinite" in (beam.left.kind, beam.right.kind)),
-    ):  # fmt: skip
-        if has_it:
-            raise PairingError(
-                f"the continuous Timoshenko beam '{beam.name}' serves no {fault}",
-                remedy="Use finite_element or modal for this body.",
-                path=f"solve.models.{beam.name}",
-            )

@@ -17,7 +17,6 @@ from impactlab.numerics.banded_kernels import solve_by_rows
 from impactlab.numerics.compiling import HELPER
 from impactlab.types import Array
 
-HEAD, PER_END, PER_COORDINATE = 11, 5, 3  # entries of the parameters: before the ends, of an end, of a coordinate
 ENDS = 10  # entries of the state: four ends, and what is gone
 DEFLECTION, ROTATION, MOMENT, SHEAR = 0, 1, 2, 3  # kinds of coordinates
 

@@ -19,7 +19,6 @@ from impactlab.scene.bodies import BeamSegment
 from impactlab.types import Array
 
 Branch = Literal["bending", "shear"]
-CITATIONS = ("Timoshenko1921", "Graff1975")
 
 
 def frequency(segment: BeamSegment, wave_number: Array, branch: Branch = "bending", tension: float = 0.0) -> Array:
