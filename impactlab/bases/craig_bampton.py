@@ -6,14 +6,12 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from impactlab.bases.base import AbstractBasis, Span
-from impactlab.bases.shapes import constraint_modes, still_free, struck, too_few, upright
+from impactlab.bases.shapes import constraint_modes, fixed_modes, still_free, struck, too_few
 from impactlab.models.base import Face
+from impactlab.models.mesh.bar_elements import Ints
 from impactlab.models.mesh.base import AbstractMesh
-from impactlab.models.mesh.massless import Ints
-from impactlab.numerics.banded import full
 from impactlab.types import Array
 
 
@@ -48,14 +46,8 @@ class CraigBampton(AbstractBasis):
 
 def fixed(mesh: AbstractMesh, kept: Ints, count: int) -> Array:
     """Return the first eigenvectors (n_mesh_dof, count) of the mesh with some coordinates fixed."""
-    from scipy.linalg import eigh
-
-    shapes = np.zeros((mesh.mass.shape[1], count))
+    shapes = fixed_modes(mesh, np.setdiff1d(np.arange(mesh.mass.shape[1]), kept), count)
     if count:
-        inside = np.setdiff1d(np.arange(len(shapes)), kept)
-        mass, stiffness = (full(matrix)[np.ix_(inside, inside)] for matrix in (mesh.mass, mesh.stiffness))
-        with threadpool_limits(limits=1):
-            shapes[inside] = upright(eigh(stiffness, mass, subset_by_index=(0, count - 1))[1])
         loose = still_free(mesh, kept)
         shapes[:, : loose.shape[1]] = loose
     return shapes

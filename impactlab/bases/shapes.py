@@ -7,22 +7,21 @@ from threadpoolctl import threadpool_limits
 
 from impactlab.errors import CaseError
 from impactlab.models.base import Face
-from impactlab.models.mesh.base import AbstractMesh
-from impactlab.models.mesh.massless import Ints
+from impactlab.models.mesh.bar_elements import Ints
+from impactlab.models.mesh.base import AbstractMesh, null_space, part
 from impactlab.numerics.banded import full, multiply, solve
 from impactlab.types import Array
 
 
 def lowest(mass: Array, stiffness: Array, count: int) -> Array:
-    """Return the first eigenvectors (n_dof, count) of banded matrices, mass-normalised, their first larger entry up."""
+    """Return the first eigenvectors (n_dof, count) of two full matrices, mass-normalised, first larger entry up."""
     from scipy.linalg import eigh
 
     if count == 0:
-        return np.zeros((mass.shape[1], 0))
+        return np.zeros((len(mass), 0))
     # One thread: eigenvectors differ in their last bits with the number of threads.
     with threadpool_limits(limits=1):
-        _, shapes = eigh(full(stiffness), full(mass), subset_by_index=(0, count - 1))
-    return upright(shapes)
+        return upright(eigh(stiffness, mass, subset_by_index=(0, count - 1))[1])
 
 
 def upright(shapes: Array) -> Array:
@@ -33,8 +32,7 @@ def upright(shapes: Array) -> Array:
 
 def eigenvectors(mesh: AbstractMesh, count: int) -> Array:
     """Return the first eigenvectors of a mesh, (n_mesh_dof, count); rigid motions first, and exact."""
-    shapes = lowest(mesh.mass, mesh.stiffness, count)
-    return with_rigid_motions(mesh, shapes)
+    return with_rigid_motions(mesh, lowest(full(mesh.mass), full(mesh.stiffness), count))
 
 
 def with_rigid_motions(mesh: AbstractMesh, shapes: Array) -> Array:
@@ -54,16 +52,6 @@ def struck(mesh: AbstractMesh, faces: tuple[Face, ...]) -> Ints:
     """Return the coordinates that move the contacts, sorted, (n,) int: one each, all of its element inside one."""
     rows = [np.flatnonzero(mesh.row(face.x, "displacement")) for face in faces]
     return np.unique(np.concatenate([np.zeros(0, np.int64), *rows]))
-
-
-def part(matrix: Array, inside: Ints) -> Array:
-    """Return the banded matrix of some coordinates, sorted (n,)."""
-    cut = np.zeros((len(matrix), inside.size))
-    for offset in range(min(len(matrix), inside.size)):
-        columns, apart = inside[: inside.size - offset], inside[offset:] - inside[: inside.size - offset]
-        coupled = apart < len(matrix)  # coordinates left out lie between others, which a band may then not join
-        cut[offset, : columns.size][coupled] = matrix[apart[coupled], columns[coupled]]
-    return cut
 
 
 def pieces(mesh: AbstractMesh, kept: Ints) -> list[Ints]:
@@ -92,9 +80,7 @@ def still_free(mesh: AbstractMesh, kept: Ints) -> Array:
     """Return the rigid motions (n_mesh_dof, n) that are left when the coordinates kept are fixed."""
     if not mesh.rigid.shape[1] or not kept.size:
         return mesh.rigid
-    _, sizes, vectors = np.linalg.svd(mesh.rigid[kept])
-    rank = int(np.count_nonzero(sizes > 1e-9 * sizes.max()))
-    return np.asarray(mesh.rigid @ vectors[rank:].T)
+    return np.asarray(mesh.rigid @ null_space(mesh.rigid[kept]))
 
 
 def constraint_modes(mesh: AbstractMesh, kept: Ints) -> Array:
@@ -124,7 +110,7 @@ def constraint_modes(mesh: AbstractMesh, kept: Ints) -> Array:
 def fixed_modes(mesh: AbstractMesh, inside: Ints, count: int) -> Array:
     """Return the first eigenvectors (n_mesh_dof, count) of some coordinates, all others fixed."""
     shapes = np.zeros((mesh.mass.shape[1], count))
-    shapes[inside] = lowest(part(mesh.mass, inside), part(mesh.stiffness, inside), count)
+    shapes[inside] = lowest(full(part(mesh.mass, inside)), full(part(mesh.stiffness, inside)), count)
     return shapes
 
 

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from impactlab.bases.base import AbstractBasis, Span
-from impactlab.bases.shapes import eigenvectors, no_contact, upright
+from impactlab.bases.shapes import eigenvectors, lowest, no_contact
 from impactlab.errors import CaseError
 from impactlab.models.base import Face
 from impactlab.models.mesh.base import AbstractMesh
@@ -38,8 +37,6 @@ class StrikerAttached(AbstractBasis):
     gains_energy = 0.6
 
     def span(self, mesh: AbstractMesh, modes: int, faces: tuple[Face, ...]) -> Span:
-        from scipy.linalg import eigh
-
         if not faces:
             raise no_contact("striker_attached")
         if len(faces) > 1:
@@ -59,6 +56,5 @@ class StrikerAttached(AbstractBasis):
         count = modes + mesh.rigid.shape[1]
         row = mesh.row(face.x, "displacement")
         mass = full(mesh.mass) + face.partner_mass * np.outer(row, row)
-        with threadpool_limits(limits=1):
-            _, attached = eigh(full(mesh.stiffness), mass, subset_by_index=(0, count - 1))
-        return Span(eigenvectors(mesh, count), uncoupled=True, closed=(face.contact, upright(attached)))
+        attached = lowest(mass, full(mesh.stiffness), count)
+        return Span(eigenvectors(mesh, count), uncoupled=True, closed=(face.contact, attached))

@@ -11,8 +11,8 @@ from impactlab.bases.base import AbstractBasis, Span
 from impactlab.bases.shapes import constraint_modes, fixed_modes, pieces, struck, too_few
 from impactlab.errors import CaseError
 from impactlab.models.base import Face
+from impactlab.models.mesh.bar_elements import Ints
 from impactlab.models.mesh.base import AbstractMesh
-from impactlab.models.mesh.massless import Ints
 from impactlab.numerics.banded import multiply
 from impactlab.types import option
 

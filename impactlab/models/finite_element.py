@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal, final
 
-from impactlab.errors import CaseError
 from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Face
-from impactlab.models.mesh.bar_elements import elements_per_segment, reference
+from impactlab.models.mesh.bar_elements import check_order, node_distance, spread
 from impactlab.models.mesh.bars import Mesh
 from impactlab.models.mesh.beams import BeamMesh
 from impactlab.scene.bodies import Beam, ElasticBody, WaveBody
@@ -63,45 +62,10 @@ class FiniteElement(AbstractRodModel):
         return True
 
     def element_length(self, body: ElasticBody) -> float:
-        counts = elements_per_segment(body.segments, self.elements)
-        shortest = min(segment.length / count for segment, count in zip(body.segments, counts, strict=True))
-        return shortest * node_distance(self.order)
+        return float(spread(body.segments, self.elements)[0].min()) * node_distance(self.order)
 
     def build(self, rod: WaveBody, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractDiscreteModel:
         return Mesh(rod, self.elements, self.mass, gravity, self.order, faces)
 
     def build_beam(self, beam: Beam, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractDiscreteModel:
-        return beam_mesh(beam, self.elements, self.mass, gravity, self.order)
-
-
-def beam_mesh(beam: Beam, elements: int, mass: str, gravity: float, order: int) -> BeamMesh:
-    """Return the mesh of a beam; raise `CaseError` where there is no such element."""
-    if order > 1:
-        raise CaseError(
-            f"order {order} is one of bar elements, and '{beam.name}' is a beam. Allowed: order 1",
-            remedy="Leave order out, and give more elements.",
-            path="solve.model.order",
-        )
-    if mass == "redistributed":
-        raise CaseError(
-            f"mass 'redistributed' is one of bar elements, and '{beam.name}' is a beam",
-            remedy="Give mass: consistent or lumped.",
-            path="solve.model.mass",
-        )
-    return BeamMesh(beam, elements, "lumped" if mass == "lumped" else "consistent", gravity)
-
-
-def node_distance(order: int) -> float:
-    """Return the smallest distance between two nodes over the length of their element."""
-    nodes = reference(order).nodes
-    return 0.5 * float(nodes[1] - nodes[0])
-
-
-def check_order(order: int, mass: str) -> None:
-    """Raise `CaseError` where a mass matrix does not exist for that order."""
-    if mass == "redistributed" and order > 1:
-        raise CaseError(
-            f"mass 'redistributed' is one of 2-node bars, and order {order} is given. Allowed: order 1",
-            remedy="Give order: 1, or mass: lumped.",
-            path="mass",
-        )
+        return BeamMesh(beam, self.elements, self.mass, gravity, self.order)

@@ -16,7 +16,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from impactlab.errors import PairingError
-from impactlab.scene.bodies import Beam, BeamSegment, ElasticBody, Segment
+from impactlab.scene.bodies import Beam, BeamSegment, ElasticBody
 from impactlab.types import Array, Quantity
 
 Speed = Literal["phase", "group"]
@@ -35,7 +35,7 @@ class Waves(NamedTuple):
 
 def waves_at(body: ElasticBody, face: float, frequencies: Array) -> Waves:
     """Return the waves of each frequency [rad/s] on the segment at a face; of two on a beam the slower one."""
-    segment = segment_of(body, face)
+    segment = body.segment_at(face)
     line_mass = segment.density * segment.area
     if not isinstance(body, Beam) or not isinstance(segment, BeamSegment):
         speed = np.where(frequencies > 0.0, segment.wave_speed, 0.0)
@@ -69,16 +69,6 @@ def wave_numbers(segment: BeamSegment, tension: float, frequencies: Array) -> Ar
         b = (shear + tension) * held - mass * squared * bending - shear**2
         c = -mass * squared * held
     return np.asarray(np.sqrt((-b + np.sqrt(b * b - 4.0 * a * c)) / (2.0 * a)))
-
-
-def segment_of(body: ElasticBody, face: float) -> Segment:
-    """Return the segment that holds a face; at its right end the last."""
-    start = 0.0
-    for segment in body.segments:
-        start += segment.length
-        if face < start:
-            return segment
-    return body.segments[-1]
 
 
 def arriving_row(

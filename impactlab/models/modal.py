@@ -12,14 +12,15 @@ from impactlab.bases.craig_bampton import CraigBampton
 from impactlab.bases.eigenvectors import Eigenvectors
 from impactlab.errors import CaseError, PairingError
 from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Face
-from impactlab.models.finite_element import beam_mesh, check_order, node_distance
+from impactlab.models.mesh.bar_elements import check_order, node_distance
 from impactlab.models.mesh.bars import Mesh
 from impactlab.models.mesh.base import AbstractMesh
+from impactlab.models.mesh.beams import BeamMesh
 from impactlab.models.modal_body import ModalBody, reduced_body
 from impactlab.scene.bodies import Beam, ElasticBody, WaveBody
 from impactlab.types import option
 
-MOST = 2000  # coordinates of the mesh behind the modes, as the matrices are full
+MAX_COORDINATES = 2000  # coordinates of the mesh behind the modes, as the matrices are full
 
 
 @final
@@ -72,19 +73,16 @@ class Modal(AbstractRodModel):
 
     def build(self, rod: WaveBody, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractDiscreteModel:
         self._check_ends(rod)
-        if self.elements is not None:
-            mesh = Mesh(rod, self.elements, self.mass, 0.0, self.order, faces)
-            span = self.basis.span(mesh, self._count(mesh), faces)
-            return reduced_body(rod, gravity, mesh, span, self.basis.free_end, faces)
-        return ModalBody(rod, gravity, AnalyticBasis(rod, self._analytic()), True)
+        if self.elements is None:
+            return ModalBody(rod, gravity, AnalyticBasis(rod, self._analytic()), True)
+        mesh = Mesh(rod, self.elements, self.mass, 0.0, self.order, faces)
+        return self._reduced(mesh, gravity, self.basis.free_end, faces)
 
     def build_beam(self, beam: Beam, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractDiscreteModel:
         self._check_ends(beam)
-        if self.elements is not None:
-            mesh = beam_mesh(beam, self.elements, self.mass, 0.0, self.order)
-            span = self.basis.span(mesh, self._count(mesh), faces)
-            return reduced_body(beam, gravity, mesh, span, False, faces)
-        return ModalBody(beam, gravity, BeamModes(beam, self._analytic()), False)
+        if self.elements is None:
+            return ModalBody(beam, gravity, BeamModes(beam, self._analytic()), False)
+        return self._reduced(BeamMesh(beam, self.elements, self.mass, 0.0, self.order), gravity, False, faces)
 
     def _check_ends(self, body: ElasticBody) -> None:
         for end in (body.left, body.right):
@@ -112,13 +110,15 @@ class Modal(AbstractRodModel):
             )
         return self.modes
 
-    def _count(self, mesh: AbstractMesh) -> int:
-        """Return how many coordinates beside the rigid motion are kept; raise where the mesh has not so many."""
+    def _reduced(
+        self, mesh: AbstractMesh, gravity: float, paper_rule: bool, faces: tuple[Face, ...]
+    ) -> AbstractDiscreteModel:
+        """Return the body of a mesh in its modes; raise where the mesh is too large for that or has not so many."""
         n_dof = mesh.mass.shape[1]
-        if n_dof > MOST + len(mesh.motions):
+        if n_dof > MAX_COORDINATES + len(mesh.motions):
             raise CaseError(
                 f"a mesh of {n_dof} coordinates is too large for its modes. "
-                f"Allowed: elements times order up to {MOST // len(mesh.motions)}",
+                f"Allowed: elements times order up to {MAX_COORDINATES // len(mesh.motions)}",
                 remedy="Give fewer elements, or use finite_element.",
                 path="solve.model.elements",
             )
@@ -129,4 +129,5 @@ class Modal(AbstractRodModel):
                 remedy=f"Give modes: {available} or fewer, or more elements.",
                 path="solve.model.modes",
             )
-        return available if self.modes is None else self.modes
+        span = self.basis.span(mesh, available if self.modes is None else self.modes, faces)
+        return reduced_body(gravity, mesh, span, paper_rule, faces)

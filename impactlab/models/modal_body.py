@@ -109,9 +109,10 @@ class ModalBody(AbstractDiscreteModel):
 
 
 def reduced_body(
-    rod: ElasticBody, gravity: float, mesh: AbstractMesh, span: Span, paper_rule: bool, faces: tuple[Face, ...]
+    gravity: float, mesh: AbstractMesh, span: Span, paper_rule: bool, faces: tuple[Face, ...]
 ) -> ModalBody:
-    """Return a rod in the coordinates of a basis of its mesh."""
+    """Return a body in the coordinates of a basis of its mesh."""
+    rod = mesh.body
     basis = ReducedMesh(mesh, span.shapes, span.uncoupled)
     massless = tuple(dict.fromkeys(face.x for face in faces)) if span.residual else mesh.places
     phases = None

@@ -17,7 +17,7 @@ from typing import Literal
 import numpy as np
 
 from impactlab.bases.beams.waves import BeamNumbers, Ends, fields, frequencies, waves
-from impactlab.models.mesh.massless import Ints
+from impactlab.models.mesh.bar_elements import Ints
 from impactlab.types import Array
 
 Held = Literal["clamped", "pinned", "free"]

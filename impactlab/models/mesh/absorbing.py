@@ -5,18 +5,14 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy import int64
-from numpy.typing import NDArray
 
 from impactlab.errors import PairingError
-from impactlab.models.mesh.bar_elements import elements_per_segment
+from impactlab.models.mesh.bar_elements import Ints, spread
 from impactlab.scene.bodies import Beam
 from impactlab.types import Array
 
-Ints = NDArray[int64]
-
 REACH = 2.0  # lengths of the beam that a layer is long
-FEWEST, MOST = 40, 200  # elements of a layer
+MIN_ELEMENTS, MAX_ELEMENTS = 40, 200  # elements of a layer
 DRAG, DRAG_ALONE, RETARDATION = 400.0, 1600.0, 0.01  # over the time l^2 sqrt(rho A/EI) of the layer's length l
 
 
@@ -45,48 +41,32 @@ def laid_out(beam: Beam, elements: int, lumped: bool, gravity: float) -> Layout:
     ----------
     IsraeliOrszag1981 (sponge layers); KosloffKosloff1986 (damping that grows gradually).
     """
-    counts = elements_per_segment(beam.segments, elements)
-    inner = np.concatenate([np.full(n, piece.length / n) for n, piece in zip(counts, beam.segments, strict=True)])
-    number: Ints = np.repeat(np.arange(len(counts)), counts)
+    inner, number = spread(beam.segments, elements)
     viscous = np.array([piece.viscosity / piece.young for piece in beam.segments])[number]
-    beams = tuple(np.flatnonzero(number == each) for each in range(len(counts)))
     layers = [end.kind == "infinite" for end in (beam.left, beam.right)]
     if any(layers):
         _check(beam, gravity)
-    before = _layer(beam, 0, float(inner[0]), elements, lumped) if layers[0] else _nothing()
-    after = _layer(beam, len(counts) - 1, float(inner[-1]), elements, lumped) if layers[1] else _nothing()
-    n, m = before.lengths.size, before.lengths.size + inner.size
+    before = _layer(beam, 0, float(inner[0]), elements, lumped) if layers[0] else np.zeros((3, 0))
+    after = _layer(beam, -1, float(inner[-1]), elements, lumped) if layers[1] else np.zeros((3, 0))
+    n, last = before.shape[1], len(beam.segments) - 1
+    lengths, drag, retardation = np.hstack((before[:, ::-1], (inner, np.zeros(inner.size), viscous), after))
+    beams = (n + np.flatnonzero(number == each) for each in range(last + 1))
+    alone = (np.array([i]) for i in range(lengths.size) if not n <= i < n + inner.size)
     return Layout(
-        start=-float(before.lengths.sum()),
-        lengths=np.concatenate((before.lengths[::-1], inner, after.lengths)),
-        segment=np.concatenate((np.zeros(n, int), number, np.full(after.lengths.size, len(counts) - 1))),
-        drag=np.concatenate((before.drag[::-1], np.zeros(inner.size), after.drag)),
-        retardation=np.concatenate((before.retardation[::-1], viscous, after.retardation)),
-        alike=(
-            *(np.array([i]) for i in range(n)),
-            *(each + n for each in beams),
-            *(np.array([i]) for i in range(m, m + after.lengths.size)),
-        ),
+        start=-float(before[0].sum()),
+        lengths=lengths,
+        segment=np.concatenate((np.zeros(n, int), number, np.full(after.shape[1], last))),
+        drag=drag,
+        retardation=retardation,
+        alike=(*beams, *alone),
     )
 
 
-class Layer(NamedTuple):
-    """Elements of a layer from the beam outwards."""
-
-    lengths: Array
-    drag: Array
-    retardation: Array
-
-
-def _nothing() -> Layer:
-    return Layer(np.zeros(0), np.zeros(0), np.zeros(0))
-
-
-def _layer(beam: Beam, segment: int, h: float, elements: int, lumped: bool) -> Layer:
-    """Return a layer that goes on from an element of length h [m]."""
+def _layer(beam: Beam, segment: int, h: float, elements: int, lumped: bool) -> Array:
+    """Return lengths, drag and retardation (3, n) of the elements of a layer, outwards from one of length h [m]."""
     from scipy.optimize import brentq
 
-    length, count = REACH * beam.length, min(max(elements, FEWEST), MOST)
+    length, count = REACH * beam.length, min(max(elements, MIN_ELEMENTS), MAX_ELEMENTS)
     powers = np.arange(1, count + 1)
     if h * count >= length:
         lengths = np.full(max(1, round(length / h)), h)
@@ -98,7 +78,7 @@ def _layer(beam: Beam, segment: int, h: float, elements: int, lumped: bool) -> L
     time = length**2 * np.sqrt(piece.density * piece.area / piece.bending_stiffness)
     drag = (DRAG_ALONE if lumped else DRAG) / time * middle**2
     retardation = (0.0 if lumped else RETARDATION * time) * middle**3 + piece.viscosity / piece.young
-    return Layer(lengths, drag, retardation)
+    return np.array((lengths, drag, retardation))
 
 
 def _check(beam: Beam, gravity: float) -> None:

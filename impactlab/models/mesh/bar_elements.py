@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from functools import cache, lru_cache
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre
+from numpy.typing import NDArray
 
+from impactlab.errors import CaseError
 from impactlab.scene.bodies import Segment
 from impactlab.types import Array
+
+Ints = NDArray[np.int64]
+MassMatrix = Literal["consistent", "lumped", "redistributed"]
 
 
 class Reference(NamedTuple):
@@ -95,3 +100,26 @@ def elements_per_segment(segments: tuple[Segment, ...], elements: int) -> tuple[
     while counts.sum() > elements and counts.max() > 1:
         counts[np.argmax(np.where(counts > 1, counts - shares, -np.inf))] -= 1
     return tuple(int(count) for count in counts)
+
+
+def spread(segments: tuple[Segment, ...], elements: int) -> tuple[Array, Ints]:
+    """Return the lengths [m] of the elements of a row, and the number of the segment of each, (n_elements,) both."""
+    counts = elements_per_segment(segments, elements)
+    lengths = [np.full(count, segment.length / count) for segment, count in zip(segments, counts, strict=True)]
+    return np.concatenate(lengths), np.repeat(np.arange(len(counts)), counts)
+
+
+def node_distance(order: int) -> float:
+    """Return the smallest distance between two nodes over the length of their element."""
+    nodes = reference(order).nodes
+    return 0.5 * float(nodes[1] - nodes[0])
+
+
+def check_order(order: int, mass: str) -> None:
+    """Raise `CaseError` where a mass matrix does not exist for that order."""
+    if mass == "redistributed" and order > 1:
+        raise CaseError(
+            f"mass 'redistributed' is one of 2-node bars, and order {order} is given. Allowed: order 1",
+            remedy="Give order: 1, or mass: lumped.",
+            path="mass",
+        )

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Literal, final
+from typing import final
 
 import numpy as np
 
 from impactlab.errors import CaseError
-from impactlab.models.base import Face, Operators, end_load
-from impactlab.models.mesh.bar_elements import assembled, elements_per_segment, polynomials, reference
+from impactlab.models.base import Face, Operators
+from impactlab.models.mesh.bar_elements import Ints, MassMatrix, assembled, polynomials, reference, spread
 from impactlab.models.mesh.base import AbstractMesh, sums_without
-from impactlab.models.mesh.frequency_bound import highest_frequency
-from impactlab.models.mesh.massless import Ints, MasslessNodes, redistribute, struck_nodes
+from impactlab.models.mesh.massless import MasslessNodes, redistribute, struck_nodes
 from impactlab.numerics.banded import multiply
 from impactlab.scene.bodies import End, Profile, WaveBody
 from impactlab.types import Array, Quantity
 
-MassMatrix = Literal["consistent", "lumped", "redistributed"]
 NEAR = 1e-9  # of an element: a place so near to a node is that node
 
 
@@ -55,21 +53,16 @@ class Mesh(AbstractMesh):
         order: int = 1,
         faces: tuple[Face, ...] = (),
     ) -> None:
-        counts = elements_per_segment(rod.segments, elements)
-        spread = [np.full(count, segment.length / count) for segment, count in zip(rod.segments, counts, strict=True)]
-        of_segment = np.repeat(np.arange(len(counts)), counts)
         self.order, self.element = order, reference(order)
-        self.lengths = np.concatenate(spread)
+        self.lengths, self.of_segment = spread(rod.segments, elements)
         self._borders = np.concatenate(([0.0], np.cumsum(self.lengths)))
         self._borders[-1] = rod.length
         self._near = NEAR * float(self.lengths.min())
         inside = 0.5 * (self.element.nodes[:-1] + 1.0) * self.lengths[:, None] + self._borders[:-1, None]
         self.nodes = np.append(inside.ravel(), rod.length)
         self.nodes[::order] = self._borders
-        self.young = np.array([segment.young for segment in rod.segments])[of_segment]
-        self.area = np.array([segment.area for segment in rod.segments])[of_segment]
-        self.density = np.array([segment.density for segment in rod.segments])[of_segment]
-        self._viscous = np.array([segment.viscosity * segment.area for segment in rod.segments])[of_segment]
+        facts = [(each.young, each.area, each.density, each.viscosity * each.area) for each in rod.segments]
+        self.young, self.area, self.density, self._viscous = np.take(np.array(facts).T, self.of_segment, axis=1)
         self.lumped = mass != "consistent"
         first = 1 if rod.left.kind == "clamped" else 0
         last = len(self.nodes) - (1 if rod.right.kind == "clamped" else 0)
@@ -116,22 +109,11 @@ class Mesh(AbstractMesh):
         self.pins = (0,) * loose
 
     def operators(self) -> Operators:
-        highest = highest_frequency(self)
-        profile = self.rod.displacement
-        return Operators(
-            mass=self.mass,
-            damping=self.damping,
-            stiffness=self.stiffness,
-            load=self.momentum_row() * self._gravity + end_load(self, self.rod),
-            displacement=np.zeros(self.mass.shape[1]) if profile is None else self.coordinates(profile),
-            velocity=np.full(self.mass.shape[1], self.rod.velocity),
-            highest_frequency=highest,
-            rule_frequency=highest,
-            diagonal_mass=self.lumped,
+        uniform = np.ones(self.mass.shape[1])
+        stated = self.stated(self._highest_frequency(), uniform, self._gravity, self._end_dashpots)
+        return stated._replace(
             ground_springs=self._ground_springs,
             ground_dashpots=self._ground_dashpots,
-            end_dashpots=self._end_dashpots,
-            modes=False,
             massless=tuple((x, self.left_out(x, "displacement", x)) for x in self.places),
         )
 
@@ -183,6 +165,29 @@ class Mesh(AbstractMesh):
             if end.kind == "spring":
                 squares += end.value * nodal[node] ** 2
         return np.asarray(squares)
+
+    def element_matrices(self, number: int) -> tuple[Array, Array]:
+        half, area, element = 0.5 * self.lengths[number], self.area[number], self.element
+        mass = element.lumped if self.lumped else element.consistent
+        return self.young[number] * area / half * element.stiffness, self.density[number] * area * half * mass
+
+    def _highest_frequency(self) -> float:
+        """Return the highest frequency [rad/s]: exact for 2-node bars of lumped mass, else a bound.
+
+        For 2-node bars of consistent mass the bound is that by rows (Gershgorin).
+        """
+        from scipy.linalg.lapack import dstebz
+
+        mass, stiffness = self.mass, self.stiffness
+        if self.order > 1:
+            return self.highest_of_elements()
+        if self.lumped:
+            scale = 1.0 / np.sqrt(mass[0])
+            off = stiffness[1, :-1] * scale[:-1] * scale[1:] if len(scale) > 1 else np.zeros(1)
+            top = mass.shape[1]  # the wrapper of `scipy.linalg.eigvalsh_tridiagonal` takes longer than a small mesh
+            return float(np.sqrt(dstebz(stiffness[0] * scale**2, off, 2, 0.0, 1.0, top, top, 0.0, "E")[1][0]))
+        rows = [np.abs(matrix[1]) + np.concatenate(([0.0], np.abs(matrix[1, :-1]))) for matrix in (mass, stiffness)]
+        return float(np.sqrt(np.max((stiffness[0] + rows[1]) / (mass[0] - rows[0]))))
 
     def nodal_row(self, x: float, quantity: Quantity) -> Array:
         """Return the quantity at x [m] as a row over the nodes that are not clamped, massless ones included, (n,)."""

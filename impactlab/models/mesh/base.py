@@ -6,14 +6,12 @@ from abc import abstractmethod
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from impactlab.models.base import AbstractDiscreteModel
+from impactlab.models.base import AbstractDiscreteModel, Operators, end_load
+from impactlab.models.mesh.bar_elements import Ints
 from impactlab.numerics.banded import multiply, solve
-from impactlab.scene.bodies import ElasticBody, Profile
+from impactlab.scene.bodies import ElasticBody, End, Profile
 from impactlab.types import Array, Quantity
-
-Ints = NDArray[np.int64]
 
 
 class AbstractMesh(AbstractDiscreteModel):
@@ -28,8 +26,10 @@ class AbstractMesh(AbstractDiscreteModel):
         Motions that nothing resists, mass-normalised, a translation first; none of a body that is held.
     pins : tuple of int
         As many coordinates, which together stop these motions.
-    lengths : (n_elements,)
-        m.
+    lengths, of_segment : (n_elements,)
+        Of the elements [m], and the number of the segment of each.
+    ends : tuple of (int, End)
+        Node and support.
     order : int
         Elements share every ``order``-th node.
     places : tuple of float
@@ -41,12 +41,15 @@ class AbstractMesh(AbstractDiscreteModel):
     motions: ClassVar[tuple[Quantity, ...]] = ("displacement",)
 
     body: ElasticBody
+    lumped: bool
     mass: Array
     damping: Array
     stiffness: Array
     rigid: Array
     pins: tuple[int, ...]
     lengths: Array
+    of_segment: Ints
+    ends: tuple[tuple[int, End], ...]
     order: int
     places: tuple[float, ...]
 
@@ -60,6 +63,50 @@ class AbstractMesh(AbstractDiscreteModel):
 
         That keeps low frequencies, where the eigenvalues are lost in the rounding of the highest.
         """
+
+    @abstractmethod
+    def element_matrices(self, number: int) -> tuple[Array, Array]:
+        """Return stiffness and mass of an element cut free, (m, m) each, its coordinates node by node."""
+
+    def highest_of_elements(self) -> float:
+        """Return the highest frequency of any element alone [rad/s], a bound above that of the mesh.
+
+        An end's spring is borne by its one element; an end's mass only lowers frequencies.
+
+        References
+        ----------
+        IronsTreharne1971.
+        """
+        from scipy.linalg import eigh
+
+        unlike = {int(number) for number in np.unique(self.of_segment, return_index=True)[1]}
+        squared = 0.0
+        for number in unlike | {0, len(self.lengths) - 1}:
+            stiffness, mass = self.element_matrices(number)
+            for node, end in self.ends:
+                if end.kind == "spring" and number == (0 if node == 0 else len(self.lengths) - 1):
+                    corner = 0 if node == 0 else len(stiffness) - len(self.motions)
+                    for at, spring in enumerate((end.value, end.rotational)[: len(self.motions)], start=corner):
+                        stiffness[at, at] += spring
+            squared = max(squared, float(eigh(stiffness, mass, eigvals_only=True)[-1]))
+        return float(np.sqrt(squared))
+
+    def stated(self, highest: float, uniform: Array, gravity: float, end_dashpots: Array) -> Operators:
+        """Return the operators of the mesh; ``uniform`` (n_dof,) are its velocities where it moves as a whole by 1."""
+        profile = self.body.displacement
+        return Operators(
+            mass=self.mass,
+            damping=self.damping,
+            stiffness=self.stiffness,
+            load=self.momentum_row() * gravity + end_load(self, self.body),
+            displacement=np.zeros(uniform.size) if profile is None else self.coordinates(profile),
+            velocity=uniform * self.body.velocity,
+            highest_frequency=highest,
+            rule_frequency=highest,
+            diagonal_mass=self.lumped,
+            end_dashpots=end_dashpots,
+            modes=False,
+        )
 
     @property
     def is_held(self) -> bool:
@@ -101,3 +148,20 @@ def sums_without(held: Ints, sums: Array, matrix: Array) -> Array:
             if 0 < offset <= column:
                 sums[column - offset] -= matrix[offset, column - offset]
     return sums
+
+
+def part(matrix: Array, inside: Ints) -> Array:
+    """Return the banded matrix of some coordinates, sorted (n,)."""
+    cut = np.zeros((len(matrix), inside.size))
+    for offset in range(min(len(matrix), inside.size)):
+        columns, apart = inside[: inside.size - offset], inside[offset:] - inside[: inside.size - offset]
+        coupled = apart < len(matrix)  # coordinates left out lie between others, which a band may then not join
+        cut[offset, : columns.size][coupled] = matrix[apart[coupled], columns[coupled]]
+    return cut
+
+
+def null_space(rows: Array) -> Array:
+    """Return orthonormal vectors (n, n_null) that the rows (m, n) send to zero."""
+    _, sizes, vectors = np.linalg.svd(rows)
+    rank = int(np.count_nonzero(sizes > 1e-9 * sizes.max()))
+    return np.asarray(vectors[rank:].T)

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Literal, final
+from typing import final
 
 import numpy as np
 
 from impactlab.errors import CaseError
-from impactlab.models.base import BeamElements, Operators, end_load
+from impactlab.models.base import BeamElements, Operators
 from impactlab.models.mesh.absorbing import laid_out
-from impactlab.models.mesh.base import AbstractMesh
+from impactlab.models.mesh.bar_elements import MassMatrix
+from impactlab.models.mesh.base import AbstractMesh, null_space, part
 from impactlab.models.mesh.beam_elements import (
     PLACES,
     curvatures,
@@ -26,7 +27,6 @@ from impactlab.scene.bodies import Beam, End, Profile
 from impactlab.types import QUANTITIES_OF_BEAM, Array, Quantity
 
 NEAR = 1e-9  # of an element: a place so near to a node is that node
-BANDWIDTH = 3
 STEP = 1e-4  # of an element, over which the slope of an initial deflection is taken
 
 
@@ -47,16 +47,30 @@ class BeamMesh(AbstractMesh):
     mass : "consistent" or "lumped" (diagonal)
     gravity : float
         m/s2, along +u.
+
+    Raises `CaseError` for an ``order`` above 1 and for a redistributed mass, which only bars have.
     """
 
     motions = ("displacement", "rotation")
 
-    def __init__(self, beam: Beam, elements: int, mass: Literal["consistent", "lumped"], gravity: float) -> None:
+    def __init__(self, beam: Beam, elements: int, mass: MassMatrix, gravity: float, order: int = 1) -> None:
+        if order > 1:
+            raise CaseError(
+                f"order {order} is one of bar elements, and '{beam.name}' is a beam. Allowed: order 1",
+                remedy="Leave order out, and give more elements.",
+                path="solve.model.order",
+            )
+        if mass == "redistributed":
+            raise CaseError(
+                f"mass 'redistributed' is one of bar elements, and '{beam.name}' is a beam",
+                remedy="Give mass: consistent or lumped.",
+                path="solve.model.mass",
+            )
         self.body = self.beam = beam
         self._gravity, self.order, self.places = gravity, 1, ()
         self.lumped = mass == "lumped"
         self._layout = laid_out(beam, elements, self.lumped, gravity)
-        self.lengths, self._of_segment = self._layout.lengths, self._layout.segment
+        self.lengths, self.of_segment = self._layout.lengths, self._layout.segment
         self.nodes: Array = self._layout.start + np.concatenate(([0.0], np.cumsum(self.lengths)))
         self.nodes[np.abs(self.nodes) < NEAR * float(self.lengths.min())] = 0.0
         self.nodes[np.abs(self.nodes - beam.length) < NEAR * float(self.lengths.min())] = beam.length
@@ -68,7 +82,7 @@ class BeamMesh(AbstractMesh):
         uniform = np.zeros(2 * len(self.nodes))
         uniform[::2] = 1.0
         self._momentum = multiply(whole[0], uniform)[self._kept]
-        cut = [self._cut(matrix) for matrix in whole]
+        cut = [part(matrix, self._kept) for matrix in whole]
         self.mass: Array = cut[0][:1] if self.lumped else cut[0]
         self.damping: Array = cut[1] if np.any(cut[1][1:]) else cut[1][:1]
         self.stiffness: Array = cut[2]
@@ -76,29 +90,21 @@ class BeamMesh(AbstractMesh):
         self._check_preload()
 
     def operators(self) -> Operators:
-        profile = self.beam.displacement
         uniform = np.zeros(2 * len(self.nodes))
-        uniform[::2] = self.beam.velocity
-        highest = self._highest_frequency()
-        return Operators(
-            mass=self.mass,
-            damping=self.damping,
-            stiffness=self.stiffness,
-            load=self._momentum * self._gravity + end_load(self, self.beam),
-            displacement=np.zeros(self._kept.size) if profile is None else self.coordinates(profile),
-            velocity=uniform[self._kept],
-            highest_frequency=highest,
-            rule_frequency=highest,
-            diagonal_mass=self.lumped,
-            end_dashpots=self._end_dashpots(),
-            beam_elements=self._elements(),
-            modes=False,
-        )
+        uniform[::2] = 1.0
+        stated = self.stated(self.highest_of_elements(), uniform[self._kept], self._gravity, self._end_dashpots())
+        return stated._replace(beam_elements=self._elements())
+
+    def element_matrices(self, number: int) -> tuple[Array, Array]:
+        segment, h = self.beam.segments[self.of_segment[number]], float(self.lengths[number])
+        each = matrices(segment, h)
+        mass = np.diag(lumped(segment, h)) if self.lumped else each.mass
+        return each.stiffness + max(0.0, self.beam.tension) * each.tension, mass
 
     def row(self, x: float, quantity: Quantity) -> Array:
         element = int(np.searchsorted(self.nodes, x + NEAR * float(self.lengths.min()), side="right")) - 1
         element = min(max(element, 0), len(self.lengths) - 1)
-        h, segment = float(self.lengths[element]), self.beam.segments[self._of_segment[element]]
+        h, segment = float(self.lengths[element]), self.beam.segments[self.of_segment[element]]
         place = (x - float(self.nodes[element])) / h
         place = 0.0 if abs(place) <= NEAR else 1.0 if abs(place - 1.0) <= NEAR else place
         phi = shear_ratio(segment, h)
@@ -140,7 +146,7 @@ class BeamMesh(AbstractMesh):
         nodal[self._kept] = shapes
         squares = np.zeros(shapes.shape[1])
         for at in self._layout.alike:
-            h, segment = float(self.lengths[at[0]]), self.beam.segments[self._of_segment[at[0]]]
+            h, segment = float(self.lengths[at[0]]), self.beam.segments[self.of_segment[at[0]]]
             phi = shear_ratio(segment, h)
             # The rigid motion of each element goes first: what is left of it in a difference would be rounding.
             turn = (nodal[2 * at + 2] - nodal[2 * at]) / h
@@ -166,7 +172,7 @@ class BeamMesh(AbstractMesh):
         mass, damping, stiffness = np.zeros((4, n)), np.zeros((4, n)), np.zeros((4, n))
         self._elastic = np.zeros((len(self.lengths), 4, 4))  # stiffness of each element
         for at in self._layout.alike:
-            h, segment = float(self.lengths[at[0]]), beam.segments[self._of_segment[at[0]]]
+            h, segment = float(self.lengths[at[0]]), beam.segments[self.of_segment[at[0]]]
             each = matrices(segment, h)
             own = np.diag(lumped(segment, h)) if self.lumped else each.mass
             self._elastic[at] = elastic = each.stiffness + beam.tension * each.tension
@@ -226,17 +232,6 @@ class BeamMesh(AbstractMesh):
                 dashpots[2 * node : 2 * node + 2] = end.value, end.rotational
         return dashpots[self._kept]
 
-    def _cut(self, matrix: Array) -> Array:
-        """Return the matrix of the coordinates kept; those held stand at the outermost four places only."""
-        kept = self._kept
-        cut = np.zeros((BANDWIDTH + 1, kept.size))
-        for offset in range(BANDWIDTH + 1):
-            other = kept[offset:] - kept[: kept.size - offset]
-            inside = other <= BANDWIDTH
-            columns = kept[: kept.size - offset]
-            cut[offset, : kept.size - offset][inside] = matrix[other[inside], columns[inside]]
-        return cut
-
     def _rigid_motions(self) -> tuple[Array, tuple[int, ...]]:
         """Return the motions a + b x that nothing resists, mass-normalised, and coordinates that stop them."""
         rows = [] if self.beam.tension == 0.0 else [[0.0, 1.0]]  # a string under tension resists its rotation
@@ -246,7 +241,7 @@ class BeamMesh(AbstractMesh):
                 rows.append([1.0, x])
             if end.kind == "clamped" or end.rotational > 0.0:
                 rows.append([0.0, 1.0])
-        free = np.eye(2) if not rows else _null_space(np.array(rows))
+        free = np.eye(2) if not rows else null_space(np.array(rows))
         motions = np.zeros((2 * len(self.nodes), free.shape[1]))
         motions[::2] = free[0] + np.outer(self.nodes / self.beam.length, free[1])
         motions[1::2] = free[1] / self.beam.length
@@ -279,35 +274,6 @@ class BeamMesh(AbstractMesh):
                 remedy="Give a smaller compression, or hold the beam better.",
                 path=f"bodies.{self.beam.name}.tension",
             ) from None
-
-    def _highest_frequency(self) -> float:
-        """Return a bound above the highest frequency, rad/s: that of any one element, end included (IronsTreharne1971).
-
-        An end's spring is borne by its one element, an end's mass only lowers frequencies.
-        """
-        from scipy.linalg import eigh
-
-        first = {int(np.flatnonzero(self._of_segment == number)[0]) for number in range(len(self.beam.segments))}
-        squared = 0.0
-        for number in first | {0, len(self.lengths) - 1}:
-            segment, h = self.beam.segments[self._of_segment[number]], float(self.lengths[number])
-            each = matrices(segment, h)
-            stiffness = each.stiffness + max(0.0, self.beam.tension) * each.tension
-            mass = np.diag(lumped(segment, h)) if self.lumped else each.mass
-            for node, end in self.ends:
-                if end.kind == "spring" and number == (0 if node == 0 else len(self.lengths) - 1):
-                    corner = 0 if node == 0 else 2
-                    stiffness[corner, corner] += end.value
-                    stiffness[corner + 1, corner + 1] += end.rotational
-            squared = max(squared, float(eigh(stiffness, mass, eigvals_only=True)[-1]))
-        return float(np.sqrt(squared))
-
-
-def _null_space(rows: Array) -> Array:
-    """Return the vectors (2, n) that the rows (m, 2) send to zero."""
-    _, sizes, vectors = np.linalg.svd(rows)
-    rank = int(np.count_nonzero(sizes > 1e-9 * sizes.max()))
-    return np.asarray(vectors[rank:].T)
 
 
 def no_such(quantity: str) -> CaseError:

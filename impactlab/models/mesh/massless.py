@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from impactlab.errors import CaseError
+from impactlab.models.mesh.bar_elements import Ints
 from impactlab.numerics.banded import multiply
 from impactlab.scene.bodies import WaveBody
 from impactlab.types import Array
-
-Ints = NDArray[np.int64]
 
 
 class MasslessNodes:
