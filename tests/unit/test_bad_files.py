@@ -9,29 +9,9 @@ import pytest
 from typer.testing import CliRunner
 
 from impactlab.cli import app
+from tests.unit.case_texts import PAPER as GOOD
 
 CASES = Path(__file__).resolve().parents[2] / "cases"
-GOOD = """\
-schema_version: 1
-title: a test
-bodies:
-  hammer: {kind: mass, mass: 2.133, velocity: 1.0}
-  rod:
-    kind: rod
-    length: 0.3
-    area: 9.0e-4
-    material: {young: 2.1e11, density: 7900}
-    ends: {left: free, right: clamped}
-contacts:
-  - between: [hammer, rod.left]
-    gap: 0.0
-    law: {kind: addition_deletion}
-solve:
-  duration: {round_trips: 1}
-  model: {kind: finite_element, elements: 20}
-  integrator: {kind: newmark}
-  step: {points_per_period: 10}
-"""
 BEAM = (
     "kind: beam\n    length: 1\n    section: {width: 1e-2, height: 1e-2}\n    material: {young: 2e11, density: 7900}\n"
 )

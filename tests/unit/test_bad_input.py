@@ -12,30 +12,11 @@ import pytest
 from typer.testing import CliRunner
 
 from impactlab.cli import app
+from tests.unit.case_texts import PAPER
 
-GOOD = """\
-schema_version: 1
-title: a test
-bodies:
-  hammer: {kind: mass, mass: 2.133, velocity: 1.0}
-  rod:
-    kind: rod
-    length: 0.3
-    area: 9.0e-4
-    material: {young: 2.1e11, density: 7900}
-    ends: {left: free, right: clamped}
-contacts:
-  - between: [hammer, rod.left]
-    gap: 0.0
-    law: {kind: wave_identification}
-solve:
-  duration: {round_trips: 1}
-  model: {kind: modal, elements: 20, modes: 20}
-  integrator: {kind: newmark}
-  step: {points_per_period: 10}
-probes:
-  - {body: rod, at: 0.0, quantity: displacement}
-"""
+MODES = PAPER.replace("finite_element, elements: 20", "modal, elements: 20, modes: 20")
+PROBES = "probes:\n  - {body: rod, at: 0.0, quantity: displacement}\n"
+GOOD = MODES.replace("addition_deletion", "wave_identification") + PROBES
 
 ALIAS_BOMB = "a: &a [x,x,x,x,x,x,x,x,x]\n" + "".join(
     f"{this}: &{this} [{','.join(['*' + before] * 9)}]\n" for before, this in zip("abcdefg", "bcdefgh", strict=True)

@@ -23,20 +23,10 @@ from impactlab.casefile.units import takes_texts
 from impactlab.errors import ImpactlabError, PluginError
 from impactlab.plugins import BASES, INTEGRATORS, LAWS, MODELS, Group, registry
 from impactlab.types import Relative
+from tests.unit.case_texts import PAPER
 
 # Each key on a line of its own; the block of the part under test comes at its end.
-TOP = """\
-schema_version: 1
-title: Axial impact of a rigid mass on a clamped rod
-bodies:
-  hammer: {kind: mass, mass: 2.133, velocity: 1.0}
-  rod:
-    kind: rod
-    length: 0.3
-    area: 9.0e-4
-    material: {young: 2.1e11, density: 7900}
-    ends: {left: free, right: clamped}
-"""
+TOP = PAPER[: PAPER.index("contacts:")]
 CONTACT = "contacts:\n  - between: [hammer, rod.left]\n    law: {kind: wave_identification}\n"
 SOLVE = "solve:\n  duration: {round_trips: 3}\n  step: {points_per_period: 10}\n"
 MODEL = "  model: {kind: modal, elements: 100, modes: 40}\n"

@@ -20,25 +20,9 @@ from impactlab.models.modal import Modal
 from impactlab.plugins import registry
 from impactlab.scene import Rayleigh
 from impactlab.simulate import prepare
+from tests.unit.case_texts import PAPER
 
-TEXT = """\
-schema_version: 1
-bodies:
-  hammer: {kind: mass, mass: 2.133, velocity: 1.0}
-  rod:
-    kind: rod
-    length: 0.3
-    area: 9.0e-4
-    material: {young: 2.1e11, density: 7900}
-    ends: {left: free, right: clamped}
-contacts:
-  - between: [hammer, rod.left]
-    law: {kind: addition_deletion}
-solve:
-  duration: {round_trips: 1}
-  model: {kind: modal, elements: 20, modes: 10}
-  step: {points_per_period: 10}
-"""
+TEXT = PAPER.replace("{kind: finite_element, elements: 20}", "{kind: modal, elements: 20, modes: 10}")
 
 
 def written(folder: Path, model: str = "{kind: modal, elements: 20, modes: 10}", material: str = "") -> Path:
@@ -107,7 +91,7 @@ def test_a_block_without_a_kind_is_no_basis(tmp_path, given, shown):
     with pytest.raises(CaseError) as refusal:
         load_case(path)
     assert f"basis: {shown} is given where a basis is needed" in str(refusal.value)
-    assert "test.yaml:15" in str(refusal.value)
+    assert "test.yaml:17" in str(refusal.value)
 
 
 @pytest.mark.parametrize(

@@ -22,19 +22,16 @@ from impactlab.models.finite_element import FiniteElement
 from impactlab.plugins import (
     INTEGRATORS,
     LAWS,
-    METRICS,
     MODELS,
     Entry,
     Group,
     Registry,
     installed_entries,
     kind_of,
-    registry,
 )
 from impactlab.scene import Mass, Wall
 from impactlab.scene.method import StepRule
 from impactlab.simulate import run
-from impactlab.testing import verdict as checking
 from impactlab.testing.scenes import in_a_row
 from impactlab.testing.verdict import Verdict, find, verdict
 from impactlab.types import Level, Port, Reply, Start, option
@@ -176,25 +173,6 @@ def failed(result: Verdict) -> dict[str, str]:
     """What failed, and why."""
     wrong = {one.text: one.reason for one in result.properties if one.reason}
     return wrong | {one.name: one.remark for one in result.measured if not one.ok}
-
-
-OURS = registry().only("impactlab")
-NAMES = [f"{checking.word(group)}:{name}" for group in checking.SUITES for name in OURS.names(group)]
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_every_built_in_part_passes_with_all_its_figures(name):
-    result = verdict(name, registry())
-    assert failed(result) == {}
-    assert result.distribution == "impactlab"
-    metric = name.startswith("metric:")  # a function, whose value is its figure
-    assert len(result.properties) >= (6 if metric else 8)
-    assert metric or result.measured
-    assert all(one.value is None or np.isfinite(one.value) for one in result.measured)
-
-
-def test_every_kind_of_part_that_has_a_suite_is_measured():
-    assert set(checking.MEASURES) == set(checking.SUITES) - {METRICS}
 
 
 def test_a_law_that_acts_at_once_passes_and_its_required_field_is_filled_in(found):
