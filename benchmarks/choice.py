@@ -35,8 +35,8 @@ from impactlab.integrators.newmark import Newmark
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.refine.described import described
-from impactlab.refine.reference import JUDGED, Reference, find
+from impactlab.refine.descriptions import modelled_as
+from impactlab.refine.reference import CONVERGED_BY, Reference, find
 from impactlab.scene import Scene
 from impactlab.scene.facts import shortest_transit
 from impactlab.scene.method import Simulation, StepRule, Tolerance
@@ -57,30 +57,30 @@ def _rule(points: float) -> StepRule:
 
 
 OTHERS: Mapping[str, Make] = {
-    "exact": lambda s, _n: described(s, Continuous(), None, _rule(10.0), AdditionDeletion()),
-    "delay line": lambda s, n: described(s, Continuous(), None, StepRule(dt=shortest_transit(s.scene) / n)),
-    "lumped, central difference, courant 1": lambda s, n: described(
+    "exact": lambda s, _n: modelled_as(s, Continuous(), None, _rule(10.0), AdditionDeletion()),
+    "delay line": lambda s, n: modelled_as(s, Continuous(), None, StepRule(dt=shortest_transit(s.scene) / n)),
+    "lumped, central difference, courant 1": lambda s, n: modelled_as(
         s, FiniteElement(n, "lumped"), CentralDifference(), StepRule(courant=1.0), AdditionDeletion()
     ),
-    "lumped, central difference, courant 0.9": lambda s, n: described(
+    "lumped, central difference, courant 0.9": lambda s, n: modelled_as(
         s, FiniteElement(n, "lumped"), CentralDifference(), StepRule(courant=0.9), AdditionDeletion()
     ),
-    "lumped, central difference, complementarity": lambda s, n: described(
+    "lumped, central difference, complementarity": lambda s, n: modelled_as(
         s, FiniteElement(n, "lumped"), CentralDifference(), StepRule(courant=0.9), VelocityComplementarity()
     ),
-    "spectral 4, central difference": lambda s, n: described(
+    "spectral 4, central difference": lambda s, n: modelled_as(
         s, FiniteElement(max(2, n // 4), "lumped", 4), CentralDifference(), StepRule(courant=0.8), AdditionDeletion()
     ),
-    "consistent, midpoint": lambda s, n: described(
+    "consistent, midpoint": lambda s, n: modelled_as(
         s, FiniteElement(n), Midpoint(), StepRule(courant=0.5), AdditionDeletion()
     ),
-    "lumped, Moreau-Jean": lambda s, n: described(
+    "lumped, Moreau-Jean": lambda s, n: modelled_as(
         s, FiniteElement(n, "lumped"), MoreauJean(), StepRule(courant=1.0), VelocityComplementarity()
     ),
-    "modes, Newmark, wave identification": lambda s, n: described(
+    "modes, Newmark, wave identification": lambda s, n: modelled_as(
         s, Modal(elements=2 * n, modes=n), Newmark(), _rule(20.0), WaveIdentification()
     ),
-    "Craig-Bampton, located": lambda s, n: described(
+    "Craig-Bampton, located": lambda s, n: modelled_as(
         s, Modal(elements=40, order=8, modes=n, basis=CraigBampton()), ExactModal(), _rule(10.0), AdditionDeletion(),
         events="located",
     ),
@@ -143,7 +143,7 @@ def scenes(files: list[Path]) -> Iterator[tuple[str, Simulation]]:
 
 def error_of(history: AbstractHistory, reference: Reference, scene: Scene) -> float:
     """Return the largest of the errors that a tolerance is meant for."""
-    found = [getattr(metrics, name)(history, reference.history, scene) for name in JUDGED]
+    found = [getattr(metrics, name)(history, reference.history, scene) for name in CONVERGED_BY]
     return max((value for value in found if value is not None), default=0.0)
 
 

@@ -20,8 +20,8 @@ from impactlab.scene.problem import Scene
 
 if TYPE_CHECKING:
     from impactlab.numerics import addresses
+    from impactlab.refine import choice
     from impactlab.refine import reference as references
-    from impactlab.refine import search
     from impactlab.refine.reference import Reference
     from impactlab.report import summary as summaries
     from impactlab.simulate import driver, plan
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 else:  # with the libraries that they load, each when it is first used
     addresses = lazy("impactlab.numerics.addresses")
     driver, plan = lazy("impactlab.simulate.driver"), lazy("impactlab.simulate.plan")
-    references, search = lazy("impactlab.refine.reference"), lazy("impactlab.refine.search")
+    choice, references = lazy("impactlab.refine.choice"), lazy("impactlab.refine.reference")
     summaries = lazy("impactlab.report.summary")
 
 Progress = Callable[[float], None]
@@ -115,7 +115,7 @@ def solve(scene: Scene, method: Method, progress: Progress | None = None) -> Abs
     """Run a scene under a method, chosen automatically under a tolerance; issue no `RunWarning`."""
     if method.tolerance is None:
         return driver.run(scene, method, progress)
-    return search.run(scene, method, progress)
+    return choice.run(scene, method, progress)
 
 
 @contextlib.contextmanager
@@ -137,7 +137,7 @@ def prepare(case: Case) -> Plan:
     scene, method = case.simulation()
     if method.tolerance is not None:
         with in_precision("the first guess of a description", "solve.tolerance"):
-            scene, method = search.first_guess(scene, method)
+            scene, method = choice.first_guess(scene, method)
     with addresses.trial():
         return plan.prepare(scene, method)
 
@@ -166,7 +166,7 @@ def reference_of(scene: Scene, method: Method, budget: float | None = None) -> R
     The exact one where the exact solver serves the scene, else a converged one; ``budget`` are the seconds of predicted
     solving that this may take (`impactlab.refine.reference`), by default as many as a comparison waits for.
     """
-    return references.find(scene, method, references.THOROUGH if budget is None else budget)
+    return references.find(scene, method, references.FULL_BUDGET_S if budget is None else budget)
 
 
 def compare(
@@ -206,7 +206,7 @@ def summarised(
     ``budget`` are the seconds of predicted solving that a reference may take where no exact answer serves: by default
     so few that a run is not kept waiting.
     """
-    reference = reference_of(*physics_of(case), references.CHEAP if budget is None else budget)
+    reference = reference_of(*physics_of(case), references.RUN_BUDGET_S if budget is None else budget)
     return summaries.summarise(case.label, case.scene(), history, reference), reference
 
 
@@ -257,7 +257,7 @@ def _row(case: Case, name: str, known: dict[Any, Reference | None], progress: Pr
         with warnings_kept():
             history = run(variant, progress)
         physics = physics_of(variant)
-        key = references.content(*physics)
+        key = references.physics_key(*physics)
         if key not in known:
             known[key] = reference_of(*physics)
         reference = known[key]

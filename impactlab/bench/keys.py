@@ -103,7 +103,7 @@ def refused_key(case: Case, values: Mapping[str, Any]) -> str:
 
 def reference_key(scene: Scene, method: Method) -> str:
     """Return the key of the reference of a scene and its laws: what `impactlab.refine.reference` says it depends on."""
-    return digest(content(reference.content(scene, method)))
+    return digest(content(reference.physics_key(scene, method)))
 
 
 def nameless(scene: Scene, method: Method) -> Any:

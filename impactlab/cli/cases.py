@@ -9,7 +9,7 @@ import typer
 
 from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, load
 from impactlab.cli.reporting import Left, code_of, reporting
-from impactlab.cli.rooms import api, choice_text, citations, console, ladder, starter
+from impactlab.cli.rooms import api, choice_text, choosing, citations, console, starter
 from impactlab.errors import ImpactlabError
 
 
@@ -70,7 +70,7 @@ def choose(
         if tolerance is not None or loaded.simulation().method.tolerance is None:
             loaded = loaded.with_("solve.tolerance", 1e-3 if tolerance is None else tolerance)
         console.say_if_compiling()
-        document = ladder.choose(loaded.label, loaded.simulation(), api.physics_of(loaded))
+        document = choosing.choose(loaded.label, loaded.simulation(), api.physics_of(loaded))
         console.print_json(document) if as_json else print(choice_text.ladder_text(document))
 
 

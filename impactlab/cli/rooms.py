@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from impactlab.casefile import edit, jsonschema, starter
     from impactlab.casefile import listing as listings
     from impactlab.history import base as histories
-    from impactlab.refine import choice_text, ladder
+    from impactlab.refine import choice_text
+    from impactlab.refine import choose as choosing
     from impactlab.refine import reference as references
     from impactlab.report import compare_report, console, output, run_report
     from impactlab.testing import verdict as verdicts
@@ -27,6 +28,7 @@ else:
     casefile = lazy("impactlab.casefile")
     cells = lazy("impactlab.bench.cells")
     choice_text = lazy("impactlab.refine.choice_text")
+    choosing = lazy("impactlab.refine.choose")
     citations = lazy("impactlab.cite")
     compare_report = lazy("impactlab.report.compare_report")
     console = lazy("impactlab.report.console")
@@ -34,7 +36,6 @@ else:
     grid = lazy("impactlab.bench.grid")
     histories = lazy("impactlab.history.base")
     jsonschema = lazy("impactlab.casefile.jsonschema")
-    ladder = lazy("impactlab.refine.ladder")
     listings = lazy("impactlab.casefile.listing")
     output = lazy("impactlab.report.output")
     plugins = lazy("impactlab.plugins")
@@ -51,6 +52,7 @@ __all__ = [
     "casefile",
     "cells",
     "choice_text",
+    "choosing",
     "citations",
     "compare_report",
     "console",
@@ -58,7 +60,6 @@ __all__ = [
     "grid",
     "histories",
     "jsonschema",
-    "ladder",
     "listings",
     "output",
     "plugins",

@@ -37,7 +37,9 @@ def run(
                 show(loaded.label, fraction)
 
             history = api.run(loaded, report)
-        summary, judge = api.summarised(loaded, history, references.THOROUGH if reference else references.CHEAP)
+        summary, judge = api.summarised(
+            loaded, history, references.FULL_BUDGET_S if reference else references.RUN_BUDGET_S
+        )
         if out is not None:
             console.say(f"drawing figures for {out} ...")
             with output.output_folder(out) as draft:

@@ -1,54 +1,195 @@
-"""Descriptions of a scene that one number refines: candidates of the automatic choice, levels of converged answers."""
+"""Descriptions of a scene that one number refines: model, integrator and step rule, each with its cost and its order.
+
+Converged references and the automatic choice climb the levels of the same list. Its order is that in which references
+prefer them; the automatic choice compares predicted costs. Factors of predicted errors were measured on the paper's
+impact and its relatives (docs/automatic-choice.md): they decide where trials begin, and never which error is stated.
+"""
 
 from __future__ import annotations
 
+import dataclasses
 import math
-from typing import Literal
+from collections.abc import Callable, Iterator
+from typing import Any, Literal
 
 from impactlab.contact.addition_deletion import AdditionDeletion
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.contact.penalty import Penalty
+from impactlab.contact.power_law import Hertz
+from impactlab.exact.cost import predicted_s
 from impactlab.integrators.adaptive import Adaptive
+from impactlab.integrators.base import AbstractScheme
 from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.midpoint import Midpoint
+from impactlab.models.base import AbstractRodModel
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
-from impactlab.refine.described import described
-from impactlab.scene.facts import rods_of, shortest_transit
-from impactlab.scene.method import Method, Simulation, StepRule
+from impactlab.models.mesh.bar_elements import elements_per_segment
+from impactlab.refine import cost
+from impactlab.refine.contact_times import shortest_rise
+from impactlab.scene.facts import is_a_delay_line, is_coupled, on_end, rods_of, shortest_transit, split_at_contacts
+from impactlab.scene.method import Method, Simulation, StepRule, force_jumps, is_relative, laws_of, sides
 from impactlab.scene.problem import RECORDS, Scene
 
+RATIO = 0.5 * (1.0 + math.sqrt(5.0))  # of fineness between neighbouring levels: no step is a multiple of another
+EXACT_ERROR = 1e-9  # stated for the exact solver, whose error is 1e-12 except for instants near a grazing touch
 MAX_RECORDS = 200_000  # instants that are kept, 14 MB for a contact
-ORDINARY = 0.95  # courant number at which no wave goes just one element in a step
+OFF_COURANT = 0.95  # courant number at which no wave goes exactly one element in a step
+MAX_FREE_COST = 1.5  # times the fixed cost of a run, up to which a finer start is taken at no price
+SMOOTH_FRONT_ELEMENTS = 100  # a rod: damped fronts wider than one of these count as smooth
+TOLERANCE_POWER = 4.0  # the tolerance of adaptive steps falls as fineness to minus this
+MIN_FINENESS = 50  # of the first level of a reference: elements, or steps in the shortest transit
+MAX_STEPS_RATIO = 20.0  # over the expected number of adaptive steps: a stiffer damping is not for such steps
 
 
-def as_waves(asked: Simulation) -> Simulation:
-    """Return the scene on continuous rods, solved from event to event."""
-    return described(asked, Continuous(), None, StepRule(points_per_period=10.0), AdditionDeletion())
+@dataclasses.dataclass(frozen=True)
+class Description:
+    """Model, integrator and step rule for a scene at any fineness; facts of its class from before any run."""
+
+    name: str
+    unit: str  # of the fineness; "" of the exact solver, which has none
+    simulation: Callable[[int], Simulation]
+    seconds: Callable[[int], float]  # predicted time of solving
+    reference_order: float = 0.0  # of displacements and impulses, at most; 0 where references do not use it
+    per_level: int = 1  # fineness of a level of a reference over that of a mesh at the same level
+    # Of the automatic choice alone:
+    error: Callable[[int], float] | None = None  # predicted, relative; None where the choice does not use it
+    order: float = 2.0  # of the error in the fineness, from below
+    safety: float = 2.0  # factor on its estimated error
+    setup_s: float = 0.0  # predicted
+    cost_margin: float = 1.0  # factor on its predicted cost where descriptions are compared
+    min_fineness: int = 16  # coarser runs show no order yet
+    max_fineness: int = 10_000_000
+    multiple: int = 1  # that a fineness is of
+    check: Callable[[int], Simulation] | None = None  # the same off the special step, where it has one
+    check_error: Callable[[int], float] = lambda _n: 0.0  # of `check`, at most
+
+    def words(self, fineness: int) -> str:
+        """Return the description with its fineness, for people."""
+        return f"{self.name}, {fineness} {self.unit}" if self.unit else self.name
+
+    def expected_error(self, fineness: int) -> float:
+        """Return the predicted error, inf where none is known."""
+        return math.inf if self.error is None else self.error(fineness)
+
+    def fineness_for(self, error: float) -> int:
+        """Return the least fineness whose predicted error, with safety, lies within an error."""
+        low, high = self.min_fineness, self.min_fineness
+        while self.safety * self.expected_error(high) > error and high < self.max_fineness:
+            low, high = high, min(2 * high, self.max_fineness)
+        while high - low > max(1, low // 16):
+            middle = (low + high) // 2
+            low, high = (middle, high) if self.safety * self.expected_error(middle) > error else (low, middle)
+        return high
+
+    def start_for(self, error: float) -> int:
+        """Return the first fineness: that for an error, or a finer one where it costs hardly more."""
+        needed = free = self.fineness_for(error)
+        while self.seconds(2 * free) <= MAX_FREE_COST * cost.FIXED_S and free < self.max_fineness:
+            free *= 2
+        return self.whole(max(needed, free))
+
+    def coarser(self, fineness: int) -> tuple[int, int]:
+        """Return two lower values of fineness, rising, by the golden section."""
+        second = self.whole(max(round(fineness / RATIO), self.min_fineness // 2 + 1))
+        first = self.whole(max(round(second / RATIO), self.min_fineness // 3))
+        return (first, second) if first < second else (second, self.whole(second + 1))
+
+    def whole(self, fineness: int) -> int:
+        """Return the next fineness that the description may have."""
+        return -(-fineness // self.multiple) * self.multiple
 
 
-def as_delay_line(asked: Simulation, steps: int) -> Simulation:
-    """Return the scene on continuous rods, with so many steps in the shortest transit."""
-    dt = shortest_transit(asked.scene) / steps
-    return _recorded(described(asked, Continuous(), None, StepRule(dt=dt)), math.ceil(asked.scene.duration / dt))
-
-
-def as_lumped_mesh(asked: Simulation, elements: int, courant: float) -> Simulation:
-    """Return the scene on 2-node bars of lumped mass under central differences."""
-    rule = StepRule(courant=courant)
-    return described(asked, FiniteElement(elements, "lumped"), CentralDifference(), rule, AdditionDeletion())
-
-
-def as_implicit_mesh(
-    asked: Simulation, elements: int, mass: Literal["consistent", "lumped"] = "consistent"
+def modelled_as(
+    asked: Simulation,
+    model: AbstractRodModel,
+    integrator: AbstractScheme | None,
+    step: StepRule,
+    law: AbstractContactLaw | None = None,
+    events: Any = "dated",
 ) -> Simulation:
-    """Return the scene on 2-node bars under the midpoint rule, half an element in a step."""
-    return described(asked, FiniteElement(elements, mass), Midpoint(), StepRule(courant=0.5), AdditionDeletion())
+    """Return a scene with one model for all its elastic bodies; ``law`` replaces every hard one.
+
+    A stiffness relative to the elements of the given models becomes one in N/m.
+    """
+    laws = {}
+    for contact in asked.scene.contacts:
+        own = asked.method.laws[contact.name]
+        constants = own.spring(*sides(*asked, contact), math.nan) if is_relative(own) else None
+        if own.hard and law is not None:
+            own = law
+        elif constants is not None:
+            own = Penalty(*constants)
+        laws[contact.name] = own
+    return Simulation(asked.scene, Method(laws, dict.fromkeys(asked.scene.elastic, model), integrator, step, events))
 
 
-def as_rigid_bodies(asked: Simulation, steps: int) -> Simulation:
-    """Return a scene without rods in so many steps, its bodies moved exactly under a constant force."""
-    rule = StepRule(dt=asked.scene.duration / steps)
-    return _recorded(Simulation(asked.scene, Method(asked.method.laws, {}, ExactModal(), rule)), steps)
+def exact(asked: Simulation) -> Description:
+    """Return the exact solver; raises `CaseError` or `PairingError` with the reason where it does not serve."""
+    seconds = predicted_s(*asked)
+    waves = modelled_as(asked, Continuous(), None, StepRule(points_per_period=10.0), AdditionDeletion())
+    return Description(
+        "continuous, from event to event",
+        "",
+        lambda _n: waves,
+        lambda _n: seconds,
+        error=lambda _n: EXACT_ERROR,
+        order=0.0,
+        safety=1.0,
+        setup_s=cost.SETUP_EXACT_S,
+    )
+
+
+def stepped(asked: Simulation) -> Iterator[Description]:
+    """Give the descriptions that step and serve a scene of rods and rigid bodies with a unique solution."""
+    scene = split_at_contacts(asked.scene)
+    asked = Simulation(scene, asked.method)
+    rods, laws = rods_of(scene), laws_of(*asked)
+    if not rods:
+        yield _rigid(asked)
+        yield _adaptive(asked)
+        return
+    hard, coupled = any(law.hard for law in laws), any(is_coupled(rod) for rod in rods)
+    special = force_jumps(*asked) and is_special(scene)
+    if not hard and is_a_delay_line(scene):
+        yield _delay_line(asked)
+    if not coupled and (hard or special):
+        yield _explicit(asked, 1.0, for_choice=special)
+    if not coupled and not special:
+        yield _explicit(asked, OFF_COURANT)
+    yield _implicit(asked, "consistent")
+    yield _implicit(asked, "lumped")
+
+
+def is_special(scene: Scene) -> bool:
+    """Return whether waves go one element in a step on every rod at courant 1, whatever the number of elements.
+
+    Then a mesh disperses nothing, and its error is that of its contacts alone: two meshes at that step have the same
+    advantage, and do not check each other.
+    """
+    times = [segment.length / segment.wave_speed for rod in rods_of(scene) for segment in rod.segments]
+    return max(times) - min(times) <= 1e-9 * max(times)
+
+
+def shortest_element(scene: Scene, elements: int) -> float:
+    """Return the time of a wave through the shortest element of meshes with so many elements a rod [s]."""
+    return min(
+        segment.length / segment.wave_speed / count
+        for rod in rods_of(scene)
+        for segment, count in zip(rod.segments, elements_per_segment(rod.segments, elements), strict=True)
+    )
+
+
+def without_places(scene: Scene) -> Scene:
+    """Return the scene with only those probes that ends of rods and masses have, and without snapshots."""
+    probes = tuple(
+        probe
+        for probe in scene.probes
+        if on_end(body := scene.bodies[probe.body], probe)
+        and body.reading(probe.quantity)[0] in ("displacement", "velocity")
+    )
+    return dataclasses.replace(scene, probes=probes, snapshots=())
 
 
 def _recorded(made: Simulation, steps: int) -> Simulation:
@@ -58,18 +199,137 @@ def _recorded(made: Simulation, steps: int) -> Simulation:
     return made.but(records=max(RECORDS, min(steps, MAX_RECORDS)))
 
 
-def as_adaptive_bodies(asked: Simulation, tolerance: float, most_steps: int) -> Simulation:
-    """Return a scene without rods under adaptive steps between located events, with a relative tolerance."""
-    integrator = Adaptive(relative_tolerance=max(tolerance, 1e-12), most_steps=most_steps)
-    rule = StepRule(points_per_period=10.0)
-    return Simulation(asked.scene, Method(asked.method.laws, {}, integrator, rule))
+def _rigid(asked: Simulation) -> Description:
+    rise, duration = shortest_rise(*asked), asked.scene.duration
+
+    def simulation(steps: int) -> Simulation:
+        method = Method(asked.method.laws, {}, ExactModal(), StepRule(dt=duration / steps))
+        return _recorded(Simulation(asked.scene, method), steps)
+
+    return Description(
+        "rigid bodies",
+        "steps",
+        simulation,
+        cost.RIGID.seconds,
+        reference_order=2.0,
+        per_level=20,
+        error=lambda n: (duration / n) ** 2 / (rise * duration),
+        safety=3.0,
+        setup_s=cost.SETUP_LINE_S,
+        min_fineness=40,
+    )
 
 
-def is_special(scene: Scene) -> bool:
-    """Return whether waves go one element in a step on every rod at courant 1, whatever the number of elements.
+def _adaptive(asked: Simulation) -> Description:
+    rises = asked.scene.duration / shortest_rise(*asked)
 
-    Then a mesh disperses nothing, and its error is that of its contacts alone: two meshes of such a step share what
-    flatters them and do not stand for each other.
-    """
-    ways = [segment.length / segment.wave_speed for rod in rods_of(scene) for segment in rod.segments]
-    return max(ways) - min(ways) <= 1e-9 * max(ways)
+    def steps(n: int) -> float:
+        return max(10.0, rises) * math.sqrt(n / MIN_FINENESS)
+
+    def simulation(n: int) -> Simulation:
+        tolerance = 1e-4 * (MIN_FINENESS / n) ** TOLERANCE_POWER
+        integrator = Adaptive(relative_tolerance=max(tolerance, 1e-12), most_steps=round(MAX_STEPS_RATIO * steps(n)))
+        rule = StepRule(points_per_period=10.0)
+        return Simulation(asked.scene, Method(asked.method.laws, {}, integrator, rule))
+
+    return Description(
+        "adaptive steps between located events",
+        "grades of tolerance",
+        simulation,
+        lambda n: cost.ADAPTIVE.seconds(steps(n)),
+        reference_order=TOLERANCE_POWER,
+    )
+
+
+def _delay_line(asked: Simulation) -> Description:
+    scene, laws = asked.scene, laws_of(*asked)
+    rods, shortest, rise = len(rods_of(scene)), shortest_transit(scene), shortest_rise(*asked)
+    bare = Simulation(without_places(scene), asked.method)
+    # Elastic power laws begin softly; damping by the indentation rate gives a force with a kink.
+    elastic = all(isinstance(law, Hertz) or law.is_spring for law in laws)
+    factor = 0.25 if elastic else 2.5
+
+    def simulation(n: int) -> Simulation:
+        dt = shortest / n
+        made = modelled_as(bare, Continuous(), None, StepRule(dt=dt))
+        return _recorded(made, math.ceil(scene.duration / dt))
+
+    # The choice keeps all probes, and springs alone are solved exactly.
+    for_choice = bare.scene == scene and not all(law.is_spring for law in laws)
+    return Description(
+        "stepped delay line",
+        "steps in the shortest transit",
+        simulation,
+        lambda n: cost.DELAY_LINE.seconds(n * scene.duration / shortest, rods),
+        reference_order=2.0,
+        error=(lambda n: factor * (shortest / n) ** 2 / (rise * scene.duration)) if for_choice else None,
+        setup_s=cost.SETUP_LINE_S,
+        # Half of it is even: transits of other rods are often whole multiples of half the shortest, and a wave that
+        # arrives between two steps is less exact. Even and odd numbers of steps would not lie on one line.
+        multiple=4,
+    )
+
+
+def _explicit(asked: Simulation, courant: float, for_choice: bool = True) -> Description:
+    """Return the lumped mesh; at courant 1 on a special scene waves go one element in a step without dispersion."""
+    scene = asked.scene
+    rods, shortest, rise = len(rods_of(scene)), shortest_transit(scene), shortest_rise(*asked)
+    at_one = courant == 1.0
+    if at_one and for_choice:
+        # An opening falls between two steps now here, now there: an error may be nearly that of half the fineness.
+        order, factor, safety = 2.0, 6.0, 4.0
+    elif force_jumps(*asked):
+        order, factor, safety = 1.0, 2.0, 3.0
+    else:
+        order, factor, safety = 2.0, 1.5, 2.0
+
+    def error(n: int) -> float:
+        h = shortest / n
+        return factor * (h * h / (rise * scene.duration) if order == 2.0 else h / scene.duration)
+
+    def simulation(n: int, courant: float = courant) -> Simulation:
+        rule = StepRule(courant=courant)
+        return modelled_as(asked, FiniteElement(n, "lumped"), CentralDifference(), rule, AdditionDeletion())
+
+    hard = any(law.hard for law in laws_of(*asked))
+    return Description(
+        f"lumped mesh, central difference at courant {courant:g}",
+        "elements a rod",
+        simulation,
+        lambda n: cost.LUMPED_MESH.seconds(scene.duration / (courant * shortest_element(scene, n)), rods * n),
+        reference_order=order if at_one and hard else 0.0,
+        error=error if for_choice else None,
+        order=order,
+        safety=safety,
+        setup_s=cost.SETUP_MESH_S,
+        cost_margin=1.5,
+        check=(lambda n: simulation(n, OFF_COURANT)) if at_one else None,
+        check_error=lambda n: 6.0 * shortest / n / scene.duration,
+    )
+
+
+def _implicit(asked: Simulation, mass: Literal["consistent", "lumped"]) -> Description:
+    scene, jumps = asked.scene, force_jumps(*asked)
+    rods, shortest, rise = rods_of(scene), shortest_transit(scene), shortest_rise(*asked)
+    # Damping rounds the fronts over a time that grows with it; elements that resolve it converge at order 2.
+    damped = min(rod.damping.stiffness + min(s.viscosity / s.young for s in rod.segments) for rod in rods)
+    smooth = not jumps or 10.0 * damped > shortest / SMOOTH_FRONT_ELEMENTS
+
+    def error(n: int) -> float:
+        h = shortest / n
+        if not jumps:
+            return 1.5 * h * h / (rise * scene.duration)
+        return (1.5 if damped == 0.0 else 0.5) * h / scene.duration * h / (h + 10.0 * damped)
+
+    return Description(
+        f"{mass} mesh, midpoint rule at courant 1/2",
+        "elements a rod",
+        lambda n: modelled_as(asked, FiniteElement(n, mass), Midpoint(), StepRule(courant=0.5), AdditionDeletion()),
+        lambda n: cost.IMPLICIT_MESH.seconds(2.0 * scene.duration / shortest_element(scene, n), len(rods) * n),
+        reference_order=1.0 if jumps else 2.0,
+        error=error if mass == "consistent" else None,
+        order=2.0 if not jumps or damped > 0.0 else 1.0,
+        safety=2.0 if smooth else 4.0,
+        setup_s=cost.SETUP_MESH_S,
+        cost_margin=1.5,
+    )

@@ -1,8 +1,9 @@
-"""What a run is judged by: the exact answer where there is one, else a converged one with its uncertainty."""
+"""References that runs are measured against: the exact solution, else a converged one with its uncertainty."""
 
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 from collections import OrderedDict
 from collections.abc import Iterator, Mapping, Sequence
@@ -11,40 +12,44 @@ from typing import Any, NamedTuple
 from impactlab.errors import ImpactlabError, StepError
 from impactlab.exact import solve as exact
 from impactlab.history.base import AbstractHistory
-from impactlab.metrics import norms as metrics
-from impactlab.refine import reference_beams
-from impactlab.refine.described import has_one_answer
-from impactlab.refine.extrapolation import RATIO, Differences, finest_error
-from impactlab.refine.ways import COARSEST, Way, rod_ways
+from impactlab.metrics import norms
+from impactlab.refine import beam_descriptions
+from impactlab.refine.convergence import Study, finest_error
+from impactlab.refine.descriptions import MIN_FINENESS, RATIO, Description
+from impactlab.refine.serving import has_unique_solution, stepped
 from impactlab.scene.facts import beams_of
 from impactlab.scene.method import Method, Simulation, is_relative, laws_of, modelled, theories
 from impactlab.scene.problem import RECORDS, Scene
-from impactlab.simulate import driver as simulate
 
-# Names in summaries: the exact hard contact, the exact spring and dashpot of the case itself, the converged answer.
+# Names in summaries: the exact hard contact, the exact spring and dashpot of the case itself, the converged solution.
 HARD, SPRING, CONVERGED = "st_venant", "kelvin_voigt", "converged"
 
-CHEAP = 0.25  # s of predicted solving that a plain run spends on its reference
-THOROUGH = 8.0  # s, where a reference is asked for: compare, bench
-WANTED = 1e-6  # uncertainty at which refining ends,
-EASY = 0.05  # s, unless the next level costs less than this
-WORST = 1e-2  # uncertainty beyond which there is no reference
-READ = 1e-7  # of a value: what two histories may share that are read on lines between at most 20000 records
-FIRST = 0.7  # of the budget that the first description may take
-CHECKING = 3e-5  # uncertainty at which the second answer is good enough to check the first
-UNWITNESSED = 3.0  # times less known: an answer without a second one
-SAFETY = 3.0  # on the error that three levels show (docs/audit.md: claimed against true over random scenes)
-JUDGED = ("mass_displacement", "face_displacement", "impulse")
+RUN_BUDGET_S = 0.25  # s of predicted solving that a plain run spends on its reference
+FULL_BUDGET_S = 8.0  # s, where a reference is requested: compare, bench
+FIRST_SHARE = 0.7  # of the budget, for the first description
+TARGET_UNCERTAINTY = 1e-6  # at which refining ends,
+MAX_CHEAP_LEVEL_S = 1.0 / 30.0  # unless the next level is predicted to solve faster than this [s]
+MIN_UNCERTAINTY = 1e-7  # difference of equal histories that are interpolated linearly between at most 20000 records
+MAX_UNCERTAINTY = 1e-2  # of a reference
+CHECK_UNCERTAINTY = 3e-5  # at which the second solution is good enough to check the first
+UNCHECKED_FACTOR = 3.0  # on the uncertainty of a solution without a second one
+SAFETY = 3.0  # factor on the error that three levels show (docs/audit.md: claimed against true over random scenes)
+CONVERGED_BY = ("mass_displacement", "face_displacement", "impulse")
 """The metrics by which a reference converges; their largest uncertainty is that of the reference."""
-SMOOTH = (*JUDGED, "peak_force")
-TOLD = ("peak_force", "force", "force_away_from_jumps", "event_times")  # metrics whose uncertainty is kept beside
-MOST_KEPT = 12  # converged references in memory
+OF_FULL_ORDER = (*CONVERGED_BY, "peak_force")  # other metrics converge at the first order at most
+STATED_BESIDE = (
+    "peak_force",
+    "force",
+    "force_away_from_jumps",
+    "event_times",
+)  # metrics with an uncertainty of their own
+MAX_KEPT = 12  # converged references in memory
 
 
 class Reference(NamedTuple):
-    """An answer to judge by.
+    """A solution that errors are measured against.
 
-    ``uncertainties`` are those of the metrics of the summary, each in the unit of its metric; none for an exact answer.
+    ``uncertainties`` are those of the metrics of the summary, each in the unit of its metric; none of an exact one.
     """
 
     name: str  # st_venant | kelvin_voigt | converged
@@ -54,8 +59,8 @@ class Reference(NamedTuple):
     found: str = "event to event"  # how, in words
 
 
-def find(scene: Scene, method: Method, budget: float = THOROUGH) -> Reference | None:
-    """Return the exact answer to a scene, else a converged one, else None.
+def find(scene: Scene, method: Method, budget: float = FULL_BUDGET_S) -> Reference | None:
+    """Return the exact solution of a scene, else a converged one, else None.
 
     Parameters
     ----------
@@ -65,8 +70,8 @@ def find(scene: Scene, method: Method, budget: float = THOROUGH) -> Reference | 
         Its laws: one that is hard stands for the hard contact. Its models give the theory, and the elements of a
         relative stiffness; integrator and step are not used.
     budget : float
-        Seconds of predicted solving that a converged answer may take. They are counted by a model of cost and never
-        measured, so that the same scene always gets the same answer.
+        Seconds of predicted solving that a converged solution may take (`impactlab.refine.cost`): the same scene always
+        has the same reference.
     """
     if any(theories(scene, method)):
         return None
@@ -74,13 +79,13 @@ def find(scene: Scene, method: Method, budget: float = THOROUGH) -> Reference | 
         name = HARD if all(law.hard for law in laws_of(scene, method)) else SPRING
         try:
             return Reference(name, exact.solve(scene, method, whole=True))
-        except StepError:  # the run that asked for a reference is none the worse
+        except StepError:  # events accumulate, say: the run itself may be fine
             pass
     return converged(scene, method, budget)
 
 
-def content(scene: Scene, method: Method) -> Any:
-    """Return what a reference depends on, so that methods on one scene share it."""
+def physics_key(scene: Scene, method: Method) -> Any:
+    """Return everything that a reference depends on, so that methods on one scene share it."""
     laws = laws_of(scene, method)
     meshed = any(is_relative(law) for law in laws)
     return (
@@ -99,146 +104,135 @@ def content(scene: Scene, method: Method) -> Any:
 _kept: OrderedDict[Any, Reference | None] = OrderedDict()
 
 
-def converged(scene: Scene, method: Method, budget: float = THOROUGH) -> Reference | None:
-    """Return the scene solved finer and finer until two answers agree, or None where none converges.
-
-    The description is the best that serves: the stepped delay line for laws that are neither hard nor springs, a mesh
-    whose waves go one element in a step for hard contact, an implicit mesh for the rest. From level to level it
-    doubles; `uncertainty` says what is known of the last one.
-    """
-    scene = dataclasses.replace(scene, records=RECORDS)
-    key = (content(scene, method), budget)
-    asked = Simulation(scene, method)
+def converged(scene: Scene, method: Method, budget: float = FULL_BUDGET_S) -> Reference | None:
+    """Return the better of two independent descriptions refined until their error is known, or None."""
+    asked = Simulation(dataclasses.replace(scene, records=RECORDS), method)
+    key = (physics_key(*asked), budget)
     try:
         if key in _kept:
             _kept.move_to_end(key)
             return _kept[key]
     except TypeError:  # a part of a plugin that has no hash
-        return _refined(asked, budget)
-    _kept[key] = _refined(asked, budget)
-    while len(_kept) > MOST_KEPT:
+        return _converged(asked, budget)
+    _kept[key] = _converged(asked, budget)
+    while len(_kept) > MAX_KEPT:
         _kept.popitem(last=False)
     return _kept[key]
 
 
-def _refined(asked: Simulation, budget: float) -> Reference | None:
-    """Return the better of two refined answers, or None where none converges.
+def _converged(asked: Simulation, budget: float) -> Reference | None:
+    """Return the better of two refined solutions, or None where none converges.
 
-    Two descriptions that share nothing but the physics are refined; where they differ by more than they claim, that
-    difference is the uncertainty. An answer that no second one stands beside counts as `UNWITNESSED` times less known.
+    The two descriptions share nothing except the physics. Where they differ by more than both claim, that difference is
+    the uncertainty; a solution without a second one is `UNCHECKED_FACTOR` times less certain.
     """
     found: list[Reference] = []
-    for way in _ways(asked):
-        last, share = None, budget if found else FIRST * budget
-        for each, spent in levels(way, share):
-            budget -= spent
-            last = each if each is not None else last
-            if found and each is not None and each.uncertainty <= max(CHECKING, 3.0 * found[0].uncertainty):
-                break
-        if last is not None and is_known(last):
-            found.append(last)
+    for description in _descriptions(asked):
+        enough = max(CHECK_UNCERTAINTY, 3.0 * found[0].uncertainty) if found else 0.0
+        reference, spent = refine(description, budget if found else FIRST_SHARE * budget, enough)
+        budget -= spent
+        if reference is not None and reference.uncertainty <= MAX_UNCERTAINTY:
+            found.append(reference)
         if len(found) == 2:
             break
     if not found:
         return None
     best = min(found, key=lambda each: each.uncertainty)
-    other = next((each for each in found if each is not best), None)
-    checked = _less_known(best, UNWITNESSED) if other is None else _beside(best, other, asked.scene)
-    return checked if is_known(checked) else None
+    if len(found) == 2:
+        best = checked(best, found[0] if best is found[1] else found[1])
+    else:
+        uncertainties = {name: UNCHECKED_FACTOR * value for name, value in best.uncertainties.items()}
+        best = best._replace(uncertainty=UNCHECKED_FACTOR * best.uncertainty, uncertainties=uncertainties)
+    return best if best.uncertainty <= MAX_UNCERTAINTY else None
 
 
-def _less_known(found: Reference, factor: float) -> Reference:
-    told = {name: factor * value for name, value in found.uncertainties.items()}
-    return found._replace(uncertainty=factor * found.uncertainty, uncertainties=told)
+def _descriptions(asked: Simulation) -> Iterator[Description]:
+    """Give the descriptions that references use, the best first; none where the physics has no unique solution."""
+    beams = beams_of(asked.scene)
+    if beams and has_unique_solution(asked):
+        continuous = beam_descriptions.continuous(asked)
+        if continuous is not None:
+            yield continuous
+            # The absorbing layer of a mesh is no second description of an infinite end.
+            if any(beam_descriptions.is_infinite(beam) for beam in beams):
+                return
+    yield from (description for description in stepped(asked) if description.reference_order > 0.0)
 
 
-def _beside(best: Reference, other: Reference, scene: Scene) -> Reference:
-    """Return an answer with the uncertainty that a second one leaves it."""
-    told = dict(best.uncertainties)
-    for name, value in differences(other.history, best.history, scene).items():
-        claimed = told.get(name, best.uncertainty) + other.uncertainties.get(name, other.uncertainty)
-        if value > claimed:
-            told[name] = value
-    uncertainty = max([best.uncertainty, *(told[name] for name in JUDGED if name in told)])
-    return best._replace(uncertainty=uncertainty, uncertainties=told, found=f"{best.found}, checked by {other.found}")
+def refine(description: Description, budget: float, enough: float = 0.0) -> tuple[Reference | None, float]:
+    """Return the solution at the finest level within a budget, and the predicted seconds of solving of all levels.
 
-
-def levels(way: Way, budget: float) -> Iterator[tuple[Reference | None, float]]:
-    """Give the answer after each level with the seconds that the level was to take, until wanted or spent.
-
-    From level to level the fineness grows by the golden section, so that no step is a multiple of another; the error of
-    the last of three is extrapolated with the order that they show.
+    Levels end early at an uncertainty of ``enough``, or of `TARGET_UNCERTAINTY` where the next one costs much.
     """
-    runs: list[tuple[int, AbstractHistory]] = []
-    nearer: dict[str, float] = {}  # of the two runs before the last
-    fineness, spent = COARSEST, 0.0
-    while spent + way.seconds(fineness) <= budget:
-        spent += way.seconds(fineness)
+    study = Study(description, description.per_level * MIN_FINENESS)
+    level, spent, found = MIN_FINENESS, 0.0, None
+    apart: dict[tuple[int, int], dict[str, float]] = {}  # metrics of two levels, by their fineness
+    while spent + study.seconds <= budget:
         try:
-            fine, method = way.run(fineness)
-            runs.append((fineness, simulate.run(fine, method)))
+            newest = study.run(study.next)
         except (ImpactlabError, ArithmeticError):
-            return
-        found = None
-        if len(runs) > 1:
-            last = differences(runs[-2][1], runs[-1][1], fine)
-            if len(runs) > 2:
-                apart = {"coarse_middle": nearer, "coarse_fine": differences(runs[-3][1], runs[-1][1], fine)}
-                told = uncertainties(apart | {"middle_fine": last}, [n for n, _ in runs[-3:]], way.order)
-                worst = max((told[name] for name in JUDGED if name in told), default=math.inf)
-                found = Reference(CONVERGED, runs[-1][1], worst, told, f"{way.words} {fineness}")
-            nearer = last
-        yield found, way.seconds(fineness)
-        runs = runs[-2:]
-        fineness = round(RATIO * fineness)
-        if found is not None and found.uncertainty <= (WANTED if way.seconds(fineness) > EASY else READ):
-            return
+            break
+        spent += study.seconds
+        del study.levels[:-3]
+        for other in study.levels[:-1]:
+            apart[other.fineness, newest.fineness] = differences(other.history, newest.history, newest.history.scene)
+        if len(study.levels) == 3:
+            fineness = [each.fineness for each in study.levels]
+            stated = uncertainties(apart, fineness, description.reference_order)
+            worst = max((stated[name] for name in CONVERGED_BY if name in stated), default=math.inf)
+            found = Reference(CONVERGED, newest.history, worst, stated, description.words(newest.fineness))
+        level = round(RATIO * level)
+        study.next = description.per_level * level
+        target = TARGET_UNCERTAINTY if study.seconds > MAX_CHEAP_LEVEL_S else MIN_UNCERTAINTY
+        if found is not None and found.uncertainty <= max(enough, target):
+            break
+    return found, spent
 
 
 def uncertainties(
-    apart: Mapping[str, Mapping[str, float]], fineness: Sequence[float], order: float
+    apart: Mapping[tuple[int, int], Mapping[str, float]], fineness: Sequence[int], order: float
 ) -> dict[str, float]:
-    """Return the uncertainty of the finest of three runs by metric, from the metrics of their differences.
+    """Return the uncertainty of the finest of three levels by metric.
 
     Parameters
     ----------
     apart : mapping
-        Metrics of each pair: keys are the fields of `impactlab.refine.extrapolation.Differences`.
-    fineness : sequence of float
-        Of the three runs, rising.
+        Metrics of one level against a finer one, by the fineness of the two.
+    fineness : sequence of int
+        Of the three levels, rising.
     order : float
         Declared order of displacements and impulses; events and forces are of the first order at most.
 
     Returns
     -------
     dict
-        Estimated error times `SAFETY`, never below `READ`; inf of a metric that a pair lacks.
+        Estimated error times `SAFETY`, at least `MIN_UNCERTAINTY`; inf of a metric that a pair lacks.
     """
     found = {}
-    for name in apart["middle_fine"]:
-        pairs = Differences(*(apart[field].get(name, math.inf) for field in Differences._fields))
-        error = finest_error(pairs, (fineness[0], fineness[1], fineness[2]), order if name in SMOOTH else 1.0).error
-        found[name] = max(READ, SAFETY * error)
+    for name in apart[fineness[1], fineness[2]]:
+        pairs = {
+            (i, j): apart[fineness[i], fineness[j]].get(name, math.inf) for i, j in itertools.combinations(range(3), 2)
+        }
+        error = finest_error(pairs, fineness, order if name in OF_FULL_ORDER else 1.0).error
+        found[name] = max(MIN_UNCERTAINTY, SAFETY * error)
     return found
 
 
-def is_known(found: Reference) -> bool:
-    """Return whether an answer is known well enough to judge by."""
-    return found.uncertainty <= WORST
+def checked(best: Reference, other: Reference) -> Reference:
+    """Return a solution with the uncertainty that remains beside an independent one."""
+    stated = dict(best.uncertainties)
+    for name, value in differences(other.history, best.history, best.history.scene).items():
+        if value > stated.get(name, best.uncertainty) + other.uncertainties.get(name, other.uncertainty):
+            stated[name] = value
+    uncertainty = max([best.uncertainty, *(stated[name] for name in CONVERGED_BY if name in stated)])
+    found = f"{best.found}; checked by {other.found}"
+    return best._replace(uncertainty=uncertainty, uncertainties=stated, found=found)
 
 
 def differences(coarse: AbstractHistory, fine: AbstractHistory, scene: Scene) -> dict[str, float]:
-    """Return the metrics of one answer against another; inf for event times where their events differ in number."""
-    known = metrics.installed()
-    found = {name: known[name](coarse, fine, scene) for name in (*JUDGED, *TOLD)}
+    """Return the metrics of one solution against another; inf for event times where their events differ in number."""
+    installed = norms.installed()
+    found = {name: installed[name](coarse, fine, scene) for name in (*CONVERGED_BY, *STATED_BESIDE)}
     if len(coarse.events) != len(fine.events):
         found["event_times"] = math.inf
     return {name: float(value) for name, value in found.items() if value is not None}
-
-
-def _ways(asked: Simulation) -> Iterator[Way]:
-    """Give the descriptions that may serve a scene, the best first; none where the physics has no unique solution."""
-    if beams_of(asked.scene):
-        yield from reference_beams.every_way(asked)
-    elif has_one_answer(asked):
-        yield from rod_ways(asked)

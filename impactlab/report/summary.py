@@ -17,7 +17,7 @@ from impactlab.history.base import AbstractHistory, ContactSpan, Event
 from impactlab.metrics import norms as metrics
 from impactlab.metrics.collisions import agreements, collisions
 from impactlab.plugins import kind_of
-from impactlab.refine import agreement
+from impactlab.refine.choice_record import measured_error, set_measured_error
 from impactlab.refine.reference import Reference
 from impactlab.scene.bodies import Beam, Mass, Rod
 from impactlab.scene.method import laws_of, modelled
@@ -76,7 +76,7 @@ def summarise(
     if reference is not None:
         found = errors(history, Reference(*reference), scene)
         if tolerance is not None:
-            agreement.compare(history, agreement.measured_error(found, Reference(*reference), tolerance.on))
+            set_measured_error(history, measured_error(found, Reference(*reference), tolerance.on))
     summary = {
         "schema_version": SCHEMA_VERSION,
         "case": case_name,

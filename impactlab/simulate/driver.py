@@ -56,7 +56,7 @@ def run(scene: Scene, method: Method, progress: Progress | None = None, with_war
     ----------
     scene, method : Scene, Method
         The physics, and models, laws, integrator and step; a method with a tolerance has none to run yet (see
-        `impactlab.refine.search`).
+        `impactlab.refine.choice`).
     progress : callable, optional
         Called with the fraction done, from 0 to 1, about ten times a second.
     with_warnings : bool

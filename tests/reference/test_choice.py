@@ -21,14 +21,14 @@ from impactlab.errors import CaseError
 from impactlab.exact.cost import predicted_s
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
-from impactlab.refine import reference, search
+from impactlab.refine import choice as automatic
+from impactlab.refine import reference
 from impactlab.refine.choice_text import _number, choice_lines, ladder_text
+from impactlab.refine.choose import choose
 from impactlab.refine.contact_times import rise_time
-from impactlab.refine.estimates import counted
-from impactlab.refine.extrapolation import Differences, finest_error, observed_order
-from impactlab.refine.ladder import choose
-from impactlab.refine.quantities import difference
-from impactlab.refine.search import serving
+from impactlab.refine.convergence import Level, Study, finest_error, observed_order
+from impactlab.refine.distances import counted, difference
+from impactlab.refine.serving import for_choice
 from impactlab.report import summary
 from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point, Probe, Rayleigh, Rod, Segment, Wall
 from impactlab.scene.method import Simulation, StepRule, Tolerance
@@ -66,7 +66,7 @@ def struck(
 def measured(history, scene):
     """The largest relative error of displacements and impulse, and what the reference itself may be off."""
     judge = reference.find(*scene.but(tolerance=None), budget=0.4)
-    found = [getattr(metrics, name)(history, judge.history, scene.scene) for name in reference.JUDGED]
+    found = [getattr(metrics, name)(history, judge.history, scene.scene) for name in reference.CONVERGED_BY]
     return max(value for value in found if value is not None), judge.uncertainty
 
 
@@ -126,11 +126,11 @@ def test_a_mesh_states_an_error_that_it_keeps(mass):
     """An opening falls between steps: two resolutions may agree better than either with the exact answer."""
     for tolerance in (1e-2, 1e-3, 1e-4):
         scene = struck(AdditionDeletion(), tolerance, mass=mass, trips=3.0)
-        exact, *stepped = serving(scene)[0]
+        exact, *stepped = for_choice(scene)[0]
         mesh = next(family for family in stepped if family.name.startswith("lumped mesh"))
-        _, trial = search.searched([search.Search(mesh, mesh.start_for(tolerance), scene)], tolerance, [])
-        assert trial.expected <= tolerance
-        assert difference(trial.history, solve(*exact.run(0)), *counted(scene)) <= trial.expected
+        _, level = automatic.searched([Study(mesh, mesh.start_for(tolerance))], scene, [])
+        assert level.error <= tolerance
+        assert difference(level.history, solve(*exact.simulation(0)), *counted(scene)) <= level.error
 
 
 def test_a_step_load_sends_fronts_as_a_hard_touch_does():
@@ -141,10 +141,10 @@ def test_a_step_load_sends_fronts_as_a_hard_touch_does():
         "s", {"rod": bar}, (), 3 * trip, None, StepRule(points_per_period=10.0), round_trip=trip, model=Continuous()
     )
     loaded = scene.but(tolerance=Tolerance(1e-2))
-    judge = solve(*serving(loaded)[0][0].run(0))
-    for family in serving(loaded)[0][1:]:
-        _, trial = search.searched([search.Search(family, family.start_for(1e-2), loaded)], 1e-2, [])
-        assert difference(trial.history, judge, *counted(loaded)) <= trial.expected
+    judge = solve(*for_choice(loaded)[0][0].simulation(0))
+    for mesh in for_choice(loaded)[0][1:]:
+        _, level = automatic.searched([Study(mesh, mesh.start_for(1e-2))], loaded, [])
+        assert difference(level.history, judge, *counted(loaded)) <= level.error
 
 
 def test_times_are_told_without_powers_of_ten():
@@ -230,10 +230,10 @@ def test_a_choice_survives_pickle_and_json():
 
 def test_a_tolerance_that_cannot_be_met_is_told(monkeypatch):
     """With almost no budget left the best found is the answer, with the error that it must be expected to have."""
-    monkeypatch.setattr(search, "BUDGET", 2e-3)
+    monkeypatch.setattr(automatic, "BUDGET_S", 2e-3)
     scene = struck(AdditionDeletion(), 1e-6, damping=Rayleigh(stiffness=1e-6))
-    monkeypatch.setattr(search, "MOST_GROWTH", 1.0)
-    monkeypatch.setattr("impactlab.refine.families.Family.start_for", lambda _family, _error: 20)
+    monkeypatch.setattr(automatic, "MAX_GROWTH", 1.0)
+    monkeypatch.setattr("impactlab.refine.descriptions.Description.start_for", lambda _description, _error: 20)
     history = solve(*scene)
     assert not history.choice.met
     assert [warned.code for warned in history.warnings].count("tolerance_not_met") == 1
@@ -268,50 +268,54 @@ def test_the_ladder_is_measured_and_falls():
 
 def test_predictions_fall_with_fineness_and_costs_rise():
     for name in SCENES:
-        families, _ = serving(SCENES[name]())
+        families, _ = for_choice(SCENES[name]())
         for family in families:
             if not family.unit:
                 continue
-            fine = [family.coarsest * 2**k for k in range(8)]
+            fine = [family.min_fineness * 2**k for k in range(8)]
             errors, costs = [family.error(n) for n in fine], [family.seconds(n) for n in fine]
             assert errors == sorted(errors, reverse=True)
             assert costs == sorted(costs)
             n = family.fineness_for(1e-3)
             assert family.safety * family.error(n) <= 1e-3
-            assert n == family.coarsest or family.safety * family.error(n - max(2, n // 8)) > 1e-3
+            assert n == family.min_fineness or family.safety * family.error(n - max(2, n // 8)) > 1e-3
+
+
+def three(errors):
+    """The distances of three levels whose errors are all to one side."""
+    return {(i, j): errors[i] - errors[j] for i, j in ((0, 1), (0, 2), (1, 2))}
 
 
 def test_an_extrapolated_error_is_that_of_a_power():
-    errors = {n: 3.0 * n**-1.7 for n in (10, 25, 40)}
-    apart = Differences(errors[10] - errors[25], errors[10] - errors[40], errors[25] - errors[40])
-    assert observed_order(apart, 4.0, 1.6) == pytest.approx(1.7, rel=1e-6)
-    found = finest_error(apart, (10.0, 25.0, 40.0), 2.0)
+    fineness = (10.0, 25.0, 40.0)
+    errors = [3.0 * n**-1.7 for n in fineness]
+    pairs = three(errors)
+    assert observed_order(pairs[0, 2] / pairs[1, 2], 4.0, 1.6) == pytest.approx(1.7, rel=1e-6)
+    found = finest_error(pairs, fineness, 2.0)
     assert found.order == pytest.approx(1.7, rel=1e-6)
-    assert found.error == pytest.approx(errors[40], rel=1e-6)
+    assert found.error == pytest.approx(errors[2], rel=1e-6)
 
 
 def test_an_order_that_has_not_shown_is_not_trusted():
     """Two resolutions agree by luck; the third shows that they do."""
-    apart = Differences(1e-2, 1e-2, 1e-6)
-    assert finest_error(apart, (10.0, 16.0, 26.0), 2.0).error > 1e-3
-    growing = Differences(1e-3, 5e-3, 4e-3)
+    pairs = {(0, 1): 1e-2, (0, 2): 1e-2, (1, 2): 1e-6}
+    assert finest_error(pairs, (10.0, 16.0, 26.0), 2.0).error > 1e-3
+    growing = {(0, 1): 1e-3, (0, 2): 5e-3, (1, 2): 4e-3}
     assert finest_error(growing, (10.0, 16.0, 26.0), 2.0).error > 4e-3
-    assert finest_error(growing._replace(middle_fine=math.inf), (10.0, 16.0, 26.0), 2.0).error == math.inf
+    assert finest_error(growing | {(1, 2): math.inf}, (10.0, 16.0, 26.0), 2.0).error == math.inf
 
 
 def test_a_small_safety_needs_an_order_that_shows_in_all_runs() -> None:
     fineness = (10.0, 16.0, 26.0)
     errors = [n**-2.0 for n in fineness]
-    clean = finest_error(
-        Differences(errors[0] - errors[1], errors[0] - errors[2], errors[1] - errors[2]), fineness, 2.0
-    )
+    clean = finest_error(three(errors), fineness, 2.0)
     assert clean.shown
     assert clean.error == pytest.approx(errors[2])
-    assert clean.with_safety(3.0).error == pytest.approx(1.6 * errors[2])
+    assert clean.with_safety(3.0) == pytest.approx(1.6 * errors[2])
     slow = [1.0 / n for n in fineness]
-    doubtful = finest_error(Differences(slow[0] - slow[1], slow[0] - slow[2], slow[1] - slow[2]), fineness, 2.0)
+    doubtful = finest_error(three(slow), fineness, 2.0)
     assert not doubtful.shown
-    assert doubtful.with_safety(3.0).error == pytest.approx(3.0 * slow[2])
+    assert doubtful.with_safety(3.0) == pytest.approx(3.0 * slow[2])
 
 
 def test_the_predicted_cost_of_the_exact_solver_follows_its_wave_fronts():
@@ -340,13 +344,12 @@ def test_two_runs_with_the_special_step_do_not_stand_for_each_other():
     heavier = struck(AdditionDeletion(), 1e-2, damping=Rayleigh(mass=500.0), mass=1.02 * 2.133)
     expected = []
     for scene in (damped, heavier):
-        mesh, lucky = (next(f for f in serving(s)[0] if f.name.endswith("courant 1")) for s in (damped, scene))
-        found = search.Search(mesh, 800, scene)
-        found.trials = [search.Trial(n, solve(*lucky.run(n)), np.inf) for n in (300, 490, 800)]
-        search._judge(found, 1e-2)
-        expected.append(found.trials[-1].expected)
+        mesh, lucky = (next(f for f in for_choice(s)[0] if f.name.endswith("courant 1")) for s in (damped, scene))
+        found = Study(mesh, 800, [Level(n, solve(*lucky.simulation(n))) for n in (300, 490, 800)])
+        automatic.estimate_errors(found, scene)
+        expected.append(found.levels[-1].error)
     judged = damped.scene, damped.method.laws, ("displacements", "impulses")
-    apart = difference(solve(*lucky.run(800)), solve(*mesh.run(800)), *judged)
+    apart = difference(solve(*lucky.simulation(800)), solve(*mesh.simulation(800)), *judged)
     assert expected[0] < 1e-3
     assert expected[1] >= 0.9 * apart > 3e-3
 
@@ -357,7 +360,7 @@ def test_beams_are_chosen_for(theory, tolerance):
     """The run keeps its tolerance against a converged answer, which two independent descriptions find."""
     scene = ball_on_beam(Hertz(1e8), theory)
     judge = reference.find(*scene)
-    assert ", checked by " in judge.found
+    assert "; checked by " in judge.found
     assert judge.uncertainty < 1e-5
     history = solve(*scene.but(tolerance=Tolerance(tolerance)))
     assert history.choice.met

@@ -16,7 +16,8 @@ from impactlab.contact.penalty import Penalty
 from impactlab.contact.power_law import Hertz, HuntCrossley
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
-from impactlab.refine import reference, ways
+from impactlab.refine import reference
+from impactlab.refine.serving import stepped
 from impactlab.scene import Contact, End, Mass, Point, Rayleigh, Rod, Segment, Wall
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.testing.scenes import simulation
@@ -184,8 +185,8 @@ SCENES = {
 def test_what_little_effort_says_of_itself_holds_against_more(name):
     scene = SCENES[name]()
     rough, fine = reference.find(*scene, 0.02), reference.find(*scene, 1.0)
-    assert fine.uncertainty < 0.3 * rough.uncertainty or fine.uncertainty <= reference.WANTED
-    for metric in reference.JUDGED:
+    assert fine.uncertainty < 0.3 * rough.uncertainty or fine.uncertainty <= reference.TARGET_UNCERTAINTY
+    for metric in reference.CONVERGED_BY:
         error = metrics.installed()[metric](rough.history, fine.history, scene.scene)
         assert error <= rough.uncertainties[metric] + fine.uncertainty
         assert rough.uncertainties[metric] <= rough.uncertainty
@@ -238,12 +239,8 @@ def test_no_budget_no_converged_reference():
 
 def apart(coarse, middle, fine):
     """The differences of three levels whose metrics are off by these values, all to one side."""
-    names = coarse.keys()
-    return {
-        "coarse_middle": {name: abs(coarse[name] - middle[name]) for name in names},
-        "coarse_fine": {name: abs(coarse[name] - fine[name]) for name in names},
-        "middle_fine": {name: abs(middle[name] - fine[name]) for name in names},
-    }
+    pairs = {(1, 2): (coarse, middle), (1, 4): (coarse, fine), (2, 4): (middle, fine)}
+    return {pair: {name: abs(one[name] - other[name]) for name in fine} for pair, (one, other) in pairs.items()}
 
 
 def test_the_uncertainty_of_each_metric_is_its_own():
@@ -256,24 +253,25 @@ def test_the_uncertainty_of_each_metric_is_its_own():
 
 def test_three_levels_that_agree_to_reading_claim_no_less_than_that():
     levels = [{"impulse": 1e-12 / n**2} for n in (1, 2, 4)]
-    assert reference.uncertainties(apart(*levels), (1, 2, 4), 2.0) == {"impulse": reference.READ}
+    assert reference.uncertainties(apart(*levels), (1, 2, 4), 2.0) == {"impulse": reference.MIN_UNCERTAINTY}
 
 
 def test_an_answer_that_a_second_description_contradicts_claims_their_difference():
     """The wrong one here is that of a mass two per cent heavier, found by three levels that agree."""
     scene = struck(AdditionDeletion(), damping=Rayleigh(mass=500.0))
     heavier = scene.but(bodies=scene.scene.bodies | {"hammer": Mass("hammer", 1.02 * M, V0)})
-    right, lucky = (simulate.run(*ways._explicit(each, 1).run(400)) for each in (scene, heavier))
-    mesh = simulate.run(*ways._implicit(scene, 1, "consistent").run(200))
-    told = dict.fromkeys(reference.JUDGED, 1e-5)
-    rough = dict.fromkeys(reference.JUDGED, 3e-3)
+    right, lucky = (simulate.run(*stepped(each)[0].simulation(400)) for each in (scene, heavier))
+    assert right.method.step.courant == 1.0
+    mesh = simulate.run(*stepped(scene)[1].simulation(200))
+    told = dict.fromkeys(reference.CONVERGED_BY, 1e-5)
+    rough = dict.fromkeys(reference.CONVERGED_BY, 3e-3)
     second = reference.Reference(reference.CONVERGED, mesh, 3e-3, rough)
     kept, doubted = (
-        reference._beside(reference.Reference(reference.CONVERGED, history, 1e-5, told), second, scene.scene)
+        reference.checked(reference.Reference(reference.CONVERGED, history, 1e-5, told), second)
         for history in (right, lucky)
     )
     assert kept.uncertainty == 1e-5
-    difference = max(getattr(metrics, name)(lucky, right, scene.scene) for name in reference.JUDGED)
+    difference = max(getattr(metrics, name)(lucky, right, scene.scene) for name in reference.CONVERGED_BY)
     assert doubted.uncertainty == pytest.approx(difference, rel=0.3)
 
 

@@ -14,7 +14,7 @@ from impactlab.integrators.midpoint import Midpoint
 from impactlab.metrics.collisions import agreements, collisions, sentence
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.refine.described import described
+from impactlab.refine.descriptions import modelled_as
 from impactlab.scene import Mass, Wall
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.testing.scenes import in_a_row
@@ -24,8 +24,8 @@ from tests.cases.support import case_of
 def two_models(label: str, modes: int = 40, elements: int = 60) -> list[Simulation]:
     given = case_of(label).simulation()
     step = given.method.step
-    fine = described(given, FiniteElement(elements), Midpoint(), step)
-    return [described(given, Modal(modes=modes), ExactModal(), step), fine]
+    fine = modelled_as(given, FiniteElement(elements), Midpoint(), step)
+    return [modelled_as(given, Modal(modes=modes), ExactModal(), step), fine]
 
 
 def summaries(label: str) -> list[tuple[str, dict[str, object]]]:
@@ -78,7 +78,7 @@ def test_a_hard_hammer_on_a_cantilever_has_no_resolved_count() -> None:
     from impactlab.report.summary import summarise
 
     for modes in (20, 40):
-        scene = described(
+        scene = modelled_as(
             case.simulation(), Modal(modes=modes), ExactModal(), StepRule(dt=1e-6), AdditionDeletion()
         ).but(
             events="located",

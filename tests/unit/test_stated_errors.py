@@ -9,7 +9,8 @@ import pytest
 
 from impactlab import load_case, run
 from impactlab.errors import CaseError
-from impactlab.refine import agreement, search
+from impactlab.refine import choice
+from impactlab.refine.choice_record import measured_error, set_measured_error
 from impactlab.refine.reference import Reference, find
 from impactlab.report import summary
 from impactlab.scene.method import COUNTED
@@ -60,7 +61,7 @@ def test_errors_beyond_the_stated_one_are_told_first_and_the_tolerance_is_not_me
 def test_an_estimate_that_was_too_small_is_told_though_the_tolerance_holds(tmp_path):
     history = run(case(tmp_path))
     history.choice = dataclasses.replace(history.choice, expected_error=1e-6)
-    agreement.compare(history, 5e-5)
+    set_measured_error(history, 5e-5)
     assert history.choice.met
     assert history.warnings[0].code == "stated_error"
 
@@ -70,8 +71,8 @@ def test_a_tolerance_may_be_on_some_quantities_alone(tmp_path):
     assert scene.method.tolerance.on == ("impulses",)
     found = {"mass_displacement": 0.5, "face_displacement": None, "impulse": 2e-3, "peak_force": 0.7}
     against = Reference("st_venant", run(scene))
-    assert agreement.measured_error(found, against, scene.method.tolerance.on) == pytest.approx(2e-3)
-    assert agreement.measured_error(found, against, COUNTED) == pytest.approx(0.7)
+    assert measured_error(found, against, scene.method.tolerance.on) == pytest.approx(2e-3)
+    assert measured_error(found, against, COUNTED) == pytest.approx(0.7)
 
 
 def test_tolerance_on_without_a_tolerance_is_refused(tmp_path):
@@ -84,10 +85,10 @@ def test_tolerance_on_without_a_tolerance_is_refused(tmp_path):
 
 def test_a_choice_that_runs_out_of_its_budget_gives_its_best_run_and_the_reason(tmp_path, monkeypatch):
     """It does not blame the physics: what it cannot afford is a matter of cost."""
-    monkeypatch.setattr(search, "BUDGET", 1.5e-3)
+    monkeypatch.setattr(choice, "BUDGET_S", 1.5e-3)
     history = run(case(tmp_path, tolerance=1e-8))
     assert not history.choice.met
     assert "beyond the 0.0015 s that a choice may take" in " ".join(rung.reason for rung in history.choice.ladder)
-    monkeypatch.setattr(search, "BUDGET", 1e-6)
+    monkeypatch.setattr(choice, "BUDGET_S", 1e-6)
     with pytest.raises(CaseError, match="no description can be tried: rigid bodies: would take"):
         run(case(tmp_path))

@@ -9,7 +9,7 @@ import pytest
 import impactlab as il
 from impactlab.contact.power_law import Hertz
 from impactlab.errors import CaseError
-from impactlab.refine.described import has_one_answer
+from impactlab.refine.serving import has_unique_solution
 from impactlab.scene.method import laws_of
 
 TEXT = """
@@ -190,11 +190,11 @@ def test_masses_that_meet_through_one_bare_face_are_refused(tmp_path, place, sec
     assert "Give the contact a law with a stiffness or a restitution" in str(caught.value)
 
 
-def test_a_face_between_two_stops_with_room_has_one_answer(tmp_path):
+def test_a_face_between_two_stops_with_room_has_a_unique_solution(tmp_path):
     file = tmp_path / "case.yaml"
     text = BARE_FACE.replace("two: {kind: mass, mass: 1.0, velocity: -1.0}", "two: {kind: wall}")
     text = text.replace("one: {kind: mass, mass: 2.0, velocity: 1.0}", "one: {kind: wall}")
     text = text.replace("[one, rod.PLACE]", "[one, rod.at(0.1)], gap: 1.0e-6")
     text = text.replace("[SECOND]", "[rod.at(0.1), two], gap: 1.0e-6").replace("7900}}", "7900}, velocity: 1.0}")
     file.write_text(text, encoding="utf-8")
-    assert has_one_answer(il.load_case(file).simulation())
+    assert has_unique_solution(il.load_case(file).simulation())

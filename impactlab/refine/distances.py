@@ -1,4 +1,4 @@
-"""Distances between runs of one scene in the quantities that a tolerance is on."""
+"""Relative distances between runs of one scene in the quantities that a tolerance bounds."""
 
 from __future__ import annotations
 
@@ -10,16 +10,14 @@ import numpy as np
 from impactlab.history.base import AbstractHistory
 from impactlab.metrics.norms import ZERO, face_channels, mass_channels, midpoints
 from impactlab.metrics.peaks import Laws, find_peak, near_jumps, smooth_force
+from impactlab.refine.convergence import Pairs
 from impactlab.scene.frame import drift, touched_in
-from impactlab.scene.method import Counted
+from impactlab.scene.method import COUNTED, Counted, Simulation
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
 
 CELLS = 1000  # of the midpoint rule: fewer than a summary takes, as an estimate needs no third digit
 MIN_IMPULSE = 1e-9  # of the largest impulse: contacts that give less are rounding and have no relative error
-
-Pairs = dict[tuple[int, int], float]
-"""Relative distances of runs, by their places in a sequence."""
 
 
 def distances(
@@ -59,6 +57,11 @@ def distances(
     if "peak_forces" in on:
         found += _peaks(histories, scene, laws, peak_margin)
     return found
+
+
+def counted(asked: Simulation) -> tuple[Scene, Laws, tuple[Counted, ...]]:
+    """Return a scene, its laws, and the quantities that count against its tolerance."""
+    return asked.scene, asked.method.laws, asked.method.tolerance.on if asked.method.tolerance else COUNTED
 
 
 def difference(one: AbstractHistory, other: AbstractHistory, scene: Scene, laws: Laws, on: Sequence[Counted]) -> float:

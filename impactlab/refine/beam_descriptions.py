@@ -1,0 +1,190 @@
+"""Descriptions of scenes with beams: modes under exact steps, beam elements, continuous beams on grids.
+
+Each refines space and time together. As for rods, factors of predicted errors decide where trials begin only; they were
+measured on spheres and hammers on pinned beams and cantilevers.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from impactlab.bases.beams.modes import BeamModes
+from impactlab.contact.addition_deletion import AdditionDeletion
+from impactlab.errors import CaseError, ImpactlabError
+from impactlab.integrators.exact_modal import ExactModal
+from impactlab.integrators.midpoint import Midpoint
+from impactlab.models.continuous import Continuous
+from impactlab.models.finite_element import FiniteElement
+from impactlab.models.modal import Modal
+from impactlab.refine import cost
+from impactlab.refine.contact_times import shortest_rise
+from impactlab.refine.descriptions import MIN_FINENESS, Description, modelled_as
+from impactlab.scene.bodies import Beam
+from impactlab.scene.facts import beams_of, rods_of, split_at_contacts
+from impactlab.scene.method import Simulation, StepRule, force_jumps, laws_of
+from impactlab.scene.problem import Point, Probe, Scene
+from impactlab.simulate import driver
+from impactlab.simulate.body_sizes import MOST_BEAM_MODES
+
+STEPS = 20  # in the shortest of the scene's times, per unit of fineness
+MAX_DENSE_ELEMENTS = 400  # behind modes without a closed form, whose eigenproblem is dense
+SPEED_RATIO = 1.8  # c1/c2 of steel: wave speeds of a Timoshenko beam
+ERROR_FACTOR = 0.3  # of n^-2 (n^-1 with shear): the predicted error at fineness n
+MIN_CHOICE_FINENESS = 12  # modes or elements
+
+
+def stepped(asked: Simulation) -> Iterator[Description]:
+    """Give the modes and the mesh, the better one first."""
+    scene = asked.scene
+    sheared = any(beam.theory == "timoshenko" for beam in beams_of(scene))
+    modal = not any(_is_lossy(beam) for beam in beams_of(scene)) and _are_delay_lines(scene)
+    if sheared:  # the slope jumps at a force: modes converge as 1/n, elements with a node there do not see it
+        yield _meshed(asked)
+    if modal:
+        yield _modal(asked)
+    if not sheared:
+        yield _meshed(asked)
+
+
+def is_singular(asked: Simulation) -> bool:
+    """Return whether a hard contact meets an Euler-Bernoulli beam.
+
+    Its faces part and meet the more often the finer the description, and nothing converges.
+    """
+    return any(
+        asked.scene.bodies[point.body].unbounded_first_force
+        for contact in asked.scene.contacts
+        if asked.method.laws[contact.name].hard
+        for point in (contact.left, contact.right)
+    )
+
+
+def is_infinite(beam: Beam) -> bool:
+    """Return whether a beam has an infinite end."""
+    return "infinite" in (beam.left.kind, beam.right.kind)
+
+
+def continuous(asked: Simulation) -> Description | None:
+    """Return the continuous beams, for references under hard contacts and of infinite beams; None if not served."""
+    scene, beams = asked.scene, beams_of(asked.scene)
+    sheared = [beam for beam in beams if beam.theory == "timoshenko"]
+    for beam in beams:
+        uniform = len(beam.segments) == 1 and beam.tension == 0.0 and not beam.is_damped
+        if not uniform or not (beam.theory == "timoshenko" or is_infinite(beam)):
+            return None
+    wanted = any(law.hard for law in laws_of(*asked)) or any(is_infinite(beam) for beam in beams)
+    if not wanted or not _are_delay_lines(scene):
+        return None
+    transits = {beam.name: beam.length / beam.segments[0].shear_speed for beam in sheared}
+    shortest = min([_shortest_time(asked) / STEPS, *transits.values()])
+    # The grid of an infinite beam goes on for as far as its waves run.
+    spans = [transits[beam.name] + SPEED_RATIO * scene.duration * is_infinite(beam) for beam in sheared]
+
+    def simulation(n: int) -> Simulation:
+        return modelled_as(asked, Continuous(), None, StepRule(dt=shortest / n), AdditionDeletion())
+
+    try:
+        driver.prepare(*simulation(MIN_FINENESS))
+    except ImpactlabError:
+        return None
+    return Description(
+        "continuous beams",
+        "steps in the shortest time of the scene",
+        simulation,
+        lambda n: cost.BEAM_GRIDS.seconds(n * scene.duration / shortest, n * sum(spans) / shortest),
+        reference_order=2.0,
+    )
+
+
+def _shortest_time(asked: Simulation) -> float:
+    """Return the shortest time of a scene [s]: its duration, about the first period of its beams, or a rise of force.
+
+    About the first period is L2 sqrt(rho A/EI), from the whole length and the softest piece. Rises count `STEPS` times.
+    """
+    periods = [
+        max(beam.length**2 * math.sqrt(s.density * s.area / s.bending_stiffness) for s in beam.segments)
+        for beam in beams_of(asked.scene)
+    ]
+    return min(asked.scene.duration, STEPS * shortest_rise(*asked), *periods)
+
+
+def _is_lossy(beam: Beam) -> bool:
+    """Return whether a beam or its ends lose energy, which exact modes leave out."""
+    return beam.is_damped or any(end.kind in ("dashpot", "infinite") for end in (beam.left, beam.right))
+
+
+def _are_delay_lines(scene: Scene) -> bool:
+    """Return whether all rods may be stepped delay lines beside beams."""
+    rods = {rod.name: rod for rod in rods_of(scene)}
+    places: list[Point | Probe] = [*scene.probes]
+    places += [point for contact in scene.contacts for point in (contact.left, contact.right)]
+    on_ends = all(place.x in (0.0, rods[place.body].length) for place in places if place.body in rods)
+    plain = not any(rod.is_damped or len(rod.segments) > 1 for rod in rods.values())
+    return not rods or (plain and on_ends and not scene.gravity)
+
+
+def _modal_model(beam: Beam, modes: int) -> Modal:
+    """Return the modes of a beam, in closed form where one is known."""
+    try:
+        BeamModes(beam, 2)
+    except CaseError:
+        held = sum({"clamped": 2, "pinned": 1}.get(end.kind, 0) for end in (beam.left, beam.right))
+        elements = min(4 * modes, MAX_DENSE_ELEMENTS)
+        return Modal(elements=elements, modes=min(modes, 2 * elements - held - 2))
+    return Modal(modes=modes)
+
+
+def _modal(asked: Simulation) -> Description:
+    scene, beams = asked.scene, beams_of(asked.scene)
+    shortest = _shortest_time(asked)
+    transit = min((0.5 * rod.round_trip for rod in rods_of(scene)), default=math.inf)
+    order = 1.0 if any(beam.theory == "timoshenko" for beam in beams) else 2.0
+
+    def dt(n: int) -> float:
+        return min(shortest / (STEPS * n), transit)
+
+    def simulation(n: int) -> Simulation:
+        rods = modelled_as(asked, Continuous(), ExactModal(), StepRule(dt=dt(n)), AdditionDeletion())
+        return rods.but(models={**rods.method.models, **{beam.name: _modal_model(beam, n) for beam in beams}})
+
+    return Description(
+        "modes under exact steps",
+        "modes",
+        simulation,
+        lambda n: cost.BEAM_MODES.seconds(scene.duration / dt(n), len(beams) * n),
+        reference_order=order,
+        error=lambda n: ERROR_FACTOR * float(n) ** -order,
+        order=order,
+        safety=3.0,
+        setup_s=cost.SETUP_BEAM_S,
+        cost_margin=1.5,
+        min_fineness=MIN_CHOICE_FINENESS,
+        max_fineness=MOST_BEAM_MODES,
+    )
+
+
+def _meshed(asked: Simulation) -> Description:
+    scene = asked.scene
+    shortest, meshed = _shortest_time(asked), Simulation(split_at_contacts(scene), asked.method)
+    # With shear a force leaves a kink that falls between nodes.
+    order = 1.0 if any(beam.theory == "timoshenko" for beam in beams_of(scene)) else 2.0
+
+    def simulation(n: int) -> Simulation:
+        return modelled_as(
+            meshed, FiniteElement(n), Midpoint(), StepRule(dt=shortest / (STEPS * n)), AdditionDeletion()
+        )
+
+    return Description(
+        "consistent mesh under the midpoint rule",
+        "elements",
+        simulation,
+        lambda n: cost.BEAM_MESH.seconds(STEPS * n * scene.duration / shortest, len(scene.elastic) * n),
+        reference_order=1.0 if force_jumps(*asked) else 2.0,
+        error=lambda n: ERROR_FACTOR * float(n) ** -order,
+        order=order,
+        safety=3.0,
+        setup_s=cost.SETUP_BEAM_S,
+        cost_margin=1.5,
+        min_fineness=MIN_CHOICE_FINENESS,
+    )

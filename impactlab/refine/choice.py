@@ -1,0 +1,352 @@
+"""The automatic choice: levels of the cheapest descriptions are run until one keeps the tolerance."""
+
+from __future__ import annotations
+
+import math
+import time as clock
+
+from impactlab.errors import CaseError, ImpactlabError, StepError
+from impactlab.history.base import AbstractHistory, Warned
+from impactlab.refine.choice_record import Candidate, Choice, Verdict
+from impactlab.refine.convergence import SHOWN_SAFETY, Level, Progress, Study, finest_error
+from impactlab.refine.descriptions import EXACT_ERROR, Description
+from impactlab.refine.distances import counted, difference, distances
+from impactlab.refine.serving import for_choice
+from impactlab.scene.method import Method, Simulation, laws_of
+from impactlab.scene.problem import Scene
+from impactlab.simulate import driver
+from impactlab.simulate.checks import gain_of
+
+BUDGET_S = 3.0  # s of predicted solving that may go into one choice
+MIN_SPEEDUP = 1.6  # predicted, of a description that is tried although a run keeps the tolerance
+MAX_CHOOSING = 10.0  # times the solving of a run may go into choosing it
+EXACT_ADVANTAGE = 1.25  # of the exact solver, which needs no trial, over a prediction that is a little lower
+SAME_COST_RATIO = 1.25  # of predicted costs, within which the run with less error is preferred
+MAX_GROWTH = 2.6  # of the fineness from level to level: across a longer step no order shows
+MARGIN = 1.1  # factor on the fineness that an estimate asks for
+MAX_LEVELS = 12  # of one description
+MAX_FAILURES = 3  # levels of a description that may fail, each followed by one of twice the fineness
+MAX_GAIN_RATIO = 10.0  # of the energy that a run gains, over the reference energy, to the error that is stated
+MIN_CONTACT_STEPS = 6  # in a period of contact: with fewer of them no order shows
+MIN_IMPULSE_SHARE = 1e-2  # of the impulse of a contact: shorter periods that give less need no such resolution
+PEAK_MARGIN = 1.5  # on distances of peak forces, which converge less evenly than displacements (docs/audit.md)
+DONE = "done"  # of a study that needs no further level
+
+
+def first_guess(scene: Scene, method: Method) -> Simulation:
+    """Return the description that is predicted to be the cheapest within the tolerance."""
+    studies, why = studies_of(Simulation(scene, method))
+    if not studies:
+        raise _nothing_serves(why, studies)
+    study = min(studies, key=_priority)
+    return study.description.simulation(study.next)
+
+
+def run(scene: Scene, method: Method, progress: Progress | None = None) -> AbstractHistory:
+    """Return the history of the cheapest description that keeps the tolerance; its ``choice`` has the reasons.
+
+    Where the exact solver serves and no stepped description promises to be much faster, it is taken without a trial.
+    Else the descriptions are studied in order of their predicted cost: each is run at three levels of fineness, and
+    finer until its estimated error, times a safety factor, lies within the tolerance.
+
+    Raises
+    ------
+    CaseError
+        Where no description serves: two masses in hard contact, or an overlap.
+    StepError
+        Where every candidate fails on the way.
+    """
+    began = clock.perf_counter()
+    asked = Simulation(scene, method)
+    studies, why = studies_of(asked)
+    failed: list[ImpactlabError] = []
+    best = searched(studies, asked, failed, progress)
+    if best is None:
+        raise failed[0] if failed else _nothing_serves(why, studies)
+    study, level = best
+    history, description = level.history, study.description
+    candidates = tuple(_candidates(studies, study, level, why))
+    choosing = clock.perf_counter() - began - level.run_s
+    driver.add_warnings(history)
+    history.choice = Choice(
+        tolerance=allowed(method),
+        method=history.method,
+        chosen=description.words(level.fineness),
+        expected_error=level.error,
+        estimate=_words_of_estimate(description, history),
+        ladder=candidates,
+        choosing_s=choosing,
+    )
+    history.scene, history.method = scene, method
+    if not history.choice.met:
+        text = (
+            f"no description that a choice may try keeps {allowed(method):g}: the best one has an estimated error of "
+            f"{level.error:.2g} ({history.choice.chosen})"
+        )
+        history.warnings.append(Warned("tolerance_not_met", text))
+    return history
+
+
+def studies_of(asked: Simulation) -> tuple[list[Study], str]:
+    """Return a study of every description that serves a scene, and why the exact solver does not ("" where it does)."""
+    descriptions, why = for_choice(asked)
+    return [Study(each, each.start_for(allowed(asked.method))) for each in descriptions], why
+
+
+def allowed(method: Method) -> float:
+    """Return the relative error that a method allows; 0 without a tolerance."""
+    return 0.0 if method.tolerance is None else method.tolerance.error
+
+
+def searched(
+    studies: list[Study], asked: Simulation, failed: list[ImpactlabError], progress: Progress | None = None
+) -> tuple[Study, Level] | None:
+    """Run levels, the cheapest first, until one keeps the tolerance; return the best level, None if no run ended."""
+    tolerance, left = allowed(asked.method), BUDGET_S
+    best: tuple[Study, Level] | None = None
+    while waiting := [study for study in studies if not study.closed]:
+        study = min(waiting, key=_priority)
+        met = best is not None and best[1].error <= tolerance
+        if best is not None and met and not _worth_trying(study, best, studies):
+            break
+        if _cost_of_trial(study) > left:
+            reason = (
+                f"would take {_cost_of_trial(study):.2g} s of solving, beyond the {BUDGET_S:g} s that a choice may take"
+            )
+            affordable = _affordable(study, left if len(waiting) == 1 else 0.5 * left)
+            if affordable is None or met:
+                study.closed = reason
+                continue
+            study.next, study.last = affordable, reason
+        left -= _cost_of_trial(study)
+        try:
+            new = _tried(study, asked, progress)
+        except StepError as error:
+            failed.append(error)
+            study.failures += 1
+            study.next = study.description.whole(2 * study.next)
+            if study.failures > MAX_FAILURES:
+                study.closed = f"failed: {error.text}"
+            continue
+        except ImpactlabError as error:
+            failed.append(error)
+            study.closed = f"refused: {error.text}"
+            continue
+        study.closed = study.closed or study.last
+        for level in new:
+            if best is None or _better((study, level), best, tolerance):
+                best = study, level
+    return best
+
+
+def _priority(study: Study) -> float:
+    """Return the predicted cost that orders studies: seconds of solving, and a tenth of those of setting up a level."""
+    description = study.description
+    if not description.unit:
+        return study.seconds / EXACT_ADVANTAGE
+    return description.cost_margin * study.seconds + description.setup_s / MAX_CHOOSING
+
+
+def _cost_of_trial(study: Study) -> float:
+    """Return the predicted seconds of solving the next level, and the coarser ones that the first one needs."""
+    first = study.description.unit and len(study.levels) < 2
+    coarser = study.description.coarser(study.next) if first else ()
+    return study.seconds + sum(study.description.seconds(fineness) for fineness in coarser)
+
+
+def _affordable(study: Study, seconds: float) -> int | None:
+    """Return a fineness near the largest whose trial takes so long [s]; None where no useful one does."""
+    description = study.description
+    least = max([description.min_fineness, *(round(1.2 * level.fineness) for level in study.levels)])
+    fineness = study.next
+    while description.unit and fineness >= least:
+        trial = Study(description, description.whole(fineness), study.levels)
+        if _cost_of_trial(trial) <= seconds:
+            return trial.next
+        fineness = int(0.8 * fineness)
+    return None
+
+
+def _worth_trying(study: Study, best: tuple[Study, Level], studies: list[Study]) -> bool:
+    """Return whether a study promises a much cheaper run than one within the tolerance, and trying it costs little.
+
+    All trials together may take `MAX_CHOOSING` times the solving of the chosen run.
+    """
+    if _seconds(best) <= MIN_SPEEDUP * study.seconds:
+        return False
+    spent = sum(each.description.setup_s * len(each.levels) for each in studies)
+    return spent + study.description.setup_s <= MAX_CHOOSING * study.seconds
+
+
+def _seconds(run: tuple[Study, Level]) -> float:
+    return run[0].description.seconds(run[1].fineness)
+
+
+def _better(one: tuple[Study, Level], best: tuple[Study, Level], tolerance: float) -> bool:
+    """Return whether a run is to be preferred: within the tolerance the cheaper one, else the one with less error."""
+    finer = one[1].error < best[1].error
+    if max(one[1].error, best[1].error) <= tolerance:
+        return _seconds(one) < _seconds(best) * (SAME_COST_RATIO if finer else 1.0 / SAME_COST_RATIO)
+    return finer
+
+
+def _tried(study: Study, asked: Simulation, progress: Progress | None) -> list[Level]:
+    """Run the next level, the first time two coarser ones before it; estimate errors and set the next fineness."""
+    description = study.description
+    if not description.unit:
+        level = study.run(0, progress)
+        level.error, study.closed = EXACT_ERROR, DONE
+        return [level]
+    wanted = []
+    if len(study.levels) < 2:
+        wanted = list(description.coarser(study.next))
+        study.next = max(study.next, description.whole(wanted[-1] + 1))
+    wanted = [fineness for fineness in wanted if fineness not in study.tried] + [study.next]
+    new = [study.run(fineness, progress) for fineness in wanted]
+    estimate_errors(study, asked)
+    return new
+
+
+def estimate_errors(study: Study, asked: Simulation) -> None:
+    """Set the error of every level, and the fineness that the tolerance needs or why no level follows."""
+    description, levels, tolerance = study.description, study.levels, allowed(asked.method)
+    finest = levels[-1]
+    errors, last_error = _extrapolated(levels, asked, description)
+    least = _distance_to_check(study)
+    for level, error in zip(levels, errors, strict=True):
+        level.error, level.reason = max(error, least), ""
+        gain = gain_of(level.history)
+        if gain / MAX_GAIN_RATIO > max(level.error, tolerance):
+            level.error, level.reason = gain / MAX_GAIN_RATIO, f"gains {gain:.2g} of the energy at stake"
+        elif not _resolves_contacts(level.history, asked):
+            level.error, level.reason = math.inf, f"fewer than {MIN_CONTACT_STEPS} steps in a period of contact"
+        elif level.error > tolerance:
+            level.reason = f"expected error {level.error:.2g} beyond the tolerance"
+    # By the declared order: one that has not shown yet may still do so, and a run too fine costs more.
+    needed = finest.fineness * MARGIN * (max(last_error, 1e-300) / tolerance) ** (1.0 / description.order)
+    if not math.isfinite(needed) or finest.error > last_error:
+        needed = 2.0 * finest.fineness
+    met = [level.fineness for level in levels if level.error <= tolerance]
+    study.next = max(description.min_fineness, math.ceil(min(needed, MAX_GROWTH * finest.fineness)))
+    if not met:
+        study.next = max(study.next, math.ceil(1.5 * finest.fineness))
+    study.next = min(description.whole(study.next), description.max_fineness)
+    # A run that is cheaper by little is not worth the time of another level.
+    if met and description.seconds(min(met)) <= MIN_SPEEDUP * study.seconds:
+        study.closed = DONE
+    if len(levels) > MAX_LEVELS or (not met and finest.fineness >= description.max_fineness):
+        study.closed = "does not converge to the tolerance"
+
+
+def _extrapolated(levels: list[Level], asked: Simulation, description: Description) -> tuple[list[float], float]:
+    """Return the error of each level, by its distance to the finest one, and the extrapolated error of that.
+
+    Each is the largest over the quantities that count; that of the finest is the one of the last level's quantity.
+    """
+    last = len(levels) - 1
+    found = []
+    if last >= 2:
+        fineness = [level.fineness for level in levels]
+        for pairs in distances([level.history for level in levels], *counted(asked), PEAK_MARGIN):
+            estimate = finest_error(pairs, fineness, description.order)
+            found.append((pairs, estimate.with_safety(description.safety)))
+    if not found:
+        return [math.inf] * len(levels), math.inf
+    errors = [max((pairs[i, last] if i < last else 0.0) + error for pairs, error in found) for i in range(len(levels))]
+    return errors, max(error for _, error in found)
+
+
+def _distance_to_check(study: Study) -> float:
+    """Return the distance of the finest level to a run off the special step, 0 where it is within the error of that.
+
+    Levels with c dt = h have an advantage in common, so that two of them may agree by luck.
+    """
+    description, finest = study.description, study.levels[-1]
+    if description.check is None:
+        return 0.0
+    # Peak forces are left out: those of an ordinary mesh ring behind a front.
+    scene, method = description.check(finest.fineness)
+    beside = driver.run(scene, method, with_warnings=False)
+    apart = difference(finest.history, beside, scene, method.laws, ("displacements", "impulses"))
+    return apart if apart > description.check_error(finest.fineness) else 0.0
+
+
+def _resolves_contacts(history: AbstractHistory, asked: Simulation) -> bool:
+    """Return whether each period of contact under a compliant law spans enough steps for the order to show."""
+    if history.dt is None:
+        return True
+    for contact, law in zip(asked.scene.contacts, laws_of(*asked), strict=True):
+        if law.hard or not law.answers_force:
+            continue
+        spans = [span for span in history.contacts if span.contact == contact.name]
+        total = sum(span.impulse for span in spans)
+        for span in spans:
+            counts = span.impulse > MIN_IMPULSE_SHARE * total
+            if counts and span.end is not None and span.end - span.start < MIN_CONTACT_STEPS * history.dt:
+                return False
+    return True
+
+
+def _candidates(studies: list[Study], chosen: Study, best: Level, why: str) -> list[Candidate]:
+    """Return the outcome of every candidate, those of the chosen description first."""
+    found = []
+    for study in sorted(studies, key=lambda other: other is not chosen):
+        for level in study.levels:
+            verdict: Verdict = "chosen" if level is best else "trial" if study is chosen else "rejected"
+            reason = level.reason
+            if level is best:
+                reason = reason or "the cheapest found within the tolerance"
+            elif study is not chosen:
+                reason = reason or "solves longer than the chosen one"
+            found.append(candidate(study, level, verdict, reason))
+        if study.closed and study.closed != DONE:
+            found.append(candidate(study, None, "rejected", study.closed))
+        elif not study.levels:
+            times = 1e3 * study.seconds, 1e3 * chosen.description.seconds(best.fineness)
+            reason = f"predicted to solve for {times[0]:.2g} ms, the chosen one for {times[1]:.2g} ms"
+            found.append(candidate(study, None, "not run", reason))
+    return found + not_served(why)
+
+
+def candidate(study: Study, level: Level | None, verdict: Verdict, reason: str) -> Candidate:
+    """Return the record of a level, or of the next one of a study, which was not run."""
+    description, fineness = study.description, study.next if level is None else level.fineness
+    return Candidate(
+        candidate=description.words(fineness),
+        predicted_error=description.expected_error(fineness),
+        predicted_s=description.seconds(fineness),
+        estimated_error=None if level is None or math.isinf(level.error) else level.error,
+        solve_s=None if level is None else level.history.cost.solve_s,
+        verdict=verdict,
+        reason=reason,
+    )
+
+
+def not_served(why: str) -> list[Candidate]:
+    """Return the record of the exact solver where it does not serve, for a reason."""
+    return [Candidate("continuous, from event to event", None, None, verdict="refused", reason=why)] if why else []
+
+
+def _words_of_estimate(description: Description, history: AbstractHistory) -> str:
+    if not description.unit:
+        return "solved from event to event: exact except for rounding and near-grazing contacts"
+    return (
+        f"three resolutions, extrapolated by the order they show (at most {description.order:g}), times a safety of "
+        f"{description.safety:g}, or {SHOWN_SAFETY:g} where that order shows; "
+        f"the run gained {gain_of(history):.1g} of the energy at stake"
+    )
+
+
+def _nothing_serves(why: str, studies: list[Study]) -> CaseError:
+    if studies:
+        reasons = "; ".join(f"{study.description.name}: {study.closed}" for study in studies)
+        return CaseError(
+            f"no description can be tried: {reasons}",
+            remedy="Give a shorter duration, or model, integrator and step of your own.",
+            path="solve.tolerance",
+        )
+    return CaseError(
+        f"no description serves this scene: {why or 'its contacts have no unique solution'}",
+        remedy="Give the contact a law with a stiffness or a restitution, or model, integrator and step of your own.",
+        path="solve.tolerance",
+    )

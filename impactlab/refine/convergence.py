@@ -1,0 +1,142 @@
+"""Convergence study: one description at rising fineness, its error from three levels by Richardson extrapolation.
+
+The declared order is an upper bound: a lower one is assumed where the levels show it, and each of the three pairs of
+levels gives an estimate of its own. Ratios of fineness near the golden section keep steps and elements of the levels
+from being multiples of each other, so that touches and fronts fall at other places within a step in each of them.
+"""
+
+from __future__ import annotations
+
+import math
+import time as clock
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from impactlab.history.base import AbstractHistory
+from impactlab.refine.descriptions import Description
+from impactlab.simulate import driver
+
+MIN_ORDER_SHARE = 0.5  # of the declared order: the least that an estimate assumes
+MAX_ORDER = 8.0  # largest order searched for
+MAX_ORDER_RATIO = 1.25  # of the observed to the declared order, either way, up to which the order shows
+SHOWN_SAFETY = 1.6  # factor on an estimate where the order shows; Roache1998 takes 1.25, docs/audit.md needs more
+
+Progress = Callable[[float], None]
+Pairs = Mapping[tuple[int, int], float]
+"""Relative distances of levels in one quantity, by their places in a sequence of rising fineness."""
+
+
+class Estimate(NamedTuple):
+    """Error of the finest level, and the order it was estimated with."""
+
+    error: float
+    order: float
+    shown: bool = False  # whether the declared order shows
+
+    def with_safety(self, safety: float) -> float:
+        """Return the error times a safety factor, of which `SHOWN_SAFETY` is enough where the order shows."""
+        return self.error * (min(safety, SHOWN_SAFETY) if self.shown else safety)
+
+
+@dataclass
+class Level:
+    """One run of a study."""
+
+    fineness: int
+    history: AbstractHistory
+    error: float = math.inf  # estimate times safety; inf where none is known
+    reason: str = ""  # against taking it, for people
+    run_s: float = 0.0  # set-up and checks included
+
+
+@dataclass
+class Study:
+    """A description with its levels so far, and the fineness of the next one."""
+
+    description: Description
+    next: int
+    levels: list[Level] = field(default_factory=list)  # by rising fineness
+    closed: str = ""  # why no level follows, for people
+    last: str = ""  # why the next level is the last one, for people
+    failures: int = 0  # levels that ended as failed
+
+    @property
+    def seconds(self) -> float:
+        """Predicted time of solving the next level [s]."""
+        return self.description.seconds(self.next)
+
+    @property
+    def tried(self) -> set[int]:
+        """Fineness of the levels so far."""
+        return {level.fineness for level in self.levels}
+
+    def run(self, fineness: int, progress: Progress | None = None) -> Level:
+        """Run a level; raises `CaseError`, `PairingError` or `StepError` as a run does."""
+        began = clock.perf_counter()
+        scene, method = self.description.simulation(fineness)
+        level = Level(fineness, driver.run(scene, method, progress, with_warnings=False))
+        level.run_s = clock.perf_counter() - began
+        self.levels.append(level)
+        self.levels.sort(key=lambda each: each.fineness)
+        return level
+
+
+def finest_error(pairs: Pairs, fineness: Sequence[float], order: float) -> Estimate:
+    """Estimate the error of the finest of three or more levels in one quantity.
+
+    Parameters
+    ----------
+    pairs : mapping
+        Distances of the levels, all in the same relative unit.
+    fineness : sequence of float
+        Of the levels, rising.
+    order : float
+        Declared order of convergence, an upper bound of the order used.
+
+    Returns
+    -------
+    Estimate
+        The largest estimate by the pairs of the last three levels, inf where differences do not shrink. An order shows
+        where it does in all neighbouring levels: one that shows in some and not in others shows by luck.
+
+    References
+    ----------
+    Roache1998 (grid convergence index: three grids, observed order of convergence).
+    """
+    estimates = [_of_three(pairs, i, fineness[i : i + 3], order) for i in range(len(fineness) - 2)]
+    return estimates[-1]._replace(shown=all(estimate.shown for estimate in estimates))
+
+
+def _of_three(pairs: Pairs, first: int, fineness: Sequence[float], order: float) -> Estimate:
+    coarse_middle, coarse_fine = pairs[first, first + 1], pairs[first, first + 2]
+    middle_fine = pairs[first + 1, first + 2]
+    if not math.isfinite(coarse_middle + coarse_fine + middle_fine):
+        return Estimate(math.inf, MIN_ORDER_SHARE * order)
+    coarse, fine = fineness[2] / fineness[0], fineness[2] / fineness[1]
+    observed = observed_order(coarse_fine / max(middle_fine, 1e-300), coarse, fine)
+    p = min(order, max(MIN_ORDER_SHARE * order, observed))
+    error = max(coarse_fine / (coarse**p - 1.0), middle_fine / (fine**p - 1.0), coarse_middle / (coarse**p - fine**p))
+    return Estimate(error, p, order / MAX_ORDER_RATIO <= observed <= order * MAX_ORDER_RATIO)
+
+
+def observed_order(ratio: float, coarse: float, fine: float) -> float:
+    """Return the order p of errors C n^-p that explains the distances of two levels from the finest.
+
+    Parameters
+    ----------
+    ratio : float
+        Distance of the coarse level over that of the middle one.
+    coarse, fine : float
+        Fineness of the finest level over that of the coarse and of the middle one.
+
+    Returns
+    -------
+    float
+        Root of (coarse^p - 1)/(fine^p - 1) = ratio, at most `MAX_ORDER`; 0 where there is none.
+    """
+    low, high = 0.0, MAX_ORDER
+    for _ in range(40):
+        p = 0.5 * (low + high)
+        low, high = (p, high) if (coarse**p - 1.0) / (fine**p - 1.0) < ratio else (low, p)
+    return low

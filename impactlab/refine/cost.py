@@ -1,0 +1,35 @@
+"""Predicted solving time: a cost per step and per size of the system, and a cost of setting up.
+
+The automatic choice orders descriptions by it, and a converged reference ends where it exceeds its budget. No clock is
+read, so the same scene always has the same prediction. ``python benchmarks/cost_model.py`` measures runs of every
+description, fits the two constants of each and prints them beside those in use. The exact solver counts the operations
+of its first intervals instead (`impactlab.exact.cost`).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+FIXED_S = 1.5e-4  # s, of any stepped run
+SETUP_EXACT_S, SETUP_LINE_S, SETUP_MESH_S, SETUP_BEAM_S = 1.5e-3, 6e-4, 8e-4, 5e-3  # s, before the first step
+
+
+class StepCost(NamedTuple):
+    """Cost of the steps of one description."""
+
+    step_s: float  # s, per step of any size
+    size_s: float  # s, per step and unit of its size
+
+    def seconds(self, steps: float, size: float = 0.0) -> float:
+        """Return the predicted time of solving [s]."""
+        return FIXED_S + (self.step_s + self.size_s * size) * steps
+
+
+RIGID = StepCost(2.5e-7, 0.0)
+ADAPTIVE = StepCost(1e-3, 0.0)
+DELAY_LINE = StepCost(2e-7, 2e-7)  # size: rods
+LUMPED_MESH = StepCost(1.5e-7, 0.9e-9)  # size: elements of all rods
+IMPLICIT_MESH = StepCost(3e-7, 7e-9)  # size: elements of all rods
+BEAM_MODES = StepCost(3e-7, 1.5e-9)  # size: modes of all beams
+BEAM_MESH = StepCost(3e-7, 5e-8)  # size: elements of all bodies
+BEAM_GRIDS = StepCost(6e-7, 1.6e-8)  # size: cells of the grids of all continuous beams

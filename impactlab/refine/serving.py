@@ -1,0 +1,71 @@
+"""Which descriptions serve a scene: those of its bodies, as far as its physics has a unique solution."""
+
+from __future__ import annotations
+
+from impactlab.errors import CaseError, PairingError
+from impactlab.exact.contact_kinds import balanced, first_gap, massless
+from impactlab.refine import beam_descriptions, descriptions
+from impactlab.refine.descriptions import Description
+from impactlab.scene.facts import bare_beam, beams_of
+from impactlab.scene.method import Simulation, laws_of
+from impactlab.scene.problem import Scene
+
+
+def stepped(asked: Simulation) -> list[Description]:
+    """Return the descriptions that step and serve a scene; none where nothing converges."""
+    if not has_unique_solution(asked):
+        return []
+    if beams_of(asked.scene):
+        return [] if beam_descriptions.is_singular(asked) else list(beam_descriptions.stepped(asked))
+    return list(descriptions.stepped(asked))
+
+
+def for_choice(asked: Simulation) -> tuple[list[Description], str]:
+    """Return the descriptions that the automatic choice compares, and why one that it prefers is not among them."""
+    found = [description for description in stepped(asked) if description.error is not None]
+    if beams_of(asked.scene):
+        if not beam_descriptions.is_singular(asked):
+            return found, ""
+        beam = beams_of(asked.scene)[0].name
+        return found, (
+            f"a hard contact on the Euler-Bernoulli beam '{beam}' has no converged solution: its faces part and meet "
+            "ever more often as the description is refined. Give the contact a law with a stiffness"
+        )
+    try:
+        return [descriptions.exact(asked), *found], ""
+    except (CaseError, PairingError) as error:
+        return found, error.text
+
+
+def has_unique_solution(asked: Simulation) -> bool:
+    """Return whether the physics of a scene determines how its contacts end.
+
+    Two masses part by a restitution, and an overlap ends by a stiffness: a hard contact has neither. Masses that meet
+    through one face without mass between them strike each other as two masses do. A law of impulses that stands for no
+    hard contact has no force to refine.
+    """
+    scene, laws = asked.scene, laws_of(*asked)
+    hard = [number for number, law in enumerate(laws) if law.hard]
+    if any(not law.hard and not law.answers_force for law in laws):
+        return False
+    if any(gap < -slack for gap, slack in (first_gap(scene, number) for number in hard)):
+        return False
+    _, unknown = balanced(scene, _closed_together(scene, hard), lambda *at: massless(*at) or bare_beam(*at))
+    return not unknown
+
+
+def _closed_together(scene: Scene, hard: list[int]) -> list[int]:
+    """Return contacts without those that cannot be closed while another is: of a face with room between two walls."""
+    kept: list[int] = []
+    room: dict[tuple[str, float, bool], float] = {}  # gap by body, place and side of its wall
+    for number in hard:
+        contact = scene.contacts[number]
+        walls = [not scene.bodies[point.body].moves for point in (contact.left, contact.right)]
+        face = contact.right if walls[0] else contact.left
+        opposite = room.get((face.body, face.x, not walls[0]))
+        if any(walls) and opposite is not None and contact.gap + opposite > 0.0:
+            continue
+        if any(walls):
+            room[face.body, face.x, walls[0]] = contact.gap
+        kept.append(number)
+    return kept
