@@ -9,7 +9,7 @@ import typer
 
 from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, load
 from impactlab.cli.reporting import Left, code_of, reporting
-from impactlab.cli.rooms import api, choice_text, choosing, citations, console, starter
+from impactlab.cli.rooms import api, choices, citations, console, starter
 from impactlab.errors import ImpactlabError
 
 
@@ -70,8 +70,8 @@ def choose(
         if tolerance is not None or loaded.simulation().method.tolerance is None:
             loaded = loaded.with_("solve.tolerance", 1e-3 if tolerance is None else tolerance)
         console.say_if_compiling()
-        document = choosing.choose(loaded.label, loaded.simulation(), api.physics_of(loaded))
-        console.print_json(document) if as_json else print(choice_text.ladder_text(document))
+        document = choices.choose(loaded.label, loaded.simulation(), api.physics_of(loaded))
+        console.print_json(document) if as_json else print(choices.ladder_text(document))
 
 
 def cite(case: CaseFile, method: Method = None, as_json: Json = False) -> None:

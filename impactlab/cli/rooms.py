@@ -16,9 +16,8 @@ if TYPE_CHECKING:
     from impactlab.casefile import edit, jsonschema, starter
     from impactlab.casefile import listing as listings
     from impactlab.history import base as histories
-    from impactlab.refine import choice_text
-    from impactlab.refine import choose as choosing
     from impactlab.refine import reference as references
+    from impactlab.report import choice as choices
     from impactlab.report import compare_report, console, output, run_report
     from impactlab.testing import verdict as verdicts
 else:
@@ -27,8 +26,7 @@ else:
     benching = lazy("impactlab.bench.run")
     casefile = lazy("impactlab.casefile")
     cells = lazy("impactlab.bench.cells")
-    choice_text = lazy("impactlab.refine.choice_text")
-    choosing = lazy("impactlab.refine.choose")
+    choices = lazy("impactlab.report.choice")
     citations = lazy("impactlab.cite")
     compare_report = lazy("impactlab.report.compare_report")
     console = lazy("impactlab.report.console")
@@ -51,8 +49,7 @@ __all__ = [
     "benching",
     "casefile",
     "cells",
-    "choice_text",
-    "choosing",
+    "choices",
     "citations",
     "compare_report",
     "console",

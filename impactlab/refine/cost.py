@@ -10,26 +10,28 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-FIXED_S = 1.5e-4  # s, of any stepped run
+FIXED_S = 1.5e-4  # s, of any stepped run, however short
 SETUP_EXACT_S, SETUP_LINE_S, SETUP_MESH_S, SETUP_BEAM_S = 1.5e-3, 6e-4, 8e-4, 5e-3  # s, before the first step
 
 
-class StepCost(NamedTuple):
-    """Cost of the steps of one description."""
+class Cost(NamedTuple):
+    """Cost of the steps of a description."""
 
     step_s: float  # s, per step of any size
-    size_s: float  # s, per step and unit of its size
+    size_s: float = 0.0  # s, per step and unit of its size
+    fixed_s: float = FIXED_S  # s
 
     def seconds(self, steps: float, size: float = 0.0) -> float:
         """Return the predicted time of solving [s]."""
-        return FIXED_S + (self.step_s + self.size_s * size) * steps
+        return self.fixed_s + (self.step_s + self.size_s * size) * steps
 
 
-RIGID = StepCost(2.5e-7, 0.0)
-ADAPTIVE = StepCost(1e-3, 0.0)
-DELAY_LINE = StepCost(2e-7, 2e-7)  # size: rods
-LUMPED_MESH = StepCost(1.5e-7, 0.9e-9)  # size: elements of all rods
-IMPLICIT_MESH = StepCost(3e-7, 7e-9)  # size: elements of all rods
-BEAM_MODES = StepCost(3e-7, 1.5e-9)  # size: modes of all beams
-BEAM_MESH = StepCost(3e-7, 5e-8)  # size: elements of all bodies
-BEAM_GRIDS = StepCost(6e-7, 1.6e-8)  # size: cells of the grids of all continuous beams
+EXACT = Cost(1.0, fixed_s=0.0)  # steps: the seconds that `impactlab.exact.cost` predicts
+RIGID = Cost(2.5e-7)
+ADAPTIVE = Cost(1e-3)
+DELAY_LINE = Cost(2e-7, 2e-7)  # size: rods
+LUMPED_MESH = Cost(1.5e-7, 0.9e-9)  # size: elements of all rods
+IMPLICIT_MESH = Cost(3e-7, 7e-9)  # size: elements of all rods
+BEAM_MODES = Cost(3e-7, 1.5e-9)  # size: modes of all beams
+BEAM_MESH = Cost(3e-7, 5e-8)  # size: elements of all bodies
+BEAM_GRIDS = Cost(6e-7, 1.6e-8)  # size: cells of the grids of all continuous beams

@@ -28,6 +28,7 @@ from impactlab.models.finite_element import FiniteElement
 from impactlab.models.mesh.bar_elements import elements_per_segment
 from impactlab.refine import cost
 from impactlab.refine.contact_times import shortest_rise
+from impactlab.refine.cost import Cost
 from impactlab.scene.facts import is_a_delay_line, is_coupled, on_end, rods_of, shortest_transit, split_at_contacts
 from impactlab.scene.method import Method, Simulation, StepRule, force_jumps, is_relative, laws_of, sides
 from impactlab.scene.problem import RECORDS, Scene
@@ -50,7 +51,8 @@ class Description:
     name: str
     unit: str  # of the fineness; "" of the exact solver, which has none
     simulation: Callable[[int], Simulation]
-    seconds: Callable[[int], float]  # predicted time of solving
+    cost: Cost
+    work: Callable[[int], tuple[float, float]]  # steps of a run, and the size of a step as its cost counts it
     reference_order: float = 0.0  # of displacements and impulses, at most; 0 where references do not use it
     per_level: int = 1  # fineness of a level of a reference over that of a mesh at the same level
     # Of the automatic choice alone:
@@ -68,6 +70,10 @@ class Description:
     def words(self, fineness: int) -> str:
         """Return the description with its fineness, for people."""
         return f"{self.name}, {fineness} {self.unit}" if self.unit else self.name
+
+    def seconds(self, fineness: int) -> float:
+        """Return the predicted time of solving [s]."""
+        return self.cost.seconds(*self.work(fineness))
 
     def expected_error(self, fineness: int) -> float:
         """Return the predicted error, inf where none is known."""
@@ -133,7 +139,8 @@ def exact(asked: Simulation) -> Description:
         "continuous, from event to event",
         "",
         lambda _n: waves,
-        lambda _n: seconds,
+        cost.EXACT,
+        lambda _n: (seconds, 0.0),
         error=lambda _n: EXACT_ERROR,
         order=0.0,
         safety=1.0,
@@ -210,7 +217,8 @@ def _rigid(asked: Simulation) -> Description:
         "rigid bodies",
         "steps",
         simulation,
-        cost.RIGID.seconds,
+        cost.RIGID,
+        lambda n: (n, 0.0),
         reference_order=2.0,
         per_level=20,
         error=lambda n: (duration / n) ** 2 / (rise * duration),
@@ -236,7 +244,8 @@ def _adaptive(asked: Simulation) -> Description:
         "adaptive steps between located events",
         "grades of tolerance",
         simulation,
-        lambda n: cost.ADAPTIVE.seconds(steps(n)),
+        cost.ADAPTIVE,
+        lambda n: (steps(n), 0.0),
         reference_order=TOLERANCE_POWER,
     )
 
@@ -260,7 +269,8 @@ def _delay_line(asked: Simulation) -> Description:
         "stepped delay line",
         "steps in the shortest transit",
         simulation,
-        lambda n: cost.DELAY_LINE.seconds(n * scene.duration / shortest, rods),
+        cost.DELAY_LINE,
+        lambda n: (n * scene.duration / shortest, rods),
         reference_order=2.0,
         error=(lambda n: factor * (shortest / n) ** 2 / (rise * scene.duration)) if for_choice else None,
         setup_s=cost.SETUP_LINE_S,
@@ -296,7 +306,8 @@ def _explicit(asked: Simulation, courant: float, for_choice: bool = True) -> Des
         f"lumped mesh, central difference at courant {courant:g}",
         "elements a rod",
         simulation,
-        lambda n: cost.LUMPED_MESH.seconds(scene.duration / (courant * shortest_element(scene, n)), rods * n),
+        cost.LUMPED_MESH,
+        lambda n: (scene.duration / (courant * shortest_element(scene, n)), rods * n),
         reference_order=order if at_one and hard else 0.0,
         error=error if for_choice else None,
         order=order,
@@ -325,7 +336,8 @@ def _implicit(asked: Simulation, mass: Literal["consistent", "lumped"]) -> Descr
         f"{mass} mesh, midpoint rule at courant 1/2",
         "elements a rod",
         lambda n: modelled_as(asked, FiniteElement(n, mass), Midpoint(), StepRule(courant=0.5), AdditionDeletion()),
-        lambda n: cost.IMPLICIT_MESH.seconds(2.0 * scene.duration / shortest_element(scene, n), len(rods) * n),
+        cost.IMPLICIT_MESH,
+        lambda n: (2.0 * scene.duration / shortest_element(scene, n), len(rods) * n),
         reference_order=1.0 if jumps else 2.0,
         error=error if mass == "consistent" else None,
         order=2.0 if not jumps or damped > 0.0 else 1.0,

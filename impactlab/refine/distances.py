@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator, Sequence
 
@@ -49,14 +50,12 @@ def distances(
         frame of the bodies that interact (`impactlab.scene.frame`). Quantities that are zero in the last run are left
         out.
     """
-    found: list[Pairs] = []
-    if "displacements" in on:
-        found += _displacements(histories, scene)
-    if "impulses" in on:
-        found += _impulses(histories, scene)
-    if "peak_forces" in on:
-        found += _peaks(histories, scene, laws, peak_margin)
-    return found
+    each = {
+        "displacements": _displacements(histories, scene),
+        "impulses": _impulses(histories, scene),
+        "peak_forces": _peaks(histories, scene, laws, peak_margin),
+    }
+    return [pairs for name in on for pairs in each[name]]
 
 
 def counted(asked: Simulation) -> tuple[Scene, Laws, tuple[Counted, ...]]:
@@ -113,12 +112,8 @@ def _peaks(histories: Sequence[AbstractHistory], scene: Scene, laws: Laws, margi
 
 def _pairs(values: Sequence[Array], scale: float, norm: float | None) -> Pairs:
     """Return the norms of all differences over a scale."""
-    return {
-        (i, j): _finite(float(np.linalg.norm(values[i] - values[j], norm)) / scale)
-        for j in range(len(values))
-        for i in range(j)
+    found = {
+        (i, j): float(np.linalg.norm(values[i] - values[j], norm)) / scale
+        for i, j in itertools.combinations(range(len(values)), 2)
     }
-
-
-def _finite(value: float) -> float:
-    return value if math.isfinite(value) else math.inf
+    return {pair: value if math.isfinite(value) else math.inf for pair, value in found.items()}

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from impactlab.history.base import SERIOUS
 from impactlab.lazy import lazy
 from impactlab.metrics.collisions import sentence
-from impactlab.refine.choice_text import choice_lines
+from impactlab.report.choice import choice_lines
 
 if TYPE_CHECKING:
     from impactlab.numerics import addresses, cache

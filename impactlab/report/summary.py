@@ -17,8 +17,8 @@ from impactlab.history.base import AbstractHistory, ContactSpan, Event
 from impactlab.metrics import norms as metrics
 from impactlab.metrics.collisions import agreements, collisions
 from impactlab.plugins import kind_of
-from impactlab.refine.choice_record import measured_error, set_measured_error
 from impactlab.refine.reference import Reference
+from impactlab.refine.stated_error import measured_error, set_measured_error
 from impactlab.scene.bodies import Beam, Mass, Rod
 from impactlab.scene.method import laws_of, modelled
 from impactlab.scene.problem import Scene

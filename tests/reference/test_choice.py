@@ -23,13 +23,12 @@ from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.refine import choice as automatic
 from impactlab.refine import reference
-from impactlab.refine.choice_text import _number, choice_lines, ladder_text
-from impactlab.refine.choose import choose
 from impactlab.refine.contact_times import rise_time
 from impactlab.refine.convergence import Level, Study, finest_error, observed_order
 from impactlab.refine.distances import counted, difference
 from impactlab.refine.serving import for_choice
 from impactlab.report import summary
+from impactlab.report.choice import _number, choice_lines, choose, ladder_text
 from impactlab.scene import Beam, BeamSegment, Contact, End, Mass, Point, Probe, Rayleigh, Rod, Segment, Wall
 from impactlab.scene.method import Simulation, StepRule, Tolerance
 from impactlab.testing.scenes import simulation

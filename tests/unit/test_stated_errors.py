@@ -10,8 +10,8 @@ import pytest
 from impactlab import load_case, run
 from impactlab.errors import CaseError
 from impactlab.refine import choice
-from impactlab.refine.choice_record import measured_error, set_measured_error
 from impactlab.refine.reference import Reference, find
+from impactlab.refine.stated_error import measured_error, set_measured_error
 from impactlab.report import summary
 from impactlab.scene.method import COUNTED
 

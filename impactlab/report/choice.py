@@ -1,15 +1,61 @@
-"""The choice and its ladder as text for people."""
+"""The automatic choice for people and scripts: the lines of a summary, and the document of ``impactlab choose``."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+from impactlab.refine import choice as automatic
+from impactlab.refine import reference
+from impactlab.refine.distances import counted, difference
+from impactlab.report.summary import method, plain
+from impactlab.scene.method import Simulation
+
+if TYPE_CHECKING:
+    from impactlab.history.base import AbstractHistory
 
 HEADINGS = ("candidate", "predicted", "estimated", "measured", "predicted ms", "solved ms", "verdict", "reason")
 
 
+def choose(label: str, asked: Simulation, physics: Simulation) -> dict[str, Any]:
+    """Return the choice as a run makes it, and every description refined until it keeps the tolerance.
+
+    ``physics`` are the scene and the laws that errors refer to. Measured errors are the largest relative ones of the
+    quantities that count; None without a reference.
+    """
+    exact = reference.find(*physics)
+    history = automatic.run(*asked)
+    assert history.choice is not None  # noqa: S101 - a scene with a tolerance has one
+
+    def measured(run: AbstractHistory) -> float | None:
+        return None if exact is None else difference(run, exact.history, *counted(asked))
+
+    studies, why = automatic.studies_of(asked)
+    ladder = []
+    for study in studies:
+        best = automatic.searched([study], asked, [])
+        for level in study.levels:
+            met = level.error <= history.choice.tolerance
+            record = automatic.candidate(study, level, "kept" if met else "trial", level.reason)
+            ladder.append(record._replace(measured_error=measured(level.history)))
+        if best is None or best[1].error > history.choice.tolerance:
+            ladder.append(automatic.candidate(study, None, "rejected", study.closed))
+    document = {
+        "schema_version": 1,
+        "case": label,
+        "tolerance": history.choice.tolerance,
+        "reference": None if exact is None else exact.name,
+        "reference_uncertainty": None if exact is None else exact.uncertainty,
+        "choice": history.choice.document(method(history)),
+        "measured_error": measured(history),
+        "solve_s": history.cost.solve_s,
+        "ladder": [candidate._asdict() for candidate in ladder + automatic.not_served(why)],
+    }
+    return {key: plain(value) for key, value in document.items()}
+
+
 def choice_lines(choice: Mapping[str, Any]) -> list[str]:
-    """Return what a summary says of its choice, for people."""
+    """Return the choice of a summary as lines of text."""
     lines = [
         f"  choice    tolerance {choice['tolerance']:g}: {choice['chosen']['candidate']}",
         f"            expected error {_number(choice['expected_error'])}: {choice['estimate']}",
@@ -21,7 +67,7 @@ def choice_lines(choice: Mapping[str, Any]) -> list[str]:
 
 
 def ladder_text(document: Mapping[str, Any]) -> str:
-    """Return the document of ``impactlab choose`` for people."""
+    """Return the document of `choose` as text."""
     choice = document["choice"]
     against = document["reference"] or "nothing: no reference converged"
     known = document["reference_uncertainty"]
