@@ -2,7 +2,7 @@
 
 Timed is what `impactlab.run` reports as ``solve_s``: steps or marching, records and dated events, without set-up (case,
 modes, factors, memory) and without the checks of a finished run. The exact answer has nothing to choose.
-``automatic`` (`impactlab.refine.search`) chooses during set-up; what choosing took is told beside it.
+``automatic`` (`impactlab.refine.choice`) chooses during set-up; what choosing took is told beside it.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ def scene(case: Case, setting: Setting) -> Simulation:
 
 def chooses() -> bool:
     """Return whether the package can choose by itself."""
-    return importlib.util.find_spec("impactlab.refine.search") is not None
+    return importlib.util.find_spec("impactlab.refine.choice") is not None
 
 
 def chosen(given: Simulation) -> tuple[Simulation, str, float]:
