@@ -10,10 +10,10 @@ import numpy as np
 
 from impactlab.errors import CaseError, PairingError
 from impactlab.models.continuous.delay_line import dispersed
-from impactlab.scene.bodies import End, Rayleigh
+from impactlab.scene.bodies import Rayleigh
 from impactlab.scene.facts import rods_of
 from impactlab.scene.method import Method, sides
-from impactlab.scene.problem import Contact, Point, Scene
+from impactlab.scene.problem import Point, Scene
 
 OVERLAP_TOL = 1.0e-9  # of the initial displacements: digits to which a preload and the gap that it closes are given
 
@@ -47,26 +47,13 @@ def bond(scene: Scene, method: Method, number: int) -> Bond:
     return Bond(*constants)
 
 
-def end_of(scene: Scene, point: Point) -> End | None:
-    """Return the end of a rod at a point (free at an inner point), None for a mass or a wall."""
-    body = scene.bodies[point.body]
-    if body.waves is None:
-        return None
-    if point.x <= 0.0:
-        return body.waves.left
-    return body.waves.right if point.x >= body.length else End("free")
-
-
 def massless(scene: Scene, point: Point) -> bool:
-    """Return whether the face of a contact is the bare end of a rod."""
-    end = end_of(scene, point)
-    return end is not None and end.kind != "clamped" and not (end.kind == "mass" and end.value > 0.0)
-
-
-def wave_impedance(scene: Scene, contact: Contact, side: int) -> float:
-    """Return the impedance of the rod at one face of a contact [N s/m], 0 left or 1 right; inf without a rod."""
-    point = (contact.left, contact.right)[side]
-    return scene.bodies[point.body].impedance_at(point.x)
+    """Return whether the face of a contact is an inner point or the bare end of a rod."""
+    body = scene.bodies[point.body].waves
+    if body is None or body.is_inner(point.x):
+        return body is not None
+    end = body.left if point.x <= 0.0 else body.right
+    return end.kind != "clamped" and not (end.kind == "mass" and end.value > 0.0)
 
 
 def check(scene: Scene, method: Method) -> list[Bond]:
@@ -164,23 +151,19 @@ def balanced(
     mass.
     """
     waiting, found = list(hard), dict[int, int]()
-
-    def key(number: int, side: int) -> tuple[str, float]:
-        point = (scene.contacts[number].left, scene.contacts[number].right)[side]
-        return point.body, point.x
-
+    sides = {number: (scene.contacts[number].left, scene.contacts[number].right) for number in waiting}
     while waiting:
-        busy = [key(number, side) for number in waiting for side in range(2)]
-        following: tuple[int, int] | None = None
+        busy = [(point.body, point.x) for number in waiting for point in sides[number]]
         for number in waiting:
-            contact = scene.contacts[number]
-            sides = enumerate((contact.left, contact.right))
-            free = [side for side, point in sides if bare(scene, point) and busy.count(key(number, side)) == 1]
-            if following is None and free:  # the most compliant face determines a force best
-                following = number, min(free, key=lambda side: wave_impedance(scene, contact, side))
-        if following is None:
+            free = [
+                (scene.bodies[point.body].impedance_at(point.x), side)
+                for side, point in enumerate(sides[number])
+                if bare(scene, point) and busy.count((point.body, point.x)) == 1
+            ]
+            if free:
+                found[number] = min(free)[1]  # the most compliant face determines a force best
+                waiting.remove(number)
+                break
+        else:
             break
-        number, side = following
-        found[number] = side
-        waiting.remove(number)
     return found, waiting

@@ -69,19 +69,14 @@ def profile_pieces(rod: WaveBody, shape: Profile, a: float, b: float) -> list[Pi
     pieces: list[Piece] = []
     start = a
     while start < b:
-        good, bad = start, b
         held = resolved(shape, start, b, scale)
-        if held is not None:
-            good = b
-        while held is None or (good < b and bad - good > 1e-13 * (b - a)):
+        good, bad = start if held is None else b, b
+        while held is None or bad - good > 1e-13 * (b - a):
             middle = 0.5 * (good + bad)
             if middle <= start or middle <= good or middle >= bad:
                 break
             trial = resolved(shape, start, middle, scale)
-            if trial is None:
-                bad = middle
-            else:
-                good, held = middle, trial
+            good, bad, held = (good, middle, held) if trial is None else (middle, bad, trial)
         if held is None or len(pieces) >= MAX_PIECES or good - start < 1e-12 * (b - a):
             raise CaseError(
                 f"rod '{rod.name}': its displacement jumps or is not smooth near x = {start:.6g} m",

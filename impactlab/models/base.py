@@ -102,9 +102,9 @@ class AbstractDiscreteModel(ABC):
         in compression.
         """
 
-    @abstractmethod
     def left_out(self, x: float, quantity: Quantity, face: float) -> float:
-        """Return the static answer at x of the modes left out, per unit force to the right at ``face`` [m]."""
+        """Return the static compliance at x of the modes left out, per unit force to the right at ``face`` [m]: 0."""
+        return 0.0
 
     @abstractmethod
     def momentum_row(self) -> Array:

@@ -38,9 +38,6 @@ class RigidBody(AbstractDiscreteModel):
         moves = quantity in ("displacement", "velocity")
         return np.full(self._mass.shape[1], 1.0 if moves else 0.0)
 
-    def left_out(self, x: float, quantity: Quantity, face: float) -> float:
-        return 0.0
-
     def momentum_row(self) -> Array:
         return np.array(self._mass[0])
 

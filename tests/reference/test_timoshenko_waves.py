@@ -19,7 +19,7 @@ from impactlab.integrators.newmark import Newmark
 from impactlab.models.base import AbstractRodModel, Face
 from impactlab.models.continuous import Continuous
 from impactlab.models.continuous.timoshenko import TimoshenkoWaves
-from impactlab.models.continuous.timoshenko_grids import centres, coupling
+from impactlab.models.continuous.timoshenko_grids import Grid, coupling
 from impactlab.models.finite_element import FiniteElement
 from impactlab.scene import Beam, BeamSegment, End, Point, Probe, Rod, Segment
 from impactlab.scene.method import Simulation, StepRule
@@ -221,11 +221,12 @@ def test_what_is_pushed_at_a_and_moves_at_b_is_so_the_other_way_round() -> None:
 @pytest.mark.parametrize("ratio", [0.3, 0.5657, 1.0, 1.7])
 def test_the_grids_give_and_take_alike(ratio: float) -> None:
     """Rows sum to 1 and carry straight lines over, away from the outermost cells; so do the columns, scaled."""
-    of = centres(0.0, 1.0 / 40, 40)
+    of = Grid(0.0, 1.0 / 40, 40)
     count = round(40 / ratio)
     h = 1.0 / count
-    to = centres(0.0, h, count)
-    couple = coupling(to, h, of)
+    to = Grid(0.0, h, count)
+    couple = coupling(to, of)
+    to, of = to.centres, of.centres
     dense = np.zeros((count, 40))
     for i, (first, row) in enumerate(zip(couple.first.astype(int), couple.rows, strict=True)):
         dense[i, first : first + row.size] += row

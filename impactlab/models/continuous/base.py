@@ -12,7 +12,7 @@ from impactlab.errors import PairingError
 from impactlab.integrators.base import Kernel, Stepper
 from impactlab.models.base import AbstractDiscreteModel, Operators
 from impactlab.scene.bodies import Beam, End
-from impactlab.types import Array, Level, Quantity
+from impactlab.types import Array, Level
 
 if TYPE_CHECKING:
     from impactlab.scene.problem import Probe
@@ -49,10 +49,6 @@ class AbstractSelfStepping(AbstractDiscreteModel):
     def fitting(self, dt: float) -> Array:
         """Return steps from dt down that may fit better, (n,) [s]; dt alone, as here, where any step fits."""
         return np.array([dt])
-
-    def left_out(self, x: float, quantity: Quantity, face: float) -> float:
-        """Return 0: no mode is left out."""
-        return 0.0
 
     def momentum_row(self) -> Array:
         """Return zeros, (n_dof,): `Stepper.measure` gives the whole momentum."""

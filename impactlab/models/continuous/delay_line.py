@@ -130,21 +130,17 @@ class DelayLine(AbstractSelfStepping):
         parameters = np.array([float(whole), share, dt, impedance, *ends[0], *ends[1], rod.left.force, rod.right.force])
         # A wave that arrives j steps from now is on its way: its mean over the piece of rod it fills now.
         edges = np.arange(whole + 3) * dt * speed
-        slopes = {}
-        for name, x in (("right", edges), ("left", rod.length - edges)):
-            inside = np.clip(x, 0.0, rod.length)
-            u = np.zeros_like(x) if rod.displacement is None else rod.displacement(inside)
-            slopes[name] = np.diff(u) / np.diff(x)
-        to_right = 0.5 * (rod.velocity - speed * slopes["right"])
-        to_left = 0.5 * (rod.velocity + speed * slopes["left"])
         state = np.zeros(7 + 2 * (whole + 2))
         state[:2] = self.operators().displacement
         state[2:4] = [0.0 if end.kind == "clamped" else rod.velocity for end in (rod.left, rod.right)]
-        state[4], state[5] = to_right[0], to_left[0]
-        for sent, start in ((to_right, 7), (to_left, 7 + whole + 2)):
-            # The head stands at 0: entry -j holds what was sent j steps before the newest.
-            for back in range(1, whole + 2):
-                state[start + (-back) % (whole + 2)] = sent[back]
+        for way, x in enumerate((edges, rod.length - edges)):
+            u = np.zeros_like(x) if rod.displacement is None else rod.displacement(np.clip(x, 0.0, rod.length))
+            slopes = np.diff(u) / np.diff(x)
+            sent = 0.5 * (rod.velocity + (speed if way else -speed) * slopes)
+            state[4 + way] = sent[0]
+            # The head stands at 0: entry -j holds the wave sent j steps before the newest.
+            before = np.arange(1, whole + 2)
+            state[7 + way * (whole + 2) + (-before) % (whole + 2)] = sent[before]
         force_response = np.zeros((len(ports), state.size))
         for port, row in enumerate(ports):
             end = int(np.argmax(row))

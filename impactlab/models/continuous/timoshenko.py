@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, final
+from typing import final
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from impactlab.models.continuous.base import (
     under_waves,
     without_mass,
 )
-from impactlab.models.continuous.timoshenko_grids import Coupling, centres, coupling, factor
+from impactlab.models.continuous.timoshenko_grids import Coupling, Grid, coupling, factor
 from impactlab.models.continuous.timoshenko_kernel import DEFLECTION, ENDS, MOMENT, ROTATION, SHEAR
 from impactlab.scene.bodies import Beam, End
 from impactlab.scene.problem import Probe
@@ -31,14 +31,6 @@ COARSEST = 8  # cells over a beam with two ends
 SHORTER, TRIED = 0.8, 400  # steps down to this share of the one asked for are tried, so many at most
 STATIONS = 101  # places of a snapshot
 KINDS = {"displacement": DEFLECTION, "rotation": ROTATION, "bending_moment": MOMENT, "shear_force": SHEAR}
-
-
-class Grid(NamedTuple):
-    """Cells of one family of waves."""
-
-    start: float  # m, of the first cell
-    spacing: float  # m
-    cells: int
 
 
 @final
@@ -146,7 +138,7 @@ class TimoshenkoWaves(AbstractSelfStepping):
         speeds = shear.spacing / dt, bend.spacing / dt
         impedances = segment.shear_impedance, segment.bending_stiffness / speeds[1]
         stiffness, turning = impedances[0] * speeds[0], impedances[1] / speeds[1]
-        couple = coupling(centres(*shear), shear.spacing, centres(*bend))
+        couple = coupling(shear, bend)
         share = shear.spacing / bend.spacing
         weight = dt**2 * stiffness / (4.0 * turning) * share
         numbers, n = self._numbered(shear, bend), self.n_dof
@@ -173,7 +165,7 @@ class TimoshenkoWaves(AbstractSelfStepping):
                 state[2 * n + 4 + 2 * number] = self._initial(x, "rotation")
         state[at : at + 2 * shear.cells] = 0.5 * self._beam.velocity
         if self._beam.displacement is not None:
-            moment = [self._initial(float(x), "bending_moment", bend.spacing) for x in centres(*bend)]
+            moment = [self._initial(float(x), "bending_moment", bend.spacing) for x in bend.centres]
             waves = state[at + 2 * shear.cells : at + 2 * shear.cells + 2 * bend.cells]
             waves[::2], waves[1::2] = -0.5 * np.array(moment) / impedances[1], 0.5 * np.array(moment) / impedances[1]
         responses = np.array([self._response(row, numbers, shear, ends, impedances[0], dt, couple) for row in ports])

@@ -9,6 +9,19 @@ import numpy as np
 from impactlab.types import Array
 
 
+class Grid(NamedTuple):
+    """Cells of one family of waves."""
+
+    start: float  # m, of the first cell
+    spacing: float  # m
+    cells: int
+
+    @property
+    def centres(self) -> Array:
+        """Centres of the cells [m]."""
+        return np.asarray(self.start + self.spacing * (np.arange(self.cells) + 0.5))
+
+
 class Coupling(NamedTuple):
     """Averages over the cells of a grid of what is given on the cells of another."""
 
@@ -16,17 +29,13 @@ class Coupling(NamedTuple):
     rows: Array  # (n_to, width)
 
 
-def centres(start: float, spacing: float, count: int) -> Array:
-    """Return the centres of cells [m]."""
-    return np.asarray(start + spacing * (np.arange(count) + 0.5))
-
-
-def coupling(to: Array, spacing: float, of: Array) -> Coupling:
-    """Return P_ij = 1/h int f_i g_j dx with the hat functions f on centres ``to``, distance h, and g on centres ``of``.
+def coupling(of_rows: Grid, of_columns: Grid) -> Coupling:
+    """Return P_ij = 1/h int f_i g_j dx with the hat functions f and g on the centres of two grids, h that of the first.
 
     Beyond the outermost centre a hat stays 1. Rows of P sum to 1 and carry straight lines over, and h/h' times its
     transpose does so in the other direction: both ways are of second order, and what one side gives the other gets.
     """
+    to, spacing, of = of_rows.centres, of_rows.spacing, of_columns.centres
     low, high = to[0] - 0.5 * spacing, to[-1] + 0.5 * spacing
     edges = np.union1d(np.clip(np.concatenate((to, of)), low, high), [low, high])
     left, right = edges[:-1], edges[1:]

@@ -122,9 +122,6 @@ class BeamMesh(AbstractMesh):
         row[2 * element : 2 * element + 4] = values
         return row[self._kept]
 
-    def left_out(self, x: float, quantity: Quantity, face: float) -> float:
-        return 0.0
-
     def momentum_row(self) -> Array:
         return self._momentum
 
