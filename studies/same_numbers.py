@@ -36,7 +36,7 @@ REORDERED = 1e-9  # the same where a formula was written in another order
 LISTED = 4  # moved values that are printed of each cell
 FRACTIONS = ("energy.largest_gain", "energy.largest_loss", "energy.final_error")  # of the reference energy
 UNSAFE = ("cost", "reached", "considered", "trials")  # blocks of times, or that depend on them
-TEXTS = ("text", "remedy", "line", "file", "more_errors")
+TEXTS = ("text", "reason", "estimate", "remedy", "line", "file", "more_errors")
 ROD_CASE, BEAM_CASE = "axial_impact", "sphere_on_beam"
 SPRING = 1.6e7  # N/m, of laws with a stiffness on the beam
 TRIPS = 1.2  # round trips that a cell of the matrix lasts: first contact and the first reflection
@@ -160,11 +160,15 @@ def collect(cells: list[Cell], jobs: int) -> dict[str, dict[str, Any]]:
 
 
 def relative_change(path: str, before: Any, after: Any, energy: float) -> float:
-    """Return the change of a value over the larger of the two, of an energy over that of the run; inf of words."""
+    """Return the change of a value over the larger of the two; inf of words.
+
+    An energy changes over that of the run. What is a fraction already (errors, restitution, gains) changes over one.
+    """
     for value in (before, after):
         if isinstance(value, bool) or not isinstance(value, int | float):
             return math.inf
-    least = 1.0 if path in FRACTIONS else energy if path.startswith("energy.") else 0.0
+    fraction = path in FRACTIONS or path.startswith("errors.") or path.endswith(".restitution")
+    least = 1.0 if fraction else energy if path.startswith("energy.") else 0.0
     return float(abs(before - after) / max(abs(before), abs(after), least))
 
 
