@@ -61,9 +61,9 @@ class AnalyticBasis:
         return np.asarray(-factor * self._scale * self._numbers * slope)
 
     def static(self, x: float, quantity: Quantity, face: float) -> float:
-        """Return the exact static answer at x per unit force to the right at ``face``.
+        """Return the quantity at x in statics, exact, per unit force to the right at ``face``.
 
-        A rod that nothing holds is taken in the frame of its mean acceleration, without rigid motion.
+        A free rod is taken in the frame of its mean acceleration, without rigid motion.
         """
         young, area, length = self._segment.young, self._segment.area, self._length
         behind = 1.0 if x > face or (x == face and face == 0.0) else 0.0

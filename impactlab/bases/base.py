@@ -19,12 +19,12 @@ class Span(NamedTuple):
 
     shapes: Array  # (n_mesh_dof, n)
     uncoupled: bool = False  # they are eigenvectors of the mesh, mass-normalised, rigid motion first
-    residual: bool = False  # the static answer of what is left out acts at the contacts as a spring without mass
+    residual: bool = False  # the static compliance of the modes left out acts at the contacts as a spring without mass
     closed: tuple[int, Array] | None = None  # number of a contact, and the shapes (n_mesh_dof, n) while it is closed
 
 
 class Coordinates(Protocol):
-    """Uncoupled, mass-normalised coordinates of a body, however they were found: what a modal body is made of."""
+    """Uncoupled, mass-normalised coordinates of a body, for `ModalBody`."""
 
     frequencies: Array  # (n_dof,) rad/s; exactly zero for rigid motions
 
@@ -32,7 +32,7 @@ class Coordinates(Protocol):
         """Return the quantity at x [m] of each coordinate, shape (n_dof,)."""
 
     def static(self, x: float, quantity: Quantity, face: float) -> float:
-        """Return the static answer of the whole body at x per unit force at ``face`` [m]."""
+        """Return the quantity at x in statics of the whole body, per unit force at ``face`` [m]."""
 
     def project(self, profile: Profile) -> Array:
         """Return the coordinates of a displacement profile, shape (n_dof,)."""

@@ -1,4 +1,4 @@
-"""Eigenvectors with free contacts, and what they leave out as a spring without mass."""
+"""MacNeal's modes: eigenvectors with free contacts, and their residual flexibility as a spring without mass."""
 
 from __future__ import annotations
 

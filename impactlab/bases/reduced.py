@@ -26,7 +26,7 @@ def products(matrix: Array, shapes: Array) -> Array:
 
 @final
 class ReducedMesh:
-    """A mesh that moves in the span of some shapes only, in coordinates of unit mass that nothing couples.
+    """A mesh that moves in the span of some shapes only, in uncoupled coordinates of unit mass.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ class ReducedMesh:
     shapes : (n_mesh_dof, n)
         Of the coordinates, mass-normalised, rigid motion first.
     frequencies : (n,)
-        rad/s; exactly zero for the rigid motion of a rod that nothing holds.
+        rad/s; exactly zero for rigid motions.
     """
 
     def __init__(self, mesh: AbstractMesh, shapes: Array, uncoupled: bool) -> None:
@@ -69,8 +69,8 @@ class ReducedMesh:
         return np.asarray(self.mesh.row(x, quantity) @ self.shapes)
 
     def static(self, x: float, quantity: Quantity, face: float) -> float:
-        """Return the static answer of the whole mesh at x per unit force to the right at ``face``."""
-        return self.mesh.static_answer(x, quantity, face)
+        """Return the quantity at x in statics of the whole mesh, per unit force to the right at ``face``."""
+        return self.mesh.static_compliance(x, quantity, face)
 
     def project(self, profile: Profile) -> Array:
         """Return the coordinates of a displacement profile, shape (n_dof,)."""

@@ -1,4 +1,4 @@
-"""Vectors that the load itself calls for, one after the other."""
+"""Load-dependent Ritz vectors."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from impactlab.models.mesh.base import AbstractMesh
 from impactlab.numerics.banded import multiply
 from impactlab.types import Array
 
-LOST = 1e-10  # of its length: what is left of a vector whose direction was already there
+MIN_REST = 1e-10  # of its length: a smaller rest of a vector is rounding
 
 
 @final
 @dataclass(frozen=True)
 class Ritz(AbstractBasis):
-    """Load-dependent Ritz vectors: the static answer to the contact force, then the static answers to its inertia.
+    """Load-dependent Ritz vectors: static displacements under the contact force, then under the inertia of those.
 
     x_1 = K^-1 f, x_(k+1) = K^-1 M x_k, each made M-orthogonal to all before, twice; several faces make a block. A rod
-    that nothing holds takes its rigid motion first, and static answers in its moving frame (inertia relief).
+    that nothing holds takes its rigid motion first, and displacements in its moving frame (inertia relief).
     ``modes`` counts vectors beside that motion.
 
     References
@@ -63,4 +63,4 @@ def orthonormal(vector: Array, found: list[Array], mass: Array) -> Array | None:
         for other in found:
             rest = rest - other * (other @ multiply(mass, rest))
     length = float(np.sqrt(rest @ multiply(mass, rest)))
-    return rest / length if length > LOST else None
+    return rest / length if length > MIN_REST else None

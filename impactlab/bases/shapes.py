@@ -1,4 +1,4 @@
-"""Shapes of a mesh from which bases are made: eigenvectors, and static answers to moved or loaded places."""
+"""Shapes of a mesh from which bases are made: eigenvectors, constraint modes."""
 
 from __future__ import annotations
 

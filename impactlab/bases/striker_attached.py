@@ -23,7 +23,7 @@ class StrikerAttached(AbstractBasis):
 
     Equally many in both phases. The striker stays a body of its own that the contact law ties to the face; its mass
     shapes the basis only. At a change of phase the motion is projected orthogonally, velocities in the mass and
-    displacements in the stiffness, so that what is dropped has positive energy. ``modes`` counts elastic eigenvectors.
+    displacements in the stiffness, so that the part dropped has positive energy. ``modes`` counts elastic eigenvectors.
     One contact, with a mass.
 
     References
@@ -32,7 +32,7 @@ class StrikerAttached(AbstractBasis):
     """
 
     citations = ("KhuliefShabana1986",)
-    # A change of coordinates moves the face, and with it what a contact stores: 0.001 was measured with springs, 0.1
+    # A change of coordinates moves the face, and with it the energy of a contact: 0.001 was measured with springs, 0.1
     # with a constraint, 0.45 with laws that read the stress at the face (docs/matrix.md).
     gains_energy = 0.6
 

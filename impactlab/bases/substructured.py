@@ -23,8 +23,8 @@ class Substructured(AbstractBasis):
     """Wu and Haug's: the rod cut into pieces, the pieces at the contacts finely described, the others coarsely.
 
     Each border of a piece and each contact face has a constraint mode; each piece has modes with its borders fixed:
-    ``others`` where nothing strikes, and all that ``modes`` leaves over, in equal shares, where a contact is; what
-    those pieces cannot take goes to the others.
+    ``others`` where nothing strikes, and all other ``modes``, in equal shares, where a contact is, as far as
+    those pieces have so many; the rest goes to the others.
     ``modes`` counts constraint modes and fixed-interface modes, less one for each rigid motion. A border of a beam has
     two constraint modes, its deflection and its rotation, and a contact face one.
     Deviations: straight rods and beams; the pieces are Craig and Bampton's, of equal numbers of elements, and the set

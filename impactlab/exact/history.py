@@ -142,9 +142,9 @@ class ContinuousHistory(AbstractHistory):
 
     def evaluate(self, t: ArrayLike, channel: str) -> Array:
         times = within_run(t, self.duration)
-        return np.asarray(self._answer(times.ravel(), channel).reshape(times.shape))
+        return np.asarray(self._evaluated(times.ravel(), channel).reshape(times.shape))
 
-    def _answer(self, t: Array, channel: str) -> Array:
+    def _evaluated(self, t: Array, channel: str) -> Array:
         quantity, _, rest = channel.partition(":")
         if rest in self._contact and quantity in ("force", "gap"):
             contact = self._contact[rest]
@@ -184,7 +184,7 @@ class ContinuousHistory(AbstractHistory):
             raise CaseError(f"'{channel}': x lies outside rod '{name}'", remedy=f"Give x between 0 and {length:g} m.")
         link = next((item for item in links if x < item.x + item.length * (1.0 - 1e-12)), links[-1])
         way = (x - link.x) / link.segment.wave_speed
-        # Names carry six digits: what rounds to the end of the rod is the end, however short its last link is.
+        # Names carry six digits: a place that rounds to the end of the rod is the end, however short its last link is.
         at_end = link is links[-1] and x > length * (1.0 - 5e-6)
         if at_end or (channel in self._exact_x and x == link.x + link.length):
             way = link.transit
@@ -239,7 +239,7 @@ class ContinuousHistory(AbstractHistory):
         known = self.scene.bodies[name].quantities if name in self.layout.links else {}
         read, _ = known.get(quantity, ("displacement", 1.0))
         if read == "displacement":
-            self._answer(np.zeros(1), channel)  # refuses what is no channel
+            self._evaluated(np.zeros(1), channel)  # raises if there is no such channel
             return np.zeros(0)
         place = self._place(name, channel, x)
         link, way = place

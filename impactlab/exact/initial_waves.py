@@ -1,4 +1,4 @@
-"""The waves inside the rods at t = 0, written as what their ends would have emitted before."""
+"""Initial waves: displacement and velocity of rods at t = 0 as waves that their ends emitted before."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ def profile_pieces(rod: WaveBody, shape: Profile, a: float, b: float) -> list[Pi
 
 
 def knots(shape: Profile, a: float, b: float) -> list[float]:
-    """Return where a table bends between a and b [m]: no search could miss what lies between two of its places."""
+    """Return where a table bends between a and b [m], as bisection could miss a short piece."""
     if not isinstance(shape, Table):
         return []
     x, u = np.array(shape.x), np.array(shape.u)

@@ -83,7 +83,7 @@ def resampled(
     for k in range(points - 3, points):
         if abs(out[k]) > floor:
             return False
-    for i in range(3):  # what lies between two points, at the start and in the middle of both
+    for i in range(3):  # between two points, at the start and in the middle of both
         x = float(i - 1)
         place = (old.start + before * (1.0 + x) - middle) / half
         if abs(value(out, points, place) - value(early, size, x)) > 4.0 * floor:

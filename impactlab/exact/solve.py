@@ -43,7 +43,7 @@ def serves(scene: Scene, method: Method) -> str | None:
 def solve(scene: Scene, method: Method, whole: bool = False) -> ContinuousHistory | ThinnedHistory:
     """Return the exact history of a scene.
 
-    Each end of a rod emits a wave and receives what the other end emitted one transit earlier. Between breaks
+    Each end of a rod emits a wave and receives the one that the other end emitted a transit earlier. Between breaks
     every signal is one Chebyshev piece; nodes with mass or springs obey linear differential equations, solved
     spectrally; events are first zeros found by isolation. There is no time step.
 

@@ -1,7 +1,7 @@
 """The compiled leapfrog step of a row of beam elements, node by node.
 
-What such an element stores is written at `impactlab.models.base.BeamElements`. Forces come from differences of
-deflections, so that a body far from its start feels little rounding of its travel.
+The energy of an element is stated at `impactlab.models.mesh.beam_elements.BeamElements`. Forces come from differences
+of deflections, so that a body far from its start feels little rounding of its travel.
 
 Parameters: a header, whose places are the constants below, then the arrays that `split` returns.
 """
@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from impactlab.models.base import BeamElements
+from impactlab.models.mesh.beam_elements import BeamElements
 from impactlab.numerics.compiling import HELPER, UNPACK
 from impactlab.types import Array
 

@@ -1,4 +1,4 @@
-"""What a rod model is: space only, no time and no contact."""
+"""Base classes of models (bodies in space, without time and contact), and the operators of a body."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple
 import numpy as np
 
 from impactlab.errors import PairingError
+from impactlab.models.mesh.beam_elements import BeamElements
 from impactlab.numerics.banded import grounded
 from impactlab.types import Array, Quantity
 
@@ -33,26 +34,11 @@ class Phases(NamedTuple):
     opening: Array  # (2, n_dof, n_dof) and back
 
 
-class BeamElements(NamedTuple):
-    """A stiffness in runs of equal beam elements, of which each stores a s^2/2 + b d^2/2.
-
-    Here s = w2 - w1 - l (theta1 + theta2) shears the element and d = theta2 - theta1 bends it: a = 12 EI/h^3/(1 + Phi),
-    l = h/2, b = EI/h. Other stiffness stands at single nodes: supports, and under tension springs at the rotations.
-    """
-
-    lead: int  # coordinates before the first whole node: 1 where the rotation of a pinned end stands alone
-    nodes: int  # whole ones
-    ends: Array  # (12,) stiffness of the first, then of the last whole node beyond the runs: w w, w theta, theta theta;
-    #              then of a lone rotation beyond each: its own, its coupling to w and to theta of the whole node
-    rest: Array  # (nodes,) springs at the rotations of the nodes between
-    runs: Array  # (n_runs, 4) number of elements, a, l, b
-
-
 class Operators(NamedTuple):
     """A linear body M a + C v + K u = load; symmetric matrices in lower banded form, row i holds diagonal -i.
 
     Stiffness and damping are also springs and dashpots: between coordinates i and j of -K_ij, to the ground of the sum
-    of row i. A model states these sums where it knows them, as a chain that nothing holds has none.
+    of row i. A model states these sums where they are known without rounding, as zero for a chain that is not held.
     """
 
     mass: Array  # (bandwidth + 1, n_dof)
@@ -133,10 +119,10 @@ def end_load(model: AbstractDiscreteModel, body: ElasticBody) -> Array:
 
 
 class AbstractRodModel(ABC):
-    """A choice of description for a rod, or a beam, as a case file gives it: a frozen dataclass of options."""
+    """A description of a rod or a beam, as a case file chooses it: a frozen dataclass of options."""
 
     exact: ClassVar[bool] = False  # True: its rods are solved from event to event where contacts are hard or springs
-    theory: ClassVar[str] = ""  # of waves, if not the body's own: no reference answers for it
+    theory: ClassVar[str] = ""  # of waves, if not the body's own: no reference is of it
     citations: ClassVar[tuple[str, ...]] = ()
     examples: ClassVar[tuple[Mapping[str, Any], ...]] = ({},)  # options that its contract suite tries, one by one
 
@@ -153,7 +139,7 @@ class AbstractRodModel(ABC):
     def build(self, rod: WaveBody, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractDiscreteModel:
         """Return the rod in coordinates, or as a body that steps by itself (`AbstractSelfStepping`).
 
-        ``faces`` are the rod's contacts, for descriptions that depend on where it is struck and by what. Raises
+        ``faces`` are the rod's contacts, for descriptions that depend on the places and the partners. Raises
         `CaseError` where the description cannot serve the rod.
         """
 
@@ -168,6 +154,6 @@ class AbstractRodModel(ABC):
     def exact_frequencies(self, rod: WaveBody, count: int) -> Array | None:
         """Return the lowest elastic frequencies of a uniform rod by the model's own theory, (count,) [rad/s].
 
-        None, as here, says that the theory is the classical bar, u'' = u_tt/c^2.
+        None, as here, stands for the classical bar, u'' = u_tt/c^2.
         """
         return None

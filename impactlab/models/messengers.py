@@ -1,10 +1,10 @@
-"""A messenger for each mode: where its own wave stands that will reach the face, and what is read there.
+"""Messengers of single modes: for each the place of the wave that will reach the face, and its velocity and force.
 
 Near the face a mode of frequency w is taken for two waves that travel along the body, of wave number k by the theory of
 the segment at the face. The one that heads for the face has velocity and force in the ratio rho A c, with c = w/k its
-phase speed (m u'' = N' for a wave u(x + c t)): read at c dt from the face, v + N/(rho A c) with N the force that what
-lies behind puts on what lies before. For a mode that is one standing wave with its crest at a free face, such as those
-of a uniform rod, this is the velocity that its face has after dt. For others it is not: `miss` tells by how much.
+phase speed (m u'' = N' for a wave u(x + c t)): read at c dt from the face, v + N/(rho A c) with N the force of the part
+behind on the part before. For a mode that is one standing wave with its crest at a free face, such as those
+of a uniform rod, this is the velocity that its face has after dt. For others it is not: `miss` returns the difference.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from impactlab.scene.bodies import Beam, BeamSegment, ElasticBody
 from impactlab.types import Array, Quantity
 
 Speed = Literal["phase", "group"]
-NEAR = 1e-9  # of a body: a messenger this little beyond an end stands on it
+PLACE_TOL = 1e-9  # of a body: a messenger this little beyond an end stands on it
 DIFFERENCE = 1e-5  # relative, of the frequencies between which a group speed is taken
 
 
@@ -30,7 +30,7 @@ class Waves(NamedTuple):
     phase_speed: Array  # (n,) m/s
     group_speed: Array  # (n,) m/s
     line_mass: float  # kg/m
-    force: tuple[tuple[Quantity, Array], ...]  # the force on what lies before: quantities of the body, weights (n,)
+    force: tuple[tuple[Quantity, Array], ...]  # the force on the part before: quantities of the body, weights (n,)
 
 
 def waves_at(body: ElasticBody, face: float, frequencies: Array) -> Waves:
@@ -79,9 +79,9 @@ def arriving_row(
     delay: float,
     speed: Speed,
 ) -> Array:
-    """Return what the messengers of all modes tell together, as a row over displacements and velocities, (2 n_dof,).
+    """Return the velocity of the face by the messengers of all modes, a row over displacements and velocities.
 
-    At an inner point waves come from both sides, and the face has the mean of what two free faces would have.
+    At an inner point waves come from both sides, and the face has the mean velocity of two free faces.
 
     Parameters
     ----------
@@ -90,15 +90,19 @@ def arriving_row(
         m from the body's left end.
     delay : float
         s, the time that the waves still need.
+
+    Returns
+    -------
+    row : (2 n_dof,)
     """
     n = waves.phase_speed.size
     distances = (waves.phase_speed if speed == "phase" else waves.group_speed) * delay
-    ways = [way for way, end in ((1.0, body.length), (-1.0, 0.0)) if abs(end - face) > NEAR * body.length]
+    ways = [way for way, end in ((1.0, body.length), (-1.0, 0.0)) if abs(end - face) > PLACE_TOL * body.length]
     result = np.zeros(2 * n)
     for way in ways:
         for mode in range(n):
             x = face + way * distances[mode]
-            if not -NEAR * body.length <= x <= (1.0 + NEAR) * body.length:
+            if not -PLACE_TOL * body.length <= x <= (1.0 + PLACE_TOL) * body.length:
                 raise beyond(body, mode, face, float(distances[mode]), delay)
         places, index = np.unique(np.clip(face + way * distances, 0.0, body.length), return_inverse=True)
         for number, x in enumerate(places):
@@ -118,7 +122,7 @@ def beyond(body: ElasticBody, mode: int, face: float, distance: float, delay: fl
     room = max(face, body.length - face) if face in (0.0, body.length) else min(face, body.length - face)
     return PairingError(
         f"the messenger of mode {mode + 1} of '{body.name}' would stand {distance:.6g} m from the face, beyond the "
-        f"body ({room:.6g} m); what a wave that is still to be reflected will be there, it cannot tell",
+        f"body ({room:.6g} m): a wave that is still to be reflected cannot be read",
         remedy=f"Give a step of {delay * room / distance:.3g} s or less.",
         path="solve.step",
     )

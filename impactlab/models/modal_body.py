@@ -1,4 +1,4 @@
-"""A rod in modal coordinates, whatever its basis."""
+"""Bodies in modal coordinates, of any basis."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from impactlab.models.messengers import Waves, arriving_row, waves_at
 from impactlab.scene.bodies import ElasticBody
 from impactlab.types import Array, Quantity
 
-RESOLVED = 1e-9  # of the whole flexibility: a residual below is rounding
+MIN_RESIDUAL = 1e-9  # of the whole flexibility: a smaller one is rounding
 
 
 @final
@@ -32,7 +32,7 @@ class ModalBody(AbstractDiscreteModel):
         ``points_per_period`` counts the continuous rod's period (the paper's Eq. 24) if the rod is uniform; else that
         of the highest frequency kept.
     massless : tuple of float
-        Places [m] of contacts where the static answer of all that is left out acts as a spring without mass.
+        Places [m] of contacts where the static compliance of the modes left out acts as a spring without mass.
     phases : Phases, optional
     waves : Waves, optional
         Of the modes, where another theory than that of the rod or beam holds (for messengers of single modes).
@@ -80,7 +80,7 @@ class ModalBody(AbstractDiscreteModel):
             diagonal_mass=True,
             end_dashpots=np.zeros(n_dof),
             modes=True,
-            massless=tuple((x, self.left_out(x, "displacement", x)) for x in self._massless if self._gives(x)),
+            massless=tuple((x, self.left_out(x, "displacement", x)) for x in self._massless if self._is_incomplete(x)),
             phases=self._phases,
         )
 
@@ -88,7 +88,7 @@ class ModalBody(AbstractDiscreteModel):
         return self._basis.row(x, quantity)
 
     def left_out(self, x: float, quantity: Quantity, face: float) -> float:
-        """Return static answer minus that of the elastic modes kept (mode acceleration)."""
+        """Return the static compliance minus that of the elastic modes kept (mode acceleration)."""
         elastic = self._basis.frequencies > 0.0
         kept = self._basis.row(x, quantity)[elastic] * self._basis.row(face, "displacement")[elastic]
         return self._basis.static(x, quantity, face) - float(np.sum(kept / self._basis.frequencies[elastic] ** 2))
@@ -103,9 +103,9 @@ class ModalBody(AbstractDiscreteModel):
         waves = self._waves or waves_at(self._rod, face, self._basis.frequencies)
         return arriving_row(self._rod, waves, self.row, face, delay, speed)
 
-    def _gives(self, x: float) -> bool:
+    def _is_incomplete(self, x: float) -> bool:
         """Return whether a face has flexibility beyond its coordinates: not if these are complete."""
-        return self.left_out(x, "displacement", x) > RESOLVED * self._basis.static(x, "displacement", x)
+        return self.left_out(x, "displacement", x) > MIN_RESIDUAL * self._basis.static(x, "displacement", x)
 
 
 def reduced_body(
@@ -128,7 +128,7 @@ def projections(given: ReducedMesh, wanted: ReducedMesh) -> Array:
     """Return the maps (2, n_dof, n_dof) of displacements and of velocities from one set of coordinates to another.
 
     Velocities orthogonally in the mass; displacements orthogonally in the stiffness, the rigid motion of a free rod in
-    the mass: what is dropped has no energy in common with what is kept, and none that is negative.
+    the mass: the part dropped has no energy in common with the part kept, and none that is negative.
     """
     mesh = given.mesh
     velocities = wanted.shapes.T @ products(mesh.mass, given.shapes)

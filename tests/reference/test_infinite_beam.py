@@ -131,7 +131,7 @@ def test_a_long_finite_beam_gives_the_same_until_something_comes_back() -> None:
     ("changes", "told"),
     [
         ({"left": End("pinned")}, "the ends of 'beam' are pinned and infinite"),
-        ({"left": FREE}, "struck at 1 m; its answer is known at its free tip, 0 m"),
+        ({"left": FREE}, "struck at 1 m; its motion is known at its free tip, 0 m"),
         ({"segments": (SEGMENT, SEGMENT)}, "serves no second segment"),
         ({"tension": 10.0}, "serves no tension"),
         ({"damping": Rayleigh(1.0)}, "serves no damping"),

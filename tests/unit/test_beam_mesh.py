@@ -42,12 +42,12 @@ def frequencies(body):
 def test_springs_at_the_root_add_their_flexibility(elements):
     segment, k, turning = sheared(STEEL), 2e6, 5e3
     body = mesh(End("spring", k, rotational=turning), FREE, (segment,), elements)
-    tip = body.static_answer(LENGTH, "displacement", LENGTH)
+    tip = body.static_compliance(LENGTH, "displacement", LENGTH)
     exact = LENGTH**3 / (3.0 * EI) + LENGTH / segment.shear_stiffness + 1.0 / k + LENGTH**2 / turning
     # Condition of up to twenty elements, times rounding.
     assert tip == pytest.approx(exact, rel=1e-9)
-    assert body.static_answer(0.0, "bending_moment", LENGTH) == pytest.approx(LENGTH, rel=1e-9)
-    assert body.static_answer(0.0, "shear_force", LENGTH) == pytest.approx(1.0, rel=1e-9)
+    assert body.static_compliance(0.0, "bending_moment", LENGTH) == pytest.approx(LENGTH, rel=1e-9)
+    assert body.static_compliance(0.0, "shear_force", LENGTH) == pytest.approx(1.0, rel=1e-9)
 
 
 def test_a_stepped_cantilever_bends_as_castigliano_says():
@@ -55,7 +55,7 @@ def test_a_stepped_cantilever_bends_as_castigliano_says():
     body = mesh(CLAMPED, FREE, (root, tip), 9)
     whole = root.length + tip.length
     exact = (whole**3 - tip.length**3) / (3.0 * EI) + tip.length**3 / (3.0 * tip.bending_stiffness)
-    assert body.static_answer(whole, "displacement", whole) == pytest.approx(exact, rel=1e-9)
+    assert body.static_compliance(whole, "displacement", whole) == pytest.approx(exact, rel=1e-9)
 
 
 @pytest.mark.parametrize("elements", [2, 6])
@@ -65,7 +65,9 @@ def test_a_slender_beam_that_shears_does_not_lock(elements):
         one, other = (mesh(CLAMPED, FREE, (each,), elements) for each in (slender, segment))
         # Shear and rotary inertia: (1 + E/kG) r2/L2 times (beta L)^2/2 and more in the second mode.
         assert frequencies(other)[:2] == pytest.approx(frequencies(one)[:2], rel=2e-3)
-        tips = [body.static_answer(100.0 * STEEL.height, "displacement", 100.0 * STEEL.height) for body in (one, other)]
+        tips = [
+            body.static_compliance(100.0 * STEEL.height, "displacement", 100.0 * STEEL.height) for body in (one, other)
+        ]
         assert tips[1] == pytest.approx(tips[0], rel=1e-3)
 
 

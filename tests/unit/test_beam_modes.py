@@ -142,9 +142,9 @@ def test_static_answers_are_those_of_elements(kinds, theory):
         for quantity in QUANTITIES[:2] if not held else QUANTITIES:
             places = (0.0, 0.125, 0.25, 0.6, 0.7, 1.0)
             exact = [modes.static(x * segment.length, quantity, face * segment.length) for x in places]
-            other = [mesh.static_answer(x * segment.length, quantity, face * segment.length) for x in places]
+            other = [mesh.static_compliance(x * segment.length, quantity, face * segment.length) for x in places]
             if not held:  # the inertia that relieves a free beam is that of the elements, of second order
-                fine = [finer.static_answer(x * segment.length, quantity, face * segment.length) for x in places]
+                fine = [finer.static_compliance(x * segment.length, quantity, face * segment.length) for x in places]
                 other = [(4.0 * b - a) / 3.0 for a, b in zip(other, fine, strict=True)]
             if quantity == "shear_force":  # the mesh gives what is right of a node, and left of the last one
                 exact, other = exact[1:4:2], other[1:4:2]

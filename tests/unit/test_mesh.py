@@ -83,7 +83,7 @@ def test_static_answers_of_spectral_elements_are_those_of_the_continuous_rod(end
     struck = Mesh(rod(*ends), 8, "consistent", 0.0, order)
     stiffness, length = STEEL.young * STEEL.area, STEEL.length
     for x in (0.0, 0.11, 0.3):
-        found = struck.static_answer(x, "displacement", 0.0)
+        found = struck.static_compliance(x, "displacement", 0.0)
         if ends[1].kind == "clamped":
             exact = (length - x) / stiffness
         elif ends[0].kind == "spring":
@@ -169,7 +169,7 @@ def test_a_struck_end_without_mass_follows_its_neighbour_and_its_force():
     # Static answers are those of the mesh with all its nodes: the matrix was condensed, not cut.
     for x in (0.0, 0.01, 0.03, 0.2):
         for quantity in ("displacement", "stress"):
-            kept, whole_answer = (m.static_answer(x, quantity, 0.0) for m in (mesh, whole))
+            kept, whole_answer = (m.static_compliance(x, quantity, 0.0) for m in (mesh, whole))
             assert kept == pytest.approx(whole_answer, rel=1e-12), (x, quantity)
 
 
@@ -182,8 +182,8 @@ def test_an_inner_contact_and_both_ends_lose_their_mass_and_keep_the_statics():
     assert np.all(mesh.stiffness[0] > 0.0)
     for face in (0.0, 0.15, 0.3):
         for x in (0.0, 0.1, 0.15, 0.27, 0.3):
-            found = mesh.static_answer(x, "displacement", face)
-            assert found == pytest.approx(whole.static_answer(x, "displacement", face), rel=1e-12)
+            found = mesh.static_compliance(x, "displacement", face)
+            assert found == pytest.approx(whole.static_compliance(x, "displacement", face), rel=1e-12)
     flexibility = dict(mesh.operators().massless)
     assert flexibility[0.0] == pytest.approx(1.0 / (1e9 + STEEL.young * STEEL.area / 0.03))
     assert flexibility[0.15] == pytest.approx(0.5 * 0.03 / (STEEL.young * STEEL.area))

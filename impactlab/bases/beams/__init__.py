@@ -1,1 +1,1 @@
-"""Analytic modes of uniform beams: roots, shapes, static answers, wave numbers."""
+"""Analytic modes of uniform beams: frequencies, shapes, statics, waves."""

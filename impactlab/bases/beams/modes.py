@@ -67,7 +67,7 @@ class BeamModes:
         return np.asarray(self._at(np.array([x]), 0 if quantity == "velocity" else WORDS.index(quantity))[0])
 
     def static(self, x: float, quantity: Quantity, face: float) -> float:
-        """Return the exact static answer at x per unit force at ``face``.
+        """Return the quantity at x in statics, exact, per unit force at ``face``.
 
         A beam that can move freely is taken in the frame of its mean acceleration, without rigid motion.
         """

@@ -24,7 +24,7 @@ Held = Literal["clamped", "pinned", "free"]
 
 SECTIONS = 16  # parts a bracket is cut into at once
 ROUNDS = 13  # 16^13 is more than double precision holds
-CHUNK = 2000  # frequencies sought at once
+MAX_AT_ONCE = 2000  # frequencies sought
 MINORS = (
     ((0, 1), (2, 3), 1.0),
     ((0, 2), (1, 3), -1.0),
@@ -89,8 +89,8 @@ def cantilever(beam: BeamNumbers, low: Array, high: Array) -> Array:
 
 def sought(below: Callable[[Array], Array], low: Array, high: Array) -> Array:
     """Return the places in the brackets up to which ``below`` holds."""
-    if low.size > CHUNK:
-        parts = [slice(start, start + CHUNK) for start in range(0, low.size, CHUNK)]
+    if low.size > MAX_AT_ONCE:
+        parts = [slice(start, start + MAX_AT_ONCE) for start in range(0, low.size, MAX_AT_ONCE)]
         return np.concatenate([sought(below, low[part], high[part]) for part in parts])
     inside = np.arange(1, SECTIONS) / SECTIONS
     left, width = low.copy(), high - low

@@ -10,7 +10,7 @@ from impactlab.bases.beams.roots import Held, brackets, cantilever, pinned, root
 from impactlab.bases.beams.waves import BeamNumbers, Ends, Waves, even_odd, fields, waves
 from impactlab.types import Array
 
-SERIES = 1e-5  # a |p| below it: the integral of the square of sinh(sqrt(p) x)/sqrt(p) is that of x2
+SERIES_LIMIT = 1e-5  # a |p| below it: the integral of the square of sinh(sqrt(p) x)/sqrt(p) is that of x2
 
 
 class Layout(NamedTuple):
@@ -101,7 +101,7 @@ def shares_of(beam: BeamNumbers, squared: Array, outer: Held, even: bool) -> Arr
 
 def envelopes(carried: Waves, squared: Array) -> tuple[Ends, Array]:
     """Return the sizes of even fields at 1, whatever their phase, and those of odd fields over them (2, n)."""
-    numbers = [np.sqrt(np.maximum(np.abs(square), SERIES)) for square in carried.squares]
+    numbers = [np.sqrt(np.maximum(np.abs(square), SERIES_LIMIT)) for square in carried.squares]
     turning = [np.abs(turning) for turning in carried.turning]
     ones = np.ones(squared.shape)
     sizes = Ends(
@@ -124,7 +124,7 @@ def normalised(beam: BeamNumbers, carried: Waves, shares: Array, layout: Layout)
     (c, s), (d, e) = even_odd(p, 1.0), even_odd(q, 1.0)
     start = even_odd(p, 0.0)[0] ** 2, even_odd(q, 0.0)[0] ** 2  # cosh2 - p sinh2/p, the same everywhere
     cosines = 0.5 * (c * s + start[0]), 0.5 * (d * e + start[1]), (q * c * e - p * s * d) / (q - p)
-    small = np.abs(p) < SERIES
+    small = np.abs(p) < SERIES_LIMIT
     first = np.where(small, start[0] / 3.0, 0.5 * (c * s - start[0]) / np.where(small, 1.0, p))
     sines = first, 0.5 * (d * e - start[1]) / q, (s * d - c * e) / (q - p)
     a, b, f, g = shares

@@ -1,4 +1,4 @@
-"""The exact static answer of a uniform beam to a force at a point, and to the inertia of the motion it takes."""
+"""Exact statics of a uniform beam under a force at a point, with inertia relief."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from impactlab.types import Array
 
 WORDS = ("displacement", "rotation", "bending_moment", "shear_force")
 ZERO_AT = {"clamped": (0, 1), "pinned": (0, 2), "free": (2, 3)}  # which of these vanish at an end
-PLACES, WEIGHTS = np.polynomial.legendre.leggauss(4)  # exact up to degree 7; what is integrated has 6
+PLACES, WEIGHTS = np.polynomial.legendre.leggauss(4)  # exact up to degree 7; 6 is needed
 
 
 @final

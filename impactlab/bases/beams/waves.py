@@ -1,6 +1,6 @@
 """The fields of a uniform beam that vibrates at one frequency: two waves, each in an even and an odd shape.
 
-Lengths are counted in a length h, so that three numbers say all: B = rho A w2 h4/EI (frequency), r2 = rho I/(rho A h2)
+Lengths are counted in a length h; three numbers are left: B = rho A w2 h4/EI (frequency), r2 = rho I/(rho A h2)
 (rotary inertia) and s2 = EI/(kGA h2) (shear). With r2 = s2 = 0 it is the beam of Euler and Bernoulli. Every field
 solves f'' = p f with one of two p, the roots of p2 + B (r2 + s2) p = B (1 - B r2 s2): the smaller, always negative, is
 a travelling wave; the larger decays away from where it is made, and travels too above the cut-off frequency, where its
@@ -19,7 +19,7 @@ import numpy as np
 
 from impactlab.types import Array
 
-SMALL = 1e-12  # a p below it is taken for it: cosh and sinh/sqrt(p) are then 1 and x to rounding
+MIN_SQUARE = 1e-12  # a p below it is taken for it: cosh and sinh/sqrt(p) are then 1 and x to rounding
 
 
 class BeamNumbers(NamedTuple):
@@ -73,7 +73,7 @@ def even_odd(square: Array, x: Array | float) -> tuple[Array, Array]:
 
     So nothing grows beyond all bounds; where p < 0 they are cosine and sine.
     """
-    number = np.sqrt(np.maximum(np.abs(square), SMALL))
+    number = np.sqrt(np.maximum(np.abs(square), MIN_SQUARE))
     phase = number * x
     cosine, sine = np.cos(phase), np.sin(phase) / number
     decaying = square > 0.0

@@ -83,7 +83,7 @@ def without_mass(displacement: Array, velocity: Array, load: Array, dashpots: Ar
 def stepper_of(
     free: Kernel, measure: Kernel, parameters: Array, state: Array, force_response: Array, ports: Array
 ) -> Stepper:
-    """Return the stepper of a body that answers forces alone: impulses and projections move nothing."""
+    """Return the stepper of a body on which only forces act: impulses and projections move nothing."""
     none = np.zeros_like(force_response)
     return Stepper(free, measure, parameters, state, force_response, none, none, np.zeros_like(ports), ports)
 
@@ -96,7 +96,7 @@ def under_waves(end: End, impedance: float, dt: float) -> tuple[float, float, fl
 
 
 def check_served(beam: Beam, gravity: float, theory: str, remedy: str, more: Mapping[str, bool]) -> None:
-    """Raise `PairingError` where a beam has what no continuous beam serves, or one of ``more``."""
+    """Raise `PairingError` for a beam with segments, tension, damping, gravity, or one of ``more``."""
     faults = {
         "second segment": len(beam.segments) > 1,
         "tension": beam.tension != 0.0,

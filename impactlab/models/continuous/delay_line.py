@@ -1,4 +1,4 @@
-"""The stepped delay line: a continuous rod under a law that must be asked step by step."""
+"""Delay line: travelling waves of a uniform rod, stepped, for laws that the exact solver does not serve."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from impactlab.types import Array, Quantity
 
 
 def free(parameters: Array, state: Array) -> None:
-    """Step without contact: waves arrive, both ends reflect them, what they send leaves.
+    """Step without contact: waves arrive, both ends reflect them, the reflections leave.
 
     An end with mass m, spring k, dashpot d and force F under an arriving wave w moves with the mean velocity V of
     (Z + d + k dt/2 + 2 m/dt) V = 2 Z w - k u + (2 m/dt) v + F and sends V - w. A wave that takes T/(2 dt) = n + f steps
@@ -26,7 +26,7 @@ def free(parameters: Array, state: Array) -> None:
     whole, share, dt, impedance = int(parameters[0]), parameters[1], parameters[2], parameters[3]
     room = whole + 2
     head = int(state[6])
-    # What the ends sent in the step before stands in state[4] (to the right) and state[5], contact included.
+    # The waves that the ends sent in the step before stand in state[4] (to the right) and state[5], contact included.
     to_right, to_left = state[7 : 7 + room], state[7 + room : 7 + 2 * room]
     to_right[head], to_left[head] = state[4], state[5]
     head = (head + 1) % room
@@ -35,16 +35,16 @@ def free(parameters: Array, state: Array) -> None:
     for end in range(2):
         sent = to_left if end == 0 else to_right
         arrived = (1.0 - share) * sent[near] + share * sent[far]
-        pliancy, spring, inertia = parameters[4 + 3 * end], parameters[5 + 3 * end], parameters[6 + 3 * end]
+        compliance, spring, inertia = parameters[4 + 3 * end], parameters[5 + 3 * end], parameters[6 + 3 * end]
         push = 2.0 * impedance * arrived + parameters[10 + end]
-        mean = pliancy * (push - spring * state[end] + inertia * state[2 + end])
+        mean = compliance * (push - spring * state[end] + inertia * state[2 + end])
         state[end] += dt * mean
         state[2 + end] = 2.0 * mean - state[2 + end] if inertia > 0.0 else mean
         state[4 + end] = mean - arrived
 
 
 def measure(parameters: Array, state: Array, out: Array) -> None:
-    """Write energy [J], work of the end forces and momentum [N s] of the waves inside and of what rides on the ends."""
+    """Write energy [J], work of the end forces and momentum [N s] of waves, end springs and end masses."""
     whole, share, dt, impedance = int(parameters[0]), parameters[1], parameters[2], parameters[3]
     room = whole + 2
     head = int(state[6])
@@ -105,7 +105,8 @@ class DelayLine(AbstractSelfStepping):
     def row(self, x: float, quantity: Quantity) -> Array:
         if quantity not in ("displacement", "velocity") or not (x == 0.0 or x == self._rod.length):
             raise CaseError(
-                f"the stepped delay line answers displacement and velocity at its ends, not {quantity} at {x:.6g} m",
+                f"the stepped delay line of '{self._rod.name}' has no {quantity} at {x:.6g} m: it has displacement and "
+                "velocity at its ends",
                 remedy="Use finite_element or modal, or a law that the continuous model solves from event to event.",
                 path="probes",
             )
@@ -144,10 +145,10 @@ class DelayLine(AbstractSelfStepping):
         force_response = np.zeros((len(ports), state.size))
         for port, row in enumerate(ports):
             end = int(np.argmax(row))
-            pliancy, _, inertia = ends[end]
-            force_response[port, end] = dt * pliancy
-            force_response[port, 2 + end] = 2.0 * pliancy if inertia > 0.0 else pliancy
-            force_response[port, 4 + end] = pliancy
+            compliance, _, inertia = ends[end]
+            force_response[port, end] = dt * compliance
+            force_response[port, 2 + end] = 2.0 * compliance if inertia > 0.0 else compliance
+            force_response[port, 4 + end] = compliance
         return stepper_of(free, measure, parameters, state, force_response, ports)
 
     def _end(self, end: End, dt: float) -> tuple[float, float, float]:
@@ -155,5 +156,5 @@ class DelayLine(AbstractSelfStepping):
 
 
 def dispersed(rod: WaveBody) -> str:
-    """Return why a damped rod is no delay line."""
+    """Return the reason why a damped rod has no delay line."""
     return f"'{rod.name}' is damped, and waves in a damped rod change their shape: the continuous model serves none"

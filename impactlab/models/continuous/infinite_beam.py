@@ -1,4 +1,4 @@
-"""An Euler-Bernoulli beam that goes on for ever: what it does where it is struck, and its exact memory."""
+"""Infinite Euler-Bernoulli beam: its impulse response where it is struck, as a sum of exponentials."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from impactlab.scene.bodies import Beam
 from impactlab.types import Array, Quantity
 
 SPACING = 0.5  # of ln p between two rates of decay: the sum of exponentials is then exact to 1e-8
-SLOWEST, FASTEST = 1e-13, 1e3  # rates over 1/dt: the memory holds for 1e9 steps; what is faster acts at once
-FINE = 1e3  # periods of `points_per_period` in the time (M/K)^2 of a mass that strikes
+MIN_RATE, MAX_RATE = 1e-13, 1e3  # rates of decay over 1/dt: the memory holds for 1e9 steps; faster ones act at once
+PERIODS_OF_MASS = 1e3  # periods of `points_per_period` in the time (M/K)^2 of a mass that strikes
 
 
 def free(parameters: Array, state: Array) -> None:
-    """Step without contact: what was pushed before goes on, and fades.
+    """Step without contact: the motion under earlier forces goes on and decays.
 
     State: displacement, velocity, velocity of the whole beam, force of the step before, displacement before it, work
-    given so far, impulse given so far, load; then for each rate p what is left of F: q' = F - p q.
+    given so far, impulse given so far, load; then for each rate p the decayed integral of F: q' = F - p q.
     """
     n = int(parameters[0])
-    dt, admittance, pliancy, reach = parameters[1], parameters[2], parameters[3], parameters[4]
+    dt, admittance, compliance, reach = parameters[1], parameters[2], parameters[3], parameters[4]
     weight, decay, spread = parameters[5 : 5 + n], parameters[5 + n : 5 + 2 * n], parameters[5 + 2 * n : 5 + 3 * n]
     memory = state[8 : 8 + n]
     load = state[7]
@@ -39,12 +39,12 @@ def free(parameters: Array, state: Array) -> None:
         memory[k] = decay[k] * held + spread[k] * load
         velocity += weight[k] * decay[k] * held
     state[0] += state[2] * dt + admittance * moved + reach * load
-    state[1] = state[2] + admittance * velocity + pliancy * load
+    state[1] = state[2] + admittance * velocity + compliance * load
     state[6] += load * dt
 
 
-def measure(parameters: Array, state: Array, out: Array) -> None:  # noqa: ARG001 - what a stepper is asked
-    """Write the work that the beam was given [J], all of which it keeps, that of its load, and its momentum [N s]."""
+def measure(parameters: Array, state: Array, out: Array) -> None:  # noqa: ARG001 - the signature of a stepper
+    """Write the work done on the beam [J], that of its load, and its momentum [N s]."""
     out[0] = state[5] + (state[3] + state[7]) * (state[0] - state[4])
     out[1] = state[7] * state[0]
     out[2] = state[6]
@@ -57,9 +57,9 @@ class InfiniteBeam(AbstractSelfStepping):
     Where it is struck, a force F gives the velocity F/(K sqrt(s)) in the domain of Laplace, K = 2 sqrt(2) (EI)^(1/4)
     (rho A)^(3/4) at an inner point and a quarter of that at a free tip. Its memory 1/sqrt(pi t) is a sum of
     exponentials, 1/sqrt(s) = 1/pi int p^(-1/2)/(s + p) dp by the trapezoidal rule in ln p: each stands for a mass
-    without spring behind a dashpot, so that the beam never gives back more than it was given. The sum is exact to
-    1e-8 over 1e9 steps, and a force constant over a step is answered exactly. What it was given stays in the beam:
-    its energy is the work done on it, radiated waves included. It is known where it is struck, and nowhere else.
+    without spring behind a dashpot, so that the beam never returns more than the work done on it. The sum is exact to
+    1e-8 over 1e9 steps, and exact for a force constant over a step. Its energy is the
+    work done on it, radiated waves included. It is known where it is struck, and nowhere else.
 
     ``points_per_period`` counts 1000 periods in the time (M/K)^2 of a mass that strikes it. A hard contact that holds
     positions is then of second order and keeps the energy: at ten points v/v0 errs by 5e-7 at
@@ -81,7 +81,7 @@ class InfiniteBeam(AbstractSelfStepping):
         self.resistance = inner if _goes_on_both_ways(beam) else 0.25 * inner
         struck_by = [face.partner_mass for face in faces if math.isfinite(face.partner_mass)]
         self._rule = (
-            2.0 * math.pi * FINE * (self.resistance / min(struck_by)) ** 2
+            2.0 * math.pi * PERIODS_OF_MASS * (self.resistance / min(struck_by)) ** 2
             if struck_by
             else (MODES * math.pi / beam.length) ** 2 * math.sqrt(stiffness / mass)
         )
@@ -108,22 +108,22 @@ class InfiniteBeam(AbstractSelfStepping):
         return np.array([self._x])
 
     def stepper(self, ports: Array, dt: float) -> Stepper:
-        rates = np.exp(np.arange(math.log(SLOWEST), math.log(FASTEST), SPACING)) / dt
+        rates = np.exp(np.arange(math.log(MIN_RATE), math.log(MAX_RATE), SPACING)) / dt
         weights = SPACING / math.pi * np.sqrt(rates)
         # All slower rates together do not decay within the run.
         slow = weights[0] / math.expm1(0.5 * SPACING)
         rates, weights = np.concatenate(([0.0], rates)), np.concatenate(([slow], weights))
         decay = np.exp(-rates * dt)
         spread = np.concatenate(([dt], -np.expm1(-rates[1:] * dt) / rates[1:]))
-        # Of what fades faster than a step only the sum counts: it makes the answer to a constant force exact.
-        pliancy = 2.0 * math.sqrt(dt / math.pi) / self.resistance
-        reach = 2.0 / 3.0 * dt * pliancy
+        # Of rates that decay within a step only the sum counts: with it a constant force moves the beam exactly.
+        compliance = 2.0 * math.sqrt(dt / math.pi) / self.resistance
+        reach = 2.0 / 3.0 * dt * compliance
         parameters = np.concatenate(
-            ([float(rates.size), dt, 1.0 / self.resistance, pliancy, reach], weights, decay, spread)
+            ([float(rates.size), dt, 1.0 / self.resistance, compliance, reach], weights, decay, spread)
         )
         load = self._beam.end_force
         state = np.concatenate(([0.0, self._beam.velocity, self._beam.velocity], np.zeros(4), [load], 0.0 * rates))
-        response = np.concatenate(([reach, pliancy, 0.0, 1.0, 0.0, 0.0, dt, 0.0], spread))
+        response = np.concatenate(([reach, compliance, 0.0, 1.0, 0.0, 0.0, dt, 0.0], spread))
         force_response = np.tile(response, (len(ports), 1))
         return stepper_of(free, measure, parameters, state, force_response, ports)
 
@@ -133,7 +133,7 @@ def _goes_on_both_ways(beam: Beam) -> bool:
 
 
 def _struck(beam: Beam, gravity: float, faces: tuple[Face, ...]) -> float:
-    """Return the one place where the beam is struck [m]; raise where the scene asks for more than is known there."""
+    """Return the place where the beam is struck [m]; raise where no closed form exists."""
     path, bare = f"solve.models.{beam.name}", "Use finite_element or modal for this body, or theory: timoshenko."
     kinds = [end.kind for end in (beam.left, beam.right)]
     if sorted(kinds) not in (["infinite", "infinite"], ["free", "infinite"]):
@@ -155,7 +155,7 @@ def _struck(beam: Beam, gravity: float, faces: tuple[Face, ...]) -> float:
         )
     if "free" in kinds and places and places[0] != tip:
         raise PairingError(
-            f"the semi-infinite beam '{beam.name}' is struck at {places[0]:.6g} m; its answer is known at its free "
+            f"the semi-infinite beam '{beam.name}' is struck at {places[0]:.6g} m; its motion is known at its free "
             f"tip, {tip:.6g} m",
             remedy="Strike the tip, or use theory: timoshenko or finite_element.",
             path=path,

@@ -19,8 +19,8 @@ class Continuous(AbstractRodModel):
     """Exact travelling waves (continuous): rods from event to event, without mesh or step; beams by characteristics.
 
     Rods under hard contacts and constant springs are solved from event to event; under other laws a rod is a pair of
-    delays, which is asked step by step. A Timoshenko beam steps too, its two families of waves each shifted exactly
-    (`timoshenko_waves`); an Euler-Bernoulli beam has no fronts and is served where it goes on for ever, by its exact
+    delays, evaluated in each step. A Timoshenko beam steps too, its two families of waves each shifted exactly
+    (`timoshenko`); an Euler-Bernoulli beam has no fronts and is served where it is infinite, by its exact
     memory at the place where it is struck (`infinite_beam`).
 
     References

@@ -1,4 +1,4 @@
-"""The continuous Timoshenko beam: two families of waves, each moved exactly, coupled by shear and rotation."""
+"""Timoshenko beam by characteristics: two families of waves, each shifted exactly, coupled by shear and rotation."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ from impactlab.scene.problem import Probe
 from impactlab.scene.sizes import check_cells
 from impactlab.types import QUANTITIES_OF_BEAM, Array, Quantity
 
-CELLS = 2_000_000  # at most, of one family
-COARSEST = 8  # cells over a beam with two ends
-SHORTER, TRIED = 0.8, 400  # steps down to this share of the one asked for are tried, so many at most
+MAX_CELLS = 2_000_000  # of one family
+MIN_CELLS = 8  # cells over a beam with two ends
+MIN_SHARE, MAX_TRIED = 0.8, 400  # steps tried: down to this share of the one given, so many at most
 STATIONS = 101  # places of a snapshot
 KINDS = {"displacement": DEFLECTION, "rotation": ROTATION, "bending_moment": MOMENT, "shear_force": SHEAR}
 
@@ -39,11 +39,11 @@ class TimoshenkoWaves(AbstractSelfStepping):
 
     Deflection rate and shear force travel with c2 = sqrt(kGA/rho A), rate of rotation and bending moment with
     c1 = sqrt(E/rho): each pair has a grid of cells that a wave crosses in one step, so that transport is a shift,
-    without interpolation, dispersion or loss, and fronts stay sharp. What couples them, V' = -kGA theta' and
+    without interpolation, dispersion or loss, and fronts stay sharp. Their coupling, V' = -kGA theta' and
     rho I theta'' = V, acts along the characteristics by the trapezoidal rule, carried from one grid to the other by a
-    symmetric average (`two_grids`): second order, stable for every step, and the energy is kept to rounding (as held
-    in the waves, half a step's turn of shear and rotation ahead of it). A force at an inner point moves it at once
-    with F/(2 sqrt(kGA rho A)), at a tip with twice that.
+    symmetric average (`timoshenko_grids`): second order, stable for every step. The energy of the waves, half a step's
+    turn of shear and rotation ahead, is kept to rounding. A force at an inner point moves it at once with
+    F/(2 sqrt(kGA rho A)), at a tip with twice that.
 
     The step must fit: a beam with two ends takes a whole number of cells of both grids, a contact stands on a node of
     the first. So a step up to a fifth shorter than the one asked for is taken, the one that fits best; the rest gives
@@ -90,7 +90,7 @@ class TimoshenkoWaves(AbstractSelfStepping):
 
     @property
     def longest_step(self) -> float:
-        return self._beam.length / (COARSEST * max(self._shear, self._bend)) if self._closed else math.inf
+        return self._beam.length / (MIN_CELLS * max(self._shear, self._bend)) if self._closed else math.inf
 
     def misfit(self, dt: float) -> float:
         h, length = self._shear * dt, self._beam.length
@@ -104,7 +104,7 @@ class TimoshenkoWaves(AbstractSelfStepping):
         if not lengths:
             return np.array([dt])
         least = max(1, math.ceil(lengths[0] / (self._shear * dt) * (1.0 - 1e-12)))
-        most = max(least + 1, min(least + TRIED, math.floor(least / SHORTER)))
+        most = max(least + 1, min(least + MAX_TRIED, math.floor(least / MIN_SHARE)))
         return np.asarray(lengths[0] / (self._shear * np.arange(least, most + 1)))
 
     def operators(self) -> Operators:
@@ -175,7 +175,7 @@ class TimoshenkoWaves(AbstractSelfStepping):
 
     def _unknown(self, x: float, quantity: str) -> CaseError:
         return CaseError(
-            f"the continuous beam '{self._beam.name}' keeps what contacts and probes name, not {quantity} at {x:.6g} m",
+            f"the continuous beam '{self._beam.name}' has no {quantity} at {x:.6g} m, as no contact or probe names it",
             remedy=f"Probe it; a beam has {', '.join(QUANTITIES_OF_BEAM)}.",
             path="probes",
         )
@@ -213,9 +213,9 @@ class TimoshenkoWaves(AbstractSelfStepping):
         return Grid(anchor - before * h, h, before + after)
 
     def _allowed(self, count: int) -> int:
-        if count > CELLS:
+        if count > MAX_CELLS:
             raise CaseError(
-                f"the continuous beam '{self._beam.name}' would need {count} cells. Allowed: {CELLS}",
+                f"the continuous beam '{self._beam.name}' would need {count} cells. Allowed: {MAX_CELLS}",
                 remedy="Give a longer step or a shorter duration, or finite_element.",
                 path=f"solve.models.{self._beam.name}",
             )
@@ -239,7 +239,7 @@ class TimoshenkoWaves(AbstractSelfStepping):
         return np.array(numbers, dtype=float)
 
     def _end(self, end: End, family: int, impedances: tuple[float, float], dt: float) -> tuple[float, ...]:
-        """Return what the kernel knows of an end, for the deflection (family 0) or the rotation (1)."""
+        """Return the five parameters of an end, of the deflection (family 0) or of the rotation (1)."""
         if end.kind == "infinite":
             return 1.0, 0.0, 0.0, 0.0, 0.0
         if end.kind == "clamped" or (end.kind == "pinned" and family == 0):
@@ -267,7 +267,7 @@ class TimoshenkoWaves(AbstractSelfStepping):
     def _response(
         self, row: Array, numbers: Array, shear: Grid, ends: Array, impedance: float, dt: float, couple: Coupling
     ) -> Array:
-        """Return what a force of 1 N over a step at the coordinate of ``row`` adds to coordinates and shear waves."""
+        """Return the change of coordinates and shear waves by a force of 1 N over a step on one coordinate."""
         n, count = self.n_dof, shear.cells
         node = int(numbers[int(np.argmax(row)), 1])
         response, at = np.zeros(2 * n + ENDS + 2 * count), 2 * n + ENDS

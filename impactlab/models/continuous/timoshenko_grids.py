@@ -23,7 +23,7 @@ class Grid(NamedTuple):
 
 
 class Coupling(NamedTuple):
-    """Averages over the cells of a grid of what is given on the cells of another."""
+    """Averages over the cells of a grid of a quantity given on the cells of another."""
 
     first: Array  # (n_to,) the first cell that each row meets
     rows: Array  # (n_to, width)
@@ -33,7 +33,7 @@ def coupling(of_rows: Grid, of_columns: Grid) -> Coupling:
     """Return P_ij = 1/h int f_i g_j dx with the hat functions f and g on the centres of two grids, h that of the first.
 
     Beyond the outermost centre a hat stays 1. Rows of P sum to 1 and carry straight lines over, and h/h' times its
-    transpose does so in the other direction: both ways are of second order, and what one side gives the other gets.
+    transpose does so in the other direction: both ways are of second order, and their work is equal.
     """
     to, spacing, of = of_rows.centres, of_rows.spacing, of_columns.centres
     low, high = to[0] - 0.5 * spacing, to[-1] + 0.5 * spacing

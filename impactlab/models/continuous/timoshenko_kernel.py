@@ -1,7 +1,7 @@
-"""The kernel of the Timoshenko beam by characteristics: exact shifts on two grids, and the turn that couples them.
+"""Kernel of the Timoshenko beam by characteristics: exact shifts on two grids, shear and rotation coupled implicitly.
 
 Parameters: numbers of cells n2 (shear) and n1 (bending), width of the coupling, bandwidth of the factor, dt, impedances
-Z2 and Z1, what the rotations B = b_old + b_new take from V (dt kGA/2) and V gives to them (dt h2/(rho I h1)), number of
+Z2 and Z1, the factors of the rotations B = b_old + b_new in V (dt kGA/2) and of V in them (dt h2/(rho I h1)), number of
 coordinates, velocity that comes in from infinity; then four ends (left and right for the deflection, left and right for
 the rotation) of five entries: 1 where the beam goes on, mean velocity per force, spring, 2 m/dt, load; then kind, cell
 or node, and share of each coordinate; then of each shear cell the first bending cell it meets, the coupling
@@ -17,7 +17,7 @@ from impactlab.numerics.banded_kernels import solve_by_rows
 from impactlab.numerics.compiling import HELPER
 from impactlab.types import Array
 
-ENDS = 10  # entries of the state: four ends, and what is gone
+ENDS = 10  # entries of the state: four ends, energy and momentum gone
 DEFLECTION, ROTATION, MOMENT, SHEAR = 0, 1, 2, 3  # kinds of coordinates
 
 
@@ -48,7 +48,7 @@ def turn_both(parameters: Array, first: Array, coupling: Array, shear: Array, be
 
 @HELPER
 def shift(waves: Array, sent_right: float, sent_left: float) -> None:
-    """Move all waves of a family by a cell; what its ends send comes in."""
+    """Move all waves of a family by a cell; the waves that its ends send come in."""
     cells = waves.size // 2
     for i in range(cells - 1, 0, -1):
         waves[2 * i] = waves[2 * i - 2]
@@ -73,8 +73,8 @@ def meet(state: Array, coordinates: Array, family: float, waves: Array) -> None:
 
 
 @HELPER
-def answer(parameters: Array, state: Array, coordinates: Array, end: int, arrived: float) -> float:
-    """Return what an end sends where a wave arrives; ends 0 and 1 are left and right of the deflection.
+def reflect(parameters: Array, state: Array, coordinates: Array, end: int, arrived: float) -> float:
+    """Return the wave that an end sends under an arriving one; ends 0 and 1 are left and right of the deflection.
 
     An end with mass m, spring k, dashpot d and force F moves with the mean velocity V of
     (Z + d + k dt/2 + 2 m/dt) V = 2 Z w - k u + (2 m/dt) v + F under an arriving wave w, and sends V - w.
@@ -106,7 +106,7 @@ def answer(parameters: Array, state: Array, coordinates: Array, end: int, arrive
 
 @HELPER
 def shear_at(parameters: Array, first: Array, coupling: Array, shear: Array, bend: Array, cell: int) -> float:
-    """Return the shear force in a cell at the end of the step [N]: half of the step's turn is still to come."""
+    """Return the shear force in a cell at the end of the step [N]: half of the step's coupling is added."""
     width, turned, begin = int(parameters[2]), 0.0, int(first[cell])
     for k in range(width):
         turned += coupling[cell * width + k] * (bend[2 * (begin + k)] + bend[2 * (begin + k) + 1])
@@ -126,11 +126,11 @@ def free(parameters: Array, state: Array) -> None:
     turn_both(parameters, first, coupling, shear, bend, turn)
     meet(state, coordinates, 0.0, shear)
     meet(state, coordinates, 1.0, bend)
-    left = answer(parameters, state, coordinates, 0, shear[1])
-    right = answer(parameters, state, coordinates, 1, shear[2 * n2 - 2])
+    left = reflect(parameters, state, coordinates, 0, shear[1])
+    right = reflect(parameters, state, coordinates, 1, shear[2 * n2 - 2])
     shift(shear, left, right)
-    left = answer(parameters, state, coordinates, 2, bend[1])
-    right = answer(parameters, state, coordinates, 3, bend[2 * n1 - 2])
+    left = reflect(parameters, state, coordinates, 2, bend[1])
+    right = reflect(parameters, state, coordinates, 3, bend[2 * n1 - 2])
     shift(bend, left, right)
     for c in range(n):
         kind, index, share = coordinates[3 * c], int(coordinates[3 * c + 1]), coordinates[3 * c + 2]

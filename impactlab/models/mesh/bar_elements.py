@@ -48,7 +48,7 @@ def reference(order: int) -> Reference:
     stiffness = slopes.T @ (weights[:, None] * slopes)
     stiffness = 0.5 * (stiffness + stiffness.T)
     np.fill_diagonal(stiffness, 0.0)
-    np.fill_diagonal(stiffness, -stiffness.sum(axis=1))  # a motion as a whole costs nothing, to rounding
+    np.fill_diagonal(stiffness, -stiffness.sum(axis=1))  # a rigid motion has no energy, to rounding
     points, shares = legendre.leggauss(order + 1)
     shapes = np.array([polynomials(order, float(point)) for point in points])
     consistent = shapes.T @ (shares[:, None] * shapes)
@@ -72,7 +72,7 @@ def _nodes(order: int) -> Array:
     last = legendre.Legendre.basis(order)
     inner = np.sort(last.deriv().roots().real) if order > 1 else np.zeros(0)
     if inner.size:
-        inner = inner - last.deriv()(inner) / last.deriv(2)(inner)  # one step of Newton mends the roots' rounding
+        inner = inner - last.deriv()(inner) / last.deriv(2)(inner)  # one step of Newton removes the roots' rounding
     return np.concatenate(([-1.0], 0.5 * (inner - inner[::-1]), [1.0]))
 
 

@@ -15,7 +15,7 @@ from impactlab.numerics.banded import multiply
 from impactlab.scene.bodies import End, Profile, WaveBody
 from impactlab.types import Array, Quantity
 
-NEAR = 1e-9  # of an element: a place so near to a node is that node
+NODE_TOL = 1e-9  # of an element: a place so near to a node is that node
 
 
 @final
@@ -57,7 +57,7 @@ class Mesh(AbstractMesh):
         self.lengths, self.of_segment = spread(rod.segments, elements)
         self._borders = np.concatenate(([0.0], np.cumsum(self.lengths)))
         self._borders[-1] = rod.length
-        self._near = NEAR * float(self.lengths.min())
+        self._near = NODE_TOL * float(self.lengths.min())
         inside = 0.5 * (self.element.nodes[:-1] + 1.0) * self.lengths[:, None] + self._borders[:-1, None]
         self.nodes = np.append(inside.ravel(), rod.length)
         self.nodes[::order] = self._borders
@@ -122,7 +122,7 @@ class Mesh(AbstractMesh):
         return row if self._massless is None else self._massless.folded(row)
 
     def left_out(self, x: float, quantity: Quantity, face: float) -> float:
-        """Return what a massless node adds at x per unit force on it; no mode is left out."""
+        """Return the displacement that a massless node adds at x, per unit force on it."""
         if self._massless is None or quantity == "velocity":
             return 0.0
         at = self._massless.at
@@ -196,7 +196,7 @@ class Mesh(AbstractMesh):
         start, h = self._borders[element], self._borders[element + 1] - self._borders[element]
         place = 2.0 * (x - start) / h - 1.0
         node = int(np.abs(self.element.nodes - place).argmin())
-        place = self.element.nodes[node] if abs(self.element.nodes[node] - place) <= 2.0 * NEAR else place
+        place = self.element.nodes[node] if abs(self.element.nodes[node] - place) <= 2.0 * NODE_TOL else place
         values = polynomials(self.order, float(place))
         if quantity not in ("displacement", "velocity"):
             young, area = self.young[element], self.area[element]

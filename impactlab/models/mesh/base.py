@@ -23,7 +23,7 @@ class AbstractMesh(AbstractDiscreteModel):
     mass, damping, stiffness : (bandwidth + 1, n_dof)
         Lower banded; a diagonal mass has one row.
     rigid : (n_dof, n_rigid)
-        Motions that nothing resists, mass-normalised, a translation first; none of a body that is held.
+        Motions without strain or support, mass-normalised, a translation first; none of a body that is held.
     pins : tuple of int
         As many coordinates, which together stop these motions.
     lengths, of_segment : (n_elements,)
@@ -35,7 +35,7 @@ class AbstractMesh(AbstractDiscreteModel):
     places : tuple of float
         Places [m] of faces without mass.
     motions : tuple of Quantity
-        How a node moves: what must be fixed there to cut the body in two.
+        The motions of a node; all of them fixed, the body is cut in two.
     """
 
     motions: ClassVar[tuple[Quantity, ...]] = ("displacement",)
@@ -116,8 +116,8 @@ class AbstractMesh(AbstractDiscreteModel):
     def static(self, force: Array) -> Array:
         """Return the static displacements (n_dof,) under forces on the coordinates.
 
-        A body that nothing holds is taken in the frame that moves with it: the inertia of its rigid acceleration is
-        subtracted (inertia relief) and the answer carries no rigid motion.
+        A free body is taken in the frame that moves with it: the inertia of its rigid acceleration is
+        subtracted (inertia relief) and the displacements hold no rigid motion.
         """
         if self.is_held:
             return solve(self.stiffness, force)
@@ -129,16 +129,16 @@ class AbstractMesh(AbstractDiscreteModel):
         displacement = solve(grounded, balanced)
         return np.asarray(displacement - self.rigid @ (inertia.T @ displacement))
 
-    def static_answer(self, x: float, quantity: Quantity, face: float) -> float:
-        """Return the static answer of the whole mesh at x per unit force to the right at ``face`` [m]."""
-        answer = self.row(x, quantity) @ self.static(self.row(face, "displacement"))
-        return float(answer) + self.left_out(x, quantity, face)
+    def static_compliance(self, x: float, quantity: Quantity, face: float) -> float:
+        """Return the quantity at x in statics of the whole mesh, per unit force to the right at ``face`` [m]."""
+        moved = self.row(x, quantity) @ self.static(self.row(face, "displacement"))
+        return float(moved) + self.left_out(x, quantity, face)
 
 
 def sums_without(held: Ints, sums: Array, matrix: Array) -> Array:
     """Return the row sums of a banded matrix (bandwidth + 1, n) without the columns of held coordinates, (n,).
 
-    ``sums`` are those of whole rows, as the model knows them: zero where only differences of displacements count.
+    ``sums`` are those of whole rows, zero where only differences of displacements count.
     """
     sums, n = sums.copy(), sums.size
     for column in held:

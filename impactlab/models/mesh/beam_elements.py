@@ -19,6 +19,21 @@ PLACES = 0.5 * (1.0 + np.array([-1.0, 1.0]) / np.sqrt(3.0))  # Gauss, exact for 
 GAUSS = np.polynomial.legendre.leggauss(4)  # exact for the square of a cubic
 
 
+class BeamElements(NamedTuple):
+    """A stiffness in runs of equal beam elements, of which each stores a s^2/2 + b d^2/2.
+
+    Here s = w2 - w1 - l (theta1 + theta2) shears the element and d = theta2 - theta1 bends it: a = 12 EI/h^3/(1 + Phi),
+    l = h/2, b = EI/h. Other stiffness stands at single nodes: supports, and under tension springs at the rotations.
+    """
+
+    lead: int  # coordinates before the first whole node: 1 where the rotation of a pinned end stands alone
+    nodes: int  # whole ones
+    ends: Array  # (12,) stiffness of the first, then of the last whole node beyond the runs: w w, w theta, theta theta;
+    #              then of a lone rotation beyond each: its own, its coupling to w and to theta of the whole node
+    rest: Array  # (nodes,) springs at the rotations of the nodes between
+    runs: Array  # (n_runs, 4) number of elements, a, l, b
+
+
 class ElementMatrices(NamedTuple):
     """The matrices of one element, (4, 4) each."""
 

@@ -7,12 +7,13 @@ from typing import final
 import numpy as np
 
 from impactlab.errors import CaseError
-from impactlab.models.base import BeamElements, Operators
+from impactlab.models.base import Operators
 from impactlab.models.mesh.absorbing import laid_out
 from impactlab.models.mesh.bar_elements import MassMatrix
 from impactlab.models.mesh.base import AbstractMesh, null_space, part
 from impactlab.models.mesh.beam_elements import (
     PLACES,
+    BeamElements,
     curvatures,
     deflections,
     lumped,
@@ -26,7 +27,7 @@ from impactlab.numerics.banded import multiply
 from impactlab.scene.bodies import Beam, End, Profile
 from impactlab.types import QUANTITIES_OF_BEAM, Array, Quantity
 
-NEAR = 1e-9  # of an element: a place so near to a node is that node
+NODE_TOL = 1e-9  # of an element: a place so near to a node is that node
 STEP = 1e-4  # of an element, over which the slope of an initial deflection is taken
 
 
@@ -37,7 +38,7 @@ class BeamMesh(AbstractMesh):
     Deflection and rotation are those of elements without load between their nodes (`beam_elements`); bending moment and
     shear force jump between elements: at a node shared by two the right one gives them. Damping is Rayleigh's, that of
     the material, which here damps shear and bending alike, and the dashpots at the ends. At an infinite end the mesh
-    goes on in a layer that absorbs (`absorbing`).
+    goes on in an absorbing layer (`absorbing`).
 
     Parameters
     ----------
@@ -72,8 +73,8 @@ class BeamMesh(AbstractMesh):
         self._layout = laid_out(beam, elements, self.lumped, gravity)
         self.lengths, self.of_segment = self._layout.lengths, self._layout.segment
         self.nodes: Array = self._layout.start + np.concatenate(([0.0], np.cumsum(self.lengths)))
-        self.nodes[np.abs(self.nodes) < NEAR * float(self.lengths.min())] = 0.0
-        self.nodes[np.abs(self.nodes - beam.length) < NEAR * float(self.lengths.min())] = beam.length
+        self.nodes[np.abs(self.nodes) < NODE_TOL * float(self.lengths.min())] = 0.0
+        self.nodes[np.abs(self.nodes - beam.length) < NODE_TOL * float(self.lengths.min())] = beam.length
         self.ends: tuple[tuple[int, End], ...] = ((0, beam.left), (len(self.nodes) - 1, beam.right))
         held = [2 * node for node, end in self.ends if end.kind in ("clamped", "pinned")]
         held += [2 * node + 1 for node, end in self.ends if end.kind == "clamped"]
@@ -102,11 +103,11 @@ class BeamMesh(AbstractMesh):
         return each.stiffness + max(0.0, self.beam.tension) * each.tension, mass
 
     def row(self, x: float, quantity: Quantity) -> Array:
-        element = int(np.searchsorted(self.nodes, x + NEAR * float(self.lengths.min()), side="right")) - 1
+        element = int(np.searchsorted(self.nodes, x + NODE_TOL * float(self.lengths.min()), side="right")) - 1
         element = min(max(element, 0), len(self.lengths) - 1)
         h, segment = float(self.lengths[element]), self.beam.segments[self.of_segment[element]]
         place = (x - float(self.nodes[element])) / h
-        place = 0.0 if abs(place) <= NEAR else 1.0 if abs(place - 1.0) <= NEAR else place
+        place = 0.0 if abs(place) <= NODE_TOL else 1.0 if abs(place - 1.0) <= NODE_TOL else place
         phi = shear_ratio(segment, h)
         row = np.zeros(2 * len(self.nodes))
         if quantity in ("displacement", "velocity"):
@@ -145,7 +146,7 @@ class BeamMesh(AbstractMesh):
         for at in self._layout.alike:
             h, segment = float(self.lengths[at[0]]), self.beam.segments[self.of_segment[at[0]]]
             phi = shear_ratio(segment, h)
-            # The rigid motion of each element goes first: what is left of it in a difference would be rounding.
+            # The rigid motion of each element is taken off first: its remainder in a difference would be rounding.
             turn = (nodal[2 * at + 2] - nodal[2 * at]) / h
             local = np.array([nodal[2 * at + 1] - turn, nodal[2 * at + 3] - turn])
             for place in PLACES:
@@ -274,7 +275,7 @@ class BeamMesh(AbstractMesh):
 
 
 def no_such(quantity: str) -> CaseError:
-    """Return the error of a quantity that a beam has not."""
+    """Return the error of a quantity that no beam has."""
     return CaseError(
         f"a beam has no {quantity}. Allowed: {', '.join(QUANTITIES_OF_BEAM)}",
         remedy="Name one of these.",
