@@ -112,12 +112,6 @@ class AbstractDiscreteModel(ABC):
         )
 
 
-def end_load(model: AbstractDiscreteModel, body: ElasticBody) -> Array:
-    """Return the forces on the ends of a body as loads on the coordinates of its model, shape (n_dof,) [N]."""
-    load = body.left.force * model.row(0.0, "displacement")
-    return load if body.right.force == 0.0 else load + body.right.force * model.row(body.length, "displacement")
-
-
 class AbstractRodModel(ABC):
     """A description of a rod or a beam, as a case file chooses it: a frozen dataclass of options."""
 

@@ -9,8 +9,8 @@ import numpy as np
 from impactlab.bases.base import Coordinates, Span
 from impactlab.bases.reduced import ReducedMesh, products
 from impactlab.errors import PairingError
-from impactlab.models.base import AbstractDiscreteModel, Face, Operators, Phases, end_load
-from impactlab.models.mesh.base import AbstractMesh
+from impactlab.models.base import AbstractDiscreteModel, Face, Operators, Phases
+from impactlab.models.mesh.base import AbstractMesh, end_load
 from impactlab.models.messengers import Waves, arriving_row, waves_at
 from impactlab.scene.bodies import ElasticBody
 from impactlab.types import Array, Quantity

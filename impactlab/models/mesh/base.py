@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from impactlab.models.base import AbstractDiscreteModel, Operators, end_load
+from impactlab.models.base import AbstractDiscreteModel, Operators
 from impactlab.models.mesh.bar_elements import Ints
 from impactlab.numerics.banded import multiply, solve
 from impactlab.scene.bodies import ElasticBody, End, Profile
@@ -133,6 +133,12 @@ class AbstractMesh(AbstractDiscreteModel):
         """Return the quantity at x in statics of the whole mesh, per unit force to the right at ``face`` [m]."""
         moved = self.row(x, quantity) @ self.static(self.row(face, "displacement"))
         return float(moved) + self.left_out(x, quantity, face)
+
+
+def end_load(model: AbstractDiscreteModel, body: ElasticBody) -> Array:
+    """Return the forces on the ends of a body as loads on the coordinates of its model, shape (n_dof,) [N]."""
+    load = body.left.force * model.row(0.0, "displacement")
+    return load if body.right.force == 0.0 else load + body.right.force * model.row(body.length, "displacement")
 
 
 def sums_without(held: Ints, sums: Array, matrix: Array) -> Array:
