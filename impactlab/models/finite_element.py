@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, final
+from typing import final
 
 from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Face
-from impactlab.models.mesh.bar_elements import check_order, node_distance, spread
+from impactlab.models.mesh.bar_elements import MassMatrix, check_order, node_distance, spread
 from impactlab.models.mesh.bars import Mesh
 from impactlab.models.mesh.beams import BeamMesh
 from impactlab.scene.bodies import Beam, ElasticBody, WaveBody
@@ -47,19 +47,13 @@ class FiniteElement(AbstractRodModel):
     )
 
     elements: int = option(100, at_least=1, at_most=10_000_000, description="elements over the whole rod")
-    mass: Literal["consistent", "lumped", "redistributed"] = option(
-        "consistent", description="mass matrix; redistributed: lumped, with none at the contacts"
-    )
+    mass: MassMatrix = option("consistent", description="mass matrix; redistributed: lumped, with none at the contacts")
     order: int = option(
         1, at_least=1, at_most=12, description="degree of the displacement in an element; from 2 on spectral elements"
     )
 
     def __post_init__(self) -> None:
         check_order(self.order, self.mass)
-
-    @property
-    def has_mesh(self) -> bool:
-        return True
 
     def element_length(self, body: ElasticBody) -> float:
         return float(spread(body.segments, self.elements)[0].min()) * node_distance(self.order)

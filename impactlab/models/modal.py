@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, final
+from typing import final
 
 from impactlab.bases.analytic import AnalyticBasis
 from impactlab.bases.base import AbstractBasis
@@ -12,7 +12,7 @@ from impactlab.bases.craig_bampton import CraigBampton
 from impactlab.bases.eigenvectors import Eigenvectors
 from impactlab.errors import CaseError, PairingError
 from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Face
-from impactlab.models.mesh.bar_elements import check_order, node_distance
+from impactlab.models.mesh.bar_elements import MassMatrix, check_order, node_distance
 from impactlab.models.mesh.bars import Mesh
 from impactlab.models.mesh.base import AbstractMesh
 from impactlab.models.mesh.beams import BeamMesh
@@ -53,7 +53,7 @@ class Modal(AbstractRodModel):
     modes: int | None = option(
         None, at_least=1, at_most=100_000, description="elastic modes kept; default all of the mesh"
     )
-    mass: Literal["consistent", "lumped", "redistributed"] = option(
+    mass: MassMatrix = option(
         "consistent", description="mass matrix of the mesh; redistributed: lumped, with none at the contacts"
     )
     basis: AbstractBasis = option(
