@@ -6,6 +6,7 @@ from typing import final
 
 import numpy as np
 
+from impactlab.bases.base import Coordinates, even_grid, quadrature
 from impactlab.errors import CaseError
 from impactlab.scene.bodies import Profile, WaveBody
 from impactlab.types import Array, Quantity
@@ -14,7 +15,7 @@ MAX_PLACES = 4096  # of a quadrature at once: a thousand modes then take 100 MB
 
 
 @final
-class AnalyticBasis:
+class AnalyticBasis(Coordinates):
     """The first modes of a uniform rod, mass-normalised, the rigid one (free-free) first and not counted.
 
     With wave numbers k: cos(k x) where the left end is free, sin(k x) where it is clamped.
@@ -51,7 +52,6 @@ class AnalyticBasis:
         return np.asarray((np.sin(phase) if self._clamped[0] else np.cos(phase)) * self._scale)
 
     def row(self, x: float, quantity: Quantity) -> Array:
-        """Return the quantity at x [m] of each mode, shape (n_dof,)."""
         if quantity in ("displacement", "velocity"):
             return self._shape(np.array(x))
         phase = self._numbers * x
@@ -61,10 +61,6 @@ class AnalyticBasis:
         return np.asarray(-factor * self._scale * self._numbers * slope)
 
     def static(self, x: float, quantity: Quantity, face: float) -> float:
-        """Return the quantity at x in statics, exact, per unit force to the right at ``face``.
-
-        A free rod is taken in the frame of its mean acceleration, without rigid motion.
-        """
         young, area, length = self._segment.young, self._segment.area, self._length
         behind = 1.0 if x > face or (x == face and face == 0.0) else 0.0
         left, right = self._clamped
@@ -87,18 +83,12 @@ class AnalyticBasis:
         return force / {"strain": young * area, "stress": area, "force": 1.0}[quantity]
 
     def project(self, profile: Profile) -> Array:
-        """Return the modal coordinates of a displacement profile by Gauss quadrature, shape (n_dof,)."""
-        cells = 4 * self._numbers.size + 64
-        nodes, weights = np.polynomial.legendre.leggauss(8)
-        h = self._length / cells
-        x = (np.arange(cells)[:, None] * h + (nodes + 1.0) * h / 2.0).ravel()
-        weight = np.tile(weights * h / 2.0, cells) * self._segment.density * self._segment.area
-        weighted = weight * profile(x)
+        x, weight = quadrature(self._length, self._numbers.size)
+        weighted = weight * self._segment.density * self._segment.area * profile(x)
         blocks = (slice(first, first + MAX_PLACES) for first in range(0, x.size, MAX_PLACES))
         return np.asarray(sum(self._shape(x[block]).T @ weighted[block] for block in blocks))
 
     def project_uniform(self) -> Array:
-        """Return the momentum of each mode at unit modal velocity, shape (n_dof,)."""
         line_mass, length = self._segment.density * self._segment.area, self._length
         numbers = np.where(self._numbers > 0.0, self._numbers, 1.0)
         integral = (
@@ -108,5 +98,4 @@ class AnalyticBasis:
         return np.asarray(line_mass * self._scale * integral)
 
     def grid(self) -> Array:
-        """Return places fine enough for the shortest mode, shape (n,) [m]."""
-        return np.linspace(0.0, self._length, max(200, 4 * self._numbers.size) + 1)
+        return even_grid(self._length, self._numbers.size)

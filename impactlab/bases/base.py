@@ -6,6 +6,8 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 
+import numpy as np
+
 from impactlab.types import Array, Quantity
 
 if TYPE_CHECKING:
@@ -32,7 +34,10 @@ class Coordinates(Protocol):
         """Return the quantity at x [m] of each coordinate, shape (n_dof,)."""
 
     def static(self, x: float, quantity: Quantity, face: float) -> float:
-        """Return the quantity at x in statics of the whole body, per unit force at ``face`` [m]."""
+        """Return the quantity at x in statics of the whole body, per unit force to the right at ``face`` [m].
+
+        A body that moves freely is taken in the frame of its mean acceleration, without rigid motion.
+        """
 
     def project(self, profile: Profile) -> Array:
         """Return the coordinates of a displacement profile, shape (n_dof,)."""
@@ -42,6 +47,20 @@ class Coordinates(Protocol):
 
     def grid(self) -> Array:
         """Return the places at which fields are given, shape (n,) [m]."""
+
+
+def quadrature(length: float, modes: int) -> tuple[Array, Array]:
+    """Return places [m] and weights [m] of Gauss quadrature over a body, fine enough for some modes, (n,) each."""
+    cells = 4 * modes + 64
+    nodes, weights = np.polynomial.legendre.leggauss(8)
+    h = length / cells
+    x = (np.arange(cells)[:, None] * h + (nodes + 1.0) * h / 2.0).ravel()
+    return x, np.tile(weights * h / 2.0, cells)
+
+
+def even_grid(length: float, modes: int) -> Array:
+    """Return even places fine enough for the shortest of some modes, shape (n,) [m]."""
+    return np.linspace(0.0, length, max(200, 4 * modes) + 1)
 
 
 class AbstractBasis(ABC):

@@ -7,6 +7,7 @@ from typing import final
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from impactlab.bases.base import Coordinates
 from impactlab.bases.shapes import upright, with_rigid_motions
 from impactlab.models.mesh.base import AbstractMesh
 from impactlab.numerics.banded import multiply
@@ -25,7 +26,7 @@ def products(matrix: Array, shapes: Array) -> Array:
 
 
 @final
-class ReducedMesh:
+class ReducedMesh(Coordinates):
     """A mesh that moves in the span of some shapes only, in uncoupled coordinates of unit mass.
 
     Parameters
@@ -65,21 +66,16 @@ class ReducedMesh:
             return with_rigid_motions(mesh, upright(unit @ turned))
 
     def row(self, x: float, quantity: Quantity) -> Array:
-        """Return the quantity at x [m] of each coordinate, shape (n_dof,)."""
         return np.asarray(self.mesh.row(x, quantity) @ self.shapes)
 
     def static(self, x: float, quantity: Quantity, face: float) -> float:
-        """Return the quantity at x in statics of the whole mesh, per unit force to the right at ``face``."""
         return self.mesh.static_compliance(x, quantity, face)
 
     def project(self, profile: Profile) -> Array:
-        """Return the coordinates of a displacement profile, shape (n_dof,)."""
         return np.asarray(self.shapes.T @ multiply(self.mesh.mass, self.mesh.coordinates(profile)))
 
     def project_uniform(self) -> Array:
-        """Return the momentum of each coordinate at unit velocity, shape (n_dof,)."""
         return np.asarray(self.shapes.T @ self.mesh.momentum_row())
 
     def grid(self) -> Array:
-        """Return the nodes, shape (n,) [m]."""
         return self.mesh.grid()

@@ -6,6 +6,7 @@ from typing import cast, final
 
 import numpy as np
 
+from impactlab.bases.base import Coordinates, even_grid, quadrature
 from impactlab.bases.beams.roots import Held
 from impactlab.bases.beams.shapes import Layout, found, normalised
 from impactlab.bases.beams.statics import WORDS, BeamStatics
@@ -19,7 +20,7 @@ STEP = 1e-6  # of the length, over which the slope of an initial deflection is t
 
 
 @final
-class BeamModes:
+class BeamModes(Coordinates):
     """The first modes of a uniform beam with clamped, pinned or free ends, mass-normalised, its rigid motions first.
 
     Rigid motions are not counted: a translation and a rotation of a free beam, a rotation of one that is pinned and
@@ -36,8 +37,6 @@ class BeamModes:
     ----------
     Huang1961; Rayleigh1894, section 174.
     """
-
-    frequencies: Array
 
     def __init__(self, beam: Beam, modes: int) -> None:
         _check(beam)
@@ -61,16 +60,11 @@ class BeamModes:
         self._shares *= np.where(self._at(np.zeros(1), first)[0, len(self._rigid) :] < 0.0, -1.0, 1.0)
 
     def row(self, x: float, quantity: Quantity) -> Array:
-        """Return the quantity at x [m] of each mode, shape (n_dof,)."""
         if quantity not in QUANTITIES_OF_BEAM:
             raise no_such(quantity)
         return np.asarray(self._at(np.array([x]), 0 if quantity == "velocity" else WORDS.index(quantity))[0])
 
     def static(self, x: float, quantity: Quantity, face: float) -> float:
-        """Return the quantity at x in statics, exact, per unit force at ``face``.
-
-        A beam that can move freely is taken in the frame of its mean acceleration, without rigid motion.
-        """
         if face not in self._statics:
             self._statics[face] = BeamStatics(self._segment, self._kinds, self._rigid, face)
         return self._statics[face].at(x, quantity)
@@ -81,10 +75,7 @@ class BeamModes:
         Cross sections start square to the deflected axis, as where nothing shears.
         """
         length, segment = self._segment.length, self._segment
-        cells = 4 * self.frequencies.size + 64
-        nodes, weights = np.polynomial.legendre.leggauss(8)
-        x = ((np.arange(cells)[:, None] + 0.5 * (nodes + 1.0)) * (length / cells)).ravel()
-        weight = np.tile(weights * 0.5 * length / cells, cells)
+        x, weight = quadrature(length, self.frequencies.size)
         found = self._at(x, 0).T @ (weight * segment.density * segment.area * profile(x))
         if segment.rotary_inertia > 0.0:
             before, after = np.maximum(x - STEP * length, 0.0), np.minimum(x + STEP * length, length)
@@ -93,7 +84,6 @@ class BeamModes:
         return np.asarray(found)
 
     def project_uniform(self) -> Array:
-        """Return the momentum of each mode at unit modal velocity, shape (n_dof,)."""
         segment, mass = self._segment, self._segment.mass
         rigid = [np.sqrt(mass) * (offset + 0.5 * slope) for offset, slope in self._rigid]
         momenta = []
@@ -107,8 +97,7 @@ class BeamModes:
         return np.concatenate((rigid, total))
 
     def grid(self) -> Array:
-        """Return places fine enough for the shortest mode, shape (n,) [m]."""
-        return np.linspace(0.0, self._segment.length, max(200, 4 * self.frequencies.size) + 1)
+        return even_grid(self._segment.length, self.frequencies.size)
 
     def _at(self, x: Array, which: int) -> Array:
         """Return displacement (0), rotation, bending moment or shear force (3) of each mode, (n, n_dof)."""

@@ -80,9 +80,8 @@ class BeamMesh(AbstractMesh):
         held += [2 * node + 1 for node, end in self.ends if end.kind == "clamped"]
         self._kept = np.setdiff1d(np.arange(2 * len(self.nodes)), held)
         whole = self._assembled()
-        uniform = np.zeros(2 * len(self.nodes))
-        uniform[::2] = 1.0
-        self._momentum = multiply(whole[0], uniform)[self._kept]
+        uniform = np.tile([1.0, 0.0], len(self.nodes))
+        self._uniform, self._momentum = uniform[self._kept], multiply(whole[0], uniform)[self._kept]
         cut = [part(matrix, self._kept) for matrix in whole]
         self.mass: Array = cut[0][:1] if self.lumped else cut[0]
         self.damping: Array = cut[1] if np.any(cut[1][1:]) else cut[1][:1]
@@ -91,9 +90,7 @@ class BeamMesh(AbstractMesh):
         self._check_preload()
 
     def operators(self) -> Operators:
-        uniform = np.zeros(2 * len(self.nodes))
-        uniform[::2] = 1.0
-        stated = self.stated(self.highest_of_elements(), uniform[self._kept], self._gravity, self._end_dashpots())
+        stated = self.stated(self.highest_of_elements(), self._uniform, self._gravity, self._end_dashpots())
         return stated._replace(beam_elements=self._elements())
 
     def element_matrices(self, number: int) -> tuple[Array, Array]:
