@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import types
-import typing
-from collections.abc import Iterable
-from typing import Any
+from collections.abc import Iterable, Sequence
+from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
@@ -46,7 +44,7 @@ def case_error(
 
 
 def _one(fault: ErrorDetails, data: Any, prefix: str, allowed: Iterable[str] | type[BaseModel]) -> CaseError:
-    keys = _yaml_path(fault["loc"], data, fault["type"], allowed)
+    keys = _yaml_path(fault["loc"])
     path = ".".join(part for part in (prefix, *keys) if part)
     if fault["type"] == "union_tag_invalid":
         path += ".kind"
@@ -107,94 +105,37 @@ def _tags(context: Any) -> str:
     return listed(str(context.get("expected_tags", "'mass', 'rod', 'wall'")).replace("'", "").split(", "))
 
 
-def _yaml_path(
-    loc: Iterable[int | str], data: Any, kind: str, allowed: Iterable[str] | type[BaseModel] = ()
-) -> list[str]:
-    """Leave out the tags that pydantic puts into its locations: one for each block that is read by its kind.
-
-    A tag may be the name of a key, too (the mass of a mass): so the types are followed, not the names alone.
-    """
-    steps = list(loc)
-    keys: list[str] = []
-    annotation: Any = allowed if isinstance(allowed, type) else None
-    for place, step in enumerate(steps):
-        last = place == len(steps) - 1
-        tagged = _by_kind(annotation)
-        if step in tagged:
-            annotation = tagged[str(step)]
-            continue
-        annotation = _inside(annotation, step)
-        if _stands_in(step, data):
-            data = data[step]
-            keys.append(str(step))
-        elif last and kind == "missing":
-            keys.append(str(step))
-    return keys
-
-
-def _by_kind(annotation: Any) -> dict[str, type[BaseModel]]:
-    """Return the blocks that may stand at one place, by their kind; none where the kind does not decide."""
-    if typing.get_origin(annotation) is typing.Annotated:
-        annotation = typing.get_args(annotation)[0]
-    if typing.get_origin(annotation) not in (typing.Union, types.UnionType):
-        return {}
-    blocks = [(member, _kind_of(member)) for member in typing.get_args(annotation) if _is_block(member)]
-    return {kind: block for block, kind in blocks if kind is not None}
-
-
-def _inside(annotation: Any, step: int | str) -> Any:
-    """Return the type of what stands under a key or a number in a value of a type; None where it is not known."""
-    annotation = _only(annotation)
-    arguments = typing.get_args(annotation)
-    if typing.get_origin(annotation) is dict:
-        return arguments[1]
-    if typing.get_origin(annotation) is tuple:
-        return arguments[0]
-    if _is_block(annotation):
-        field = annotation.model_fields.get(str(step))
-        return None if field is None else field.annotation
-    return None
-
-
-def _stands_in(step: int | str, data: Any) -> bool:
-    if isinstance(data, (list, tuple)):
-        return isinstance(step, int) and step < len(data)
-    return isinstance(data, dict) and step in data
+def _yaml_path(loc: Sequence[int | str]) -> list[str]:
+    """Return where a fault stands: without the kind that pydantic names after a body, and its mark of a wrong key."""
+    keys = [str(step) for number, step in enumerate(loc) if not (loc[0] == "bodies" and number == 2)]
+    return [key for key in keys if key != "[key]"]
 
 
 def _allowed_at(keys: list[str], data: Any, allowed: Iterable[str] | type[BaseModel]) -> list[str]:
     """Return the keys that may stand in the block at a path; of a block whose kind is not known, those of all kinds."""
     if not isinstance(allowed, type):
         return list(allowed)
-    annotation: Any = allowed
+    blocks, among_many = [allowed], False  # among_many: the next key is the name or the number of one of several
     for key in keys:
-        step: Any = int(key) if isinstance(data, (list, tuple)) else key
-        annotation, data = _inside(_of_kind(annotation, data), step), data[step]
-    found = _of_kind(annotation, data)
-    blocks = _by_kind(found).values() or [each for each in (_only(found),) if _is_block(each)]
+        data = data[int(key)] if isinstance(data, (list, tuple)) else data[key]
+        if not among_many:
+            types = [block.model_fields[key].annotation for block in blocks if key in block.model_fields]
+            blocks = [inside for annotation in types for inside in _blocks_in(annotation)]
+            among_many = any(get_origin(each) in (dict, tuple) for one in types for each in (one, *get_args(one)))
+        else:
+            among_many = False
+        kind = data.get("kind") if isinstance(data, dict) else None
+        blocks = [block for block in blocks if kind in _kinds_of(block)] or blocks
     return [name for block in blocks for name in block.model_fields]
 
 
-def _of_kind(annotation: Any, data: Any) -> Any:
-    """Return the one block that a value of that kind is read by, where the type allows several."""
-    kind = data.get("kind") if isinstance(data, dict) else None
-    return _by_kind(annotation).get(kind, annotation) if isinstance(kind, str) else annotation
+def _blocks_in(annotation: Any) -> list[type[BaseModel]]:
+    """Return the blocks that a type names, at any depth."""
+    if isinstance(annotation, type) and get_origin(annotation) is None and issubclass(annotation, BaseModel):
+        return [annotation]
+    return [block for inside in get_args(annotation) for block in _blocks_in(inside)]
 
 
-def _only(annotation: Any) -> Any:
-    """Return the type that an optional one allows beside nothing; None where there are several."""
-    if typing.get_origin(annotation) is typing.Annotated:
-        annotation = typing.get_args(annotation)[0]
-    if typing.get_origin(annotation) in (typing.Union, types.UnionType):
-        members = [member for member in typing.get_args(annotation) if member is not types.NoneType]
-        return members[0] if len(members) == 1 else None
-    return annotation
-
-
-def _is_block(annotation: Any) -> bool:
-    return isinstance(annotation, type) and typing.get_origin(annotation) is None and issubclass(annotation, BaseModel)
-
-
-def _kind_of(model: type[BaseModel]) -> str | None:
-    field = model.model_fields.get("kind")
-    return str(typing.get_args(field.annotation)[0]) if field else None
+def _kinds_of(block: type[BaseModel]) -> tuple[str, ...]:
+    field = block.model_fields.get("kind")
+    return () if field is None else get_args(field.annotation)
