@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from impactlab.casefile import Case
-from impactlab.casefile.edit import check_method_name
+from impactlab.casefile.edit import check_name
 from impactlab.errors import ImpactlabError, RunWarning, StepError
 from impactlab.history.base import SERIOUS, AbstractHistory
 from impactlab.lazy import lazy
@@ -69,7 +69,7 @@ class Comparison:
 
     @property
     def document(self) -> dict[str, Any]:
-        """What ``compare --json`` prints: schema_version, case, reference, rows of name and summary."""
+        """The document of ``compare --json``: schema_version, case, reference, rows of name and summary."""
         name = self.reference[0] if self.reference is not None else None
         return summaries.comparison(self.case, name, [(row.name, row.summary) for row in self.rows])
 
@@ -86,7 +86,7 @@ def run(case: Case | Simulation, progress: Progress | None = None) -> AbstractHi
     Parameters
     ----------
     case : Case or Simulation
-        What to run; of a case with methods, the one chosen by ``case.method(name)``. A method with a tolerance is
+        Of a case with methods, the one chosen by ``case.method(name)``. A method with a tolerance is
         first completed by the automatic choice.
     progress : callable, optional
         Called with the fraction done, from 0 to 1, about ten times a second.
@@ -96,7 +96,7 @@ def run(case: Case | Simulation, progress: Progress | None = None) -> AbstractHi
     CaseError, PairingError, PluginError
         Before the first step; of a case they carry file and line.
     StepError
-        If the run fails on the way, or more than doubles the energy of its bodies; it carries what was reached.
+        If the run fails on the way, or more than doubles the energy of its bodies; it carries the history so far.
     """
     scene, method = case.simulation() if isinstance(case, Case) else case
     try:
@@ -143,7 +143,7 @@ def prepare(case: Case) -> Plan:
 
 
 def physics_of(case: Case) -> Simulation:
-    """Return the scene of a case and a method with the laws of the case as written: what its errors refer to.
+    """Return the scene of a case and a method with the laws of the case as written, to which its errors refer.
 
     So a penalty that stands in for a hard contact is measured against the hard contact, not against itself.
     """
@@ -190,8 +190,8 @@ def compare(
     """
     names = list(dict.fromkeys(methods if methods is not None else case.method_names))
     for name in names:
-        check_method_name(name, case.method_names, case.file)
-    known: dict[Any, Reference | None] = {}  # by what determines a reference
+        check_name("method", name, case.method_names, case.file)
+    known: dict[Any, Reference | None] = {}  # by the scene and method that determine each
     rows = []
     for number, name in enumerate(names):
         rows.append(_row(case, name, known, _share(progress, name, number, len(names))))
@@ -262,5 +262,5 @@ def _row(case: Case, name: str, known: dict[Any, Reference | None], progress: Pr
             known[key] = reference_of(*physics)
         reference = known[key]
         return Row(name, summaries.summarise(case.label, variant.scene(), history, reference), history, reference, None)
-    except Exception as error:  # noqa: BLE001 - a plugin may raise anything; its row says what
+    except Exception as error:  # noqa: BLE001 - a plugin may raise anything; its row shows it
         return Row(name, failure(case.label, error), None, None, error)

@@ -14,7 +14,7 @@ from impactlab.plugins import citations_of, parts_inside
 
 
 class Citations(NamedTuple):
-    """What to cite: sorted keys, and the BibTeX text."""
+    """Sources to cite: sorted keys, and the BibTeX text."""
 
     keys: tuple[str, ...]
     bibtex: str

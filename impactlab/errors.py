@@ -1,4 +1,4 @@
-"""The error family of impactlab: every failure says where, what was given, what is allowed, what to do."""
+"""The errors of impactlab: each names the place, the given value, the allowed values and the remedy."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ class ImpactlabError(Exception):
     Parameters
     ----------
     text : str
-        What is wrong: what was given and what is allowed.
+        The fault: the given value and the allowed ones.
     remedy : str
-        What to do about it; may be empty.
+        How to fix it; may be empty.
     path : str
         Dotted path in the case, e.g. ``contacts.0.law.kind``; empty where none applies.
     file : str
@@ -64,7 +64,7 @@ def combined(errors: Sequence[ImpactlabError]) -> ImpactlabError:
 
 
 class CaseError(ImpactlabError):
-    """The case is wrong: a key, a value, a unit, or physics that cannot be."""
+    """The case is wrong: a key, a value, a unit, or impossible physics."""
 
 
 class PairingError(ImpactlabError):
@@ -80,7 +80,7 @@ class RunWarning(UserWarning):
 
 
 class StepError(ImpactlabError):
-    """A run failed on the way; what was reached is kept.
+    """A run failed on the way; its history so far is kept.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ class StepError(ImpactlabError):
     step : int
         Number of the step that failed, from 0.
     history : AbstractHistory or None
-        What was reached before the failure (`impactlab.history.base`).
+        The history up to the failure (`impactlab.history.base`).
     """
 
     def __init__(

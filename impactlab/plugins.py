@@ -21,7 +21,7 @@ from impactlab.errors import PluginError
 
 
 class Group(NamedTuple):
-    """A kind of part: its entry-point group, what people call it, and the class it must derive from."""
+    """A kind of part: its entry-point group, its name in messages, and the class it must derive from."""
 
     name: str
     noun: str
@@ -46,7 +46,7 @@ class Entry(NamedTuple):
 
 
 def installed_entries() -> tuple[Entry, ...]:
-    """Return what the installed distributions register in our groups; nothing of it is imported."""
+    """Return the entries of the installed distributions in our groups; nothing is imported."""
     groups = {group.name for group in GROUPS}
     found: dict[Entry, None] = {}
     for distribution in distributions():
@@ -81,7 +81,7 @@ class Registry:
     Parameters
     ----------
     entries : iterable of Entry
-        What is registered. Tests and authors may give their own; `registry()` holds what is installed.
+        The registered parts. Tests and authors may give their own; `registry()` holds the installed ones.
     """
 
     def __init__(self, entries: Iterable[Entry]) -> None:
@@ -92,7 +92,7 @@ class Registry:
         return tuple(sorted({entry.name for entry in self.entries if entry.group == group.name}))
 
     def only(self, distribution: str) -> Registry:
-        """Return the registry of what one distribution brings."""
+        """Return the registry of the parts of one distribution."""
         return Registry(entry for entry in self.entries if entry.distribution == distribution)
 
     def load(self, group: Group, name: str) -> type[Any]:
@@ -117,7 +117,7 @@ class Registry:
         try:
             fault = fault_of(part, group)
         except Exception as error:  # noqa: BLE001 - a stranger's class may answer questions with anything
-            fault = f"it cannot be looked at: {type(error).__name__}: {str(error)[:200]}"
+            fault = f"it cannot be examined: {type(error).__name__}: {str(error)[:200]}"
         if fault:
             raise PluginError(
                 f"{name!r} of {entry.distribution} ({entry.value}) cannot serve as {group.noun}: {fault}",
@@ -149,7 +149,7 @@ def describe(part: type[Any] | Callable[..., Any]) -> str:
     """Return the one-line description of a part: the first line of its own docstring, empty where it wrote none."""
     written = vars(part).get("__doc__") if inspect.isclass(part) else part.__doc__
     text = inspect.cleandoc(written or "")
-    return "" if text.startswith(f"{part.__name__}(") else text.partition("\n")[0]  # what dataclass makes up
+    return "" if text.startswith(f"{part.__name__}(") else text.partition("\n")[0]  # text that dataclass generates
 
 
 def citations_of(part: type[Any]) -> tuple[str, ...]:
@@ -183,7 +183,7 @@ def fault_of(part: Any, group: Group) -> str:
             return f"its field {field.name!r} is not made by impactlab.types.option"
         if field.name == "kind":
             return "its field 'kind' has a name that cases use for the part itself"
-    return "" if describe(part) else "its class has no docstring; the first line is what a listing shows"
+    return "" if describe(part) else "its class has no docstring, whose first line a listing shows"
 
 
 def _fault_of_metric(metric: Any) -> str:
@@ -194,12 +194,12 @@ def _fault_of_metric(metric: Any) -> str:
         inspect.signature(metric).bind(None, None, None)
     except TypeError as error:
         return f"it cannot be called as metric(history, reference, scene): {error}"
-    return "" if describe(metric) else "it has no docstring; the first line is what a listing shows"
+    return "" if describe(metric) else "it has no docstring, whose first line a listing shows"
 
 
 def _import(entry: Entry, group: Group) -> Any:
     try:
-        with contextlib.redirect_stdout(sys.stderr):  # what it prints may not get into a JSON document
+        with contextlib.redirect_stdout(sys.stderr):  # its output may not get into a JSON document
             return _attribute(entry.value)
     except (Exception, SystemExit) as error:  # a stranger's module may raise anything, or try to leave
         raise PluginError(

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from typing import Annotated, Any, ClassVar, Literal
+from dataclasses import replace
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from impactlab.casefile.blocks import POISSON, Area, Block, Inertia, Length, Material, MovingBlock
+from impactlab.casefile.blocks import PIECES, POISSON, Area, Block, Inertia, Length, Material, MovingBlock
 from impactlab.casefile.values import BEAM_END, Allowed, quantity, words
 from impactlab.casefile.words import listed
 from impactlab.errors import CaseError
@@ -56,7 +56,7 @@ class BeamSegmentBlock(Block):
 
 
 class BeamEndsBlock(Block):
-    """What holds the two ends of a beam, and forces that act across them from t = 0 on."""
+    """The supports of the two ends of a beam, and forces that act across them from t = 0 on."""
 
     left: Annotated[End, BEAM_END] = Field(default=End("free"), description="left end, at x = 0; a force acts along +u")
     right: Annotated[End, BEAM_END] = Field(
@@ -73,46 +73,35 @@ class BeamBlock(MovingBlock):
     )
     section: SectionBlock | None = Field(default=None, description="cross section")
     material: BeamMaterial | None = Field(default=None, description="material")
-    segments: tuple[BeamSegmentBlock, ...] | None = Field(
-        default=None,
-        min_length=1,
-        max_length=1000,
-        description="uniform pieces from left to right, in place of the three",
-    )
-    ends: BeamEndsBlock = Field(default=BeamEndsBlock(), description="what holds the ends; free if not given")
+    segments: Annotated[tuple[BeamSegmentBlock, ...] | None, PIECES] = None
+    ends: BeamEndsBlock = Field(default=BeamEndsBlock(), description="supports of the ends; free if not given")
     tension: Annotated[float, quantity("N")] = Field(default=0.0, description="axial preload [N], positive in tension")
 
+    piece: ClassVar[type[Block]] = BeamSegmentBlock
     shape_keys: ClassVar[tuple[str, ...]] = ("length", "section", "material")
     quantities: ClassVar[tuple[str, ...]] = QUANTITIES_OF_BEAM
     both_sides: ClassVar[bool] = True
 
     def check_pieces(self, path: str) -> None:
-        for inside, section, material in pieces_of(self):
-            check_section(section, f"{path}.{inside}section")
-            if self.theory == "timoshenko":
-                check_shear(section, material, f"{path}.{inside}")
+        for number, piece in enumerate(self.pieces):
+            place = path if self.segments is None else f"{path}.segments.{number}"
+            if piece.section is not None:
+                check_section(piece.section, f"{place}.section")
+                if piece.material is not None and self.theory == "timoshenko":
+                    check_shear(piece.section, piece.material, place)
 
     def body(self, name: str, lever_arm: float) -> Beam:
-        theory: Any = self.theory
         return Beam(
             name,
-            beam_segments(self),
+            tuple(_segment(piece, self.theory) for piece in self.pieces),
             self.ends.left,
             self.ends.right,
             self.velocity,
             self.profile,
             damping=self.rayleigh,
-            theory=theory,
+            theory=self.theory,  # type: ignore[arg-type] # one of two words
             tension=self.tension,
         )
-
-
-def pieces_of(beam: BeamBlock) -> Iterator[tuple[str, SectionBlock, BeamMaterial]]:
-    """Give path, section and material of each uniform piece."""
-    for number, piece in enumerate(beam.segments or ()):
-        yield f"segments.{number}.", piece.section, piece.material
-    if beam.segments is None and beam.section is not None and beam.material is not None:
-        yield "", beam.section, beam.material
 
 
 def check_section(section: SectionBlock, path: str) -> None:
@@ -134,26 +123,18 @@ def check_shear(section: SectionBlock, material: BeamMaterial, path: str) -> Non
         raise CaseError(
             f"{what}, and theory timoshenko needs one",
             remedy="Give either poisson or shear_modulus.",
-            path=f"{path}material",
+            path=f"{path}.material",
         )
     if section.shear_factor is None and section.area is not None:
         raise CaseError(
             "no shear_factor, and theory timoshenko needs one. It is known of rectangles and circles only",
             remedy="Give shear_factor, the part of the area that carries shear: 5/6 of a rectangle.",
-            path=f"{path}section",
+            path=f"{path}.section",
         )
 
 
-def beam_segments(beam: BeamBlock) -> tuple[BeamSegment, ...]:
-    """Return the uniform pieces of a checked beam."""
-    if beam.segments is not None:
-        return tuple(_segment(beam, piece.length, piece.section, piece.material) for piece in beam.segments)
-    if beam.length is None or beam.section is None or beam.material is None:
-        raise CaseError("a beam without length, section or material")
-    return (_segment(beam, beam.length, beam.section, beam.material),)
-
-
-def _segment(beam: BeamBlock, length: float, section: SectionBlock, material: BeamMaterial) -> BeamSegment:
+def _segment(piece: BeamSegmentBlock, theory: str) -> BeamSegment:
+    section, material = piece.section, piece.material
     height, factor = section.height, section.shear_factor
     if section.width is not None and height is not None:
         area, inertia, known = section.width * height, section.width * height**3 / 12.0, RECTANGLE
@@ -162,20 +143,10 @@ def _segment(beam: BeamBlock, length: float, section: SectionBlock, material: Be
         area, inertia, known = 0.25 * math.pi * height**2, math.pi * height**4 / 64.0, CIRCLE
     else:
         area, inertia, known = section.area or math.nan, section.inertia or math.nan, math.nan
-    plain = BeamSegment(
-        length, area, material.young, material.density, material.viscosity, inertia=inertia, height=height or math.nan
-    )
-    if beam.theory == "euler_bernoulli":
-        return plain
+    sizes = (piece.length, area, material.young, material.density, material.viscosity)
+    bending = BeamSegment(*sizes, inertia=inertia, height=height or math.nan)
+    if theory == "euler_bernoulli":
+        return bending
     shear = material.shear_modulus or material.young / (2.0 * (1.0 + (material.poisson or 0.0)))
-    return BeamSegment(
-        length,
-        area,
-        material.young,
-        material.density,
-        material.viscosity,
-        inertia=inertia,
-        shear_stiffness=(factor or known) * shear * area,
-        rotary_inertia=material.density * inertia,
-        height=height or math.nan,
-    )
+    stiffness, rotary = (factor or known) * shear * area, material.density * inertia
+    return replace(bending, shear_stiffness=stiffness, rotary_inertia=rotary)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict, Field
 
@@ -32,7 +32,7 @@ POISSON = Allowed("1", (("ge", 0.0), ("le", 0.5)), number=True, nothing=True).re
 
 
 class Block(BaseModel):
-    """What all blocks share: frozen, no unknown keys, defaults checked like given values."""
+    """Base of all blocks: frozen, no unknown keys, defaults checked like given values."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True, arbitrary_types_allowed=True)
 
@@ -62,6 +62,11 @@ class ElasticBlock(Block):
     length: Length | None = Field(default=None, description="length [m]")
     damping: DampingBlock = Field(default=DampingBlock(), description="Rayleigh damping of the whole body")
 
+    if TYPE_CHECKING:  # each kind of body has its own
+        kind: str
+        ends: Any
+
+    piece: ClassVar[type[Block]]  # block of one of the segments
     shape_keys: ClassVar[tuple[str, ...]] = ("length", "area", "material")  # of a uniform body; segments replace them
     profile_key: ClassVar[str] = "displacement"  # of the shape at t = 0
     profile_unit: ClassVar[str] = "m"
@@ -74,6 +79,12 @@ class ElasticBlock(Block):
 
     def check_pieces(self, path: str) -> None:
         """Raise `CaseError` where sections or materials do not make a body; ``path`` is that of the block."""
+
+    @property
+    def pieces(self) -> tuple[Any, ...]:
+        """The uniform pieces of the body: its segments, or one with the keys of the body itself."""
+        whole = {key: getattr(self, key) for key in self.shape_keys}
+        return getattr(self, "segments", None) or (self.piece.model_construct(**whole),)
 
     @property
     def total_length(self) -> float:
@@ -93,6 +104,9 @@ class ElasticBlock(Block):
     def rayleigh(self) -> Rayleigh:
         """Its damping in the scene."""
         return Rayleigh(self.damping.mass, self.damping.stiffness)
+
+
+PIECES = Field(min_length=1, max_length=1000, description="uniform pieces from left to right, in place of the three")
 
 
 class MovingBlock(ElasticBlock):

@@ -6,9 +6,9 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Any
 
-from impactlab.casefile.arms import lever_arm_of
 from impactlab.casefile.blocks import ElasticBlock
-from impactlab.casefile.check import faces_of, reference_rod
+from impactlab.casefile.check import reference_rod
+from impactlab.casefile.contacts import faces_of, lever_arm_of
 from impactlab.casefile.parts import read_part
 from impactlab.casefile.schema import CaseBlock, MassBlock, RoundTrips
 from impactlab.contact.base import AbstractContactLaw

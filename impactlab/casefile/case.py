@@ -13,7 +13,7 @@ from impactlab import plugins
 from impactlab.casefile.build import build, part_faults
 from impactlab.casefile.check import check
 from impactlab.casefile.document import Document, check_texts, read_document
-from impactlab.casefile.edit import edited, with_method, with_values, with_variant
+from impactlab.casefile.edit import edited, with_named, with_values
 from impactlab.casefile.faults import case_error
 from impactlab.casefile.resolve import resolve
 from impactlab.casefile.schema import CaseBlock
@@ -43,7 +43,7 @@ class Case:
 
     @property
     def title(self) -> str:
-        """The one line that says what the case is."""
+        """The title of the case, one line."""
         return self.checked.title
 
     @property
@@ -77,7 +77,7 @@ class Case:
         path : str
             Dotted path, e.g. ``contacts.0.law``.
         value : plain value
-            What stands there afterwards; a block is merged, unless its kind changes.
+            The new value; a block is merged, unless its kind changes.
         **fields
             The same as a block ``{field: value}``.
         """
@@ -105,7 +105,7 @@ class Case:
         """Return the variant that the case calls by that name; ``base`` is the case as written."""
         if name == "base":
             return self
-        return self._solved_by(name, self._located(with_method, self.document, name, self.checked.methods))
+        return self._solved_by(name, self._located(with_named, self.document, "methods", name, self.checked.methods))
 
     def solved_by(self, name: str, values: Mapping[str, Any]) -> Case:
         """Return the variant that a method of the case would make of it, had the case such a method.
@@ -115,7 +115,7 @@ class Case:
         name : str
             How the method is called.
         values : mapping
-            Dotted path to value, as under ``methods`` of a case: each takes the place of what stands there.
+            Dotted path to value, as under ``methods`` of a case: each replaces the old value.
         """
         return self._solved_by(name, self._located(with_values, self.document, "methods", name, values))
 
@@ -127,17 +127,17 @@ class Case:
     def variant(self, name: str) -> Case:
         """Return another scene of the case, with the same methods; ``base`` is the scene as written.
 
-        A variant changes what is to be solved, a method how: so the variant is chosen first.
+        A variant changes the scene, a method its solution: so the variant is chosen first.
         """
         if name == "base":
             return self
         if self.method_name != "base":
             raise CaseError("a variant of a method", remedy="Choose the variant first: case.variant(...).method(...).")
-        document = self._located(with_variant, self.document, name, self.checked.variants)
+        document = self._located(with_named, self.document, "variants", name, self.checked.variants)
         return replace(_make(self.name, self.file, document, self.registry), variant_name=name)
 
     def resolved(self) -> dict[str, Any]:
-        """Return the case with every default filled in and every value in SI, and what follows from it."""
+        """Return the case with every default filled in and every value in SI, and the values derived from it."""
         return resolve(self.checked, *self.built)
 
     def locate(self, path: str) -> int | None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import re
 import tomllib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -32,11 +32,13 @@ _NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 _WORDS: dict[str, bool | None] = {"": None, "~": None, "null": None, "Null": None, "NULL": None}
 _WORDS |= {"true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False}
 _DOTTED = re.compile(rf"""(?:[\w"'-]+\s*\.\s*){{{DEEPEST + 1}}}""")
+_BRACKETS = re.compile(r"""[\[\]{}]|"(?:\\.|[^"\\\n])*"?|'(?:\\.|[^'\\\n])*'?""")  # brackets, and texts to skip
+_SERIES = "A case describes a scene; keep measured series outside it."
 _REMEDY = "A case holds plain keys and values only; see `impactlab new` for one to start from."
 
 
 class Kind(NamedTuple):
-    """What a file is to hold, for the message where it holds no keys at all."""
+    """The keys that a file needs, for the message where it has none."""
 
     keys: str  # as in: a case has keys such as ...
     remedy: str
@@ -59,7 +61,7 @@ def read_document(path: Path, kind: Kind = CASE) -> Document:
     Raises
     ------
     CaseError
-        If the file is missing, too large, too deep, or not what its ending says.
+        If the file is missing, too large, too deep, or of another format than its ending says.
     """
     readers = {".yaml": parse_yaml, ".yml": parse_yaml, ".toml": parse_toml, ".json": parse_json}
     reader = readers.get(path.suffix.lower())
@@ -83,16 +85,9 @@ def _text(path: Path) -> str:
     with path.open("rb") as stream:
         raw = stream.read(LARGEST_FILE + 1)
     if len(raw) > LARGEST_FILE:
-        raise CaseError(
-            f"the file is larger than {LARGEST_FILE} bytes, the most a case may have",
-            remedy="A case describes a scene; keep measured series outside it.",
-        )
-    lines = raw.count(b"\n")
-    if lines > MOST_LINES:
-        raise CaseError(
-            f"the file has {lines} lines; at most {MOST_LINES} are allowed",
-            remedy="A case describes a scene; keep measured series outside it.",
-        )
+        raise CaseError(f"the file is larger than {LARGEST_FILE} bytes, the most a case may have", remedy=_SERIES)
+    if (lines := raw.count(b"\n")) > MOST_LINES:
+        raise CaseError(f"the file has {lines} lines; at most {MOST_LINES} are allowed", remedy=_SERIES)
     try:
         return raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -137,8 +132,7 @@ def parse_json(text: str, kind: Kind = CASE) -> Document:
         raise CaseError(f"not JSON: {error.msg}", remedy="Fix the text there.", line=error.lineno) from error
     except ValueError as error:
         raise CaseError(f"not JSON: {str(error)[:120]}") from error
-    _check_keys(data)
-    _check_count(data)
+    _check_tree(data)
     lines: dict[Keys, int | None] = {}
     try:
         _yaml_value(text, lines)  # JSON is YAML; read again for the lines alone
@@ -161,7 +155,7 @@ def parse_toml(text: str, kind: Kind = CASE) -> Document:
         found = re.search(r"at line (\d+)", str(error))
         line = int(found.group(1)) if found else None
         raise CaseError(f"not TOML: {str(error)[:120]}", remedy="Fix the text there.", line=line) from error
-    _check_keys(data)
+    _check_tree(data)
     return Document(_mapping(data, kind), _toml_lines(text))
 
 
@@ -188,23 +182,11 @@ def _split(dotted: str) -> Keys:
 
 
 def _limit_brackets(text: str) -> None:
-    depth, quote, escaped = 0, "", False
-    for place, letter in enumerate(text):
-        if quote:
-            if escaped:
-                escaped = False
-            elif letter == "\\":
-                escaped = True
-            elif letter in (quote, "\n"):
-                quote = ""
-        elif letter in "\"'":
-            quote = letter
-        elif letter in "[{":
-            depth += 1
-            if depth > DEEPEST:
-                raise _too_deep(text.count("\n", 0, place) + 1)
-        elif letter in "]}":
-            depth -= 1
+    depth = 0
+    for found in _BRACKETS.finditer(text):
+        depth += {"[": 1, "{": 1, "]": -1, "}": -1}.get(found.group(), 0)
+        if depth > DEEPEST:
+            raise _too_deep(text.count("\n", 0, found.start()) + 1)
 
 
 def _refuse_constant(name: str) -> Any:
@@ -222,23 +204,22 @@ def _too_deep(line: int) -> CaseError:
 
 
 def _too_many(line: int | None = None) -> CaseError:
-    return CaseError(
-        f"more than {MOST_VALUES} values, the most a case may have",
-        remedy="A case describes a scene; keep measured series outside it.",
-        line=line,
-    )
+    return CaseError(f"more than {MOST_VALUES} values, the most a case may have", remedy=_SERIES, line=line)
 
 
-def _check_count(data: Any) -> None:
-    """Raise `CaseError` where data hold too many values."""
+def _check_tree(data: Any) -> None:
+    """Raise `CaseError` where a JSON or TOML text holds too many values, or a key that no message could show."""
     count, waiting = 0, [data]
     while waiting:
         value = waiting.pop()
         count += 1
-        if isinstance(value, (dict, list)):
-            waiting.extend(value.values() if isinstance(value, dict) else value)
         if count > MOST_VALUES:
             raise _too_many()
+        if isinstance(value, dict):
+            for key in value:
+                _key(key, None)
+        if isinstance(value, (dict, list)):
+            waiting.extend(value.values() if isinstance(value, dict) else value)
 
 
 def _yaml_value(text: str, lines: dict[Keys, int | None]) -> Any:
@@ -254,7 +235,9 @@ def _yaml_value(text: str, lines: dict[Keys, int | None]) -> Any:
             f"not YAML: {problem}", remedy="Fix the text there (or just above).", line=mark.line + 1 if mark else None
         ) from error
     except YAMLError as error:
-        raise CaseError(f"not YAML: {str(error)[:120]}", remedy="Remove what is not printable text.") from error
+        raise CaseError(
+            f"not YAML: {str(error)[:120]}", remedy="Remove the characters that are not printable."
+        ) from error
     except (ValueError, RecursionError) as error:
         raise CaseError(f"not YAML: {str(error)[:120]}", remedy="Fix the text.") from error
 
@@ -275,7 +258,7 @@ class _Composer:
             if kind == "DocumentStartEvent":
                 documents += 1
                 if event.version or event.tags:
-                    raise CaseError("a % directive", remedy=_REMEDY, line=event.start_mark.line + 1)
+                    raise CaseError("a % directive is not allowed", remedy=_REMEDY, line=event.start_mark.line + 1)
                 if documents > 1:
                     raise CaseError(
                         "a second document begins here", remedy="A file holds one case.", line=event.start_mark.line + 1
@@ -291,11 +274,17 @@ class _Composer:
         if self.count > MOST_VALUES:
             raise _too_many(line)
         if kind == "AliasEvent":
-            raise CaseError(f"the alias *{str(event.anchor)[:20]}", remedy="Write the value out again.", line=line)
+            raise CaseError(
+                f"the alias *{str(event.anchor)[:20]} is not allowed", remedy="Write the value out again.", line=line
+            )
         if event.anchor is not None:
-            raise CaseError(f"the anchor &{str(event.anchor)[:20]}", remedy="Remove it; write values out.", line=line)
+            raise CaseError(
+                f"the anchor &{str(event.anchor)[:20]} is not allowed", remedy="Remove it; write values out.", line=line
+            )
         if event.tag is not None:
-            raise CaseError(f"the tag {shown(str(event.tag))}", remedy=f"Remove it. {_REMEDY}", line=line)
+            raise CaseError(
+                f"the tag {shown(str(event.tag))} is not allowed", remedy=f"Remove it. {_REMEDY}", line=line
+            )
         self.lines.setdefault(path, line)
         if kind == "ScalarEvent":
             return _scalar(event.value, path, plain=bool(event.implicit[0]), line=line)
@@ -342,20 +331,6 @@ def _key(key: str, line: int | None) -> str:
     return key
 
 
-def _check_keys(data: Any) -> None:
-    """Hold the keys of a JSON or TOML text to the same rule; its depth is bounded already."""
-    inner: Iterable[Any] = ()
-    if isinstance(data, dict):
-        for key in data:
-            _key(key, None)
-        inner = data.values()
-    elif isinstance(data, list):
-        inner = data
-    for value in inner:
-        if isinstance(value, (dict, list)):
-            _check_keys(value)
-
-
 def check_texts(data: Any, path: Keys = ()) -> None:
     """Raise `CaseError` where a text holds half of a character (a lone surrogate), which no output can show."""
     if isinstance(data, str):
@@ -363,7 +338,9 @@ def check_texts(data: Any, path: Keys = ()) -> None:
             data.encode("utf-8")
         except UnicodeEncodeError:
             raise CaseError(
-                f"{shown(data)} holds half of a character", remedy="Remove what is not text.", path=_dotted(path)
+                f"{shown(data)} holds half of a character",
+                remedy="Remove the characters that are not text.",
+                path=_dotted(path),
             ) from None
     elif isinstance(data, dict):
         for key, value in data.items():

@@ -29,7 +29,7 @@ def edited(
     path : str
         Dotted path, e.g. ``contacts.0.law.stiffness``.
     value : plain value
-        What stands there afterwards.
+        The new value.
     replace : bool
         Whether a block replaces the old block instead of merging with it.
     origin : tuple of str, optional
@@ -47,7 +47,7 @@ def edited(
     lines: dict[Keys, int | None] = dict(document.lines)
     holder = _holder(data, keys, path)
     last = _key_in(holder, keys[-1], path)
-    block = _block_of(holder, last)
+    block = holder.get(last) if isinstance(holder, dict) else holder[last]
     if keys[-1] == "kind" and isinstance(holder, dict) and holder.get("kind") != value:
         holder.clear()
         holder["kind"] = value
@@ -91,7 +91,7 @@ def plain(value: Any, path: str = "") -> Any:
         return [plain(inner, path) for inner in value]
     raise CaseError(
         f"a value of type {type(value).__name__!r}. Allowed: numbers, texts, true, false, lists and mappings of these",
-        remedy="Give what a case file could hold.",
+        remedy="Give a value that a case file could hold.",
         path=path,
     )
 
@@ -117,12 +117,8 @@ def _key_in(holder: Any, key: str, path: str) -> Any:
     raise CaseError(f"{shown(key)} cannot be set inside {shown(holder)}", remedy="Check the path.", path=path)
 
 
-def _block_of(holder: Any, key: Any) -> Any:
-    return holder.get(key) if isinstance(holder, dict) else holder[key]
-
-
 def _default_block(keys: Keys, holder: dict[str, Any]) -> dict[str, Any]:
-    """What stands where the case is silent or names a part by its word, so that one field can be set alone."""
+    """Return the block of a part that the case leaves out or names by a word, so that one field can be set alone."""
     if "kind" in holder and keys[0] == "solve" and isinstance(holder.get(keys[-1]), str):
         return {"kind": holder[keys[-1]]}
     if keys == ("solve", "model"):
@@ -150,44 +146,27 @@ def _move_lines(lines: dict[Keys, int | None], keys: Keys, origin: Keys | None) 
             lines[keys + known[len(origin) :]] = lines[known]
 
 
-def check_method_name(name: str, known: Iterable[str], file: str = "") -> None:
-    """Raise `CaseError` unless the name is one of those known (``base`` among them)."""
-    known = list(known)
-    if name not in known:
+def check_name(kind: str, name: str, known: Iterable[str], file: str = "") -> None:
+    """Raise `CaseError` unless a method or variant (``kind``) of the case has the name; ``base`` is always one."""
+    names = list(dict.fromkeys(("base", *known)))
+    if name not in names:
         raise CaseError(
-            f"the case has no method {shown(name)}.{closest(name, known)}",
-            remedy=f"Methods of this case: {', '.join(known)}.",
+            f"the case has no {kind} {shown(name)}.{closest(name, names)}",
+            remedy=f"{kind.capitalize()}s of this case: {', '.join(names)}.",
             file=file,
         )
 
 
-def check_variant_name(name: str, known: Iterable[str], file: str = "") -> None:
-    """Raise `CaseError` unless the name is one of those known (``base`` among them)."""
-    known = list(known)
-    if name not in known:
-        raise CaseError(
-            f"the case has no variant {shown(name)}.{closest(name, known)}",
-            remedy=f"Variants of this case: {', '.join(known)}.",
-            file=file,
-        )
-
-
-def with_method(document: Document, name: str, methods: Mapping[str, Mapping[str, Any]]) -> Document:
-    """Return the document with the values of one of its methods in place.
+def with_named(document: Document, block: str, name: str, known: Mapping[str, Mapping[str, Any]]) -> Document:
+    """Return the document with the values of one of its ``methods`` or ``variants`` (``block``) in place.
 
     Raises
     ------
     CaseError
-        If the case has no such method, or the method changes what it may not.
+        If the case has none of that name, or it changes a key that it may not.
     """
-    check_method_name(name, ["base", *methods])
-    return with_values(document, "methods", name, methods[name])
-
-
-def with_variant(document: Document, name: str, variants: Mapping[str, Mapping[str, Any]]) -> Document:
-    """Return the document with the values of one of its variants in place; raises as `with_method`."""
-    check_variant_name(name, ["base", *variants])
-    return with_values(document, "variants", name, variants[name])
+    check_name(block[:-1], name, known)
+    return with_values(document, block, name, known[name])
 
 
 def with_values(document: Document, block: str, name: str, values: Mapping[str, Any]) -> Document:

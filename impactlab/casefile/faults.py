@@ -1,4 +1,4 @@
-"""Turns the faults that pydantic finds into one error of ours: where, what was given, what is allowed, what to do."""
+"""Turns the faults that pydantic finds into one error of ours: place, given value, allowed values, remedy."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ def case_error(
     Parameters
     ----------
     error : pydantic.ValidationError
-        What pydantic found.
+        The faults.
     data : Any
-        What was validated, as plain values.
+        The validated block, as plain values.
     prefix : str
         Path of ``data`` in the case.
     allowed : names, or a pydantic model

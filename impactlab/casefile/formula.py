@@ -1,6 +1,6 @@
 """A quantity along a rod, given as a formula of x. A formula is never evaluated as code.
 
-The formula is parsed, every node is held against a short list of what is allowed, and the tree is walked with numpy.
+The formula is parsed, every node is compared with a short list of allowed ones, and the tree is walked with numpy.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ def parse(text: str) -> ast.expr:
     Raises
     ------
     ValueError
-        If the text holds anything but what is allowed; the message says what.
+        If the text holds anything that is not allowed; the message names it.
     """
     if len(text) > LONGEST:
         raise ValueError(f"the formula has {len(text)} characters; at most {LONGEST} are allowed")

@@ -75,7 +75,7 @@ def _read_inside(value: Any, path: str, group: Group, registry: Registry) -> Any
 
 @dataclass(frozen=True)
 class AllowedPart:
-    """What a field may hold that holds a part; `read_part` reads it before its holder."""
+    """Values of a field that holds a part; `read_part` reads the part before its holder."""
 
     group: Group
     nothing: bool = False
@@ -144,7 +144,7 @@ def _part_model(part: type[Any]) -> type[BaseModel]:
 
 
 def allowed_of(part: type[Any], field: dataclasses.Field[Any], hint: Any) -> Allowed | AllowedPart:
-    """Return what a field may hold, from its type and its option."""
+    """Return the values that a field allows, from its type and its option."""
     members = typing.get_args(hint) if _is_union(hint) else (hint,)
     group = group_of(field)
     if group is not None:
@@ -186,7 +186,7 @@ def describe_part(part: Any, given: Mapping[str, Any] | str) -> dict[str, Any]:
 
 
 def plain_value(value: Any, given: Mapping[str, Any] | str | None = None) -> Any:
-    """Return the value of a field as a case would give it; ``given`` is what the case gave for a part."""
+    """Return the value of a field as a case would give it; ``given`` is the block of a part in the case."""
     if isinstance(value, Relative):
         return {"relative": value.relative}
     return describe_part(value, given or kind_of(value)) if dataclasses.is_dataclass(value) else value

@@ -6,9 +6,8 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from impactlab.casefile.blocks import Area, Block, Length, Material, MovingBlock
+from impactlab.casefile.blocks import PIECES, Area, Block, Length, Material, MovingBlock
 from impactlab.casefile.values import END
-from impactlab.errors import CaseError
 from impactlab.scene.bodies import End, Rod, Segment
 from impactlab.types import QUANTITIES_OF_ROD
 
@@ -22,7 +21,7 @@ class SegmentBlock(Block):
 
 
 class EndsBlock(Block):
-    """What holds the two ends of a rod, and forces that act on them from t = 0 on."""
+    """The supports of the two ends of a rod, and forces that act on them from t = 0 on."""
 
     left: Annotated[End, END] = Field(
         default=End("free"), description="left end, at x = 0; a force [N] is positive along +x"
@@ -37,31 +36,23 @@ class RodBlock(MovingBlock):
 
     kind: Literal["rod"] = Field(description="rod")
     area: Area | None = Field(default=None, description="area of the cross section [m2]")
-    segments: tuple[SegmentBlock, ...] | None = Field(
-        default=None,
-        min_length=1,
-        max_length=1000,
-        description="uniform pieces from left to right, in place of the three",
-    )
-    ends: EndsBlock = Field(default=EndsBlock(), description="what holds the ends; free if not given")
+    segments: Annotated[tuple[SegmentBlock, ...] | None, PIECES] = None
+    ends: EndsBlock = Field(default=EndsBlock(), description="supports of the ends; free if not given")
 
+    piece: ClassVar[type[Block]] = SegmentBlock
     quantities: ClassVar[tuple[str, ...]] = QUANTITIES_OF_ROD
 
     def body(self, name: str, lever_arm: float) -> Rod:
-        pieces = tuple(_segment(each) for each in self.segments or (self,))
-        left, right = (
-            _bounded(end, piece) for end, piece in ((self.ends.left, pieces[0]), (self.ends.right, pieces[-1]))
-        )
+        pieces = tuple(_segment(piece) for piece in self.pieces)
+        left, right = bounded(self.ends.left, pieces[0]), bounded(self.ends.right, pieces[-1])
         return Rod(name, pieces, left, right, self.velocity, self.profile, damping=self.rayleigh)
 
 
-def _segment(piece: SegmentBlock | RodBlock) -> Segment:
-    if piece.length is None or piece.area is None or piece.material is None:
-        raise CaseError("a rod without length, area or material")
+def _segment(piece: SegmentBlock) -> Segment:
     material = piece.material
     return Segment(piece.length, piece.area, material.young, material.density, material.viscosity)
 
 
-def _bounded(end: End, segment: Segment) -> End:
-    """Return the end of a rod as it is held; a rod that is infinite there is held by a dashpot of its impedance."""
+def bounded(end: End, segment: Segment) -> End:
+    """Return the end of a body of waves as it is held: where it is infinite, by a dashpot of its impedance."""
     return End("dashpot", segment.impedance) if end.kind == "infinite" else end

@@ -22,7 +22,7 @@ from impactlab.casefile.blocks import (
 )
 from impactlab.casefile.rods import RodBlock
 from impactlab.casefile.shafts import ShaftBlock
-from impactlab.casefile.values import Allowed, quantity, refuse, words
+from impactlab.casefile.values import Allowed, object_schema, quantity, refuse, words
 from impactlab.casefile.values import Reader as Reader
 from impactlab.casefile.words import shown
 from impactlab.scene.method import COUNTED
@@ -93,6 +93,9 @@ class StepBlock(Block):
     courant: Positive | None = Field(default=None, description="c dt/h of the mesh")
 
 
+_SECONDS = Allowed(unit="s", limits=(("gt", 0.0),), number=True)
+
+
 def _read_duration(value: Any) -> Any:
     if isinstance(value, RoundTrips):
         return value
@@ -100,19 +103,11 @@ def _read_duration(value: Any) -> Any:
         if isinstance(value, dict) and set(value) == {"round_trips"}:
             return RoundTrips(round_trips=Allowed(limits=(("gt", 0.0),), number=True).read(value["round_trips"]))
         raise refuse(f"{shown(value)} is not a duration. Allowed: a number in s, or {{round_trips: number}}")
-    return Allowed(unit="s", limits=(("gt", 0.0),), number=True).read(value)
+    return _SECONDS.read(value)
 
 
-_TRIPS = {"type": "object", "properties": {"round_trips": {"type": "number", "exclusiveMinimum": 0}}}
-DURATION = Reader(
-    _read_duration,
-    {
-        "anyOf": [
-            Allowed(unit="s", limits=(("gt", 0.0),), number=True).json_schema(),
-            {**_TRIPS, "required": ["round_trips"], "additionalProperties": False},
-        ]
-    },
-)
+_TRIPS = object_schema({"round_trips": {"type": "number", "exclusiveMinimum": 0}}, "round_trips")
+DURATION = Reader(_read_duration, {"anyOf": [_SECONDS.json_schema(), _TRIPS]})
 
 
 CHOSEN = ("model", "models", "integrator", "step", "events")
@@ -162,10 +157,10 @@ class ProbeBlock(Block):
 
 
 class CaseBlock(Block):
-    """A case: bodies, contacts, how to solve them, what to record."""
+    """A case: bodies, contacts, how to solve them, quantities to record."""
 
     schema_version: Literal[1] = Field(description="version of the format: 1")
-    title: Text = Field(default="", description="one line on what the case is")
+    title: Text = Field(default="", description="title of the case, one line")
     source: Text = Field(default="", description="where it comes from: a text, or a key of citations.bib")
     bodies: dict[Name, BodyBlock] = Field(min_length=1, max_length=100, description="bodies by name")
     contacts: tuple[ContactBlock, ...] = Field(default=(), max_length=100, description="pairs of faces that may meet")
@@ -173,7 +168,7 @@ class CaseBlock(Block):
     gravity: Annotated[float, quantity("m/s2")] = Field(
         default=0.0, description="gravity [m/s2], along +x, of beams along +u"
     )
-    probes: tuple[ProbeBlock, ...] = Field(default=(), max_length=1000, description="what to record")
+    probes: tuple[ProbeBlock, ...] = Field(default=(), max_length=1000, description="quantities to record")
     snapshots: tuple[Instant, ...] = Field(default=(), max_length=10000, description="times of fields [s]")
     metrics: tuple[Name, ...] = Field(
         default=(), max_length=100, description="metrics of plugins to measure; impactlab's own are always measured"

@@ -7,19 +7,28 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from impactlab.casefile.blocks import POISSON, Block, Density, ElasticBlock, Inertia, Length, end_values, profile_values
+from impactlab.casefile.blocks import (
+    PIECES,
+    POISSON,
+    Block,
+    Density,
+    ElasticBlock,
+    Inertia,
+    Length,
+    end_values,
+    profile_values,
+)
 from impactlab.casefile.formula import Formula
-from impactlab.casefile.values import SHAPE, Allowed, EndReader, Reader, quantity, refuse
+from impactlab.casefile.rods import bounded
+from impactlab.casefile.values import SHAPE, Allowed, EndReader, quantity, refuse
 from impactlab.casefile.words import listed
 from impactlab.errors import CaseError
 from impactlab.scene.bodies import End, Profile, Segment, Shaft, Table, shaft_end, shaft_segment
 
 _SUPPORTS = {"spring": ("spring", "N m"), "dashpot": ("dashpot", "N m s"), "inertia": ("mass", "kg m2")}
-_END = EndReader("shaft", ("free", "clamped", "infinite"), supports=_SUPPORTS, load=("torque", "N m"))
-SHAFT_END = Reader(_END.read, _END.schema())
+SHAFT_END = EndReader("shaft", ("free", "clamped", "infinite"), supports=_SUPPORTS, load=("torque", "N m")).reader()
 OF_BEAMS = ("width", "height", "area", "inertia", "shear_factor")
 SECTIONS = "{diameter: m}, {diameter: m, bore: m} with a smaller bore, or {torsion_constant: m4, polar_moment: m4}"
-PIECES = Field(min_length=1, max_length=1000, description="uniform pieces from left to right, in place of the three")
 RATE = quantity("1/s")
 MODULUS = Allowed("Pa", (("gt", 0.0),), number=True, nothing=True).reader()
 
@@ -59,7 +68,10 @@ class ShaftSection(Block):
     def _is_no_beam(cls, given: Any) -> Any:
         foreign = [key for key in OF_BEAMS if isinstance(given, dict) and key in given]
         if foreign:
-            raise refuse(f"{listed(foreign)}: the section of a beam, which bends; a shaft twists. Allowed: {SECTIONS}")
+            words = "belongs" if len(foreign) == 1 else "belong"
+            raise refuse(
+                f"{listed(foreign)} {words} to the section of a beam, not to that of a shaft. Allowed: {SECTIONS}"
+            )
         return given
 
     @property
@@ -99,14 +111,14 @@ class ShaftBlock(ElasticBlock):
     twist_rate: Annotated[float, RATE] = Field(default=0.0, description="twist rate at t = 0, uniform [rad/s]")
     twist: Annotated[Any, SHAPE] = Field(default=None, description="twist at t = 0 [rad]: a formula of x, or a table")
 
+    piece: ClassVar[type[Block]] = ShaftSegmentBlock
     shape_keys: ClassVar[tuple[str, ...]] = ("length", "section", "material")
     profile_key: ClassVar[str] = "twist"
     profile_unit: ClassVar[str] = "rad"
     quantities: ClassVar[tuple[str, ...]] = ("twist", "twist_rate", "torque", "displacement", "velocity")
 
     def check_pieces(self, path: str) -> None:
-        pieces: tuple[ShaftSegmentBlock | ShaftBlock, ...] = (self,) if self.segments is None else self.segments
-        for number, piece in enumerate(pieces):
+        for number, piece in enumerate(self.pieces):
             place = path if self.segments is None else f"{path}.segments.{number}"
             if piece.section is not None and math.isnan(piece.section.moments[0]):
                 text = f"these keys do not make the section of a shaft. Allowed: {SECTIONS}"
@@ -116,18 +128,16 @@ class ShaftBlock(ElasticBlock):
                 raise CaseError(text, remedy="Give one of the two.", path=f"{place}.material")
 
     def body(self, name: str, lever_arm: float) -> Shaft:
-        pieces = tuple(_segment(each, lever_arm) for each in self.segments or (self,))
+        pieces = tuple(_segment(piece, lever_arm) for piece in self.pieces)
         left, right = (
-            End("dashpot", piece.impedance) if end.kind == "infinite" else shaft_end(end, lever_arm)
+            bounded(shaft_end(end, lever_arm), piece)
             for end, piece in ((self.ends.left, pieces[0]), (self.ends.right, pieces[-1]))
         )
         rate, shape = lever_arm * self.twist_rate, _at_arm(self.profile, lever_arm, self.total_length)
         return Shaft(name, pieces, left, right, rate, shape, damping=self.rayleigh, lever_arm=lever_arm)
 
 
-def _segment(piece: ShaftSegmentBlock | ShaftBlock, lever_arm: float) -> Segment:
-    if piece.length is None or piece.section is None or piece.material is None:
-        raise CaseError("a shaft without length, section or material")
+def _segment(piece: ShaftSegmentBlock, lever_arm: float) -> Segment:
     material = piece.material
     sizes = (piece.length, material.shear, material.density, *piece.section.moments)
     return shaft_segment(*sizes, lever_arm, material.viscosity)

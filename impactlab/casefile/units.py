@@ -41,7 +41,7 @@ def to_si(text: str, unit: str) -> float:
     Raises
     ------
     ValueError
-        If the text is not a number with a unit of that dimension; the message says what is allowed.
+        If the text is not a number with a unit of that dimension; the message lists the allowed forms.
     """
     match = _PATTERN.fullmatch(text.strip()) if len(text) <= LONGEST else None
     if not takes_texts(unit):

@@ -1,4 +1,4 @@
-"""What a field of a case may hold, each with one clear message: numbers with a unit, words, ends, initial shapes.
+"""Readers of the fields of a case, each with one clear message: numbers with a unit, words, ends, initial shapes.
 
 A field that allows several things is read by one reader that knows them all; a union of types would answer one
 mistake with an error for each member.
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import numbers
+import operator
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -24,12 +25,6 @@ from impactlab.types import Relative
 
 _LIMIT_WORDS = {"gt": "above", "ge": "at least", "lt": "below", "le": "at most"}
 _LIMIT_KEYS = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaximum", "le": "maximum"}
-_LIMIT_TESTS: dict[str, Callable[[float, float], bool]] = {
-    "gt": lambda value, limit: value > limit,
-    "ge": lambda value, limit: value >= limit,
-    "lt": lambda value, limit: value < limit,
-    "le": lambda value, limit: value <= limit,
-}
 
 
 def refuse(text: str) -> PydanticCustomError:
@@ -53,9 +48,15 @@ class Reader:
         return dict(self.schema)
 
 
+def object_schema(properties: Mapping[str, Any], *required: str) -> dict[str, Any]:
+    """Return the JSON schema of a block with these keys and no others."""
+    keys = {"properties": dict(properties), "required": list(required)}
+    return {"type": "object", **keys, "additionalProperties": False}
+
+
 @dataclass(frozen=True)
 class Allowed:
-    """What one field may hold: any of the kinds switched on here."""
+    """Allowed values of one field: any of the kinds switched on here."""
 
     unit: str = "1"
     limits: tuple[tuple[str, float], ...] = ()
@@ -71,7 +72,7 @@ class Allowed:
         return Reader(self.read, self.json_schema())
 
     def read(self, value: Any) -> Any:
-        """Return the value in SI, or raise with what is allowed."""
+        """Return the value in SI, or raise with the allowed values."""
         if value is None and self.nothing:
             return None
         if isinstance(value, bool):
@@ -89,16 +90,18 @@ class Allowed:
                 return self._limited(_finite(value))
         elif self.relative and isinstance(value, (Mapping, Relative)):
             return self._relative(value)
-        hint = closest(value, self.words) if isinstance(value, str) else ""
-        raise refuse(f"{shown(value)} is not allowed here.{hint} Allowed: {self.words_of_allowed()}")
+        raise self._refused(value, closest(value, self.words) if isinstance(value, str) else "")
+
+    def _refused(self, value: Any, hint: str = "") -> PydanticCustomError:
+        return refuse(f"{shown(value)} is not allowed here.{hint} Allowed: {self.words_of_allowed()}")
 
     def words_of_allowed(self) -> str:
-        """Return what is allowed, for people."""
+        """Return the allowed values, for people."""
         limits = " and ".join(f"{_LIMIT_WORDS[key]} {limit:g}" for key, limit in self.limits)
         kind = "a whole number" if self.whole and not self.number else "a number"
         choices = list(self.words)
         if self.number or self.whole:
-            unit = "" if self.unit == "1" else f" in {self.unit}"
+            unit = f" in{self._shown_unit}" if self._shown_unit else ""
             choices.append(f"{kind}{unit}{' ' + limits if limits else ''}")
         if self.relative:
             choices.append("{relative: number}")
@@ -121,10 +124,7 @@ class Allowed:
             if takes_texts(self.unit):
                 choices.append({"type": "string", "description": f"number and unit, as in '1 {self.unit}'"})
         if self.relative:
-            relative = {"relative": {"type": "number", **limits}}
-            choices.append(
-                {"type": "object", "properties": relative, "required": ["relative"], "additionalProperties": False}
-            )
+            choices.append(object_schema({"relative": {"type": "number", **limits}}, "relative"))
         if self.boolean:
             choices.append({"type": "boolean"})
         if self.nothing:
@@ -141,36 +141,34 @@ class Allowed:
     def _whole(self, value: numbers.Real) -> float:
         number = _finite(value)
         if number != int(number):
-            raise refuse(f"{shown(value)} is not allowed here. Allowed: {self.words_of_allowed()}")
+            raise self._refused(value)
         return number
 
     def _relative(self, value: Any) -> Relative:
         given = {"relative": value.relative} if isinstance(value, Relative) else dict(value)
         number = given.get("relative")
         if set(given) != {"relative"} or isinstance(number, bool) or not isinstance(number, numbers.Real):
-            raise refuse(f"{shown(value)} is not allowed here. Allowed: {self.words_of_allowed()}")
+            raise self._refused(value)
         return Relative(self._limited(_finite(number), COUNTS))
 
     def _limited(self, number: float, sizes: Range | None = None) -> float:
         for key, limit in self.limits:
-            if not _LIMIT_TESTS[key](number, limit):
-                unit = "" if self.unit == "1" else f" {self.unit}"
+            if not getattr(operator, key)(number, limit):
                 # Six digits would show a number just beyond its limit as the limit itself.
-                given = f"{number:g}" if not _LIMIT_TESTS[key](float(f"{number:g}"), limit) else repr(number)
-                raise refuse(f"{given}{unit} is out of range. Allowed: {self.words_of_allowed()}")
-        return self._in_range(number, sizes or range_of(self.unit))
-
-    def _in_range(self, number: float, sizes: Range) -> float:
-        """Return a number whose size can be computed with, or refuse it (`impactlab.scene.ranges`)."""
+                given = f"{number:g}" if not getattr(operator, key)(float(f"{number:g}"), limit) else repr(number)
+                raise refuse(f"{given}{self._shown_unit} is out of range. Allowed: {self.words_of_allowed()}")
         if self.whole and not self.number:
             return number
-        least, most = sizes
+        least, most = sizes or range_of(self.unit)  # sizes that can be computed with
         positive = any(key in ("gt", "ge") and limit >= 0.0 for key, limit in self.limits)
         if abs(number) > most or (positive and 0.0 < number < least):
-            unit = "" if self.unit == "1" else f" {self.unit}"
-            words = f"{least:g} to {most:g}" if positive else f"sizes up to {most:g}"
+            unit, words = self._shown_unit, f"{least:g} to {most:g}" if positive else f"sizes up to {most:g}"
             raise refuse(f"{number:g}{unit} is beyond the numbers a case may hold. Allowed: {words}{unit}")
         return number
+
+    @property
+    def _shown_unit(self) -> str:
+        return "" if self.unit == "1" else f" {self.unit}"
 
 
 def _finite(value: numbers.Real) -> float:
@@ -197,9 +195,13 @@ _SUPPORTS = {"spring": ("spring", "N/m"), "dashpot": ("dashpot", "N s/m"), "mass
 _ROTATIONAL = Allowed(unit="N m", limits=(("ge", 0.0),), number=True)  # a radian has no dimension
 
 
+def _positive(unit: str) -> Allowed:
+    return Allowed(unit=unit, limits=(("gt", 0.0),), number=True)
+
+
 @dataclass(frozen=True)
 class EndReader:
-    """Reads what holds an end of a body: a word, or ``{spring: value}`` and the like."""
+    """Reads the support of an end of a body: a word, or ``{spring: value}`` and the like."""
 
     body: str
     words: tuple[str, ...]
@@ -207,25 +209,27 @@ class EndReader:
     supports: Mapping[str, tuple[str, str]] = field(default_factory=lambda: _SUPPORTS)  # key: kind of end, unit
     load: tuple[str, str] = ("force", "N")  # key and unit
 
+    def reader(self) -> Reader:
+        """Return the annotation of such an end."""
+        return Reader(self.read, self.schema())
+
     @property
     def allowed(self) -> str:
-        """What is allowed, for people."""
+        """The allowed ends, for people."""
         turning = {"spring": ", rotational: N m"} if self.turns else {}
         held = [f"{{{key}: {unit}{turning.get(key, '')}}}" for key, (_, unit) in self.supports.items()]
         load, unit = self.load
-        return f"{', '.join((*self.words, *held))}, {{{load}: {unit}}}, or one of the three with a {load}"
+        return f"{', '.join((*self.words, *held))}, {{{load}: {unit}}}, or one of the three blocks with a {load} in it"
 
     def read(self, value: Any) -> End:
-        """Return the end, or raise with what is allowed."""
+        """Return the end, or raise with the allowed ends."""
         if isinstance(value, End):
             return value
-        if isinstance(value, str):
-            if value in self.words:
-                return End(value)  # type: ignore[arg-type]
-            hint = closest(value, self.words)
-            raise refuse(f"{shown(value)} is not an end of a {self.body}.{hint} Allowed: {self.allowed}")
+        if isinstance(value, str) and value in self.words:
+            return End(value)  # type: ignore[arg-type]
         if not isinstance(value, Mapping) or not value:
-            raise refuse(f"{shown(value)} is not an end of a {self.body}. Allowed: {self.allowed}")
+            hint = closest(value, self.words) if isinstance(value, str) else ""
+            raise refuse(f"{shown(value)} is not an end of a {self.body}.{hint} Allowed: {self.allowed}")
         load, unit = self.load
         force = Allowed(unit=unit, number=True).read(value[load]) if load in value else 0.0
         turning = self.turns and "rotational" in value and "spring" in value
@@ -234,40 +238,27 @@ class EndReader:
         for kind in held:
             if kind not in self.supports:
                 words = closest(str(kind), (*self.supports, load))
-                raise refuse(f"{shown(kind)} cannot hold an end.{words} Allowed: {self.allowed}")
+                raise refuse(f"{shown(kind)} is no support of an end of a {self.body}.{words} Allowed: {self.allowed}")
         if len(held) > 1:
-            raise refuse(f"{' and '.join(held)} hold one end together. Allowed: {self.allowed}")
+            raise refuse(f"{' and '.join(held)} are given for one end. Allowed: {self.allowed}")
         if not held:
             return End("free", force=force)
-        [name] = held
-        kind, unit = self.supports[name]
-        number = Allowed(unit=unit, limits=(("gt", 0.0),), number=True).read(value[name])
-        return End(kind, number, force, rotational)  # type: ignore[arg-type]
+        kind, unit = self.supports[held[0]]
+        return End(kind, _positive(unit).read(value[held[0]]), force, rotational)  # type: ignore[arg-type]
 
     def schema(self) -> dict[str, Any]:
         """Return the JSON schema of such an end."""
-        choices: list[dict[str, Any]] = [{"enum": list(self.words)}]
         load, unit = self.load
         force = {load: Allowed(unit=unit, number=True).json_schema()}
+        choices: list[dict[str, Any]] = [{"enum": list(self.words)}]
         for name, (_, unit) in self.supports.items():
-            value = Allowed(unit=unit, limits=(("gt", 0.0),), number=True).json_schema()
             turning = {"rotational": _ROTATIONAL.json_schema()} if self.turns and name == "spring" else {}
-            choices.append(
-                {
-                    "type": "object",
-                    "properties": {name: value, **turning, **force},
-                    "required": [name],
-                    "additionalProperties": False,
-                }
-            )
-        choices.append({"type": "object", "properties": force, "required": [load], "additionalProperties": False})
-        return {"anyOf": choices}
+            choices.append(object_schema({name: _positive(unit).json_schema(), **turning, **force}, name))
+        return {"anyOf": [*choices, object_schema(force, load)]}
 
 
-_ROD_END = EndReader("rod", ("free", "clamped", "infinite"))
-_BEAM_END = EndReader("beam", ("free", "clamped", "pinned", "infinite"), turns=True)
-END = Reader(_ROD_END.read, _ROD_END.schema())
-BEAM_END = Reader(_BEAM_END.read, _BEAM_END.schema())
+END = EndReader("rod", ("free", "clamped", "infinite")).reader()
+BEAM_END = EndReader("beam", ("free", "clamped", "pinned", "infinite"), turns=True).reader()
 
 
 def _read_shape(value: Any) -> Any:
@@ -303,20 +294,6 @@ def _column(value: Any, name: str) -> tuple[float, ...]:
 
 
 _COLUMN = {"type": "array", "items": {"type": ["number", "string"]}, "minItems": 2, "unit": "m"}
-SHAPE = Reader(
-    _read_shape,
-    {
-        "anyOf": [
-            {"type": "string", "maxLength": 400},
-            {"type": "number"},
-            {
-                "type": "object",
-                "properties": {"x": _COLUMN, "u": _COLUMN},
-                "required": ["x", "u"],
-                "additionalProperties": False,
-            },
-            {"type": "null"},
-        ],
-        "unit": "m",
-    },
-)
+_TABLE = object_schema({"x": _COLUMN, "u": _COLUMN}, "x", "u")
+_FORMULA = {"type": "string", "maxLength": 400}
+SHAPE = Reader(_read_shape, {"anyOf": [_FORMULA, {"type": "number"}, _TABLE, {"type": "null"}], "unit": "m"})

@@ -1,4 +1,4 @@
-"""A drawing of a scene with beams: beams lie along x with their supports, what strikes them stands below or above."""
+"""A drawing of a scene with beams: beams lie along x with their supports, their strikers stand below or above."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def _ends(beam: Beam, width: float) -> tuple[tuple[End, float, int], tuple[End, 
 
 
 def _met(scene: Scene, beam: Beam, y: float, width: float, number: int) -> str:
-    """Return what a contact brings to a beam: a ball, the end of a rod, or a stop, below or above it."""
+    """Return the partner of a beam in a contact: a ball, the end of a rod, or a stop, below or above it."""
     contact = scene.contacts[number]
     for here, there, side in ((contact.right, contact.left, 1), (contact.left, contact.right, -1)):
         if here.body != beam.name:
@@ -74,7 +74,7 @@ def _ground(x: float, y: float, side: int) -> str:
 
 
 def _support(end: End, x: float, y: float, side: int) -> str:
-    """Return what holds an end of a beam."""
+    """Return the support of an end of a beam."""
     if end.kind == "clamped":
         lines = [f'<path d="M{x:.1f} {y - 24:.1f}V{y + 24:.1f}" class="line"/>']
         lines += [f'<path d="M{x:.1f} {y - 16 + 8 * i:.1f}l{side * 9} -8" class="thin"/>' for i in range(6)]

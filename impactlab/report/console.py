@@ -104,7 +104,7 @@ def summary_text(summary: Mapping[str, Any]) -> str:
 
 
 def verdict_text(document: Mapping[str, Any]) -> str:
-    """Return what a check of a part found, for people."""
+    """Return the result of the check of a part, for people."""
     part = document["part"]
     lines = [f"{part['name']} [{part['distribution']}]: {part['description']}"]
     tried: Mapping[str, Any] | None = None

@@ -1,4 +1,4 @@
-"""What was run, in words: bodies, contacts and methods, and what the numbers of a comparison say."""
+"""Bodies, contacts and methods in words, and the main results of a comparison."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def _value(value: Any) -> str:
 
 
 def findings(comparison: Mapping[str, Any]) -> list[str]:
-    """Return what the numbers of a comparison say, one sentence each."""
+    """Return the main results of a comparison in sentences."""
     done = [row for row in comparison["rows"] if has_numbers(row["summary"]["status"])]
     judged = [row for row in done if row["summary"]["errors"]]
     sentences = []
@@ -166,7 +166,7 @@ def when(time: float, summary: Mapping[str, Any]) -> str:
 
 
 def table_caption(judged: bool) -> str:
-    """Return what the columns of the table mean."""
+    """Return the meaning of the columns of the table."""
     errors = (
         "Mass, face and impulse are errors against the exact answer: relative L2 of the displacements over the run, "
         "and relative of the total impulse; the smallest are marked. "

@@ -30,11 +30,6 @@ def rods(scene: Scene) -> dict[str, Rod]:
     return {name: body for name, body in scene.bodies.items() if isinstance(body, Rod)}
 
 
-def elastic(scene: Scene) -> dict[str, ElasticBody]:
-    """Return the rods and beams of a scene by name."""
-    return scene.elastic
-
-
 def load_of(body: ElasticBody) -> str:
     """Return the quantity that shows the load of a body: stress, torque or bending moment."""
     return LOADS.get(body.kind, "bending_moment")
@@ -43,7 +38,8 @@ def load_of(body: ElasticBody) -> str:
 @drawn
 def snapshots(traces: Sequence[Trace], scene: Scene, body: str) -> Figure:
     """Return the load along a body at the times of ``scene.snapshots``: a row per trace, a column per time."""
-    length, time, quantity = elastic(scene)[body].length, clock(scene), load_of(elastic(scene)[body])
+    shown = scene.elastic[body]
+    length, time, quantity = shown.length, clock(scene), load_of(shown)
     rows, columns = len(traces), len(scene.snapshots)
     margins = Margins(across=0.22, down=0.34)
     figure, axes = grid(rows, columns, 2.0 if rows == 1 else 0.85, margins, share=True)

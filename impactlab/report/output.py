@@ -20,7 +20,7 @@ MANIFEST = ".impactlab"
 
 
 def check_target(folder: Path) -> None:
-    """Raise `CaseError` unless the folder is new, empty, or holds nothing but what impactlab wrote there.
+    """Raise `CaseError` unless the folder is new, empty, or holds only files that impactlab wrote.
 
     Anything else may be somebody's work, and a run must not replace it.
     """
@@ -33,7 +33,7 @@ def check_target(folder: Path) -> None:
         strangers = sorted(_files(folder) - _written(folder) - {MANIFEST})
         if strangers:
             raise CaseError(
-                f"the output folder {str(folder)!r} holds what impactlab did not write, such as {strangers[0][:80]!r}",
+                f"the output folder {str(folder)!r} holds files not written by impactlab, such as {strangers[0][:80]!r}",
                 remedy="Give a new folder with --out.",
             )
 

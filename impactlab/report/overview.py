@@ -35,8 +35,8 @@ ERRORS = {
     "event_times": ("event times", "% of T"),
 }
 """The errors drawn, with their titles and units; all are shares, shown in %."""
-EXACT = 1e-7  # %, what is smaller is rounding
-FLOOR = 1e-4  # %, what is smaller does not widen the scale
+EXACT = 1e-7  # %, smaller values are rounding
+FLOOR = 1e-4  # %, smaller values do not widen the scale
 
 
 @drawn
@@ -134,7 +134,7 @@ def errors(rows: Sequence[Mapping[str, Any]], colours: Mapping[str, str]) -> Fig
 
 
 def _dots(axis: Axes, values: Sequence[float | None], colours: Sequence[str], low: float, high: float) -> None:
-    """Draw one panel of `errors`: a dot on a thread per method; what is best stands in bold."""
+    """Draw one panel of `errors`: a dot on a thread per method; the best stands in bold."""
     axis.set_xscale("log")
     axis.set_xlim(low / 1.6, high)
     axis.set_ylim(len(values) - 0.4, -0.6)

@@ -18,14 +18,14 @@ class Plate(NamedTuple):
 
     name: str  # of its files
     title: str
-    caption: str  # what to see in it
+    caption: str  # how to read it
     figure: Figure
 
 
 class Page(NamedTuple):
     """All that a page says, besides its figures."""
 
-    kicker: str  # the line above the title: what kind of page
+    kicker: str  # the line above the title: the kind of page
     title: str
     case: str
     source: str
@@ -39,7 +39,7 @@ class Page(NamedTuple):
     figures: Sequence[Plate]
     warnings: Sequence[tuple[str, str, str]]  # whose, code, text
     commands: Sequence[str]
-    files: Sequence[tuple[str, str]]  # name, what it holds
+    files: Sequence[tuple[str, str]]  # name, content
 
 
 def file_of(case: str, *, variant: bool = True) -> str:
@@ -61,7 +61,7 @@ def write_page(out_dir: Path, page: Page) -> None:
 
 
 def rendered(package: str, template: str, **values: Any) -> str:
-    """Return a page from a template of a package; what it includes stands in that package or in this one."""
+    """Return a page from a template of a package; its includes stand in that package or in this one."""
     from jinja2 import Environment, FunctionLoader, StrictUndefined
 
     def text(name: str) -> str:

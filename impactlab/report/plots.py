@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 CROWDED = 33  # letters of a name and its note that fit above a panel of three
-HEADROOM = 1.3  # of the axis of forces over the exact peak; what is higher is cut, and how high it is, written
+HEADROOM = 1.3  # of the axis of forces over the exact peak; higher values are cut, and their height is written
 KICK_WINDOW = 0.05  # T over which the kicks of an impulse law are averaged to a force
 STILL = 0.01  # share of the widest gap below which the exact gap is no scale: faces that stay together
 FLOOR = 1e-4  # %, differences below it are drawn there
@@ -182,7 +182,7 @@ def _channel_title(channel: str) -> str:
 def gap(traces: Sequence[Trace], scene: Scene, contact: str) -> Figure:
     """Return the gap of one contact over time, and beside it the same drawn large near zero.
 
-    The closer view shows what the whole hides: penetration in contact, and touches that are nearly missed.
+    The closer view shows penetration in contact, and touches that are nearly missed.
     """
     channel, time, reference = f"gap:{contact}", clock(scene), exact_of(traces)
     lines = [curve(trace.history, channel, scene.duration) for trace in traces]

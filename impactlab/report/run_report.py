@@ -12,15 +12,15 @@ import numpy as np
 from impactlab.history.base import AbstractHistory
 from impactlab.metrics.collisions import sentence
 from impactlab.refine.reference import Reference
-from impactlab.report import balance, facts, fields, plots
-from impactlab.report.page import Page, Plate, file_of, write_page
+from impactlab.report import facts, fields, plates
+from impactlab.report.page import Page, file_of, write_page
 from impactlab.report.sketch import sketch
 from impactlab.report.style import PALETTE, Trace
 from impactlab.report.summary import cell, comparison
 from impactlab.report.table import page_headings, page_rows
 from impactlab.scene.problem import Scene
 
-FEW = 5  # periods of contact that are told one by one
+MAX_SENTENCES = 5  # of the periods of contact and of the collisions
 HISTORY_POINTS = 4001  # instants at which history.npz holds every channel
 
 
@@ -45,7 +45,7 @@ def write_run(
     reference : Reference or None
         The answer the errors were measured against.
     title, source : str
-        What the case says of itself.
+        Title and source of the case.
     command : str
         The command line that made the run; that of the plain case if not given.
     """
@@ -67,7 +67,7 @@ def write_run(
         headings=page_headings(),
         rows=page_rows(table),
         table_caption=facts.table_caption(reference is not None),
-        figures=plates(trace, scene),
+        figures=plates.of_run(trace, scene),
         warnings=[(name, warned["code"], warned["text"]) for warned in summary["warnings"]],
         commands=[
             command or f"impactlab run {file_of(summary['case'])} --out DIR",
@@ -106,7 +106,7 @@ def history_arrays(history: AbstractHistory, scene: Scene) -> dict[str, Any]:
         "energy/total": book.total,
         "energy/balance": book.balance,
     }
-    for body, described in fields.elastic(scene).items():
+    for body, described in scene.elastic.items():
         for instant in scene.snapshots:
             for quantity in ("displacement", "velocity", fields.load_of(described)):
                 field = history.field(body, instant, quantity)
@@ -116,12 +116,12 @@ def history_arrays(history: AbstractHistory, scene: Scene) -> dict[str, Any]:
 
 
 def findings(summary: Mapping[str, Any]) -> list[str]:
-    """Return what the numbers of one run say, one sentence each."""
+    """Return the main results of one run in sentences."""
     sentences = []
     spans = summary["contacts"]
-    if len(spans) > FEW:
-        sentences.append(f"{len(spans)} periods of contact; the first {FEW} are:")
-    for span in spans[:FEW]:
+    if len(spans) > MAX_SENTENCES:
+        sentences.append(f"{len(spans)} periods of contact; the first {MAX_SENTENCES} are:")
+    for span in spans[:MAX_SENTENCES]:
         end = "the end of the run" if span["end"] is None else facts.when(span["end"], summary)
         peak = "" if span["peak_force"] is None else f", largest force {facts.si(span['peak_force'], 'N')}"
         kicks = f" in {span['kicks']} kicks" if span.get("kicks") is not None else ""
@@ -129,76 +129,9 @@ def findings(summary: Mapping[str, Any]) -> list[str]:
             f"{span['contact'].replace('|', ' and ')}: in contact from {facts.when(span['start'], summary)} to {end}, "
             f"impulse {facts.si(span['impulse'], 'N·s')}{kicks}{peak}."
         )
-    sentences += [f"Collision of {sentence(each)}." for each in summary["collisions"][:FEW]]
+    sentences += [f"Collision of {sentence(each)}." for each in summary["collisions"][:MAX_SENTENCES]]
     errors = summary["errors"]
     if errors and errors["mass_displacement"] is not None:
         off = cell(100 * errors["mass_displacement"])
-        sentences.append(f"Against {errors['reference']} the displacement of the mass is off by {off} %.")
+        sentences.append(f"The displacement of the mass differs from {errors['reference']} by {off} %.")
     return sentences
-
-
-def plates(trace: Trace, scene: Scene) -> list[Plate]:
-    """Return the figures of one run with their captions."""
-    answer = "exact" if trace.reference is None or trace.reference.dt is None else "converged"
-    dark = f" The thin line is the {answer} answer." if trace.reference is not None else ""
-    shown = wave_plates(trace.reference, scene)
-    for number, contact in enumerate(scene.contacts):
-        tail = f"_{number + 1}" if len(scene.contacts) > 1 else ""
-        of = f", {contact.name}" if tail else ""
-        shown += [
-            Plate(
-                f"force{tail}",
-                f"Contact force{of}",
-                f"Positive in compression.{dark}",
-                plots.force([trace], scene, contact.name),
-            ),
-            Plate(
-                f"gap{tail}",
-                f"Gap{of}",
-                f"Left the whole run, right the same near zero, where penetration and near touches show.{dark}",
-                plots.gap([trace], scene, contact.name),
-            ),
-        ]
-    if scene.contacts:
-        words = "Displacement since the start of what meets in contact."
-        judged = (
-            f" Below, how far the run has strayed from the {answer} answer so far."
-            if trace.reference is not None
-            else ""
-        )
-        shown.append(Plate("displacement", "Displacement", words + dark + judged, plots.displacement([trace], scene)))
-    shown.append(
-        Plate(
-            "energy",
-            "Where the energy is",
-            "Stacked: bodies, contacts, booked losses. The dashed line is what was there at the start; a gap below it "
-            "is lost without a booking, a rise above it is gained.",
-            balance.energy_shares(trace, scene),
-        )
-    )
-    known = dark if answer == "exact" else ""
-    for body, described in fields.elastic(scene).items() if scene.snapshots else ():
-        load = fields.load_of(described)
-        shown.append(
-            Plate(
-                f"{load}_{body}",
-                f"{load.replace('_', ' ').capitalize()} in {body}",
-                f"Along the {described.kind} at the snapshots.{known}",
-                fields.snapshots([trace], scene, body),
-            )
-        )
-    return shown
-
-
-def wave_plates(reference: AbstractHistory | None, scene: Scene) -> list[Plate]:
-    """Return the waves of the exact answer in every rod, where there is an exact answer."""
-    if reference is None or reference.dt is not None:
-        return []
-    words = (
-        "The exact stress over the whole rod (upwards) and the whole run (to the right): red is compression, blue "
-        "tension. Waves run along the slanted edges."
-    )
-    return [
-        Plate(f"waves_{body}", f"The waves in {body}", words, fields.waves(reference, scene, body))
-        for body in fields.rods(scene)
-    ]

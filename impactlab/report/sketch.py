@@ -91,7 +91,7 @@ def _rod(rod: WaveBody, x: float, width: float, tallest: float) -> str:
         elif end.kind in ("spring", "dashpot"):
             parts.append(_held(end.kind, place, side))
         if end.force:
-            high = 24.0 if end.kind in ("spring", "dashpot") else 0.0  # beside what stands there
+            high = 24.0 if end.kind in ("spring", "dashpot") else 0.0  # beside the spring or dashpot
             parts.append(_push(end.force, place, side, MIDDLE - high))
     return "".join(parts)
 

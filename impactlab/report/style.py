@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 INK = "#1b2330"  # the exact answer, text
-MUTED = "#6b7480"  # what stands behind
+MUTED = "#6b7480"  # text and lines in the background
 GRID = "#e1e5ea"
 PAPER = "#ffffff"
 # Told apart also by eyes without red or green: neighbours differ in lightness. Labels never rely on colour alone.
@@ -322,7 +322,7 @@ def inline(svg: str, label: str) -> str:
     Parameters
     ----------
     label : str
-        What a reader who cannot see the figure is told.
+        Description of the figure for screen readers.
     """
     body = svg[svg.index("<svg") :]
     body = re.sub(r"<metadata>.*?</metadata>|<style[^>]*>.*?</style>", "", body, flags=re.DOTALL)

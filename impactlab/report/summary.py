@@ -1,4 +1,4 @@
-"""What a run says of itself: the summary that ``--json`` prints, and the table of a comparison.
+"""The summary of a run, as ``--json`` prints it, and the table of a comparison.
 
 The keys are a contract with the scripts of users: keys may be added, never removed. Numbers are finite or null.
 """
@@ -27,7 +27,7 @@ from impactlab.types import Relative
 SCHEMA_VERSION = 1
 COMPLETED, TOLERANCE_NOT_MET = "completed", "tolerance_not_met"  # statuses of runs that came to their end
 PROBE_POINTS = 6001  # instants at which the extremes of a probe are sought, besides both sides of its jumps
-VAGUE = 0.02  # uncertainty of a metric of the reference, in its own unit, beyond which no error is told
+VAGUE = 0.02  # uncertainty of a metric of the reference, in its own unit, beyond which no error is reported
 KNOWN_BY = {
     "peak_force": ("peak_force",),
     "force": ("force",),
@@ -66,9 +66,9 @@ def summarise(
     case_name : str
         Name of the case, without folder and ending.
     scene : Scene
-        What was run.
+        Bodies and contacts of the run.
     history : AbstractHistory
-        What came of it.
+        Result of the run.
     reference : Reference, or (str, AbstractHistory), optional
         The answer it is judged by, with its uncertainty, or its name and history; without one ``errors`` is null.
     """
@@ -284,7 +284,7 @@ def _percent(share: float | None) -> float | None:
 
 
 def cell(value: Any) -> str:
-    """Return a table cell as text: three significant digits (four places for what is near one), a dash for none."""
+    """Return a table cell as text: three significant digits (four places near one), a dash for None."""
     match value:
         case None | "":
             return "–"

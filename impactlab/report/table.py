@@ -13,7 +13,7 @@ JUDGED = ("mass", "face", "impulse")
 """The columns in which the smallest value is the best."""
 TEXT = ("method", "model", "law", "integrator", "warnings")
 UNDER = ("model", "law", "integrator")
-"""What stands in small type under the name of a method on the page; so do the codes of its warnings."""
+"""Columns in small type under the name of a method on the page, as are the codes of its warnings."""
 
 
 class Cell(NamedTuple):
@@ -71,7 +71,7 @@ def _safe(line: Sequence[str]) -> list[str]:
 
 
 def comma_separated(comparison: Mapping[str, Any]) -> str:
-    """Return the table as CSV with full digits; what does not exist is an empty cell, a failure stands last."""
+    """Return the table as CSV with full digits; a missing value is an empty cell, a failure stands last."""
     buffer = io.StringIO()
     writer = csv.writer(buffer, lineterminator="\n")
     writer.writerow([*headings(), "failure"])

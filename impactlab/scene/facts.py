@@ -1,6 +1,6 @@
-"""Questions asked of a scene: its rods and beams, and what a contact works with and against.
+"""Facts of a scene: its rods and beams, the impedance and the striker of a contact.
 
-Laws learn of their two sides through `SideFacts`; the impedance and masses here serve checks, warnings and
+Laws get the facts of their two sides as `SideFacts`; the impedance and masses here serve checks, warnings and
 the automatic choice.
 """
 

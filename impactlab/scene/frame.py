@@ -49,7 +49,7 @@ def groups(scene: Scene, touched: Collection[str] | None = None) -> tuple[Group,
             name = leader[name]
         return name
 
-    pulled = scene.gravity != 0.0  # what does not fall with the others holds their frame
+    pulled = scene.gravity != 0.0  # a body that does not fall with the others holds their frame
     free = {name for name, body in scene.bodies.items() if body.is_free and (body.falls or not pulled)}
     held = {name for name, body in scene.bodies.items() if body.moves and name not in free}
     for contact in scene.contacts:

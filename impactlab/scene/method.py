@@ -45,7 +45,7 @@ class Tolerance:
 
 @dataclass(frozen=True)
 class Method:
-    """How a scene is solved; under a tolerance, what is known before the automatic choice: its laws."""
+    """How a scene is solved; under a tolerance, only its laws are known before the automatic choice."""
 
     laws: Mapping[str, AbstractContactLaw] = field(default_factory=dict)  # by name of the contact
     models: Mapping[str, AbstractRodModel] = field(default_factory=dict)  # by name of the rod or beam

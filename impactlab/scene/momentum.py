@@ -1,4 +1,4 @@
-"""The balance of momentum: what a body was given by contacts and loads against what it has."""
+"""The balance of momentum of a body: impulses of contacts and loads against its change of momentum."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from impactlab.scene.problem import Scene
 
 
 class Seen(NamedTuple):
-    """What is known of the motion of a body over a run."""
+    """Momentum and energy of a body over a run."""
 
     start: float  # N s
     end: float  # N s
@@ -19,7 +19,7 @@ class Seen(NamedTuple):
 
 
 class Balance(NamedTuple):
-    """What a body was given, and how its momentum changed."""
+    """Impulses on a body, and the change of its momentum."""
 
     given: float  # N s
     changed: float  # N s

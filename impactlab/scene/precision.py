@@ -23,7 +23,7 @@ LOST = ("infs or NaNs", "Maximum allowed size", "not positive definite", "illega
 
 LOST_DIGITS = (
     "Give a smaller step, or bring masses, stiffnesses and times nearer to one another: they leave no digits. Where "
-    "they are ordinary, a part does not keep what it should; `impactlab plugins --check NAME` examines one."
+    "they are ordinary, a part breaks its contract; `impactlab plugins --check NAME` examines one."
 )
 
 
@@ -62,7 +62,7 @@ def beyond(what: str, path: str, body: Body | None = None) -> CaseError:
 
 
 def ratios(body: ElasticBody) -> Iterator[tuple[str, float, str]]:
-    """Give the ratios of what a body carries and loses to its own mass, stiffness, impedance and times, with paths."""
+    """Give the ratios of loads and losses of a body to its own mass, stiffness, impedance and times, with paths."""
     path, piece = f"bodies.{body.name}", body.segments[0]
     whole, trip = body.length, body.round_trip
     for text, ratio, key in body.own_ratios():

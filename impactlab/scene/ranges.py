@@ -1,4 +1,4 @@
-"""The numbers that a case may hold: for each unit the smallest positive and the largest, and for what they combine to.
+"""The numbers that a case may hold: for each unit the smallest positive and the largest, and those of derived values.
 
 They are far beyond any experiment, from atoms to planets, and near enough to one that no product of theirs leaves the
 range of double precision: with lengths from 1e-15 m on, a stiffness 12 EI/h3 stays below 1e100, its square below 1e200.
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Range(NamedTuple):
-    """Sizes of a number: of what must be positive from ``least`` on, of anything up to ``most``."""
+    """Allowed sizes of a number: a positive one from ``least`` on, any up to ``most``."""
 
     least: float
     most: float

@@ -23,7 +23,7 @@ NUMBER = 8.0  # bytes
 
 
 def memory_limit() -> float:
-    """Return the most bytes that a run may take: 2e9, or what ``IMPACTLAB_MEMORY`` says."""
+    """Return the most bytes that a run may take: 2e9, or the value of ``IMPACTLAB_MEMORY``."""
     given = os.environ.get("IMPACTLAB_MEMORY", "")
     if not given:
         return MEMORY

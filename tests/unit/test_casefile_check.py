@@ -113,7 +113,7 @@ def test_what_is_recorded(tmp_path, more, text):
 def test_round_trips_need_a_rod(tmp_path):
     case = load(tmp_path, "ball, cart")
     assert case.with_("solve.duration", {"round_trips": 1}).scene().duration == pytest.approx(4e-4)
-    with pytest.raises(CaseError, match="'ball' is no rod or beam and has no round trip"):
+    with pytest.raises(CaseError, match="'ball' is a mass and has no round trip"):
         case.with_("solve.round_trips_of", "ball")
     path = tmp_path / "masses.yaml"
     path.write_text("schema_version: 1\nbodies: {a: {kind: mass, mass: 1}}\nsolve: {duration: {round_trips: 1}}\n")

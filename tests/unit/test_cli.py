@@ -234,7 +234,7 @@ def test_a_folder_of_somebody_else_is_never_replaced(tmp_path):
     (mine / "thesis.tex").write_text("years of work")
     result = invoke("run", AXIAL, "--out", str(mine))
     assert result.exit_code == 2
-    assert "holds what impactlab did not write, such as 'thesis.tex'" in result.stderr
+    assert "holds files not written by impactlab, such as 'thesis.tex'" in result.stderr
     assert (mine / "thesis.tex").read_text() == "years of work"
 
 

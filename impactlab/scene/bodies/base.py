@@ -6,11 +6,12 @@ displacement is the deflection, positive up.
 
 from __future__ import annotations
 
+import itertools
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import ClassVar, Literal, TypeVar
+from typing import ClassVar, Literal
 
 import numpy as np
 from numpy import float64
@@ -18,8 +19,6 @@ from numpy.typing import NDArray
 
 from impactlab.errors import CaseError
 from impactlab.types import QUANTITIES_OF_ROD, Quantity, SideFacts
-
-Piece = TypeVar("Piece", bound="Segment")
 
 Profile = Callable[[NDArray[float64]], NDArray[float64]]
 """A quantity as a function of x [m], shape (n,) to shape (n,)."""
@@ -74,7 +73,7 @@ class Segment:
 
 @dataclass(frozen=True)
 class End:
-    """What holds an end of a rod or a beam: nothing, a clamp, a grounded spring or dashpot, or a mass riding on it.
+    """The support of an end of a body: none, a clamp, a grounded spring or dashpot, or a mass riding on it.
 
     A beam may be pinned (no deflection, free rotation), its spring may resist rotation too, and it may be infinite.
     A force may act on an end that is not clamped or pinned.
@@ -87,7 +86,7 @@ class End:
 
     @property
     def carries(self) -> str:
-        """What contact laws are told of this end: its kind, or `force` where a force acts on it."""
+        """Kind of the end as contact laws read it, or `force` where a force acts on it."""
         return "force" if self.force != 0.0 else self.kind
 
 
@@ -109,16 +108,12 @@ class Body(ABC):
 
     name: str
 
+    kind: ClassVar[str]  # its name in a case, as ``rod``
     moves: ClassVar[bool] = True  # False: nothing can move it
     falls: ClassVar[bool] = True  # False: gravity does not act along its motion
     bends: ClassVar[bool] = False  # True: it moves across its axis, and has a face on either side everywhere
     coordinates_per_node: ClassVar[int] = 1  # of a finite element mesh
     own_channels: ClassVar[tuple[tuple[str, Quantity], ...]] = ()  # recorded in every run: name and quantity at x = 0
-
-    @property
-    @abstractmethod
-    def kind(self) -> str:
-        """What a case calls such a body: ``rod``."""
 
     @property
     def velocity(self) -> float:
@@ -133,7 +128,7 @@ class Body(ABC):
     @property
     def rigid_mass(self) -> float:
         """Mass that a contact strikes as a whole [kg]; NaN of a body that deforms, inf where it never moves."""
-        return math.nan
+        return math.nan if self.elastic is not None else self.moving_mass
 
     @property
     def length(self) -> float:
@@ -184,12 +179,12 @@ class Body(ABC):
     @property
     def is_held(self) -> bool:
         """Whether a support other than contacts and loads can change its momentum."""
-        return False
+        return not self.moves
 
     @property
     def is_free(self) -> bool:
         """Whether only contacts and loads change its momentum; damping by its mass holds it, too."""
-        return True
+        return self.moves
 
     @property
     def slowest_period(self) -> float:
@@ -230,9 +225,10 @@ class Body(ABC):
         """Return the wave impedance [N s/m] at x [m], of both directions together; inf without a wave equation."""
         return math.inf
 
-    @abstractmethod
     def side_facts(self, x: float, element_length: float) -> SideFacts:
         """Return the facts of a face at x [m] for elements of a length [m], without gravity and steps."""
+        nan = math.nan
+        return SideFacts(self.kind, nan, nan, nan, nan, nan, mass=self.rigid_mass, gravity=0.0)
 
     def travel_time(self, x: float, other: float) -> float:
         """Return the least time [s] of a wave between two places x [m]; 0 where its waves have no front."""
@@ -304,7 +300,8 @@ class ElasticBody(Body):
 
     def segment_at(self, x: float) -> Segment:
         """Return the segment that holds x [m]; at a boundary the right one, at the right end the last."""
-        return segment_at(self.segments, x)
+        ends = itertools.accumulate(segment.length for segment in self.segments)
+        return next((piece for piece, end in zip(self.segments, ends, strict=True) if x < end), self.segments[-1])
 
     def is_inner(self, x: float) -> bool:
         """Return whether x [m] lies between the ends."""
@@ -375,13 +372,3 @@ class WaveBody(ElasticBody):
 def plain(*quantities: Quantity) -> dict[str, tuple[Quantity, float]]:
     """Return quantities that are those of the model itself, for `Body.quantities`."""
     return {quantity: (quantity, 1.0) for quantity in quantities}
-
-
-def segment_at(segments: tuple[Piece, ...], x: float) -> Piece:
-    """Return the segment that holds x [m]; at a boundary the right one, at the right end the last."""
-    start = 0.0
-    for segment in segments:
-        start += segment.length
-        if x < start:
-            return segment
-    return segments[-1]

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Literal, final
+from typing import Any, Literal, final
 
 import numpy as np
 
-from impactlab.scene.bodies.base import Body, ElasticBody, Segment, plain, segment_at
+from impactlab.scene.bodies.base import Body, ElasticBody, Segment, plain
 from impactlab.types import QUANTITIES_OF_BEAM, Quantity, SideFacts
 
 CANTILEVER = 2.0 * math.pi / 1.8751040687119611**2  # period of a cantilever over L2 sqrt(rho A/EI)
@@ -59,12 +59,9 @@ class Beam(ElasticBody):
     theory: Literal["euler_bernoulli", "timoshenko"] = "euler_bernoulli"
     tension: float = 0.0  # N, axial preload, positive in tension
 
+    kind = "beam"
     bends = True
     coordinates_per_node = 2
-
-    @property
-    def kind(self) -> str:
-        return "beam"
 
     @property
     def quantities(self) -> Mapping[str, tuple[Quantity, float]]:
@@ -129,7 +126,8 @@ class Beam(ElasticBody):
 
     def side_facts(self, x: float, element_length: float) -> SideFacts:
         """Return the facts of a place; it has an impedance where it shears, in each direction that goes on."""
-        segment, end = segment_at(self.segments, x), self.carries(x)
+        end = self.carries(x)
+        segment: Any = self.segment_at(x)
         sheared = math.isfinite(segment.shear_stiffness)
         ways = 2.0 if end in ("inner", "infinite") else 1.0
         return SideFacts(

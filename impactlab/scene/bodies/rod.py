@@ -13,6 +13,4 @@ from impactlab.scene.bodies.base import WaveBody
 class Rod(WaveBody):
     """A straight elastic rod: it moves along its axis."""
 
-    @property
-    def kind(self) -> str:
-        return "rod"
+    kind = "rod"

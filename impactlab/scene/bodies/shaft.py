@@ -26,11 +26,8 @@ class Shaft(WaveBody):
 
     lever_arm: float = 1.0  # m
 
+    kind = "shaft"
     falls = False
-
-    @property
-    def kind(self) -> str:
-        return "shaft"
 
     @property
     def quantities(self) -> Mapping[str, tuple[Quantity, float]]:

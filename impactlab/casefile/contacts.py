@@ -1,0 +1,218 @@
+"""Contacts of a checked case: their faces and lever arms, and the rules that they keep."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from impactlab.casefile.beams import BeamBlock
+from impactlab.casefile.blocks import ElasticBlock
+from impactlab.casefile.points import Face, read_face
+from impactlab.casefile.schema import BodyBlock, CaseBlock, ContactBlock, WallBlock
+from impactlab.casefile.shafts import ShaftBlock
+from impactlab.errors import CaseError
+
+
+class Faces(NamedTuple):
+    """The two faces of a contact."""
+
+    left: Face
+    right: Face
+
+    @property
+    def names(self) -> tuple[str, str]:
+        """Names of the two bodies."""
+        return self.left.point.body, self.right.point.body
+
+
+class Met(NamedTuple):
+    """A contact of a case with its faces and bodies, as the rules see it."""
+
+    case: CaseBlock
+    number: int
+    faces: Faces
+    bodies: tuple[BodyBlock, BodyBlock]
+    before: tuple[Any, ...]  # (Met, ...), the contacts before it
+
+    @property
+    def block(self) -> ContactBlock:
+        """Its block."""
+        return self.case.contacts[self.number]
+
+    def refused(self, text: str, remedy: str, key: str = "between") -> CaseError:
+        """Return the error of a key of this contact."""
+        return CaseError(text, remedy=remedy, path=f"contacts.{self.number}.{key}")
+
+
+def faces_of(case: CaseBlock, number: int) -> Faces:
+    """Return the faces of a contact of the case."""
+    left, right = case.contacts[number].between
+    path = f"contacts.{number}.between"
+    return Faces(read_face(case, left, f"{path}.0"), read_face(case, right, f"{path}.1"))
+
+
+def met(case: CaseBlock, number: int, before: Sequence[Met]) -> Met:
+    """Return a contact of the case with its faces and bodies; raise `CaseError` where it names none."""
+    faces = faces_of(case, number)
+    left, right = faces.names
+    return Met(case, number, faces, (case.bodies[left], case.bodies[right]), tuple(before))
+
+
+def lever_arm_of(case: CaseBlock, name: str) -> float:
+    """Return the lever arm of the contacts of a shaft [m]; 1 m without a contact."""
+    arms = (block.lever_arm for number, block in enumerate(case.contacts) if name in faces_of(case, number).names)
+    return next((arm for arm in arms if arm is not None), 1.0)
+
+
+def joins_two_bodies(contact: Met) -> None:
+    """Refuse a body in contact with itself, two walls, and a pair of faces that meets twice."""
+    left, right = contact.faces.names
+    if left == right:
+        raise contact.refused(f"the body {left!r} cannot be in contact with itself", "Name two different bodies.")
+    if all(isinstance(body, WallBlock) for body in contact.bodies):
+        text = f"{left!r} and {right!r} are walls and never move"
+        raise contact.refused(text, "A contact needs a body that moves: a rod, a beam, a shaft or a mass.")
+    for other in contact.before:
+        if set(other.block.between) == set(contact.block.between):
+            labels = " and ".join(face.point.label for face in contact.faces)
+            raise contact.refused(
+                f"{labels} already meet in contacts.{other.number}", "Remove one of the two contacts."
+            )
+
+
+def faces_look_at_each_other(contact: Met) -> None:
+    """Refuse an end that points away from the other face."""
+    for place, (face, body) in enumerate(zip(contact.faces, contact.bodies, strict=True)):
+        at_side, facing = ("right", "left") if place else ("left", "right")
+        if face.end == at_side and isinstance(body, ElasticBlock) and not body.both_sides:
+            between = contact.block.between
+            raise contact.refused(
+                f"{face.point.label!r} looks away from {between[1 - place]!r}: of between: [a, b], a lies on the left "
+                f"of b, so the {('first', 'second')[place]} is a mass, a wall, or the {facing} end of a {body.kind}",
+                f"Swap the two, [{between[1]}, {between[0]}], or name {face.point.body}.{facing}.",
+                f"between.{place}",
+            )
+
+
+def held_ends_are_not_struck(contact: Met) -> None:
+    """Refuse a contact at an end that never moves."""
+    for place, (face, body) in enumerate(zip(contact.faces, contact.bodies, strict=True)):
+        held = getattr(body.ends, face.end).kind if isinstance(body, ElasticBlock) and face.end else ""
+        if held in ("clamped", "pinned"):
+            raise contact.refused(
+                f"the end {face.point.label!r} is {held} and never moves, so a contact there moves no {body.kind}",
+                "Free that end, or put a wall in its place.",
+                f"between.{place}",
+            )
+
+
+def shaft_has_a_lever_arm(contact: Met) -> None:
+    """Refuse a contact of a shaft without lever arm, with another one, or with a partner that is not rigid."""
+    names, arm = contact.faces.names, contact.block.lever_arm
+    shafts = [name for name, body in zip(names, contact.bodies, strict=True) if isinstance(body, ShaftBlock)]
+    if not shafts and arm is not None:
+        text = f"a lever arm turns a shaft, and neither {names[0]!r} nor {names[1]!r} is one"
+        raise contact.refused(text, "Remove it.", "lever_arm")
+    if not shafts:
+        return
+    shaft = shafts[0]
+    other, body = next(each for each in zip(names, contact.bodies, strict=True) if each[0] != shaft)
+    if isinstance(body, ElasticBlock):
+        raise contact.refused(
+            f"the {body.kind} {other!r} meets the shaft {shaft!r}, whose lever arm meets rigid bodies only. "
+            "Allowed: a mass or a wall",
+            "Put a mass between the two, with a contact to each.",
+        )
+    if arm is None:
+        raise contact.refused(
+            f"this key is missing: the contact turns the shaft {shaft!r} at a distance from its axis",
+            "Give lever_arm in m, the distance of the contact from the axis of the shaft.",
+            "lever_arm",
+        )
+    if arm != (first := lever_arm_of(contact.case, shaft)):
+        raise contact.refused(
+            f"the shaft {shaft!r} has a lever arm of {first:g} m at another contact, and {arm:g} m here. "
+            "Allowed: one for all contacts of a shaft",
+            "Give its contacts the same lever_arm r: a mass m at an arm a is one of m (a/r)^2 at r.",
+            "lever_arm",
+        )
+
+
+def stops_leave_room(contact: Met) -> None:
+    """Refuse a stop below a place of a beam that would lie above the stop on its other side."""
+    for place in (0, 1):
+        if not (isinstance(contact.bodies[place], BeamBlock) and isinstance(contact.bodies[1 - place], WallBlock)):
+            continue
+        beam, stop = contact.faces[place].point, contact.faces[1 - place].point.body
+        for other in contact.before:
+            struck, room = other.faces[1 - place].point, other.block.gap + contact.block.gap
+            opposite = isinstance(other.bodies[place], WallBlock) and (struck.body, struck.x) == (beam.body, beam.x)
+            if opposite and room < 0.0:
+                stops = [(other.block.gap, other.faces[place].point.body), (contact.block.gap, stop)]
+                (below, lower), (above, upper) = stops if place == 0 else stops[::-1]
+                raise contact.refused(
+                    f"the gaps cross: {below:g} m to {lower!r} below and {above:g} m to {upper!r} above leave "
+                    f"{room:g} m for {beam.body!r} at {beam.x:g} m between them. Allowed: 0 or more in sum",
+                    "Give larger gaps, or swap the two stops.",
+                    "gap",
+                )
+
+
+def gap_is_open(contact: Met) -> None:
+    """Refuse faces that overlap before the run, unless the contact allows it."""
+    gap, moved = contact.block.gap, 0.0
+    for face, body, sign in zip(contact.faces, contact.bodies, (-1.0, 1.0), strict=True):
+        shape = body.profile if isinstance(body, ElasticBlock) else None
+        if shape is not None:
+            arm = contact.block.lever_arm or 1.0  # by which a twist moves the face
+            shift = arm * float(shape(np.array([face.point.x]))[0])
+            gap, moved = gap + sign * shift, max(moved, abs(shift))
+    # A gap that closes a preload is typed in by hand: its last digits are rounding.
+    if gap < -1e-9 * moved and contact.block.overlap is None:
+        shapes = "" if gap == contact.block.gap else " with the displacement at t = 0"
+        text = f"the gap is {gap:g} m{shapes}: the faces overlap before the run. Allowed: 0 or more"
+        raise contact.refused(text, "Give a gap of 0 or more, or `overlap: allowed` for this contact.", "gap")
+
+
+def order_is_possible(contact: Met) -> None:
+    """Refuse the contact that closes a ring such as a left of b, b left of a; walls may stand on both sides."""
+    left, right = contact.faces.names
+    if left == right or not _orders(contact):
+        return
+    right_of: dict[str, set[str]] = {}
+    for other in filter(_orders, contact.before):
+        right_of.setdefault(other.faces.names[0], set()).add(other.faces.names[1])
+    seen, front = set[str](), {right}
+    while front:
+        seen |= front
+        front = {after for name in front for after in right_of.get(name, ())} - seen
+    if left in seen:
+        text = f"{left!r} would lie on the left of {right!r}, and by the other contacts on its right"
+        raise contact.refused(text, "Of between: [a, b], a lies on the left of b: swap one pair.")
+
+
+def _orders(contact: Met) -> bool:
+    """Return whether a contact says which of its bodies lies on the left: not with a wall, or at an inner point."""
+    inner = any("at(" in face.point.label for face in contact.faces)
+    return not inner and not any(isinstance(body, WallBlock) for body in contact.bodies)
+
+
+def has_a_law(contact: Met) -> None:
+    """Refuse a contact without a law, unless a tolerance makes it a hard one."""
+    if contact.block.law is None and contact.case.solve.tolerance is None:
+        remedy = "Name a law, or give solve.tolerance: a contact without a law is then a hard one."
+        raise contact.refused("this key is missing", remedy, "law")
+
+
+RULES_OF_CONTACTS = (
+    joins_two_bodies,
+    faces_look_at_each_other,
+    held_ends_are_not_struck,
+    shaft_has_a_lever_arm,
+    stops_leave_room,
+    gap_is_open,
+    order_is_possible,
+    has_a_law,
+)

@@ -1,0 +1,134 @@
+"""The figures of the page of a run or of a comparison, with their captions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from impactlab.history.base import AbstractHistory
+from impactlab.report import balance, fields, overview, plots
+from impactlab.report.page import Plate
+from impactlab.report.style import Trace, exact_of
+from impactlab.report.summary import cell
+from impactlab.scene.problem import Scene
+
+
+def of_run(trace: Trace, scene: Scene) -> list[Plate]:
+    """Return the figures of one run."""
+    answer = "exact" if trace.reference is None or trace.reference.dt is None else "converged"
+    dark = f" The thin line is the {answer} answer." if trace.reference is not None else ""
+    below = f" Below, the largest difference from the {answer} answer so far." if trace.reference is not None else ""
+    shares = Plate(
+        "energy",
+        "Shares of the energy",
+        "Stacked: bodies, contacts, booked losses. The dashed line is the energy at the start; a gap below it "
+        "is lost without a booking, a rise above it is gained.",
+        balance.energy_shares(trace, scene),
+    )
+    along = fields_at_snapshots([trace], scene, f"at the snapshots.{dark if answer == 'exact' else ''}")
+    over_time = histories_of([trace], scene, f"Positive in compression.{dark}", dark, below)
+    return [*waves(trace.reference, scene), *over_time, shares, *along]
+
+
+def of_comparison(comparison: Mapping[str, Any], shown: Sequence[Trace], scene: Scene) -> list[Plate]:
+    """Return the figures of a comparison, those that show most first."""
+    if not shown:
+        return []
+    judged = any(trace.reference is not None for trace in shown)
+    dark = " The thin line is the exact answer." if judged else ""
+    below = (
+        " Below, the largest difference from it so far: a curve rises where its method goes wrong." if judged else ""
+    )
+    figures = waves(exact_of(shown), scene)
+    if judged:
+        words = (
+            "Each dot is the error of one method in one norm, all on one logarithmic scale. Further left is better, "
+            "bold is the best of a panel, a hollow dot lies below the scale. The ranking depends on the norm."
+        )
+        drawn = overview.errors(comparison["rows"], {trace.name: trace.colour for trace in shown})
+        figures.append(Plate("errors", "Errors", words, drawn))
+    if scene.contacts:
+        words = (
+            "A bar is a period of contact, a tick a kick. Dotted lines are the exact touches and openings: a bar cut "
+            "in pieces is chatter, a missing bar a missed contact."
+        )
+        figures.append(Plate("contacts", "Periods of contact", words, overview.contacts(shown, scene)))
+    several = len(scene.contacts) > 1
+    force = (
+        f"One panel per method on common axes.{dark} Above a panel stands its error away from the exact jumps"
+        f"{', the largest over all contacts' if several else ''}."
+    )
+    figures += histories_of(shown, scene, force, dark, below, force_notes(comparison, several))
+    words = (
+        "Energy of bodies and contacts plus booked losses less work, beside its first value: zero for a perfect "
+        "run, above zero is gained from nothing, below is lost without a booking."
+    )
+    figures.append(Plate("energy", "Energy balance", words, balance.energy_balance(shown, scene)))
+    return figures + fields_at_snapshots(shown, scene, f"at the snapshots, one row per method.{dark}")
+
+
+def histories_of(
+    shown: Sequence[Trace],
+    scene: Scene,
+    force: str,
+    dark: str,
+    below: str,
+    notes: Mapping[str, str] | None = None,
+) -> list[Plate]:
+    """Return the figures over time: force and gap of each contact, then the displacements.
+
+    Parameters
+    ----------
+    force : str
+        Caption of the forces.
+    dark, below : str
+        Sentences on the dark line, and on the lower row of the displacements.
+    notes : mapping, optional
+        Name of a trace to the words above its panel of the force.
+    """
+    plates = []
+    for number, contact in enumerate(scene.contacts):
+        tail, of = (f"_{number + 1}", f", {contact.name}") if len(scene.contacts) > 1 else ("", "")
+        words = f"Left the whole run, right the same near zero, where penetration and near touches show.{dark}"
+        plates += [
+            Plate(f"force{tail}", f"Contact force{of}", force, plots.force(shown, scene, contact.name, notes)),
+            Plate(f"gap{tail}", f"Gap{of}", words, plots.gap(shown, scene, contact.name)),
+        ]
+    if scene.contacts:
+        words = f"Displacement since the start of the masses and faces in contact.{dark}{below}"
+        plates.append(Plate("displacement", "Displacement", words, plots.displacement(shown, scene)))
+    return plates
+
+
+def fields_at_snapshots(shown: Sequence[Trace], scene: Scene, words: str) -> list[Plate]:
+    """Return the load along each rod, beam and shaft at the snapshots, where the case has some."""
+    plates = []
+    for name, body in scene.elastic.items() if scene.snapshots else ():
+        load = fields.load_of(body)
+        title = f"{load.replace('_', ' ').capitalize()} in {name}"
+        caption = f"Along the {body.kind} {words}"
+        plates.append(Plate(f"{load}_{name}", title, caption, fields.snapshots(shown, scene, name)))
+    return plates
+
+
+def waves(reference: AbstractHistory | None, scene: Scene) -> list[Plate]:
+    """Return the waves of the exact answer in every rod, where there is an exact answer."""
+    if reference is None or reference.dt is not None:
+        return []
+    words = (
+        "The exact stress over the whole rod (upwards) and the whole run (to the right): red is compression, blue "
+        "tension. Waves run along the slanted edges."
+    )
+    return [
+        Plate(f"waves_{body}", f"The waves in {body}", words, fields.waves(reference, scene, body))
+        for body in fields.rods(scene)
+    ]
+
+
+def force_notes(comparison: Mapping[str, Any], several: bool = False) -> dict[str, str]:
+    """Return the text above the panel of each method: its error of the force away from jumps."""
+    words, notes = "off jumps, worst contact" if several else "off jumps", {}
+    for row in comparison["rows"]:
+        error = (row["summary"].get("errors") or {}).get("force_away_from_jumps")
+        notes[row["name"]] = "" if error is None else "exact" if error < 1e-9 else f"{cell(100 * error)} % {words}"
+    return notes
