@@ -33,7 +33,7 @@ def check_target(folder: Path) -> None:
         strangers = sorted(_files(folder) - _written(folder) - {MANIFEST})
         if strangers:
             raise CaseError(
-                f"the output folder {str(folder)!r} holds files not written by impactlab, such as {strangers[0][:80]!r}",
+                f"the output {str(folder)!r} holds files not written by impactlab, such as {strangers[0][:80]!r}",
                 remedy="Give a new folder with --out.",
             )
 

@@ -29,47 +29,9 @@ PAPER = "#ffffff"
 # Told apart also by eyes without red or green: neighbours differ in lightness. Labels never rely on colour alone.
 PALETTE = ("#2563d9", "#d1481f", "#0d9a84", "#d6a01c", "#7f3f9c", "#62b4e8", "#e78bb2", "#8d97a3", "#5c6b1a")
 DASHES: tuple[tuple[float, tuple[float, ...] | None], ...] = ((0, None), (0, (4, 1.5)), (0, (1.2, 1.2)))
+STYLE = Path(__file__).with_name("house.mplstyle")
 WIDTH = 8.6  # inches, of every figure
 LABEL = 8.0  # points, of names beside lines
-STYLE: Any = {  # matplotlib types its settings by a list of their names
-    "font.size": 9.0,
-    "font.family": "DejaVu Sans",
-    "text.color": INK,
-    "axes.edgecolor": MUTED,
-    "axes.facecolor": "none",
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "axes.labelcolor": INK,
-    "axes.labelsize": 9.0,
-    "axes.linewidth": 0.7,
-    "axes.spines.right": False,
-    "axes.spines.top": False,
-    "axes.titlelocation": "left",
-    "axes.titlesize": 9.5,
-    "axes.titleweight": "bold",
-    "axes.titlecolor": INK,
-    "axes.titlepad": 7.0,
-    "axes.formatter.useoffset": False,
-    "figure.facecolor": PAPER,
-    "grid.color": GRID,
-    "grid.linewidth": 0.6,
-    "lines.linewidth": 1.5,
-    "lines.solid_joinstyle": "round",
-    "svg.fonttype": "none",
-    "svg.hashsalt": "impactlab",
-    "xtick.color": MUTED,
-    "ytick.color": MUTED,
-    "xtick.labelcolor": INK,
-    "ytick.labelcolor": INK,
-    "xtick.labelsize": 8.0,
-    "ytick.labelsize": 8.0,
-    "xtick.major.width": 0.7,
-    "ytick.major.width": 0.7,
-    "xtick.major.size": 3.0,
-    "ytick.major.size": 3.0,
-    "xtick.minor.size": 0.0,
-    "ytick.minor.size": 0.0,
-}
 PREFIXES = {1e9: "G", 1e6: "M", 1e3: "k", 1.0: "", 1e-3: "m", 1e-6: "µ", 1e-9: "n"}
 
 P = ParamSpec("P")
@@ -93,6 +55,14 @@ class Unit(NamedTuple):
     label: str
 
 
+@functools.cache
+def house_style() -> Any:
+    """Return matplotlib's settings in the house style."""
+    import matplotlib as mpl
+
+    return mpl.rc_params_from_file(STYLE, use_default_template=False)
+
+
 def drawn(function: Callable[P, R]) -> Callable[P, R]:
     """Return the function, run in the house style (matplotlib is imported only then)."""
 
@@ -100,7 +70,7 @@ def drawn(function: Callable[P, R]) -> Callable[P, R]:
     def wrapper(*args: P.args, **kwargs: P.kwargs) -> R:
         import matplotlib as mpl
 
-        with mpl.rc_context(STYLE):
+        with mpl.rc_context(house_style()):
             return function(*args, **kwargs)
 
     return wrapper

@@ -117,7 +117,7 @@ def test_round_trips_need_a_rod(tmp_path):
         case.with_("solve.round_trips_of", "ball")
     path = tmp_path / "masses.yaml"
     path.write_text("schema_version: 1\nbodies: {a: {kind: mass, mass: 1}}\nsolve: {duration: {round_trips: 1}}\n")
-    with pytest.raises(CaseError, match="counts the round trips of a rod or a beam, and this case has none"):
+    with pytest.raises(CaseError, match="counts the round trips of a rod, a beam or a shaft, and this case has none"):
         load_case(path)
 
 
