@@ -11,7 +11,7 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from impactlab.scene.bodies import Beam, Body, Segment, WaveBody
+from impactlab.scene.bodies import Beam, Body, Segment, WaveBody, beams_among
 from impactlab.scene.problem import Contact, Point, Probe, Scene
 from impactlab.types import SideFacts
 
@@ -25,7 +25,7 @@ def rods_of(scene: Scene) -> list[WaveBody]:
 
 def beams_of(scene: Scene) -> list[Beam]:
     """Return the beams of a scene."""
-    return [body for body in scene.bodies.values() if isinstance(body, Beam)]
+    return beams_among(scene.bodies.values())
 
 
 def on_end(body: Body, point: Point | Probe) -> bool:

@@ -1,7 +1,7 @@
 """Bodies in SI and in plain frozen records, one kind a file: rods, beams, shafts, masses, walls."""
 
 from impactlab.scene.bodies.base import Body, ElasticBody, End, Profile, Rayleigh, Segment, Table, WaveBody
-from impactlab.scene.bodies.beam import Beam, BeamSegment
+from impactlab.scene.bodies.beam import Beam, BeamSegment, beams_among
 from impactlab.scene.bodies.rigid import Mass, Wall
 from impactlab.scene.bodies.rod import Rod
 from impactlab.scene.bodies.shaft import Shaft, shaft_end, shaft_segment
@@ -21,6 +21,7 @@ __all__ = [
     "Table",
     "Wall",
     "WaveBody",
+    "beams_among",
     "shaft_end",
     "shaft_segment",
 ]

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, final
 
 import numpy as np
 
-from impactlab.scene.bodies.base import ElasticBody, Segment, plain
+from impactlab.scene.bodies.base import Body, ElasticBody, Segment, plain
 from impactlab.types import QUANTITIES_OF_BEAM, Quantity, SideFacts
 
 CANTILEVER = 2.0 * math.pi / 1.8751040687119611**2  # period of a cantilever over L2 sqrt(rho A/EI)
@@ -141,3 +141,8 @@ class Beam(ElasticBody):
             gravity=0.0,
             end=end,
         )
+
+
+def beams_among(bodies: Iterable[Body]) -> list[Beam]:
+    """Return the beams among some bodies."""
+    return [body for body in bodies if isinstance(body, Beam)]
