@@ -1,4 +1,4 @@
-"""Constraint modes of the contacts and modes with the contacts fixed."""
+"""Craig-Bampton modes: constraint modes of the contacts, fixed-interface modes."""
 
 from __future__ import annotations
 

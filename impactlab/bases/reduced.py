@@ -1,4 +1,4 @@
-"""A mesh in the uncoupled coordinates of a few of its shapes."""
+"""Rayleigh-Ritz reduction: a mesh in uncoupled coordinates of a few of its shapes."""
 
 from __future__ import annotations
 

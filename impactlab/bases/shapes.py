@@ -86,13 +86,13 @@ def still_free(mesh: AbstractMesh, kept: Ints) -> Array:
 def constraint_modes(mesh: AbstractMesh, kept: Ints) -> Array:
     """Return the static shapes (n_mesh_dof, n_kept) in which one coordinate kept moves by 1 and the others do not.
 
-    Where they leave the rest free to move (a beam may turn about the one place it is held at), a shape is any of those.
+    Where the rest can still move (a beam turns about the one place it is held at), a shape is any of those.
     """
     n_dof = mesh.mass.shape[1]
     shapes = np.zeros((n_dof, kept.size))
     stiffness = mesh.stiffness
     for motion in still_free(mesh, kept).T if kept.size else ():
-        # What is kept pulls on that motion with no work, so that a spring to the ground which stops it carries nothing.
+        # Constraint forces do no work on that motion, so that a spring to the ground which stops it carries no force.
         stiffness = stiffness.copy()
         stiffness[0, max(mesh.pins, key=lambda pin: abs(motion[pin]))] *= 2.0
     groups = pieces(mesh, kept)
@@ -124,7 +124,7 @@ def too_few(basis: str, modes: int, needed: int, what: str) -> CaseError:
 
 
 def no_contact(basis: str) -> CaseError:
-    """Return the error of a basis that is made from a contact, on a rod that has none."""
+    """Return the error of a basis of contacts on a rod that has none."""
     return CaseError(
         f"basis '{basis}' is made from the contact that loads the rod, and this rod has none",
         remedy="Use basis eigenvectors.",

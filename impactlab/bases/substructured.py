@@ -1,4 +1,4 @@
-"""A rod cut into pieces, of which only those that are struck get many modes."""
+"""Substructuring: Craig-Bampton modes of the pieces of a body, many of the pieces that are struck."""
 
 from __future__ import annotations
 

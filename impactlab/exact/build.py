@@ -1,4 +1,4 @@
-"""Network of a scene for the exact solver: nodes, rod pieces, junctions; refusal with a reason."""
+"""Network of a scene for the exact solver: nodes, rod pieces and contacts, ordered by junction."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Node(NamedTuple):
 
 
 class Drawing(NamedTuple):
-    """A network before nodes, ends and contacts are ordered by junction. Ends 2 i and 2 i + 1 are those of piece i."""
+    """A network before it is ordered by junction. Ends 2 i and 2 i + 1 are those of piece i."""
 
     nodes: list[Node]
     members: dict[str, list[int]]  # nodes of each body
@@ -107,7 +107,7 @@ def junctions(count: int, pairs: list[tuple[int, int]]) -> Integers:
 
 
 def force_scales(drawing: Drawing, pairs: list[tuple[int, int]], bonds: list[Bond], z: list[float]) -> list[float]:
-    """Return the impedance [N s/m] of the rods at each contact: the scale of its force. ``z`` is that of each end."""
+    """Return the impedance of the rods at each contact, the scale of its force, from that of each end [N s/m]."""
     scales = []
     for pair, bond in zip(pairs, bonds, strict=True):
         sides = [sum(z[e] for e, n in enumerate(drawing.end_nodes) if n == node) for node in pair]

@@ -1,4 +1,4 @@
-"""Predicted cost of the exact solver: operations of the first intervals, extrapolated as a power of time.
+"""Cost of the exact solver, predicted: operations of the first intervals, extrapolated as a power of time.
 
 Intervals and multiplications are counted, not seconds: the same scene always has the same prediction.
 """

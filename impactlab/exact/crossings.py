@@ -1,4 +1,4 @@
-"""The next event of a junction, compiled: the first downward zero crossing of a force or of a gap in an interval."""
+"""Event detection of a junction, compiled: the first downward zero crossing of a force or a gap in an interval."""
 
 from __future__ import annotations
 

@@ -174,7 +174,7 @@ class ContinuousHistory(AbstractHistory):
         )
 
     def _place(self, name: str, channel: str, text: str) -> Place:
-        """Return the place of a channel; x of a probe is taken as the probe has it, not as its name rounds it."""
+        """Return the place of a channel; of a probe not rounded as in its name."""
         length, links = self.scene.bodies[name].length, self.layout.links[name]
         try:
             x = self._exact_x[channel] if channel in self._exact_x else float(text)

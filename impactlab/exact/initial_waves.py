@@ -99,7 +99,7 @@ def knots(shape: Profile, a: float, b: float) -> list[float]:
 
 
 def end_pieces(scene: Scene, layout: Layout) -> dict[int, list[Piece]]:
-    """Return the waves that each end with a profile would have emitted before t = 0, without gravity, by time [s]."""
+    """Return the waves emitted before t = 0 [s] by each end of a rod with a profile, without gravity."""
     result: dict[int, list[Piece]] = {}
     for name, links in layout.links.items():
         rod = scene.bodies[name].waves
@@ -128,7 +128,7 @@ def check_held(rod: WaveBody, shape: Profile) -> None:
 
 
 def emitted(rod: WaveBody, link: Link, piece: Piece, direction: float) -> Piece:
-    """Return the emission that carries a profile piece: v0/2 -+ c u'/2, dated back by the way from the end."""
+    """Return the emitted wave v0/2 -+ c u'/2 of a profile piece, earlier by the way from the end."""
     a, b, coefficients = piece
     c = link.segment.wave_speed
     slope = np.zeros(1)

@@ -199,7 +199,7 @@ def advance(m: MarchArrays) -> int:
 
 
 def prepared(log: Log) -> Log:
-    """Return the log with all that it needs loaded or compiled, so that this counts as set-up, not as solution time."""
+    """Return the log ready for `march`: compiled code is loaded, which counts as set-up."""
     memory, entry = log.memory, cast(Any, advance)
     if np.any(log.contacts["stiffness"] >= 0.0) or np.any(log.nodes["spring"] > 0.0):
         memory = memory._replace(coupled=spring_systems.address(memory))

@@ -117,7 +117,7 @@ def stretched(m: MarchArrays, old: PieceRecord, nodes: int, ends: int, height: i
 
 @EXACT_PART
 def joined(m: MarchArrays, j: int, t0: float, t1: float, n: int) -> int:
-    """Write the rows of the last piece and of [t0, t1] as one; return its coefficients, 0 if they must stay two."""
+    """Write the rows of the last piece and of [t0, t1] as one; return its coefficients, 0 for no merger."""
     junction = m.junctions[j]
     nodes, ends = junction.nodes, junction.ends
     height = junction.rows

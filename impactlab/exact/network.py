@@ -91,7 +91,7 @@ class Log(NamedTuple):
 
 
 def empty_log(junctions: int, nodes: int, ends: int, contacts: int, rows: int) -> Log:
-    """Return a log of zeros for so many junctions, nodes, ends and contacts, and at most so many rows in a piece.
+    """Return a log of zeros for so many junctions, nodes, ends, contacts and rows in a piece.
 
     It has no room for pieces and events.
     """

@@ -1,4 +1,4 @@
-"""Exact runs with more waves than fit into memory: sampled window by window at the instants that a run keeps.
+"""Exact histories with more waves than fit into memory, sampled window by window at the instants of the records.
 
 Of sampled waves only those that the march still needs are kept: one transit of the longest rod piece.
 """

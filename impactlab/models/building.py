@@ -1,4 +1,4 @@
-"""From a body and the model chosen for it to its coordinates: which of a model's ways serves which kind."""
+"""Coordinates of a body by the model chosen for it."""
 
 from __future__ import annotations
 

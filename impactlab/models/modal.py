@@ -113,7 +113,7 @@ class Modal(AbstractRodModel):
     def _reduced(
         self, mesh: AbstractMesh, gravity: float, paper_rule: bool, faces: tuple[Face, ...]
     ) -> AbstractDiscreteModel:
-        """Return the body of a mesh in its modes; raise where the mesh is too large for that or has not so many."""
+        """Return the body of a mesh in its modes; raise where it is too large or has too few."""
         n_dof = mesh.mass.shape[1]
         if n_dof > MAX_COORDINATES + len(mesh.motions):
             raise CaseError(

@@ -1,4 +1,4 @@
-"""Rigid bodies: a mass has one coordinate, a wall has none."""
+"""Rigid bodies: masses with one coordinate, walls with none."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The frequencies of a uniform beam with clamped, pinned and free ends, none missed.
+"""Frequencies of a uniform beam, bracketed by Rayleigh's theorem on constraints and found by section.
 
 A pinned beam's are known in closed form. To clamp its end is one constraint more, to free it one less, so that between
 two frequencies of one beam lies exactly one of the other (Rayleigh's theorem), and the sign of the dynamic stiffness
@@ -23,7 +23,7 @@ from impactlab.types import Array
 Held = Literal["clamped", "pinned", "free"]
 
 SECTIONS = 16  # parts a bracket is cut into at once
-ROUNDS = 13  # 16^13 is more than double precision holds
+ROUNDS = 13  # 16^13 exceeds double precision
 MAX_AT_ONCE = 2000  # frequencies sought
 MINORS = (
     ((0, 1), (2, 3), 1.0),

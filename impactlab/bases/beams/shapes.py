@@ -1,4 +1,4 @@
-"""The modes of a uniform beam without units: their frequencies, and their shares of the four fields."""
+"""Modes of a uniform beam without units: null vectors of its end conditions in four fields."""
 
 from __future__ import annotations
 

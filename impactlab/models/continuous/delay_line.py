@@ -66,7 +66,7 @@ def measure(parameters: Array, state: Array, out: Array) -> None:
 
 @final
 class DelayLine(AbstractSelfStepping):
-    """A uniform rod as two delays: its coordinates are the displacements of its ends; it is a stepper of its own.
+    """A uniform rod as two delays; its coordinates are the displacements of its ends.
 
     Its velocity per force is 1/Z at a free end, exact for every step up to the transit.
     """

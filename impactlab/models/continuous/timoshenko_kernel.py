@@ -23,7 +23,7 @@ DEFLECTION, ROTATION, MOMENT, SHEAR = 0, 1, 2, 3  # kinds of coordinates
 
 @HELPER
 def turn_both(parameters: Array, first: Array, coupling: Array, shear: Array, bend: Array, turn: Array) -> None:
-    """Turn shear and rotation into each other over a step: (1 + a P* P) B = 2 b + dt P* V/(rho I)."""
+    """Couple shear and rotation over a step: (1 + a P* P) B = 2 b + dt P* V/(rho I)."""
     width, z2 = int(parameters[2]), parameters[5]
     taken, given = 0.5 * parameters[7] / z2, parameters[8] * z2
     for j in range(turn.size):
@@ -74,7 +74,7 @@ def meet(state: Array, coordinates: Array, family: float, waves: Array) -> None:
 
 @HELPER
 def reflect(parameters: Array, state: Array, coordinates: Array, end: int, arrived: float) -> float:
-    """Return the wave that an end sends under an arriving one; ends 0 and 1 are left and right of the deflection.
+    """Return the wave that an end sends under an arriving one; ends 0 and 1 are those of the deflection.
 
     An end with mass m, spring k, dashpot d and force F moves with the mean velocity V of
     (Z + d + k dt/2 + 2 m/dt) V = 2 Z w - k u + (2 m/dt) v + F under an arriving wave w, and sends V - w.
@@ -115,7 +115,7 @@ def shear_at(parameters: Array, first: Array, coupling: Array, shear: Array, ben
 
 
 def free(parameters: Array, state: Array) -> None:
-    """Step without contact: shear and rotation turn into each other, then all waves move by a cell."""
+    """Step without contact: shear and rotation are coupled, then all waves move by a cell."""
     n2, n1, width, n = int(parameters[0]), int(parameters[1]), int(parameters[2]), int(parameters[9])
     coordinates = parameters[31 : 31 + 3 * n]
     first = parameters[31 + 3 * n : 31 + 3 * n + n2]

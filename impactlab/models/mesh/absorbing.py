@@ -1,4 +1,4 @@
-"""Where the elements of a beam lie, and the layer in which an infinite end of a mesh lets waves die out."""
+"""Absorbing layers: the elements of a beam, continued at an infinite end with damping that grows."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Layout(NamedTuple):
 
 
 def laid_out(beam: Beam, elements: int, lumped: bool, gravity: float) -> Layout:
-    """Return the elements of a beam; beyond an infinite end the mesh goes on in a layer whose damping grows.
+    """Return the elements of a beam, with an absorbing layer beyond each infinite end.
 
     The layer is twice as long as the beam. Over its length l the drag grows as 400 s^2 and the retardation time of the
     material as 0.01 s^3, over and times l^2 sqrt(rho A/EI), s from 0 to 1; its elements grow steadily. Measured on an

@@ -1,4 +1,4 @@
-"""Base class of meshes, of bars or of beam elements, as the modal model uses them."""
+"""Base class of meshes of bars and of beam elements: statics, bound of the frequencies, cuts of banded matrices."""
 
 from __future__ import annotations
 

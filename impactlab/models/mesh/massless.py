@@ -1,4 +1,4 @@
-"""Nodes without mass, condensed out of a row of 2-node bars: each lies where its neighbours and its force put it."""
+"""Static condensation of nodes without mass out of a row of 2-node bars."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ class MasslessNodes:
 
 
 def struck_nodes(rod: WaveBody, faces: Sequence[tuple[float, Array]]) -> Ints:
-    """Return the numbers of the contacts' nodes among those not clamped, or raise where they cannot lose their mass.
+    """Return the numbers of the contacts' nodes among those not clamped; raise where they must keep their mass.
 
     Each face is a place x [m] and the row of its displacement over these nodes, shape (n_nodes,).
     """
