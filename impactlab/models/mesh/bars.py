@@ -95,12 +95,7 @@ class Mesh(AbstractMesh):
         self.mass: Array = cut[0][:1] if self.lumped else cut[0]
         self.damping: Array = narrowed(cut[1])
         self._ground_dashpots, self._ground_springs = ground
-        at_ends = np.zeros(len(self.nodes))
-        for node, end in self.ends:
-            at_ends[node] = end.value if end.kind == "dashpot" else 0.0
-        self._end_dashpots = at_ends[self.free_nodes]
-        if self._massless is not None:  # no dashpot acts on a node without mass
-            self._end_dashpots = self._end_dashpots[self._massless.kept]
+        self._end_dashpots = self.at_nodes(self.at_ends("dashpot"))  # none acts on a node without mass
         self.stiffness: Array = cut[2]
         self.places = tuple(dict.fromkeys(face.x for face in faces)) if struck.size else ()
         inertia = self.momentum_row()
@@ -215,15 +210,11 @@ class Mesh(AbstractMesh):
         mass = assembled(element.lumped if self.lumped else element.consistent, self.density * self.area * half)
         stiffness = assembled(element.stiffness, self.young * self.area / half)
         damping = assembled(element.stiffness, self._viscous / half)
-        for node, end in self.ends:
-            matrix = {"mass": mass, "dashpot": damping, "spring": stiffness}.get(end.kind)
-            if matrix is not None:
-                matrix[0, node] += end.value
+        springs = self.at_ends("spring")
+        for matrix, values in ((mass, self.at_ends("mass")), (damping, self.at_ends("dashpot")), (stiffness, springs)):
+            matrix[0] += values
         drag, retardation = self.rod.damping.mass, self.rod.damping.stiffness
         damping += drag * mass + retardation * stiffness
-        springs = np.zeros(len(self.nodes))
-        for node, end in self.ends:
-            springs[node] = end.value if end.kind == "spring" else 0.0
         dashpots = retardation * springs + (drag * multiply(mass, np.ones(len(self.nodes))) if drag else 0.0)
         return mass, damping, stiffness, springs, dashpots
 

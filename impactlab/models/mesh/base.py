@@ -108,6 +108,15 @@ class AbstractMesh(AbstractDiscreteModel):
             modes=False,
         )
 
+    def at_ends(self, kind: str) -> Array:
+        """Return masses, dashpots or springs of the ends on the coordinates of all nodes, held ones included."""
+        per = len(self.motions)
+        values = np.zeros(per * (self.ends[1][0] + 1))
+        for node, end in self.ends:
+            if end.kind == kind:
+                values[per * node : per * (node + 1)] = (end.value, end.rotational)[:per]
+        return values
+
     @property
     def is_held(self) -> bool:
         """Whether an end holds the body against every rigid motion."""

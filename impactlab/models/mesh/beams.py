@@ -90,7 +90,9 @@ class BeamMesh(AbstractMesh):
         self._check_preload()
 
     def operators(self) -> Operators:
-        stated = self.stated(self.highest_of_elements(), self._uniform, self._gravity, self._end_dashpots())
+        stated = self.stated(
+            self.highest_of_elements(), self._uniform, self._gravity, self.at_ends("dashpot")[self._kept]
+        )
         return stated._replace(beam_elements=self._elements())
 
     def element_matrices(self, number: int) -> tuple[Array, Array]:
@@ -176,11 +178,8 @@ class BeamMesh(AbstractMesh):
                 for i in range(4):
                     for j in range(i + 1):
                         matrix[i - j, 2 * at + j] += element[i, j]
-        for node, end in self.ends:
-            held = {"mass": mass, "dashpot": damping, "spring": stiffness}.get(end.kind)
-            if held is not None:
-                held[0, 2 * node] += end.value
-                held[0, 2 * node + 1] += end.rotational
+        for matrix, kind in ((mass, "mass"), (damping, "dashpot"), (stiffness, "spring")):
+            matrix[0] += self.at_ends(kind)
         damping += beam.damping.mass * mass + beam.damping.stiffness * stiffness
         return mass, damping, stiffness
 
@@ -219,16 +218,8 @@ class BeamMesh(AbstractMesh):
         lead = int(self.ends[0][1].kind == "pinned")
         return BeamElements(lead, nodes, ends.ravel(), rest, np.column_stack((counts, runs[heads])))
 
-    def _end_dashpots(self) -> Array:
-        """Return the damping of dashpots at the ends, on deflections and rotations, shape (n_dof,)."""
-        dashpots = np.zeros(2 * len(self.nodes))
-        for node, end in self.ends:
-            if end.kind == "dashpot":
-                dashpots[2 * node : 2 * node + 2] = end.value, end.rotational
-        return dashpots[self._kept]
-
     def _rigid_motions(self) -> tuple[Array, tuple[int, ...]]:
-        """Return the motions a + b x that nothing resists, mass-normalised, and coordinates that stop them."""
+        """Return the motions a + b x without strain or support, mass-normalised, and coordinates that stop them."""
         rows = [] if self.beam.tension == 0.0 else [[0.0, 1.0]]  # a string under tension resists its rotation
         for node, end in self.ends:
             x = float(self.nodes[node]) / self.beam.length
