@@ -87,7 +87,7 @@ def test_a_step_longer_than_the_transit_is_refused() -> None:
 
 def test_an_inner_probe_is_refused() -> None:
     case = scene(Asked(), CLAMPED, 10).but(probes=(Probe("rod", 0.1, "stress"),))
-    with pytest.raises(CaseError, match=r"not stress at 0\.1 m"):
+    with pytest.raises(CaseError, match=r"no stress at 0\.1 m"):
         run(*case)
 
 

@@ -71,29 +71,29 @@ class TimoshenkoWaves(AbstractSelfStepping):
         check_served(beam, gravity, "Timoshenko", "Use finite_element or modal for this body.", more)
         self._beam, self._gravity, self._all_faces, self._duration = beam, gravity, faces, duration
         segment = beam.segments[0]
-        self._shear, self._bend = segment.shear_speed, segment.wave_speed
+        self._speeds = segment.shear_speed, segment.wave_speed
         self._faces = tuple(sorted({face.x for face in faces}))
         self._stations = np.linspace(0.0, beam.length, STATIONS) if fields else np.array(self._faces)
         asked = [(x, "displacement") for x in self._faces]
         asked += [(probe.x, "displacement" if probe.quantity == "velocity" else probe.quantity) for probe in probes]
-        asked += [(x, "displacement") for x, end in self._ends() if end.kind == "dashpot"]
+        asked += [(x, "displacement") for x, end in self._beam.ends if end.kind == "dashpot"]
         asked += [(float(x), "displacement") for x in self._stations]
         for x, quantity in asked:
             if quantity not in KINDS:
                 raise self._unknown(x, quantity)
         self.coordinates: tuple[tuple[float, str], ...] = tuple(dict.fromkeys(asked)) or ((0.0, "displacement"),)
         self.n_dof = len(self.coordinates)
-        self._closed = all(end.kind != "infinite" for _, end in self._ends())
+        self._closed = all(end.kind != "infinite" for _, end in self._beam.ends)
 
     def recorded(self, probes: tuple[Probe, ...], duration: float, fields: bool) -> TimoshenkoWaves:
         return TimoshenkoWaves(self._beam, self._gravity, self._all_faces, probes, duration, fields)
 
     @property
     def longest_step(self) -> float:
-        return self._beam.length / (MIN_CELLS * max(self._shear, self._bend)) if self._closed else math.inf
+        return self._beam.length / (MIN_CELLS * max(self._speeds)) if self._closed else math.inf
 
     def misfit(self, dt: float) -> float:
-        h, length = self._shear * dt, self._beam.length
+        h, length = self._speeds[0] * dt, self._beam.length
         shifts = [abs(distance - h * round(distance / h)) / length for distance in self._distances()]
         if self._closed:
             shifts += [abs(1.0 - max(1, round(length / (speed * dt))) * speed * dt / length) for speed in self._speeds]
@@ -103,20 +103,20 @@ class TimoshenkoWaves(AbstractSelfStepping):
         lengths = [self._beam.length] if self._closed else [each for each in self._distances() if each > 0.0][-1:]
         if not lengths:
             return np.array([dt])
-        least = max(1, math.ceil(lengths[0] / (self._shear * dt) * (1.0 - 1e-12)))
+        least = max(1, math.ceil(lengths[0] / (self._speeds[0] * dt) * (1.0 - 1e-12)))
         most = max(least + 1, min(least + MAX_TRIED, math.floor(least / MIN_SHARE)))
-        return np.asarray(lengths[0] / (self._shear * np.arange(least, most + 1)))
+        return np.asarray(lengths[0] / (self._speeds[0] * np.arange(least, most + 1)))
 
     def operators(self) -> Operators:
         n, beam = self.n_dof, self._beam
         damping, start, velocity = np.zeros(n), np.zeros(n), np.zeros(n)
-        for x, end in self._ends():
+        for x, end in self._beam.ends:
             if end.kind == "dashpot":
                 damping[self.coordinates.index((x, "displacement"))] = end.value
         for number, (x, quantity) in enumerate(self.coordinates):
             velocity[number] = beam.velocity if quantity == "displacement" else 0.0
             start[number] = self._initial(x, quantity)
-        rule = (2 * MODES + 1) * math.pi * self._shear / (2.0 * beam.length)
+        rule = (2 * MODES + 1) * math.pi * self._speeds[0] / (2.0 * beam.length)
         return without_mass(start, velocity, np.zeros(n), damping, rule)
 
     def row(self, x: float, quantity: Quantity) -> Array:
@@ -132,7 +132,7 @@ class TimoshenkoWaves(AbstractSelfStepping):
 
     def stepper(self, ports: Array, dt: float) -> Stepper:
         check_cells(self._beam.length / (min(self._speeds) * dt), self._beam.name)
-        shear, bend = (self._grid(speed, dt, number == 0) for number, speed in enumerate(self._speeds))
+        shear, bend = (self._grid(speed, dt) for speed in self._speeds)
         segment = self._beam.segments[0]
         # With the impedance and EI as given, a speed that fits the grid changes masses, by no more than the misfit.
         speeds = shear.spacing / dt, bend.spacing / dt
@@ -142,7 +142,7 @@ class TimoshenkoWaves(AbstractSelfStepping):
         share = shear.spacing / bend.spacing
         weight = dt**2 * stiffness / (4.0 * turning) * share
         numbers, n = self._numbered(shear, bend), self.n_dof
-        ends = np.array([self._end(end, family, impedances, dt) for family in range(2) for _, end in self._ends()])
+        ends = np.array([self._end(end, family, impedances, dt) for family in range(2) for _, end in self._beam.ends])
         parameters = np.concatenate(
             [
                 [float(shear.cells), float(bend.cells), float(couple.rows.shape[1]), float(couple.rows.shape[1] - 1)],
@@ -158,7 +158,7 @@ class TimoshenkoWaves(AbstractSelfStepping):
         state = np.zeros(at + 2 * shear.cells + 3 * bend.cells)
         system = self.operators()
         state[:n], state[n : 2 * n] = system.displacement, system.velocity
-        for number, (x, end) in enumerate(self._ends()):
+        for number, (x, end) in enumerate(self._beam.ends):
             if end.kind not in ("clamped", "pinned", "infinite"):
                 state[2 * n + 2 * number] = self._initial(x, "displacement")
                 state[2 * n + 2 * number + 1] = self._beam.velocity
@@ -175,17 +175,11 @@ class TimoshenkoWaves(AbstractSelfStepping):
 
     def _unknown(self, x: float, quantity: str) -> CaseError:
         return CaseError(
-            f"the continuous beam '{self._beam.name}' has no {quantity} at {x:.6g} m, as no contact or probe names it",
-            remedy=f"Probe it; a beam has {', '.join(QUANTITIES_OF_BEAM)}.",
+            f"the continuous beam '{self._beam.name}' has no {quantity} at {x:.6g} m: its quantities are "
+            f"{', '.join(QUANTITIES_OF_BEAM)}, at the places of contacts and probes",
+            remedy="Name one of these in a probe.",
             path="probes",
         )
-
-    @property
-    def _speeds(self) -> tuple[float, float]:
-        return self._shear, self._bend
-
-    def _ends(self) -> tuple[tuple[float, End], tuple[float, End]]:
-        return (0.0, self._beam.left), (self._beam.length, self._beam.right)
 
     def _anchor(self) -> float:
         """Return the place of a node [m] from which the grids count: an end, or where the beam is struck first."""
@@ -199,7 +193,7 @@ class TimoshenkoWaves(AbstractSelfStepping):
         """Return how far contacts are from the anchor [m]; each should be a whole number of cells."""
         return sorted({abs(x - self._anchor()) for x in self._faces})
 
-    def _grid(self, speed: float, dt: float, struck: bool) -> Grid:
+    def _grid(self, speed: float, dt: float) -> Grid:
         """Return the cells of a family: over the beam, and beyond infinite ends until nothing can come back."""
         length, anchor = self._beam.length, self._anchor()
         if self._closed:
