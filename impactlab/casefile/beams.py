@@ -82,13 +82,11 @@ class BeamBlock(MovingBlock):
     quantities: ClassVar[tuple[str, ...]] = QUANTITIES_OF_BEAM
     both_sides: ClassVar[bool] = True
 
-    def check_pieces(self, path: str) -> None:
-        for number, piece in enumerate(self.pieces):
-            place = path if self.segments is None else f"{path}.segments.{number}"
-            if piece.section is not None:
-                check_section(piece.section, f"{place}.section")
-                if piece.material is not None and self.theory == "timoshenko":
-                    check_shear(piece.section, piece.material, place)
+    def check_piece(self, piece: BeamSegmentBlock, path: str) -> None:
+        if piece.section is not None:
+            check_section(piece.section, f"{path}.section")
+            if piece.material is not None and self.theory == "timoshenko":
+                check_shear(piece.section, piece.material, path)
 
     def body(self, name: str, lever_arm: float) -> Beam:
         return Beam(

@@ -66,7 +66,7 @@ class ElasticBlock(Block):
         kind: str
         ends: Any
 
-    piece: ClassVar[type[Block]]  # block of one of the segments
+    piece: ClassVar[type[Block]] = Block  # block of one of the segments
     shape_keys: ClassVar[tuple[str, ...]] = ("length", "area", "material")  # of a uniform body; segments replace them
     profile_key: ClassVar[str] = "displacement"  # of the shape at t = 0
     profile_unit: ClassVar[str] = "m"
@@ -77,8 +77,8 @@ class ElasticBlock(Block):
     def body(self, name: str, lever_arm: float) -> ElasticBody:
         """Return the checked body in SI."""
 
-    def check_pieces(self, path: str) -> None:
-        """Raise `CaseError` where sections or materials do not make a body; ``path`` is that of the block."""
+    def check_piece(self, piece: Any, path: str) -> None:
+        """Raise `CaseError` where section and material of a uniform piece do not make a body; ``path`` is its place."""
 
     @property
     def pieces(self) -> tuple[Any, ...]:

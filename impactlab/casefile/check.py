@@ -74,7 +74,9 @@ def _has_a_shape(body: ElasticBlock, path: str) -> None:
 
 
 def _sections_are_whole(body: ElasticBlock, path: str) -> None:
-    body.check_pieces(path)
+    in_segments = getattr(body, "segments", None) is not None
+    for number, piece in enumerate(body.pieces):
+        body.check_piece(piece, f"{path}.segments.{number}" if in_segments else path)
 
 
 def _profile_is_finite(body: ElasticBlock, path: str) -> None:

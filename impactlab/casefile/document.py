@@ -16,12 +16,12 @@ from typing import Any, NamedTuple
 from impactlab.casefile.words import closest, shown
 from impactlab.errors import CaseError
 
-LARGEST_FILE = 1_000_000  # bytes
-MOST_LINES = 50_000
-MOST_VALUES = 25_000  # keys, list entries and values: YAML takes some 40 us for each
-DEEPEST = 24  # levels of nesting
-LONGEST_KEY = 120  # characters
-LARGEST_VALUE = 10_000  # characters of a value given on the command line
+MAX_BYTES = 1_000_000  # bytes
+MAX_LINES = 50_000
+MAX_VALUES = 25_000  # keys, list entries and values: YAML takes some 40 us for each
+MAX_DEPTH = 24  # levels of nesting
+MAX_KEY = 120  # characters
+MAX_VALUE = 10_000  # characters of a value given on the command line
 
 Keys = tuple[str, ...]
 """Where a value stands: keys and list positions from the top, as texts."""
@@ -31,7 +31,7 @@ _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 _NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 _WORDS: dict[str, bool | None] = {"": None, "~": None, "null": None, "Null": None, "NULL": None}
 _WORDS |= {"true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False}
-_DOTTED = re.compile(rf"""(?:[\w"'-]+\s*\.\s*){{{DEEPEST + 1}}}""")
+_DOTTED = re.compile(rf"""(?:[\w"'-]+\s*\.\s*){{{MAX_DEPTH + 1}}}""")
 _BRACKETS = re.compile(r"""[\[\]{}]|"(?:\\.|[^"\\\n])*"?|'(?:\\.|[^'\\\n])*'?""")  # brackets, and texts to skip
 _SERIES = "A case describes a scene; keep measured series outside it."
 _REMEDY = "A case holds plain keys and values only; see `impactlab new` for one to start from."
@@ -83,11 +83,11 @@ def _text(path: Path) -> str:
         what = "is a folder, not a file" if path.is_dir() else "does not exist"
         raise CaseError(f"the case file {what}.{_neighbour(path)}", remedy="Give the path of a case file.")
     with path.open("rb") as stream:
-        raw = stream.read(LARGEST_FILE + 1)
-    if len(raw) > LARGEST_FILE:
-        raise CaseError(f"the file is larger than {LARGEST_FILE} bytes, the most a case may have", remedy=_SERIES)
-    if (lines := raw.count(b"\n")) > MOST_LINES:
-        raise CaseError(f"the file has {lines} lines; at most {MOST_LINES} are allowed", remedy=_SERIES)
+        raw = stream.read(MAX_BYTES + 1)
+    if len(raw) > MAX_BYTES:
+        raise CaseError(f"the file is larger than {MAX_BYTES} bytes, the most a case may have", remedy=_SERIES)
+    if (lines := raw.count(b"\n")) > MAX_LINES:
+        raise CaseError(f"the file has {lines} lines; at most {MAX_LINES} are allowed", remedy=_SERIES)
     try:
         return raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -109,8 +109,8 @@ def parse_yaml(text: str, kind: Kind = CASE) -> Document:
 
 def parse_value(text: str) -> Any:
     """Return a value given on the command line, a YAML scalar or flow collection."""
-    if len(text) > LARGEST_VALUE:
-        raise CaseError(f"a value of {len(text)} characters; at most {LARGEST_VALUE} are allowed")
+    if len(text) > MAX_VALUE:
+        raise CaseError(f"a value of {len(text)} characters; at most {MAX_VALUE} are allowed")
     return _yaml_value(text, {})
 
 
@@ -144,7 +144,7 @@ def parse_json(text: str, kind: Kind = CASE) -> Document:
 def parse_toml(text: str, kind: Kind = CASE) -> Document:
     """Return a TOML text as a document."""
     _limit_brackets(text)
-    if text.count("=") + text.count(",") > MOST_VALUES:
+    if text.count("=") + text.count(",") > MAX_VALUES:
         raise _too_many()
     dotted = _DOTTED.search(text)
     if dotted:
@@ -185,7 +185,7 @@ def _limit_brackets(text: str) -> None:
     depth = 0
     for found in _BRACKETS.finditer(text):
         depth += {"[": 1, "{": 1, "]": -1, "}": -1}.get(found.group(), 0)
-        if depth > DEEPEST:
+        if depth > MAX_DEPTH:
             raise _too_deep(text.count("\n", 0, found.start()) + 1)
 
 
@@ -200,11 +200,11 @@ def _mapping(data: Any, kind: Kind) -> dict[str, Any]:
 
 
 def _too_deep(line: int) -> CaseError:
-    return CaseError(f"nested deeper than {DEEPEST} levels, the most a case may have", remedy=_REMEDY, line=line)
+    return CaseError(f"nested deeper than {MAX_DEPTH} levels, the most a case may have", remedy=_REMEDY, line=line)
 
 
 def _too_many(line: int | None = None) -> CaseError:
-    return CaseError(f"more than {MOST_VALUES} values, the most a case may have", remedy=_SERIES, line=line)
+    return CaseError(f"more than {MAX_VALUES} values, the most a case may have", remedy=_SERIES, line=line)
 
 
 def _check_tree(data: Any) -> None:
@@ -213,7 +213,7 @@ def _check_tree(data: Any) -> None:
     while waiting:
         value = waiting.pop()
         count += 1
-        if count > MOST_VALUES:
+        if count > MAX_VALUES:
             raise _too_many()
         if isinstance(value, dict):
             for key in value:
@@ -271,7 +271,7 @@ class _Composer:
         kind = type(event).__name__
         line = event.start_mark.line + 1
         self.count += 1
-        if self.count > MOST_VALUES:
+        if self.count > MAX_VALUES:
             raise _too_many(line)
         if kind == "AliasEvent":
             raise CaseError(
@@ -288,7 +288,7 @@ class _Composer:
         self.lines.setdefault(path, line)
         if kind == "ScalarEvent":
             return _scalar(event.value, path, plain=bool(event.implicit[0]), line=line)
-        if depth > DEEPEST:
+        if depth > MAX_DEPTH:
             raise _too_deep(line)
         return self.sequence(path, depth) if kind == "SequenceStartEvent" else self.mapping(path, depth)
 
@@ -324,9 +324,9 @@ class _Composer:
 
 def _key(key: str, line: int | None) -> str:
     """Return a key that is safe to show in a message, or refuse it."""
-    if len(key) > LONGEST_KEY or not key.isprintable():
+    if len(key) > MAX_KEY or not key.isprintable():
         raise CaseError(
-            f"the key {shown(key)} is not a plain word of at most {LONGEST_KEY} characters", remedy=_REMEDY, line=line
+            f"the key {shown(key)} is not a plain word of at most {MAX_KEY} characters", remedy=_REMEDY, line=line
         )
     return key
 

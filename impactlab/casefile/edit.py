@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from impactlab.casefile.build import DEFAULT_INTEGRATOR
-from impactlab.casefile.document import DEEPEST, LONGEST_KEY, Document, Keys, parse_value
+from impactlab.casefile.document import MAX_DEPTH, MAX_KEY, Document, Keys, parse_value
 from impactlab.casefile.schema import CHOSEN, SolveBlock
 from impactlab.casefile.words import closest, shown
 from impactlab.errors import CaseError
@@ -38,7 +38,7 @@ def edited(
         The option or function that gives a value from outside, for messages.
     """
     keys = tuple(path.split("."))
-    if not all(keys) or len(keys) > DEEPEST or len(path) > LONGEST_KEY or not path.isprintable():
+    if not all(keys) or len(keys) > MAX_DEPTH or len(path) > MAX_KEY or not path.isprintable():
         raise CaseError(f"{shown(path)} is not a path", remedy="Write keys with dots between, as in solve.step.dt.")
     value = plain(value, path)
     # Methods and variants are many, and nothing changes one of another name.
@@ -47,22 +47,14 @@ def edited(
     lines: dict[Keys, int | None] = dict(document.lines)
     holder = _holder(data, keys, path)
     last = _key_in(holder, keys[-1], path)
-    block = holder.get(last) if isinstance(holder, dict) else holder[last]
-    if keys[-1] == "kind" and isinstance(holder, dict) and holder.get("kind") != value:
+    block: Any = holder.get(last) if isinstance(holder, dict) else holder[last]
+    other_kind = isinstance(holder, dict) and keys[-1] == "kind" and block != value
+    if other_kind or (isinstance(holder, dict) and keys[:-1] == ("solve", "step")):
         holder.clear()
-        holder["kind"] = value
-    elif keys[:-1] == ("solve", "step") and isinstance(holder, dict):
-        holder.clear()
-        holder[last] = value
-    elif _merges(block, value, keys) and not replace:
-        merged = {**block, **value} if isinstance(block, dict) else value
-        holder[last] = merged
-    else:
-        holder[last] = value
+    holder[last] = {**block, **value} if _merges(block, value, keys) and not replace else value
     _move_lines(lines, keys, origin)
-    for dropped in _replaced(keys, value):
-        if isinstance(data.get("solve"), dict) and dropped in data["solve"]:
-            del data["solve"][dropped]
+    for void in _replaced(keys, value) if isinstance(data.get("solve"), dict) else ():
+        data["solve"].pop(void, None)
     given = {known: name for known, name in document.given.items() if known[: len(keys)] != keys}
     return Document(data, lines, given if origin is not None else {**given, keys: by})
 
@@ -137,8 +129,7 @@ def _merges(block: Any, value: Any, keys: Keys) -> bool:
 
 
 def _move_lines(lines: dict[Keys, int | None], keys: Keys, origin: Keys | None) -> None:
-    below = [known for known in lines if known[: len(keys)] == keys]
-    for known in below:
+    for known in [known for known in lines if known[: len(keys)] == keys]:
         del lines[known]
     lines[keys] = None if origin is None else lines.get(origin)
     if origin is not None:

@@ -20,10 +20,10 @@ from impactlab.casefile.words import listed, shown
 
 Array = NDArray[float64]
 
-LONGEST = 400  # characters
-MOST_NODES = 150
-DEEPEST = 20
-LARGEST_EXPONENT = 20.0
+MAX_LENGTH = 400  # characters
+MAX_NODES = 150
+MAX_DEPTH = 20
+MAX_EXPONENT = 20.0
 
 _FUNCTIONS: dict[str, Callable[[Any], Any]] = {
     "abs": np.abs,
@@ -69,22 +69,22 @@ def parse(text: str) -> ast.expr:
     ValueError
         If the text holds anything that is not allowed; the message names it.
     """
-    if len(text) > LONGEST:
-        raise ValueError(f"the formula has {len(text)} characters; at most {LONGEST} are allowed")
+    if len(text) > MAX_LENGTH:
+        raise ValueError(f"the formula has {len(text)} characters; at most {MAX_LENGTH} are allowed")
     try:
         tree = ast.parse(text.strip(), mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
         raise ValueError(f"{shown(text)} is not a formula; {_ALLOWED}") from error
     nodes = sum(1 for _ in ast.walk(tree))
-    if nodes > MOST_NODES:
-        raise ValueError(f"the formula has {nodes} parts; at most {MOST_NODES} are allowed")
+    if nodes > MAX_NODES:
+        raise ValueError(f"the formula has {nodes} parts; at most {MAX_NODES} are allowed")
     _check(tree, 1)
     return tree
 
 
 def _check(node: ast.expr, depth: int) -> None:
-    if depth > DEEPEST:
-        raise ValueError(f"the formula is nested deeper than {DEEPEST} levels")
+    if depth > MAX_DEPTH:
+        raise ValueError(f"the formula is nested deeper than {MAX_DEPTH} levels")
     if isinstance(node, ast.Constant):
         _number(node)
     elif isinstance(node, ast.Name):
@@ -125,8 +125,8 @@ def _exponent(node: ast.expr) -> None:
     inner = node.operand if isinstance(node, ast.UnaryOp) else node
     if not isinstance(inner, ast.Constant):
         raise ValueError(f"the exponent {shown(ast.unparse(node))} is not a number; exponents are plain numbers")
-    if abs(float(inner.value)) > LARGEST_EXPONENT:  # type: ignore[arg-type]
-        raise ValueError(f"the exponent {shown(inner.value)} is too large; at most {LARGEST_EXPONENT:g} is allowed")
+    if abs(float(inner.value)) > MAX_EXPONENT:  # type: ignore[arg-type]
+        raise ValueError(f"the exponent {shown(inner.value)} is too large; at most {MAX_EXPONENT:g} is allowed")
 
 
 def _evaluate(node: ast.expr, names: dict[str, Any]) -> Any:

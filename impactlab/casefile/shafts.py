@@ -117,22 +117,18 @@ class ShaftBlock(ElasticBlock):
     profile_unit: ClassVar[str] = "rad"
     quantities: ClassVar[tuple[str, ...]] = ("twist", "twist_rate", "torque", "displacement", "velocity")
 
-    def check_pieces(self, path: str) -> None:
-        for number, piece in enumerate(self.pieces):
-            place = path if self.segments is None else f"{path}.segments.{number}"
-            if piece.section is not None and math.isnan(piece.section.moments[0]):
-                text = f"these keys do not make the section of a shaft. Allowed: {SECTIONS}"
-                raise CaseError(text, remedy="Give one of the three.", path=f"{place}.section")
-            if piece.material is not None and math.isnan(piece.material.shear):
-                text = "a shaft needs its shear modulus, once. Allowed: shear_modulus, or young and poisson"
-                raise CaseError(text, remedy="Give one of the two.", path=f"{place}.material")
+    def check_piece(self, piece: ShaftSegmentBlock, path: str) -> None:
+        if piece.section is not None and math.isnan(piece.section.moments[0]):
+            text = f"these keys do not make the section of a shaft. Allowed: {SECTIONS}"
+            raise CaseError(text, remedy="Give one of the three.", path=f"{path}.section")
+        if piece.material is not None and math.isnan(piece.material.shear):
+            text = "a shaft needs its shear modulus, once. Allowed: shear_modulus, or young and poisson"
+            raise CaseError(text, remedy="Give one of the two.", path=f"{path}.material")
 
     def body(self, name: str, lever_arm: float) -> Shaft:
         pieces = tuple(_segment(piece, lever_arm) for piece in self.pieces)
-        left, right = (
-            bounded(shaft_end(end, lever_arm), piece)
-            for end, piece in ((self.ends.left, pieces[0]), (self.ends.right, pieces[-1]))
-        )
+        left = bounded(shaft_end(self.ends.left, lever_arm), pieces[0])
+        right = bounded(shaft_end(self.ends.right, lever_arm), pieces[-1])
         rate, shape = lever_arm * self.twist_rate, _at_arm(self.profile, lever_arm, self.total_length)
         return Shaft(name, pieces, left, right, rate, shape, damping=self.rayleigh, lever_arm=lever_arm)
 

@@ -14,7 +14,7 @@ from typing import Any
 
 from impactlab.casefile.words import shown
 
-LONGEST = 64  # characters
+MAX_LENGTH = 64  # characters
 
 _TERM = r"[A-Za-zµμ]{1,16}(?:(?:\^|\*\*)?-?[1-9])?"
 _PATTERN = re.compile(
@@ -43,7 +43,7 @@ def to_si(text: str, unit: str) -> float:
     ValueError
         If the text is not a number with a unit of that dimension; the message lists the allowed forms.
     """
-    match = _PATTERN.fullmatch(text.strip()) if len(text) <= LONGEST else None
+    match = _PATTERN.fullmatch(text.strip()) if len(text) <= MAX_LENGTH else None
     if not takes_texts(unit):
         why = "it has no unit" if unit == "1" else f"in {unit}, whose n is another option"
         raise ValueError(f"{shown(text)} is a text; allowed: a plain number ({why})")

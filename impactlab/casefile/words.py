@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 from typing import Any
 
-SHOWN = 80  # characters of a value that a message may show
+MAX_SHOWN = 80  # characters of a value that a message may show
 
 
 def shown(value: Any) -> str:
@@ -17,7 +17,7 @@ def shown(value: Any) -> str:
     elif isinstance(value, (list, tuple)):
         text = f"a list of {len(value)}"
     elif isinstance(value, str):
-        text = repr(value[: SHOWN + 1])
+        text = repr(value[: MAX_SHOWN + 1])
     elif value is None:
         text = "nothing"
     elif isinstance(value, bool):
@@ -26,12 +26,12 @@ def shown(value: Any) -> str:
         text = str(value) if abs(value) < 10**60 else f"a whole number of {int(math.log10(abs(value))) + 1} digits"
     else:
         text = repr(value)
-    return text if len(text) <= SHOWN else text[: SHOWN - 3] + "..."
+    return text if len(text) <= MAX_SHOWN else text[: MAX_SHOWN - 3] + "..."
 
 
 def closest(name: str, names: Iterable[str]) -> str:
     """Return `` Did you mean 'x'?`` for the nearest of the names, or nothing."""
-    close = get_close_matches(name[:SHOWN], list(names), n=1)
+    close = get_close_matches(name[:MAX_SHOWN], list(names), n=1)
     return f" Did you mean {close[0]!r}?" if close else ""
 
 

@@ -33,9 +33,8 @@ def say(text: str) -> None:
 def print_json(document: Any) -> None:
     """Print one JSON document on standard output; a number that is not finite becomes null."""
     text = json.dumps(_finite(document), indent=1, allow_nan=False, ensure_ascii=False)
-    print(
-        text.encode("utf-8", "backslashreplace").decode("utf-8"), flush=True
-    )  # file names may hold bytes that are not text
+    # File names may hold bytes that are not text.
+    print(text.encode("utf-8", "backslashreplace").decode("utf-8"), flush=True)
 
 
 @contextlib.contextmanager
@@ -80,8 +79,8 @@ def summary_text(summary: Mapping[str, Any]) -> str:
         f"largest gain {_number(100 * energy['largest_gain'])} %, loss {_number(100 * energy['largest_loss'])} %"
     )
     errors = summary["errors"] or {}
-    told = ("reference", "reference_uncertainty")
-    shown = {key: value for key, value in errors.items() if key not in told and value is not None}
+    about = ("reference", "reference_uncertainty")
+    shown = {key: value for key, value in errors.items() if key not in about and value is not None}
     if shown:
         known = errors.get("reference_uncertainty")
         against = errors["reference"] + (f" (known to {known:.1g})" if known else "")
