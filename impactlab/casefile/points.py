@@ -46,8 +46,7 @@ def read_face(case: CaseBlock, text: str, path: str) -> Face:
         return Face(Point(name, 0.0, name), "")
     if side is None:
         raise CaseError(
-            f"{shown(text)}: {name!r} is a {body.kind}, so the face must be named. "
-            f"Allowed: {name}.left, {name}.right, {name}.at(x)",
+            f"{name!r} is a {body.kind}, so the face must be named. Allowed: {name}.left, {name}.right, {name}.at(x)",
             remedy=f"Say where on the {body.kind}.",
             path=path,
         )
