@@ -11,7 +11,6 @@ import math
 from enum import Enum
 from typing import Annotated, Literal, NamedTuple
 
-import numpy as np
 from numpy import float64
 from numpy.typing import NDArray
 
@@ -36,6 +35,7 @@ class Level(Enum):
     POSITION = "displacement per force"
     VELOCITY = "velocity per force"
     IMPULSE = "velocity per impulse"
+    CLOSING = "velocity per impulse, unless F dt holds a closing jump"
 
 
 @record
@@ -55,9 +55,8 @@ class Side(ctypes.Structure):
 class Port(ctypes.Structure):
     """All that a law sees of one contact in one step. Gap and rate are positive when open and opening.
 
-    "free" is without the contact's own force. A compliance is the change per unit force, which is constant over the
-    step. Where in the step the force acts is a matter of the scheme: the law of a force F = f(gap, rate) takes the
-    values there. An averaged force is the mean over the gaps from ``first_gap`` to ``last_gap``.
+    "free" is without the contact's own force; a compliance is the change per unit force, constant over the step. The
+    scheme decides where in the step the force acts: a law F = f(gap, rate) takes the values there.
     """
 
     time: float  # s, start of the step
@@ -92,8 +91,8 @@ class Port(ctypes.Structure):
     pushed_per_force: float  # 1/N, at the end
     pushed_per_push: float  # the same per push over the step
     gap_per_push: float  # gap at the end per push over the step
-    acting_pushed: float  # the free value where the force acts, and its compliances there
-    acting_pushed_per_force: float
+    acting_pushed: float  # its free value where the force acts
+    acting_pushed_per_force: float  # compliances there, as those at the end
     acting_pushed_per_push: float
     acting_gap_per_push: float
     in_contact: float  # 1 after a step with contact, else 0
@@ -106,7 +105,7 @@ class Port(ctypes.Structure):
 
 @record
 class Reply(ctypes.Structure):
-    """The reply of a law for one step. Before, the loop sets all fields to zero, and memory to that of the port."""
+    """The reply of a law for one step; before, all fields are zero, and memory is that of the port."""
 
     force: float  # N, constant over the step, positive in compression
     impulse: float  # N s, given at the start of the step
@@ -122,34 +121,25 @@ class Reply(ctypes.Structure):
     memory: Annotated[Numbers, MEMORY]
 
 
-PORT = np.dtype(Port)
-REPLY = np.dtype(Reply)
-
-
 class Reading(NamedTuple):
-    """A quantity that a law reads inside a body, at the start of each step.
-
-    ``left_out`` adds the quasi-static part of the modes that a truncated basis leaves out (zero where nothing is).
-    """
+    """A quantity that a law reads inside a body, at the start of each step."""
 
     side: Literal["left", "right"]
     distance: float  # m from the contact face, into the body
     quantity: Quantity
-    left_out: bool = False
+    left_out: bool = False  # True: with the quasi-static part of the modes that a truncated basis leaves out
 
 
 class Arriving(NamedTuple):
-    """The velocity [m/s] that a face would have by the waves that reach it after a while: a reading of its own kind.
+    """The velocity [m/s] of a face by the waves that reach it after a delay: a messenger for each mode of a body.
 
-    Mode by mode, where its own wave stands that will reach the face after ``delay``, the wave that heads for the face
-    is read (`impactlab.models.messengers`). Bodies in modes have it. ``most`` is the share by which it may miss the
-    modes' own free motion; beyond that the run is refused.
+    See `impactlab.models.messengers`.
     """
 
     side: Literal["left", "right"]
     delay: float  # s
     speed: Literal["phase", "group"] = "phase"
-    most: float = math.inf
+    most: float = math.inf  # largest error allowed, over the free motion of the modes
 
 
 class SideFacts(NamedTuple):
@@ -170,23 +160,20 @@ class SideFacts(NamedTuple):
 
 
 class Start(NamedTuple):
-    """Constants, first memory and readings of a law, from `begin`.
-
-    ``pushed`` is a sum of weighted readings along whose row the law may push, beside the force along the gap.
-    """
+    """Constants, first memory and readings of a law, from `begin`."""
 
     parameters: tuple[float, ...] = ()
     memory: tuple[float, ...] = ()
     readings: tuple[Reading | Arriving, ...] = ()
-    pushed: tuple[tuple[Reading, float], ...] = ()
+    pushed: tuple[tuple[Reading, float], ...] = ()  # weighted readings along whose row the law pushes, beside its force
 
 
 class Noted(NamedTuple):
-    """A count in the memory of a law; a run in which it is not zero issues a warning."""
+    """A count in the memory of a law, reported as a warning of the run unless it is zero."""
 
-    slot: int  # of the memory, which holds the count
+    slot: int  # of the memory
     code: str  # of the warning
-    text: str  # of the warning; ``{count}`` stands for the number
+    text: str  # of the warning, with ``{count}``
 
 
 class Restitution(NamedTuple):

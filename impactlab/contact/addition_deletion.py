@@ -8,7 +8,7 @@ from typing import final
 
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.contact.penalty import Penalty
-from impactlab.types import Level, Port, Reply, SideFacts, Start
+from impactlab.types import Level, Port, Reply, SideFacts
 
 
 @final
@@ -17,9 +17,8 @@ class AdditionDeletion(AbstractContactLaw):
     """Constraint addition-deletion: no gap at the end of the step, the multiplier is the force, until it would pull.
 
     Touch is found at the start of a step; the constraint then needs a velocity jump, given by an impulse (unless the
-    scheme's own force holds it), whose lost energy is booked. A scheme that projects its
-    predictor is given the least projection that leaves it no overlap. On a massless face the constraint is a spring of
-    the face's flexibility.
+    scheme's own force holds it), whose lost energy is booked. A scheme that projects its predictor is given the least
+    projection that leaves it no overlap. On a massless face the constraint is a spring of the face's flexibility.
 
     References
     ----------
@@ -27,20 +26,14 @@ class AdditionDeletion(AbstractContactLaw):
     HughesTaylorSackmanCurnierKanoknukulchai1976.
     """
 
-    needs = frozenset({Level.POSITION, Level.IMPULSE})
+    needs = frozenset({Level.POSITION, Level.CLOSING})
     citations = ("WuHaug1990", "HughesTaylorSackmanCurnierKanoknukulchai1976")
     hard = True
     holds_position = True
-    closes_by_force = True
-
-    serves_massless = True
 
     def acting(self, left: SideFacts, right: SideFacts) -> AbstractContactLaw:
         flexibility = left.flexibility + right.flexibility
         return Penalty(stiffness=math.inf) if flexibility > 0.0 else self
-
-    def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
-        return Start()
 
     @staticmethod
     def respond(port: Port, reply: Reply) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar, final
+from typing import final
 
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.contact.relative import in_si
@@ -36,7 +36,7 @@ class AugmentedLagrangian(AbstractContactLaw):
         "Give augmented_lagrangian a hundred times the stiffness and 100 augmentations, so that each step presses the "
         "overlap out, or law addition_deletion, which solves its constraint in each step."
     )
-    examples: ClassVar[tuple[dict[str, Any], ...]] = ({"stiffness": 1e9},)
+    examples = ({"stiffness": 1e9},)
 
     stiffness: float | Relative = option(
         Relative(1.0), unit="N/m", above=0.0, description="penalty; relative to EA/h, the smaller of two rods"

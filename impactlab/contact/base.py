@@ -7,42 +7,37 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
+from impactlab.errors import PairingError
 from impactlab.types import Level, Noted, Port, Reply, Restitution, SideFacts, Start
 
 
 class AbstractContactLaw(ABC):
-    """A contact law: the force of one contact in one step. To write one, supply four things.
+    """A contact law: the force of one contact in one step. To write one, supply `respond`, sources and class facts.
 
-    1. ``needs``: the compliances that ``respond`` uses; a pair that lacks one is refused before the first step.
-    2. ``citations``: keys of the sources in citations.bib.
-    3. ``begin``: constants, memory and readings, from the facts of both sides.
-    4. ``respond``: the reply of one step, a plain function of two records. numba compiles it unless ``compiled`` is
-       False: floats and ``math`` only. It may be evaluated often in a step and writes nothing but the reply.
-
-    A law is a frozen dataclass; its fields, made by `impactlab.types.option`, are the options of a case file, and the
-    first line of its docstring is shown in listings.
+    `begin` returns its constants, from the facts of both sides. `respond` is a plain function of two records, compiled
+    by numba unless ``compiled`` is False: floats and ``math`` only. It may be evaluated often in a step and writes
+    nothing but the reply. A law is a frozen dataclass; its fields, made by `impactlab.types.option`, are the options of
+    a case file, and the first line of its docstring is shown in listings.
     """
 
-    needs: ClassVar[frozenset[Level]]
-    citations: ClassVar[tuple[str, ...]] = ()
+    needs: ClassVar[frozenset[Level]]  # compliances that `respond` uses; continuous bodies have none per impulse
+    citations: ClassVar[tuple[str, ...]] = ()  # keys of the sources in citations.bib
     examples: ClassVar[tuple[Mapping[str, Any], ...]] = ({},)  # options that its contract suite tries, one by one
     compiled: ClassVar[bool] = True  # False: respond stays plain Python
     answers_force: ClassVar[bool] = True  # False: impulses only, no force history
     trial_at_end: ClassVar[bool] = False  # True: its trial force is that of the end of the step, not of where it acts
     fixed_step: ClassVar[bool] = False  # True: all steps must have one length, so none is cut at an event
     hard: ClassVar[bool] = False  # True: an approximation of the hard unilateral contact, which then is its reference
-    serves_massless: ClassVar[bool] = False  # True: it serves massless faces, by `SideFacts.flexibility`
     holds_position: ClassVar[bool] = False  # True: a hard position constraint, under which some schemes gain energy
-    closes_by_force: ClassVar[bool] = False  # True: it needs no impulse where `Port.jump_in_force` is 1
     smooth: ClassVar[bool] = False  # True: the force follows from gap and rate alone; steps may have any length
     noted: ClassVar[tuple[Noted, ...]] = ()  # counts in its memory that a run reports as warnings
     why_failed: ClassVar[str] = "a contact law gave no answer"  # text of the StepError after a failed reply
     gains_energy: ClassVar[float] = 0.0  # declared bound on the energy gain, relative; inf where none is known
     gain_remedy: ClassVar[str] = ""  # remedy of a run that gained too much; "" where a smaller step or softness helps
 
-    @abstractmethod
     def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
         """Return constants, first memory and readings; raise `PairingError` where the law cannot serve the sides."""
+        return Start()
 
     @staticmethod
     @abstractmethod
@@ -50,7 +45,13 @@ class AbstractContactLaw(ABC):
         """Write the reply of one step: force [N] or impulse [N s], signed trial force, phase, energies, memory."""
 
     def acting(self, left: SideFacts, right: SideFacts) -> AbstractContactLaw:
-        """Return the law to use on these sides: itself, or its reduction on a massless face."""
+        """Return the law that acts on these sides; raise `PairingError` where a face is massless, as here."""
+        for facts in (left, right):
+            if facts.flexibility > 0.0:
+                raise PairingError(
+                    f"this law cannot press on a massless face, and the {facts.kind} has one",
+                    remedy="Use addition_deletion, or a model whose faces have mass.",
+                )
         return self
 
     def needs_second_differences(self) -> bool:

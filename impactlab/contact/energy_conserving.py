@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import final
 
 from impactlab.contact.base import AbstractContactLaw
-from impactlab.types import Level, Port, Reply, SideFacts, Start
+from impactlab.types import Level, Port, Reply
 
 
 @final
@@ -15,9 +15,9 @@ class EnergyConserving(AbstractContactLaw):
     """Energy-conserving contact: while faces touch, the gap does not change over a step, so the force does no work.
 
     The condition is on the mean gap rate of the step (persistency), not on the gap: faces that overlapped by part of a
-    step's travel when they touched keep that overlap until they are let go. Under implicit
-    schemes energy is kept to rounding through touch and release. Under explicit ones the faces take one velocity as if
-    the impact were plastic, and the loss is booked.
+    step's travel when they touched keep that overlap until they part. Under implicit schemes energy is kept to rounding
+    through touch and opening. Under explicit ones the faces take one velocity as if the impact were plastic, and the
+    loss is booked.
 
     References
     ----------
@@ -27,9 +27,6 @@ class EnergyConserving(AbstractContactLaw):
     needs = frozenset({Level.POSITION})
     citations = ("LaursenChawla1997", "HauretLeTallec2006")
     hard = True
-
-    def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
-        return Start()
 
     @staticmethod
     def respond(port: Port, reply: Reply) -> None:

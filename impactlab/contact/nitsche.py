@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal, final
+from typing import Literal, final
 
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import PairingError
@@ -33,7 +33,7 @@ class Nitsche(AbstractContactLaw):
     trial_at_end = False
     # Measured (docs/bounds.md): touches and releases within a step, and theta below 1.
     gains_energy = 0.3
-    examples: ClassVar[tuple[dict[str, Any], ...]] = ({}, {"theta": "0"}, {"theta": "-1", "gamma": 0.1})
+    examples = ({}, {"theta": "0"}, {"theta": "-1", "gamma": 0.1})
 
     theta: Literal["1", "0", "-1"] = option("1", description="1 symmetric, 0 without, -1 skew")
     gamma: float = option(

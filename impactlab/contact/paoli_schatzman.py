@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar, final
+from typing import final
 
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.types import Level, Port, Reply, SideFacts, Start, option
@@ -29,7 +29,7 @@ class PaoliSchatzman(AbstractContactLaw):
     holds_position = True
     trial_at_end = True
     fixed_step = True
-    examples: ClassVar[tuple[dict[str, Any], ...]] = ({}, {"restitution": 1.0})
+    examples = ({}, {"restitution": 1.0})
 
     restitution: float = option(0.0, at_least=0.0, at_most=1.0, description="coefficient of restitution of the faces")
 

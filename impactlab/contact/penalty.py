@@ -18,9 +18,8 @@ class Penalty(AbstractContactLaw):
     """Contact element (penalty): a Kelvin-Voigt spring and dashpot that never pull.
 
     F = k d + c d' with the penetration d where the force acts, solved with the compliance of the bodies: any stiffness
-    is stable under an implicit scheme. On a massless face the spring is in series with the flexibility of the face. In
-    the step of a touch the dashpot gives the impulse c times the penetration at its end, which keeps the order of the
-    scheme wherever the touch falls.
+    is stable under an implicit scheme. On a massless face the spring is in series with its flexibility. In the step of
+    a touch the dashpot gives the impulse c times the penetration at its end, which keeps the order of the scheme.
 
     References
     ----------
@@ -29,7 +28,6 @@ class Penalty(AbstractContactLaw):
 
     needs = frozenset({Level.POSITION, Level.VELOCITY})
     citations = ("EscalonaMayoDominguez1999",)
-    serves_massless = True
     examples = ({}, {"stiffness": Relative(3.0), "damping": Relative(0.5)})
     smooth = True
 
@@ -57,6 +55,9 @@ class Penalty(AbstractContactLaw):
                 path="damping",
             )
         return 1.0 / (1.0 / stiffness + flexibility), damping
+
+    def acting(self, left: SideFacts, right: SideFacts) -> Penalty:
+        return self
 
     def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
         stiffness, damping = self.spring(left, right, dt)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar, final
+from typing import final
 
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.types import Level, Port, Reply, SideFacts, Start, option
@@ -30,7 +30,7 @@ class VelocityComplementarity(AbstractContactLaw):
     trial_at_end = True
     # Measured: projected positions change the strain energy (docs/bounds.md).
     gains_energy = 0.3
-    examples: ClassVar[tuple[dict[str, Any], ...]] = ({}, {"restitution": 0.5, "projection": True})
+    examples = ({}, {"restitution": 0.5, "projection": True})
 
     restitution: float = option(0.0, at_least=0.0, at_most=1.0, description="coefficient of restitution of the faces")
     projection: bool = option(False, description="project overlapping positions back at the end of the step")

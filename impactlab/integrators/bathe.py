@@ -37,9 +37,6 @@ class Bathe(AbstractIntegrator):
         2.0 - math.sqrt(2.0), above=0.0, below=1.0, description="share of the step under the trapezoidal rule"
     )
 
-    def limit(self, system: Operators) -> float:
-        return math.inf
-
     def step(self, system: Operators, dt: float) -> Step:
         part, n_dof = self.first_part, system.load.size
         half, lag = 0.5 * part * dt, (1.0 - part) / (2.0 - part) * dt

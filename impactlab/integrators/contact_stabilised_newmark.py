@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import final
 
@@ -31,9 +30,6 @@ class ContactStabilisedNewmark(AbstractIntegrator):
     jump_in_force = True
     projects_first = True
     gains_energy = 0.0
-
-    def limit(self, system: Operators) -> float:
-        return math.inf
 
     def step(self, system: Operators, dt: float) -> Step:
         return theta_step(system, dt, 0.5)

@@ -92,9 +92,6 @@ class ExactModal(AbstractIntegrator):
     gains_energy = 0.0
     needs_modes = True
 
-    def limit(self, system: Operators) -> float:
-        return math.inf
-
     def step(self, system: Operators, dt: float) -> Step:
         if np.any(system.damping):
             raise PairingError(

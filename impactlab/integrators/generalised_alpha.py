@@ -39,9 +39,6 @@ class GeneralisedAlpha(AbstractIntegrator):
         0.8, at_least=0.0, at_most=1.0, description="what a step leaves of the highest modes: 1 all, 0 nothing"
     )
 
-    def limit(self, system: Operators) -> float:
-        return math.inf
-
     def step(self, system: Operators, dt: float) -> Step:
         return alpha_step(system, dt, *weights(self.rho_inf), in_accelerations=True)
 

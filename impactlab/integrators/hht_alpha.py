@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import final
 
@@ -35,9 +34,6 @@ class HhtAlpha(AbstractIntegrator):
     def gains_energy(self) -> float:
         # Measured at -1/3: 0.003 (docs/bounds.md).
         return 0.0 if self.alpha == 0.0 else 0.01
-
-    def limit(self, system: Operators) -> float:
-        return math.inf
 
     def step(self, system: Operators, dt: float) -> Step:
         newmark = 0.25 * (1.0 - self.alpha) ** 2, 0.5 - self.alpha

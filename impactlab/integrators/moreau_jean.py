@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import final
 
@@ -35,9 +34,6 @@ class MoreauJean(AbstractIntegrator):
     theta: float = option(
         0.5, at_least=0.5, at_most=1.0, description="weight of the end of the step; 1/2 damps nothing"
     )
-
-    def limit(self, system: Operators) -> float:
-        return math.inf
 
     def step(self, system: Operators, dt: float) -> Step:
         return theta_step(system, dt, self.theta)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import final
 
@@ -39,9 +38,6 @@ class NonsmoothGeneralisedAlpha(AbstractIntegrator):
     def gains_energy(self) -> float:
         # Measured at 0: 0.015 (docs/bounds.md).
         return 0.0 if self.rho_inf == 1.0 else 0.03
-
-    def limit(self, system: Operators) -> float:
-        return math.inf
 
     def step(self, system: Operators, dt: float) -> Step:
         return alpha_step(system, dt, *weights(self.rho_inf))

@@ -17,6 +17,7 @@ from types import FunctionType
 from typing import Any
 
 import numba
+import numpy as np
 from numba import from_dtype, types
 from numba.core import cgutils
 from numba.core.ccallback import CFunc
@@ -24,7 +25,7 @@ from numba.core.sigutils import normalize_signature
 from numba.extending import intrinsic
 
 from impactlab.numerics.cache import FOREIGN, cache_of
-from impactlab.types import PORT, REPLY, Port, Reply
+from impactlab.types import Port, Reply
 
 config: Any = numba.config
 type_of: Any = numba.typeof
@@ -37,7 +38,7 @@ FREE = types.void(VECTOR, VECTOR)
 MEASURE = types.void(VECTOR, VECTOR, VECTOR)
 DERIVE = FREE
 RETIME = types.void(VECTOR, types.float64)
-RESPOND = types.void(from_dtype(PORT), from_dtype(REPLY))
+RESPOND = types.void(from_dtype(np.dtype(Port)), from_dtype(np.dtype(Reply)))
 
 # Sums may be reordered, so that they run in vector registers; nothing may be assumed about NaN or infinity.
 FAST = {"reassoc", "contract"}

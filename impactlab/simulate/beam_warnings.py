@@ -1,39 +1,38 @@
-"""What a finished run on beams is warned of: a theory beyond its range, a force without a bound, a count unknown."""
+"""Warnings of a finished run on beams: a theory beyond its range, a force without a bound, sub-impacts not resolved."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 
-from impactlab.history.base import AbstractHistory, ContactSpan, Warned
+from impactlab.history.base import ContactSpan, Warned
 from impactlab.metrics.collisions import memory
 from impactlab.scene.bodies import Body
-from impactlab.scene.problem import Contact, Scene
-from impactlab.simulate.resolvability import apart
-from impactlab.simulate.stepping.preparation import BuiltBody
+from impactlab.scene.problem import Contact
+from impactlab.simulate.channels import AbstractRecordedHistory
+from impactlab.simulate.resolvability import resolution
 
-RESOLVED = 3.0  # times what a method tells apart: a contact that is shorter has no shape and no impulse of its own
+RESOLVED = 3.0  # time resolutions: a contact that is shorter has no shape and no impulse of its own
 
 
-def warnings(history: AbstractHistory, built: Mapping[str, BuiltBody], dt: float) -> Iterator[Warned]:
-    """Give the warnings of a finished run that concern its beams; arguments as of `resolvability.unresolved`."""
+def warnings(history: AbstractRecordedHistory) -> Iterator[Warned]:
+    """Give the warnings of a finished run that concern its beams."""
     scene, laws = history.scene, history.method.laws
     for name, body in scene.bodies.items():
         if doubts := body.theory_doubts(*_shortest(history, name)):
             text = f"'{name}' has theory euler_bernoulli, and {' and '.join(doubts)}; use theory: timoshenko"
             yield Warned("stocky_beam", text)
     for contact in scene.contacts:
-        bodies = (scene.bodies[point.body] for point in (contact.left, contact.right))
-        beams = [body for body in bodies if body.bends]
+        beams = [body for body in (scene.bodies[point.body] for point in (contact.left, contact.right)) if body.bends]
         spans = [span for span in history.contacts if span.contact == contact.name]
         if beams and spans:
             if laws[contact.name].hard:
                 yield from _singular(contact, beams, spans)
-            yield from _too_short(scene, built, contact, spans, dt)
+            yield from _too_short(history, contact, spans)
 
 
-def _shortest(history: AbstractHistory, name: str) -> tuple[str, float]:
-    """Return the shortest contact of a soft law on a body and how long it lasted [s]; inf without one."""
+def _shortest(history: AbstractRecordedHistory, name: str) -> tuple[str, float]:
+    """Return the shortest contact of a soft law on a body and its length [s]; inf without one."""
     soft = {
         contact.name
         for contact in history.scene.contacts
@@ -58,19 +57,10 @@ def _singular(contact: Contact, beams: Sequence[Body], spans: Sequence[ContactSp
     yield Warned("singular_force", text)
 
 
-def _half_periods(scene: Scene, built: Mapping[str, BuiltBody], contact: Contact) -> list[float]:
-    """Return half the shortest period of the coordinates of each beam of a contact [s], at least one number."""
-    names = [point.body for point in (contact.left, contact.right) if scene.bodies[point.body].bends]
-    highest = [built[name].system.highest_frequency for name in names if name in built]
-    return [0.0, *(math.pi / frequency for frequency in highest if frequency > 0.0)]
-
-
-def _too_short(
-    scene: Scene, built: Mapping[str, BuiltBody], contact: Contact, spans: Sequence[ContactSpan], dt: float
-) -> Iterator[Warned]:
-    """Warn of contacts in one collision that are shorter than what the method tells apart."""
-    limit = RESOLVED * max(apart(scene, built, contact, dt), *_half_periods(scene, built, contact))
-    together = memory(scene, (contact.left.body, contact.right.body))
+def _too_short(history: AbstractRecordedHistory, contact: Contact, spans: Sequence[ContactSpan]) -> Iterator[Warned]:
+    """Warn of contacts in one collision that are shorter than a few time resolutions."""
+    limit = RESOLVED * resolution(history, contact, beams=True)
+    together = memory(history.scene, (contact.left.body, contact.right.body))
     short, of = 0, 0
     for number, span in enumerate(spans):
         if span.end is None or span.kicks is not None:
@@ -84,6 +74,7 @@ def _too_short(
     if short:
         text = (
             f"{contact.name}: {short} of {of} sub-impacts, or openings beside them, are shorter than {limit:.3g} s, "
-            "three times what this method tells apart: their number is not resolved; compare two resolutions or models"
+            "three times the time resolution of this method: their number is not resolved; compare two resolutions or "
+            "models"
         )
         yield Warned("sub_impacts", text)

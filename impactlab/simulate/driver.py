@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING
 
+from impactlab.errors import StepError
 from impactlab.exact.solve import solve
 from impactlab.history.base import AbstractHistory
 from impactlab.lazy import lazy
@@ -13,7 +15,7 @@ from impactlab.numerics.addresses import entered
 from impactlab.scene.method import Method, laws_of
 from impactlab.scene.problem import Scene
 from impactlab.simulate.adaptive.march import March
-from impactlab.simulate.checks import check_gain, raise_failure, warn
+from impactlab.simulate.checks import add_warnings, check_gain, check_momentum, check_run
 from impactlab.simulate.plan import Plan, is_stepped, prepare
 from impactlab.simulate.stepping import loop
 from impactlab.simulate.stepping.assembly import Assembly
@@ -26,26 +28,27 @@ if TYPE_CHECKING:
 else:  # compiled code, needed only where events are located
     located = lazy("impactlab.simulate.stepping.located")
 
-__all__ = ["Plan", "Progress", "prepare", "run"]
+__all__ = ["Plan", "Progress", "add_warnings", "prepare", "run"]
 
 CHUNK_SECONDS = 0.1  # between two looks at progress and interrupts
 
 Progress = Callable[[float], None]
 
 
-def run_adaptive(march: March, progress: Progress | None, began: float) -> AbstractHistory:
+def run_adaptive(march: March, progress: Progress | None, began: float, with_warnings: bool) -> AbstractHistory:
     """Return the history of an adaptive run; raises `StepError` as `run` does."""
     set_up = clock.perf_counter()
-    history = march.run(progress)
+    history, system = march.run(progress), march.system
     solved = clock.perf_counter()
-    warn(history, [contact.port for contact in march.system.contacts], march.system.built)
+    if with_warnings:
+        add_warnings(history)
     cost = history.cost
     cost.setup_s, cost.solve_s, cost.checks_s = set_up - began, solved - set_up, clock.perf_counter() - solved
-    cost.unknowns = march.system.n_dof
-    bound = march.integrator.gains_energy + sum(
-        law.gains_energy for law in laws_of(march.system.scene, march.system.method)
-    )
-    check_gain(history, bound, march.time, march.steps, "Give a smaller relative_tolerance.")
+    cost.unknowns = system.n_dof
+    failure = partial(StepError, time=march.time, step=march.steps, history=history)
+    check_momentum(history, march.state[system.impulses].tolist(), march.time, failure)
+    bound = march.integrator.gains_energy + sum(law.gains_energy for law in laws_of(system.scene, system.method))
+    check_gain(history, bound, "Give a smaller relative_tolerance.", failure)
     return history
 
 
@@ -72,7 +75,7 @@ def run(scene: Scene, method: Method, progress: Progress | None = None, with_war
     began = clock.perf_counter()
     plan = prepare(scene, method)
     if plan.march is not None:
-        return run_adaptive(plan.march, progress, began)
+        return run_adaptive(plan.march, progress, began, with_warnings)
     if plan.dt is None or plan.integrator is None:
         exact = solve(scene, method)
         exact.warnings.extend(plan.warnings)
@@ -98,15 +101,8 @@ def run(scene: Scene, method: Method, progress: Progress | None = None, with_war
     history.cost.solve_s, history.cost.checks_s = solved - began, clock.perf_counter() - solved
     history.cost.steps = assembly.clock.step
     history.cost.unknowns = sum(body.system.load.size for body in plan.built.values())
-    raise_failure(status, assembly, history)
+    check_run(status, assembly, history)
     return history
-
-
-def add_warnings(history: AbstractHistory) -> None:
-    """Add the warnings that only a finished run can give, to one that steps; the others have theirs."""
-    if isinstance(history, RecordedHistory):
-        assembly = history.assembly
-        warn(history, assembly.ports, assembly.built, assembly.dt)
 
 
 def advance_of(assembly: Assembly) -> Callable[..., int]:

@@ -1,4 +1,4 @@
-"""Which parts can serve each other: one place, asked before the first step."""
+"""Pairs of parts: checks of integrator, laws, bodies and events, and the energy gain that they declare together."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import math
 from collections.abc import Collection
 
 from impactlab.bases.base import AbstractBasis
-from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import PairingError
 from impactlab.exact.contact_kinds import massless
+from impactlab.history.base import Warned
 from impactlab.integrators.base import AbstractAdaptive, AbstractIntegrator
 from impactlab.models.base import AbstractRodModel, Operators
 from impactlab.plugins import kind_of, parts_inside
@@ -17,27 +17,53 @@ from impactlab.scene.method import Method, laws_of, modelled
 from impactlab.scene.problem import Contact, Scene
 from impactlab.types import Level
 
-
-def check_law(law: AbstractContactLaw, integrator: AbstractIntegrator, path: str) -> None:
-    """Raise `PairingError` where the integrator does not offer what the law needs."""
-    if law.needs_second_differences() and not (integrator.load_point == 0.0 and integrator.velocity_point == 0.5):
-        raise PairingError(
-            f"restitution in law '{kind_of(law)}' is one of second differences, and '{kind_of(integrator)}' has none",
-            remedy="Use central_difference, restitution: 0, or law velocity_complementarity.",
-            path=path,
-        )
+CONTINUOUS_LAWS = {  # on a rod, on a beam
+    False: "wave_identification or penalty",
+    True: "addition_deletion, dispersive_identification or penalty",
+}
 
 
-def check_heavy_faces(
+def check_pairs(scene: Scene, method: Method, integrator: AbstractIntegrator, own: Collection[str]) -> None:
+    """Raise `PairingError` where an integrator cannot serve the laws or events of a method.
+
+    ``own`` are the names of bodies that step by themselves.
+    """
+    differences = integrator.load_point == 0.0 and integrator.velocity_point == 0.5
+    for number, (contact, law) in enumerate(zip(scene.contacts, laws_of(scene, method), strict=True)):
+        path = f"contacts.{number}.law"
+        if law.needs_second_differences() and not differences:
+            raise PairingError(
+                f"restitution in law '{kind_of(law)}' is one of second differences, and '{kind_of(integrator)}' has "
+                "none",
+                remedy="Use central_difference, restitution: 0, or law velocity_complementarity.",
+                path=path,
+            )
+        beam = on_continuous_beam(scene, contact, own)
+        impulses = Level.IMPULSE in law.needs or (Level.CLOSING in law.needs and not beam)
+        if impulses and (contact.left.body in own or contact.right.body in own):
+            raise PairingError(
+                f"law '{kind_of(law)}' gives impulses, and the mass that they would strike "
+                f"{'on a continuous beam' if beam else 'at the end of a continuous rod'} is zero",
+                remedy=f"Use finite_element or modal, or law {CONTINUOUS_LAWS[beam]}.",
+                path=path,
+            )
+    if method.events == "located":
+        check_located(scene, method, integrator, own)
+
+
+def constraint_warnings(
     scene: Scene, method: Method, integrator: AbstractIntegrator, own: Collection[str] = ()
-) -> list[str]:
-    """Return the contacts that a position constraint holds where both faces have mass; raise where none can.
+) -> list[Warned]:
+    """Return warnings of position constraints under a scheme; raise `PairingError` where one cannot work.
 
     Two masses that meet jump; a constraint on positions does not say how they part. ``own`` are the names of bodies
     that step by themselves.
     """
-    found = []
+    gaining, heavy = [], []
     for number, contact in enumerate(scene.contacts):
+        if constraint_gains(scene, method, contact, integrator, own):
+            text = f"{contact.name}: a hard position constraint under '{kind_of(integrator)}' is known to gain energy"
+            gaining.append(Warned("constraint_energy", text))
         law = method.laws[contact.name]
         if not law.holds_position or massless(scene, contact.left) or massless(scene, contact.right):
             continue
@@ -49,27 +75,15 @@ def check_heavy_faces(
                 path=f"contacts.{number}.law",
             )
         if integrator.load_point > 0.0 and method.events == "dated" and not on_continuous_beam(scene, contact, own):
-            found.append(contact.name)
-    return found
+            text = f"{contact.name}: both faces have mass; how they part depends on where in the step they meet"
+            heavy.append(Warned("heavy_faces", text + "; velocity_complementarity has a restitution"))
+    return gaining + heavy
 
 
 def on_continuous_beam(scene: Scene, contact: Contact, own: Collection[str]) -> bool:
     """Return whether one face of a contact is a beam that steps by itself, whose face has no mass."""
     names = (point.body for point in (contact.left, contact.right))
     return any(name in own and scene.bodies[name].bends for name in names)
-
-
-def check_continuous(law: AbstractContactLaw, path: str, beam: bool) -> None:
-    """Raise `PairingError` where a law that is asked step by step needs what a continuous body has not."""
-    if Level.IMPULSE in law.needs and not (beam and law.closes_by_force):
-        raise PairingError(
-            f"law '{kind_of(law)}' gives impulses, and the mass that they would strike "
-            f"{'on a continuous beam' if beam else 'at the end of a continuous rod'} is zero",
-            remedy="Use finite_element or modal, or law addition_deletion, dispersive_identification or penalty."
-            if beam
-            else "Use finite_element or modal, or law wave_identification, addition_deletion or penalty.",
-            path=path,
-        )
 
 
 def check_system(integrator: AbstractIntegrator, body: str, system: Operators) -> None:
@@ -118,10 +132,8 @@ def gains_of(body: ElasticBody, model: AbstractRodModel) -> float:
     return inside + (body.mesh_rounding(model.element_length(body)) if model.has_mesh else 0.0)
 
 
-def check_events(scene: Scene, method: Method, integrator: AbstractIntegrator, own: Collection[str]) -> None:
+def check_located(scene: Scene, method: Method, integrator: AbstractIntegrator, own: Collection[str]) -> None:
     """Raise `PairingError` where events cannot be located; ``own``: bodies that step by themselves."""
-    if method.events != "located":
-        return
     if not integrator.any_dt:
         raise PairingError(
             f"events: located needs an integrator that can cut a step; '{kind_of(integrator)}' cannot",

@@ -1,12 +1,11 @@
-"""The plan of a run: models, pairs, step and laws checked, and all that is decided before the first step."""
+"""The plan of a run: models, pairs, step and laws, checked before the first step."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 
-from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import CaseError
 from impactlab.exact.contact_kinds import check as check_exact
 from impactlab.history.base import Warned
@@ -23,49 +22,41 @@ from impactlab.scene.sizes import check_fields, check_records
 from impactlab.simulate.adaptive.march import March
 from impactlab.simulate.adaptive.system import System
 from impactlab.simulate.body_sizes import check_bodies
-from impactlab.simulate.pairing import (
-    check_continuous,
-    check_events,
-    check_heavy_faces,
-    check_law,
-    check_ordinary,
-    check_smooth,
-    check_system,
-    constraint_gains,
-    on_continuous_beam,
-)
+from impactlab.simulate.pairing import check_ordinary, check_pairs, check_smooth, check_system, constraint_warnings
 from impactlab.simulate.stepping.closed_limit import check_closed
 from impactlab.simulate.stepping.messengers import check_messengers
 from impactlab.simulate.stepping.preparation import (
     BuiltBody,
-    acting_laws,
+    Push,
     build_bodies,
     check_explicit_spring,
     facts_of,
+    placed_at,
     prepare_steppers,
     pushes_of,
     self_stepping,
-    start_laws,
+    start_law,
 )
 from impactlab.types import Start
 
-MOST_STEPS = 2_000_000_000
-NOTED_MISFIT = 2e-3  # of the length of a body, by which its contacts and ends together give way to a grid
+MAX_STEPS = 2_000_000_000
+MISFIT_WARN = 2e-3  # of the length of a body, by which its contacts and ends together are moved to a grid
 UNUSED = Warned("integrator_unused", "the continuous model needs no integrator; solve.integrator is ignored")
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What was decided before the first step."""
+    """Models, laws, steppers and step of a run."""
 
     scene: Scene
     method: Method
-    acting: Method  # with the laws that act: on a massless face, the one that a law becomes
+    acting: Method  # with the laws that act: on a massless face, the reduction of a law
     dt: float | None  # s; None for a run without steps
     steps: int
     built: dict[str, BuiltBody]
     steppers: dict[str, Stepper]
     starts: tuple[Start, ...]
+    pushes: tuple[Push, ...]
     integrator: AbstractIntegrator | None
     warnings: tuple[Warned, ...]
     march: March | None = None  # of an adaptive run
@@ -97,16 +88,16 @@ def resolve_step(scene: Scene, method: Method, built: dict[str, BuiltBody]) -> f
 
 
 def fitted_step(dt: float, built: dict[str, BuiltBody]) -> float:
-    """Return the step [s] at which bodies that step by themselves give way least; the longest of equally good ones."""
+    """Return the step [s] with the least misfit of bodies that step by themselves; the longest of equally good ones."""
     own = [body.model for body in built.values() if isinstance(body.model, AbstractSelfStepping)]
     steps = sorted({float(step) for model in own for step in model.fitting(dt)} | {dt}, reverse=True)
     return min(steps, key=lambda step: sum(model.misfit(step) for model in own))
 
 
 def misfit_warnings(built: dict[str, BuiltBody], dt: float) -> Iterator[Warned]:
-    """Give a warning for each body that must give way to fit the step."""
+    """Give a warning for each body whose places do not fit the grid of the step."""
     for name, body in built.items():
-        if isinstance(body.model, AbstractSelfStepping) and (misfit := body.model.misfit(dt)) > NOTED_MISFIT:
+        if isinstance(body.model, AbstractSelfStepping) and (misfit := body.model.misfit(dt)) > MISFIT_WARN:
             text = f"'{name}': at this step places move to the grid, or the grid to the ends, by {100 * misfit:.2g} % "
             yield Warned("misfit", text + "of the length; give a smaller step, or another place")
 
@@ -117,22 +108,33 @@ def is_stepped(scene: Scene, own: Collection[str]) -> bool:
 
 
 def _by_default(scene: Scene, method: Method) -> bool:
-    """Return whether the integrator may be the one that a case file has unless it says otherwise."""
+    """Return whether the integrator may be the default of a case file."""
     return method.integrator == Newmark() and not all(model.exact for _, model in modelled(scene, method))
 
 
-def _chosen_step(scene: Scene, method: Method, built: dict[str, BuiltBody]) -> tuple[float, float]:
-    """Return the step [s] and how many there are in the run; raise `CaseError` where it is no positive number."""
+def chosen_step(scene: Scene, method: Method, integrator: AbstractIntegrator, built: dict[str, BuiltBody]) -> float:
+    """Return the step [s]; raise `CaseError` where it is too long for a scheme or a body, or too short for the run."""
+    limits = {}
+    for name, body in built.items():
+        if isinstance(body.model, AbstractSelfStepping):
+            limits[name] = body.model.longest_step
+        else:
+            check_system(integrator, name, body.system)
+            with in_precision(f"the longest stable step of '{name}'", f"bodies.{name}", body.body):
+                limits[name] = integrator.limit(body.system)
     with in_precision("the step", "solve.step"):
         dt = fitted_step(resolve_step(scene, method, built), built)
         count = scene.duration / dt
     if not 0.0 < dt < math.inf:
         raise beyond("the step", "solve.step")
-    return dt, count
-
-
-def check_step(scene: Scene, built: dict[str, BuiltBody], dt: float) -> None:
-    """Raise `CaseError` where a step is too long for the matrices of a body, or too short for the run."""
+    name = min(limits, key=lambda key: limits[key])
+    if dt > limits[name] * (1.0 + 1e-9):
+        raise CaseError(
+            f"a step of {dt:.6g} s is beyond the stability limit {limits[name]:.6g} s of integrator "
+            f"'{kind_of(integrator)}' for body '{name}'",
+            remedy=f"Give dt: {limits[name]:.6g} or less, fewer elements or modes, or integrator newmark.",
+            path="solve.step",
+        )
     for name, body in built.items():
         if body.system.highest_frequency * dt > PERIODS_IN_A_STEP:
             raise CaseError(
@@ -141,23 +143,23 @@ def check_step(scene: Scene, built: dict[str, BuiltBody], dt: float) -> None:
                 remedy="Give a smaller step, or fewer elements or modes.",
                 path="solve.step",
             )
-    if not scene.duration / dt <= MOST_STEPS:
+    if not count <= MAX_STEPS:
         raise CaseError(
-            f"{scene.duration / dt:.3g} steps of {dt:.3g} s are too many. Allowed: {MOST_STEPS}",
+            f"{count:.3g} steps of {dt:.3g} s are too many. Allowed: {MAX_STEPS}",
             remedy="Give a longer step or a shorter duration.",
             path="solve.step",
         )
+    return dt
 
 
 def prepare(scene: Scene, method: Method) -> Plan:
     """Return the plan of a run; raise `CaseError` or `PairingError` where it cannot start."""
-    laws: Sequence[AbstractContactLaw] = laws_of(scene, method)
     if is_exact(scene, method):
         check_records(scene, scene.records)
         with in_precision("the contacts of the scene", "contacts"):
             check_exact(scene, method)
         unused = () if method.integrator is None else (UNUSED,)
-        return Plan(scene, method, method, None, 0, {}, {}, (), None, unused)
+        return Plan(scene, method, method, None, 0, {}, {}, (), (), None, unused)
     check_bodies(scene, method)
     built = build_bodies(scene, method)
     own = self_stepping(built)
@@ -172,64 +174,31 @@ def prepare(scene: Scene, method: Method) -> Plan:
         if given is not None and not _by_default(scene, method):
             warnings.append(UNUSED)
         integrator = ExactModal()
-    for number, (contact, law) in enumerate(zip(scene.contacts, laws, strict=True)):
-        check_law(law, integrator, f"contacts.{number}.law")
-        if contact.left.body in own or contact.right.body in own:
-            check_continuous(law, f"contacts.{number}.law", on_continuous_beam(scene, contact, own))
-    check_events(scene, method, integrator, own)
-    limits = {}
-    for name, body in built.items():
-        if isinstance(body.model, AbstractSelfStepping):
-            limits[name] = body.model.longest_step
-        else:
-            check_system(integrator, name, body.system)
-            with in_precision(f"the longest stable step of '{name}'", f"bodies.{name}", body.body):
-                limits[name] = integrator.limit(body.system)
-    dt, count = _chosen_step(scene, method, built)
-    name = min(limits, key=lambda key: limits[key])
-    if dt > limits[name] * (1.0 + 1e-9):
-        raise CaseError(
-            f"a step of {dt:.6g} s is beyond the stability limit {limits[name]:.6g} s of integrator "
-            f"'{kind_of(integrator)}' for body '{name}'",
-            remedy=f"Give dt: {limits[name]:.6g} or less, fewer elements or modes, or integrator newmark.",
-            path="solve.step",
-        )
-    check_step(scene, built, dt)
-    steps = math.ceil(count - 1e-9)
+    check_pairs(scene, method, integrator, own)
+    dt = chosen_step(scene, method, integrator, built)
+    steps = math.ceil(scene.duration / dt - 1e-9)
     check_records(scene, steps)
     steppers = prepare_steppers(scene, built, integrator, dt)
     unknowns = {name: body.system.load.size for name, body in built.items()}
     check_fields(scene, sum(stepper.state.size for stepper in steppers.values()), unknowns)
-    facts = facts_of(scene, method, built, steppers)
-    laws = acting_laws(laws, facts)
-    check_explicit_spring(scene, laws, facts, steppers, integrator, dt)
-    acting = replace(method, laws={contact.name: law for contact, law in zip(scene.contacts, laws, strict=True)})
-    starts = start_laws(laws, facts, dt)
+    laws, found = {}, []
+    for number, contact in enumerate(scene.contacts):
+        path = f"contacts.{number}.law"
+        with placed_at(f"contacts.{number}"):
+            facts = facts_of(scene, method, built, steppers, number)
+        with placed_at(path):
+            law = laws[contact.name] = method.laws[contact.name].acting(*facts)
+        if integrator.load_point == 0.0:
+            check_explicit_spring(law, facts, dt, path)
+        found.append(start_law(law, facts, path, dt))
+    acting, starts = replace(method, laws=laws), tuple(found)
     warnings += check_messengers(scene, built, starts)
     pushes = pushes_of(scene, built, starts)
-    check_closed(scene, laws, built, starts, pushes, integrator, dt)
+    check_closed(scene, laws_of(scene, acting), built, starts, pushes, integrator, dt)
     if pushes:
         steppers = prepare_steppers(scene, built, integrator, dt, pushes)
-    warnings += constraint_warnings(scene, acting, integrator, own) + list(misfit_warnings(built, dt))
-    return Plan(scene, method, acting, dt, max(steps, 1), built, steppers, starts, integrator, tuple(warnings))
-
-
-def constraint_warnings(
-    scene: Scene, method: Method, integrator: AbstractIntegrator, own: Collection[str]
-) -> list[Warned]:
-    """Return warnings of position constraints under a scheme; raise `PairingError` where one cannot work.
-
-    ``own`` are the names of bodies that step by themselves.
-    """
-    warnings = []
-    for contact in scene.contacts:
-        if constraint_gains(scene, method, contact, integrator, own):
-            text = f"{contact.name}: a hard position constraint under '{kind_of(integrator)}' is known to gain energy"
-            warnings.append(Warned("constraint_energy", text))
-    for name in check_heavy_faces(scene, method, integrator, own):
-        text = f"{name}: both faces have mass; how they part depends on where in the step they meet"
-        warnings.append(Warned("heavy_faces", text + "; velocity_complementarity has a restitution"))
-    return warnings
+    warnings += [*constraint_warnings(scene, acting, integrator, own), *misfit_warnings(built, dt)]
+    return Plan(scene, method, acting, dt, max(steps, 1), built, steppers, starts, pushes, integrator, tuple(warnings))
 
 
 def prepare_adaptive(
@@ -246,4 +215,4 @@ def prepare_adaptive(
     given = method.step.dt is not None or method.step.courant is not None
     with in_precision("the system of equations", "solve.integrator"):
         march = March(System(scene, method, built), integrator, resolve_step(scene, method, built) if given else None)
-    return Plan(scene, method, method, None, 0, built, {}, (), None, (), march)
+    return Plan(scene, method, method, None, 0, built, {}, (), (), None, (), march)

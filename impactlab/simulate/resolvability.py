@@ -1,99 +1,91 @@
-"""Whether a method can resolve a contact at all: its own times against those of the contact, before any error shows."""
+"""Time resolution of a method against the times of its contacts: warnings of contacts that it cannot resolve."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 import numpy as np
 
-from impactlab.history.base import AbstractHistory, Warned
+from impactlab.history.base import Warned
 from impactlab.scene.facts import impedance_of, striker_of
-from impactlab.scene.method import Method, is_relative, stiffness_at, stiffness_of
-from impactlab.scene.problem import Contact, Scene
-from impactlab.simulate.stepping.preparation import BuiltBody
+from impactlab.scene.method import is_relative, stiffness_at, stiffness_of
+from impactlab.scene.problem import Contact
+from impactlab.simulate.channels import AbstractRecordedHistory
 
-COARSE = 0.25  # of a contact's time: a position is then known to about a quarter of what the contact moves
-SOFT = 0.05  # of the bodies' own compliance: displacements then answer a force by 5 % more than they should
-LOOKS = 2001  # at the gap of a run
-LOADED = 0.01  # of the energy, a tenth of its speeds: from here on what an initial overlap holds is worth resolving
+COARSE_WARN = 0.25  # of a contact's time: a position is then known to about a quarter of what the contact moves
+COMPLIANCE_WARN = 0.05  # of the bodies' own compliance, for a spring in place of a hard contact
+MIN_STORED = 0.01  # of the energy, in an initial overlap: less (a tenth of the speeds) need not be resolved
+INSTANTS = 2001  # of the gap of a run
 
 
-def unresolved(history: AbstractHistory, built: Mapping[str, BuiltBody], dt: float) -> Iterator[Warned]:
-    """Give the warnings of contacts that happened and that the method cannot resolve.
-
-    Parameters
-    ----------
-    history : AbstractHistory
-        The run, with its scene and method.
-    built : mapping
-        Bodies in their coordinates.
-    dt : float
-        Step [s]; 0 where it is chosen by an error estimate.
-    """
+def unresolved(history: AbstractRecordedHistory) -> Iterator[Warned]:
+    """Give the warnings of contacts that closed in a run and that its method cannot resolve."""
     touched = {event.contact for event in history.events}
     for contact in history.scene.contacts:
         if contact.name in touched:
-            yield from _too_coarse(history, built, contact, dt)
-            yield from _too_soft(history.scene, history.method, contact)
+            yield from _too_coarse(history, contact)
+            yield from _too_compliant(history, contact)
 
 
-def apart(scene: Scene, built: Mapping[str, BuiltBody], contact: Contact, dt: float) -> float:
-    """Return the shortest time that a method tells apart at a contact [s]: its step, or half its shortest period."""
-    times = [dt]
+def resolution(history: AbstractRecordedHistory, contact: Contact, *, beams: bool = False) -> float:
+    """Return the time resolution of a method at a contact [s]: its step, or half the shortest period of its bodies.
+
+    Of beams the step alone counts unless ``beams``.
+    """
+    times = [history.dt or 0.0]
     for point in (contact.left, contact.right):
-        if scene.bodies[point.body].waves is not None and built[point.body].system.highest_frequency > 0.0:
-            times.append(math.pi / built[point.body].system.highest_frequency)
+        body, highest = history.scene.bodies[point.body], history.built[point.body].system.highest_frequency
+        if (body.waves is not None or (beams and body.bends)) and highest > 0.0:
+            times.append(math.pi / highest)
     return max(times)
 
 
-def _too_coarse(
-    history: AbstractHistory, built: Mapping[str, BuiltBody], contact: Contact, dt: float
-) -> Iterator[Warned]:
+def _too_coarse(history: AbstractRecordedHistory, contact: Contact) -> Iterator[Warned]:
+    """Warn of a contact whose speeds change within less than a few time resolutions."""
     scene, stiffness = history.scene, _stiffness(history, contact)
     impedance, mass = impedance_of(scene, contact), striker_of(scene, contact)
     if not stiffness:
         return
     # A mass m on a rod of impedance Z loses its speed in m/Z; a spring k between them lets both swing with sqrt(m/k).
     time = max(mass / impedance, math.sqrt(mass / stiffness)) if mass < math.inf else math.inf
-    words = "the speed of what strikes"
+    words = "the speed of the striking body changes"
     if contact.gap < 0.0 and 0.0 < stiffness < math.inf:
         at_start = float(history.energy.stored[0])
-        if at_start > LOADED * float(history.energy.total[0]):
-            # What is pressed together at the start relaxes as fast as the spring lets it.
+        if at_start > MIN_STORED * float(history.energy.total[0]):
+            # An initial overlap relaxes as fast as the spring lets it.
             time = min(impedance / stiffness, math.sqrt(mass / stiffness))
-            words = "the overlap at the start"
+            words = "the overlap at the start changes"
     if scene.duration < time:
-        time, words = scene.duration, "all that happens in this run"
-    tells = apart(scene, built, contact, dt)
-    if tells > COARSE * time > 0.0:
+        time, words = scene.duration, "the run ends"
+    shortest = resolution(history, contact)
+    if shortest > COARSE_WARN * time > 0.0:
         text = (
-            f"{contact.name}: {words} changes within {time:.3g} s, and this method tells no less than {tells:.3g} s "
-            "apart; give more elements or modes, and a smaller step"
+            f"{contact.name}: {words} within {time:.3g} s, and this method resolves times of {shortest:.3g} s or more; "
+            "give more elements or modes, and a smaller step"
         )
         yield Warned("coarse_contact", text)
 
 
-def _stiffness(history: AbstractHistory, contact: Contact) -> float | None:
+def _stiffness(history: AbstractRecordedHistory, contact: Contact) -> float | None:
     """Return the stiffness of a contact [N/m]; of a law that stiffens, that at its deepest overlap in the run."""
     known = stiffness_of(history.scene, history.method, contact)
     if known is not None:
         return known
-    gap = history.evaluate(np.linspace(0.0, history.duration, LOOKS), f"gap:{contact.name}")
+    gap = history.evaluate(np.linspace(0.0, history.duration, INSTANTS), f"gap:{contact.name}")
     return stiffness_at(history.scene, history.method, contact, max(0.0, -contact.gap, -float(np.min(gap))))
 
 
-def _too_soft(scene: Scene, method: Method, contact: Contact) -> Iterator[Warned]:
-    """Warn of a spring that stands for a hard contact, its stiffness taken from a mesh, and gives way like a body."""
-    stiffness = stiffness_of(scene, method, contact)
-    if stiffness is None or not is_relative(method.laws[contact.name]):
+def _too_compliant(history: AbstractRecordedHistory, contact: Contact) -> Iterator[Warned]:
+    """Warn of a spring in place of a hard contact, its stiffness taken from a mesh, that is compliant like a body."""
+    scene, stiffness = history.scene, stiffness_of(history.scene, history.method, contact)
+    if stiffness is None or not is_relative(history.method.laws[contact.name]):
         return
-    pliancy = 0.0
-    for point in (contact.left, contact.right):
-        pliancy += scene.bodies[point.body].static_compliance
-    if pliancy > 0.0 and 1.0 / stiffness > SOFT * pliancy * (1.0 + 1e-9):
+    compliance = sum(scene.bodies[point.body].static_compliance for point in (contact.left, contact.right))
+    if compliance > 0.0 and 1.0 / stiffness > COMPLIANCE_WARN * compliance * (1.0 + 1e-9):
         text = (
-            f"{contact.name}: the spring of {stiffness:.3g} N/m gives way by {100.0 / (stiffness * pliancy):.2g} % of "
-            "what the rods do; give a larger relative stiffness, or more elements"
+            f"{contact.name}: the compliance of the spring of {stiffness:.3g} N/m is "
+            f"{100.0 / (stiffness * compliance):.2g} % of that of the rods; give a larger relative stiffness, or more "
+            "elements"
         )
         yield Warned("soft_contact", text)

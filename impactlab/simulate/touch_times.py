@@ -1,4 +1,8 @@
-"""What touches leave unsure of all that comes after them: each is known to within a time that a method tells apart."""
+"""Errors of touch times: each touch is known to within the time resolution of a method, and shifts the motion after it.
+
+Warnings of the run alone, without a reference: many touches in a row, faces displaced by touches that come too late,
+and touches that are themselves not resolved.
+"""
 
 from __future__ import annotations
 
@@ -7,97 +11,83 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from impactlab.history.base import AbstractHistory, ContactSpan, Warned
+from impactlab.history.base import ContactSpan, Warned
 from impactlab.metrics.norms import midpoints
 from impactlab.scene.facts import impedance_of, moving_faces
 from impactlab.scene.frame import drift, touched_in
-from impactlab.scene.method import Method, is_relative, stiffness_of
-from impactlab.scene.problem import Contact, Scene
-from impactlab.simulate.resolvability import COARSE, apart
-from impactlab.simulate.stepping.preparation import BuiltBody
+from impactlab.scene.method import is_relative, stiffness_of
+from impactlab.scene.problem import Contact
+from impactlab.simulate.channels import AbstractRecordedHistory
+from impactlab.simulate.resolvability import COARSE_WARN, resolution
 from impactlab.types import Array
 
-LASTING = 0.1  # round trips that faces are apart before a touch counts: a contact that chatters is one
-DRIFTED = 0.2  # round trips: from here on the contacts of a run may have shifted what comes later by as much
-RESOLVED = 3.0  # times what a method tells apart: a touch or an opening that is shorter may be one of the mesh
-MOVED = 2.0  # ways of a face: from here on what unresolved touches passed on is more than what is left of its motion
-AT_REST = 0.05  # of the way of the body's other faces: a face that moves less has no way to speak of
-LOOKS = 2000  # at the displacement of a face
+MIN_OPENING = 0.1  # round trips that faces are apart before a touch counts: a contact that chatters is one
+SHIFT_WARN = 0.2  # round trips by which the contacts of a run may have shifted the motion after them
+RESOLVED = 3.0  # time resolutions: a touch or an opening that is shorter may be one of the mesh
+MOVED_WARN = 2.0  # square mean displacements of a face, by impulses of touches that are not resolved
+MIN_MOTION = 0.05  # of the motion of the body's other faces: a face that moves less is at rest
+INSTANTS = 2000  # of the displacement of a face
 
 
-def unplaced(history: AbstractHistory, built: Mapping[str, BuiltBody], dt: float) -> Iterator[Warned]:
-    """Give the warnings of touches that shift, displace or move what comes after them, all from the run itself.
-
-    Parameters
-    ----------
-    history : AbstractHistory
-        The run, with its scene and method.
-    built : mapping
-        Bodies in their coordinates.
-    dt : float
-        Step [s]; 0 where it is chosen by an error estimate.
-    """
-    scene, method = history.scene, history.method
+def unplaced(history: AbstractRecordedHistory) -> Iterator[Warned]:
+    """Give the warnings of touches that shift, displace or move the faces after them."""
+    scene = history.scene
     if not 0.0 < scene.round_trip < math.inf:
         return
-    tells = {contact.name: apart(scene, built, contact, dt) for contact in scene.contacts}
-    touches = {contact.name: _touches(scene, contact, history) for contact in scene.contacts}
-    yield from _shifted(scene, tells, touches)
-    ways = _ways(scene, history)
-    yield from _displaced(scene, method, tells, touches, ways)
-    yield from _chattering(history, tells, ways)
+    resolutions = {contact.name: resolution(history, contact) for contact in scene.contacts}
+    touches = {contact.name: _touches(history, contact) for contact in scene.contacts}
+    yield from _shifted(history, resolutions, touches)
+    t, touched = midpoints(history.duration, INSTANTS), touched_in(history)
+    motions: dict[str, dict[str, Array]] = {}  # m, of each body by channel, in the frame of the bodies that interact
+    for contact in scene.contacts:
+        for point in (contact.left, contact.right):
+            for name in moving_faces(scene, point):
+                moved = history.evaluate(t, name) - drift(scene, name, t, touched)
+                motions.setdefault(point.body, {})[name] = moved
+    yield from _displaced(history, resolutions, touches, motions)
+    yield from _chattering(history, resolutions, motions)
 
 
-def _touches(scene: Scene, contact: Contact, history: AbstractHistory) -> list[tuple[float, float | None]]:
-    """Return start and end [s] of the touches of a contact, those that chatter as one; none of a law of kicks."""
+def _touches(history: AbstractRecordedHistory, contact: Contact) -> list[tuple[float, float | None]]:
+    """Return start and end [s] of the touches of a contact, those that chatter as one; none of an impulse law."""
     touches: list[tuple[float, float | None]] = []
-    for span in _spans(contact, history):
+    for span in _spans(history, contact):
         last = touches[-1][1] if touches else -math.inf
-        if last is None or span.start - last <= LASTING * scene.round_trip:
+        if last is None or span.start - last <= MIN_OPENING * history.scene.round_trip:
             touches[-1] = touches[-1][0], span.end
         else:
             touches.append((span.start, span.end))
     return touches
 
 
-def _spans(contact: Contact, history: AbstractHistory) -> list[ContactSpan]:
+def _spans(history: AbstractRecordedHistory, contact: Contact) -> list[ContactSpan]:
     return [span for span in history.contacts if span.contact == contact.name and span.kicks is None]
 
 
 def _shifted(
-    scene: Scene, tells: Mapping[str, float], touches: Mapping[str, Sequence[tuple[float, float | None]]]
+    history: AbstractRecordedHistory,
+    resolutions: Mapping[str, float],
+    touches: Mapping[str, Sequence[tuple[float, float | None]]],
 ) -> Iterator[Warned]:
-    """Warn of many contacts in a row: each is told to within what the method tells apart, and shifts what follows."""
+    """Warn of many contacts in a row, whose errors of time add up."""
     count = sum(len(found) for found in touches.values())
-    shift = sum(len(found) * tells[name] for name, found in touches.items())
-    if shift > DRIFTED * scene.round_trip:
+    shift = sum(len(found) * resolutions[name] for name, found in touches.items())
+    if shift > SHIFT_WARN * history.scene.round_trip:
         text = (
-            f"{count} contacts, each told to within {shift / count:.3g} s: later ones may be shifted by up to "
-            f"{shift / scene.round_trip:.2g} round trips; give more elements or modes, and a smaller step"
+            f"{count} contacts, each dated to within {shift / count:.3g} s: later ones may be shifted by up to "
+            f"{shift / history.scene.round_trip:.2g} round trips; give more elements or modes, and a smaller step"
         )
         yield Warned("drift", text)
 
 
-def _ways(scene: Scene, history: AbstractHistory) -> dict[str, dict[str, Array]]:
-    """Return by body and channel how far each face moved [m] at equal times, in the frame of what interacts."""
-    t, touched = midpoints(history.duration, LOOKS), touched_in(history)
-    ways: dict[str, dict[str, Array]] = {}
-    for contact in scene.contacts:
-        for point in (contact.left, contact.right):
-            for name in moving_faces(scene, point):
-                moved = history.evaluate(t, name) - drift(scene, name, t, touched)
-                ways.setdefault(point.body, {})[name] = moved
-    return ways
-
-
 def _shares(faces: Mapping[str, Array], displaced: float) -> Iterator[tuple[float, str]]:
-    """Give a displacement [m] as a share of the way of each face of a body, and the channel of the face.
+    """Give a displacement [m] over the square mean of that of each face of a body, and the channel of the face.
 
-    The way of a face that is all but at rest, as of one that is pressed against a wall, is no measure.
+    A face that is all but at rest, as one that is pressed against a wall, is left out.
     """
     sizes = {name: _mean(moved) for name, moved in faces.items()}
     for name, size in sizes.items():
-        if size > AT_REST * max(sizes.values()):
+        if size > MIN_MOTION * max(sizes.values()):
             yield displaced / size, name
 
 
@@ -107,54 +97,53 @@ def _mean(values: Array) -> float:
 
 
 def _displaced(
-    scene: Scene,
-    method: Method,
-    tells: Mapping[str, float],
+    history: AbstractRecordedHistory,
+    resolutions: Mapping[str, float],
     touches: Mapping[str, Sequence[tuple[float, float | None]]],
-    ways: Mapping[str, Mapping[str, Array]],
+    motions: Mapping[str, Mapping[str, Array]],
 ) -> Iterator[Warned]:
-    """Warn where the way of a face is not long beside what its body moves in the times that are not told apart.
+    """Warn where the displacement of a face is not large beside that of its body in the error of a touch time.
 
-    A touch or parting that comes too late by a time s leaves the faces of its body displaced by its speed times s;
+    A touch or opening that comes too late by a time s leaves the faces of its body displaced by its speed times s;
     those of several, of either sign, add up in squares. So a face that is brought back to where it was, or moves little
-    beside the others of its body, is known worst. Displacements and speeds are square means over the run. Touches whose
-    force grows from nothing have no such instant.
+    beside the others of its body, has the largest relative error. Displacements and speeds are square means over the
+    run. Touches whose force grows from zero have no such instant.
     """
-    late: dict[str, list[float]] = {}  # of each body: to within which time its touches and partings are known [s]
-    for contact in scene.contacts:
-        if not method.laws[contact.name].force_jumps:
+    late: dict[str, list[float]] = {}  # s, of each body: the errors of its touch times
+    for contact in history.scene.contacts:
+        if not history.method.laws[contact.name].force_jumps:
             continue  # next to no force acts around a touch whose time is in doubt
         for point in (contact.left, contact.right):
             found = [end for touch in touches[contact.name] for end in touch if end]  # that at t = 0 is given
-            late.setdefault(point.body, []).extend([tells[contact.name]] * len(found))
+            late.setdefault(point.body, []).extend([resolutions[contact.name]] * len(found))
     worst = (0.0, "")
-    for body, faces in ways.items():
-        speed = max(_mean(np.gradient(moved)) for moved in faces.values()) / (scene.duration / LOOKS)
+    for body, faces in motions.items():
+        speed = max(_mean(np.gradient(moved)) for moved in faces.values()) / (history.scene.duration / INSTANTS)
         worst = max([worst, *_shares(faces, speed * math.hypot(*late.get(body, ())))])
     share, name = worst
-    if share > COARSE:
+    if share > COARSE_WARN:
         text = (
-            f"{name}: touches and partings, each told to within half the shortest period or a step, may displace it by "
-            f"{100.0 * share:.3g} % of its way; give more elements or modes, and a smaller step"
+            f"{name}: touches and openings, each dated to within half the shortest period or a step, may change it by "
+            f"{100.0 * share:.3g} %; give more elements or modes, and a smaller step"
         )
         yield Warned("drift", text)
 
 
 def _chattering(
-    history: AbstractHistory, tells: Mapping[str, float], ways: Mapping[str, Mapping[str, Array]]
+    history: AbstractRecordedHistory, resolutions: Mapping[str, float], motions: Mapping[str, Mapping[str, Array]]
 ) -> Iterator[Warned]:
-    """Warn where touches that a method cannot resolve pass on more than what is left of the motion of a face.
+    """Warn where the impulses of touches that a method cannot resolve move a face by more than its whole motion.
 
-    The impulse J of a touch that is short, or that follows on a short opening, may go to the touch before or after or
-    be none at all. That changes the velocity of a free body of mass M by J/M from there on; of one that is held, for
-    half a round trip. Several add up in squares.
+    The impulse J of a touch that is short, or that follows a short opening, may belong to the touch before or after, or
+    to none. That changes the velocity of a free body of mass M by J/M from there on; of one that is held, for half a
+    round trip. Several add up in squares.
     """
     scene = history.scene
-    passed: dict[str, list[float]] = {}  # of each body: square means of what the touches displace it by [m]
+    passed: dict[str, list[float]] = {}  # m, of each body: square means of its displacements by the touches
     counts: dict[str, tuple[int, int]] = {}
     for contact in scene.contacts:
-        spans = _spans(contact, history)
-        found = list(_unresolved(spans, RESOLVED * (tells[contact.name] + _delay(scene, history.method, contact))))
+        spans = _spans(history, contact)
+        found = list(_unresolved(spans, RESOLVED * (resolutions[contact.name] + _delay(history, contact))))
         for point in (contact.left, contact.right):
             body = scene.bodies[point.body]
             if not body.moves:
@@ -168,31 +157,32 @@ def _chattering(
                 passed.setdefault(point.body, []).append(moved)
     worst = (0.0, "", "")
     for body_name, moved_by in passed.items():
-        shares = _shares(ways[body_name], math.hypot(*moved_by))
+        shares = _shares(motions[body_name], math.hypot(*moved_by))
         worst = max([worst, *((share, name, body_name) for share, name in shares)])
     share, name, body_name = worst
-    if share > MOVED:
+    if share > MOVED_WARN:
         unresolved, of = counts[body_name]
         text = (
-            f"{name}: {unresolved} of {of} touches of this body, or openings before them, are not resolved, "
-            f"and what they pass on moves it by {share:.2g} times its way; their number follows the mesh and the step: "
+            f"{name}: {unresolved} of {of} touches of this body, or openings before them, are not resolved, and their "
+            f"impulses may change it by {share:.2g} times its size; their number follows the mesh and the step: "
             "compare two resolutions or models"
         )
         yield Warned("chatter", text)
 
 
-def _delay(scene: Scene, method: Method, contact: Contact) -> float:
-    """Return the time [s] by which a spring that stands for a hard contact delays its force: impedance over stiffness.
+def _delay(history: AbstractRecordedHistory, contact: Contact) -> float:
+    """Return the time [s] by which a spring in place of a hard contact delays its force: impedance over stiffness.
 
-    A spring that is physics, given in N/m, delays what it should.
+    A spring given in N/m is physics, and so is its delay.
     """
+    scene, method = history.scene, history.method
     stiffness, impedance = stiffness_of(scene, method, contact), impedance_of(scene, contact)
     relative = is_relative(method.laws[contact.name])
     return impedance / stiffness if stiffness and impedance < math.inf and relative else 0.0
 
 
 def _unresolved(spans: Sequence[ContactSpan], limit: float) -> Iterator[tuple[float, float]]:
-    """Give start [s] and impulse [N s] of touches shorter than a limit [s], or that follow on a shorter opening.
+    """Give start [s] and impulse [N s] of touches shorter than a limit [s], or that follow a shorter opening.
 
     Of the two touches beside a short opening the smaller impulse is in doubt.
     """

@@ -18,7 +18,6 @@ from impactlab.simulate.stepping.assembly import Assembly
 from impactlab.simulate.stepping.event_times import TOUCH_TOL, close_time, open_time
 from impactlab.simulate.stepping.packing import dashpots
 from impactlab.simulate.stepping.ports import fill_acting, fill_acting_push, predicted_gap
-from impactlab.simulate.stepping.preparation import pushes_of
 from impactlab.types import Array, Reply
 
 MAX_SWEEPS, AGREED_TOL = 5000, 1e-15  # of the largest impulse of the step: a sweep that changes less is the last
@@ -92,8 +91,7 @@ class PlainLoop:
                 own[JUMP, part][n_dof : 2 * n_dof] += sign * stepper.jump[number]
                 taken[name] += 1
         self.contacts = [PlainContact(self, number, own) for number, own in enumerate(columns)]
-        pushes = pushes_of(plan.scene, plan.built, plan.starts)
-        for push, row in zip(pushes, self.rows[len(self.rows) - len(pushes) :], strict=True):
+        for push, row in zip(plan.pushes, self.rows[len(self.rows) - len(plan.pushes) :], strict=True):
             response = plan.steppers[push.body].force_response[taken[push.body]]
             columns[push.contact, PUSH, self.parts[push.body]] += push.weight * response
             self.contacts[push.contact].pushed += push.weight * row

@@ -34,7 +34,6 @@ from impactlab.integrators.newmark import Newmark
 from impactlab.integrators.nonsmooth_generalised_alpha import NonsmoothGeneralisedAlpha
 from impactlab.models.base import AbstractDiscreteModel, Operators
 from impactlab.numerics.banded import multiply, solve, widened
-from impactlab.simulate.stepping.preparation import pushes_of
 from impactlab.testing.trace import Trace
 from impactlab.types import Array
 
@@ -211,7 +210,7 @@ def pushed(traced: Trace, body: str) -> Array:
     """Return what laws that push along other rows give to a body's coordinates, shape (n_steps, n_dof) [N]."""
     built = traced.plan.built
     total = np.zeros((len(traced.pushes), built[body].system.load.size))
-    for push in pushes_of(traced.plan.scene, built, traced.plan.starts):
+    for push in traced.plan.pushes:
         if push.body == body:
             row = push.weight * built[body].model.row(push.x, push.quantity)
             total += np.outer(traced.pushes[:, push.contact], row)

@@ -1,4 +1,4 @@
-"""Where a contact changes within an accepted step: sought on the solver's own interpolant."""
+"""Openings and closings within an accepted step, as roots of the solver's interpolant."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from impactlab.simulate.adaptive.system import System
 from impactlab.types import Array
 
 SAMPLES = 9  # of an interpolant, whose degree is at most seven
-FINE = 1e-14  # of a step, to which an event is located
-NOISE = 1e-12  # of the travels and forces of the scene: what is less is no change, faces at rest would chatter
+ROOT_TOL = 1e-14  # of a step, to which an event is located
+NOISE = 1e-12  # of the travels and forces of the scene: a smaller change is rounding, faces at rest would chatter
 
 
 class Change(NamedTuple):
@@ -38,7 +38,7 @@ class Watch:
 
     def force(self, gap: float, rate: float) -> float:
         """Return the law's signed force [N]."""
-        return float(self.contact.ask(gap, rate).trial)
+        return float(self.contact.evaluate(gap, rate).trial)
 
     def nears(self, gap: float, rate: float) -> float:
         """Return `pressed`, its sign such that positive means a change."""
@@ -109,7 +109,7 @@ def first_change(system: System, interpolant: Any, begin: float, end: float) -> 
         elif nears(low) < 0.0 < nears(high):  # one instant alone is read with other rounding than all at once
             # A force may jump where it begins; then the bracket, not the value, says where it is.
             time, _ = brentq(
-                nears, low, high, xtol=max(FINE * (end - begin), 1e-300), maxiter=200, full_output=True, disp=False
+                nears, low, high, xtol=max(ROOT_TOL * (end - begin), 1e-300), maxiter=200, full_output=True, disp=False
             )
             changes.append(Change(float(time), number))
     return min(changes, default=None)

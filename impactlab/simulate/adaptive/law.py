@@ -3,37 +3,30 @@
 from __future__ import annotations
 
 import ctypes
-from typing import NamedTuple
+from typing import Any
 
 from impactlab.contact.base import AbstractContactLaw
-from impactlab.types import MEMORY, PORT, REPLY, Port, Reply, Start
+from impactlab.types import MEMORY, Port, Reply, Start
 
 OVERFLOWN = 1e150  # N or J: no step that meets it is accepted, and its square is still a number
 
 
-PORT_MEMORY = int(PORT.fields["memory"][1])  # type: ignore[index] # bytes from the start of the record
-REPLY_MEMORY = int(REPLY.fields["memory"][1])  # type: ignore[index]
+def memory_of(record: Any) -> int:
+    """Return the address of the memory of a port or a reply."""
+    return int(ctypes.addressof(record) + type(record).memory.offset)
 
 
 class LawFailed(Exception):  # noqa: N818 - it never leaves the package
     """A law failed or raised."""
 
 
-class Answer(NamedTuple):
-    """Force, loss and stored energy of a contact at one instant."""
-
-    force: float  # N; while closed its signed trial, which goes on smoothly beyond the opening
-    power: float  # W, lost
-    stored: float  # J
-
-
-class Touch:
+class InstantContact:
     """One contact: open or closed, with its law's memory.
 
     The law is evaluated at one instant: all gaps and rates of the port are those of it, and compliances are zero. While
-    the contact is closed its force is the trial force; the power lost is (F - F(rate = 0)) d', with d' the rate of
-    indentation. Where a contact opens before it is relaxed, F = 0 and the same formula is the fall of the stored energy
-    as the law follows the face.
+    the contact is closed its force is the trial force, which is smooth beyond the opening; the power lost is
+    (F - F(rate = 0)) d', with d' the rate of indentation. Where a contact opens before it is relaxed, F = 0 and the
+    same formula is the fall of the stored energy as the law follows the face.
     """
 
     def __init__(self, law: AbstractContactLaw, start: Start, dt: float) -> None:
@@ -43,9 +36,9 @@ class Touch:
         self.port.memory[: len(start.memory)] = [*start.memory]
         self.closed, self.held = False, 0.0
         self._respond, self._why_failed = type(law).respond, law.why_failed
-        self._remembered = ctypes.addressof(self.port) + PORT_MEMORY
+        self._kept, self._replied = memory_of(self.port), memory_of(self.reply)
 
-    def ask(self, gap: float, rate: float) -> Reply:
+    def evaluate(self, gap: float, rate: float) -> Reply:
         """Return the reply of the law at a gap [m] and its rate [m/s]; the next call overwrites the record.
 
         A trial stage of a step that is far too long may reach an overlap whose force overflows: it is then `OVERFLOWN`,
@@ -56,7 +49,7 @@ class Touch:
         port.gap_rate = port.free_gap_rate = port.acting_rate = rate
         port.in_contact = 1.0 if self.closed else 0.0
         ctypes.memset(ctypes.addressof(reply), 0, ctypes.sizeof(reply))
-        ctypes.memmove(ctypes.addressof(reply) + REPLY_MEMORY, self._remembered, 8 * MEMORY)
+        ctypes.memmove(self._replied, self._kept, 8 * MEMORY)
         try:
             self._respond(port, reply)
         except OverflowError:
@@ -67,18 +60,16 @@ class Touch:
             raise LawFailed(self._why_failed)
         return reply
 
-    def answer(self, gap: float, rate: float) -> Answer:
-        """Return force, lost power and stored energy; zero where the contact is open (see `released`)."""
+    def force_and_loss(self, gap: float, rate: float) -> tuple[float, float]:
+        """Return the force [N] and the power lost [W]; zero where the contact is open (see `released`)."""
         if not self.closed:
-            return Answer(0.0, 0.0, 0.0)
-        at_rest = self.ask(gap, 0.0)
-        elastic, stored = at_rest.trial, at_rest.stored
-        force = self.ask(gap, rate).trial
-        return Answer(force, (elastic - force) * rate, stored)
+            return 0.0, 0.0
+        elastic, force = self.evaluate(gap, 0.0).trial, self.evaluate(gap, rate).trial
+        return force, (elastic - force) * rate
 
     def stored(self, gap: float) -> float:
         """Return the energy [J] that the contact stores, closed or not."""
-        return float(self.ask(gap, 0.0).stored) if gap < 0.0 else 0.0
+        return float(self.evaluate(gap, 0.0).stored) if gap < 0.0 else 0.0
 
     def released(self, gap: float) -> float:
         """Return the energy [J] lost since the opening, as the law follows the face."""
@@ -86,8 +77,8 @@ class Touch:
 
     def carry(self, gap: float, rate: float) -> None:
         """Keep the memory of the law at an accepted instant."""
-        self.ask(gap, rate)
-        ctypes.memmove(self._remembered, ctypes.addressof(self.reply) + REPLY_MEMORY, 8 * MEMORY)
+        self.evaluate(gap, rate)
+        ctypes.memmove(self._kept, self._replied, 8 * MEMORY)
 
     def close(self, gap: float, rate: float, away: float) -> None:
         """Begin a contact: faces that met at zero gap were apart, by ``away`` [m], before."""

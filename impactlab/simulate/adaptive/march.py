@@ -1,4 +1,4 @@
-"""The other driver beside the step loop: an adaptive solver, begun anew at every event."""
+"""The march of an adaptive solver from event to event, started again at each."""
 
 from __future__ import annotations
 
@@ -12,20 +12,16 @@ import numpy as np
 from impactlab.errors import StepError
 from impactlab.history.base import ContactSpan, Event
 from impactlab.integrators.base import AbstractAdaptive, Problem
-from impactlab.scene.momentum import Seen, balance
-from impactlab.scene.precision import LOST_DIGITS
 from impactlab.simulate.adaptive.events import Change, first_change, largest_force
 from impactlab.simulate.adaptive.history import AdaptiveHistory
 from impactlab.simulate.adaptive.law import LawFailed
 from impactlab.simulate.adaptive.record import Record
 from impactlab.simulate.adaptive.system import System
-from impactlab.types import Array
 
-MANY = 20  # events within a hundredth of the time so far that count as an accumulation
-TOLD = 0.1  # s between two looks at progress
-MOMENTUM = 1e-9  # of the momenta in play: Runge-Kutta and Newton keep linear sums to rounding, whatever the tolerance
+MIN_ACCUMULATED = 20  # events within a hundredth of the time so far that count as an accumulation
+PROGRESS_SECONDS = 0.1  # between two reports of progress
 
-MORE = "Give more most_steps, a looser relative_tolerance, or for stiff scenes method Radau or BDF."
+MORE_STEPS = "Give more most_steps, a looser relative_tolerance, or for stiff scenes method Radau or BDF."
 
 
 @dataclass
@@ -40,9 +36,9 @@ class Span:
 class March:
     """One adaptive run.
 
-    Events lie on the interpolant of an accepted step; what lies beyond one is thrown away, since the force has a kink
-    there. A contact that opens and closes within one step is found as long as its trace shows on nine samples of it; no
-    step is longer than a wave takes through the shortest rod.
+    Events lie on the interpolant of an accepted step; the step ends at the first one, since the force has a kink there.
+    A contact that opens and closes within one step is found as long as its trace shows on nine samples of it; no step
+    is longer than a wave takes through the shortest rod.
     """
 
     def __init__(self, system: System, integrator: AbstractAdaptive, longest: float | None) -> None:
@@ -53,27 +49,27 @@ class March:
         self.time, self.steps, self.factorisations = 0.0, 0, 0
         self.state = system.start.copy()
         self.record = Record(system)
-        self.history = AdaptiveHistory(self.record, scene.duration)
+        self.history = AdaptiveHistory(self.record)
         self._events: list[Event] = []
         self._spans: list[ContactSpan] = []
         self._under_way: dict[int, Span] = {}
 
     def run(self, progress: Callable[[float], None] | None = None) -> AdaptiveHistory:
-        """Return the history; raises `StepError` where the solver, a law or the number of steps gives out."""
+        """Return the history; raises `StepError` where the solver or a law fails, or the steps exceed their limit."""
         duration, told = self.system.scene.duration, clock.perf_counter()
         try:
             self._begin()
             solver: Any = None
             while self.time < duration:
                 if self.steps >= self.integrator.most_steps:
-                    self._fail(f"{self.steps} steps did not reach the end of the run{self._accumulation()}", MORE)
+                    self._fail(f"{self.steps} steps did not reach the end of the run{self._accumulation()}", MORE_STEPS)
                 if solver is None:
                     solver = self._solver()
                 before = solver.nlu
                 going_on = self._step(solver)
                 self.factorisations += solver.nlu - before
                 solver = going_on
-                if progress is not None and clock.perf_counter() - told > TOLD:
+                if progress is not None and clock.perf_counter() - told > PROGRESS_SECONDS:
                     told = clock.perf_counter()
                     progress(self.time / duration)
         except LawFailed as failed:
@@ -81,7 +77,6 @@ class March:
         self._finish()
         if progress is not None:
             progress(1.0)
-        self._check_momentum()
         return self.history
 
     def _begin(self) -> None:
@@ -99,7 +94,7 @@ class March:
             )
 
     def _step(self, solver: Any) -> Any:
-        """Take one step; return the solver, or None where an event asks for a new one."""
+        """Take one step; return the solver, or None after an event."""
         begin = self.time
         with np.errstate(over="ignore", invalid="ignore"):  # of trial stages, which are rejected
             reason = solver.step()
@@ -125,11 +120,11 @@ class March:
         return solver
 
     def _accumulation(self) -> str:
-        """Return the words for contacts that come ever faster, or none."""
-        last = self._events[-MANY:]
-        within = last[-1].time - last[0].time if len(last) == MANY else self.time
+        """Return the text for contacts that come ever faster, empty without them."""
+        last = self._events[-MIN_ACCUMULATED:]
+        within = last[-1].time - last[0].time if len(last) == MIN_ACCUMULATED else self.time
         return (
-            f"; contacts accumulate: the last {MANY} events lie within {within:.3g} s"
+            f"; contacts accumulate: the last {MIN_ACCUMULATED} events lie within {within:.3g} s"
             if within < 0.01 * self.time
             else ""
         )
@@ -175,27 +170,3 @@ class March:
             self._finish()
             history = self.history
         raise StepError(text, time=self.time, step=self.steps, history=history, remedy=remedy) from cause
-
-    def _check_momentum(self) -> None:
-        """Raise `StepError` where a body that nothing holds did not gain the impulses of contacts and loads."""
-        scene = self.system.scene
-        impulses: Array = self.state[self.system.impulses]
-        _, samples = self.record.energies
-        for number, (name, body) in enumerate(scene.in_order.items()):
-            if not body.is_free:
-                continue
-            momenta = [float(energies.momentum[number]) for _, energies, _, _ in samples]
-            energy = max(abs(float(energies.bodies[number])) for _, energies, _, _ in samples)
-            seen = Seen(momenta[0], momenta[-1], max(map(abs, momenta)), energy)
-            found = balance(scene, name, impulses.tolist(), self.time, seen)
-            if found.error > MOMENTUM:
-                self._fail_momentum(name, found.given, found.changed)
-
-    def _fail_momentum(self, name: str, given: float, changed: float) -> NoReturn:
-        raise StepError(
-            f"'{name}' was given {given:.9g} N s and its momentum changed by {changed:.9g} N s",
-            time=self.time,
-            step=self.steps,
-            history=self.history,
-            remedy=LOST_DIGITS,
-        )

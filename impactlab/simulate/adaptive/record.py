@@ -1,4 +1,4 @@
-"""What an adaptive run writes down: equal instants and events, so that memory does not follow the steps."""
+"""The record of an adaptive run: equal instants and events, so that memory does not follow the steps."""
 
 from __future__ import annotations
 
@@ -7,13 +7,14 @@ from typing import Any
 import numpy as np
 
 from impactlab.simulate.adaptive.system import Energies, System
+from impactlab.simulate.channels import Probed, probed
 from impactlab.simulate.stepping.arrays import SAMPLES
 from impactlab.types import Array, Quantity
 
 MOTION: tuple[Quantity, ...] = ("displacement", "velocity")
 
 CHUNK = 256  # instants read off an interpolant at once
-APART = 1e-3  # of the spacing: an equal instant nearer to an event is left to it
+MIN_SPACING = 1e-3  # of the spacing: an equal instant nearer to an event is left out
 
 
 class Record:
@@ -21,33 +22,24 @@ class Record:
 
     def __init__(self, system: System) -> None:
         self.system, scene = system, system.scene
-        self.names, displacements, velocities = [], [], []
-        watched = (*scene.probes, *scene.loaded_ends)
-        asked = [
-            (probe.channel, probe.body, probe.x, *scene.bodies[probe.body].reading(probe.quantity)) for probe in watched
+        faces = [point for contact in scene.contacts for point in (contact.left, contact.right)]
+        self.probes = [
+            Probed(f"{quantity}:{point.body}@{point.x:.6g}", point.body, point.x, quantity, 1.0)
+            for point in faces
+            if scene.bodies[point.body].elastic is not None
+            for quantity in MOTION
         ]
-        for contact in scene.contacts:
-            for point in (contact.left, contact.right):
-                if scene.bodies[point.body].elastic is not None:
-                    place = f"{point.body}@{point.x:.6g}"
-                    asked += [(f"{q}:{place}", point.body, point.x, q, 1.0) for q in MOTION]
-        for name, body in scene.bodies.items():
-            asked += [(f"{own}:{name}", name, 0.0, quantity, 1.0) for own, quantity in body.own_channels]
-        for channel, name, x, quantity, factor in asked:
-            row = np.zeros(system.n_dof)
-            row[system.parts[name]] = factor * system.built[name].model.row(x, quantity)
-            moves = quantity == "velocity"
-            self.names.append(channel)
-            displacements.append(np.zeros_like(row) if moves else row)
-            velocities.append(row if moves else np.zeros_like(row))
-        shape = (len(asked), system.n_dof)
-        self._rows = np.hstack((np.array(displacements).reshape(shape), np.array(velocities).reshape(shape)))
+        self.probes += probed(scene)
+        self._rows = np.zeros((len(self.probes), 2 * system.n_dof))  # over displacements and velocities
+        for row, (_, body, x, quantity, factor) in zip(self._rows, self.probes, strict=True):
+            motion = row[system.n_dof :] if quantity == "velocity" else row[: system.n_dof]
+            motion[system.parts[body]] = factor * system.built[body].model.row(x, quantity)
         self._grid = np.linspace(0.0, scene.duration, scene.records + 1)
         self._every = max(1, scene.records // SAMPLES)
         self._next = 0
         self._pieces: list[Array] = []
         self._marks: list[float] = []
-        self._energies: list[tuple[float, Energies, float, Array]] = []
+        self._samples: dict[float, Energies] = {}  # by time, the first of each
         self._wanted = sorted(scene.snapshots)
         self.snapshots: list[tuple[float, Array]] = []
 
@@ -79,9 +71,7 @@ class Record:
         self._pieces.append(np.vstack((times, states[system.impulses], gaps, probes)).T)
 
     def _sample(self, time: float, state: Array) -> None:
-        energies = self.system.energies(state)
-        lost = float(state[self.system.losses].sum()) + energies.released
-        self._energies.append((time, energies, lost, state[-2:].copy()))
+        self._samples.setdefault(time, self.system.energies(state, time))
 
     @property
     def begun(self) -> bool:
@@ -90,18 +80,17 @@ class Record:
 
     @property
     def table(self) -> Array:
-        """Time, impulses, gaps, then what ``names`` says, one row per instant; times rise."""
+        """Time, impulses, gaps and probes, one row per instant, times rising."""
         table = np.concatenate(self._pieces)
         marks = np.unique(self._marks)
-        nearest = np.abs(marks[np.clip(np.searchsorted(marks, table[:, 0]), 0, marks.size - 1)] - table[:, 0])
-        before = np.abs(marks[np.clip(np.searchsorted(marks, table[:, 0]) - 1, 0, marks.size - 1)] - table[:, 0])
-        nearest = np.minimum(nearest, before)
-        table = table[(nearest == 0.0) | (nearest > APART * self._grid[1])]
+        after = np.searchsorted(marks, table[:, 0])
+        sides = [np.abs(marks[np.clip(number, 0, marks.size - 1)] - table[:, 0]) for number in (after - 1, after)]
+        nearest = np.minimum(*sides)
+        table = table[(nearest == 0.0) | (nearest > MIN_SPACING * self._grid[1])]
         _, first = np.unique(table[:, 0], return_index=True)
         return np.asarray(table[first])
 
     @property
-    def energies(self) -> tuple[Array, list[tuple[float, Energies, float, Array]]]:
-        """Instants, and (time, energies, lost in contacts, lost at ends and inside bodies) at each; times rise."""
-        times, first = np.unique([time for time, *_ in self._energies], return_index=True)
-        return times, [self._energies[i] for i in first]
+    def samples(self) -> list[Energies]:
+        """Energies, times rising."""
+        return [self._samples[time] for time in sorted(self._samples)]

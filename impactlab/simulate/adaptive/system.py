@@ -11,11 +11,11 @@ import numpy as np
 
 from impactlab.numerics.banded import multiply, widened
 from impactlab.scene.frame import drift_velocities
-from impactlab.scene.method import Method, side_facts
-from impactlab.scene.problem import Contact, Point, Scene
-from impactlab.simulate.adaptive.law import Touch
-from impactlab.simulate.stepping.preparation import BuiltBody, start_law
-from impactlab.types import Array, Quantity, Start
+from impactlab.scene.method import Method
+from impactlab.scene.problem import Point, Scene
+from impactlab.simulate.adaptive.law import InstantContact
+from impactlab.simulate.stepping.preparation import BuiltBody, facts_of, start_law
+from impactlab.types import Array, Quantity
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -28,9 +28,10 @@ TOUCHING = 1e-12  # of the travels of the scene: faces nearer than this touch
 class Energies(NamedTuple):
     """Energies and momenta at one instant, bodies in the order of the system."""
 
+    time: float  # s
     bodies: Array  # (n_bodies,) J
     stored: float  # J
-    released: float  # J, lost since openings by laws that follow a face
+    lost: Array  # (3,) J so far, in contacts, in dashpots at ends and inside bodies
     work: float  # J, of gravity and end forces
     momentum: Array  # (n_bodies,) N s
 
@@ -60,8 +61,8 @@ def inverse_of(mass: Array) -> Callable[[Array], Array]:
     from scipy.linalg import cho_solve_banded, cholesky_banded
 
     if not np.any(mass[1:]):
-        yields = 1.0 / mass[0]
-        return lambda force: np.asarray((force.T * yields).T)
+        inverse = 1.0 / mass[0]
+        return lambda force: np.asarray((force.T * inverse).T)
     factors = (cholesky_banded(mass, lower=True), True)
     return lambda force: np.asarray(cho_solve_banded(factors, force, check_finite=False))
 
@@ -90,10 +91,11 @@ class System:
         self.gaps = np.array([contact.gap for contact in scene.contacts])
         rows = [self.row(c.right, "displacement") - self.row(c.left, "displacement") for c in scene.contacts]
         self.rows = np.array(rows).reshape(len(rows), n)
-        self.contacts = [
-            Touch(method.laws[contact.name], self._start(contact, f"contacts.{number}.law"), scene.duration)
-            for number, contact in enumerate(scene.contacts)
-        ]
+        self.contacts = []
+        for number, contact in enumerate(scene.contacts):  # there is no step: the run stands for it
+            law, facts = method.laws[contact.name], facts_of(scene, method, built, {}, number)
+            start = start_law(law, facts, f"contacts.{number}.law", scene.duration)
+            self.contacts.append(InstantContact(law, start, scene.duration))
         self.impulses = slice(2 * n, 2 * n + len(rows))
         self.losses = slice(2 * n + len(rows), 2 * n + 2 * len(rows))
         self.evaluations = 0
@@ -101,16 +103,6 @@ class System:
         self.start[:n] = np.concatenate([system.displacement for system in systems])
         self.start[n : 2 * n] = np.concatenate([system.velocity for system in systems])
         self._scales()
-
-    def _start(self, contact: Contact, path: str) -> Start:
-        """Return what a law asks for; there is no step, and the run stands for it."""
-        left, right = (
-            side_facts(self.scene, self.method, point)._replace(
-                left_out=self.built[point.body].model.left_out(point.x, "displacement", point.x)
-            )
-            for point in (contact.left, contact.right)
-        )
-        return start_law(self.method.laws[contact.name], (left, right), path, self.scene.duration)
 
     def row(self, point: Point, quantity: Quantity) -> Array:
         """Return a quantity at a point as a row over all displacements (or velocities)."""
@@ -173,7 +165,7 @@ class System:
         gaps, gap_rates = self.gaps_of(state)
         for number, contact in enumerate(self.contacts):
             contact.port.time = time
-            force, power, _ = contact.answer(float(gaps[number]), float(gap_rates[number]))
+            force, power = contact.force_and_loss(float(gaps[number]), float(gap_rates[number]))
             out[self.impulses.start + number], out[self.losses.start + number] = force, power
             if force != 0.0:
                 push += force * self.rows[number]
@@ -201,7 +193,7 @@ class System:
         return self.inverse(self.rows.T.copy()) if len(self.rows) else np.zeros((self.n_dof, 0))
 
     def jacobian(self, time: float, state: Array) -> Array:
-        """Return how the rates answer the state, dense; the laws' part by central differences of two scalars."""
+        """Return the derivative of the rates by the state, dense; that of the laws by central differences."""
         n, matrix = self.n_dof, self._linear.copy()
         drag, at_ends = 2.0 * (self._damping @ state[n : 2 * n]), 2.0 * self._ends * state[n : 2 * n]
         matrix[-2, n : 2 * n], matrix[-1, n : 2 * n] = at_ends, drag - at_ends
@@ -215,9 +207,9 @@ class System:
                 (0, STRIDE * max(abs(gap), self.speed * self.time), (1.0, 0.0)),
                 (n, STRIDE * max(abs(rate), self.speed), (0.0, 1.0)),
             ):
-                up = contact.answer(gap + at * along_gap, rate + at * along_rate)
-                down = contact.answer(gap - at * along_gap, rate - at * along_rate)
-                force, power = (up.force - down.force) / (2.0 * at), (up.power - down.power) / (2.0 * at)
+                up = contact.force_and_loss(gap + at * along_gap, rate + at * along_rate)
+                down = contact.force_and_loss(gap - at * along_gap, rate - at * along_rate)
+                force, power = ((a - b) / (2.0 * at) for a, b in zip(up, down, strict=True))
                 along = self.rows[number]
                 matrix[n : 2 * n, first : first + n] += np.outer(self._pushed[:, number], force * along)
                 matrix[self.impulses.start + number, first : first + n] += force * along
@@ -236,7 +228,7 @@ class System:
             row[self.parts[name]] = body.model.momentum_row()
         return rows
 
-    def energies(self, state: Array) -> Energies:
+    def energies(self, state: Array, time: float = 0.0) -> Energies:
         """Return energies and momenta of a state.
 
         Strain energy is summed over springs, to the ground and between coordinates: a rod that has travelled far loses
@@ -249,10 +241,13 @@ class System:
             strained[:-offset] -= self.stiffness[offset, :-offset] * (u[offset:] - u[:-offset]) ** 2
         energy = 0.5 * (strained + v * multiply(self.mass, v))
         gaps, _ = self.gaps_of(state)
+        # Laws that follow a face after an opening have lost energy that no integral holds yet.
+        released = sum(c.released(float(g)) for c, g in zip(self.contacts, gaps, strict=True))
         return Energies(
+            time=time,
             bodies=np.array([energy[part].sum() for part in self.parts.values()]),
             stored=sum(c.stored(float(g)) for c, g in zip(self.contacts, gaps, strict=True)),
-            released=sum(c.released(float(g)) for c, g in zip(self.contacts, gaps, strict=True)),
+            lost=np.array([float(state[self.losses].sum()) + released, *state[-2:]]),
             work=float(self.load @ u),
             momentum=self._momenta @ v,
         )
@@ -264,9 +259,9 @@ class System:
         n, away = self.n_dof, self.away
         for number, contact in enumerate(self.contacts):
             gap, rate = float(gaps[number]), float(gap_rates[number])
-            if abs(gap) <= away and abs(rate) <= 1e-12 * self.speed:  # at rest: what do the bodies do next?
+            if abs(gap) <= away and abs(rate) <= 1e-12 * self.speed:  # at rest: the sign of the acceleration decides
                 rate = float(self.rows[number] @ self.rates(0.0, self.start)[n : 2 * n]) * self.time
-            if (abs(gap) <= away and rate < 0.0) or (gap < -away and contact.ask(gap, rate).trial > 0.0):
+            if (abs(gap) <= away and rate < 0.0) or (gap < -away and contact.evaluate(gap, rate).trial > 0.0):
                 closed.append(number)
         for number in closed:
             self.contacts[number].close(float(gaps[number]), float(gap_rates[number]), away)
@@ -274,5 +269,5 @@ class System:
 
     @property
     def away(self) -> float:
-        """A gap [m] that is none."""
+        """Largest gap [m] of faces that touch."""
         return TOUCHING * self.speed * self.time

@@ -37,9 +37,7 @@ class BodyRecord(ctypes.Structure):
     jump_end: int
     loads_end: int
     load_at: int  # in the parameters
-    force_start: int
-    impulse_start: int
-    projection_start: int
+    response_start: int
 
 
 @record
@@ -192,9 +190,9 @@ class StepArrays(NamedTuple):
     backup: Floats  # room for a step to be taken again
     momentum: Floats  # row over the state, N s
     jump: Floats  # flat, body by body: velocities per impulse of each face, then its loads: see `write_columns`
-    responses: Floats  # flat: force responses of each body's ports, then impulse and projection responses
+    responses: Floats  # flat, body by body: (3, n_ports, n_state) to a force, an impulse and a projection at each port
     influence: (
-        Floats  # (9, 3 n_contacts, n_contacts) of faces (2 n_contacts) and pushed rows to contacts: see the layers
+        Floats  # (9, 3 n_contacts, n_contacts) of contacts on faces (2 n_contacts) and pushed rows: see the layers
     )
     row_start: Ints  # (n_rows + 1,)
     row_index: Ints  # into the state

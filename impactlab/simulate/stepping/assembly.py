@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from impactlab.numerics.addresses import DERIVE, FREE, MEASURE, RETIME, LawAddre
 from impactlab.numerics.records import records
 from impactlab.scene.method import laws_of
 from impactlab.scene.problem import Contact
+from impactlab.simulate.channels import probed
 from impactlab.simulate.plan import Plan
 from impactlab.simulate.stepping.arrays import (
     LAYERS,
@@ -27,7 +29,6 @@ from impactlab.simulate.stepping.arrays import (
     EventRecord,
     FaceRecord,
     Floats,
-    Ints,
     PhaseRecord,
     PushRecord,
     ReadingRecord,
@@ -35,106 +36,95 @@ from impactlab.simulate.stepping.arrays import (
     StepArrays,
 )
 from impactlab.simulate.stepping.packing import dashpots, flat, sparse
-from impactlab.simulate.stepping.preparation import (
-    BuiltBody,
-    Push,
-    face_read,
-    prepare_stepper,
-    pushes_of,
-    reading_place,
-)
-from impactlab.types import Array, Arriving, Port, Quantity, Reply, Start
+from impactlab.simulate.stepping.preparation import BuiltBody, face_read, prepare_steppers, reading_place
+from impactlab.types import Array, Arriving, Port, Quantity, Reply
 
 RESPONSE_TOL = 1e-20  # of a response's largest entry: smaller entries at its ends are far below rounding
 MIN_EVENTS = 4096  # room for events between two returns of the loop
+Models = Mapping[str, AbstractDiscreteModel]  # by name of the body
+Steppers = Mapping[str, Stepper]
+
+
+class Coordinates(NamedTuple):
+    """Values that belong to one set of coordinates of the bodies, in the layout of `StepArrays`."""
+
+    parameters: Floats
+    momentum: Floats
+    jump: Floats
+    responses: Floats
+    rows: list[tuple[int, Array]]  # each a shift into the whole state and its values
+    left_out: Floats
 
 
 class Assembly:
     """The arrays of one run, and the names of their rows and columns."""
 
-    def __init__(
-        self,
-        plan: Plan,
-        integrator: AbstractIntegrator,
-        dt: float,
-    ) -> None:
-        scene, built, steppers, starts, steps = plan.scene, plan.built, plan.steppers, plan.starts, plan.steps
+    def __init__(self, plan: Plan, integrator: AbstractIntegrator, dt: float) -> None:
+        scene, built, steppers = plan.scene, plan.built, plan.steppers
         self.scene, self.method, self.acting, self.built = scene, plan.method, plan.acting, built
-        self.integrator, self.dt, self.steps = integrator, dt, steps
-        laws = laws_of(scene, plan.acting)
-        self.stride, self.sample_stride = math.ceil(steps / scene.records), math.ceil(steps / SAMPLES)
-        self.laws = [LawAddress(law.respond, law.compiled) for law in laws]
-        names, each = list(built), list(steppers.values())
-        pushed = pushes_of(scene, built, starts)
-        flats = [
-            flat([stepper.parameters for stepper in each]),
-            flat([stepper.state for stepper in each]),
-            flat([pushed_by(stepper) for stepper in each]),
-            self._responses(each),
-        ]
-        parameters, state, jump, responses = (values for values, _ in flats)
-        self._shift = dict(zip(names, flats[1][1].tolist(), strict=False))  # the last start is the end
-        ports, contacts, replies = self._contacts(starts)
-        n_contacts = len(scene.contacts)
+        self.integrator, self.dt, self.steps = integrator, dt, plan.steps
+        self.stride, self.sample_stride = math.ceil(plan.steps / scene.records), math.ceil(plan.steps / SAMPLES)
+        self.laws = [LawAddress(law.respond, law.compiled) for law in laws_of(scene, plan.acting)]
+        self.probes = list(probed(scene))
+        self._plan = plan
+        self._points = [point for contact in scene.contacts for point in (contact.left, contact.right)]
+        state, starts = flat([stepper.state for stepper in steppers.values()])
+        self._shift = dict(zip(built, starts.tolist(), strict=False))  # the last start is the end
         models = {name: body.model for name, body in built.items()}
-        self.probe_channels = self._probe_channels()
-        rows, left_out = self._rows(models, starts, pushed)
-        row_start, row_index, row_value = sparse(rows)
-        momentum = self._momentum(models, state)
+        values = self._coordinates(models, steppers)
+        row_start, row_index, row_value = sparse(values.rows)
         phased = {name: body.system.phases for name, body in built.items() if body.system.phases is not None}
-        phases, maps = self._phases(names, phased)
         other_state = np.zeros(0)
         if phased:
             check_phases(phased, built, steppers)
-            closed = {name: phased[name].closed if name in phased else model for name, model in models.items()}
-            others = self._other_steppers(phased, steppers, pushed)
+            closed = {
+                name: BuiltBody(built[name].body, each.closed, each.closed.operators()) for name, each in phased.items()
+            }
+            others = dict(steppers) | prepare_steppers(scene, closed, integrator, dt, plan.pushes)
+            other = self._coordinates(models | {name: body.model for name, body in closed.items()}, others)
             # The same entries in both phases, so that only values are exchanged.
-            closed_rows, closed_left_out = self._rows(closed, starts, pushed)
-            pattern = [(a != 0.0) | (b != 0.0) for (_, a), (_, b) in zip(rows, closed_rows, strict=True)]
-            row_start, row_index, row_value = sparse(rows, pattern)
-            other_state = np.concatenate(
-                (
-                    flat([stepper.parameters for stepper in others])[0],
-                    self._momentum(closed, state),
-                    flat([pushed_by(stepper) for stepper in others])[0],
-                    self._responses(others)[0],
-                    sparse(closed_rows, pattern)[2],
-                    closed_left_out.ravel(),
-                )
-            )
-        room = (4 if plan.method.events == "located" else 1) * (steps // self.stride + 8) + 256
+            pattern = [(a != 0.0) | (b != 0.0) for (_, a), (_, b) in zip(values.rows, other.rows, strict=True)]
+            row_start, row_index, row_value = sparse(values.rows, pattern)
+            kept = other.parameters, other.momentum, other.jump, other.responses
+            other_state = np.concatenate((*kept, sparse(other.rows, pattern)[2], other.left_out.ravel()))
+        phases, maps = self._phases(phased)
+        ports, contacts, replies = self._contacts()
         self.snapshots, snapshots = records(SnapshotRecord, len(scene.snapshots))
         for snapshot, time in zip(self.snapshots, sorted(scene.snapshots), strict=True):
             snapshot.time = time
         (self.clock,), clock = records(ClockRecord, 1)
-        self.clock.timed, self.clock.steps = dt, steps
+        self.clock.timed, self.clock.steps = dt, plan.steps
+        self.events, events = records(EventRecord, max(MIN_EVENTS, 1024 * len(scene.contacts)))
+        faces, pushes = self._faces_and_pushes()
+        n_contacts = len(scene.contacts)
         coupled = 2 * n_contacts if n_contacts > 1 else 0
+        room = (4 if plan.method.events == "located" else 1) * (plan.steps // self.stride + 8) + 256
         self.memory = StepArrays(
             clock=clock,
-            bodies=self._bodies(steppers, [begins.tolist() for _, begins in flats]),
-            faces=self._faces(names, steppers),
+            bodies=self._bodies(),
+            faces=faces,
             contacts=contacts,
             ports=ports,
             replies=replies,
-            readings=self._readings(names, starts),
-            pushes=self._pushes(names, steppers, pushed),
+            readings=self._readings(),
+            pushes=pushes,
             phases=phases,
             dampers=self._dampers(state),
-            events=self._events(),
+            events=events,
             snapshots=snapshots,
-            parameters=parameters,
+            parameters=values.parameters,
             state=state,
             backup=np.zeros_like(state),
-            momentum=momentum,
-            jump=jump,
-            responses=responses,
+            momentum=values.momentum,
+            jump=values.jump,
+            responses=values.responses,
             influence=np.zeros((LAYERS, 3 * n_contacts, n_contacts)),
             row_start=row_start,
             row_index=row_index,
             row_value=row_value,
-            left_out=left_out,
-            record=np.zeros((room, 1 + 6 * n_contacts + len(self.probe_channels))),
-            sample=np.zeros((steps // self.sample_stride + 8, SAMPLED + 3 * len(names))),
+            left_out=values.left_out,
+            record=np.zeros((room, 1 + 6 * n_contacts + len(self.probes))),
+            sample=np.zeros((plan.steps // self.sample_stride + 8, SAMPLED + 3 * len(built))),
             snapshot_state=np.zeros((len(scene.snapshots), 2, state.size)),
             scratch=np.zeros(4),
             coupled=np.zeros((coupled, coupled + 3)),
@@ -142,20 +132,83 @@ class Assembly:
             maps=maps,
         )
 
-    def _bodies(self, steppers: dict[str, Stepper], begins: list[list[int]]) -> Sequence[BodyRecord]:
-        """Return the bodies; ``begins`` are the starts of their parameters, states, jumps and responses."""
-        by_name, bodies = records(BodyRecord, len(steppers))
-        parameters, states, jumps, responses = begins
-        for number, (body, (name, stepper)) in enumerate(zip(by_name, steppers.items(), strict=True)):
+    def state_of(self, body: str, state: Array, velocities: bool = False) -> Array:
+        """Return a body's displacements or velocities in a whole state, shape (n_dof,)."""
+        n_dof = self.built[body].system.load.size
+        start = self._shift[body] + (n_dof if velocities else 0)
+        return state[start : start + n_dof]
+
+    def grow(self) -> None:
+        """Double the room for records and samples; those written stay."""
+        record, sample = self.memory.record, self.memory.sample
+        self.memory = self.memory._replace(
+            record=np.concatenate([record, np.zeros_like(record)]),
+            sample=np.concatenate([sample, np.zeros_like(sample)]),
+        )
+
+    def _coordinates(self, models: Models, steppers: Steppers) -> Coordinates:
+        momentum = np.zeros(sum(stepper.state.size for stepper in steppers.values()))
+        for name, model in models.items():
+            row = model.momentum_row()
+            start = self._shift[name] + row.size
+            momentum[start : start + row.size] = row
+        each = list(steppers.values())
+        return Coordinates(
+            flat([stepper.parameters for stepper in each])[0],
+            momentum,
+            flat([jumps_and_loads(stepper) for stepper in each])[0],
+            flat([responses_of(stepper) for stepper in each])[0],
+            *self._rows(models),
+        )
+
+    def _rows(self, models: Models) -> tuple[list[tuple[int, Array]], Floats]:
+        """Return all rows in the order that `StepArrays` states, and the static responses of modes left out.
+
+        The latter are those at each reading per force of each contact.
+        """
+
+        def row(body: str, x: float, quantity: Quantity, factor: float = 1.0) -> tuple[int, Array]:
+            values = factor * models[body].row(x, quantity)
+            return self._shift[body] + (values.size if quantity == "velocity" else 0), values
+
+        contacts = self.scene.contacts
+        rows = [row(point.body, point.x, "displacement") for point in self._points]
+        rows += [row(point.body, point.x, "velocity") for point in self._points]
+        left_out: list[list[float]] = []
+        for contact, start in zip(contacts, self._plan.starts, strict=True):
+            for reading in start.readings:
+                left_out.append([0.0] * len(contacts))
+                if isinstance(reading, Arriving):
+                    point = face_read(contact, reading)
+                    whole = models[point.body].arriving(point.x, reading.delay, reading.speed)
+                    rows.append((self._shift[point.body], whole))  # over displacements and velocities
+                    continue
+                point, x = reading_place(contact, reading)
+                rows.append(row(point.body, x, reading.quantity))
+                if reading.left_out:
+                    model = models[point.body]
+                    left_out[-1] = [
+                        left_out_per_force(model, other, point.body, x, reading.quantity) for other in contacts
+                    ]
+        rows += [row(probe.body, probe.x, probe.quantity, probe.factor) for probe in self.probes]
+        rows += [row(push.body, push.x, push.quantity) for push in self._plan.pushes]
+        return rows, np.array(left_out, float).reshape(len(left_out), len(contacts))
+
+    def _bodies(self) -> Sequence[BodyRecord]:
+        by_name, bodies = records(BodyRecord, len(self.built))
+        parameters, jumps, responses = 0, 0, 0
+        for body, (name, stepper) in zip(by_name, self._plan.steppers.items(), strict=True):
             body.free, body.measure = kernel_address(stepper.free, FREE), kernel_address(stepper.measure, MEASURE)
             body.retime, body.derive = kernel_address(stepper.retime, RETIME), kernel_address(stepper.derive, DERIVE)
-            body.parameter_start, body.parameter_end = parameters[number : number + 2]
-            body.state_start, body.state_end = states[number : number + 2]
+            body.parameter_start = parameters
+            body.parameter_end = parameters = parameters + stepper.parameters.size
+            body.state_start, body.state_end = self._shift[name], self._shift[name] + stepper.state.size
             body.n_dof, body.n_ports = self.built[name].system.load.size, len(stepper.jump)
-            body.jump_start, body.loads_end = jumps[number : number + 2]
-            body.jump_end = body.jump_start + stepper.jump.size
+            body.jump_start, body.jump_end = jumps, jumps + stepper.jump.size
+            body.loads_end = jumps = jumps + jumps_and_loads(stepper).size
             body.load_at = stepper.load.start if stepper.load else 0
-            body.force_start, body.impulse_start, body.projection_start = responses[number :: len(steppers)][:3]
+            body.response_start = responses
+            responses += 3 * stepper.force_response.size
         return bodies
 
     def _dampers(self, state: Floats) -> Sequence[DamperRecord]:
@@ -170,175 +223,72 @@ class Assembly:
             damper.before = self.dt * rate
         return dampers
 
-    def _readings(self, names: list[str], starts: tuple[Start, ...]) -> Sequence[ReadingRecord]:
-        by_name, readings = records(ReadingRecord, sum(len(start.readings) for start in starts))
-        wanted = iter(by_name)
-        for number, (contact, start) in enumerate(zip(self.scene.contacts, starts, strict=True)):
-            for slot, reading in enumerate(start.readings):
-                record = next(wanted)
-                record.body, record.contact = names.index(face_read(contact, reading).body), number
-                record.slot = slot
+    def _readings(self) -> Sequence[ReadingRecord]:
+        wanted = [
+            (list(self.built).index(face_read(contact, reading).body), number, slot)
+            for number, (contact, start) in enumerate(zip(self.scene.contacts, self._plan.starts, strict=True))
+            for slot, reading in enumerate(start.readings)
+        ]
+        by_name, readings = records(ReadingRecord, len(wanted))
+        for record, each in zip(by_name, wanted, strict=True):
+            record.body, record.contact, record.slot = each
         return readings
 
-    def _other_steppers(
-        self, phased: dict[str, Phases], steppers: dict[str, Stepper], pushed: tuple[Push, ...]
-    ) -> list[Stepper]:
-        """Return the steppers while the contacts of bodies with phases are closed."""
-        models = {name: phase.closed for name, phase in phased.items()}
-        return [
-            prepare_stepper(self.scene, name, models[name], models[name].operators(), self.integrator, self.dt, pushed)
-            if name in models
-            else stepper
-            for name, stepper in steppers.items()
-        ]
-
-    def state_of(self, body: str, state: Array, velocities: bool = False) -> Array:
-        """Return a body's displacements or velocities in a whole state, shape (n_dof,)."""
-        n_dof = self.built[body].system.load.size
-        start = self._shift[body] + (n_dof if velocities else 0)
-        return state[start : start + n_dof]
-
-    def grow(self) -> None:
-        """Double the room for records and samples; what was written stays."""
-        record, sample = self.memory.record, self.memory.sample
-        self.memory = self.memory._replace(
-            record=np.concatenate([record, np.zeros_like(record)]),
-            sample=np.concatenate([sample, np.zeros_like(sample)]),
-        )
-
-    def _rows(
-        self, models: dict[str, AbstractDiscreteModel], starts: tuple[Start, ...], pushed: tuple[Push, ...]
-    ) -> tuple[list[tuple[int, Array]], Floats]:
-        """Return all rows, each a shift into the whole state and its values, in the order that `StepArrays` states.
-
-        Also the static responses of the modes left out at each reading per force of each contact.
-        """
-
-        def row(body: str, x: float, quantity: Quantity, factor: float = 1.0) -> tuple[int, Array]:
-            values = factor * models[body].row(x, quantity)
-            return self._shift[body] + (values.size if quantity == "velocity" else 0), values
-
-        contacts = self.scene.contacts
-        points = [point for contact in contacts for point in (contact.left, contact.right)]
-        rows = [row(point.body, point.x, "displacement") for point in points]
-        rows += [row(point.body, point.x, "velocity") for point in points]
-        left_out: list[list[float]] = []
-        for contact, start in zip(contacts, starts, strict=True):
-            for reading in start.readings:
-                if isinstance(reading, Arriving):
-                    point = face_read(contact, reading)
-                    whole = models[point.body].arriving(point.x, reading.delay, reading.speed)
-                    rows.append((self._shift[point.body], whole))  # over displacements and velocities
-                    left_out.append([0.0] * len(contacts))
-                    continue
-                point, x = reading_place(contact, reading)
-                model = models[point.body]
-                rows.append(row(point.body, x, reading.quantity))
-                answers = [left_out_per_force(model, other, point.body, x, reading.quantity) for other in contacts]
-                left_out.append(answers if reading.left_out else [0.0] * len(contacts))
-        rows += [row(body, x, quantity, factor) for _, body, x, quantity, factor in self._probes()]
-        rows += [row(push.body, push.x, push.quantity) for push in pushed]
-        return rows, np.array(left_out, float).reshape(len(left_out), len(contacts))
-
-    def _responses(self, steppers: list[Stepper]) -> tuple[Floats, Ints]:
-        return flat(
-            [stepper.force_response for stepper in steppers]
-            + [stepper.impulse_response for stepper in steppers]
-            + [stepper.projection_response for stepper in steppers]
-        )
-
-    def _momentum(self, models: dict[str, AbstractDiscreteModel], state: Array) -> Floats:
-        momentum = np.zeros_like(state)
-        for name, model in models.items():
-            row = model.momentum_row()
-            start = self._shift[name] + row.size
-            momentum[start : start + row.size] = row
-        return momentum
-
-    def _phases(self, names: list[str], phased: dict[str, Phases]) -> tuple[Sequence[PhaseRecord], Floats]:
+    def _phases(self, phased: Mapping[str, Phases]) -> tuple[Sequence[PhaseRecord], Floats]:
         by_name, phases = records(PhaseRecord, len(phased))
-        maps, map_start = flat([np.concatenate((each.closing, each.opening)) for each in phased.values()])
-        for number, (name, each) in enumerate(phased.items()):
-            phase = by_name[number]
-            phase.contact, phase.body, phase.map_start = each.contact, names.index(name), int(map_start[number])
+        maps, starts = flat([np.concatenate((each.closing, each.opening)) for each in phased.values()])
+        for phase, (name, each), start in zip(by_name, phased.items(), starts.tolist(), strict=False):
+            phase.contact, phase.body, phase.map_start = each.contact, list(self.built).index(name), start
         return phases, maps
 
-    def _pushes(self, names: list[str], steppers: dict[str, Stepper], pushed: tuple[Push, ...]) -> Sequence[PushRecord]:
-        by_name, pushes = records(PushRecord, len(pushed))
-        of_body = {name: sum(push.body == name for push in pushed) for name in names}
-        seen = {name: len(steppers[name].jump) - of_body[name] for name in names}
-        for number, push in enumerate(pushed):
-            record = by_name[number]
-            record.contact, record.body = push.contact, names.index(push.body)
-            record.place, record.weight = seen[push.body], push.weight
-            stepper = steppers[push.body]
-            self._ranges(record, push.body, stepper, stepper.force_response[seen[push.body]], 0)
-            seen[push.body] += 1
-        return pushes
+    def _faces_and_pushes(self) -> tuple[Sequence[FaceRecord], Sequence[PushRecord]]:
+        """Return faces and pushed rows; the ports of a body are its faces in their order, then its pushed rows."""
+        pushed, names = self._plan.pushes, list(self.built)
+        face_by_name, faces = records(FaceRecord, len(self._points))
+        push_by_name, pushes = records(PushRecord, len(pushed))
+        taken = dict.fromkeys(names, 0)
+        for number, (face, point) in enumerate(zip(face_by_name, self._points, strict=True)):
+            face.body, face.place, face.sign = names.index(point.body), taken[point.body], (-1.0, 1.0)[number % 2]
+            stepper = self._plan.steppers[point.body]
+            for kind, each in enumerate(
+                (stepper.force_response, stepper.impulse_response, stepper.projection_response)
+            ):
+                self._write_ranges(face, point.body, each[face.place], 3 * kind)
+            taken[point.body] += 1
+        for record, push in zip(push_by_name, pushed, strict=True):
+            record.contact, record.body, record.weight = push.contact, names.index(push.body), push.weight
+            record.place = taken[push.body]
+            self._write_ranges(record, push.body, self._plan.steppers[push.body].force_response[record.place], 0)
+            taken[push.body] += 1
+        return faces, pushes
 
-    def _events(self) -> Sequence[EventRecord]:
-        self.events, events = records(EventRecord, max(MIN_EVENTS, 1024 * len(self.scene.contacts)))
-        return events
-
-    def _probes(self) -> list[tuple[str, str, float, Quantity, float]]:
-        """Return channel, body, x, quantity and factor of the probes, those of masses and loaded ends included."""
-        asked = [
-            (probe.channel, probe.body, probe.x, *self.scene.bodies[probe.body].reading(probe.quantity))
-            for probe in (*self.scene.probes, *self.scene.loaded_ends)
-        ]
-        for name, body in self.scene.bodies.items():
-            asked += [(f"{own}:{name}", name, 0.0, quantity, 1.0) for own, quantity in body.own_channels]
-        return asked
-
-    def _probe_channels(self) -> list[tuple[str, Quantity]]:
-        return [(channel, quantity) for channel, _, _, quantity, _ in self._probes()]
-
-    def _faces(self, names: list[str], steppers: dict[str, Stepper]) -> Sequence[FaceRecord]:
-        by_name, faces = records(FaceRecord, 2 * len(self.scene.contacts))
-        seen = dict.fromkeys(names, 0)
-        for number, contact in enumerate(self.scene.contacts):
-            for side, point in enumerate((contact.left, contact.right)):
-                place = seen[point.body]
-                seen[point.body] += 1
-                face = by_name[2 * number + side]
-                face.body, face.place, face.sign = names.index(point.body), place, (-1.0, 1.0)[side]
-                stepper = steppers[point.body]
-                responses = (stepper.force_response, stepper.impulse_response, stepper.projection_response)
-                for kind, response in enumerate(responses):
-                    self._ranges(face, point.body, stepper, response[place], 3 * kind)
-        return faces
-
-    def _ranges(self, record: FaceRecord | PushRecord, body: str, stepper: Stepper, response: Array, at: int) -> None:
+    def _write_ranges(self, record: FaceRecord | PushRecord, body: str, response: Array, at: int) -> None:
         """Write the ranges of a body's displacements, velocities and other state with nonzero response."""
-        n_dof = stepper.jump.shape[1]
+        system = self.built[body].system
+        n_dof = system.load.size
         for part, first in enumerate((0, n_dof, 2 * n_dof)):
-            answer = np.abs(response[first : response.size if part == 2 else first + n_dof])
-            if self.built[body].system.phases is None:
-                moved = (answer > RESPONSE_TOL * answer.max(initial=0.0)).nonzero()[0]
-            else:
-                moved = np.arange(answer.size)
+            size = np.abs(response[first : response.size if part == 2 else first + n_dof])
+            # In a body with phases the response changes with its coordinates.
+            least = RESPONSE_TOL * size.max(initial=0.0) if system.phases is None else -1.0
+            moved = (size > least).nonzero()[0]
             if moved.size:
                 record.low[at + part], record.high[at + part] = first + int(moved[0]), first + int(moved[-1]) + 1
 
-    def _contacts(self, starts: tuple[Start, ...]) -> tuple[Sequence[Port], Sequence[ContactRecord], Sequence[Reply]]:
+    def _contacts(self) -> tuple[Sequence[Port], Sequence[ContactRecord], Sequence[Reply]]:
         scene, n_contacts = self.scene, len(self.scene.contacts)
         self.ports, ports = records(Port, n_contacts)
         self.contacts, contacts = records(ContactRecord, n_contacts)
         self.replies, replies = records(Reply, n_contacts)
-        for number, (contact, law, given) in enumerate(
-            zip(scene.contacts, laws_of(scene, self.acting), starts, strict=True)
+        for number, (contact, law, start) in enumerate(
+            zip(scene.contacts, laws_of(scene, self.acting), self._plan.starts, strict=True)
         ):
-            port = self.ports[number]
-            port.parameters[: len(given.parameters)] = list(given.parameters)
-            port.memory[: len(given.memory)] = list(given.memory)
+            port, record, points = self.ports[number], self.contacts[number], (contact.left, contact.right)
+            port.parameters[: len(start.parameters)] = list(start.parameters)
+            port.memory[: len(start.memory)] = list(start.memory)
             # The face of a continuous body has no mass that takes an impulse: a force closes the contact.
-            own = any(
-                isinstance(self.built[point.body].model, AbstractSelfStepping)
-                for point in (contact.left, contact.right)
-            )
+            own = any(isinstance(self.built[point.body].model, AbstractSelfStepping) for point in points)
             port.jump_in_force = float(self.integrator.jump_in_force or own)
-            static = [self._static_compliance(point.body, point.x) for point in (contact.left, contact.right)]
-            record = self.contacts[number]
+            static = [self._static_compliance(point.body, point.x) for point in points]
             record.law = self.laws[number].value
             record.dates, record.smooth = int(law.answers_force), int(law.smooth)
             record.projects_first, record.load_point = int(self.integrator.projects_first), self.integrator.load_point
@@ -348,13 +298,18 @@ class Assembly:
         return ports, contacts, replies
 
     def _static_compliance(self, body: str, x: float) -> float:
-        """Return how much a face static statically beyond what its coordinates show [m/N]."""
+        """Return the static compliance of a face beyond that of its coordinates [m/N]."""
         built = self.built[body]
         return max(0.0, dict(built.system.massless).get(x, 0.0) or built.model.left_out(x, "displacement", x))
 
 
-def pushed_by(stepper: Stepper) -> Array:
-    """Return velocities per impulse and, where a step may be cut, loads of a body's ports, flat: see `Memory.jump`."""
+def responses_of(stepper: Stepper) -> Array:
+    """Return the responses of a body's ports to forces, impulses and projections, (3 n_ports, n_state)."""
+    return np.concatenate((stepper.force_response, stepper.impulse_response, stepper.projection_response))
+
+
+def jumps_and_loads(stepper: Stepper) -> Array:
+    """Return velocities per impulse and, where a step may be cut, loads of a body's ports, flat."""
     loads = np.zeros(0) if stepper.load is None else loads_of(stepper.load, stepper.face_rows)
     return np.concatenate((stepper.jump.ravel(), loads))
 
@@ -370,7 +325,7 @@ def left_out_per_force(
     return total
 
 
-def check_phases(phased: dict[str, Phases], built: dict[str, BuiltBody], steppers: dict[str, Stepper]) -> None:
+def check_phases(phased: Mapping[str, Phases], built: Mapping[str, BuiltBody], steppers: Steppers) -> None:
     """Raise `PairingError` where a scheme or a body cannot change its coordinates within a run."""
     for name in phased:
         stepper, system = steppers[name], built[name].system

@@ -10,9 +10,7 @@ from impactlab.simulate.stepping.arrays import (
     U_PROJECTION,
     U_PUSH,
     V_FORCE,
-    V_IMPULSE,
     V_JUMP,
-    V_PROJECTION,
     V_PUSH,
     Floats,
     StepArrays,
@@ -53,22 +51,20 @@ def add_influence(m: StepArrays, target: int, u_row: int, v_row: int, weight: fl
         face, contact = m.faces[other], other // 2
         if face.body != body_number:
             continue
-        scale, at = weight * face.sign, face.place * size - body.state_start
-        force, impulse, projection = body.force_start + at, body.impulse_start + at, body.projection_start + at
-        jump = body.jump_start + face.place * body.n_dof - body.state_start - body.n_dof
-        m.influence[U_FORCE, target, contact] += scale * row_times(m, u_row, m.responses, force)
-        m.influence[U_IMPULSE, target, contact] += scale * row_times(m, u_row, m.responses, impulse)
-        m.influence[U_PROJECTION, target, contact] += scale * row_times(m, u_row, m.responses, projection)
+        scale = weight * face.sign
+        for kind in range(3):  # forces, impulses, projections
+            column = body.response_start + (kind * body.n_ports + face.place) * size - body.state_start
+            m.influence[2 * kind, target, contact] += scale * row_times(m, u_row, m.responses, column)
+            if v_row >= 0:
+                m.influence[2 * kind + 1, target, contact] += scale * row_times(m, v_row, m.responses, column)
         if v_row >= 0:
-            m.influence[V_FORCE, target, contact] += scale * row_times(m, v_row, m.responses, force)
-            m.influence[V_IMPULSE, target, contact] += scale * row_times(m, v_row, m.responses, impulse)
-            m.influence[V_PROJECTION, target, contact] += scale * row_times(m, v_row, m.responses, projection)
+            jump = body.jump_start + face.place * body.n_dof - body.state_start - body.n_dof
             m.influence[V_JUMP, target, contact] += scale * row_times(m, v_row, m.jump, jump)
     for other in range(len(m.pushes)):
         push = m.pushes[other]
         if push.body != body_number:
             continue
-        scale, start = weight * push.weight, body.force_start + push.place * size - body.state_start
+        scale, start = weight * push.weight, body.response_start + push.place * size - body.state_start
         m.influence[U_PUSH, target, push.contact] += scale * row_times(m, u_row, m.responses, start)
         if v_row >= 0:
             m.influence[V_PUSH, target, push.contact] += scale * row_times(m, v_row, m.responses, start)

@@ -41,8 +41,8 @@ def retime(m: StepArrays, dt: float) -> None:
         size = body.state_end - body.state_start
         parameters = m.parameters[body.parameter_start : body.parameter_end]
         jump = m.jump[body.jump_start : body.jump_end]
-        force = m.responses[body.force_start : body.force_start + body.n_ports * size]
-        impulse = m.responses[body.impulse_start : body.impulse_start + body.n_ports * size]
+        start, length = body.response_start, body.n_ports * size
+        force, impulse = m.responses[start : start + length], m.responses[start + length : start + 2 * length]
         call(body.retime, parameters, dt)
         if jump.size > 0:
             loads = m.jump[body.jump_end : body.loads_end]

@@ -81,23 +81,16 @@ def correct(m: StepArrays) -> None:
         contact, face = m.contacts[number // 2], m.faces[number]
         body = m.bodies[face.body]
         size = body.state_end - body.state_start
-        place = face.place * size
-        if contact.force != 0.0:
-            for part in range(3):
-                low, high = face.low[part], face.high[part]
-                add_responses(m, body.state_start, body.force_start + place, face.sign * contact.force, low, high)
-        if contact.impulse != 0.0:
-            for part in range(3, 6):
-                low, high = face.low[part], face.high[part]
-                add_responses(m, body.state_start, body.impulse_start + place, face.sign * contact.impulse, low, high)
-        if contact.projection != 0.0:
-            shift, start = face.sign * contact.projection, body.projection_start + place
-            for part in range(6, 9):
-                add_responses(m, body.state_start, start, shift, face.low[part], face.high[part])
+        for kind in range(3):
+            given = contact.force if kind == 0 else contact.impulse if kind == 1 else contact.projection
+            if given != 0.0:
+                start = body.response_start + (kind * body.n_ports + face.place) * size
+                for part in range(3 * kind, 3 * kind + 3):
+                    add_responses(m, body.state_start, start, face.sign * given, face.low[part], face.high[part])
     for number in range(len(m.pushes)):
         record = m.pushes[number]
         body = m.bodies[record.body]
-        start = body.force_start + record.place * (body.state_end - body.state_start)
+        start = body.response_start + record.place * (body.state_end - body.state_start)
         push = record.weight * m.contacts[record.contact].push
         for part in range(3):
             add_responses(m, body.state_start, start, push, record.low[part], record.high[part])
@@ -157,12 +150,8 @@ def sample_energies(m: StepArrays) -> bool:
     stored = 0.0
     for number in range(len(m.contacts)):
         stored += m.replies[number].stored
-    m.sample[n, 0], m.sample[n, 1], m.sample[n, 2], m.sample[n, 3] = (
-        clock.time,
-        stored,
-        clock.lost_contact,
-        clock.lost_ends,
-    )
+    m.sample[n, 0], m.sample[n, 1] = clock.time, stored
+    m.sample[n, 2], m.sample[n, 3] = clock.lost_contact, clock.lost_ends
     m.sample[n, 4], m.sample[n, 5] = clock.lost_inside, clock.lost_unresolved
     clock.n_samples = n + 1
     return finite

@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
+from impactlab.integrators.columns import exchange
 from impactlab.numerics.addresses import call
 from impactlab.numerics.compiling import PART
-from impactlab.simulate.stepping.arrays import Floats, StepArrays
+from impactlab.simulate.stepping.arrays import StepArrays
 from impactlab.simulate.stepping.influence import fill_influence, row_times_state
-
-
-@PART
-def exchange(values: Floats, low: int, high: int, other: Floats, shift: int) -> None:
-    """Exchange a range of values with those stored at a shift."""
-    for i in range(low, high):
-        values[i], other[shift + i] = other[shift + i], values[i]
 
 
 @PART
@@ -44,21 +38,20 @@ def change_coordinates(m: StepArrays, number: int) -> None:
                 m.backup[first + i] += m.maps[start + i * n + j] * m.state[first + part * n + j]
         for i in range(n):
             m.state[first + part * n + i] = m.backup[first + i]
-    size, shift = body.state_end - body.state_start, 0
-    exchange(m.parameters, body.parameter_start, body.parameter_end, m.other_state, shift)
+    size, n_rows, shift = body.state_end - body.state_start, m.row_value.size, 0
+    exchange(m.parameters, body.parameter_start, m.other_state[body.parameter_start : body.parameter_end])
     shift += m.parameters.size
-    exchange(m.momentum, body.state_start, body.state_end, m.other_state, shift)
+    exchange(m.momentum, body.state_start, m.other_state[shift + body.state_start : shift + body.state_end])
     shift += m.momentum.size
-    exchange(m.jump, body.jump_start, body.loads_end, m.other_state, shift)
+    exchange(m.jump, body.jump_start, m.other_state[shift + body.jump_start : shift + body.loads_end])
     shift += m.jump.size
-    exchange(m.responses, body.force_start, body.force_start + body.n_ports * size, m.other_state, shift)
-    exchange(m.responses, body.impulse_start, body.impulse_start + body.n_ports * size, m.other_state, shift)
-    exchange(m.responses, body.projection_start, body.projection_start + body.n_ports * size, m.other_state, shift)
+    start = shift + body.response_start
+    exchange(m.responses, body.response_start, m.other_state[start : start + 3 * body.n_ports * size])
     shift += m.responses.size
-    for entry in range(m.row_value.size):
+    for entry in range(n_rows):
         if body.state_start <= m.row_index[entry] < body.state_end:
-            exchange(m.row_value, entry, entry + 1, m.other_state, shift)
-    shift += m.row_value.size
+            exchange(m.row_value, entry, m.other_state[shift + entry : shift + entry + 1])
+    shift += n_rows
     for reading in range(len(m.readings)):
         if m.readings[reading].body == phase.body:
             for contact in range(len(m.contacts)):

@@ -1,11 +1,10 @@
-"""Before the first step: bodies in coordinates, their steppers, and what each law asks for."""
+"""Preparation of a run: bodies in coordinates, their steppers, and constants and readings of each law."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -24,8 +23,7 @@ from impactlab.scene.problem import Contact, Point, Scene
 from impactlab.types import MEMORY, PARAMETERS, READINGS, Arriving, Quantity, Reading, SideFacts, Start
 
 
-@dataclass(frozen=True)
-class BuiltBody:
+class BuiltBody(NamedTuple):
     """A body of the scene with its coordinates."""
 
     body: Body
@@ -33,8 +31,8 @@ class BuiltBody:
     system: Operators
 
 
-Facts = tuple[tuple[SideFacts, SideFacts], ...]  # of both sides of each contact
-TOLD = 0.1  # share of a static contact force that a basis may miss at the face where a law works with it
+Facts = tuple[SideFacts, SideFacts]  # of both sides of a contact
+MAX_MISSING_FORCE = 0.1  # of a static contact force, in a basis at a face whose internal force a law uses
 
 
 class Push(NamedTuple):
@@ -66,7 +64,7 @@ def build_bodies(scene: Scene, method: Method) -> dict[str, BuiltBody]:
     return built
 
 
-def self_stepping(built: dict[str, BuiltBody]) -> frozenset[str]:
+def self_stepping(built: Mapping[str, BuiltBody]) -> frozenset[str]:
     """Return the names of the bodies that step by themselves."""
     return frozenset(name for name, body in built.items() if isinstance(body.model, AbstractSelfStepping))
 
@@ -83,50 +81,28 @@ def faces_of(scene: Scene, body: str) -> tuple[Face, ...]:
 
 def prepare_steppers(
     scene: Scene,
-    built: dict[str, BuiltBody],
+    built: Mapping[str, BuiltBody],
     integrator: AbstractIntegrator,
     dt: float,
-    pushes: tuple[Push, ...] = (),
+    pushes: Sequence[Push] = (),
 ) -> dict[str, Stepper]:
-    """Return the stepper of every body, its ports as `prepare_stepper` orders them."""
-    return {
-        name: prepare_stepper(scene, name, body.model, body.system, integrator, dt, pushes)
-        for name, body in built.items()
-    }
-
-
-def prepare_stepper(
-    scene: Scene,
-    name: str,
-    model: AbstractDiscreteModel,
-    system: Operators,
-    integrator: AbstractIntegrator,
-    dt: float,
-    pushes: tuple[Push, ...],
-) -> Stepper:
-    """Return the stepper of one body; its ports are its faces in the order of the contacts, then its pushed rows."""
+    """Return the steppers of bodies; ports are their faces in the order of the contacts, then their pushed rows."""
     points = [point for contact in scene.contacts for point in (contact.left, contact.right)]
-    rows = [model.row(point.x, "displacement") for point in points if point.body == name]
-    rows += [model.row(push.x, push.quantity) for push in pushes if push.body == name]
-    ports = np.array(rows).reshape(len(rows), system.load.size)
-    what, path, body = f"the steps of '{name}'", f"bodies.{name}", scene.bodies[name]
-    with in_precision(what, path, body):
-        if isinstance(model, AbstractSelfStepping):
-            stepper = model.stepper(ports, dt)
-        else:
-            stepper = integrator.prepare(system._replace(momentum=model.momentum_row()), ports, dt)
-    check_finite(what, path, body, stepper.parameters, stepper.state, stepper.force_response, stepper.impulse_response)
-    return stepper
-
-
-def face_velocity_per_force(scene: Scene, steppers: dict[str, Stepper], number: int, side: int) -> float:
-    """Return how fast a face (0 left, 1 right of a contact) moves after a step per unit force [m/(N s)]."""
-    points = [point for contact in scene.contacts for point in (contact.left, contact.right)]
-    body = points[2 * number + side].body
-    place = sum(other.body == body for other in points[: 2 * number + side])
-    stepper = steppers[body]
-    n_dof = stepper.jump.shape[1]
-    return float(stepper.force_response[place, n_dof : 2 * n_dof] @ stepper.face_rows[place])
+    steppers = {}
+    for name, (body, model, system) in built.items():
+        rows = [model.row(point.x, "displacement") for point in points if point.body == name]
+        rows += [model.row(push.x, push.quantity) for push in pushes if push.body == name]
+        ports = np.array(rows).reshape(len(rows), system.load.size)
+        subject, path = f"the steps of '{name}'", f"bodies.{name}"
+        with in_precision(subject, path, body):
+            if isinstance(model, AbstractSelfStepping):
+                stepper = model.stepper(ports, dt)
+            else:
+                stepper = integrator.prepare(system._replace(momentum=model.momentum_row()), ports, dt)
+        checked = stepper.parameters, stepper.state, stepper.force_response, stepper.impulse_response
+        check_finite(subject, path, body, *checked)
+        steppers[name] = stepper
+    return steppers
 
 
 @contextmanager
@@ -143,96 +119,60 @@ def placed_at(path: str) -> Iterator[None]:
         raise
 
 
-def check_explicit_spring(
-    scene: Scene,
-    laws: Sequence[AbstractContactLaw],
-    facts: Facts,
-    steppers: dict[str, Stepper],
-    integrator: AbstractIntegrator,
-    dt: float,
-) -> None:
+def check_explicit_spring(law: AbstractContactLaw, facts: Facts, dt: float, path: str) -> None:
     """Raise `CaseError` where a contact spring is too stiff for a force that acts at the start of the step.
 
-    Two bodies and the spring between them swing with w^2 = k (yields of both faces); leapfrog is stable up to w dt = 2.
+    Two bodies and the spring between them swing with w^2 = k (compliances of both faces); leapfrog is stable up to
+    w dt = 2.
     """
-    if integrator.load_point > 0.0:
-        return
-    for number, law in enumerate(laws):
-        with placed_at(f"contacts.{number}.law"):
-            stiffness = law.stiffest(*facts[number], dt)
-        pliancy = dt * sum(face_velocity_per_force(scene, steppers, number, side) for side in (0, 1))
-        if not math.isfinite(stiffness * pliancy):
-            raise beyond("the contact", f"contacts.{number}.law")
-        if stiffness * pliancy > 4.0:
-            stable = dt * 2.0 / math.sqrt(stiffness * pliancy)
-            raise CaseError(
-                f"the contact spring of {stiffness:.6g} N/m is too stiff for an explicit step of {dt:.6g} s between "
-                f"these faces; the limit is {4.0 / pliancy:.6g} N/m",
-                remedy=f"Give a step of {stable:.6g} s or less, or integrator newmark.",
-                path=f"contacts.{number}.law",
-            )
-
-
-def facts_of(scene: Scene, method: Method, built: dict[str, BuiltBody], steppers: dict[str, Stepper]) -> Facts:
-    """Return what the law of each contact may know of its two sides."""
-    found = []
-    for number in range(len(scene.contacts)):
-        with placed_at(f"contacts.{number}"):
-            found.append(_facts(scene, method, built, steppers, number))
-    return tuple(found)
-
-
-def _facts(
-    scene: Scene, method: Method, built: dict[str, BuiltBody], steppers: dict[str, Stepper], number: int
-) -> tuple[SideFacts, SideFacts]:
-    contact = scene.contacts[number]
-    facts = []
-    for side, point in enumerate((contact.left, contact.right)):
-        body = built[point.body]
-        with in_precision(f"the static compliance of '{point.body}'", f"bodies.{point.body}", body.body):
-            known = side_facts(scene, method, point, face_velocity_per_force(scene, steppers, number, side))
-            facts.append(
-                known._replace(
-                    flexibility=dict(body.system.massless).get(point.x, 0.0),
-                    left_out=body.model.left_out(point.x, "displacement", point.x),
-                )
-            )
-    return facts[0], facts[1]
-
-
-def acting_laws(laws: Sequence[AbstractContactLaw], facts: Facts) -> tuple[AbstractContactLaw, ...]:
-    """Return the laws that act on the faces of the contacts, massless or not."""
-    acting = []
-    for number, (law, known) in enumerate(zip(laws, facts, strict=True)):
-        with placed_at(f"contacts.{number}.law"):
-            acting.append(law.acting(*known))
-    return tuple(acting)
-
-
-def start_laws(laws: Sequence[AbstractContactLaw], facts: Facts, dt: float) -> tuple[Start, ...]:
-    """Return what the law of each contact asks for; errors name the contact."""
-    return tuple(start_law(law, facts[number], f"contacts.{number}.law", dt) for number, law in enumerate(laws))
-
-
-def start_law(law: AbstractContactLaw, facts: tuple[SideFacts, SideFacts], path: str, dt: float) -> Start:
-    """Return what one law asks for; raise `PairingError` where it cannot serve the sides or asks for too much."""
-    for given in facts:
-        if given.flexibility > 0.0 and not law.serves_massless:
-            raise PairingError(
-                f"this law cannot press on a massless face, and the {given.kind} has one",
-                remedy="Use addition_deletion, or a model whose faces have mass.",
-                path=path,
-            )
     with placed_at(path):
-        start = law.begin(facts[0], facts[1], dt)
-    for what, asked, room in (
+        stiffness = law.stiffest(*facts, dt)
+    compliance = dt * (facts[0].velocity_per_force + facts[1].velocity_per_force)
+    if not math.isfinite(stiffness * compliance):
+        raise beyond("the contact", path)
+    if stiffness * compliance > 4.0:
+        stable = dt * 2.0 / math.sqrt(stiffness * compliance)
+        raise CaseError(
+            f"the contact spring of {stiffness:.6g} N/m is too stiff for an explicit step of {dt:.6g} s between "
+            f"these faces; the limit is {4.0 / compliance:.6g} N/m",
+            remedy=f"Give a step of {stable:.6g} s or less, or integrator newmark.",
+            path=path,
+        )
+
+
+def facts_of(
+    scene: Scene, method: Method, built: Mapping[str, BuiltBody], steppers: Mapping[str, Stepper], number: int
+) -> Facts:
+    """Return the facts of both sides of a contact; without a stepper a face has no velocity per force."""
+    points = [point for each in scene.contacts for point in (each.left, each.right)]
+    found = []
+    for face in (2 * number, 2 * number + 1):
+        point = points[face]
+        body, moved = built[point.body], math.nan
+        if stepper := steppers.get(point.body):
+            port = sum(other.body == point.body for other in points[:face])
+            n_dof = stepper.jump.shape[1]
+            moved = float(stepper.force_response[port, n_dof : 2 * n_dof] @ stepper.face_rows[port])
+        with in_precision(f"the static compliance of '{point.body}'", f"bodies.{point.body}", body.body):
+            left_out = body.model.left_out(point.x, "displacement", point.x)
+            flexibility = dict(body.system.massless).get(point.x, 0.0)
+            known = side_facts(scene, method, point, moved)
+            found.append(known._replace(flexibility=flexibility, left_out=left_out))
+    return found[0], found[1]
+
+
+def start_law(law: AbstractContactLaw, facts: Facts, path: str, dt: float) -> Start:
+    """Return constants, memory and readings of a law; raise `PairingError` where they exceed the room of a port."""
+    with placed_at(path):
+        start = law.begin(*facts, dt)
+    for name, given, room in (
         ("parameters", start.parameters, PARAMETERS),
         ("memory", start.memory, MEMORY),
         ("readings", start.readings, READINGS),
     ):
-        if len(asked) > room:
+        if len(given) > room:
             raise PairingError(
-                f"the law asks for {len(asked)} {what}; there is room for {room}",
+                f"the law has {len(given)} {name}; there is room for {room}",
                 remedy="This is a fault of the law, not of the case: it must keep to the room.",
                 path=path,
             )
@@ -250,34 +190,27 @@ def reading_place(contact: Contact, reading: Reading) -> tuple[Point, float]:
     return point, point.x + (-reading.distance if reading.side == "left" else reading.distance)
 
 
-def pushes_of(scene: Scene, built: dict[str, BuiltBody], starts: tuple[Start, ...]) -> tuple[Push, ...]:
-    """Return the rows that laws may push along; a row that is zero is refused, for it would do nothing unseen."""
+def pushes_of(scene: Scene, built: Mapping[str, BuiltBody], starts: Sequence[Start]) -> tuple[Push, ...]:
+    """Return the rows that laws push along; raise `PairingError` where one is zero, or is not that of the contact."""
     pushes = []
     for number, (contact, start) in enumerate(zip(scene.contacts, starts, strict=True)):
         for reading, weight in start.pushed:
             point, x = reading_place(contact, reading)
-            body, model = scene.bodies[point.body], built[point.body].model
-            if reading.quantity == "force" and facts_at(scene, point, math.nan).end == "force":
-                raise PairingError(
-                    f"the law takes the force at the face for that of the contact, and at {point.label} another acts",
-                    remedy="Use addition_deletion or penalty.",
-                    path=f"contacts.{number}.law",
+            body, model, quantity = scene.bodies[point.body], built[point.body].model, reading.quantity
+            left_out = abs(model.left_out(x, quantity, point.x))
+            largest = np.abs(model.row(0.5 * body.length, quantity)).max(initial=0.0)
+            text, remedy = "", "Use finite_element, or modal with basis craig_bampton."
+            if quantity == "force" and facts_at(scene, point, math.nan).end == "force":
+                text = f"the law takes the force at the face for that of the contact, and at {point.label} another acts"
+                remedy = "Use addition_deletion or penalty."
+            elif np.abs(model.row(x, quantity)).max(initial=0.0) <= 1e-9 * largest:
+                text = f"the law uses the {quantity} at the face, which is zero in all coordinates of '{point.body}'"
+            elif quantity == "force" and left_out > MAX_MISSING_FORCE:
+                text = (
+                    f"the law uses the force at the face, and the modes kept of '{point.body}' hold only "
+                    f"{100.0 * (1.0 - left_out):.3g} % of it"
                 )
-            middle = model.row(0.5 * body.length, reading.quantity)
-            if np.abs(model.row(x, reading.quantity)).max(initial=0.0) <= 1e-9 * np.abs(middle).max(initial=0.0):
-                raise PairingError(
-                    f"the law works with the {reading.quantity} at the face, and in every coordinate of "
-                    f"'{point.body}' it is zero there",
-                    remedy="Use finite_element, or modal with basis craig_bampton.",
-                    path=f"contacts.{number}.law",
-                )
-            left_out = abs(model.left_out(x, reading.quantity, point.x))
-            if reading.quantity == "force" and left_out > TOLD:
-                raise PairingError(
-                    f"the law works with the force at the face, and the modes kept of '{point.body}' tell only "
-                    f"{100.0 * (1.0 - left_out):.3g} % of it",
-                    remedy="Use finite_element, or modal with basis craig_bampton.",
-                    path=f"contacts.{number}.law",
-                )
-            pushes.append(Push(number, point.body, x, reading.quantity, weight))
+            if text:
+                raise PairingError(text, remedy=remedy, path=f"contacts.{number}.law")
+            pushes.append(Push(number, point.body, x, quantity, weight))
     return tuple(pushes)
