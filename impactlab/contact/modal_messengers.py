@@ -16,7 +16,7 @@ from impactlab.types import Arriving, Level, Port, Reply, SideFacts, Start, opti
 class ModalMessengers(AbstractContactLaw):
     """A messenger for each mode, at the distance that its wave travels in a step; all give the motion of the face.
 
-    The source describes this in one paragraph. Our reading: mode i is read at c_i dt with c_i = w_i/k_i its phase speed
+    Our reading of one paragraph of the source: mode i is read at c_i dt with c_i = w_i/k_i its phase speed
     (``speed: group`` for dw/dk); its wave towards the face follows from its velocity and its force, which are in the
     ratio rho A c_i, and the sum is the free velocity V of the face; the balance is that of `dispersive_identification`.
     The source leaves the compliance in the balance open: ``balance: modes`` takes that of the modes, ``impedance`` the
@@ -25,7 +25,7 @@ class ModalMessengers(AbstractContactLaw):
     A messenger gives the free motion of its mode only where the mode is one standing wave with its crest at the face:
     on rods, and at inner points of beams away from their ends. At the tip of a beam the near field hides most of its
     motion in a step, however short: the law then gains energy in proportion to the step. A run is refused where the
-    messengers miss more than ``accept`` of the motion of the face by the modes in a step (docs/dispersive-waves.md).
+    error of the messengers in a step is above ``accept`` (docs/dispersive-waves.md).
 
     References
     ----------
@@ -57,18 +57,15 @@ class ModalMessengers(AbstractContactLaw):
             if facts.kind in ("mass", "wall"):
                 parameters += [0.0, 0.0, 0.0]
                 continue
-            if self.balance == "impedance" and math.isnan(facts.impedance):
-                raise PairingError(
-                    f"balance 'impedance' needs an impedance, and the {facts.kind} on the {side} has none here",
-                    remedy="Use balance: modes, or law dispersive_identification.",
-                )
             share = facts.velocity_per_force * facts.impedance
-            if self.balance == "impedance" and abs(share - 1.0) > self.accept:
-                raise PairingError(
-                    f"balance 'impedance' assumes that the velocity of the face per unit force is 1/Z; that of the "
-                    f"modes of the {facts.kind} on the {side} is {share:.3g} of it in this step",
-                    remedy="Use balance: modes, or law dispersive_identification.",
-                )
+            if self.balance == "impedance" and (math.isnan(facts.impedance) or abs(share - 1.0) > self.accept):
+                text = f"balance 'impedance' needs an impedance, and the {facts.kind} on the {side} has none here"
+                if not math.isnan(facts.impedance):
+                    text = (
+                        "balance 'impedance' takes 1/Z for the velocity of the face per unit force; the modes of the "
+                        f"{facts.kind} on the {side} give {share:.3g}/Z in this step"
+                    )
+                raise PairingError(text, remedy="Use balance: modes, or law dispersive_identification.")
             if facts.end == "force":
                 raise PairingError(
                     f"modal_messengers predicts the motion of a face by waves alone, and a force acts on the face "

@@ -130,10 +130,10 @@ class DamperRecord(ctypes.Structure):
 class EventRecord(ctypes.Structure):
     """One event, with impulse and peak of the contact period that it ends."""
 
-    time: float
+    time: float  # s
     contact: int
-    kind: int
-    impulse: float
+    kind: int  # see `event_times`
+    impulse: float  # N s
     span_impulse: float
     span_peak: float
 
@@ -164,7 +164,6 @@ class ClockRecord(ctypes.Structure):
     lost_unresolved: float  # J, to modes that are left out
     timed: float  # s, the step length that the steppers are prepared for
     recorded: float  # s, time of the last record
-    energy: float  # scratch of `measure`
 
 
 class StepArrays(NamedTuple):

@@ -54,6 +54,7 @@ class Coordinates(NamedTuple):
     responses: Floats
     rows: list[tuple[int, Array]]  # each a shift into the whole state and its values
     left_out: Floats
+    starts: list[list[int]]  # of parameters, jumps and responses, body by body
 
 
 class Assembly:
@@ -101,7 +102,7 @@ class Assembly:
         room = (4 if plan.method.events == "located" else 1) * (plan.steps // self.stride + 8) + 256
         self.memory = StepArrays(
             clock=clock,
-            bodies=self._bodies(),
+            bodies=self._bodies(values.starts),
             faces=faces,
             contacts=contacts,
             ports=ports,
@@ -153,13 +154,11 @@ class Assembly:
             start = self._shift[name] + row.size
             momentum[start : start + row.size] = row
         each = list(steppers.values())
-        return Coordinates(
-            flat([stepper.parameters for stepper in each])[0],
-            momentum,
-            flat([jumps_and_loads(stepper) for stepper in each])[0],
-            flat([responses_of(stepper) for stepper in each])[0],
-            *self._rows(models),
-        )
+        parameters, of_parameters = flat([stepper.parameters for stepper in each])
+        jump, of_jumps = flat([jumps_and_loads(stepper) for stepper in each])
+        responses, of_responses = flat([response for stepper in each for response in responses_of(stepper)])
+        starts = [of_parameters.tolist(), of_jumps.tolist(), of_responses[::3].tolist()]
+        return Coordinates(parameters, momentum, jump, responses, *self._rows(models), starts)
 
     def _rows(self, models: Models) -> tuple[list[tuple[int, Array]], Floats]:
         """Return all rows in the order that `StepArrays` states, and the static responses of modes left out.
@@ -194,21 +193,19 @@ class Assembly:
         rows += [row(push.body, push.x, push.quantity) for push in self._plan.pushes]
         return rows, np.array(left_out, float).reshape(len(left_out), len(contacts))
 
-    def _bodies(self) -> Sequence[BodyRecord]:
+    def _bodies(self, starts: list[list[int]]) -> Sequence[BodyRecord]:
         by_name, bodies = records(BodyRecord, len(self.built))
-        parameters, jumps, responses = 0, 0, 0
-        for body, (name, stepper) in zip(by_name, self._plan.steppers.items(), strict=True):
+        parameters, jumps, responses = starts
+        for number, (body, (name, stepper)) in enumerate(zip(by_name, self._plan.steppers.items(), strict=True)):
             body.free, body.measure = kernel_address(stepper.free, FREE), kernel_address(stepper.measure, MEASURE)
             body.retime, body.derive = kernel_address(stepper.retime, RETIME), kernel_address(stepper.derive, DERIVE)
-            body.parameter_start = parameters
-            body.parameter_end = parameters = parameters + stepper.parameters.size
+            body.parameter_start, body.parameter_end = parameters[number : number + 2]
             body.state_start, body.state_end = self._shift[name], self._shift[name] + stepper.state.size
-            body.n_dof, body.n_ports = self.built[name].system.load.size, len(stepper.jump)
-            body.jump_start, body.jump_end = jumps, jumps + stepper.jump.size
-            body.loads_end = jumps = jumps + jumps_and_loads(stepper).size
+            body.n_dof, body.n_ports = stepper.jump.shape[1], len(stepper.jump)
+            body.jump_start, body.loads_end = jumps[number : number + 2]
+            body.jump_end = body.jump_start + stepper.jump.size
             body.load_at = stepper.load.start if stepper.load else 0
-            body.response_start = responses
-            responses += 3 * stepper.force_response.size
+            body.response_start = responses[number]
         return bodies
 
     def _dampers(self, state: Floats) -> Sequence[DamperRecord]:
@@ -250,9 +247,7 @@ class Assembly:
         for number, (face, point) in enumerate(zip(face_by_name, self._points, strict=True)):
             face.body, face.place, face.sign = names.index(point.body), taken[point.body], (-1.0, 1.0)[number % 2]
             stepper = self._plan.steppers[point.body]
-            for kind, each in enumerate(
-                (stepper.force_response, stepper.impulse_response, stepper.projection_response)
-            ):
+            for kind, each in enumerate(responses_of(stepper)):
                 self._write_ranges(face, point.body, each[face.place], 3 * kind)
             taken[point.body] += 1
         for record, push in zip(push_by_name, pushed, strict=True):
@@ -303,9 +298,9 @@ class Assembly:
         return max(0.0, dict(built.system.massless).get(x, 0.0) or built.model.left_out(x, "displacement", x))
 
 
-def responses_of(stepper: Stepper) -> Array:
-    """Return the responses of a body's ports to forces, impulses and projections, (3 n_ports, n_state)."""
-    return np.concatenate((stepper.force_response, stepper.impulse_response, stepper.projection_response))
+def responses_of(stepper: Stepper) -> tuple[Array, Array, Array]:
+    """Return the responses of a body's ports to forces, impulses and projections, (n_ports, n_state) each."""
+    return stepper.force_response, stepper.impulse_response, stepper.projection_response
 
 
 def jumps_and_loads(stepper: Stepper) -> Array:

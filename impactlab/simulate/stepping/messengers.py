@@ -1,4 +1,4 @@
-"""Check of modal messengers before the first step: their error against the free motion of the modes."""
+"""Error of modal messengers against the free motion of the modes, checked before the first step."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ def check_messengers(scene: Scene, built: dict[str, BuiltBody], starts: tuple[St
             frequencies = np.sqrt(body.system.stiffness[0] / body.system.mass[0])
             missed = miss(row, body.model.row(point.x, "displacement"), frequencies, reading.delay)
             text = (
-                f"the messengers of the modes of '{point.body}' miss what the modes do to the face {point.label} in a "
-                f"step by {100.0 * missed:.3g} % of it"
+                f"the messengers of the modes of '{point.body}' give the motion of the face {point.label} in a step "
+                f"with an error of {100.0 * missed:.3g} %"
             )
             if missed > reading.most:
                 raise PairingError(
-                    f"{text}; allowed are {100.0 * reading.most:.3g} %. A mode's wave tells the motion of the face "
-                    "only where the mode is one standing wave with its crest there, not at the tip of a beam, nor from "
-                    "the stresses of a coarse mesh",
+                    f"{text}; allowed are {100.0 * reading.most:.3g} %. The wave of a mode gives the motion of the "
+                    "face only where the mode is one standing wave with its crest there, not at the tip of a beam, nor "
+                    "from the stresses of a coarse mesh",
                     remedy="Use law dispersive_identification, analytic modes (without elements), or another accept.",
                     path=f"contacts.{number}.law",
                 )
