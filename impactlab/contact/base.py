@@ -14,10 +14,9 @@ from impactlab.types import Level, Noted, Port, Reply, Restitution, SideFacts, S
 class AbstractContactLaw(ABC):
     """A contact law: the force of one contact in one step. To write one, supply `respond`, sources and class facts.
 
-    `begin` returns its constants, from the facts of both sides. `respond` is a plain function of two records, compiled
-    by numba unless ``compiled`` is False: floats and ``math`` only. It may be evaluated often in a step and writes
-    nothing but the reply. A law is a frozen dataclass; its fields, made by `impactlab.types.option`, are the options of
-    a case file, and the first line of its docstring is shown in listings.
+    `respond` is a plain function of two records, compiled by numba unless ``compiled`` is False: floats and ``math``
+    only. It may be evaluated often in a step. A law is a frozen dataclass; its fields, made by `impactlab.types.option`,
+    are the options of a case file, and the first line of its docstring is shown in listings.
     """
 
     needs: ClassVar[frozenset[Level]]  # compliances that `respond` uses; continuous bodies have none per impulse
@@ -46,12 +45,10 @@ class AbstractContactLaw(ABC):
 
     def acting(self, left: SideFacts, right: SideFacts) -> AbstractContactLaw:
         """Return the law that acts on these sides; raise `PairingError` where a face is massless, as here."""
-        for facts in (left, right):
-            if facts.flexibility > 0.0:
-                raise PairingError(
-                    f"this law cannot press on a massless face, and the {facts.kind} has one",
-                    remedy="Use addition_deletion, or a model whose faces have mass.",
-                )
+        if left.flexibility + right.flexibility > 0.0:
+            kind = left.kind if left.flexibility > 0.0 else right.kind
+            text = f"this law cannot press on a massless face, and the {kind} has one"
+            raise PairingError(text, remedy="Use addition_deletion, or a model whose faces have mass.")
         return self
 
     def needs_second_differences(self) -> bool:

@@ -40,8 +40,7 @@ class Penalty(AbstractContactLaw):
 
     @property
     def force_jumps(self) -> bool:
-        given = self.damping.relative if isinstance(self.damping, Relative) else self.damping
-        return given > 0.0
+        return (self.damping.relative if isinstance(self.damping, Relative) else self.damping) > 0.0
 
     def spring(self, left: SideFacts, right: SideFacts, dt: float) -> tuple[float, float]:
         rods = [facts for facts in (left, right) if facts.kind == "rod"]
@@ -49,11 +48,8 @@ class Penalty(AbstractContactLaw):
         damping = in_si(self.damping, "damping", [rod.impedance for rod in rods])
         flexibility = left.flexibility + right.flexibility
         if flexibility > 0.0 and damping > 0.0:
-            raise PairingError(
-                "the dashpot of penalty needs faces with mass",
-                remedy="Give damping: 0, or mass: lumped.",
-                path="damping",
-            )
+            text = "the dashpot of penalty needs faces with mass"
+            raise PairingError(text, remedy="Give damping: 0, or mass: lumped.", path="damping")
         return 1.0 / (1.0 / stiffness + flexibility), damping
 
     def acting(self, left: SideFacts, right: SideFacts) -> Penalty:
