@@ -15,8 +15,8 @@ class AbstractContactLaw(ABC):
     """A contact law: the force of one contact in one step. To write one, supply `respond`, sources and class facts.
 
     `respond` is a plain function of two records, compiled by numba unless ``compiled`` is False: floats and ``math``
-    only. It may be evaluated often in a step. A law is a frozen dataclass; its fields, made by `option`, are the options
-    of a case file, and the first line of its docstring is shown in listings.
+    only. It may be evaluated often in a step. A law is a frozen dataclass; its fields, made by `option`, are options of
+    a case file, and the first line of its docstring is shown in listings.
     """
 
     needs: ClassVar[frozenset[Level]]  # compliances that `respond` uses; continuous bodies have none per impulse
