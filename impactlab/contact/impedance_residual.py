@@ -38,7 +38,7 @@ class ImpedanceResidual(AbstractContactLaw):
                 continue
             if math.isnan(facts.impedance):
                 raise PairingError(
-                    "impedance_residual needs the impedance of a rod's end, and there is none here",
+                    "impedance_residual needs the impedance of a rod's end, and the rod has none here",
                     remedy="Put the contact at a free end, or use addition_deletion.",
                 )
             # A body without modes left out adds no compliance, nor does a basis with the static response of the face:

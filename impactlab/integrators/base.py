@@ -28,7 +28,7 @@ Kernel = Callable[..., None]
 class Step(NamedTuple):
     """A scheme for one body and one step length, as its author writes it.
 
-    The state holds displacements, then velocities (n_dof each), then what the scheme keeps for itself. The parameters
+    The state holds displacements, then velocities (n_dof each), then other state of the scheme. The parameters
     are whatever the kernels read; among them, at ``load``, stands the constant load of the body: n_dof numbers, or
     a mark before them, 1 where there is a load and else 0, so that a kernel may skip it.
     """
@@ -39,14 +39,14 @@ class Step(NamedTuple):
     parameters: Array  # (n_parameters,)
     load: slice  # of the parameters
     state: Array  # (n_state,) at t = 0; entries that `derive` writes may be zero
-    derive: Kernel | None = None  # derive(parameters, state): rewrite what follows from displacements and velocities
+    derive: Kernel | None = None  # derive(parameters, state): rewrite the state that follows from the first two
     retime: Kernel | None = None  # retime(parameters, dt): prepare for another step length; with any_dt only
     force: Callable[[Array], Array] | None = None  # state after a step per force, (n_ports, n_state), from velocity per
     #                                  impulse (n_ports, n_dof); None: that of a step from rest with the force as a load
 
 
 def loads_of(load: slice, ports: Array) -> Array:
-    """Return what stands at the load for a unit force on each port, then for none, flat: see `Step`."""
+    """Return the loads of unit forces on each port, then that without force, flat, as `Step` holds them."""
     marks = np.ones((len(ports) + 1, load.stop - load.start - ports.shape[1]))
     loads = np.hstack((marks, np.vstack((ports, np.zeros(ports.shape[1])))))
     loads[-1] = 0.0
@@ -54,7 +54,7 @@ def loads_of(load: slice, ports: Array) -> Array:
 
 
 def without_load(step: Step, kernel: Kernel, states: Array) -> Array:
-    """Return what `free` or `derive` makes of some states, (n_states, n_state), of the body without its load."""
+    """Return states after `free` or `derive`, (n_states, n_state), of the body without its load."""
     load, after = step.parameters[step.load].copy(), np.array(states)
     step.parameters[step.load] = 0.0
     addresses.entered(columns.apply_to_each, addresses.kernel_address(kernel, addresses.FREE), step.parameters, after)
@@ -169,7 +169,7 @@ class Problem(NamedTuple):
     time: float  # s, where it begins
     until: float  # s, where it ends
     state: Array  # (n,) at the beginning
-    scale: Array  # (n,) what is large in this scene, entry by entry: absolute tolerances are shares of it
+    scale: Array  # (n,) scales of the entries of the state: absolute tolerances are shares of them
     longest: float  # s, no step may be longer
 
 
@@ -177,7 +177,7 @@ class AbstractAdaptive(AbstractScheme):
     """A scheme that chooses its own steps. To write one, supply two methods and ``most_steps``.
 
     It sees a first-order system (`Problem`) and serves the laws that declare ``smooth``; `impactlab.simulate.adaptive`
-    builds the system, cuts it at the events of contacts, and asks for a new solver after each.
+    builds the system, cuts it at the events of contacts, and calls for a new solver after each.
     """
 
     most_steps: int  # after which a run ends as failed

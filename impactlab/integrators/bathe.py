@@ -20,8 +20,8 @@ from impactlab.types import option
 class Bathe(AbstractIntegrator):
     """Bathe's composite method: the trapezoidal rule over a part of the step, then the three-point backward formula.
 
-    It damps what the step cannot resolve and hardly anything else. For these linear bodies it needs displacements and
-    velocities only. The contact force is a load constant over the whole step, and gives its exact impulse F dt.
+    It damps motion that the step cannot resolve and hardly any other. For these linear bodies it needs displacements
+    and velocities only. The contact force is a load constant over the step, and gives its exact impulse F dt.
 
     References
     ----------

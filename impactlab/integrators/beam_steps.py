@@ -15,14 +15,14 @@ from impactlab.numerics.compiling import HELPER, UNPACK
 from impactlab.types import Array
 
 # Places in the header: size, step, marks of damping and of rotations held, coordinates before the first whole node,
-# number of whole nodes, of runs, what holds the ends (12), mark of the load.
+# number of whole nodes, of runs, stiffness of the ends (12), mark of the load.
 N, DT, DAMPED, RESTED, LEAD, NODES, RUNS, ENDS = range(8)
 LOADED, LOAD = 20, 21
 
 
 @UNPACK
 def split(parameters: Array) -> tuple[Array, Array, Array, Array, Array, Array]:
-    """Return load, gain dt/(M + dt C/2), what is kept of v, mass, springs at rotations, and the runs, flat."""
+    """Return load, gain dt/(M + dt C/2), share kept of v, mass, springs at rotations, and the runs, flat."""
     n, arrays = int(parameters[N]), parameters[LOAD:]
     rest = 4 * n + int(parameters[NODES])
     load, gain, keep, mass = arrays[:n], arrays[n : 2 * n], arrays[2 * n : 3 * n], arrays[3 * n : 4 * n]

@@ -39,7 +39,7 @@ def write_columns(
 ) -> None:
     """Write the columns of unit forces and of unit impulses, flat, port by port; an empty ``force`` is left alone.
 
-    ``loads`` holds what stands at the load in the parameters: for each port, then for none; ``jump`` the velocities
+    ``loads`` holds the entries at the load in the parameters: for each port, then for none; ``jump`` the velocities
     per impulse; ``n`` is the number of displacements.
     """
     n_ports = jump.size // n

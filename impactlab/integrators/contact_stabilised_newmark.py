@@ -13,7 +13,7 @@ from impactlab.models.base import Operators
 @final
 @dataclass(frozen=True)
 class ContactStabilisedNewmark(AbstractIntegrator):
-    """Newmark's average acceleration whose prediction u + dt v is projected on what the contact admits.
+    """Newmark's average acceleration whose prediction u + dt v is projected on gaps that the contact admits.
 
     u_new = P(u + dt v) - dt^2/2 M^-1 (K (u + u_new)/2 + C (u_new - u)/dt - load - contact), M (v_new - v) = the same
     forces times dt. The projection (the law's reply) is orthogonal in the mass and is no velocity; the contact force

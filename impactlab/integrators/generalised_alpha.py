@@ -19,7 +19,7 @@ class GeneralisedAlpha(AbstractIntegrator):
 
     (1 - am) a_new + am a = (1 - af) w_new + af w with M w = load + contact - C v - K u at the same instant. The force
     of a step acts at its end, as engineers' codes have it: its impulse reaches the velocities over this and later
-    steps, and what is still to come counts to the body's momentum. A contact spring needs a step that resolves it with
+    steps, and the part still to come counts to the body's momentum. A contact spring needs a step that resolves it with
     the lighter face on it; a hard constraint on positions makes the scheme oscillate.
 
     References
@@ -36,7 +36,7 @@ class GeneralisedAlpha(AbstractIntegrator):
     gains_energy = math.inf
 
     rho_inf: float = option(
-        0.8, at_least=0.0, at_most=1.0, description="what a step leaves of the highest modes: 1 all, 0 nothing"
+        0.8, at_least=0.0, at_most=1.0, description="amplitude of the highest modes after a step: 1 all, 0 nothing"
     )
 
     def step(self, system: Operators, dt: float) -> Step:

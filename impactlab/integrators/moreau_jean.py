@@ -17,7 +17,7 @@ class MoreauJean(AbstractIntegrator):
     """Moreau-Jean time stepping: a theta method in velocities, the impulse of a step holding its closing jumps.
 
     M (v_new - v) = dt (load - C v_theta - K u_theta) + F dt, u_new = u + dt (theta v_new + (1 - theta) v): an impulse
-    moves its face within the step by theta of what its velocity does over dt. Second order with theta = 1/2, else
+    moves its face within the step by theta dt times its velocity jump. Second order with theta = 1/2, else
     first. Which law of contact gives the impulse, of velocities or positions, is the case's choice. It captures events
     within its steps and locates none.
 

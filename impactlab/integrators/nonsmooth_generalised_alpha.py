@@ -31,7 +31,7 @@ class NonsmoothGeneralisedAlpha(AbstractIntegrator):
     jump_in_force = True
 
     rho_inf: float = option(
-        0.8, at_least=0.0, at_most=1.0, description="what a step leaves of the highest modes: 1 all, 0 nothing"
+        0.8, at_least=0.0, at_most=1.0, description="amplitude of the highest modes after a step: 1 all, 0 nothing"
     )
 
     @property

@@ -68,7 +68,7 @@ def factorised(banded: Array) -> tuple[Array, Array]:
     """Return D, shape (n,), and the bands of unit L below the diagonal, shape (bandwidth, n), of A = L D L^T.
 
     A tridiagonal matrix is factorised from both ends to its middle row n // 2 (the twisted factorisation): the band
-    holds what a row takes of its neighbour towards the nearer end.
+    holds the factors of the neighbour towards the nearer end.
     """
     from scipy.linalg import cholesky_banded
 

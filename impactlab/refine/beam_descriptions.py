@@ -25,7 +25,7 @@ from impactlab.scene.facts import beams_of, rods_of, split_at_contacts
 from impactlab.scene.method import Simulation, StepRule, force_jumps, laws_of
 from impactlab.scene.problem import Point, Probe, Scene
 from impactlab.simulate import driver
-from impactlab.simulate.body_sizes import MOST_BEAM_MODES
+from impactlab.simulate.body_sizes import MAX_BEAM_MODES
 
 STEPS = 20  # in the shortest of the scene's times, per unit of fineness
 MAX_DENSE_ELEMENTS = 400  # behind modes without a closed form, whose eigenproblem is dense
@@ -162,7 +162,7 @@ def _modal(asked: Simulation) -> Description:
         setup_s=cost.SETUP_BEAM_S,
         cost_margin=1.5,
         min_fineness=MIN_CHOICE_FINENESS,
-        max_fineness=MOST_BEAM_MODES,
+        max_fineness=MAX_BEAM_MODES,
     )
 
 

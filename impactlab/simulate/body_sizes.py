@@ -1,4 +1,4 @@
-"""The memory that bodies take in the coordinates of their models, estimated before anything is built."""
+"""Memory of bodies in the coordinates of their models, estimated before they are built."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from impactlab.scene.method import Method, modelled
 from impactlab.scene.problem import Scene
 from impactlab.scene.sizes import check_memory
 
-MESH = 44.0  # numbers a coordinate of a mesh: nodes, materials, three matrices and their factors
-BAND = 9.0  # numbers a coordinate and band
-PORT = 8.0  # numbers a coordinate and contact: its row, its responses
+MESH = 44.0  # numbers per coordinate of a mesh: nodes, materials, three matrices and their factors
+BAND = 9.0  # numbers per coordinate and band
+PORT = 8.0  # numbers per coordinate and contact: its row, its responses
 DENSE = 5.0  # square matrices of the mesh behind modes
-MOST_BEAM_MODES = 5000  # analytic ones, 0.15 ms each
+MAX_BEAM_MODES = 5000  # analytic ones, 0.15 ms each to find
 
 
 def check_bodies(scene: Scene, method: Method) -> None:
@@ -34,7 +34,7 @@ def check_bodies(scene: Scene, method: Method) -> None:
 
 
 def _described(body: ElasticBody, model: AbstractRodModel, ports: int) -> tuple[float, float, str]:
-    """Return coordinates and numbers that a description takes, and its words; zeros where it is not known."""
+    """Return the coordinates and numbers of a description, and its text; zeros where they are not known."""
     each = body.coordinates_per_node
     if isinstance(model, FiniteElement):
         elements = max(model.elements, len(body.segments))
@@ -47,9 +47,9 @@ def _described(body: ElasticBody, model: AbstractRodModel, ports: int) -> tuple[
         modes = min(float(model.modes or count), count)
         return modes, DENSE * count**2 + PORT * ports * modes, f"{model.elements} elements behind modes"
     if isinstance(model, Modal):
-        if each == 2 and (model.modes or 1) > MOST_BEAM_MODES:
+        if each == 2 and (model.modes or 1) > MAX_BEAM_MODES:
             raise CaseError(
-                f"{model.modes} modes of a beam, each of which is sought. Allowed: up to {MOST_BEAM_MODES}",
+                f"{model.modes} analytic modes of a beam are found one by one. Allowed: up to {MAX_BEAM_MODES}",
                 remedy="Give fewer.",
                 path="solve.model.modes",
             )

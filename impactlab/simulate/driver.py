@@ -30,7 +30,7 @@ else:  # compiled code, needed only where events are located
 
 __all__ = ["Plan", "Progress", "add_warnings", "prepare", "run"]
 
-CHUNK_SECONDS = 0.1  # between two looks at progress and interrupts
+CHUNK_SECONDS = 0.1  # s, between two reports of progress
 
 Progress = Callable[[float], None]
 
@@ -70,7 +70,7 @@ def run(scene: Scene, method: Method, progress: Progress | None = None, with_war
     CaseError, PairingError
         Before the first step.
     StepError
-        When a law fails, a number is not finite, or energy grows beyond the declared bound; carries what was reached.
+        When a law fails, a number is not finite, or energy grows beyond the declared bound; carries the history so far.
     """
     began = clock.perf_counter()
     plan = prepare(scene, method)

@@ -204,7 +204,7 @@ def prepare(scene: Scene, method: Method) -> Plan:
 def prepare_adaptive(
     scene: Scene, method: Method, integrator: AbstractAdaptive, unordered: dict[str, BuiltBody]
 ) -> Plan:
-    """Return what an adaptive run will do; a step given as dt or courant is the longest it may take."""
+    """Return the plan of an adaptive run; a step given as dt or courant is its longest."""
     check_smooth(scene, method, integrator, self_stepping(unordered))
     check_records(scene, scene.records)
     built = {name: unordered[name] for name in scene.in_order}

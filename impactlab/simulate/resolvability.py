@@ -13,7 +13,7 @@ from impactlab.scene.method import is_relative, stiffness_at, stiffness_of
 from impactlab.scene.problem import Contact
 from impactlab.simulate.channels import AbstractRecordedHistory
 
-COARSE_WARN = 0.25  # of a contact's time: a position is then known to about a quarter of what the contact moves
+COARSE_WARN = 0.25  # of a contact's time: the error of a position is then about a quarter of its change in it
 COMPLIANCE_WARN = 0.05  # of the bodies' own compliance, for a spring in place of a hard contact
 MIN_STORED = 0.01  # of the energy, in an initial overlap: less (a tenth of the speeds) need not be resolved
 INSTANTS = 2001  # of the gap of a run

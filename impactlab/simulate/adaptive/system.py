@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
 STRIDE = np.finfo(float).eps ** (1.0 / 3.0)  # of the scales, of a central difference
-DRIFT_FLOOR = 1e-6  # of the speed of a common drift, whose rounding hides what is slower; then the drift is the scale
-TOUCHING = 1e-12  # of the travels of the scene: faces nearer than this touch
+MIN_DRIFT_SHARE = 1e-6  # of the speed of a common drift: slower motion is below its rounding, and it is the scale
+TOUCH_TOL = 1e-12  # of the travels of the scene: faces nearer than this touch
 
 
 class Energies(NamedTuple):
@@ -111,7 +111,7 @@ class System:
         return row
 
     def _scales(self) -> None:
-        """Set what is large in this scene: speed, time, force, and the scale of every entry of the state.
+        """Set the scales of this scene: speed, time, force, and that of every entry of the state.
 
         The speed is the largest of: a body's own in the frame of the bodies that may interact, that of its strain
         energy at the start, gravity over the run, that of the wave that an end force sends. A coordinate's share of it
@@ -127,14 +127,14 @@ class System:
             speeds.append(abs(body.right.force) / body.segments[-1].impedance)
         energies, frames = dict(zip(self.built, at_start.bodies.tolist(), strict=True)), drift_velocities(scene)
         drifting = max(map(abs, frames.values()), default=0.0)
-        speeds.append(DRIFT_FLOOR * drifting)
+        speeds.append(MIN_DRIFT_SHARE * drifting)
         for name, mass in masses.items():
             drift = frames[name]
             carried = drift * (scene.bodies[name].velocity - 0.5 * drift)
             speeds.append(math.sqrt(2.0 * max(0.0, energies[name] / mass - carried)))
         lightest, heaviest = min(masses.values(), default=1.0), max(masses.values(), default=1.0)
         speeds.append(float(np.sqrt(2.0 * at_start.stored / lightest)))
-        self.speed = max(speeds) if max(speeds) > DRIFT_FLOOR * drifting else drifting or 1.0
+        self.speed = max(speeds) if max(speeds) > MIN_DRIFT_SHARE * drifting else drifting or 1.0
         highest = max((body.system.highest_frequency for body in self.built.values()), default=0.0)
         self.time = min(scene.duration, 1.0 / highest) if highest > 0.0 else scene.duration
         self.force = heaviest * self.speed / self.time
@@ -253,7 +253,7 @@ class System:
         )
 
     def begin(self) -> list[int]:
-        """Close what touches at t = 0: faces that meet, or that are pressed together; return which."""
+        """Close contacts whose faces meet or are pressed together at t = 0; return their numbers."""
         gaps, gap_rates = self.gaps_of(self.start)
         closed: list[int] = []
         n, away = self.n_dof, self.away
@@ -270,4 +270,4 @@ class System:
     @property
     def away(self) -> float:
         """Largest gap [m] of faces that touch."""
-        return TOUCHING * self.speed * self.time
+        return TOUCH_TOL * self.speed * self.time

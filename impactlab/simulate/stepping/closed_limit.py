@@ -37,7 +37,7 @@ def check_closed(
     A law with F = S - gap/g and a push Q = theta gap along the row of S adds to the stiffness K of both bodies
     -d s' + d d'/g - theta s d', with the rows d of the gap and s of S. Leapfrog is stable up to w dt = 2, w^2 the
     largest root of M^-1 times that. Near w dt = 2 a push grows 1/(1 - (w dt/2)^2) times; with theta = 1 the matrix is
-    symmetric and an energy bounds what comes of it, else the step stays where that factor is `MAX_AMPLIFICATION`.
+    symmetric and an energy bounds the motion, else the step stays where that factor is `MAX_AMPLIFICATION`.
     """
     if integrator.load_point > 0.0:
         return

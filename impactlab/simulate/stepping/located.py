@@ -51,24 +51,24 @@ def retime(m: StepArrays, dt: float) -> None:
 
 
 @PART
-def attempt(m: StepArrays, time: float, dt: float, watched: int, what: int) -> float:
+def attempt(m: StepArrays, time: float, dt: float, watched: int, quantity: int) -> float:
     """Take the saved step again with some length; return a contact's gap at its end, its trial force, or -gap."""
     for i in range(m.state.size):
         m.state[i] = m.backup[i]
     retime(m, dt)
     free_step(m)
     solve_contacts(m, time, dt)
-    if what == TRIAL:
+    if quantity == TRIAL:
         return float(m.replies[watched].trial)
     left, right = 2 * watched, 2 * watched + 1
     gap = m.contacts[watched].initial_gap + m.faces[right].free_u - m.faces[left].free_u + m.replies[watched].offset
     for other in range(len(m.contacts)):
         gap += effect_of(m, right, 0, m.contacts[other], other) - effect_of(m, left, 0, m.contacts[other], other)
-    return float(-gap if what == PARTING else gap)
+    return float(-gap if quantity == PARTING else gap)
 
 
 @PART
-def root(m: StepArrays, time: float, dt: float, watched: int, what: int, at_dt: float) -> float:
+def root(m: StepArrays, time: float, dt: float, watched: int, quantity: int, at_dt: float) -> float:
     """Return the step length, at most dt, at which the watched value crosses zero (false position, bisection)."""
     low, high, at_low, at_high = 0.0, dt, 0.0, at_dt
     for turn in range(80):
@@ -77,7 +77,7 @@ def root(m: StepArrays, time: float, dt: float, watched: int, what: int, at_dt: 
             margin = 1e-3 * (high - low)
             middle = low + (high - low) * at_low / (at_low - at_high)
             middle = min(max(middle, low + margin), high - margin)
-        value = attempt(m, time, middle, watched, what)
+        value = attempt(m, time, middle, watched, quantity)
         if value > 0.0:
             low, at_low = middle, value
         else:
@@ -85,7 +85,7 @@ def root(m: StepArrays, time: float, dt: float, watched: int, what: int, at_dt: 
         if high - low <= 1e-13 * dt:
             break
     # The mean force of a step reaches zero at twice the time at which the force does.
-    return (0.25 if what == TRIAL else 0.5) * (low + high)
+    return (0.25 if quantity == TRIAL else 0.5) * (low + high)
 
 
 @PART
@@ -108,13 +108,13 @@ def first_event(m: StepArrays, time: float, h: float, searched: bool) -> tuple[f
     """Return time, contact (or NONE, FAILED) and kind (True: opening) of the first event in a step of length h."""
     earliest, which, opens = h, NONE, False
     for number in range(len(m.contacts)):
-        what, at_h = event_in_step(m, time, h, number)
+        quantity, at_h = event_in_step(m, time, h, number)
         if m.replies[number].failed != 0.0:
             return 0.0, FAILED, False
-        if searched and what != NOTHING:
-            tau = root(m, time, h, number, what, at_h)
+        if searched and quantity != NOTHING:
+            tau = root(m, time, h, number, quantity, at_h)
             if tau < earliest or which == NONE:
-                earliest, which, opens = tau, number, what != GAP
+                earliest, which, opens = tau, number, quantity != GAP
     return earliest, which, opens
 
 
@@ -146,10 +146,10 @@ def located_step(m: StepArrays, dt: float, step_end: float) -> bool:
                 m.state[i] = m.backup[i]
             earliest = 0.0
         else:
-            m.replies[which].in_contact = 1.0 if opens else 0.0  # until the cut: a touch by a rounding is none yet,
+            m.replies[which].in_contact = 1.0 if opens else 0.0  # until the cut: a touch by a rounding is no event,
             contact = m.contacts[which]
             given = contact.force * earliest + contact.impulse
-            if not opens and (contact.total == 0.0 or given <= TOUCH_TOL * contact.total):  # nor is its force
+            if not opens and (contact.total == 0.0 or given <= TOUCH_TOL * contact.total):  # and has no force
                 contact.force, contact.impulse = 0.0, 0.0
             correct(m)
             write_events(m, time, earliest)
@@ -160,7 +160,7 @@ def located_step(m: StepArrays, dt: float, step_end: float) -> bool:
             if len(m.phases) > 0:
                 change_phases(m)
         else:
-            # The gap of a touch is zero but for rounding; now it is zero.
+            # The gap of a touch is zero except for rounding, which is taken out.
             left, right = m.faces[2 * which], m.faces[2 * which + 1]
             m.contacts[which].touching = 1.0
             m.contacts[which].initial_gap = left.u - right.u - m.ports[which].offset

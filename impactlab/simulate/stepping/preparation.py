@@ -70,7 +70,7 @@ def self_stepping(built: Mapping[str, BuiltBody]) -> frozenset[str]:
 
 
 def faces_of(scene: Scene, body: str) -> tuple[Face, ...]:
-    """Return where a body is struck and by what, contact by contact."""
+    """Return the faces of a body: places and partners, contact by contact."""
     faces = []
     for number, contact in enumerate(scene.contacts):
         for point, other in ((contact.left, contact.right), (contact.right, contact.left)):
