@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from functools import cache
 from typing import Any, NamedTuple, get_type_hints
 
@@ -81,7 +81,6 @@ class Row(NamedTuple):
     numpy: str = ""
     scipy: str = ""
     numba: str = ""
-    more: Mapping[str, str] = {}  # further metrics, as text
 
     @property
     def scene(self) -> str:
@@ -99,14 +98,25 @@ class Row(NamedTuple):
         return self.completed and self.dt is None and not self.integrator
 
     @property
+    def courant(self) -> float | None:
+        """Return c dt/h as the settings of the row ask for it; None where they ask otherwise."""
+        value = setting(settings_of(self.settings), "solve.step.courant")
+        return float(value) if isinstance(value, int | float) else None
+
+    @property
+    def special(self) -> bool:
+        """Return whether dt = h/c: on a uniform rod waves then go from node to node without any error."""
+        return self.courant == 1.0
+
+    @property
     def total_s(self) -> float | None:
-        """Return the time to solve with set-up [s]."""
+        """Return the time to set up and solve [s]."""
         return None if self.solve_s is None else self.solve_s + (self.setup_s or 0.0)
 
 
 NEEDED = ("case", "method", "status", "displacement", "impulse", "solve_s", "setup_s", "steps", "unknowns")
 """Columns that a table must have; others may be missing."""
-FIELDS = {name: hint for name, hint in get_type_hints(Row).items() if name != "more"}
+FIELDS = get_type_hints(Row)
 FURTHER = list(FIELDS).index("displacement")  # place of the columns of further metrics
 
 
@@ -117,13 +127,9 @@ def columns(metrics: Iterable[str]) -> tuple[str, ...]:
     return (*known[:FURTHER], *ordered, *known[FURTHER:])
 
 
-def settings_of(row: Row) -> dict[str, Any]:
-    """Return the settings of a row, path to value; empty if it has none."""
-    return _parsed(row.settings)
-
-
 @cache
-def _parsed(text: str) -> dict[str, Any]:
+def settings_of(text: str) -> dict[str, Any]:
+    """Return the column ``settings`` of a row, path to value; empty where it holds no JSON object."""
     try:
         settings = json.loads(text or "{}")
     except ValueError:
@@ -131,15 +137,9 @@ def _parsed(text: str) -> dict[str, Any]:
     return settings if isinstance(settings, dict) else {}
 
 
-def setting(row: Row, path: str) -> Any:
-    """Return one setting of a row by its dotted path, ``solve.step.courant``; None if it is not set there."""
-    for start, block in settings_of(row).items():
-        if start == path:
-            return block
-        if path.startswith(f"{start}."):
-            value = block
-            for part in path[len(start) + 1 :].split("."):
-                value = value.get(part) if isinstance(value, dict) else None
-            if value is not None:
-                return value
-    return None
+def setting(block: Any, path: str) -> Any:
+    """Return the value at a dotted path, ``solve.step.courant``, however the blocks are nested; None without one."""
+    if not isinstance(block, dict) or path in block:
+        return block.get(path) if isinstance(block, dict) else None
+    inner = (setting(value, path[len(key) + 1 :]) for key, value in block.items() if path.startswith(f"{key}."))
+    return next((value for value in inner if value is not None), None)

@@ -209,14 +209,14 @@ def label_lines(axes: Axes, ends: Iterable[tuple[float, str, str]]) -> None:
         for y, name, colour in ends
     )
     for (y, name, colour), at in zip(items, spread([y for y, _, _ in items], _line_height(axes)), strict=True):
-        _beside(axes, name, colour, at, y)
+        beside(axes, name, colour, at, (1.0, y))
 
 
 def key(axes: Axes, traces: Sequence[Trace]) -> None:
     """Write the names of the traces at the right of an axes, one below the other: for lines that end elsewhere."""
     for row, trace in enumerate(traces):
         at = 1.0 - (row + 0.5) * _line_height(axes)
-        _beside(axes, trace.name, trace.colour, at, at, linewidth=2.0, linestyle=trace.dash)
+        beside(axes, trace.name, trace.colour, at, (1.0, at), linewidth=2.0, linestyle=trace.dash)
 
 
 def _line_height(axes: Axes) -> float:
@@ -225,12 +225,14 @@ def _line_height(axes: Axes) -> float:
     return 1.4 * LABEL / 72.0 / (figure.get_figheight() * axes.get_position().height)
 
 
-def _beside(axes: Axes, name: str, colour: str, at: float, end: float, **line: Any) -> None:
-    """Write a name beside an axes at the height ``at`` with a line from ``end``, both as shares of the axes."""
+def beside(
+    axes: Axes, name: str, colour: str, at: float, end: tuple[float, float], gap: float = 0.2, **line: Any
+) -> None:
+    """Write a name ``gap`` [inch] beside an axes at height ``at`` and a line to ``end``, both as shares of the axes."""
     axes.annotate(
         name,
-        xy=(1.0, end),
-        xytext=(1.0 + 0.2 / (WIDTH * axes.get_position().width), at),
+        xy=end,
+        xytext=(1.0 + gap / (WIDTH * axes.get_position().width), at),
         xycoords="axes fraction",
         textcoords="axes fraction",
         color=colour,

@@ -19,7 +19,7 @@ from typer.testing import CliRunner
 
 from impactlab.bench.report import pages
 from impactlab.bench.report.automatic import automatic_sheet, choices
-from impactlab.bench.report.fronts import front_of, stepped
+from impactlab.bench.report.fronts import front_of
 from impactlab.bench.report.looks import leaders, looks, power, within
 from impactlab.bench.report.precision import precision
 from impactlab.bench.report.ranking import judged, profile, ranking
@@ -31,7 +31,7 @@ from impactlab.bench.report.summary_sheets import excluded, ranking_sheet, winne
 from impactlab.bench.report.views import BOTH, NORMS, SceneRows, error, gathered
 from impactlab.bench.report.words import certainty_words, findings
 from impactlab.bench.report.write import write_bench
-from impactlab.bench.schema import FIELDS, Row, setting
+from impactlab.bench.schema import FIELDS, Row
 from impactlab.cli import app
 from impactlab.errors import CaseError
 from impactlab.report.style import to_svg
@@ -129,7 +129,6 @@ class Text(HTMLParser):
 def test_a_table_is_read_plain_and_compressed_with_types_and_empty_cells(tmp_path: Path) -> None:
     rows = read_table(written(tmp_path, [HAND[0] | {"exit_velocity": "0.7"}, HAND[5]]))
     assert (rows[0].solve_s, rows[0].steps, rows[0].level, rows[0].displacement) == (5e-4, None, "0", 0.0)
-    assert rows[0].more == {"exit_velocity": "0.7"}
     assert rows[1].solve_s is None
     packed = tmp_path / "table.csv.gz"
     packed.write_bytes(gzip.compress((tmp_path / "table.csv").read_bytes()))
@@ -177,12 +176,9 @@ def test_a_setting_is_found_however_the_row_nests_it() -> None:
         {"solve.step.courant": 0.9},
         {"solve": {"step": {"courant": 0.9}}},
     ):
-        assert (
-            setting(Row(case="a", method="m", status="completed", settings=json.dumps(settings)), "solve.step.courant")
-            == 0.9
-        )
-    assert setting(Row(case="a", method="m", status="completed", settings="{}"), "solve.step.courant") is None
-    assert setting(Row(case="a", method="m", status="completed", settings="no json"), "solve.step.courant") is None
+        assert Row(settings=json.dumps(settings)).courant == 0.9
+    assert Row(settings="{}").courant is None
+    assert Row(settings="no json").courant is None
 
 
 # Ranking
@@ -225,8 +221,8 @@ def test_scenes_without_a_sure_reference_are_left_out_and_named(tmp_path: Path) 
     [untold] = scenes_of(tmp_path, [made("e", "slow", 0, 1.0, 1e-3, reference="converged", reference_uncertainty=None)])
     assert judged([untold], BOTH, 1e-2).scenes == ()
     told = excluded(scenes, BOTH)
-    assert ("all tolerances", "c", "no reference: no method is known to be right") in told
-    assert (power(1e-4), "d", "the reference is only sure to 0.0002") in told
+    assert ("all tolerances", "c", "no reference to measure errors against") in told
+    assert (power(1e-4), "d", "the uncertainty of the reference is 0.0002") in told
     words = " ".join(certainty_words(read_table(written(tmp_path, rows)), scenes))
     assert "not ranked: c." in words
     assert "1 refused" in words
@@ -252,7 +248,7 @@ def test_methods_of_a_case_are_shown_and_never_ranked(tmp_path: Path) -> None:
     assert "own.base" not in [each.method for each in ranking([scene], BOTH, 1e-2)]
     assert ranking([scene], BOTH, 1e-2)[0].ratios[0] == 1.0
     assert "own.base" in [row[0] for row in families_sheet(scene).rows]
-    assert not [p for p in front_of(stepped(scene), NORMS[0], scene) if p.row.method == "own.base"]
+    assert not [p for p in front_of(scene.stepped, NORMS[0], scene) if p.row.method == "own.base"]
 
 
 def test_a_profile_never_reaches_one_for_a_method_that_fails_somewhere(tmp_path: Path) -> None:
@@ -290,7 +286,7 @@ def test_findings_leave_special_grids_out(tmp_path: Path) -> None:
 
 def test_the_front_leaves_out_what_goes_without_steps(tmp_path: Path) -> None:
     scene = scenes_of(tmp_path, HAND)[0]
-    found = [(p.row.method, p.row.level) for p in front_of(stepped(scene), NORMS[0], scene)]
+    found = [(p.row.method, p.row.level) for p in front_of(scene.stepped, NORMS[0], scene)]
     assert found == [("quick", "0"), ("quick", "1"), ("slow", "1")]
     assert leaders(scene, NORMS[0]) == ["quick", "slow"]
     lines = front_sheet(scene).rows

@@ -50,15 +50,15 @@ def test_reasons_that_differ_by_numbers_and_names_share_a_code() -> None:
     codes = Codes([one, other, third])
     assert [codes.of(row) for row in (one, other, third)] == ["r1", "r1", "r2"]
     assert alike(one.reason) == "a step of # s is beyond the limit of '…'"
-    assert matrix([one, third], codes) == [["method", ""], ["a", "r1"], ["d", "r2"]]
+    assert matrix([one, third], codes).rows == (("a", "r1"), ("d", "r2"))
 
 
 def test_long_runs_stand_side_by_side_by_their_steps() -> None:
     short = GOOD._replace(method="own.spring_1e5", energy_gain=1e-14, contacts=3)
     long = short._replace(method="own.spring_1e7", energy_gain=2e-12, contacts=300, warnings="energy_loss")
-    head, line = drift([short, long])
-    assert head[1:3] == ["1e5 steps: gain, loss", "1e7 steps: gain, loss"]
-    assert line == ["own.spring", "1.0e-14, 0.0e+00", "2.0e-12, 0.0e+00", "300", "energy_loss"]
+    sheet = drift([short, long])
+    assert [head.name for head in sheet.headings[1:3]] == ["1e5 steps, gain and loss", "1e7 steps, gain and loss"]
+    assert sheet.rows == (("own.spring", "1.0e-14, 0.0e+00", "2.0e-12, 0.0e+00", "300", "energy_loss"),)
 
 
 def test_the_report_counts_violations_and_escapes_what_it_shows(tmp_path: Path) -> None:

@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from impactlab.bench.report.ranking import best
-from impactlab.bench.report.sheets import DASH, Heading, Sheet, milliseconds, short
-from impactlab.bench.report.views import BOTH, CLOCKS, SURE, SceneRows, error
+from impactlab.bench.report.ranking import best, over
+from impactlab.bench.report.sheets import DASH, Sheet, headings, milliseconds, short
+from impactlab.bench.report.views import BOTH, MAX_UNCERTAINTY, SceneRows, error
 from impactlab.bench.schema import Row
 
 KEPT, MISSED, DECLINED, LOST, UNJUDGED = "kept", "missed", "declined", "failed", "not judged"
-MAX_RATIO = 2.0  # time of a chosen run over the best, above which it is counted as costly
-LONG = 10.0  # times its own run that a choice may take
+ORDER = (MISSED, LOST, DECLINED, UNJUDGED, KEPT)  # of the rows of the table
+MAX_RATIO = 2.0  # time of a chosen run over the fastest, above which it is counted as costly
+MAX_CHOOSING = 10.0  # times its own run that a choice may take
 
 
 class Choice(NamedTuple):
@@ -28,16 +29,17 @@ class Choice(NamedTuple):
 
 
 def choices(scenes: Sequence[SceneRows]) -> list[Choice]:
-    """Return all rows of the method ``automatic``, with their measured errors."""
+    """Return all rows of the automatic choice, with their measured errors."""
     return [_choice(row, scene) for scene in scenes for row in scene.automatic]
 
 
 def _choice(row: Row, scene: SceneRows) -> Choice:
     asked, measured = row.tolerance_asked, error(row, BOTH, scene)
-    rival = best(scene, BOTH, asked, CLOCKS["solve"]) if asked is not None else None
-    over = row.solve_s / rival.solve_s if row.solve_s and rival is not None and rival.solve_s else None
-    choosing = row.choosing_s / row.solve_s if row.choosing_s is not None and row.solve_s else None
-    return Choice(scene.name, row, measured, _verdict(row, scene, measured), rival, over, choosing)
+    rival = best(scene, BOTH, asked) if asked is not None else None
+    ratio = over(row.solve_s or None, None if rival is None else rival.solve_s)
+    return Choice(
+        scene.name, row, measured, _verdict(row, scene, measured), rival, ratio, over(row.choosing_s, row.solve_s)
+    )
 
 
 def _verdict(row: Row, scene: SceneRows, measured: float | None) -> str:
@@ -45,15 +47,14 @@ def _verdict(row: Row, scene: SceneRows, measured: float | None) -> str:
         return DECLINED
     if not row.completed:
         return LOST
-    if measured is None or row.tolerance_asked is None or scene.uncertainty > SURE * row.tolerance_asked:
+    if measured is None or row.tolerance_asked is None or scene.uncertainty > MAX_UNCERTAINTY * row.tolerance_asked:
         return UNJUDGED
     return KEPT if measured <= row.tolerance_asked else MISSED
 
 
 def automatic_sheet(scenes: Sequence[SceneRows]) -> Sheet:
     """Return the table of the automatic choice; misses and failures are marked and come first."""
-    order = {MISSED: 0, LOST: 1, DECLINED: 2, UNJUDGED: 3, KEPT: 4}
-    found = sorted(choices(scenes), key=lambda choice: order[choice.verdict])
+    found = sorted(choices(scenes), key=lambda choice: ORDER.index(choice.verdict))
     rows = tuple(
         (
             each.scene,
@@ -69,22 +70,15 @@ def automatic_sheet(scenes: Sequence[SceneRows]) -> Sheet:
         )
         for each in found
     )
-    heads = (
-        Heading("scene", numeric=False),
-        Heading("asked"),
-        Heading("promise", numeric=False),
-        Heading("measured"),
-        Heading("expected"),
-        Heading("chosen", numeric=False),
-        Heading("time", "ms"),
-        Heading("× best"),
-        Heading("best", numeric=False),
-        Heading("choosing", "× time"),
+    heads = headings(
+        *("scene", "asked", "promise", "measured", "expected", "chosen", "time [ms]", "× best", "best"),
+        "choosing [× time]",
+        text=("scene", "promise", "chosen", "best"),
     )
     note = (
         "Asked: tolerance on displacement and impulse; measured and expected: the larger error of both. × best: time "
         "to solve over that of the fastest method of the grid that meets the tolerance, named beside it. Choosing: "
-        "time spent on choosing over the time to solve. Declined: the choice said that it cannot promise the tolerance."
+        "time to choose over time to solve. Declined: the choice reported that it cannot promise the tolerance."
     )
     wrong = frozenset(i for i, each in enumerate(found) if each.verdict in (MISSED, LOST))
     return Sheet("automatic", "The automatic choice", note, heads, rows, wrong=wrong)
@@ -97,7 +91,7 @@ def _chosen(row: Row) -> str:
     return " ".join(word for word in words if word) or DASH
 
 
-def verdict_words(scenes: Sequence[SceneRows]) -> list[str]:
+def choice_words(scenes: Sequence[SceneRows]) -> list[str]:
     """Return sentences on the automatic choice; none where it was not run."""
     found = choices(scenes)
     if not found:
@@ -117,5 +111,5 @@ def verdict_words(scenes: Sequence[SceneRows]) -> list[str]:
         )
     spent = [each.choosing for each in judged if each.choosing is not None]
     if spent:
-        words.append(f"Choosing took up to {short(max(spent))} times the run itself ({LONG:g} are allowed).")
+        words.append(f"Choosing took up to {short(max(spent))} times the run itself ({MAX_CHOOSING:g} are allowed).")
     return words

@@ -1,26 +1,27 @@
-"""How a method looks in every figure of a report, who is named in a figure, and how a name meets the end of a line."""
+"""The look of a method in every figure of a report, the methods that a figure names, and names beside their lines."""
 
 from __future__ import annotations
 
 import collections
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from impactlab.bench.report.fronts import front_of, stepped
-from impactlab.bench.report.views import CLOCKS, GOALS, NORMS, Family, Norm, SceneRows, methods_of, on_special_grid
-from impactlab.report.style import INK, LABEL, PALETTE, spread
+from impactlab.bench.report.fronts import front_of
+from impactlab.bench.report.views import CLOCKS, GOALS, NORMS, Family, Norm, SceneRows, methods_of
+from impactlab.report.style import INK, LABEL, LETTER, PALETTE, beside, spread
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
 
 SHAPES = ("o", "s", "^", "D")  # of dots: colours come again with another shape
-COLOURS = tuple(colour for colour in PALETTE if colour != PALETTE[7])  # that one is near the grey of the crowd
+COLOURS = tuple(colour for colour in PALETTE if colour != PALETTE[7])  # that one is near the grey of the others
 GREY = "#a9b1bb"  # methods that are not named
-NAMED = 8  # methods at most that a figure names
+MAX_NAMED = 8  # methods that a figure names
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-LETTERS = 34  # of a name beside a line; a longer one is cut
+MAX_LETTERS = 34  # of a name beside a line; a longer one is cut
+GAP = 0.14  # inches between an axes and the names at its right
 
 
 class Look(NamedTuple):
@@ -28,6 +29,9 @@ class Look(NamedTuple):
 
     colour: str
     shape: str
+
+
+Looks = Mapping[str, Look]  # by method
 
 
 class End(NamedTuple):
@@ -40,15 +44,15 @@ class End(NamedTuple):
 
 
 def looks(scenes: Sequence[SceneRows]) -> dict[str, Look]:
-    """Return the look of every method, the same in all figures; who leads most often comes first.
+    """Return the look of every method, the same in all figures; the most frequent leader comes first.
 
-    Methods that go without steps, the exact answers, are dark.
+    Methods without steps, the exact solutions, are dark.
     """
     led: collections.Counter[str] = collections.Counter()
     for scene in scenes:
         for norm in (*GOALS, *NORMS[2:]):
             led.update(leaders(scene, norm))
-    stepless = {family.method for scene in scenes for family in scene.families if is_stepless(family)}
+    stepless = {family.method for scene in scenes for family in scene.families if family.stepless}
     others = [method for method in methods_of(scenes) if method not in stepless]
     others.sort(key=lambda method: -led[method])  # stable: the table decides between equals
     n = len(COLOURS)
@@ -56,37 +60,44 @@ def looks(scenes: Sequence[SceneRows]) -> dict[str, Look]:
     return coloured | {method: Look(INK, "o") for method in stepless}
 
 
-def told_apart(named: Iterable[str], look: Mapping[str, Look]) -> dict[str, Look]:
-    """Return the looks of the methods that a figure names: who would have the colour of another gets a free one."""
+def told_apart(named: Iterable[str], look: Looks) -> dict[str, Look]:
+    """Return all looks; of the methods that a figure names, one with the colour of another gets a free colour."""
     found: dict[str, Look] = {}
     for method in named:
         taken = {each.colour for each in found.values()}
         colour, shape = look[method]
         free = [other for other in COLOURS if other not in taken]
         found[method] = Look(free[0] if colour in taken and colour != INK and free else colour, shape)
-    return found
+    return {**look, **found}
 
 
-def is_stepless(family: Family) -> bool:
-    """Return whether a family ended somewhere and never took a step."""
-    return bool(family.completed) and all(row.stepless for row in family.completed)
-
-
-def is_special(family: Family) -> bool:
-    """Return whether a family stands on the special grid dt = h/c."""
-    return any(on_special_grid(row) for row in family.rows)
-
-
-def leaders(scene: SceneRows, norm: Norm, most: int = NAMED) -> list[str]:
+def leaders(scene: SceneRows, norm: Norm) -> list[str]:
     """Return the methods a figure names: those on the front, by time first, then by time with set-up, steps, unknowns.
 
     Methods without steps do not count among them.
     """
-    rows = stepped(scene)
-    fronts = [front_of(rows, norm, scene, clock) for clock in CLOCKS.values()]
-    fronts += [front_of(rows, norm, scene, cost) for cost in (lambda row: row.steps, lambda row: row.unknowns)]
-    names = dict.fromkeys(point.row.method for found in fronts for point in found)
-    return list(names)[:most]
+    costs = (*CLOCKS.values(), lambda row: row.steps, lambda row: row.unknowns)
+    fronts = [front_of(scene.stepped, norm, scene, cost) for cost in costs]
+    return list(dict.fromkeys(point.row.method for found in fronts for point in found))[:MAX_NAMED]
+
+
+def draw_family(
+    axes: Axes, family: Family, look: Looks, named: bool, line: Sequence[tuple[float, float]], **more: Any
+) -> None:
+    """Draw a family as a line through its levels (x, y), dashed on the special grid; grey where it is not named."""
+    colour, shape = look[family.method] if named else (GREY, ".")
+    axes.plot(
+        [x for x, _ in line],
+        [y for _, y in line],
+        color=colour,
+        marker=shape,
+        markersize=4.2 if named else 3.0,
+        linewidth=1.6 if named else 0.7,
+        linestyle=(0, (4, 1.5)) if family.special else "-",
+        alpha=1.0 if named else 0.75,
+        zorder=3.0 if named else 2.0,
+        **more,
+    )
 
 
 def decades(axis: Axis) -> None:
@@ -103,25 +114,19 @@ def power(value: float) -> str:
     return "" if value <= 0.0 else f"10{str(round(math.log10(value))).translate(SUPERSCRIPT)}"
 
 
-def shortened(name: str, letters: int = LETTERS) -> str:
+def shortened(name: str, letters: int = MAX_LETTERS) -> str:
     """Return a name that fits beside a line."""
     return name if len(name) <= letters else f"{name[: letters - 1]}…"
 
 
-def name_ends(axes: Axes, ends: Iterable[End], gap: float = 0.14) -> None:
-    """Write names in a column at the right of an axes, each with a thin line to the end of its own line.
+def room_beside(names: Iterable[str]) -> float:
+    """Return the width that names at the right of an axes need [inch]."""
+    return 0.33 + LETTER * max((len(shortened(name)) for name in names), default=8)
 
-    Parameters
-    ----------
-    gap : float
-        Distance of the column from the axes [inch].
-    """
-    from matplotlib.figure import Figure
 
-    figure = axes.get_figure()
-    assert isinstance(figure, Figure)  # noqa: S101 - no subfigures here
-    place = axes.get_position()
-    width, height = figure.get_figwidth() * place.width, figure.get_figheight() * place.height
+def name_ends(axes: Axes, ends: Iterable[End]) -> None:
+    """Write names in a column at the right of an axes, each with a thin line to the end of its own line."""
+    height = axes.bbox.height / axes.figure.dpi  # inch
     to_axes = axes.transData + axes.transAxes.inverted()
     items = sorted(
         (float(y), float(x), end)
@@ -131,26 +136,7 @@ def name_ends(axes: Axes, ends: Iterable[End], gap: float = 0.14) -> None:
     )
     heights = within([min(max(y, 0.0), 1.0) for y, _, _ in items], 1.45 * LABEL / 72.0 / height)
     for (y, x, end), at in zip(items, heights, strict=True):
-        axes.annotate(
-            shortened(end.name),
-            xy=(min(x, 1.0), y),
-            xytext=(1.0 + gap / width, at),
-            xycoords="axes fraction",
-            textcoords="axes fraction",
-            color=end.colour,
-            fontsize=LABEL,
-            va="center",
-            annotation_clip=False,
-            arrowprops={
-                "arrowstyle": "-",
-                "color": end.colour,
-                "linewidth": 0.5,
-                "alpha": 0.7,
-                "shrinkA": 1.0,
-                "shrinkB": 3.0,
-                "relpos": (0, 0.5),
-            },
-        )
+        beside(axes, shortened(end.name), end.colour, at, (min(x, 1.0), y), GAP, linewidth=0.5, alpha=0.7, shrinkB=3.0)
 
 
 def within(heights: Sequence[float], distance: float, low: float = -0.1, high: float = 1.02) -> list[float]:

@@ -1,72 +1,74 @@
-"""Figures over all scenes: performance profiles, and a map of who meets a tolerance where at which price."""
+"""Figures over all scenes: performance profiles, and a map of the times to a tolerance by method and scene."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from impactlab.bench.report.looks import GREY, End, Look, name_ends, power, shortened, told_apart
+from impactlab.bench.report.looks import GREY, End, Looks, name_ends, power, room_beside, shortened, told_apart
 from impactlab.bench.report.ranking import ABSENT, FAILED, MET, MISSED, REFUSED, Standing, judged, profile, ranking
 from impactlab.bench.report.views import TOLERANCES, Norm, SceneRows
-from impactlab.report.style import GRID, INK, LETTER, MUTED, PALETTE, WIDTH, Margins, drawn, grid, room_for
+from impactlab.report.style import GRID, INK, MUTED, PALETTE, WIDTH, Margins, drawn, grid, room_for
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-FURTHEST = 300.0  # the largest ratio a profile shows
-NAMED = 9  # methods that a profile names
-STEPS = ((1.5, "#0b6e5d"), (3.0, "#36a48e"), (10.0, "#8fcdbd"), (30.0, "#c9e4dc"), (float("inf"), "#e6f1ee"))
-"""Colours of the map by time over the best: darker is faster."""
+MAX_RATIO = 300.0  # the largest ratio that a profile shows
+MAX_NAMED = 9  # methods that a profile names
+SHADES = (
+    (1.5, "#0b6e5d", "fastest to 1.5 times"),
+    (3.0, "#36a48e", "to 3"),
+    (10.0, "#8fcdbd", "to 10"),
+    (30.0, "#c9e4dc", "to 30"),
+    (float("inf"), "#e6f1ee", "more"),
+)
+"""Colours of the map by time over that of the fastest: darker is faster."""
+MARKS = {MET: "+", MISSED: "·", REFUSED: "–", FAILED: "×", ABSENT: ""}
 
 
 @drawn
-def profiles(scenes: Sequence[SceneRows], norm: Norm, look: Mapping[str, Look], clock: str = "solve") -> Figure:
-    """Return performance profiles, a panel per tolerance: how often a method is within a ratio of the best.
+def profiles(scenes: Sequence[SceneRows], norm: Norm, look: Looks, clock: str = "solve") -> Figure:
+    """Return performance profiles, a panel per tolerance: how often a method is within a ratio of the fastest.
 
     References
     ----------
     DolanMore2002, section 2.
     """
     tables = [ranking(scenes, norm, tolerance, clock) for tolerance in TOLERANCES]
-    told = list(dict.fromkeys(s.method for table in tables for s in table[:NAMED] if s.ratios))
-    look, names = {**look, **told_apart(told, look)}, [shortened(method, 30) for method in told]
-    room = 0.35 + LETTER * max(map(len, names), default=8)
-    figure, rows = grid(len(TOLERANCES), 1, 2.15, Margins(right=room, down=0.65))
-    for (axis,), tolerance, table in zip(rows, TOLERANCES, tables, strict=True):
-        kept = judged(scenes, norm, tolerance).scenes
-        axis.set_title(f"tolerance {power(tolerance)}, {len(kept)} scene{'s' if len(kept) != 1 else ''}")
-        axis.set_xscale("log")
-        axis.set_xlim(1.0, FURTHEST)
-        axis.set_ylim(0.0, 1.02)
-        axis.set_ylabel("share of scenes")
-        axis.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
-        named = [standing.method for standing in table if standing.ratios][:NAMED]
-        _curves(axis, table, look, named)
+    named = [[standing.method for standing in table if standing.ratios][:MAX_NAMED] for table in tables]
+    every = list(dict.fromkeys(method for found in named for method in found))
+    look = told_apart(every, look)
+    figure, rows = grid(len(TOLERANCES), 1, 2.15, Margins(right=room_beside(every), down=0.65))
+    for (axes,), tolerance, table, found in zip(rows, TOLERANCES, tables, named, strict=True):
+        count = len(judged(scenes, norm, tolerance).scenes)
+        axes.set_title(f"tolerance {power(tolerance)}, {count} scene{'s' if count != 1 else ''}")
+        axes.set_xscale("log")
+        axes.set_xlim(1.0, MAX_RATIO)
+        axes.set_ylim(0.0, 1.02)
+        axes.set_ylabel("share of scenes")
+        axes.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
+        _curves(axes, table, look, found)
     rows[-1][0].set_xlabel("at most this many times the time of the fastest method that meets the tolerance")
     return figure
 
 
-def _curves(axis: Axes, table: Sequence[Standing], look: Mapping[str, Look], named: Sequence[str]) -> None:
+def _curves(axes: Axes, table: Sequence[Standing], look: Looks, named: Sequence[str]) -> None:
     ends = []
     for standing in reversed(table):
-        steps = profile(standing)
+        steps, known = profile(standing), standing.method in named
         if not steps:
             continue
-        told = standing.method in named
-        colour = look[standing.method].colour if told else GREY
-        x = [1.0, *(ratio for ratio, _ in steps), FURTHEST]
-        y = [0.0, *(share for _, share in steps), steps[-1][1]]
-        width = 1.7 if told else 0.5
-        axis.step(
-            x, y, where="post", color=colour, linewidth=width, alpha=1.0 if told else 0.7, zorder=3 if told else 2
-        )
-        if told:
-            marked = [(r, s) for r, s in steps if r <= FURTHEST]
-            axis.plot(*zip(*marked, strict=True), look[standing.method].shape, color=colour, markersize=3.6, zorder=3)
-            reached = max((s for r, s in marked), default=0.0)
-            ends.append(End(FURTHEST, reached, shortened(standing.method, 30), colour))
-    name_ends(axis, ends)
+        ratios, shares = zip(*steps, strict=True)
+        colour, shape = look[standing.method] if known else (GREY, "")
+        width, alpha, order = (1.7, 1.0, 3) if known else (0.5, 0.7, 2)
+        x, y = [1.0, *ratios, MAX_RATIO], [0.0, *shares, shares[-1]]
+        axes.step(x, y, where="post", color=colour, linewidth=width, alpha=alpha, zorder=order)
+        if known:
+            marked = [step for step in steps if step[0] <= MAX_RATIO]
+            axes.plot(*zip(*marked, strict=True), shape, color=colour, markersize=3.6, zorder=3)
+            ends.append(End(MAX_RATIO, marked[-1][1] if marked else 0.0, standing.method, colour))
+    name_ends(axes, ends)
 
 
 @drawn
@@ -76,58 +78,49 @@ def chart(scenes: Sequence[SceneRows], norm: Norm, tolerance: float, clock: str 
     from matplotlib.patches import Rectangle
 
     kept, table = judged(scenes, norm, tolerance).scenes, ranking(scenes, norm, tolerance, clock)
-    left = room_for([*(shortened(standing.method, 40) for standing in table)])
-    longest = max((len(scene.name) for scene in kept), default=4)
-    high, foot = 0.19, 0.2 + 0.062 * longest
+    names = [shortened(standing.method, 40) for standing in table]
+    left, high = room_for(names), 0.19
+    foot = 0.2 + 0.062 * max((len(scene.name) for scene in kept), default=4)
     height = 0.62 + high * len(table) + foot
     figure = Figure(figsize=(WIDTH, height))
     width = min(WIDTH - left - 0.9, 0.42 * max(1, len(kept)))
-    axis = figure.add_axes((left / WIDTH, foot / height, width / WIDTH, high * len(table) / height))
+    axes = figure.add_axes((left / WIDTH, foot / height, width / WIDTH, high * len(table) / height))
     for row, standing in enumerate(table):
         for column, each in enumerate(standing.results):
-            if each.outcome == MET and each.ratio is not None:
-                colour = next(colour for most, colour in STEPS if each.ratio <= most)
-                axis.add_patch(Rectangle((column + 0.04, row + 0.06), 0.92, 0.88, color=colour, linewidth=0))
+            if each.ratio is not None:
+                colour = next(colour for most, colour, _ in SHADES if each.ratio <= most)
+                axes.add_patch(Rectangle((column + 0.04, row + 0.06), 0.92, 0.88, color=colour, linewidth=0))
                 if each.ratio <= 1.0:
-                    axis.plot([column + 0.5], [row + 0.5], "o", color="#ffffff", markersize=3.2)
+                    axes.plot([column + 0.5], [row + 0.5], "o", color="#ffffff", markersize=3.2)
             else:
-                mark = {MET: "+", MISSED: "·", REFUSED: "–", FAILED: "×", ABSENT: ""}.get(each.outcome, "?")
-                tint = PALETTE[1] if each.outcome == FAILED else MUTED
-                axis.text(column + 0.5, row + 0.52, mark, ha="center", va="center", fontsize=8, color=tint)
-        axis.text(len(kept) + 0.25, row + 0.52, f"{standing.count(MET)}", va="center", fontsize=7.5, color=INK)
-    axis.set_xlim(0, max(1, len(kept)))
-    axis.set_ylim(max(1, len(table)), 0)
-    axis.set_yticks([i + 0.5 for i in range(len(table))], [shortened(s.method, 40) for s in table], fontsize=7.5)
-    axis.set_xticks([i + 0.5 for i in range(len(kept))], [scene.name for scene in kept], fontsize=7.5)
-    for label in axis.get_xticklabels():
+                mark, tint = MARKS.get(each.outcome, "?"), PALETTE[1] if each.outcome == FAILED else MUTED
+                axes.text(column + 0.5, row + 0.52, mark, ha="center", va="center", fontsize=8, color=tint)
+        axes.text(len(kept) + 0.25, row + 0.52, f"{standing.count(MET)}", va="center", fontsize=7.5, color=INK)
+        axes.axhline(row, color=GRID, linewidth=0.4, zorder=0.5)
+    axes.axhline(len(table), color=GRID, linewidth=0.4, zorder=0.5)
+    axes.set_xlim(0, max(1, len(kept)))
+    axes.set_ylim(max(1, len(table)), 0)
+    axes.set_yticks([i + 0.5 for i in range(len(table))], names, fontsize=7.5)
+    axes.set_xticks([i + 0.5 for i in range(len(kept))], [scene.name for scene in kept], fontsize=7.5)
+    for label in axes.get_xticklabels():
         label.set(rotation=50, ha="right", rotation_mode="anchor")
-    axis.tick_params(length=0)
-    axis.grid(visible=False)
-    for spine in axis.spines.values():
-        spine.set_visible(False)
-    for row in range(len(table) + 1):
-        axis.axhline(row, color=GRID, linewidth=0.4, zorder=0.5)
-    _scale(figure, axis, height)
+    axes.tick_params(length=0)
+    axes.grid(visible=False)
+    axes.spines[:].set_visible(False)
+    axes.set_title("met in", loc="right", fontsize=7.5, fontweight="normal", color=MUTED, pad=3.0)
+    _legend(figure, height)
     return figure
 
 
-def _scale(figure: Figure, axis: Axes, height: float) -> None:
+def _legend(figure: Figure, height: float) -> None:
     """Write the legend of a map above it."""
     from matplotlib.patches import Rectangle
 
     x, y = 0.1 / WIDTH, 1.0 - 0.24 / height
-    words = ("fastest to 1.5 times", "to 3", "to 10", "to 30", "more")
-    for (_, colour), word in zip(STEPS, words, strict=True):
+    for _, colour, words in SHADES:
         box = Rectangle((x, y - 0.055 / height), 0.11 / WIDTH, 0.11 / height, color=colour, linewidth=0)
         figure.add_artist(box)
-        figure.text(x + 0.16 / WIDTH, y, word, fontsize=7.5, va="center")
-        x += (0.33 + 0.055 * len(word)) / WIDTH
-    figure.text(
-        x + 0.1 / WIDTH,
-        y,
-        "·  missed    –  refused    ×  failed    ?  no number",
-        fontsize=7.5,
-        va="center",
-        color=MUTED,
-    )
-    axis.set_title("met in", loc="right", fontsize=7.5, fontweight="normal", color=MUTED, pad=3.0)
+        figure.text(x + 0.16 / WIDTH, y, words, fontsize=7.5, va="center")
+        x += (0.33 + 0.055 * len(words)) / WIDTH
+    text = "·  missed    –  refused    ×  failed    ?  no number"
+    figure.text(x + 0.1 / WIDTH, y, text, fontsize=7.5, va="center", color=MUTED)

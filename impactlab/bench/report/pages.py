@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import collections
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from impactlab.bench.report import energy, overview
 from impactlab.bench.report.automatic import automatic_sheet
-from impactlab.bench.report.looks import Look, power
+from impactlab.bench.report.looks import Looks, power
 from impactlab.bench.report.precision import precision
 from impactlab.bench.report.scene_sheets import Unfinished, families_sheet, front_sheet, slug, unfinished
 from impactlab.bench.report.sheets import Sheet, latex, markdown, short
 from impactlab.bench.report.special import special_grids, special_summary
 from impactlab.bench.report.summary_sheets import certainty, excluded, ranking_sheet, winners
-from impactlab.bench.report.views import BOTH, CLOCKS, GOALS, NORMS, TOLERANCES, Norm, SceneRows, error, methods_of
+from impactlab.bench.report.views import BOTH, CLOCKS, GOALS, NORMS, TOLERANCES, SceneRows, error, methods_of
 from impactlab.bench.report.words import certainty_words, findings
 from impactlab.bench.schema import STATUSES, Row
 from impactlab.report.page import rendered
@@ -25,11 +25,12 @@ from impactlab.report.style import inline, save
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+FOLDERS = ("figures", "tables", "cases")  # of a report
 CLOCK_TABS = {"solve": "", "total": ", with set-up"}
 
 
-class Drawn(NamedTuple):
-    """A figure as it stands on a page."""
+class Plate(NamedTuple):
+    """A figure of a page."""
 
     name: str
     tab: str  # on its chooser
@@ -38,9 +39,10 @@ class Drawn(NamedTuple):
     svg: str
 
 
-def drawn(folder: Path, name: str, tab: str, title: str, caption: str, figure: Figure) -> Drawn:
-    """Save a figure as SVG and PNG and return it as it stands on a page."""
-    return Drawn(name, tab, title, caption, lean(inline(save(figure, folder, name), f"{title}. {caption}"), name))
+def plate(out: Path, name: str, title: str, caption: str, figure: Figure, tab: str = "") -> Plate:
+    """Save a figure as SVG and PNG and return it for a page."""
+    svg = inline(save(figure, out / "figures", name), f"{title}. {caption}")
+    return Plate(name, tab, title, caption, lean(svg, name))
 
 
 def lean(svg: str, name: str) -> str:
@@ -50,97 +52,32 @@ def lean(svg: str, name: str) -> str:
     return re.sub(r"\n\s*", "\n", body)
 
 
-def write_sheet(folder: Path, sheet: Sheet) -> Sheet:
+def write_sheet(out: Path, sheet: Sheet) -> Sheet:
     """Write a sheet as Markdown and LaTeX and return it."""
-    (folder / f"{sheet.name}.md").write_text(markdown(sheet), encoding="utf-8")
-    (folder / f"{sheet.name}.tex").write_text(latex(sheet), encoding="utf-8")
+    (out / "tables" / f"{sheet.name}.md").write_text(markdown(sheet), encoding="utf-8")
+    (out / "tables" / f"{sheet.name}.tex").write_text(latex(sheet), encoding="utf-8")
     return sheet
-
-
-class Folders(NamedTuple):
-    """Where figures, tables and pages of cases go."""
-
-    out: Path
-
-    @property
-    def figures(self) -> Path:
-        """Return the folder of figures."""
-        return self.out / "figures"
-
-    @property
-    def tables(self) -> Path:
-        """Return the folder of tables."""
-        return self.out / "tables"
-
-    @property
-    def cases(self) -> Path:
-        """Return the folder of the pages of cases."""
-        return self.out / "cases"
 
 
 PRECISION = (
     "Each line is a method through its levels, coarse to fine; further left and lower is better. Methods that lead in "
     "time, steps or unknowns are named, the others grey; dashed lines stand on the special grid dt = h/c, crosses are "
-    "methods that the case brings along. Rings are the front of the methods with steps; an arrow at the floor is an "
-    "answer without steps, its error below the axis."
+    "methods of the case file. Rings are the front of the methods with steps; an arrow at the floor is a solution "
+    "without steps whose error lies below the axis."
 )
 ENERGY = (
     "The largest rise and fall of the energy balance of each run, over the reference energy. A line that does not fall "
     "with the step is a fault of the method itself."
 )
 OSCILLATION = (
-    "How much more the force goes up and down than that of the reference, in peaks, and its error away from its jumps."
+    "The total variation of the force beyond that of the reference, in peaks, and its error away from its jumps."
 )
 
 
-def write_case(folders: Folders, case: str, scenes: Sequence[SceneRows], look: Mapping[str, Look]) -> None:
-    """Write the page of a case with its figures and tables, one section per scene."""
-    shown = [_section(folders, scene, look) for scene in scenes]
-    text = rendered("impactlab.bench.report", "case.html.j2", page={"case": case, "scenes": shown})
-    (folders.cases / f"{case}.html").write_text(text, encoding="utf-8")
-
-
-def _section(folders: Folders, scene: SceneRows, look: Mapping[str, Look]) -> dict[str, Any]:
-    name, lost = slug(scene.name), unfinished(scene)
-    measured = [norm for norm in NORMS if any(error(row, norm, scene) is not None for row in scene.all_rows)]
-    figures = []
-    if any(row.steps and row.energy_gain is not None for row in scene.rows):
-        figures.append(
-            drawn(folders.figures, f"energy_{name}", "", "Energy gained and lost", ENERGY, energy.energy(scene, look))
-        )
-    if any(row.steps and row.force_oscillation is not None for row in scene.rows):
-        figure = energy.oscillation(scene, look)
-        figures.append(drawn(folders.figures, f"oscillation_{name}", "", "Forces that swing", OSCILLATION, figure))
-    return {
-        "name": scene.name,
-        "slug": name,
-        "reference": _reference(scene),
-        "precision": [_plate(folders, scene, norm, look) for norm in measured],
-        "front": write_sheet(folders.tables, front_sheet(scene)),
-        "families": write_sheet(folders.tables, families_sheet(scene)),
-        "figures": figures,
-        "lost": lost,
-        "lost_count": sum(len(one.levels) for one in lost),
-    }
-
-
-def _plate(folders: Folders, scene: SceneRows, norm: Norm, look: Mapping[str, Look]) -> Drawn:
-    name = f"precision_{slug(scene.name)}_{norm.name}"
-    title = f"Work and precision, {norm.title}"
-    return drawn(folders.figures, name, norm.title, title, PRECISION, precision(scene, norm, look))
-
-
-def _reference(scene: SceneRows) -> str:
-    if not scene.reference:
-        return "no reference"
-    sure = f", sure to {short(scene.uncertainty)}" if scene.uncertainty else ""
-    return f"against {REFERENCES.get(scene.reference, scene.reference)}{sure}"
-
-
 REFERENCES = {
-    "st_venant": "the exact answer, hard contact",
-    "kelvin_voigt": "the exact answer, springs as written",
-    "converged": "a converged answer",
+    "st_venant": "the exact solution, hard contact",
+    "kelvin_voigt": "the exact solution, springs as written",
+    "converged": "a converged solution",
 }
 MAP = (
     "Rows are methods, columns scenes. The darker a field, the nearer is the method to the fastest that meets the "
@@ -153,46 +90,89 @@ PROFILE = (
 )
 
 
-def write_index(folders: Folders, rows: Sequence[Row], scenes: Sequence[SceneRows], look: Mapping[str, Look]) -> None:
+def write_case(out: Path, case: str, scenes: Sequence[SceneRows], look: Looks) -> None:
+    """Write the page of a case with its figures and tables, one section per scene."""
+    shown = []
+    for scene in scenes:
+        lost = unfinished(scene)
+        section = {
+            "name": scene.name,
+            "slug": slug(scene.name),
+            "reference": _reference(scene),
+            "precision": _precision_plates(out, scene, look),
+            "front": write_sheet(out, front_sheet(scene)),
+            "families": write_sheet(out, families_sheet(scene)),
+            "figures": _step_plates(out, scene, look),
+            "lost": lost,
+            "lost_count": sum(len(one.levels) for one in lost),
+        }
+        shown.append(section)
+    text = rendered("impactlab.bench.report", "case.html.j2", page={"case": case, "scenes": shown})
+    (out / "cases" / f"{case}.html").write_text(text, encoding="utf-8")
+
+
+def _precision_plates(out: Path, scene: SceneRows, look: Looks) -> list[Plate]:
+    """Draw the work-precision figures in the norms in which any run has an error."""
+    plates = []
+    for norm in NORMS:
+        if any(error(row, norm, scene) is not None for row in scene.all_rows):
+            name, title = f"precision_{slug(scene.name)}_{norm.name}", f"Work and precision, {norm.title}"
+            plates.append(plate(out, name, title, PRECISION, precision(scene, norm, look), norm.title))
+    return plates
+
+
+def _step_plates(out: Path, scene: SceneRows, look: Looks) -> list[Plate]:
+    """Draw the figures of energy and force against steps, as far as the table has such numbers."""
+    plates = []
+    if any(row.steps and row.energy_gain is not None for row in scene.rows):
+        figure = energy.energy(scene, look)
+        plates.append(plate(out, f"energy_{slug(scene.name)}", "Energy gained and lost", ENERGY, figure))
+    if any(row.steps and row.force_oscillation is not None for row in scene.rows):
+        figure = energy.oscillation(scene, look)
+        plates.append(plate(out, f"oscillation_{slug(scene.name)}", "Oscillation of the force", OSCILLATION, figure))
+    return plates
+
+
+def _reference(scene: SceneRows) -> str:
+    if not scene.reference:
+        return "no reference"
+    uncertainty = f", uncertainty {short(scene.uncertainty)}" if scene.uncertainty else ""
+    return f"against {REFERENCES.get(scene.reference, scene.reference)}{uncertainty}"
+
+
+def write_index(out: Path, rows: Sequence[Row], scenes: Sequence[SceneRows], look: Looks) -> None:
     """Write the page over all scenes with its figures and tables."""
-    figures, tables = folders.figures, folders.tables
-    maps = [
-        drawn(
-            figures, f"map_{t:g}", f"tolerance {power(t)}", f"Map at {power(t)}", MAP, overview.chart(scenes, BOTH, t)
-        )
-        for t in TOLERANCES
-    ]
-    profiles = [
-        drawn(figures, f"profiles_{clock}", f"time to solve{tail}", f"Performance profiles{tail}", PROFILE, figure)
-        for clock, tail in CLOCK_TABS.items()
-        for figure in [overview.profiles(scenes, BOTH, look, clock)]
-    ]
-    rankings = [
-        (f"{norm.title}{CLOCK_TABS[clock]}", write_sheet(tables, ranking_sheet(scenes, norm, clock)))
-        for clock in CLOCKS
-        for norm in GOALS
-    ]
+    maps = []
+    for t in TOLERANCES:
+        figure = overview.chart(scenes, BOTH, t)
+        maps.append(plate(out, f"map_{t:g}", f"Map at {power(t)}", MAP, figure, f"tolerance {power(t)}"))
+    profiles = []
+    for clock, tail in CLOCK_TABS.items():
+        figure, title = overview.profiles(scenes, BOTH, look, clock), f"Performance profiles{tail}"
+        profiles.append(plate(out, f"profiles_{clock}", title, PROFILE, figure, f"time to solve{tail}"))
     page = {
         "counts": f"{len(methods_of(scenes))} methods on {len(scenes)} scenes, {len(rows)} runs",
         "source": _source(rows),
         "findings": findings(scenes),
         "certainty_words": certainty_words(rows, scenes),
         "links": {scene.name: f"cases/{scene.case}.html#{slug(scene.name)}" for scene in scenes},
-        "winners": write_sheet(tables, winners(scenes)),
-        "certainty": write_sheet(tables, certainty(scenes)),
+        "winners": write_sheet(out, winners(scenes)),
+        "certainty": write_sheet(out, certainty(scenes)),
         "maps": maps,
         "profiles": profiles,
-        "rankings": rankings,
+        "rankings": [
+            (f"{norm.title}{CLOCK_TABS[clock]}", write_sheet(out, ranking_sheet(scenes, norm, clock)))
+            for clock in CLOCKS
+            for norm in GOALS
+        ],
         "excluded": excluded(scenes, BOTH),
-        "special": write_sheet(tables, special_summary(scenes)),
-        "special_all": write_sheet(tables, special_grids(scenes)),
-        "automatic": write_sheet(tables, automatic_sheet(scenes)),
+        "special": write_sheet(out, special_summary(scenes)),
+        "special_all": write_sheet(out, special_grids(scenes)),
+        "automatic": write_sheet(out, automatic_sheet(scenes)),
         "lost": _lost(scenes),
-        "commands": ("impactlab bench --out DIR", "impactlab bench --from DIR/table.csv --out DIR"),
-        "files": (("table.csv", "all rows, all digits"), ("tables/", "Markdown, LaTeX"), ("figures/", "SVG, PNG")),
     }
     text = rendered("impactlab.bench.report", "index.html.j2", page=page)
-    (folders.out / "index.html").write_text(text, encoding="utf-8")
+    (out / "index.html").write_text(text, encoding="utf-8")
 
 
 def _source(rows: Sequence[Row]) -> str:

@@ -3,40 +3,39 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from impactlab.bench.report.fronts import Point, front_of, points, stepped
+from impactlab.bench.report.fronts import Point, front_of, points
 from impactlab.bench.report.looks import (
     GREY,
     End,
-    Look,
+    Looks,
     decades,
-    is_special,
-    is_stepless,
+    draw_family,
     leaders,
     name_ends,
-    shortened,
+    room_beside,
     told_apart,
 )
-from impactlab.bench.report.views import Family, Norm, SceneRows, error
-from impactlab.bench.schema import Row
-from impactlab.report.style import INK, LETTER, MUTED, PAPER, WIDTH, drawn
+from impactlab.bench.report.views import AUTOMATIC, Clock, Family, Norm, SceneRows, error
+from impactlab.report.style import INK, MUTED, PAPER, WIDTH, drawn
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-CEILING = 2.0  # relative error; who is further off is told, not drawn
-DEEPEST = 1e-9  # the lowest error an axis goes down to
+MAX_ERROR = 2.0  # relative; runs with larger errors are counted, not drawn
+MIN_FLOOR = 1e-9  # the lowest error an axis goes down to
 TALL, LOW = 3.3, 1.9  # inches, of the upper panel and of the two below
+LEFT, BOTTOM, BETWEEN = 0.72, 0.48, 0.72  # inches: margins, and between the rows of panels
 
 
 class Cost(NamedTuple):
-    """What an error is set against."""
+    """The horizontal axis of a panel."""
 
     label: str
-    of: Callable[[Row], float | None]
+    of: Clock
 
 
 TIME = Cost("time to solve  [ms]", lambda row: None if row.solve_s is None else 1e3 * row.solve_s)
@@ -45,171 +44,132 @@ STEPS = Cost("steps", lambda row: row.steps)
 UNKNOWNS = Cost("unknowns", lambda row: row.unknowns)
 
 
+class Limits(NamedTuple):
+    """The lowest and the highest error of an axis."""
+
+    floor: float
+    top: float
+
+    def shown(self, found: Sequence[Point]) -> list[Point]:
+        """Return points as they are drawn: those below the floor on it, those above the top left out."""
+        return [point._replace(error=max(point.error, self.floor)) for point in found if point.error <= self.top]
+
+
 @drawn
-def precision(scene: SceneRows, norm: Norm, look: Mapping[str, Look]) -> Figure:
+def precision(scene: SceneRows, norm: Norm, look: Looks) -> Figure:
     """Return the work-precision figure of one scene in one norm: time above, steps and unknowns below.
 
-    Who leads in any of the panels is coloured and named, the others are grey. Methods without steps, whose errors are
-    rounding, are dark and do not enter the front, for beside them nothing else would be on it.
+    The leaders of any panel are coloured and named, the others are grey. Methods without steps, whose errors are
+    rounding, are dark and do not enter the front, which would hold nothing else.
     """
     from matplotlib.figure import Figure
 
     named = leaders(scene, norm)
-    look = {**look, **told_apart(named, look)}
-    exact = [family for family in scene.families if is_stepless(family) and points(family.rows, norm, scene)]
+    look, limits = told_apart(named, look), limits_of(scene, norm)
+    exact = [family for family in scene.families if family.stepless and points(family.rows, norm, scene)]
     chosen = points(scene.automatic, norm, scene, TIME.of)
-    written = [*named, *(family.method for family in exact), *(["automatic"] if chosen else [])]
-    room = 0.3 + LETTER * max((len(shortened(name)) for name in written), default=10)
-    height = 0.3 + TALL + 0.72 + LOW + 0.48
-    figure = Figure(figsize=(WIDTH, height))
-    floor, top = limits(scene, norm)
-    upper = _axes(figure, 0.72, 0.48 + LOW + 0.72, WIDTH - 0.72 - room, TALL)
-    half = (WIDTH - 0.72 - 0.3 - 0.35) / 2.0
-    lower = [_axes(figure, 0.72 + column * (half + 0.35), 0.48, half, LOW) for column in (0, 1)]
-    for axis, cost in ((upper, TIME), (lower[0], STEPS), (lower[1], UNKNOWNS)):
-        _frame(axis, scene, norm, cost, floor, top)
-        _families(axis, scene, norm, cost, look, named, floor)
-    lower[1].tick_params(labelleft=False)
-    for axis in (upper, lower[0]):
-        axis.set_ylabel(norm.axis if axis is upper else "error")
+    room = room_beside([*named, *(family.method for family in exact), *([AUTOMATIC] if chosen else [])])
+    height = BOTTOM + LOW + BETWEEN + TALL + 0.3
+    figure, half = Figure(figsize=(WIDTH, height)), (WIDTH - LEFT - 0.3 - 0.35) / 2.0
+    boxes = (
+        (LEFT, BOTTOM + LOW + BETWEEN, WIDTH - LEFT - room, TALL),
+        (LEFT, BOTTOM, half, LOW),
+        (LEFT + half + 0.35, BOTTOM, half, LOW),
+    )
+    upper, left, right = (figure.add_axes((x / WIDTH, y / height, w / WIDTH, h / height)) for x, y, w, h in boxes)
+    for axes, cost in ((upper, TIME), (left, STEPS), (right, UNKNOWNS)):
+        _frame(axes, scene, norm, cost, limits)
+        for own in scene.own:
+            if cost is TIME or not own.stepless:
+                for point in limits.shown(points(own.rows, norm, scene, cost.of)):
+                    axes.plot([point.cost], [point.error], "x", color=GREY, markersize=3.5, mew=0.8, zorder=2.0)
+        for family in scene.families:
+            line = limits.shown(points(family.rows, norm, scene, cost.of))
+            if line and not family.stepless:
+                draw_family(axes, family, look, family.method in named, [point[:2] for point in line])
+    right.tick_params(labelleft=False)
+    left.set_ylabel("error")
+    upper.set_ylabel(norm.axis)
     upper.set_title(f"{scene.name}: {norm.title}")
     if not points(scene.all_rows, norm, scene):
         upper.text(0.5, 0.5, "no times in this table", transform=upper.transAxes, color=MUTED, ha="center")
-    _fronts(upper, scene, norm, floor)
-    _uncertainty(upper, scene, norm, floor)
-    _without_steps(upper, exact, scene, norm, floor)
-    for point in chosen:
-        upper.plot([point.cost], [max(point.error, floor)], "*", color=INK, markersize=9, mfc="none", zorder=6)
-    _beyond(upper, scene, norm, top)
+    _fronts(upper, scene, norm, limits)
+    _notes(upper, scene, norm, limits)
     ends = []
-    for family in scene.families:
-        if family.method in named and (line := _line(family, norm, scene, TIME, floor, top)):
-            end = min(line, key=lambda point: (point.error, -point.cost))
-            ends.append(End(end.cost, end.error, family.method, look[family.method].colour))
     for family in exact:
-        point = points(family.rows, norm, scene, TIME.of)[0]
-        ends.append(End(point.cost, max(point.error, floor), family.method, INK))
+        found = points(family.rows, norm, scene, TIME.of)
+        for point in found:
+            below = point.error < limits.floor
+            at = [max(point.error, limits.floor)]
+            upper.plot([point.cost], at, "v" if below else "D", color=INK, markersize=7 if below else 6, zorder=5)
+        ends.append(End(found[0].cost, max(found[0].error, limits.floor), family.method, INK))
+    for point in chosen:
+        upper.plot([point.cost], [max(point.error, limits.floor)], "*", color=INK, markersize=9, mfc="none", zorder=6)
     if chosen:
-        best = min(chosen, key=lambda point: point.error)
-        ends.append(End(best.cost, max(best.error, floor), "automatic", INK))
+        closest = min(chosen, key=lambda point: point.error)
+        ends.append(End(closest.cost, max(closest.error, limits.floor), AUTOMATIC, INK))
+    ends += _named_ends([family for family in scene.families if family.method in named], scene, norm, look, limits)
     name_ends(upper, ends)
     return figure
 
 
-def limits(scene: SceneRows, norm: Norm) -> tuple[float, float]:
-    """Return the lowest and the highest error of an axis: whole decades around the methods with steps."""
-    found = (error(row, norm, scene) for row in stepped(scene))
-    known = [value for value in found if value is not None and DEEPEST < value < CEILING] or [1e-3]
+def _named_ends(families: Sequence[Family], scene: SceneRows, norm: Norm, look: Looks, limits: Limits) -> list[End]:
+    """Return the names of families at their levels with the least error."""
+    lines = [(family, limits.shown(points(family.rows, norm, scene, TIME.of))) for family in families]
+    ends = [(family, min(line, key=lambda point: (point.error, -point.cost))) for family, line in lines if line]
+    return [End(end.cost, end.error, family.method, look[family.method].colour) for family, end in ends]
+
+
+def limits_of(scene: SceneRows, norm: Norm) -> Limits:
+    """Return the limits of the error axes of a scene: whole decades around the methods with steps."""
+    found = (error(row, norm, scene) for row in scene.stepped)
+    known = [value for value in found if value is not None and MIN_FLOOR < value < MAX_ERROR] or [1e-3]
     floor = 10.0 ** math.floor(math.log10(min(known) / 1.5))  # an arrow at the floor keeps clear of the lowest dot
-    return max(DEEPEST, floor), min(CEILING, 10.0 ** math.ceil(math.log10(max(known)) + 0.05))
+    return Limits(max(MIN_FLOOR, floor), min(MAX_ERROR, 10.0 ** math.ceil(math.log10(max(known)) + 0.05)))
 
 
-def _axes(figure: Figure, left: float, bottom: float, width: float, height: float) -> Axes:
-    wide, high = figure.get_size_inches()
-    return figure.add_axes((left / wide, bottom / high, width / wide, height / high))
-
-
-def _frame(axis: Axes, scene: SceneRows, norm: Norm, cost: Cost, floor: float, top: float) -> None:
+def _frame(axes: Axes, scene: SceneRows, norm: Norm, cost: Cost, limits: Limits) -> None:
     """Set up the scales: all panels show the same errors, each the costs of all that is drawn in it."""
     from matplotlib.ticker import LogLocator, NullLocator
 
-    axis.set_xscale("log")
-    axis.set_yscale("log")
-    axis.set_ylim(floor / 1.5, top)
-    decades(axis.yaxis)
-    axis.set_xlabel(cost.label)
-    rows = [row for row in scene.all_rows if cost is TIME or not row.stepless]
-    costs = [point.cost for point in points(rows, norm, scene, cost.of) if point.error <= top]
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_ylim(limits.floor / 1.5, limits.top)
+    decades(axes.yaxis)
+    axes.set_xlabel(cost.label)
+    shown = points([row for row in scene.all_rows if cost is TIME or not row.stepless], norm, scene, cost.of)
     if cost is TIME:
-        costs += [point.cost for point in front_of(stepped(scene), norm, scene, TOTAL.of) if point.error <= top]
+        shown += front_of(scene.stepped, norm, scene, TOTAL.of)
+    costs = [point.cost for point in limits.shown(shown)]
     low, high = min(costs, default=1.0), max(costs, default=1.0)
-    axis.set_xlim(low / (high / low * 2.0) ** 0.04, high * (high / low * 2.0) ** 0.04)
-    axis.xaxis.set_major_locator(LogLocator(10.0, subs=(1.0, 2.0, 5.0) if high / low < 300.0 else (1.0,), numticks=12))
-    axis.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
-    axis.xaxis.set_minor_locator(NullLocator())
+    axes.set_xlim(low / (high / low * 2.0) ** 0.04, high * (high / low * 2.0) ** 0.04)
+    axes.xaxis.set_major_locator(LogLocator(10.0, subs=(1.0, 2.0, 5.0) if high / low < 300.0 else (1.0,), numticks=12))
+    axes.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
+    axes.xaxis.set_minor_locator(NullLocator())
 
 
-def _line(family: Family, norm: Norm, scene: SceneRows, cost: Cost, floor: float, top: float) -> list[Point]:
-    """Return a family as it is drawn: through its levels, the too deep at the floor, the too high left out."""
-    found = points(family.rows, norm, scene, cost.of)
-    return [point._replace(error=max(point.error, floor)) for point in found if point.error <= top]
-
-
-def _families(
-    axis: Axes,
-    scene: SceneRows,
-    norm: Norm,
-    cost: Cost,
-    look: Mapping[str, Look],
-    named: Sequence[str],
-    floor: float,
-) -> None:
-    """Draw a line per family through its levels, dashed on the special grid dt = h/c; the case's own are crosses."""
-    top = limits(scene, norm)[1]
-    for own in scene.own:
-        for point in _line(own, norm, scene, cost, floor, top) if cost is TIME or not is_stepless(own) else ():
-            axis.plot([point.cost], [point.error], "x", color=GREY, markersize=3.5, markeredgewidth=0.8, zorder=2.0)
-    for family in scene.families:
-        line = _line(family, norm, scene, cost, floor, top)
-        if not line or is_stepless(family):
-            continue
-        leads = family.method in named
-        axis.plot(
-            [point.cost for point in line],
-            [point.error for point in line],
-            color=look[family.method].colour if leads else GREY,
-            marker=look[family.method].shape if leads else ".",
-            markersize=4.2 if leads else 3.0,
-            linewidth=1.6 if leads else 0.7,
-            linestyle=(0, (4, 1.5)) if is_special(family) else "-",
-            alpha=1.0 if leads else 0.75,
-            zorder=3.0 if leads else 2.0,
-        )
-
-
-def _fronts(axis: Axes, scene: SceneRows, norm: Norm, floor: float) -> None:
+def _fronts(axes: Axes, scene: SceneRows, norm: Norm, limits: Limits) -> None:
     """Draw the front of the methods with steps as a staircase with rings, and dotted the one with set-up."""
-    rows, top = stepped(scene), axis.get_ylim()[1]
-    for cost, style in ((TIME, "-"), (TOTAL, ":")):
-        best = [point for point in front_of(rows, norm, scene, cost.of) if point.error <= top]
-        if not best:
-            continue
-        high = axis.get_xlim()[1]
-        errors = [max(point.error, floor) for point in best]
-        xs, ys = [best[0].cost, *(p.cost for p in best), high], [top, *errors, errors[-1]]
-        axis.step(xs, ys, where="post", color=MUTED, linewidth=0.9, linestyle=style, zorder=2.5)
-        if cost is TIME:
-            costs = [point.cost for point in best]
-            axis.plot(costs, errors, "o", color=INK, mfc="none", markersize=7.5, markeredgewidth=0.9, zorder=5)
-    for x, style, text in ((0.56, "-", "front"), (0.7, ":", "front, set-up included")):
-        place, y = axis.transAxes, 1.035
-        axis.plot([x, x + 0.04], [y, y], style, color=MUTED, linewidth=0.9, transform=place, clip_on=False)
-        axis.text(x + 0.05, y, text, color=MUTED, fontsize=7.5, va="center", transform=place)
+    for cost, style, x, text in ((TIME, "-", 0.56, "front"), (TOTAL, ":", 0.7, "front, set-up included")):
+        axes.plot([x, x + 0.04], [1.035] * 2, style, color=MUTED, lw=0.9, transform=axes.transAxes, clip_on=False)
+        axes.text(x + 0.05, 1.035, text, color=MUTED, fontsize=7.5, va="center", transform=axes.transAxes)
+        front = limits.shown(front_of(scene.stepped, norm, scene, cost.of))
+        if front:
+            costs, errors = [point.cost for point in front], [point.error for point in front]
+            xs, ys = [costs[0], *costs, axes.get_xlim()[1]], [limits.top, *errors, errors[-1]]
+            axes.step(xs, ys, where="post", color=MUTED, linewidth=0.9, linestyle=style, zorder=2.5)
+            if cost is TIME:
+                axes.plot(costs, errors, "o", color=INK, mfc="none", markersize=7.5, markeredgewidth=0.9, zorder=5)
 
 
-def _uncertainty(axis: Axes, scene: SceneRows, norm: Norm, floor: float) -> None:
-    """Shade errors below the uncertainty of the reference."""
-    if norm.relative and scene.uncertainty > floor:
-        axis.axhspan(axis.get_ylim()[0], scene.uncertainty, color=GREY, alpha=0.2, linewidth=0)
-        text = "below the uncertainty of the reference"
-        axis.text(
-            0.01, scene.uncertainty, text, transform=axis.get_yaxis_transform(), fontsize=7.5, color=MUTED, va="top"
-        )
-
-
-def _without_steps(axis: Axes, exact: Sequence[Family], scene: SceneRows, norm: Norm, floor: float) -> None:
-    """Draw the methods without steps; an arrow where their error lies below the axis."""
-    for family in exact:
-        for point in points(family.rows, norm, scene, TIME.of):
-            deep = point.error < floor
-            y = max(point.error, floor)
-            axis.plot([point.cost], [y], "v" if deep else "D", color=INK, markersize=7 if deep else 6, zorder=5)
-
-
-def _beyond(axis: Axes, scene: SceneRows, norm: Norm, top: float) -> None:
-    """Say how many runs are further off than the axis reaches."""
-    count = sum((error(row, norm, scene) or 0.0) > top for row in scene.rows)
+def _notes(axes: Axes, scene: SceneRows, norm: Norm, limits: Limits) -> None:
+    """Shade errors below the uncertainty of the reference, and count the runs whose errors lie above the axis."""
+    if norm.relative and scene.uncertainty > limits.floor:
+        axes.axhspan(axes.get_ylim()[0], scene.uncertainty, color=GREY, alpha=0.2, linewidth=0)
+        place, text = axes.get_yaxis_transform(), "below the uncertainty of the reference"
+        axes.text(0.01, scene.uncertainty, text, transform=place, fontsize=7.5, color=MUTED, va="top")
+    count = sum((error(row, norm, scene) or 0.0) > limits.top for row in scene.rows)
     if count:
-        text = f"{count} run{'s' if count > 1 else ''} further off than {100 * top:.0f} % not drawn"
+        text = f"{count} run{'s' if count > 1 else ''} with errors above {100 * limits.top:.0f} % not drawn"
         behind = {"facecolor": PAPER, "edgecolor": "none", "pad": 1.5}
-        axis.text(0.01, 0.985, text, transform=axis.transAxes, fontsize=7.5, color=MUTED, va="top", bbox=behind)
+        axes.text(0.01, 0.985, text, transform=axes.transAxes, fontsize=7.5, color=MUTED, va="top", bbox=behind)

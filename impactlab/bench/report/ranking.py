@@ -1,23 +1,13 @@
-"""Which method meets a tolerance where, how much dearer it is than the best there, and how sure that is."""
+"""Ranking: in which scenes a method meets a tolerance, and its time over that of the fastest method there."""
 
 from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-from impactlab.bench.report.views import (
-    CLOCKS,
-    SURE,
-    Family,
-    Norm,
-    SceneRows,
-    error,
-    meets,
-    methods_of,
-    on_special_grid,
-)
+from impactlab.bench.report.views import CLOCKS, MAX_UNCERTAINTY, Clock, Family, Norm, SceneRows, error, methods_of
 from impactlab.bench.schema import Row
 
 CONVERGED = "converged"  # the name of a reference that is itself computed
@@ -25,19 +15,18 @@ MET, MISSED, REFUSED, FAILED, UNMEASURED, ABSENT = "met", "missed", "refused", "
 
 
 class Judged(NamedTuple):
-    """The scenes in which a tolerance is resolved, and the reasons against the others."""
+    """The scenes whose reference is certain enough for a tolerance, and the reasons against the others."""
 
     scenes: tuple[SceneRows, ...]
     excluded: tuple[tuple[str, str], ...]  # name of a scene, reason
 
 
 class Result(NamedTuple):
-    """What one method makes of one scene under one tolerance."""
+    """The result of one method in one scene under one tolerance."""
 
     outcome: str  # one of MET, MISSED, REFUSED, FAILED, UNMEASURED, ABSENT
-    row: Row | None = None  # the fastest that meets it
-    ratio: float | None = None  # its time over that of the best method
-    ratio_stepped: float | None = None  # over that of the best method with steps, special grids left out
+    ratio: float | None = None  # its time over that of the fastest method
+    ratio_stepped: float | None = None  # over that of the fastest method with steps, special grids left out
 
 
 class Standing(NamedTuple):
@@ -47,17 +36,17 @@ class Standing(NamedTuple):
     results: tuple[Result, ...]  # scene by scene
 
     def count(self, outcome: str) -> int:
-        """Return in how many scenes it ended so."""
+        """Return the number of scenes with an outcome."""
         return sum(result.outcome == outcome for result in self.results)
 
     @property
     def ratios(self) -> tuple[float, ...]:
-        """Return its times over those of the best method, where it meets the tolerance."""
+        """Return its times over those of the fastest method, where it meets the tolerance."""
         return tuple(result.ratio for result in self.results if result.ratio is not None)
 
     @property
     def ratios_stepped(self) -> tuple[float, ...]:
-        """Return its times over those of the best method with steps off special grids, where both meet it."""
+        """Return its times over those of the fastest method with steps off special grids, where both meet it."""
         return tuple(result.ratio_stepped for result in self.results if result.ratio_stepped is not None)
 
 
@@ -66,11 +55,11 @@ def judged(scenes: Sequence[SceneRows], norm: Norm, tolerance: float) -> Judged:
     kept, excluded = [], []
     for scene in scenes:
         if not scene.reference:
-            excluded.append((scene.name, "no reference: no method is known to be right"))
+            excluded.append((scene.name, "no reference to measure errors against"))
         elif scene.reference == CONVERGED and all(row.reference_uncertainty is None for row in scene.all_rows):
-            excluded.append((scene.name, "the table does not say how sure the reference is"))
-        elif scene.uncertainty > SURE * tolerance:
-            excluded.append((scene.name, f"the reference is only sure to {scene.uncertainty:.1g}"))
+            excluded.append((scene.name, "the table has no uncertainty of the reference"))
+        elif scene.uncertainty > MAX_UNCERTAINTY * tolerance:
+            excluded.append((scene.name, f"the uncertainty of the reference is {scene.uncertainty:.1g}"))
         elif not any(error(row, norm, scene) is not None for row in scene.rows):
             excluded.append((scene.name, f"no method has an error in {norm.title}"))
         else:
@@ -78,47 +67,34 @@ def judged(scenes: Sequence[SceneRows], norm: Norm, tolerance: float) -> Judged:
     return Judged(tuple(kept), tuple(excluded))
 
 
-def fastest(
-    rows: Iterable[Row], norm: Norm, scene: SceneRows, tolerance: float, clock: Callable[[Row], float | None]
-) -> Row | None:
+def fastest(rows: Iterable[Row], norm: Norm, scene: SceneRows, tolerance: float, clock: Clock) -> Row | None:
     """Return the row that meets a tolerance in the least time, or None; a row without a time comes last."""
 
     def time(row: Row) -> float:
         spent = clock(row)
         return math.inf if spent is None else spent
 
-    return min((row for row in rows if meets(row, norm, scene, tolerance)), key=time, default=None)
+    kept = [row for row in rows if (wrong := error(row, norm, scene)) is not None and wrong <= tolerance]
+    return min(kept, key=time, default=None)
 
 
 def best(
-    scene: SceneRows, norm: Norm, tolerance: float, clock: Callable[[Row], float | None], *, ordinary: bool = False
+    scene: SceneRows, norm: Norm, tolerance: float, clock: Clock = CLOCKS["solve"], *, ordinary: bool = False
 ) -> Row | None:
     """Return the fastest row of any method that meets a tolerance; ordinary: with steps, and off special grids."""
-    rows = [row for row in scene.rows if not (ordinary and (row.stepless or on_special_grid(row)))]
+    rows = [row for row in scene.stepped if not row.special] if ordinary else scene.rows
     return fastest(rows, norm, scene, tolerance, clock)
 
 
-class Leads(NamedTuple):
-    """The fastest rows that meet a tolerance on a scene."""
-
-    any: Row | None
-    ordinary: Row | None  # with steps, off special grids
-
-
-def result(
-    scene: SceneRows,
-    family: Family | None,
-    norm: Norm,
-    tolerance: float,
-    clock: Callable[[Row], float | None],
-    leads: Leads,
+def _result(
+    scene: SceneRows, family: Family | None, norm: Norm, tolerance: float, clock: Clock, leads: Sequence[Row | None]
 ) -> Result:
     """Return the result of a family in a scene: met if any level meets the tolerance, else its best outcome."""
     if family is None:
         return Result(ABSENT)
     own = fastest(family.rows, norm, scene, tolerance, clock)
     if own is not None:
-        return Result(MET, own, *(None if lead is None else _over(clock(own), clock(lead)) for lead in leads))
+        return Result(MET, *(over(clock(own), None if lead is None else clock(lead)) for lead in leads))
     if any(error(row, norm, scene) is not None for row in family.rows):
         return Result(MISSED)
     if family.completed:
@@ -126,7 +102,8 @@ def result(
     return Result(REFUSED if all(row.status == "refused" for row in family.rows) else FAILED)
 
 
-def _over(value: float | None, base: float | None) -> float | None:
+def over(value: float | None, base: float | None) -> float | None:
+    """Return a quotient; None where a number is missing or the base is zero."""
     return None if value is None or not base else value / base
 
 
@@ -136,26 +113,25 @@ def ranking(scenes: Sequence[SceneRows], norm: Norm, tolerance: float, clock: st
     Parameters
     ----------
     scenes : sequence of SceneRows
-        All scenes; those that cannot be judged (`judged`) are left out for every method alike.
+        All scenes; those without a certain reference (`judged`) are left out for every method alike.
     clock : {"solve", "total"}
         Time without set-up, or with it.
     """
-    table, time = judged(scenes, norm, tolerance).scenes, CLOCKS[clock]
-    leads = [
-        Leads(best(scene, norm, tolerance, time), best(scene, norm, tolerance, time, ordinary=True)) for scene in table
-    ]
-    families = [{family.method: family for family in scene.families} for scene in table]
-    standings = []
-    for method in methods_of(scenes):
-        found = zip(table, families, leads, strict=True)
-        results = tuple(result(scene, own.get(method), norm, tolerance, time, lead) for scene, own, lead in found)
-        standings.append(Standing(method, results))
+    time = CLOCKS[clock]
+    found: dict[str, list[Result]] = {method: [] for method in methods_of(scenes)}
+    for scene in judged(scenes, norm, tolerance).scenes:
+        leads = [best(scene, norm, tolerance, time, ordinary=ordinary) for ordinary in (False, True)]
+        families = {family.method: family for family in scene.families}
+        for method, results in found.items():
+            results.append(_result(scene, families.get(method), norm, tolerance, time, leads))
+    standings = [Standing(method, tuple(results)) for method, results in found.items()]
     return sorted(standings, key=lambda each: (-each.count(MET), median(each.ratios) or 0.0))
 
 
-def median(values: Sequence[float]) -> float | None:
-    """Return the median, None of nothing."""
-    return statistics.median(values) if values else None
+def median(values: Iterable[float | None]) -> float | None:
+    """Return the median of the values that exist; None without any."""
+    known = [value for value in values if value is not None]
+    return statistics.median(known) if known else None
 
 
 def profile(standing: Standing) -> list[tuple[float, float]]:
@@ -163,7 +139,6 @@ def profile(standing: Standing) -> list[tuple[float, float]]:
 
     References
     ----------
-    DolanMore2002, section 2: the share counts all scenes, so that who fails in some never reaches one.
+    DolanMore2002, section 2: the share counts all scenes, so a method that fails in some never reaches one.
     """
-    ratios, count = sorted(standing.ratios), len(standing.results)
-    return [(ratio, (i + 1) / count) for i, ratio in enumerate(ratios)]
+    return [(ratio, (i + 1) / len(standing.results)) for i, ratio in enumerate(sorted(standing.ratios))]

@@ -27,25 +27,25 @@ def read_table(path: Path) -> tuple[Row, ...]:
     import pandas
 
     path = Path(path)
+    no_table, remedy = (
+        f"{path.name} is not the table of a bench: ",
+        "Give the table.csv of `impactlab bench`.",
+    )
     try:
         # Without a header no column becomes an index; this engine marks the missing cells of a short line.
         text = io.StringIO(_text(path))
         cells = pandas.read_csv(text, header=None, dtype=str, keep_default_na=False, engine="python")
     except pandas.errors.ParserError as error:
-        told = f"{path.name} is not the table of a bench: {str(error).strip()[:80]}"
-        raise CaseError(told, remedy="Give the table.csv that `impactlab bench --out DIR` wrote.") from None
+        raise CaseError(no_table + str(error).strip()[:80], remedy=remedy) from None
     except pandas.errors.EmptyDataError:
         cells = pandas.DataFrame([[""]])
     frame = cells[1:].set_axis(cells.iloc[0].tolist(), axis="columns")
     if not frame.columns.is_unique:
         twice = str(frame.columns[frame.columns.duplicated()][0])[:40]
-        raise CaseError(f"{path.name}: two columns have the name {twice!r}", remedy="Give a table.csv of a bench.")
+        raise CaseError(f"{path.name}: two columns have the name {twice!r}", remedy=remedy)
     missing = [name for name in NEEDED if name not in frame]
     if missing:
-        raise CaseError(
-            f"{path.name} is not the table of a bench: it has no column {', '.join(missing)}",
-            remedy="Give the table.csv that `impactlab bench --out DIR` wrote.",
-        )
+        raise CaseError(f"{no_table}it has no column {', '.join(missing)}", remedy=remedy)
     if frame.empty:
         raise CaseError(f"{path.name} holds no row", remedy="Run `impactlab bench` first.")
     short = frame.index[frame.isna().any(axis="columns")]
@@ -54,14 +54,10 @@ def read_table(path: Path) -> tuple[Row, ...]:
         raise CaseError(f"line {line} has not one cell for each column", file=path.name, line=line)
     unknown = frame[~frame["status"].isin(STATUSES)]
     if len(unknown):
-        told = f"status: {unknown['status'].iloc[0][:40]!r} is not one of {', '.join(STATUSES)}"
-        raise CaseError(told, file=path.name, line=int(unknown.index[0]) + 1)
+        given = f"status: {unknown['status'].iloc[0][:40]!r} is not one of {', '.join(STATUSES)}"
+        raise CaseError(given, file=path.name, line=int(unknown.index[0]) + 1)
     known = {name: _typed(frame[name], name, path.name) for name in frame if name in FIELDS}
-    more = frame[[name for name in frame if name not in FIELDS]].to_dict("records")
-    return tuple(
-        Row(**dict(zip(known, values, strict=True)), more=others)
-        for values, others in zip(zip(*known.values(), strict=True), more, strict=True)
-    )
+    return tuple(Row(**dict(zip(known, values, strict=True))) for values in zip(*known.values(), strict=True))
 
 
 def _typed(texts: Any, column: str, file: str) -> list[Any]:
@@ -73,30 +69,27 @@ def _typed(texts: Any, column: str, file: str) -> list[Any]:
         try:
             value = float(text) if text else math.nan
         except ValueError:
-            told = f"{column}: {text[:40]!r} is not a number"
-            raise CaseError(told, remedy="Leave the cell empty without one.", file=file, line=number + 1) from None
+            given = f"{column}: {text[:40]!r} is not a number"
+            raise CaseError(given, remedy="Leave the cell empty without one.", file=file, line=number + 1) from None
         whole = FIELDS[column] == int | None
         values.append(None if not math.isfinite(value) else int(value) if whole else value)
     return values
 
 
 def _text(path: Path) -> str:
+    remedy = "Give a table.csv of a bench."
     if path.exists() and not path.is_file():
-        kind = "is a folder" if path.is_dir() else "is no regular file"
-        raise CaseError(f"{str(path)!r} {kind}", remedy="Give a table.csv of a bench.")
+        raise CaseError(f"{str(path)!r} is {'a folder' if path.is_dir() else 'no regular file'}", remedy=remedy)
     try:
         with path.open("rb") as stream:
             packed = stream.read(len(GZIP)) == GZIP
         with gzip.open(path) if packed else path.open("rb") as stream:
             raw = stream.read(MAX_TABLE_BYTES + 1)
         if len(raw) > MAX_TABLE_BYTES:
-            raise CaseError(
-                f"{path.name} holds more than {MAX_TABLE_BYTES} bytes, the most a table may have",
-                remedy="Give a table.csv of a bench.",
-            )
+            raise CaseError(f"{path.name} holds more than {MAX_TABLE_BYTES} bytes, the limit of a table", remedy=remedy)
         return raw.decode("utf-8-sig")
     except (OSError, EOFError, zlib.error) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        raise CaseError(f"cannot read {str(path)!r}: {reason}", remedy="Give a table.csv of a bench.") from None
+        raise CaseError(f"cannot read {str(path)!r}: {reason}", remedy=remedy) from None
     except UnicodeDecodeError:
-        raise CaseError(f"{path.name} is not text in UTF-8", remedy="Give a table.csv of a bench.") from None
+        raise CaseError(f"{path.name} is not text in UTF-8", remedy=remedy) from None

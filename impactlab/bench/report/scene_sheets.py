@@ -1,117 +1,82 @@
-"""The tables of one scene: its fronts, its methods one by one, and the runs that did not end with their reasons."""
+"""The tables of one scene: its fronts, its methods one by one, and the runs without a result with their reasons."""
 
 from __future__ import annotations
 
+import collections
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from impactlab.bench.report.fronts import front_of, stepped
+from impactlab.bench.report.fronts import front_of
 from impactlab.bench.report.looks import power
 from impactlab.bench.report.ranking import fastest
-from impactlab.bench.report.sheets import DASH, Heading, Sheet, milliseconds, percent, short
+from impactlab.bench.report.sheets import DASH, Sheet, headings, milliseconds, percent, short
 from impactlab.bench.report.summary_sheets import named
-from impactlab.bench.report.views import BOTH, CLOCKS, NORMS, TOLERANCES, Family, SceneRows, error
+from impactlab.bench.report.views import BOTH, CLOCKS, NORMS, TOLERANCES, Family, SceneRows
 from impactlab.bench.schema import COMPLETED, Row
 from impactlab.report.summary import cell
 
 
 def slug(name: str) -> str:
-    """Return the name of a scene as it stands in names of files."""
+    """Return the name of a scene as a part of file names."""
     return name.replace("/", "-")
 
 
 def front_sheet(scene: SceneRows) -> Sheet:
     """Return the rows on the fronts of displacement error, by time and by time with set-up, marked apart."""
-    rows, norm = stepped(scene), NORMS[0]
-    by_time = [point.row for point in front_of(rows, norm, scene, CLOCKS["solve"])]
-    by_total = [point.row for point in front_of(rows, norm, scene, CLOCKS["total"])]
-    union = _distinct([*by_time, *by_total])
-    exact = [row for row in scene.rows if row.stepless]
-    lines = [_front_line(row, "no steps") for row in exact]
-    union.sort(key=lambda row: row.solve_s or 0.0)
-    for row in union:
-        fast, both = _within(row, by_time), _within(row, by_total)
-        which = "time, with and without set-up" if fast and both else "time" if fast else "time with set-up"
-        lines.append(_front_line(row, which))
-    heads = (
-        Heading("method", numeric=False),
-        Heading("level"),
-        Heading("steps"),
-        Heading("unknowns"),
-        Heading("displacement", group="error"),
-        Heading("impulse", group="error"),
-        Heading("solve", "ms", group="time"),
-        Heading("spread", "ms", group="time"),
-        Heading("set-up", "ms", group="time"),
-        Heading("front of", numeric=False),
+    by_time, by_total = (
+        [point.row for point in front_of(scene.stepped, NORMS[0], scene, CLOCKS[clock])] for clock in ("solve", "total")
+    )
+    lines = [_front_line(row, "no steps") for row in scene.rows if row.stepless]
+    for row in sorted(dict.fromkeys([*by_time, *by_total]), key=lambda row: row.solve_s or 0.0):
+        times = "time" if row in by_time else "time with set-up"
+        both = row in by_time and row in by_total
+        lines.append(_front_line(row, "time, with and without set-up" if both else times))
+    heads = headings(
+        *("method", "level", "steps", "unknowns", "error: displacement", "error: impulse"),
+        *("time: solve [ms]", "time: spread [ms]", "time: set-up [ms]", "front of"),
+        text=("method", "front of"),
     )
     note = (
-        "Runs with steps than which no other is both faster and closer in displacement; by time to solve, and by time "
+        "Runs with steps that no other run beats in both time and displacement error; by time to solve, and by time "
         "with set-up. Runs without steps stand above them."
     )
     return Sheet(f"{slug(scene.name)}_front", f"Front of {scene.name}", note, heads, tuple(lines))
 
 
-def _distinct(rows: Sequence[Row]) -> list[Row]:
-    kept: list[Row] = []
-    for row in rows:
-        if not _within(row, kept):
-            kept.append(row)
-    return kept
-
-
-def _within(row: Row, rows: Sequence[Row]) -> bool:
-    """Return whether a row itself is among others: rows that look alike are still different runs."""
-    return any(row is other for other in rows)
-
-
 def _front_line(row: Row, which: str) -> tuple[str, ...]:
-    return (
-        named(row),
-        row.level or DASH,
-        DASH if row.stepless else cell(row.steps),
-        cell(row.unknowns),
-        short(row.displacement),
-        short(row.impulse),
-        milliseconds(row.solve_s),
-        milliseconds(row.solve_spread_s),
-        milliseconds(row.setup_s),
-        which,
-    )
+    sizes = (DASH if row.stepless else cell(row.steps), cell(row.unknowns))
+    times = map(milliseconds, (row.solve_s, row.solve_spread_s, row.setup_s))
+    return (named(row), row.level or DASH, *sizes, short(row.displacement), short(row.impulse), *times, which)
 
 
 def families_sheet(scene: SceneRows) -> Sheet:
-    """Return the methods of a scene: time to each tolerance, least errors, energy, and runs without an end."""
+    """Return the methods of a scene: time to each tolerance, least errors, energy, and runs without a result."""
     lines = []
     for family in (*scene.families, *scene.own):
         times = [fastest(family.rows, BOTH, scene, tolerance, CLOCKS["solve"]) for tolerance in TOLERANCES]
         cells = [named(family.rows[-1]), *(milliseconds(row.solve_s if row else None) for row in times)]
-        cells += [short(_least(family, name)) for name in ("displacement", "impulse")]
-        cells += [short(_least(family, name)) for name in ("force_away_from_jumps", "force_graph", "event_times")]
-        finest = family.completed[-1] if family.completed else None
-        cells += [percent(finest.energy_gain if finest else None), percent(finest.energy_loss if finest else None)]
-        cells += [short(finest.force_oscillation if finest else None), _ended(family)]
-        lines.append(tuple(cells))
+        cells += [short(_least(family, norm.name)) for norm in NORMS]
+        finest = family.completed[-1] if family.completed else Row()
+        cells += [percent(finest.energy_gain), percent(finest.energy_loss), short(finest.force_oscillation)]
+        counts = collections.Counter(row.status for row in family.rows)
+        lost = ", ".join(f"{count} {status}" for status, count in counts.items() if status != COMPLETED)
+        lines.append((*cells, lost or f"all {len(family.rows)}"))
     lines.sort(key=lambda line: [_number(text) for text in (line[2], line[1], line[4])])
-    heads = (
-        Heading("method", numeric=False),
-        *(Heading(power(tolerance), "ms", group="time to tolerance") for tolerance in TOLERANCES),
-        Heading("displ.", group="least error"),
-        Heading("impulse", group="least error"),
-        Heading("force", group="least error"),
-        Heading("graph", group="least error"),
-        Heading("events", "T", group="least error"),
-        Heading("gain", "%", group="finest level"),
-        Heading("loss", "%", group="finest level"),
-        Heading("swing", group="finest level"),
-        Heading("runs", numeric=False),
+    heads = headings(
+        "method",
+        *(f"time to tolerance: {power(tolerance)} [ms]" for tolerance in TOLERANCES),
+        *(f"least error: {name}" for name in ("displ.", "impulse", "force", "graph", "events [T]")),
+        *(f"finest level: {name}" for name in ("gain [%]", "loss [%]", "oscillation")),
+        "runs",
+        text=("method", "runs"),
     )
     note = (
         "Time to solve of the fastest level that keeps displacement and impulse within the tolerance; least errors "
         "over all levels, of the force away from its jumps, of its graph in T and peaks, of event times where none was "
-        "missed; energy gained and lost in % of the reference energy, and how far the force goes up and down too often "
-        "in peaks, at the finest level that ended. † stands on the special grid dt = h/c; own. begins the methods that "
-        "the case brings along."
+        "missed; energy gained and lost in % of the reference energy, and the total variation of the force beyond that "
+        "of the reference in peaks, at the finest level that ended. † stands on the special grid dt = h/c; own. begins "
+        "the methods of the case file."
     )
     return Sheet(slug(scene.name), f"Methods on {scene.name}", note, heads, tuple(lines), _quickest(lines))
 
@@ -122,29 +87,20 @@ def _least(family: Family, name: str) -> float | None:
     return min((v for row in rows if (v := getattr(row, name)) is not None), default=None)
 
 
-def _ended(family: Family) -> str:
-    """Return how the runs of a family ended: all of them, or how many did not."""
-    counts: dict[str, int] = {}
-    for row in family.rows:
-        counts[row.status] = counts.get(row.status, 0) + 1
-    lost = ", ".join(f"{count} {status}" for status, count in counts.items() if status != COMPLETED)
-    return lost or f"all {len(family.rows)}"
-
-
 def _number(text: str) -> float:
     try:
         return float(text)
     except ValueError:
-        return 1e30
+        return math.inf
 
 
 def _quickest(lines: Sequence[tuple[str, ...]]) -> frozenset[tuple[int, int]]:
     """Return the cells of the least times to each tolerance."""
     marked = set()
     for column in (1, 2, 3):
-        numbers = [_number(line[column]) for line in lines]
-        if numbers and min(numbers) < 1e30:
-            marked.add((numbers.index(min(numbers)), column))
+        least, line = min(((_number(line[column]), i) for i, line in enumerate(lines)), default=(math.inf, 0))
+        if least < math.inf:
+            marked.add((line, column))
     return frozenset(marked)
 
 
@@ -161,20 +117,11 @@ class Unfinished(NamedTuple):
 
 
 def unfinished(scene: SceneRows) -> list[Unfinished]:
-    """Return every run that did not come to its end; levels of one method with the same reason stand together."""
-    groups: dict[tuple[str, str, str, str, str], list[str]] = {}
+    """Return all runs without a result; levels of one method with the same reason stand together."""
+    groups: dict[tuple[str, ...], list[str]] = {}
     for row in scene.all_rows:
         if not row.completed:
             reached = "" if row.reached_time is None else f"{row.reached_time:.3g} s"
             key = (row.method, row.status, row.reason or "no reason given", row.remedy, reached)
             groups.setdefault(key, []).append(row.level or DASH)
-    return [
-        Unfinished(scene.name, method, tuple(levels), status, reason, remedy, reached)
-        for (method, status, reason, remedy, reached), levels in groups.items()
-    ]
-
-
-def closest(scene: SceneRows) -> Row | None:
-    """Return the run with steps that is closest in displacement, whatever it costs."""
-    known = [(e, row) for row in stepped(scene) if (e := error(row, NORMS[0], scene)) is not None]
-    return min(known, key=lambda pair: pair[0])[1] if known else None
+    return [Unfinished(scene.name, method, tuple(levels), *rest) for (method, *rest), levels in groups.items()]

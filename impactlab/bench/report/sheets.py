@@ -1,9 +1,10 @@
-"""A table as it is shown: headings, cells of text, marks; and the same in Markdown and LaTeX."""
+"""A table of a report: headings, cells of text, marks; in Markdown and LaTeX."""
 
 from __future__ import annotations
 
+import itertools
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
 from impactlab.report.summary import cell
@@ -18,35 +19,36 @@ class Heading(NamedTuple):
     name: str
     unit: str = ""
     numeric: bool = True
-    group: str = ""  # what it shares with its neighbours
+    group: str = ""  # common to neighbouring columns
+
+
+def headings(*columns: str, text: Collection[str] = ()) -> tuple[Heading, ...]:
+    """Return heads written as ``group: name [unit]``, group and unit optional; those named in ``text`` hold words."""
+    found = []
+    for column in columns:
+        group, _, rest = column.rpartition(": ")
+        name, _, unit = rest.partition(" [")
+        found.append(Heading(name, unit.rstrip("]"), name not in text, group))
+    return tuple(found)
 
 
 class Sheet(NamedTuple):
-    """A table to be shown."""
+    """A table of a report."""
 
     name: str  # of its files
     title: str
-    note: str  # what its columns mean
+    note: str  # the meaning of its columns
     headings: tuple[Heading, ...]
     rows: tuple[tuple[str, ...], ...]
-    marked: frozenset[tuple[int, int]] = frozenset()  # (row, column) of what is best
-    wrong: frozenset[int] = frozenset()  # rows that miss what they promised
+    marked: frozenset[tuple[int, int]] = frozenset()  # (row, column) of the best values
+    wrong: frozenset[int] = frozenset()  # rows with a broken promise
 
     @property
     def grouped(self) -> list[tuple[str, int]]:
-        """Return the groups of columns from left to right, with how many columns each spans."""
-        groups: list[tuple[str, int]] = []
-        for heading in self.headings:
-            if groups and heading.group and groups[-1][0] == heading.group:
-                groups[-1] = (heading.group, groups[-1][1] + 1)
-            else:
-                groups.append((heading.group, 1))
-        return groups
-
-    @property
-    def has_groups(self) -> bool:
-        """Return whether any column shares a heading."""
-        return any(heading.group for heading in self.headings)
+        """Return the groups of columns from left to right with the columns of each; empty without any group."""
+        runs = itertools.groupby(enumerate(self.headings), key=lambda each: each[1].group or each[0])
+        groups = [(str(group) if isinstance(group, str) else "", len(list(run))) for group, run in runs]
+        return groups if any(group for group, _ in groups) else []
 
 
 def milliseconds(seconds: float | None) -> str:
@@ -67,26 +69,25 @@ def short(value: float | None) -> str:
 
 
 def percent(share: float | None) -> str:
-    """Return a share in per cent; rounding is nothing."""
+    """Return a share in per cent; 0 below rounding."""
     return DASH if share is None else "0" if share < 1e-9 else short(100.0 * share)
 
 
 def markdown(sheet: Sheet) -> str:
     """Return a sheet in Markdown; the best stand in bold, a group of columns is named at its first."""
-    groups = [""] + [h.group for h in sheet.headings]
+    groups = ["", *(h.group for h in sheet.headings)]
     heads = [
         f"{h.group + ': ' if h.group and h.group != before else ''}{h.name}{f' [{h.unit}]' if h.unit else ''}"
         for h, before in zip(sheet.headings, groups, strict=False)
     ]
     lines = [heads, ["---:" if h.numeric else "---" for h in sheet.headings]]
-    for i, row in enumerate(sheet.rows):
-        lines.append([f"**{text}**" if (i, j) in sheet.marked else text for j, text in enumerate(row)])
-    body = "".join(f"| {' | '.join(map(_piped, line))} |\n" for line in lines)
-    return f"{body}\n{sheet.note}\n"
-
-
-def _piped(text: str) -> str:
-    return " ".join(text.split()).replace("|", "\\|")
+    lines += [
+        [f"**{text}**" if (i, j) in sheet.marked else text for j, text in enumerate(row)]
+        for i, row in enumerate(sheet.rows)
+    ]
+    cells = [[" ".join(text.split()).replace("|", "\\|") for text in line] for line in lines]
+    body = "".join(f"| {' | '.join(line)} |\n" for line in cells)
+    return f"{body}\n{sheet.note}\n" if sheet.note else body
 
 
 LATEX = {
@@ -122,7 +123,7 @@ FLOAT = re.compile(r"(-?\d+(?:\.\d+)?)e(-?\d+)")
 
 
 def escaped(text: str) -> str:
-    """Return text as LaTeX takes it in any document: its own signs escaped, others in ASCII or as a question mark."""
+    """Return text escaped for LaTeX; characters outside ASCII by their commands, others as a question mark."""
     if found := FLOAT.fullmatch(text):
         return rf"${found[1]}\cdot 10^{{{found[2]}}}$"
     if found := POWER.search(text):
@@ -132,7 +133,7 @@ def escaped(text: str) -> str:
 
 
 def latex(sheet: Sheet) -> str:
-    """Return a sheet as a LaTeX table in the manner of booktabs; the best stand in bold."""
+    """Return a sheet as a LaTeX table for the package booktabs; the best stand in bold."""
     columns = "".join("r" if h.numeric else "l" for h in sheet.headings)
     lines = [
         "% needs \\usepackage{booktabs}",
@@ -143,7 +144,7 @@ def latex(sheet: Sheet) -> str:
         rf"\begin{{tabular}}{{{columns}}}",
         r"\toprule",
     ]
-    if sheet.has_groups:
+    if sheet.grouped:
         lines.append(_line([rf"\multicolumn{{{n}}}{{c}}{{{escaped(group)}}}" for group, n in sheet.grouped]))
     lines.append(_line([escaped(h.name + (f" [{h.unit}]" if h.unit else "")) for h in sheet.headings]))
     lines.append(r"\midrule")

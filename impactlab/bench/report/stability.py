@@ -2,23 +2,28 @@
 
 from __future__ import annotations
 
-import html
 import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from impactlab.bench.report import sheets
 from impactlab.bench.report.read import read_table
-from impactlab.bench.report.verdicts import WRONG, Verdict, faults, told, verdict, worst_error
-from impactlab.bench.report.write import STABILITY, write_pages
+from impactlab.bench.report.sheets import Sheet, headings
+from impactlab.bench.report.verdicts import WRONG, Verdict, faults, telling, verdict, worst_error
+from impactlab.bench.report.write import STABILITY, replaced
 from impactlab.bench.schema import Row
+from impactlab.report.page import rendered
 
 LONG = "long_runs"  # the case whose methods differ by their number of steps
 STEPS = re.compile(r"_1e(\d+)$")
 
+Block = tuple[str, str | Sheet]
+"""A heading (or nothing) and a paragraph or a table."""
+
 
 def write_stability(out_dir: Path, table_path: Path) -> int:
-    """Write ``stability.md`` and ``stability.html`` into a folder; return how many violations the table holds.
+    """Write ``stability.md`` and ``stability.html`` into a folder; return the number of violations in the table.
 
     Parameters
     ----------
@@ -34,65 +39,67 @@ def write_stability(out_dir: Path, table_path: Path) -> int:
     """
     rows = read_table(table_path)
     blocks = report(rows)
-    text = "# Stability on hard cases\n\n" + markdown(blocks)
-    write_pages(out_dir, dict(zip(STABILITY, (text, webpage(blocks)), strict=True)))
+    with replaced(out_dir, STABILITY) as draft:
+        text = "# Stability on hard cases\n\n" + markdown(blocks)
+        (draft / "stability.md").write_text(text, encoding="utf-8")
+        page = rendered("impactlab.bench.report", "stability.html.j2", blocks=blocks)
+        (draft / "stability.html").write_text(page, encoding="utf-8")
     return len(faults(rows))
-
-
-Table = list[list[str]]
-Block = tuple[str, str | Table]
-"""A heading (or nothing) and a paragraph or a table whose first line is its head."""
 
 
 def report(rows: Sequence[Row]) -> list[Block]:
     """Return the blocks of the report: counts, violations, one matrix per case, reasons, energy over long runs."""
     codes = Codes(rows)
     counts = Counter(verdict(row) for row in rows)
+    summary = (
+        f"{len(rows)} rows: {counts[Verdict.RIGHT]} right to {100 * WRONG:.0f} % (✓), {counts[Verdict.TOLD]} wrong "
+        f"by more with a warning (w), {counts[Verdict.UNKNOWN]} without a reference (?), {counts[Verdict.REFUSED]} "
+        f"refused (r), {counts[Verdict.FAILED]} failed (F), {counts[Verdict.VIOLATION]} violations (!). A percentage "
+        "is the larger error of displacement and impulse; codes such as r1 and F1 stand for the reasons listed at the "
+        "end; the word behind w is the warning."
+    )
+    found = [[row.scene, row.method, fault] for row, fault in faults(rows)]
     blocks: list[Block] = [
-        (
-            "",
-            f"{len(rows)} rows: {counts[Verdict.RIGHT]} right to {100 * WRONG:.0f} % (✓), {counts[Verdict.TOLD]} wrong "
-            f"by more and said so (w), {counts[Verdict.UNKNOWN]} with nothing to measure them by (?), "
-            f"{counts[Verdict.REFUSED]} refused (r), {counts[Verdict.FAILED]} failed (F), "
-            f"{counts[Verdict.VIOLATION]} violations (!). A percentage is the larger error of displacement and "
-            "impulse; codes such as r1 and F1 are told below; the word behind w is what warned.",
-        )
+        ("", summary),
+        ("Violations", table(["case", "method", "violation"], found) if found else "None."),
     ]
-    found = faults(rows)
-    blocks.append(("Violations", "None." if not found else ""))
-    if found:
-        blocks.append(("", [["case", "method", "what"], *([row.scene, row.method, fault] for row, fault in found)]))
-    for case in dict.fromkeys(row.case for row in rows):
-        if case != LONG:
-            blocks += [(case, matrix([row for row in rows if row.case == case], codes))]
-    if any(row.case == LONG for row in rows):
+    cases = list(dict.fromkeys(row.case for row in rows))
+    blocks += [(case, matrix([row for row in rows if row.case == case], codes)) for case in cases if case != LONG]
+    if LONG in cases:
         blocks.append((f"Energy over {LONG}", drift([row for row in rows if row.case == LONG])))
-    for title, letter in (("Why methods were refused", "r"), ("Why runs failed", "F")):
-        blocks.append((title, codes.legend(letter)))
-    return blocks
+    return [*blocks, ("Why methods were refused", codes.legend("r")), ("Why runs failed", codes.legend("F"))]
+
+
+def table(heads: Sequence[str], lines: Iterable[Sequence[str]]) -> Sheet:
+    """Return a table of words."""
+    return Sheet("", "", "", headings(*heads, text=heads), tuple(tuple(line) for line in lines))
 
 
 class Codes:
     """Codes of reasons in the order of the table: those that differ by numbers and names alone share one."""
 
     def __init__(self, rows: Iterable[Row]) -> None:
-        self._known: dict[str, str] = {}
+        self._known: dict[tuple[str, str], str] = {}  # letter and reason: code
         self._counts: Counter[str] = Counter()
         for row in rows:
             if row.status in ("refused", "failed"):
-                letter = "r" if row.status == "refused" else "F"
-                number = 1 + sum(code[0] == letter for code in self._known.values())
-                code = self._known.setdefault(letter + alike(row.reason), f"{letter}{number}")
-                self._counts[code] += 1
+                letter, reason = _key(row)
+                number = 1 + sum(known == letter for known, _ in self._known)
+                self._counts[self._known.setdefault((letter, reason), f"{letter}{number}")] += 1
 
     def of(self, row: Row) -> str:
         """Return the code of a row that was refused or failed."""
-        return self._known[("r" if row.status == "refused" else "F") + alike(row.reason)]
+        return self._known[_key(row)]
 
-    def legend(self, letter: str) -> str | Table:
+    def legend(self, letter: str) -> str | Sheet:
         """Return the reasons of one letter, with how often each was given."""
-        lines = [[code, str(self._counts[code]), text[1:]] for text, code in self._known.items() if text[0] == letter]
-        return [["code", "rows", "reason (# for a number, '…' for a name)"], *lines] if lines else "None."
+        known = [(code, reason) for (each, reason), code in self._known.items() if each == letter]
+        lines = [[code, str(self._counts[code]), reason] for code, reason in known]
+        return table(["code", "rows", "reason (# for a number, '…' for a name)"], lines) if lines else "None."
+
+
+def _key(row: Row) -> tuple[str, str]:
+    return "r" if row.status == "refused" else "F", alike(row.reason)
 
 
 def alike(reason: str) -> str:
@@ -103,16 +110,13 @@ def alike(reason: str) -> str:
     return re.sub(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\w])", "#", text)
 
 
-def matrix(rows: Sequence[Row], codes: Codes) -> Table:
+def matrix(rows: Sequence[Row], codes: Codes) -> Sheet:
     """Return methods by variants of one case."""
     variants = list(dict.fromkeys(row.variant for row in rows))
+    known = {(row.method, row.variant): cell(row, codes) for row in rows}
     methods = dict.fromkeys(row.method for row in rows)
-    known = {(row.method, row.variant): row for row in rows}
-    lines = [["method", *variants]]
-    for method in methods:
-        cells = [known.get((method, variant)) for variant in variants]
-        lines.append([method, *("" if row is None else cell(row, codes) for row in cells)])
-    return lines
+    lines = [[method, *(known.get((method, variant), "") for variant in variants)] for method in methods]
+    return table(["method", *variants], lines)
 
 
 def cell(row: Row, codes: Codes) -> str:
@@ -122,7 +126,7 @@ def cell(row: Row, codes: Codes) -> str:
         return codes.of(row) + (" !" if mark is Verdict.VIOLATION else "")
     error = worst_error(row)
     share = "" if error is None else f" {percent(error)}"
-    word = f" {told(row)[0]}" if mark is Verdict.TOLD else ""
+    word = f" {telling(row)[0]}" if mark is Verdict.TOLD else ""
     return f"{mark.value}{share}{word}"
 
 
@@ -131,72 +135,34 @@ def percent(share: float) -> str:
     return "<1e-4 %" if share < 1e-6 else f"{float(f'{100.0 * share:.2g}'):g} %"
 
 
-def drift(rows: Sequence[Row]) -> Table:
+def drift(rows: Sequence[Row]) -> Sheet:
     """Return gains and losses of energy by number of steps, one line per method of the case of long runs."""
-    lines: dict[str, dict[int, Row]] = {}
+    known: dict[str, dict[int, Row]] = {}
     for row in rows:
         if (steps := STEPS.search(row.method)) and row.variant in ("", "base"):
-            lines.setdefault(STEPS.sub("", row.method), {})[int(steps.group(1))] = row
-    sizes = sorted({size for found in lines.values() for size in found})
-    head = ["method", *(f"1e{size} steps: gain, loss" for size in sizes), "contacts in the longest", "warnings"]
-    return [
-        head,
-        *([method, *(ledger(found.get(size)) for size in sizes), *last(found)] for method, found in lines.items()),
-    ]
+            known.setdefault(STEPS.sub("", row.method), {})[int(steps.group(1))] = row
+    sizes = sorted({size for found in known.values() for size in found})
+    lines = []
+    for method, found in known.items():
+        last = found[max(found)]
+        contacts = "" if last.contacts is None else str(last.contacts)
+        changes = [_changes(found.get(size)) for size in sizes]
+        lines.append([method, *changes, contacts, last.warnings.replace(";", ", ")])
+    columns = [f"1e{size} steps, gain and loss" for size in sizes]
+    return table(["method", *columns, "contacts in the longest", "warnings"], lines)
 
 
-def ledger(row: Row | None) -> str:
-    """Return the largest gain and loss of a run over its initial energy, or the end of the run."""
-    if row is None:
-        return ""
-    if not row.completed:
-        return row.status
+def _changes(row: Row | None) -> str:
+    """Return the largest gain and loss of a run over its reference energy, or its status."""
+    if row is None or not row.completed:
+        return "" if row is None else row.status
     return f"{row.energy_gain or 0.0:.1e}, {row.energy_loss or 0.0:.1e}"
-
-
-def last(found: dict[int, Row]) -> list[str]:
-    """Return contacts and warnings of the run with the most steps."""
-    row = found[max(found)]
-    return ["" if row.contacts is None else str(row.contacts), row.warnings.replace(";", ", ")]
 
 
 def markdown(blocks: Iterable[Block]) -> str:
     """Return blocks as Markdown."""
-    parts = []
-    for heading, body in blocks:
-        if heading:
-            parts.append(f"## {heading}\n")
-        if isinstance(body, str):
-            parts.append(f"{body}\n" if body else "")
-        else:
-            head, *lines = [[text.replace("|", "\\|") for text in line] for line in body]
-            rule = "|---" * len(head) + "|"
-            parts.append(
-                "\n".join(["| " + " | ".join(head) + " |", rule, *("| " + " | ".join(x) + " |" for x in lines)])
-            )
-            parts.append("")
-    return "\n".join(parts)
-
-
-STYLE = (
-    "body{font:15px/1.45 system-ui,sans-serif;margin:2em;max-width:110em}table{border-collapse:collapse;font-size:13px}"
-    "th,td{border:1px solid #ccc;padding:2px 6px;text-align:left;vertical-align:top}th{background:#eee}"
-)
-
-
-def webpage(blocks: Iterable[Block]) -> str:
-    """Return blocks as one HTML page that needs nothing else."""
-    parts = []
-    for heading, body in blocks:
-        if heading:
-            parts.append(f"<h2>{html.escape(heading)}</h2>")
-        if isinstance(body, str):
-            parts.append(f"<p>{html.escape(body)}</p>" if body else "")
-        else:
-            head, *lines = body
-            parts.append("<table><tr>" + "".join(f"<th>{html.escape(text)}</th>" for text in head) + "</tr>")
-            parts += ["<tr>" + "".join(f"<td>{html.escape(text)}</td>" for text in line) + "</tr>" for line in lines]
-            parts.append("</table>")
-    title = "Stability on hard cases"
-    head_text = f"<!doctype html><html lang='en'><meta charset='utf-8'><title>{title}</title><style>{STYLE}</style>"
-    return head_text + f"<h1>{title}</h1>" + "\n".join(parts) + "</html>\n"
+    parts = [
+        (f"## {heading}\n\n" if heading else "") + (body if isinstance(body, str) else sheets.markdown(body).rstrip())
+        for heading, body in blocks
+    ]
+    return "\n\n".join(parts) + "\n"

@@ -1,4 +1,4 @@
-"""The tables over all scenes: fastest methods, ranking, special grids, uncertainties."""
+"""The tables over all scenes: fastest methods, ranking, uncertainties."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import statistics
 from collections.abc import Sequence
 
 from impactlab.bench.report.looks import power
-from impactlab.bench.report.ranking import FAILED, MET, REFUSED, Standing, best, fastest, judged, median, ranking
-from impactlab.bench.report.sheets import DASH, SPECIAL, Heading, Sheet, milliseconds, short
-from impactlab.bench.report.views import BOTH, CLOCKS, TOLERANCES, Norm, SceneRows, on_special_grid
+from impactlab.bench.report.ranking import MET, REFUSED, Standing, best, fastest, judged, median, ranking
+from impactlab.bench.report.sheets import DASH, SPECIAL, Sheet, headings, milliseconds, short
+from impactlab.bench.report.views import BOTH, CLOCKS, TOLERANCES, Norm, SceneRows
 from impactlab.bench.schema import COMPLETED, Row
 
 CLOCK_WORDS = {"solve": "time to solve", "total": "time to solve with set-up"}
@@ -25,30 +25,26 @@ def winners(scenes: Sequence[SceneRows], norm: Norm = BOTH) -> Sheet:
         exact = fastest(stepless, norm, scene, TOLERANCES[-1], CLOCKS["solve"])
         cells = [scene.name, milliseconds(exact.solve_s if exact else None)]
         for tolerance in TOLERANCES:
-            sure = bool(judged([scene], norm, tolerance).scenes)
-            cells.append(_winner(scene, norm, tolerance) if sure else "not judged")
+            certain = judged([scene], norm, tolerance).scenes
+            cells.append(_winner(scene, norm, tolerance) if certain else "not judged")
         rows.append(tuple(cells))
-    heads = (
-        Heading("scene", numeric=False),
-        Heading("exact", "ms"),
-        *(Heading(power(t), "", numeric=False, group="fastest with steps, time in ms") for t in TOLERANCES),
-    )
+    columns = [f"fastest with steps, time in ms: {power(t)}" for t in TOLERANCES]
+    heads = headings("scene", "exact [ms]", *columns, text=("scene", *map(power, TOLERANCES)))
     note = (
         f"The fastest method with steps whose errors in {norm.title} both stay within the tolerance, and its time to "
-        f"solve without set-up. Exact: the time of the answer from event to event, where the scene has one. {SPECIAL} "
-        "stands on the special grid dt = h/c; the fastest without it follows."
+        f"solve without set-up. Exact: the time of the solution from event to event, where the scene has one. {SPECIAL}"
+        " stands on the special grid dt = h/c; the fastest without it follows."
     )
-    return Sheet("winners", "Which method is fastest where", note, heads, tuple(rows))
+    return Sheet("winners", "Fastest method by scene and tolerance", note, heads, tuple(rows))
 
 
 def _winner(scene: SceneRows, norm: Norm, tolerance: float) -> str:
-    rows = [row for row in scene.rows if not row.stepless]
-    first = fastest(rows, norm, scene, tolerance, CLOCKS["solve"])
+    first = fastest(scene.stepped, norm, scene, tolerance, CLOCKS["solve"])
     if first is None:
         return "none"
-    if not on_special_grid(first):
+    if not first.special:
         return _timed(first)
-    second = best(scene, norm, tolerance, CLOCKS["solve"], ordinary=True)
+    second = best(scene, norm, tolerance, ordinary=True)
     return f"{_timed(first)}; {_timed(second) if second else 'no other'}"
 
 
@@ -58,56 +54,45 @@ def _timed(row: Row) -> str:
 
 def named(row: Row) -> str:
     """Return the method of a row, marked where it stands on a special grid."""
-    return row.method + (SPECIAL if on_special_grid(row) else "")
+    return row.method + (SPECIAL if row.special else "")
 
 
 def ranking_sheet(scenes: Sequence[SceneRows], norm: Norm, clock: str = "solve") -> Sheet:
-    """Return in how many scenes each method meets each tolerance, and its time over that of the best."""
+    """Return in how many scenes each method meets each tolerance, and its time over that of the fastest."""
     tables = [{s.method: s for s in ranking(scenes, norm, tolerance, clock)} for tolerance in TOLERANCES]
-    order = sorted(tables[0], key=lambda method: _worth(method, tables))
-    special = {row.method for scene in scenes for row in scene.rows if on_special_grid(row)}
+    special = {row.method for scene in scenes for row in scene.rows if row.special}
     rows = []
-    for method in order:
+    for method in sorted(tables[0], key=lambda method: _order(method, tables)):
         cells = [method + (SPECIAL if method in special else "")]
-        for table in tables:
-            each = table[method]
-            worst = max(each.ratios, default=None)
-            cells += [_share(each), *(map(short, (median(each.ratios), worst, median(each.ratios_stepped))))]
-        cells += [str(tables[1][method].count(REFUSED)), _failed(scenes, method)]
-        rows.append(tuple(cells))
-    heads = [Heading("method", numeric=False)]
-    for tolerance, table in zip(TOLERANCES, tables, strict=True):
-        count = max((len(each.results) for each in table.values()), default=0)
+        for each in (table[method] for table in tables):
+            ratios = median(each.ratios), max(each.ratios, default=None), median(each.ratios_stepped)
+            cells += [str(each.count(MET)) if each.results else DASH, *map(short, ratios)]
+        own = [row for scene in scenes for row in scene.rows if row.method == method]
+        failed = sum(not row.completed and row.status != "refused" for row in own)
+        rows.append((*cells, str(tables[1][method].count(REFUSED)), str(failed)))
+    columns = []
+    for tolerance in TOLERANCES:
+        count = len(judged(scenes, norm, tolerance).scenes)
         group = f"{power(tolerance)}, {count} scene{'' if count == 1 else 's'}"
-        heads += [Heading("met in", group=group), Heading("× best", group=group), Heading("worst", group=group)]
-        heads += [Heading("× stepped", group=group)]
-    heads += [Heading("refused", "scenes"), Heading("failed", "runs")]
+        columns += [f"{group}: {name}" for name in ("met in", "× best", "worst", "× stepped")]
+    heads = headings("method", *columns, "refused [scenes]", "failed [runs]", text=("method",))
     note = (
         f"Scenes in which at least one level of the method keeps its error in {norm.title} within the tolerance; and, "
         f"over those scenes, its {CLOCK_WORDS[clock]} over that of the fastest method there: median and worst, and the "
-        f"median over the fastest method with steps off special grids. Refused: scenes that the method does not take. "
-        f"Failed: runs that ended in a failure, hung or crashed. {SPECIAL} stands on the special grid dt = h/c."
+        f"median over the fastest method with steps off special grids. Refused: scenes that the method refuses. "
+        f"Failed: runs that failed, hung or crashed. {SPECIAL} stands on the special grid dt = h/c."
     )
     title = f"Ranking, {norm.title}, {CLOCK_WORDS[clock]}"
-    return Sheet(f"ranking_{norm.name}_{clock}", title, note, tuple(heads), tuple(rows), _firsts(rows))
+    return Sheet(f"ranking_{norm.name}_{clock}", title, note, heads, tuple(rows), _most(rows))
 
 
-def _worth(method: str, tables: Sequence[dict[str, Standing]]) -> tuple[float, ...]:
-    """Return a key of order: the middle tolerance counts first, then the loose, then the sharp one, then the time."""
+def _order(method: str, tables: Sequence[dict[str, Standing]]) -> tuple[float, ...]:
+    """Return a key of order: scenes met at the middle tolerance, then the loose, then the sharp one, then the time."""
     counts = [-table[method].count(MET) for table in tables]
     return (counts[1], counts[0], counts[2], median(tables[1][method].ratios or tables[0][method].ratios) or 1e9)
 
 
-def _share(standing: Standing) -> str:
-    return str(standing.count(MET)) if standing.results else DASH
-
-
-def _failed(scenes: Sequence[SceneRows], method: str) -> str:
-    rows = [row for scene in scenes for row in scene.rows if row.method == method]
-    return str(sum(not row.completed and row.status != "refused" for row in rows))
-
-
-def _firsts(rows: Sequence[tuple[str, ...]]) -> frozenset[tuple[int, int]]:
+def _most(rows: Sequence[tuple[str, ...]]) -> frozenset[tuple[int, int]]:
     """Return the cells of the most scenes met, tolerance by tolerance."""
     marked = set()
     for column in (1, 5, 9):
@@ -122,36 +107,22 @@ def certainty(scenes: Sequence[SceneRows]) -> Sheet:
     rows = []
     for scene in scenes:
         counts = [sum(row.status == status for row in scene.all_rows) for status in (COMPLETED, "refused")]
-        spread = spreads(scene.all_rows)
-        rows.append(
-            (
-                scene.name,
-                scene.reference or "none",
-                short(scene.uncertainty) if scene.reference else DASH,
-                str(len(scene.all_rows)),
-                *map(str, counts),
-                str(len(scene.all_rows) - sum(counts)),
-                percent_of(statistics.median(spread)) if spread else DASH,
-                percent_of(max(spread)) if spread else DASH,
-            )
-        )
-    heads = (
-        Heading("scene", numeric=False),
-        Heading("reference", numeric=False),
-        Heading("uncertainty"),
-        Heading("runs"),
-        Heading("completed"),
-        Heading("refused"),
-        Heading("failed"),
-        Heading("median", "%", group="spread of times"),
-        Heading("worst", "%", group="spread of times"),
+        total, spread = len(scene.all_rows), spreads(scene.all_rows)
+        uncertainty = short(scene.uncertainty) if scene.reference else DASH
+        shares = (percent_of(statistics.median(spread)), percent_of(max(spread))) if spread else (DASH, DASH)
+        runs = map(str, (total, *counts, total - sum(counts)))
+        rows.append((scene.name, scene.reference or "none", uncertainty, *runs, *shares))
+    heads = headings(
+        *("scene", "reference", "uncertainty", "runs", "completed", "refused", "failed"),
+        *("spread of times: median [%]", "spread of times: worst [%]"),
+        text=("scene", "reference"),
     )
     note = (
         "The uncertainty of a reference is relative; no error is counted as smaller, and a tolerance less than three "
         "times as large is not judged. The spread of a time is how far the median of its repeats lies above their "
-        "minimum, which is the time shown everywhere: differences smaller than that are none."
+        "minimum, which is the time in all tables: smaller differences are noise."
     )
-    return Sheet("certainty", "How sure the numbers are", note, heads, tuple(rows))
+    return Sheet("certainty", "Uncertainty of references and times", note, heads, tuple(rows))
 
 
 def spreads(rows: Sequence[Row]) -> list[float]:
@@ -172,24 +143,9 @@ def excluded(scenes: Sequence[SceneRows], norm: Norm) -> list[tuple[str, str, st
     """Return the exclusions of a ranking: tolerance, scene, reason; once if the same for all tolerances."""
     found: dict[tuple[str, str], list[str]] = {}
     for tolerance in TOLERANCES:
-        for name, reason in judged(scenes, norm, tolerance).excluded:
-            found.setdefault((name, reason), []).append(power(tolerance))
+        for key in judged(scenes, norm, tolerance).excluded:
+            found.setdefault(key, []).append(power(tolerance))
     return [
         ("all tolerances" if len(which) == len(TOLERANCES) else ", ".join(which), name, reason)
         for (name, reason), which in found.items()
     ]
-
-
-def failures(scenes: Sequence[SceneRows]) -> int:
-    """Return how many runs failed, hung or crashed."""
-    return sum(not row.completed and row.status != "refused" for scene in scenes for row in scene.rows)
-
-
-def refusals(table: Sequence[Standing]) -> int:
-    """Return how many pairs of method and scene were refused."""
-    return sum(each.count(REFUSED) for each in table)
-
-
-def broken(table: Sequence[Standing]) -> int:
-    """Return how many pairs of method and scene have no run that ended, though not all were refused."""
-    return sum(each.count(FAILED) for each in table)

@@ -1,4 +1,4 @@
-"""What a row of hard cases is worth: completed, refused or failed with its reason; anything else is a violation."""
+"""Verdicts on rows of hard cases: completed, refused or failed with its reason; anything else is a violation."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from enum import Enum
 
 from impactlab.bench.schema import Row
 
-WRONG = 0.2  # error of displacement or impulse from which a completed run must have said what is wrong
-BALANCE = 0.02  # of the momentum in play, which a summary reads between records; the run checks it to 1e-9 itself
-DRIFT = 0.05  # of the energy: a gain beyond must have been told
+WRONG = 0.2  # error of displacement or impulse from which a completed run must carry a warning about its result
+MAX_IMBALANCE = 0.02  # of the momentum in play, read between the records; the run itself checks it to 1e-9
+MAX_GAIN = 0.05  # of the reference energy: a larger gain must carry a warning
 TELLING = (
     "chatter",
     "coarse_contact",
@@ -29,17 +29,17 @@ TELLING = (
 
 
 class Verdict(Enum):
-    """What became of a method on a scene, with the mark that stands for it."""
+    """The outcome of a method on a scene, with the mark that stands for it."""
 
     RIGHT = "✓"
-    TOLD = "w"  # completed, wrong by more than `WRONG`, and said so
-    UNKNOWN = "?"  # completed in good order, and nothing to measure it by
+    TOLD = "w"  # completed, wrong by more than `WRONG`, with a warning
+    UNKNOWN = "?"  # completed in good order, without a reference
     REFUSED = "r"
     FAILED = "F"
     VIOLATION = "!"
 
 
-def told(row: Row) -> tuple[str, ...]:
+def telling(row: Row) -> tuple[str, ...]:
     """Return the codes of warnings about the result of a row."""
     return tuple(code for code in row.warnings.split(";") if code in TELLING)
 
@@ -53,9 +53,9 @@ def worst_error(row: Row) -> float | None:
 def violations(row: Row) -> Iterator[str]:
     """Give the violations of a row in words.
 
-    A run is completed, refused with a reason and a remedy, or failed with a reason and the time it reached. One that
-    completed keeps momentum and tells where it gained energy; where its answer is known and off by more than `WRONG`,
-    one of its warnings says why.
+    A run is completed, refused with a reason and a remedy, or failed with a reason and the time it reached. A completed
+    run keeps momentum and warns of energy that it gained; where its result is off by more than `WRONG` of the
+    reference, a warning gives the reason.
     """
     if row.status in ("hung", "crashed"):
         yield f"{row.status}: {row.reason}"
@@ -66,19 +66,15 @@ def violations(row: Row) -> Iterator[str]:
         if not row.reason or row.reached_time is None:
             yield "failed without a reason or the time that it reached"
     else:
-        yield from _completed(row)
-
-
-def _completed(row: Row) -> Iterator[str]:
-    if row.energy_gain is None or row.energy_loss is None:
-        yield "its energy is no number"
-    elif row.energy_gain > DRIFT and not told(row):
-        yield f"gained {100.0 * row.energy_gain:.2g} % of its energy and did not say so"
-    if row.momentum_error is not None and row.momentum_error > BALANCE:
-        yield f"momentum and impulses differ by {100.0 * row.momentum_error:.2g} %"
-    error = worst_error(row)
-    if error is not None and error > WRONG and not told(row):
-        yield f"wrong by {100.0 * error:.2g} % without a warning"
+        if row.energy_gain is None or row.energy_loss is None:
+            yield "its energy is no number"
+        elif row.energy_gain > MAX_GAIN and not telling(row):
+            yield f"gained {100.0 * row.energy_gain:.2g} % of its energy without a warning"
+        if row.momentum_error is not None and row.momentum_error > MAX_IMBALANCE:
+            yield f"momentum and impulses differ by {100.0 * row.momentum_error:.2g} %"
+        error = worst_error(row)
+        if error is not None and error > WRONG and not telling(row):
+            yield f"wrong by {100.0 * error:.2g} % without a warning"
 
 
 def verdict(row: Row) -> Verdict:

@@ -7,16 +7,18 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
-from impactlab.bench.schema import Row, setting
+from impactlab.bench.schema import Row
 
-AUTOMATIC = "automatic"  # the method that chooses
-OWN = "own."  # begins the names of methods that a case brings along: another thing in every case, so never ranked
-EXACT = 1e-12  # an error below it is rounding
-SURE = 1.0 / 3.0  # a reference less sure than this share of a tolerance cannot judge it
+AUTOMATIC = "automatic"  # name of the automatic choice among the methods
+OWN = "own."  # prefix of the methods of a case file: they differ from case to case, so they are not ranked
+MIN_ERROR = 1e-12  # relative; a smaller error is rounding
+MAX_UNCERTAINTY = 1.0 / 3.0  # of a tolerance: beyond it a reference cannot show that the tolerance is met
+
+Clock = Callable[[Row], float | None]
 
 
 class Norm(NamedTuple):
-    """A way to measure an error, as it is named."""
+    """A measure of the error, with its title."""
 
     name: str
     title: str
@@ -32,9 +34,9 @@ NORMS = (
     Norm("event_times", "event times", "error of event times [T]", False),
 )
 BOTH = Norm("both", "displacement and impulse", "larger error of displacement and impulse (relative)")
-GOALS = (BOTH, NORMS[0], NORMS[1])  # what tolerances are asked of
+GOALS = (BOTH, NORMS[0], NORMS[1])  # the norms of the rankings
 TOLERANCES = (1e-2, 1e-3, 1e-4)
-CLOCKS: dict[str, Callable[[Row], float | None]] = {"solve": lambda row: row.solve_s, "total": lambda row: row.total_s}
+CLOCKS: dict[str, Clock] = {"solve": lambda row: row.solve_s, "total": lambda row: row.total_s}
 
 
 class Family(NamedTuple):
@@ -48,6 +50,16 @@ class Family(NamedTuple):
         """Return the rows that came to their end."""
         return tuple(row for row in self.rows if row.completed)
 
+    @property
+    def stepless(self) -> bool:
+        """Return whether runs ended and none of them took a step."""
+        return bool(self.completed) and all(row.stepless for row in self.completed)
+
+    @property
+    def special(self) -> bool:
+        """Return whether a row stands on the special grid dt = h/c."""
+        return any(row.special for row in self.rows)
+
 
 @dataclass(frozen=True)
 class SceneRows:
@@ -55,13 +67,18 @@ class SceneRows:
 
     name: str
     families: tuple[Family, ...]  # of the grid
-    own: tuple[Family, ...]  # that the case brings along
-    automatic: tuple[Row, ...]  # the rows of the automatic choice
+    own: tuple[Family, ...]  # of the case file
+    automatic: tuple[Row, ...]  # of the automatic choice
 
     @cached_property
     def rows(self) -> tuple[Row, ...]:
         """Return the rows of the grid."""
         return tuple(row for family in self.families for row in family.rows)
+
+    @cached_property
+    def stepped(self) -> tuple[Row, ...]:
+        """Return the rows of the grid with steps: beside an exact solution none of them would stand on a front."""
+        return tuple(row for row in self.rows if not row.stepless)
 
     @cached_property
     def all_rows(self) -> tuple[Row, ...]:
@@ -85,7 +102,7 @@ class SceneRows:
 
     @cached_property
     def uncertainty(self) -> float:
-        """Return how far the reference itself may be off (relative); 0 if the table does not say."""
+        """Return the uncertainty of the reference (relative); 0 where the table has none."""
         return max((row.reference_uncertainty or 0.0 for row in self.all_rows), default=0.0)
 
 
@@ -98,7 +115,7 @@ def gathered(rows: Sequence[Row]) -> tuple[SceneRows, ...]:
 
 
 def _scene(name: str, methods: Mapping[str, Sequence[Row]]) -> SceneRows:
-    families = [Family(m, tuple(sorted(own, key=_rung))) for m, own in methods.items() if m != AUTOMATIC]
+    families = [Family(m, tuple(sorted(own, key=_level))) for m, own in methods.items() if m != AUTOMATIC]
     return SceneRows(
         name,
         tuple(family for family in families if not family.method.startswith(OWN)),
@@ -107,7 +124,7 @@ def _scene(name: str, methods: Mapping[str, Sequence[Row]]) -> SceneRows:
     )
 
 
-def _rung(row: Row) -> float:
+def _level(row: Row) -> float:
     """Return the place of a level on its ladder; levels with names keep the order of the table."""
     try:
         return float(row.level)
@@ -120,36 +137,19 @@ def methods_of(scenes: Sequence[SceneRows]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(family.method for scene in scenes for family in scene.families))
 
 
-def error(row: Row, norm: Norm, scene: SceneRows) -> float | None:
+def error(row: Row | None, norm: Norm, scene: SceneRows) -> float | None:
     """Return the error of a row for comparisons, or None.
 
-    Nothing is better than its reference: an error below the uncertainty of the reference counts as that uncertainty,
-    and one below rounding as rounding. Both at once is the larger of the two; in a scene without impulse, or without
-    displacement, the one that exists. Event times have an error only where no event was missed.
+    An error below the uncertainty of the reference counts as that uncertainty, and one below rounding as rounding.
+    `BOTH` is the larger of the two; in a scene without impulse, or without displacement, the other one. Event times
+    have an error only where no event was missed.
     """
-    if not row.completed:
+    if row is None or not row.completed:
         return None
     if norm is BOTH:
         parts = [error(row, each, scene) for each in NORMS[:2] if each.name in scene.measured]
         return None if not parts or None in parts else max(part for part in parts if part is not None)
     value = getattr(row, norm.name)
     if value is None or (norm.name == "event_times" and row.events_missed):
-        return None  # of the events that a run found, the error may be nothing; of one that it missed there is none
-    return max(float(value), EXACT, scene.uncertainty if norm.relative else 0.0)
-
-
-def meets(row: Row, norm: Norm, scene: SceneRows, tolerance: float) -> bool:
-    """Return whether the error of a row stays within a tolerance."""
-    value = error(row, norm, scene)
-    return value is not None and value <= tolerance
-
-
-def courant(row: Row) -> float | None:
-    """Return c dt/h as the settings of a row ask for it; None where they ask otherwise."""
-    value = setting(row, "solve.step.courant")
-    return float(value) if isinstance(value, int | float) else None
-
-
-def on_special_grid(row: Row) -> bool:
-    """Return whether a row has dt = h/c: on a uniform rod waves then go from node to node without any error."""
-    return courant(row) == 1.0
+        return None
+    return max(float(value), MIN_ERROR, scene.uncertainty if norm.relative else 0.0)

@@ -1,4 +1,4 @@
-"""What the table says, in sentences: who wins where, and how sure that is."""
+"""The findings of a table in sentences: the fastest methods, and the uncertainty of references and times."""
 
 from __future__ import annotations
 
@@ -6,21 +6,21 @@ import collections
 import statistics
 from collections.abc import Sequence
 
-from impactlab.bench.report.automatic import verdict_words
+from impactlab.bench.report.automatic import choice_words
 from impactlab.bench.report.looks import power
-from impactlab.bench.report.ranking import MET, best, judged, median, ranking
+from impactlab.bench.report.ranking import CONVERGED, MET, best, judged, median, ranking
 from impactlab.bench.report.sheets import milliseconds, short
 from impactlab.bench.report.summary_sheets import percent_of, spreads
-from impactlab.bench.report.views import BOTH, CLOCKS, TOLERANCES, SceneRows, on_special_grid
+from impactlab.bench.report.views import BOTH, TOLERANCES, SceneRows
 from impactlab.bench.schema import COMPLETED, Row
 
-NAMED = 3  # methods that a sentence names
+MAX_NAMED = 3  # methods that a sentence names
 
 
 def findings(scenes: Sequence[SceneRows]) -> list[str]:
-    """Return which method wins where, one sentence each, most telling first."""
-    told = [_exact(scenes), *(_at(scenes, tolerance) for tolerance in TOLERANCES)]
-    return [sentence for sentence in [*told, _steady(scenes), *verdict_words(scenes)] if sentence]
+    """Return the fastest methods, one sentence for each finding."""
+    told = [_exact(scenes), *(_at(scenes, tolerance) for tolerance in TOLERANCES), _steady(scenes)]
+    return [*filter(None, told), *choice_words(scenes)]
 
 
 def _exact(scenes: Sequence[SceneRows]) -> str:
@@ -28,33 +28,28 @@ def _exact(scenes: Sequence[SceneRows]) -> str:
     served = [scene for scene in scenes if any(row.stepless for row in scene.rows)]
     if not served:
         return ""
-    wins, times = 0, []
-    for scene in served:
-        own = [row for row in scene.rows if row.stepless and row.solve_s]
-        times += [float(row.solve_s or 0.0) for row in own]
-        leads = [best(scene, BOTH, tolerance, CLOCKS["solve"]) for tolerance in TOLERANCES]
-        wins += all(lead is not None and lead.stepless for lead in leads)
+    times = [row.solve_s for scene in served for row in scene.rows if row.stepless and row.solve_s]
+    leads = [[best(scene, BOTH, tolerance) for tolerance in TOLERANCES] for scene in served]
+    wins = sum(all(lead is not None and lead.stepless for lead in found) for found in leads)
     middle = f", median {milliseconds(statistics.median(times))} ms" if times else ""
     return (
-        f"An answer without steps exists in {len(served)} of {_scenes(len(scenes))}{middle}; it is the fastest at "
-        f"every tolerance in {wins} of them. What follows compares the methods with steps."
+        f"A solution without steps exists in {len(served)} of {_scenes(len(scenes))}{middle}; it is the fastest at "
+        f"every tolerance in {wins} of them. All that follows compares the methods with steps."
     )
 
 
 def _at(scenes: Sequence[SceneRows], tolerance: float) -> str:
-    """Return who is fastest most often at one tolerance, special grids left out."""
+    """Return the methods that are fastest most often at one tolerance, special grids left out."""
     kept = judged(scenes, BOTH, tolerance).scenes
     if not kept:
-        return f"No scene can be judged at {power(tolerance)}."
-    wins: collections.Counter[str] = collections.Counter()
-    for scene in kept:
-        lead = best(scene, BOTH, tolerance, CLOCKS["solve"], ordinary=True)
-        wins.update([lead.method] if lead is not None else [])
-    unmet = len(kept) - sum(wins.values())
+        return f"No scene has a reference certain enough for {power(tolerance)}."
+    leads = (best(scene, BOTH, tolerance, ordinary=True) for scene in kept)
+    wins = collections.Counter(lead.method for lead in leads if lead is not None)
     if not wins:
-        told = f"At {power(tolerance)} no method with steps off special grids meets both norms"
-        return f"{told} in any of {_scenes(len(kept))}."
-    named = ", ".join(f"{method} in {count}" for method, count in wins.most_common(NAMED))
+        named = f"At {power(tolerance)} no method with steps off special grids meets both norms"
+        return f"{named} in any of {_scenes(len(kept))}."
+    named = ", ".join(f"{method} in {count}" for method, count in wins.most_common(MAX_NAMED))
+    unmet = len(kept) - wins.total()
     missing = f"; none meets it in {unmet}" if unmet else ""
     return f"At {power(tolerance)} in displacement and impulse, of {_scenes(len(kept))}, fastest is {named}{missing}."
 
@@ -62,7 +57,7 @@ def _at(scenes: Sequence[SceneRows], tolerance: float) -> str:
 def _steady(scenes: Sequence[SceneRows]) -> str:
     """Return the stepped method that meets the middle tolerance most often off special grids, with its cost."""
     tolerance = TOLERANCES[1]
-    apart = {row.method for scene in scenes for row in scene.rows if row.stepless or on_special_grid(row)}
+    apart = {row.method for scene in scenes for row in scene.rows if row.stepless or row.special}
     table = [each for each in ranking(scenes, BOTH, tolerance) if each.method not in apart and each.count(MET)]
     if not table:
         return ""
@@ -73,14 +68,14 @@ def _steady(scenes: Sequence[SceneRows]) -> str:
 
 
 def certainty_words(rows: Sequence[Row], scenes: Sequence[SceneRows]) -> list[str]:
-    """Return the uncertainty of references and times, and the parts without measurement."""
-    exact = [scene for scene in scenes if scene.reference in ("st_venant", "kelvin_voigt")]
-    converged = [scene for scene in scenes if scene.reference and scene not in exact]
+    """Return the uncertainty of references and times, the scenes without reference, the runs without result."""
+    converged = [scene for scene in scenes if scene.reference == CONVERGED]
+    exact = sum(bool(scene.reference) for scene in scenes) - len(converged)
     none = [scene.name for scene in scenes if not scene.reference]
-    words = [f"Errors are measured against the exact answer in {_scenes(len(exact))}"]
+    words = [f"Errors are measured against the exact solution in {_scenes(exact)}"]
     if converged:
         worst = max(scene.uncertainty for scene in converged)
-        words[0] += f", against a converged one in {len(converged)} (itself sure to {short(worst)} or better)"
+        words[0] += f", against a converged one in {len(converged)} (of uncertainty {short(worst)} or less)"
     words[0] += "."
     if none:
         words.append(f"No reference, so not ranked: {', '.join(none)}.")
@@ -94,18 +89,16 @@ def certainty_words(rows: Sequence[Row], scenes: Sequence[SceneRows]) -> list[st
             f"in the worst {most} %. A ratio nearer to one than that is a tie."
         )
     counts = collections.Counter(row.status for row in rows)
-    lost = ", ".join(f"{count} {status}" for status, count in counts.items() if status != COMPLETED)
-    words.append(
-        f"{len(rows)} runs: {counts[COMPLETED]} completed{', ' + lost if lost else ''}. All of them are listed."
-    )
+    lost = "".join(f", {count} {status}" for status, count in counts.items() if status != COMPLETED)
+    words.append(f"{len(rows)} runs: {counts[COMPLETED]} completed{lost}. All of them are listed.")
     places = sorted({row.machine for row in rows if row.machine})
     if places:
         words.append(f"Measured on {'; '.join(places)}.")
     if len(places) > 1:
-        words.append("Times of several machines stand in this table: do not compare them.")
+        words.append("The table holds times of several machines: do not compare them.")
     codes = sorted({row.code for row in rows if row.code})
     if len(codes) > 1:
-        words.append(f"Rows of {len(codes)} versions of impactlab stand in this table: {', '.join(codes)}.")
+        words.append(f"The table holds rows of {len(codes)} versions of impactlab: {', '.join(codes)}.")
     return words
 
 

@@ -1,30 +1,32 @@
-"""Writes the report of a bench from its table alone."""
+"""Writes the report of a bench from its table alone, beside the files of the bench."""
 
 from __future__ import annotations
 
+import contextlib
 import os
 import shutil
 import sys
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from pathlib import Path
 
-from impactlab.bench.report.looks import Look, looks
-from impactlab.bench.report.pages import Folders, write_case, write_index
+from impactlab.bench.report.looks import looks
+from impactlab.bench.report.pages import FOLDERS, write_case, write_index
 from impactlab.bench.report.read import read_table
 from impactlab.bench.report.views import SceneRows, gathered
 from impactlab.errors import CaseError
 
-PARTS = ("figures", "tables", "cases", "index.html")  # in this order they appear: the page comes last
-DRAFT = ".report."  # begins the name of a folder in which a report is made, the number of its process follows
+PARTS = (*FOLDERS, "index.html")  # the files and folders of a report, the page last: it comes when all else is there
 STABILITY = ("stability.md", "stability.html")
+DRAFT = ".report."  # begins the name of a folder in which a report is made, the number of its process follows
 MANIFEST = ".impactlab-report"
 """Names the files of a report in its folder, so that nothing else is ever replaced."""
 
 
 def write_bench(
-    out_dir: Path, table_path: Path, cores: int = 1, progress: Callable[[float], None] | None = None
+    out_dir: Path, table_path: Path, cores: int = 1, progress: Callable[[float], None] = lambda _: None
 ) -> None:
     """Write ``index.html``, ``cases/``, ``figures/`` and ``tables/`` into a folder, from the table alone.
 
@@ -47,61 +49,69 @@ def write_bench(
     CaseError
         If the file is not the table of a bench, or the folder holds files of others where the report would stand.
     """
-    check_report(out_dir)
+    check_report(out_dir, PARTS)
     rows = read_table(table_path)
     scenes = gathered(rows)
-    _sweep(out_dir)
-    draft = Path(tempfile.mkdtemp(prefix=f"{DRAFT}{os.getpid()}.", dir=out_dir))
-    try:
-        folders = Folders(draft)
-        for folder in (folders.figures, folders.tables, folders.cases):
-            folder.mkdir()
+    with replaced(out_dir, PARTS) as draft, contextlib.ExitStack() as stack:
+        for name in FOLDERS:
+            (draft / name).mkdir()
         look = looks(scenes)
         cases: dict[str, list[SceneRows]] = {}
         for scene in scenes:
             cases.setdefault(scene.case, []).append(scene)
-        _draw(folders, cases, look, cores, progress)
-        write_index(folders, rows, scenes, look)
-        written = sorted(name for part in PARTS for name in _files(draft, part))
-        check_report(out_dir)  # it may have changed while the report was made
-        (out_dir / MANIFEST).write_text("\n".join([*written, *_written(out_dir)]) + "\n", encoding="utf-8")
-        others = _written(out_dir) & set(STABILITY)
-        for name in PARTS:
-            _replace(out_dir / name, draft / name)
-        (out_dir / MANIFEST).write_text("\n".join([*written, *sorted(others)]) + "\n", encoding="utf-8")
+        each: Callable[..., Iterable[None]] = map
+        if min(cores, len(cases)) > 1:
+            each = stack.enter_context(ProcessPoolExecutor(min(cores, len(cases), os.cpu_count() or 1))).map
+        done = 0
+        drawings = each(partial(write_case, draft, look=look), cases, cases.values())
+        for listed, _ in zip(cases.values(), drawings, strict=True):
+            done += len(listed)
+            progress(done / (len(scenes) + 1))
+        write_index(draft, rows, scenes, look)
+    progress(1.0)
+
+
+@contextlib.contextmanager
+def replaced(out_dir: Path, parts: Sequence[str]) -> Iterator[Path]:
+    """Give a folder for the parts of a report, which then take the places of those of the last report.
+
+    Raises
+    ------
+    CaseError
+        If one of them would replace a file that no report wrote.
+    """
+    check_report(out_dir, parts)
+    _sweep(out_dir)
+    draft = Path(tempfile.mkdtemp(prefix=f"{DRAFT}{os.getpid()}.", dir=out_dir))
+    try:
+        yield draft
+        check_report(out_dir, parts)  # it may have changed while the report was made
+        written = {name for part in parts for name in _files(draft, part)}
+        before = _written(out_dir)
+        others = {name for name in before if Path(name).parts[0] not in parts}
+        _record(out_dir, written | before)
+        for part in parts:
+            _move(draft / part, out_dir / part)
+        _record(out_dir, written | others)
     finally:
         shutil.rmtree(draft, ignore_errors=True)
-    if progress is not None:
-        progress(1.0)
 
 
 def _sweep(out_dir: Path) -> None:
     """Delete the drafts of killed reports; a report at work keeps its folder."""
     if sys.platform == "win32":
-        return  # no harmless signal there tells whether a process lives
+        return  # it has no signal that tests for a process without ending it
     for path in out_dir.glob(f"{DRAFT}*"):
-        number = path.name.removeprefix(DRAFT).partition(".")[0]
         try:
-            os.kill(int(number), 0)
+            os.kill(int(path.name.removeprefix(DRAFT).partition(".")[0]), 0)
         except (ValueError, ProcessLookupError):
             shutil.rmtree(path, ignore_errors=True)
             path.unlink(missing_ok=True)
         except OSError:
-            continue  # it lives, and is another user's
+            continue  # a running process of another user
 
 
-def write_pages(out_dir: Path, pages: Mapping[str, str]) -> None:
-    """Write pages into a folder beside what is there, by name; files of others are not replaced."""
-    check_report(out_dir, tuple(pages))
-    known = _written(out_dir)
-    (out_dir / MANIFEST).write_text("\n".join(sorted(known | set(pages))) + "\n", encoding="utf-8")
-    for name, text in pages.items():
-        draft = out_dir / f"{DRAFT}{os.getpid()}.{name}"
-        draft.write_text(text, encoding="utf-8")
-        draft.replace(out_dir / name)
-
-
-def check_report(out_dir: Path, parts: Sequence[str] = PARTS) -> None:
+def check_report(out_dir: Path, parts: Sequence[str]) -> None:
     """Raise `CaseError` if a report would replace files that no report wrote."""
     if not out_dir.is_dir():
         raise CaseError(f"there is no folder {str(out_dir)!r} to write in", remedy="Make it, or give another --out.")
@@ -127,40 +137,14 @@ def _written(folder: Path) -> set[str]:
     return set(manifest.read_text(encoding="utf-8").splitlines()) if manifest.is_file() else set()
 
 
-def _draw(
-    folders: Folders,
-    cases: dict[str, list[SceneRows]],
-    look: dict[str, Look],
-    cores: int,
-    progress: Callable[[float], None] | None,
-) -> None:
-    """Write the pages of all cases, on several cores if asked."""
-    work = [(folders, case, tuple(scenes), look) for case, scenes in cases.items()]
-    total = sum(len(scenes) for scenes in cases.values()) + 1
-    done = 0
-
-    def tell(scenes: Sequence[SceneRows]) -> None:
-        nonlocal done
-        done += len(scenes)
-        if progress is not None:
-            progress(done / total)
-
-    if min(cores, len(work)) <= 1:
-        for folders_, case, scenes, look_ in work:
-            write_case(folders_, case, scenes, look_)
-            tell(scenes)
-        return
-    with ProcessPoolExecutor(min(cores, len(work), os.cpu_count() or 1)) as pool:
-        waiting = [(pool.submit(write_case, *each), each[2]) for each in work]
-        for future, scenes in waiting:
-            future.result()
-            tell(scenes)
+def _record(folder: Path, names: set[str]) -> None:
+    (folder / MANIFEST).write_text("\n".join(sorted(names)) + "\n", encoding="utf-8")
 
 
-def _replace(target: Path, new: Path) -> None:
-    """Replace a file or folder by a new one."""
+def _move(new: Path, target: Path) -> None:
+    """Move a file or folder to a place; one that stands there is deleted."""
     if target.is_dir() and not target.is_symlink():
         shutil.rmtree(target)
-    elif target.exists() or target.is_symlink():
-        target.unlink()
+    else:
+        target.unlink(missing_ok=True)
     new.replace(target)
