@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -39,11 +39,6 @@ class Job(NamedTuple):
     settings: dict[str, Any]
     reference: str | None = None  # key of what its errors are measured against; None where the case refuses the method
 
-    @property
-    def scene(self) -> str:
-        """Cells of one scene share their reference."""
-        return f"{self.file}/{self.variant}"
-
 
 def case_files(cases: Sequence[Path], suite: str) -> list[Path]:
     """Return the files of the cases given, or those of a suite in the current folder.
@@ -71,7 +66,6 @@ def cells(
     suite: str,
     families: Sequence[Family],
     methods: Sequence[str] | None = None,
-    tell: Callable[[str], None] = lambda _: None,
 ) -> tuple[list[Cell], dict[str, Job]]:
     """Return the cells of some case files, and for each key the job that makes its row.
 
@@ -85,8 +79,6 @@ def cells(
         The grid.
     methods : sequence of str, optional
         Which methods of the cases join the grid: ``own``, ``own.NAME``; all if not given.
-    tell : callable
-        Called with the label of each scene.
 
     Raises
     ------
@@ -99,11 +91,13 @@ def cells(
         written = load_case(file)
         for variant in written.variant_names:
             full = written.variant(variant)
-            tell(full.label)
             case = bare(full)
-            for family in (*families, *_own(full, methods)):
+            own = [f for f in own_families(full) if methods is None or "own" in methods or f.name in methods]
+            for family in (*families, *own):
                 seen: set[str] = set()
-                for level, settings, (key, reference) in _levels(case, family):
+                for level, values in enumerate(family.levels if family.serves(*case.simulation()) else (), start=1):
+                    settings = family.values(*case.simulation(), values)
+                    key, reference = keys_of(case, family.name, settings)
                     if key in seen:
                         continue  # a level that changes nothing here
                     seen.add(key)
@@ -117,18 +111,6 @@ def bare(case: Case) -> Case:
     """Return the scene that a case describes, without the methods and variants that stand beside it."""
     data = {key: value for key, value in case.document.data.items() if key not in ("methods", "variants")}
     return case_of(case.name, case.file, Document(data, {}), registry=case.registry)
-
-
-def _own(case: Case, methods: Sequence[str] | None) -> list[Family]:
-    return [f for f in own_families(case) if methods is None or "own" in methods or f.name in methods]
-
-
-def _levels(case: Case, family: Family) -> Iterator[tuple[int, dict[str, Any], tuple[str, str | None]]]:
-    if not family.serves(*case.simulation()):
-        return
-    for number, level in enumerate(family.levels, start=1):
-        settings = family.values(*case.simulation(), level)
-        yield number, settings, keys_of(case, family.name, settings)
 
 
 def keys_of(case: Case, method: str, settings: dict[str, Any]) -> tuple[str, str | None]:

@@ -1,4 +1,4 @@
-"""Which machine and which versions a table was made with."""
+"""The machine and the versions of a table."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from impactlab.bench.keys import code_hash, code_version
 
 @cache
 def environment() -> dict[str, str]:
-    """Return the columns of the table that say where it was made."""
+    """Return the columns of the table for the code, the machine and the versions."""
     return {
         "code": code_version(),
         "machine": f"{processor()}, {os.cpu_count()} cores, {platform.system()}",
@@ -24,14 +24,11 @@ def environment() -> dict[str, str]:
 
 
 def processor() -> str:
-    """Return the name of the processor, as far as the system reports it."""
-    told = Path("/proc/cpuinfo")
-    if told.is_file():
-        for line in told.read_text(encoding="utf-8", errors="replace").splitlines():
-            key, _, value = line.partition(":")
-            if key.strip() == "model name":
-                return value.strip()
-    return platform.processor() or platform.machine()
+    """Return the name of the processor that the system reports."""
+    facts = Path("/proc/cpuinfo")
+    lines = facts.read_text(encoding="utf-8", errors="replace").splitlines() if facts.is_file() else []
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.processor() or platform.machine()
 
 
 def described() -> dict[str, object]:

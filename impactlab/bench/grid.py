@@ -69,12 +69,8 @@ class Family:
             hard = [number for number, law in enumerate(laws_of(scene, method)) if law.hard]
             made |= {f"contacts.{number}.law": blocks["law"] for number in hard}
         if blocks["model"] is not None:
-            made |= {"solve.models": {}, "solve.model": blocks["model"]}
-            made["solve.integrator"] = None
-        if blocks["integrator"] is not None:
-            made["solve.integrator"] = blocks["integrator"]
-        if blocks["step"] is not None:
-            made["solve.step"] = blocks["step"]
+            made |= {"solve.models": {}, "solve.model": blocks["model"], "solve.integrator": None}
+        made |= {f"solve.{part}": blocks[part] for part in ("integrator", "step") if blocks[part] is not None}
         if self.events is not None or blocks["model"] is not None:
             made["solve.events"] = self.events or "dated"
         return made | settings
@@ -139,79 +135,66 @@ def _line(document: Document, path: str) -> int | None:
     return around[max(around, key=len)] if around else None
 
 
+def _need(kept: bool, text: str, remedy: str, path: str) -> None:
+    if not kept:
+        raise CaseError(text, remedy=remedy, path=path)
+
+
 def _families(data: Mapping[str, Any]) -> tuple[Family, ...]:
     _check_keys(data, ("schema_version", "families"), "")
-    if data.get("schema_version") != 1:
-        raise CaseError("a grid says schema_version: 1", remedy="Write it at the top.", path="schema_version")
+    _need(data.get("schema_version") == 1, "a grid says schema_version: 1", "Write it at the top.", "schema_version")
     families = data.get("families")
-    if not isinstance(families, dict) or not families:
-        raise CaseError("a grid holds families: {NAME: {...}}", remedy="Give at least one family.", path="families")
-    made = tuple(_family(str(name), block) for name, block in families.items())
+    _need(
+        isinstance(families, dict) and bool(families),
+        "a grid holds families: {NAME: {...}}",
+        "Give at least one family.",
+        "families",
+    )
+    made = tuple(_family(str(name), block) for name, block in (families or {}).items())
+    names = [family.name for family in made]
     for family in made:
-        if family.sibling_of is not None and family.sibling_of not in families:
-            raise CaseError(
-                f"{shown(family.sibling_of)} is no family of this grid.{closest(family.sibling_of, families)}",
-                remedy="Name the family that has the special step.",
-                path=f"families.{family.name}.sibling_of",
-            )
+        _need(
+            family.sibling_of is None or family.sibling_of in names,
+            f"{shown(family.sibling_of)} is no family of this grid.{closest(str(family.sibling_of), names)}",
+            "Name the family that has the special step.",
+            f"families.{family.name}.sibling_of",
+        )
     return made
 
 
 def _family(name: str, block: Any) -> Family:
     path = f"families.{name}"
-    if not isinstance(block, dict):
-        raise CaseError(f"{shown(block)} stands where a block of keys is needed", remedy="Write {...}.", path=path)
+    _need(isinstance(block, dict), f"{shown(block)} stands where a block of keys is needed", "Write {...}.", path)
     _check_keys(block, KEYS, path)
-    if name.partition(".")[0] == "own" or "," in name:
-        raise CaseError(f"{shown(name)} is kept for the methods of cases", remedy="Give it a name.", path=path)
+    reserved = name.partition(".")[0] == "own" or "," in name
+    _need(not reserved, f"{shown(name)} is kept for the methods of cases", "Give it another name.", path)
     for part in (*PARTS, "settings"):
-        if block.get(part) is not None and not isinstance(block[part], dict):
-            raise CaseError(
-                f"{shown(block[part])} stands where a block is needed", remedy="Write {...}.", path=f"{path}.{part}"
-            )
+        value = block.get(part)
+        words = f"{shown(value)} stands where a block is needed"
+        _need(value is None or isinstance(value, dict), words, "Write {...}.", f"{path}.{part}")
     scenes = block.get("scenes", "any")
-    if scenes not in SCENES:
-        raise CaseError(
-            f"{shown(scenes)} is no choice of scenes", remedy=f"Allowed: {listed(SCENES)}.", path=f"{path}.scenes"
-        )
-    return Family(
-        name,
-        str(block.get("for", "")),
-        law=block.get("law"),
-        model=block.get("model"),
-        integrator=block.get("integrator"),
-        step=block.get("step"),
-        events=block.get("events"),
-        settings=block.get("settings") or {},
-        scenes=scenes,
-        sibling_of=block.get("sibling_of"),
-        levels=_levels(block.get("levels") or {}, f"{path}.levels"),
-    )
+    words = f"{shown(scenes)} is no choice of scenes"
+    _need(scenes in SCENES, words, f"Allowed: {listed(SCENES)}.", f"{path}.scenes")
+    given = {key: block.get(key) for key in (*PARTS, "events", "sibling_of")}
+    levels = _levels(block.get("levels") or {}, f"{path}.levels")
+    settings = block.get("settings") or {}
+    return Family(name, str(block.get("for", "")), **given, settings=settings, scenes=scenes, levels=levels)
 
 
 def _levels(block: Any, path: str) -> tuple[Mapping[str, Any], ...]:
     """Return the levels of lists of values: the first of each list, the second of each, and so on."""
-    if not isinstance(block, dict):
-        raise CaseError(f"{shown(block)} is no ladder", remedy="Write {path: [values]}.", path=path)
+    _need(isinstance(block, dict), f"{shown(block)} is no ladder", "Write {path: [values]}.", path)
     for key, values in block.items():
-        if not isinstance(values, list) or not values:
-            raise CaseError(f"{shown(values)} is no list of values", remedy="Write [a, b].", path=f"{path}.{key}")
-    counts = {key: len(values) for key, values in block.items()}
-    if len(set(counts.values())) > 1:
-        told = ", ".join(f"{key} {count}" for key, count in counts.items())
-        raise CaseError(
-            f"lists of different lengths: {told}", remedy="Give as many values of each; they go together.", path=path
-        )
-    if not block:
-        return ({},)
-    return tuple(dict(zip(block, values, strict=True)) for values in zip(*block.values(), strict=True))
+        kept = isinstance(values, list) and bool(values)
+        _need(kept, f"{shown(values)} is no list of values", "Write [a, b].", f"{path}.{key}")
+    counts = ", ".join(f"{key} {len(values)}" for key, values in block.items())
+    same = len({len(values) for values in block.values()}) <= 1
+    _need(same, f"lists of different lengths: {counts}", "Give as many values of each; they go together.", path)
+    levels = zip(*block.values(), strict=True)
+    return tuple(dict(zip(block, values, strict=True)) for values in levels) if block else ({},)
 
 
 def _check_keys(block: Mapping[str, Any], allowed: Sequence[str], path: str) -> None:
     for key in block:
-        if key not in allowed:
-            raise CaseError(
-                f"the key {shown(key)} is not known here.{closest(key, allowed)}",
-                remedy=f"Allowed: {listed(allowed)}.",
-                path=f"{path}.{key}".strip("."),
-            )
+        text = f"the key {shown(key)} is not known here.{closest(str(key), allowed)}"
+        _need(key in allowed, text, f"Allowed: {listed(allowed)}.", f"{path}.{key}".strip("."))

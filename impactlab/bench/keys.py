@@ -10,13 +10,11 @@ import dataclasses
 import hashlib
 import json
 import platform
-import sys
 from collections.abc import Iterable, Mapping
 from enum import Enum
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -31,7 +29,7 @@ from impactlab.refine import reference
 from impactlab.scene.method import Method
 from impactlab.scene.problem import Scene
 
-# Rooms and files of the package that no number of a row comes from, and the one file of theirs that makes some.
+# Rooms and files of the package without influence on the numbers of a row, and the one file of theirs that has some.
 APART = ("report/", "testing/", "bench/report/", "cli/", "cite.py", "citations.bib")
 SUMMARY = "report/summary.py"
 
@@ -78,31 +76,22 @@ def digest(value: Any) -> str:
 
 def row_key(case: Case) -> str:
     """Return the key of the row of a case whose method is in place."""
-    return digest(
-        {
-            "run": nameless(*case.simulation()),
-            "physics": nameless(*api.physics_of(case)),
-            "code": code_hash(),
-            "plugins": {name: tree_hash(name) for name in sorted(strangers(case))},
-            "environment": numeric_environment(),
-        }
-    )
+    plugins_used = {name: tree_hash(name) for name in sorted(plugin_modules(case))}
+    facts = {"run": nameless(*case.simulation()), "physics": nameless(*api.physics_of(case)), "plugins": plugins_used}
+    return _key(facts)
 
 
 def refused_key(case: Case, values: Mapping[str, Any]) -> str:
     """Return the key of a row whose method the case refuses before there is a scene."""
-    return digest(
-        {
-            "refused": nameless(*case.simulation()),
-            "values": content(values),
-            "code": code_hash(),
-            "environment": numeric_environment(),
-        }
-    )
+    return _key({"refused": nameless(*case.simulation()), "values": content(values)})
+
+
+def _key(facts: Mapping[str, Any]) -> str:
+    return digest({**facts, "code": code_hash(), "environment": numeric_environment()})
 
 
 def reference_key(scene: Scene, method: Method) -> str:
-    """Return the key of the reference of a scene and its laws: what `impactlab.refine.reference` says it depends on."""
+    """Return the key of the reference of a scene and its laws: a hash of the content that it depends on."""
     return digest(content(reference.physics_key(scene, method)))
 
 
@@ -122,16 +111,16 @@ def numeric_environment() -> dict[str, str]:
     }
 
 
-def strangers(case: Case) -> set[str]:
-    """Return the top modules of the parts that a case and its physics use, and of its metrics, but impactlab's own."""
+def plugin_modules(case: Case) -> set[str]:
+    """Return the top modules of the plugins among the parts and metrics of a case and its physics."""
     parts: list[Any] = []
     for method in (case.simulation().method, api.physics_of(case).method):
         parts += [*method.laws.values(), method.integrator, *method.models.values()]
-    parts += [inner for part in parts if part is not None for inner in plugins.parts_inside(part)]
-    modules = {type(part).__module__.partition(".")[0] for part in parts if part is not None}
+    parts = [part for part in parts if part is not None]
+    parts += [inner for part in parts for inner in plugins.parts_inside(part)]
+    modules = {type(part).__module__.partition(".")[0] for part in parts}
     asked = set(case.scene().metrics)
-    measured = (entry for entry in plugins.registry().entries if entry.group == METRICS.name and entry.name in asked)
-    modules |= {top(entry) for entry in measured}
+    modules |= {top(each) for each in plugins.registry().entries if each.group == METRICS.name and each.name in asked}
     return modules - {"impactlab", "builtins"}
 
 
@@ -149,16 +138,16 @@ def tree_hash(module: str) -> str:
         if module in map(top, plugins.registry().entries):
             return "broken"  # a metric that cannot be imported measures nothing
         raise PluginError(f"{module!r} cannot be imported: {error}") from error
-    return sources_hash(_files(found), _root(found))
+    file = Path(str(found.__file__))
+    return sources_hash(file.parent.rglob("*.py") if file.name == "__init__.py" else [file], file.parent)
 
 
 @cache
 def code_hash() -> str:
     """Return the hash of those sources of impactlab that the numbers of a row come from."""
     root = Path(impactlab.__file__).parent
-    names = ((path, path.relative_to(root).as_posix()) for path in _files(impactlab))
-    files = (path for path, name in names if name == SUMMARY or not name.startswith(APART))
-    return sources_hash(files, root)
+    names = ((path, path.relative_to(root).as_posix()) for path in root.rglob("*.py"))
+    return sources_hash((path for path, name in names if name == SUMMARY or not name.startswith(APART)), root)
 
 
 def code_version() -> str:
@@ -173,14 +162,3 @@ def sources_hash(files: Iterable[Path], root: Path) -> str:
         found.update(path.relative_to(root).as_posix().encode() + b"\0")
         found.update(hashlib.sha256(path.read_bytes()).digest())
     return found.hexdigest()
-
-
-def _root(module: ModuleType) -> Path:
-    return Path(str(module.__file__)).parent
-
-
-def _files(module: ModuleType) -> list[Path]:
-    file = Path(str(sys.modules[module.__name__].__file__))
-    if file.name != "__init__.py":
-        return [file]
-    return [path for path in file.parent.rglob("*.py") if "__pycache__" not in path.parts]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import pickle
 from collections.abc import Callable
@@ -14,15 +15,15 @@ from impactlab.refine.reference import Reference
 from impactlab.scene.method import Method
 from impactlab.scene.problem import Scene
 
-LOST = ".lost"  # ends the name of the file that says why the search for a reference had no end
-KEPT = 4  # references that a worker keeps in memory: cells come scene by scene
+LOST = ".lost"  # ends the name of the file with the reason why a search for a reference had no end
+MAX_KEPT = 4  # references that a worker keeps in memory: cells come scene by scene
 
 
 class References:
     """The references of one bench.
 
-    They are kept in a folder that lives as long as the bench and to which only the bench writes: what is read there was
-    written by a worker of the same bench, never by a file that came from elsewhere.
+    They are kept in a folder that lives as long as the bench and to which only its workers write, so it is safe to
+    unpickle what they hold.
     """
 
     def __init__(self, folder: Path | None = None) -> None:
@@ -33,13 +34,13 @@ class References:
         """Return the reference of a scene, or None."""
         key = reference_key(scene, method)
         if key not in self._known:
-            while len(self._known) >= KEPT:
+            while len(self._known) >= MAX_KEPT:
                 self._known.pop(next(iter(self._known)))
             self._known[key] = self._shared(key, lambda: api.reference_of(scene, method))
         return self._known[key]
 
     def lost(self, scene: Scene, method: Method) -> str:
-        """Return why the search for the answer to a scene had no end, "" where it had one."""
+        """Return the reason why the search for the reference of a scene had no end, "" where it had one."""
         path = None if self.folder is None else self.folder / f"{reference_key(scene, method)}{LOST}"
         return path.read_text(encoding="utf-8") if path is not None and path.is_file() else ""
 
@@ -53,13 +54,11 @@ class References:
             read: Reference | None = pickle.loads(path.read_bytes())  # noqa: S301 - of this bench's own workers
             return read
         made = make()
-        try:
+        with contextlib.suppress(pickle.PicklingError, TypeError, AttributeError):  # then each worker makes its own
             packed = pickle.dumps(made)
-        except (pickle.PicklingError, TypeError, AttributeError):
-            return made  # then each worker makes its own
-        draft = path.with_suffix(f".{os.getpid()}")
-        draft.write_bytes(packed)
-        draft.replace(path)
+            draft = path.with_suffix(f".{os.getpid()}")
+            draft.write_bytes(packed)
+            draft.replace(path)
         return made
 
 
@@ -68,13 +67,13 @@ def lose(folder: Path, key: str, reason: str) -> None:
     (folder / f"{key}{LOST}").write_text(reason, encoding="utf-8")
 
 
-def told(reference: Reference | None, lost: str = "") -> dict[str, Any]:
+def described(reference: Reference | None, lost: str = "") -> dict[str, Any]:
     """Return the reference as in a row: name, uncertainty (0 for an exact one), how it was found.
 
-    ``lost`` says why the search for it had no end; such a row is run again by the next bench.
+    ``lost`` is the reason why the search for it had no end; such a row is run again by the next bench.
     """
     if lost:
         return {"name": "none", "uncertainty": None, "found": f"the search for it {lost}", "lost": True}
     if reference is None:
-        return {"name": "none", "uncertainty": None, "found": "no answer to this scene is exact, and none converged"}
+        return {"name": "none", "uncertainty": None, "found": "no exact solution of this scene, and none converged"}
     return {"name": reference.name, "uncertainty": reference.uncertainty, "found": reference.found}

@@ -7,17 +7,16 @@ from typing import Any
 
 from impactlab import api
 from impactlab.bench.environment import environment
-from impactlab.bench.references import References, told
+from impactlab.bench.references import References, described
 from impactlab.casefile import Case
-from impactlab.metrics import impact as aftermath
+from impactlab.metrics.impact import momentum_error
 from impactlab.report.summary import describe, plain, summarise
-from impactlab.scene.method import Method, laws_of, modelled
-from impactlab.scene.problem import Scene
+from impactlab.scene.method import laws_of, modelled
 
 VERSION = 2  # of the record; part of it, so that an older one is run again
 
-LISTS = ("events", "contacts")  # of a summary; counted in full, and of each kept
-MOST = 1000  # in a record: a run of 1e7 steps may have a million, which are 1e8 bytes
+LISTS = ("events", "contacts")  # of a summary; counted in full, the first of each kept
+MAX_LISTED = 1000  # in a record: a run of 1e7 steps may have a million, which are 1e8 bytes
 
 
 def row_of(case: Case, method: str, settings: Mapping[str, Any], references: References) -> dict[str, Any]:
@@ -28,50 +27,50 @@ def row_of(case: Case, method: str, settings: Mapping[str, Any], references: Ref
     case : Case
         The case, its variant chosen.
     method, settings : str, mapping
-        How the method is called, and its values by dotted path.
+        The name of the method, and its values by dotted path.
     references : References
-        Gives the answer to measure against.
+        Gives the solution to measure against.
 
     Returns
     -------
     dict
-        ``version``; ``summary``, as `run --json` prints it, with at most `MOST` events and contacts alone, of a run
+        ``version``; ``summary``, as `run --json` prints it, with at most `MAX_LISTED` events and contacts, of a run
         that was refused or failed its error; ``counts`` of all events and contacts; ``asked``, the parts that were to
         be used; ``reference`` (name, uncertainty, how found); ``momentum_error``; ``environment``.
     """
     asked: dict[str, Any] | None = None
     try:
         solved = case.solved_by(method, settings)
-        asked = parts(*solved.simulation())
-        return record(solved, references) | {"asked": asked}
-    except Exception as error:  # noqa: BLE001 - a part may raise anything; its row says what
+        asked = _parts(solved)
+        return _record(solved, references) | {"asked": asked}
+    except Exception as error:  # noqa: BLE001 - a part may raise anything; it is kept in the row
         summary = api.failure(case.label, error)
         summary["error"] |= {"file": None, "line": None}  # the row is that of a content, whatever file holds it
         summary.get("reached", {}).pop("events", None)
         return lost(summary, asked)
 
 
-def record(case: Case, references: References) -> dict[str, Any]:
+def _record(case: Case, references: References) -> dict[str, Any]:
     """Run a case whose method is in place and return its record without ``asked``."""
     with api.warnings_kept():
         history = api.run(case)
     physics = api.physics_of(case)
     reference = references.of(*physics)
     summary = summarise(case.label, case.scene(), history, reference)
-    counts = {name: len(summary[name]) for name in LISTS}
     return {
         "version": VERSION,
-        "summary": summary | {name: summary[name][:MOST] for name in LISTS},
-        "counts": counts,
-        "reference": told(reference, references.lost(*physics)),
+        "summary": summary | {name: summary[name][:MAX_LISTED] for name in LISTS},
+        "counts": {name: len(summary[name]) for name in LISTS},
+        "reference": described(reference, references.lost(*physics)),
         # Of the run itself, whether or not there is a reference.
-        "momentum_error": plain(aftermath.momentum_error(history, history, history.scene)),
+        "momentum_error": plain(momentum_error(history, history, history.scene)),
         "environment": environment(),
     }
 
 
-def parts(scene: Scene, method: Method) -> dict[str, Any]:
-    """Return the models, laws, integrator and treatment of events that a method asks for, as a summary has them."""
+def _parts(case: Case) -> dict[str, Any]:
+    """Return the models, laws, integrator and events that a method asks for, as a summary has them."""
+    scene, method = case.simulation()
     made = {
         "models": {body.name: describe(model) for body, model in modelled(scene, method)},
         "laws": [describe(law) for law in laws_of(scene, method)],
@@ -82,15 +81,9 @@ def parts(scene: Scene, method: Method) -> dict[str, Any]:
 
 
 def lost(summary: Mapping[str, Any], asked: Mapping[str, Any] | None = None) -> dict[str, Any]:
-    """Return the record of a run without an end."""
-    return {
-        "version": VERSION,
-        "summary": dict(summary),
-        "asked": asked,
-        "reference": None,
-        "momentum_error": None,
-        "environment": environment(),
-    }
+    """Return the record of a run without a result."""
+    without = {"reference": None, "momentum_error": None, "environment": environment()}
+    return {"version": VERSION, "summary": dict(summary), "asked": asked, **without}
 
 
 def ended(case: str, status: str, text: str, limit: float) -> dict[str, Any]:

@@ -54,16 +54,16 @@ class Store:
             return None
         return found if isinstance(found, dict) else None
 
-    def keys(self, kind: Kind) -> set[str]:
-        """Return the keys of all records."""
-        return {path.stem for path in (self.folder / kind).glob("*.json")}
-
     def write(self, name: str, text: str) -> None:
         """Write a file of the folder under a temporary name and rename it."""
         path = self.folder / name
         draft = path.with_name(f"{path.name}{TEMPORARY}")
         draft.write_text(text, encoding="utf-8", newline="\n")
         draft.replace(path)
+
+    def write_json(self, name: str, data: Any, *, sort_keys: bool = False) -> None:
+        """Write a document of the folder."""
+        self.write(name, json.dumps(data, indent=1, sort_keys=sort_keys, ensure_ascii=False) + "\n")
 
     def sweep(self) -> None:
         """Delete the drafts of benches that were killed."""

@@ -7,32 +7,33 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from impactlab.bench.cells import Cell
-from impactlab.bench.schema import columns
+from impactlab.bench.schema import BASE, columns
 from impactlab.report.summary import has_numbers
 
 TIMES = ("repeats", "setup_s", "setup_spread_s", "solve_s", "solve_spread_s")
 COST = ("steps", "unknowns", "rhs_evaluations", "factorisations")
 
 
-def rows(
-    cells: Iterable[Cell],
-    records: Mapping[str, Mapping[str, Any]],
-    times: Mapping[str, Mapping[str, Any]],
-) -> list[dict[str, Any]]:
-    """Return the rows of the table, sorted; a cell without a record yet has none.
+Records = Mapping[str, Mapping[str, Any]]  # by key of the row
+
+
+def _recorded(cells: Iterable[Cell], records: Records) -> list[Cell]:
+    """Return the cells with a record in the order of the table."""
+    order = sorted(cells, key=lambda cell: (cell.suite, cell.case, cell.variant, cell.method, cell.level))
+    return [cell for cell in order if cell.key in records]
+
+
+def rows(cells: Iterable[Cell], records: Records, times: Records) -> list[dict[str, Any]]:
+    """Return the rows of the table, sorted, of the cells with a record.
 
     Parameters
     ----------
     cells : iterable of Cell
-        What the table has a row for.
+        The rows of the table.
     records, times : mapping
-        By key, what came of each run and what it cost.
+        By key, the record of each run and its times.
     """
-    found = []
-    for cell in sorted(cells, key=lambda cell: (cell.suite, cell.case, cell.variant, cell.method, cell.level)):
-        if cell.key in records:
-            found.append(_row(cell, records[cell.key], times.get(cell.key, {})))
-    return found
+    return [_row(cell, records[cell.key], times.get(cell.key, {})) for cell in _recorded(cells, records)]
 
 
 def as_csv(rows: Sequence[Mapping[str, Any]]) -> str:
@@ -46,18 +47,23 @@ def as_csv(rows: Sequence[Mapping[str, Any]]) -> str:
     return str(frame.to_csv(index=False, lineterminator="\n"))
 
 
-def document(
-    suite: str, cells: Iterable[Cell], records: Mapping[str, Mapping[str, Any]], times: Mapping[str, Mapping[str, Any]]
-) -> dict[str, Any]:
+def document(suite: str, cells: Iterable[Cell], records: Records, times: Records) -> dict[str, Any]:
     """Return the document of ``bench --json``: each row with the summary that ``run --json`` prints."""
     listed = []
-    for cell in sorted(cells, key=lambda cell: (cell.suite, cell.case, cell.variant, cell.method, cell.level)):
-        if cell.key in records:
-            record = records[cell.key]
-            label = cell.case if cell.variant == "base" else f"{cell.case}/{cell.variant}"
-            summary = {**record["summary"], "case": label}
-            listed.append({**cell._asdict(), "times": times.get(cell.key), "summary": summary})
+    for cell in _recorded(cells, records):
+        label = cell.case if cell.variant == BASE else f"{cell.case}/{cell.variant}"
+        summary = {**records[cell.key]["summary"], "case": label}
+        listed.append({**cell._asdict(), "times": times.get(cell.key), "summary": summary})
     return {"schema_version": 1, "suite": suite, "rows": listed}
+
+
+def references(cells: Iterable[Cell], records: Records) -> dict[str, Any]:
+    """Return the reference of each scene (case/variant): its name, its uncertainty, how it was found."""
+    found: dict[str, Any] = {}
+    for cell in cells:
+        if (reference := records[cell.key]["reference"]) is not None:
+            found.setdefault(f"{cell.case}/{cell.variant}", reference)
+    return found
 
 
 def _row(cell: Cell, record: Mapping[str, Any], times: Mapping[str, Any]) -> dict[str, Any]:
@@ -69,9 +75,10 @@ def _row(cell: Cell, record: Mapping[str, Any], times: Mapping[str, Any]) -> dic
         error = summary.get("error") or {}
         row |= {"reason": _line(error.get("text")), "remedy": _line(error.get("remedy"))}
         return row | {"reached_time": (summary.get("reached") or {}).get("time")}
-    told = ("reference", "reference_uncertainty")
-    errors = {name: value for name, value in (summary["errors"] or {}).items() if name not in told}
     reference = record["reference"]
+    errors = dict(summary["errors"] or {})
+    for name in ("reference", "reference_uncertainty"):
+        errors.pop(name, None)
     row |= _method(summary["method"]) | {name: summary["cost"].get(name) for name in COST}
     row |= {"dt": summary["method"]["dt"], "reached_time": summary["final"]["time"]}
     row |= {"reference": reference["name"], "reference_uncertainty": reference["uncertainty"]}

@@ -1,12 +1,10 @@
-"""What a run costs: warmed up, repeated, the least of the repeats, and how far the middle one lies above it."""
+"""The cost of a run: warmed up, repeated, the minimum of the repeats, and the distance of their median from it."""
 
 from __future__ import annotations
 
-import contextlib
 import gc
 import statistics
 import time as clock
-from collections.abc import Iterator
 from functools import cache
 from typing import Any
 
@@ -14,22 +12,22 @@ from impactlab import api
 from impactlab.casefile import Case
 from impactlab.history.base import Cost
 
-REPEATS = 9  # at most
-BUDGET = 0.03  # s of a row's repeats: a suite has thousands of rows
-LONG, LONGER = 0.1, 1.0  # s of a run, up to which it is repeated three times, and twice whatever the budget
+MAX_REPEATS = 9
+BUDGET_S = 0.03  # of a row's repeats: a suite has thousands of rows
+MAX_THRICE_S, MAX_TWICE_S = 0.1, 1.0  # of a run that is repeated three times, and twice, whatever the budget
 
 
 def repeats_of(spent: float, most: int) -> int:
     """Return the number of repeats of a run that took ``spent`` [s], warmed up."""
-    least = 3 if spent <= LONG else 2 if spent <= LONGER else 1
-    return min(most, max(least, int(BUDGET / max(spent, 1e-9))))
+    least = 3 if spent <= MAX_THRICE_S else 2 if spent <= MAX_TWICE_S else 1
+    return min(most, max(least, int(BUDGET_S / max(spent, 1e-9))))
 
 
-def times_of(case: Case, repeats: int = REPEATS) -> dict[str, Any]:
+def times_of(case: Case, repeats: int = MAX_REPEATS) -> dict[str, Any]:
     """Return the cost of a case whose method is in place, ready for JSON; nothing else may run meanwhile.
 
-    The first run warms up (compiles, fills caches) and says how often the budget allows to repeat; it is not counted.
-    Garbage is collected before and not within, and linear algebra has one thread.
+    The first run warms up (compiles, fills caches) and is not counted, the second gives the number of repeats. Garbage
+    is collected before and not within, and linear algebra has one thread.
 
     Returns
     -------
@@ -49,24 +47,28 @@ def times_of(case: Case, repeats: int = REPEATS) -> dict[str, Any]:
         if history.choice is not None:
             choosing.append(history.choice.choosing_s)
 
-    with threadpool_limits(limits=1), _without_collector():
+    with threadpool_limits(limits=1):
         api.solve(scene, method)
-        began = clock.perf_counter()
-        once()
-        for _ in range(repeats_of(clock.perf_counter() - began, repeats) - 1):
+        gc.collect()
+        collects = gc.isenabled()
+        gc.disable()
+        try:
+            began = clock.perf_counter()
             once()
+            for _ in range(repeats_of(clock.perf_counter() - began, repeats) - 1):
+                once()
+        finally:
+            if collects:
+                gc.enable()
     return {"repeats": len(costs), **summed(costs), **({"choosing_s": min(choosing)} if choosing else {})}
 
 
 def summed(costs: list[Cost]) -> dict[str, float]:
     """Return minima [s] and spreads [s] of repeated runs."""
-    made: dict[str, float] = {}
-    for part in ("setup_s", "solve_s", "checks_s"):
-        spent = [float(getattr(cost, part)) for cost in costs]
-        made[part] = min(spent)
-        if part != "checks_s":
-            made[f"{part.removesuffix('_s')}_spread_s"] = statistics.median(spent) - min(spent)
-    return made
+    spent = {part: [float(getattr(cost, part)) for cost in costs] for part in ("setup_s", "solve_s", "checks_s")}
+    least = {part: min(each) for part, each in spent.items()}
+    spreads = {part: statistics.median(spent[part]) - least[part] for part in ("setup_s", "solve_s")}
+    return least | {f"{part.removesuffix('_s')}_spread_s": spread for part, spread in spreads.items()}
 
 
 @cache
@@ -74,15 +76,3 @@ def settle() -> None:
     """Freeze imported objects for the garbage collector, once: collections are short then."""
     gc.collect()
     gc.freeze()
-
-
-@contextlib.contextmanager
-def _without_collector() -> Iterator[None]:
-    gc.collect()
-    collects = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if collects:
-            gc.enable()

@@ -26,21 +26,8 @@ solve: {duration: {round_trips: 0.6}, model: {kind: modal, modes: 2}, integrator
 """
 
 
-class Worker:
-    """The state of a worker: the case at hand and the references of the bench."""
-
-    def __init__(self, session: Path | None) -> None:
-        self.references = References(session)
-        self._read: tuple[Job, Case] | None = None
-
-    def case(self, job: Job) -> Case:
-        """Return the case of a job; kept until a job of another scene comes."""
-        if self._read is None or (self._read[0].scene, self._read[0].document) != (job.scene, job.document):
-            self._read = (job, case_of(job.name, job.file, job.document))
-        return self._read[1]
-
-
-_here = Worker(None)  # of this process
+_references = References()  # of the bench of this process
+_read: tuple[Job, Case] | None = None  # the last job and its case: jobs come scene by scene
 
 
 def warm_up() -> None:
@@ -52,23 +39,31 @@ def warm_up() -> None:
 
 def start(session: Path | None, code: str) -> None:
     """Prepare this process for `row`, `reference` and `times`; refuse other sources than those of the owner."""
-    global _here
+    global _references
     if code_hash() != code:
         raise RuntimeError("impactlab's sources changed while the bench ran. Start it again.")
-    _here = Worker(session)
+    _references = References(session)
+
+
+def _case(job: Job) -> Case:
+    """Return the case of a job, read again when a job of another scene comes."""
+    global _read
+    if _read is None or (_read[0].file, _read[0].document) != (job.file, job.document):
+        _read = (job, case_of(job.name, job.file, job.document))
+    return _read[1]
 
 
 def row(job: Job) -> dict[str, Any]:
     """Return the record of a cell; see `rows.row_of`."""
-    return row_of(_here.case(job), job.method, job.settings, _here.references)
+    return row_of(_case(job), job.method, job.settings, _references)
 
 
 def reference(job: Job) -> None:
     """Find the reference of a cell and keep it in the folder that the workers of this bench share."""
-    _here.references.of(*api.physics_of(_here.case(job).solved_by(job.method, job.settings)))
+    _references.of(*api.physics_of(_case(job).solved_by(job.method, job.settings)))
 
 
 def times(job: Job, repeats: int) -> dict[str, Any]:
     """Return the cost of a cell; see `timing.times_of`."""
     settle()
-    return times_of(_here.case(job).solved_by(job.method, job.settings), repeats)
+    return times_of(_case(job).solved_by(job.method, job.settings), repeats)

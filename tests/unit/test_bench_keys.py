@@ -79,7 +79,7 @@ def test_the_sources_the_environment_and_plugins_change_the_key(
         patched.setattr(keys, "numeric_environment", lambda: {"numpy": "0.1"})
         found.append(row_key(one))
     with monkeypatch.context() as patched:
-        patched.setattr(keys, "strangers", lambda *scenes: {"pytest"})
+        patched.setattr(keys, "plugin_modules", lambda *scenes: {"pytest"})
         found.append(row_key(one))
     assert len(set(found)) == len(found)
     assert row_key(one) == found[0]

@@ -121,7 +121,7 @@ def shortened(name: str, letters: int = MAX_LETTERS) -> str:
 
 def room_beside(names: Iterable[str]) -> float:
     """Return the width that names at the right of an axes need [inch]."""
-    return 0.33 + LETTER * max((len(shortened(name)) for name in names), default=8)
+    return 0.3 + LETTER * max((len(shortened(name)) for name in names), default=8)
 
 
 def name_ends(axes: Axes, ends: Iterable[End]) -> None:
