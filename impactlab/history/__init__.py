@@ -1,11 +1,7 @@
-"""What every run returns, and the noise floor below which touches are no events."""
+"""The history of a run, and the noise floor below which touches are no events."""
 
 from impactlab.history.base import (
-    DRIFT_ROUNDING,
-    END_ROUNDING,
-    SERIOUS,
     AbstractHistory,
-    Array,
     CarriedEnergy,
     ContactSpan,
     Cost,
@@ -18,16 +14,12 @@ from impactlab.history.base import (
 
 __all__ = [
     "AbstractHistory",
-    "Array",
     "CarriedEnergy",
     "ContactSpan",
     "Cost",
-    "DRIFT_ROUNDING",
-    "END_ROUNDING",
     "EnergyBook",
     "Event",
     "Field",
-    "SERIOUS",
     "Warned",
     "within_run",
 ]

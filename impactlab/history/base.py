@@ -43,9 +43,13 @@ class ContactSpan(NamedTuple):
     first_impulse: float | None = None  # N s, impulse laws only
     kicks: int | None = None  # impulse laws only
 
+    def until(self, duration: float) -> float:
+        """Return its end, or the end of the run while still closed [s]."""
+        return duration if self.end is None else self.end
+
 
 class CarriedEnergy(NamedTuple):
-    """Energy of the common motion of all interacting bodies, which they cannot exchange."""
+    """Energy of the common motion of all interacting bodies, which contacts cannot exchange."""
 
     kinetic: float  # J, of the centres of mass at t = 0
     work: Array  # (n,) J, of loads on the common motion
@@ -128,12 +132,12 @@ class Warned(NamedTuple):
     text: str
 
 
-SERIOUS = ("tolerance_not_met", "energy_gain")  # codes of warnings that make the result doubtful: shown first
+SERIOUS = ("tolerance_not_met", "energy_gain")  # codes of warnings about a doubtful result: shown first
 
 
 @dataclass
 class Cost:
-    """What a run cost."""
+    """Times and counts of the work of a run."""
 
     setup_s: float = 0.0  # s, before the first step
     solve_s: float = 0.0  # s, the steps, and reading their records
@@ -226,6 +230,10 @@ class AbstractHistory(ABC):
     @abstractmethod
     def jumps(self, channel: str) -> Array:
         """Return the instants at which the channel jumps, shape (n,) [s]; empty where it is continuous."""
+
+    def spans(self, contact: str) -> list[ContactSpan]:
+        """Return the periods of contact of one contact by its name."""
+        return [span for span in self.contacts if span.contact == contact]
 
     def to_xarray(self, points: int = 1000) -> xarray.Dataset:
         """Return all channels on an equal grid of times as an xarray Dataset (needs the ``data`` extra)."""

@@ -1,4 +1,4 @@
-"""The noise floor of contacts: touches that rounding makes, or that come before any wave, are no events.
+"""The noise floor of contacts: touches by rounding, or before any wave can arrive, are no events.
 
 Faces that rest on each other with a gap of zero touch by rounding, and implicit and modal descriptions move them
 before a wave has arrived. Such touches are left out of events and spans, and a span that began too early begins with
@@ -23,7 +23,7 @@ from impactlab.scene.problem import Contact, Point, Scene
 MIN_SHARE = 1e-11  # of the largest force and impulse among the bodies that interact: a touch below it is rounding
 MAX_SHARE = 1e-8  # the same, at most, however many steps a run takes
 GAP_ROUNDINGS = 8.0  # of a gap, each eps times a displacement: four sums of displacements and rates in two faces
-EARLY_SHARE = 1e-3  # of the same: a touch before any wave that no later one of its contact can stand for
+EARLY_SHARE = 1e-3  # of the largest impulse: below it a touch before any wave is dropped where no later one follows
 EARLY = 1e-3  # of the time a wave takes: touches by no more than this too early are dated so by their step
 
 Found = tuple[tuple[Event, ...], tuple[ContactSpan, ...]]
@@ -32,7 +32,7 @@ Key = tuple[str, float, float | None]  # contact, start, end of a span
 
 
 class Floor(NamedTuple):
-    """What a touch of one contact must reach to be one."""
+    """The least force and impulse of a touch of one contact, and the earliest time."""
 
     force: float  # N
     impulse: float  # N s
@@ -41,7 +41,7 @@ class Floor(NamedTuple):
 
 
 class Reach(NamedTuple):
-    """What can reach a contact: known before a run."""
+    """Groups of interacting bodies and first arrivals of waves: known before a run."""
 
     groups: dict[str, int]  # number of the group of bodies that a contact is in
     arrivals: dict[str, float]  # s, before which nothing can have reached a contact
@@ -55,8 +55,8 @@ def reach_of(scene: Scene, models: Models, joined: Sequence[Group] | None = None
 def share_of(steps: float) -> float:
     """Return the share of the largest force that the rounding of a gap may make of a force in a run of some steps.
 
-    A gap is rounded by eps times the displacements, which grow with the duration; a force answers to the way of one
-    step. So the force that a rounded gap makes is eps times the number of steps, over the largest.
+    A gap is rounded by eps times the displacements, which grow with the duration; a force follows from the displacement
+    in one step. So the force by a rounded gap is eps times the number of steps, over the largest.
     """
     return min(MAX_SHARE, max(MIN_SHARE, GAP_ROUNDINGS * float(np.finfo(float).eps) * steps))
 
@@ -74,7 +74,7 @@ def above_noise(
     Parameters
     ----------
     scene : Scene
-        What was run.
+        The scene of the run.
     models : mapping
         Model of each rod and beam by name; without one its waves have fronts where its theory has.
     events, spans : sequence
@@ -89,13 +89,11 @@ def above_noise(
     floors = _floors(spans, share_of(steps), reach or reach_of(scene, models))
     if not _any_noise(events, spans, floors):
         return tuple(sorted(events, key=lambda event: event.time)), tuple(sorted(spans, key=lambda span: span.start))
-    own: dict[str, list[ContactSpan]] = {}
-    for span in sorted(spans, key=lambda each: each.start):
-        own.setdefault(span.contact, []).append(span)
     kept: list[ContactSpan] = []
     begins: dict[Key, float | None] = {}  # where spans begin; None of one that is noise
-    for name, found in own.items():
-        floor = floors[name]
+    ordered = sorted(spans, key=lambda each: each.start)
+    for name in dict.fromkeys(span.contact for span in ordered):
+        found, floor = [span for span in ordered if span.contact == name], floors[name]
         real = _real(found, floor, scene.duration)
         begins |= {_key(span): None for span in found}
         begins |= {_key(span): max(span.start, min(floor.arrival, span.end or floor.arrival)) for span in real}
@@ -123,10 +121,10 @@ def _any_noise(events: Sequence[Event], spans: Sequence[ContactSpan], floors: Ma
 def _real(found: Sequence[ContactSpan], floor: Floor, duration: float) -> list[ContactSpan]:
     """Return the spans of a contact that are no noise, and none that ends before a wave arrives."""
     loud = [span for span in found if not _is_noise(span, floor)]
-    late = [span for span in loud if (duration if span.end is None else span.end) >= floor.arrival]
+    late = [span for span in loud if span.until(duration) >= floor.arrival]
     if late:
         return late
-    # No later span can take their impulses over: only those that carry next to nothing are left out.
+    # No later span can take over their impulses: only those with small ones are left out.
     return [span for span in loud if abs(span.impulse) > floor.early_impulse]
 
 
@@ -228,19 +226,18 @@ def first_arrivals(scene: Scene, models: Models) -> dict[str, float]:
     arrival = {contact.name: 0.0 if _moves(scene, contact) else math.inf for contact in scene.contacts}
     if not any(arrival.values()):
         return arrival
-    for contact in scene.contacts:
-        for point in (contact.left, contact.right):
-            arrival[contact.name] = min(arrival[contact.name], _from_sources(scene, models, point))
+    points = [(contact.name, point) for contact in scene.contacts for point in (contact.left, contact.right)]
+    for name, point in points:
+        arrival[name] = min(arrival[name], _from_sources(scene, models, point))
+    joined = [(one, other) for one in points for other in points if one[1].body == other[1].body]
+    ways = [
+        (name, source, _travel_time(scene.bodies[point.body], models.get(point.body), point.x, start.x))
+        for (name, point), (source, start) in joined
+        if scene.bodies[point.body].moves
+    ]
     for _ in scene.contacts:
-        for contact in scene.contacts:
-            for other in scene.contacts:
-                for point in (contact.left, contact.right):
-                    for source in (other.left, other.right):
-                        body = scene.bodies[point.body]
-                        if source.body == point.body and body.moves:
-                            model = models.get(body.name)
-                            later = arrival[other.name] + _travel_time(body, model, point.x, source.x)
-                            arrival[contact.name] = min(arrival[contact.name], later)
+        for name, source, time in ways:
+            arrival[name] = min(arrival[name], arrival[source] + time)
     return {name: 0.0 if math.isinf(time) else time for name, time in arrival.items()}
 
 

@@ -1,17 +1,17 @@
-"""Collisions: what an observer calls one blow, with all the contacts it is made of.
+"""Collisions: groups of the contacts (sub-impacts) between two bodies that follow each other closely.
 
-Two bodies that vibrate may part and meet again before either has done with the first meeting: a sphere on a long beam
+Two bodies that vibrate may part and meet again while both still vibrate from the first meeting: a sphere on a long beam
 strikes three times. Contacts between the same two bodies are one collision as long as the openings between them are no
 longer than the slowest period of the bodies, taken as if each were clamped at one end and free at the other (rods
-4 L/c, beams 1.787 L2 sqrt(rho A/EI)): until then the one may still be on its way back from the contact before. What
-meets later meets anew. Bodies that do not vibrate part for good: each of their contacts is a collision.
+4 L/c, beams 1.787 L2 sqrt(rho A/EI)): until then a body may still be on its way back from the contact before. A later
+contact is another collision, and so is each contact of bodies that do not vibrate.
 """
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,17 +21,17 @@ from impactlab.history.base import AbstractHistory, ContactSpan
 from impactlab.scene.problem import Scene
 
 MIN_APPROACH = 1e-9  # of the fastest body or of the exit speed: a slower approach is the rounding of mean speeds
-LOOKS = 64  # at a gap in each opening
-MOST_LOOKS = 100_000
+MAX_SAMPLES = 64  # of a gap in each opening
+MAX_ALL_SAMPLES = 100_000  # of the gaps of a collision
 
 
 @dataclass(frozen=True)
 class Collision:
-    """One collision of two bodies; what does not apply is None.
+    """One collision of two bodies; values that do not apply are None.
 
-    The speeds are the mean ones of the striker relative to that of the other body, 0 of a wall and of a body that
-    something holds: positive when they approach. The energies are those of the whole bodies, so what other contacts and
-    loads do to them meanwhile is in them.
+    The speeds are the mean ones of the striker relative to that of the other body, 0 of a wall and of a held body:
+    positive when they approach. The energies are those of the whole bodies, so they include the work of other contacts
+    and loads in that time.
     """
 
     bodies: str  # left|right, as in the contacts
@@ -58,7 +58,17 @@ def collisions(scene: Scene, history: AbstractHistory) -> tuple[Collision, ...]:
     for pair in dict.fromkeys((contact.left.body, contact.right.body) for contact in scene.contacts):
         names = {contact.name for contact in scene.contacts if (contact.left.body, contact.right.body) == pair}
         spans = sorted((span for span in history.contacts if span.contact in names), key=lambda span: span.start)
-        found += [_collision(scene, history, pair, group) for group in _groups(spans, memory(scene, pair))]
+        longest = memory(scene, pair)
+        group: list[ContactSpan] = []
+        until = -math.inf
+        for span in spans:
+            if group and span.start - until > longest:
+                found.append(_collision(scene, history, pair, group))
+                group = []
+            group.append(span)
+            until = max(until, span.until(math.inf))
+        if group:
+            found.append(_collision(scene, history, pair, group))
     return tuple(sorted(found, key=lambda each: each.start))
 
 
@@ -67,47 +77,31 @@ def memory(scene: Scene, pair: Sequence[str]) -> float:
     return max(scene.bodies[name].slowest_period for name in pair)
 
 
-def _groups(spans: Sequence[ContactSpan], longest: float) -> Iterator[list[ContactSpan]]:
-    group: list[ContactSpan] = []
-    until = -math.inf
-    for span in spans:
-        if group and span.start - until > longest:
-            yield group
-            group = []
-        group.append(span)
-        until = max(until, math.inf if span.end is None else span.end)
-    if group:
-        yield group
-
-
 def _collision(scene: Scene, history: AbstractHistory, pair: tuple[str, str], spans: list[ContactSpan]) -> Collision:
     start, last = spans[0].start, history.duration
-    ends = [span.end for span in spans]
-    end = None if None in ends else max(each for each in ends if each is not None)
-    until = last if end is None else end
-    openings = [(a.end, b.start) for a, b in itertools.pairwise(spans) if a.end is not None]
-    openings = [(a, b) for a, b in openings if b > a]
+    closed = any(span.end is None for span in spans)
+    until = last if closed else max(span.until(last) for span in spans)
+    openings = [(a.end, b.start) for a, b in itertools.pairwise(spans) if a.end is not None and b.start > a.end]
     forces = [span.peak_force for span in spans if span.peak_force is not None]
     striker, other = _roles(scene, pair)
     sign = 1.0 if striker == pair[0] else -1.0  # the left body approaches with a positive velocity
-    before, after = (_relative(scene, history, striker, other, t) for t in (_just_before(start), until))
-    approach = None if before is None else sign * before
-    leaves = None if after is None else -sign * after
-    lost, given = (_energy_change(scene, history, name, start, until) for name in (striker, other))
+    before = float(np.nextafter(start, -1.0))
+    approach = _difference([_mean_velocity(scene, history, name, before) for name in (striker, other)], sign)
+    leaves = _difference([_mean_velocity(scene, history, name, until) for name in (other, striker)], sign)
+    lost, given = (_energy_change(scene, history, name, before, until) for name in (striker, other))
     fastest = max((abs(body.velocity) for body in scene.bodies.values()), default=0.0)
-    slowest = MIN_APPROACH * max(fastest, abs(leaves or 0.0))
-    meets = approach is not None and approach > slowest
+    meets = approach is not None and approach > MIN_APPROACH * max(fastest, abs(leaves or 0.0))
     return Collision(
         bodies="|".join(pair),
         sub_impacts=sum(1 if span.kicks is None else span.kicks for span in spans),
         start=start,
-        end=end,
+        end=None if closed else until,
         duration=until - start,
-        in_contact=sum((last if span.end is None else span.end) - span.start for span in spans),
+        in_contact=sum(span.until(last) - span.start for span in spans),
         impulse=sum(span.impulse for span in spans),
-        peak_force=max(forces) if forces else None,
+        peak_force=max(forces, default=None),
         largest_gap=_largest_gap(history, spans[0].contact, openings) if openings else None,
-        longest_opening=max(b - a for a, b in openings) if openings else None,
+        longest_opening=max((b - a for a, b in openings), default=None),
         striker=striker,
         approach_speed=approach,
         exit_speed=leaves,
@@ -115,6 +109,12 @@ def _collision(scene: Scene, history: AbstractHistory, pair: tuple[str, str], sp
         energy_lost=None if lost is None else -lost,
         energy_given=given,
     )
+
+
+def _difference(values: Sequence[float | None], factor: float) -> float | None:
+    """Return a factor times the first value less the second; None where one is missing."""
+    first, second = values
+    return None if first is None or second is None else factor * (first - second)
 
 
 def _roles(scene: Scene, pair: tuple[str, str]) -> tuple[str, str]:
@@ -128,21 +128,10 @@ def _roles(scene: Scene, pair: tuple[str, str]) -> tuple[str, str]:
     return (left, right) if rank(left) >= rank(right) else (right, left)
 
 
-def _just_before(time: float) -> float:
-    return float(np.nextafter(time, -1.0))
-
-
-def _relative(scene: Scene, history: AbstractHistory, striker: str, other: str, time: float) -> float | None:
-    speeds = [_mean_velocity(scene, history, name, time) for name in (striker, other)]
-    if any(speed is None for speed in speeds):
-        return None
-    return float(speeds[0] or 0.0) - float(speeds[1] or 0.0)
-
-
 def _mean_velocity(scene: Scene, history: AbstractHistory, name: str, time: float) -> float | None:
-    """Return the momentum of a body over its mass [m/s]; 0 of what something holds, None where it is not known.
+    """Return the momentum of a body over its mass [m/s]; 0 of a held body, None where it is not known.
 
-    It is what the contacts until then and the loads have given, which is exact; inside a contact it is that of the
+    It is the sum of the impulses of contacts and loads until then, which is exact; inside a contact it is that of the
     record, which is kept at fewer instants.
     """
     body = scene.bodies[name]
@@ -160,24 +149,22 @@ def _mean_velocity(scene: Scene, history: AbstractHistory, name: str, time: floa
 
 
 def _energy_change(scene: Scene, history: AbstractHistory, name: str, start: float, end: float) -> float | None:
-    """Return by how much the energy of a body grows from before a start to an end [J]; None where it is not known."""
+    """Return the growth of the energy of a body from a start to an end [J]; None where it is not known."""
     body = scene.bodies[name]
     if not body.moves:
         return 0.0
     if body.elastic is None:
-        speeds = [_mean_velocity(scene, history, name, t) for t in (_just_before(start), end)]
-        if any(speed is None for speed in speeds):
-            return None
-        return 0.5 * body.moving_mass * (float(speeds[1] or 0.0) ** 2 - float(speeds[0] or 0.0) ** 2)
+        squares = [None if (v := _mean_velocity(scene, history, name, t)) is None else v**2 for t in (end, start)]
+        return _difference(squares, 0.5 * body.moving_mass)
     if f"energy:{name}" not in history.channels():
         return None
-    first, last = history.evaluate([max(0.0, _just_before(start)), end], f"energy:{name}")
+    first, last = history.evaluate([max(0.0, start), end], f"energy:{name}")
     return float(last - first)
 
 
 def _largest_gap(history: AbstractHistory, contact: str, openings: Sequence[tuple[float, float]]) -> float:
-    looks = max(3, min(LOOKS, MOST_LOOKS // len(openings)))
-    t = np.concatenate([np.linspace(a, b, looks) for a, b in openings])
+    samples = max(3, min(MAX_SAMPLES, MAX_ALL_SAMPLES // len(openings)))
+    t = np.concatenate([np.linspace(a, b, samples) for a, b in openings])
     return max(0.0, float(np.max(history.evaluate(t, f"gap:{contact}"))))
 
 
@@ -197,7 +184,7 @@ def sentence(each: Mapping[str, Any]) -> str:
 
 
 def agreements(rows: Iterable[tuple[str, Mapping[str, Any]]]) -> list[dict[str, Any]]:
-    """Return for each pair of bodies what several summaries of one case say of its sub-impacts, summaries by name.
+    """Return for each pair of bodies the sub-impacts in several summaries of one case, given by name of the method.
 
     The count is resolved where all methods find the same number in the same number of collisions. Laws of impulses give
     a number of kicks and are left out. Each entry has ``bodies``, ``counts`` by method, ``resolved``,
@@ -217,8 +204,7 @@ def agreements(rows: Iterable[tuple[str, Mapping[str, Any]]]) -> list[dict[str, 
 
 def _agreement(bodies: str, by_name: Mapping[str, Sequence[Mapping[str, Any]]]) -> dict[str, Any]:
     counts = {name: sum(int(each["sub_impacts"]) for each in group) for name, group in by_name.items()}
-    blows = {len(group) for group in by_name.values()}
-    resolved = len(set(counts.values())) == 1 and len(blows) == 1
+    resolved = len(set(counts.values())) == 1 and len({len(group) for group in by_name.values()}) == 1
     within = None
     if resolved:
         sums = [sum(float(each["impulse"]) for each in group) for group in by_name.values()]

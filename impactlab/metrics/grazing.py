@@ -34,23 +34,27 @@ def touches_of(history: AbstractHistory, contact_name: str, quiet: float) -> lis
     A flight takes longer than ``quiet`` [s], and its gap grows beyond a thousandth of the widest one. With quiet = 0
     every opening is a flight.
     """
-    spans = [span for span in history.contacts if span.contact == contact_name]
-    channel = f"gap:{contact_name}"
-    widest = 0.0
-    if quiet > 0.0 and len(spans) > 1:
-        widest = float(np.max(history.evaluate(np.linspace(0.0, history.duration, MAX_SAMPLES // 10), channel)))
+    spans = history.spans(contact_name)
+    widest = _widest(history, contact_name, 0.0, history.duration) if quiet > 0.0 and len(spans) > 1 else 0.0
     touches: list[Touch] = []
     for span in spans:
         last = touches[-1] if touches else None
         joined = last is not None and (last.end is None or span.start - last.end <= quiet)
         if last is not None and last.end is not None and not joined and quiet > 0.0:
-            opening = history.evaluate(np.linspace(last.end, span.start, OPENING_SAMPLES), channel)
-            joined = float(np.max(opening)) <= MIN_FLIGHT * widest
+            opening = _widest(history, contact_name, last.end, span.start, OPENING_SAMPLES)
+            joined = opening <= MIN_FLIGHT * widest
         if last is not None and joined:
             touches[-1] = Touch(last.start, span.end, last.impulse + span.impulse)
         else:
             touches.append(Touch(span.start, span.end, span.impulse))
     return touches
+
+
+def _widest(
+    history: AbstractHistory, contact_name: str, start: float, end: float, samples: int = MAX_SAMPLES // 10
+) -> float:
+    """Return the largest gap of a contact in an interval of time [m]."""
+    return float(np.max(history.evaluate(np.linspace(start, end, samples), f"gap:{contact_name}")))
 
 
 def near_grazing(history: AbstractHistory, contact_name: str, round_trip: float, dt: float = 0.0) -> str | None:
@@ -94,9 +98,7 @@ def _missed_touch(
     history: AbstractHistory, contact_name: str, touches: Sequence[tuple[float, float]], round_trip: float
 ) -> str | None:
     """Return the text for the first flight after a touch (start, end) in which the faces nearly meet, or None."""
-    widest = float(
-        np.max(history.evaluate(np.linspace(0.0, history.duration, MAX_SAMPLES // 10), f"gap:{contact_name}"))
-    )
+    widest = _widest(history, contact_name, 0.0, history.duration)
     for number, (_, end) in enumerate(touches):
         until = touches[number + 1][0] if number + 1 < len(touches) else history.duration
         if end >= until:

@@ -1,11 +1,9 @@
-"""Metrics of what an impact leaves behind: velocities, the opening, the chatter of the force, the momentum."""
+"""Metrics of an impact: exit velocities, the lasting opening, the oscillation of the force, the momentum balance."""
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
-from typing import NamedTuple
 
 import numpy as np
 
@@ -16,23 +14,16 @@ from impactlab.scene.momentum import Seen, balance
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
 
-LASTING = 0.1  # T that a contact stays open, for its opening to count
+MIN_OPEN = 0.1  # T: an opening counts if the contact then stays open so long
 
 
-class Free(NamedTuple):
-    """A body that nothing holds, with the mass that its momentum moves."""
-
-    name: str
-    mass: float  # kg, with the masses that ride on its ends
-
-
-def free_bodies(scene: Scene, *histories: AbstractHistory) -> Iterator[Free]:
-    """Give the masses, and the rods whose ends are free or carry masses, whose momentum the histories know."""
-    for name, body in scene.bodies.items():
-        if not all(f"momentum:{name}" in history.channels() for history in histories):
-            continue
-        if not body.is_held:
-            yield Free(name, body.moving_mass)
+def free_bodies(scene: Scene, *histories: AbstractHistory) -> dict[str, float]:
+    """Return the masses [kg], riding masses included, of the bodies not held whose momentum is in all histories."""
+    return {
+        name: body.moving_mass
+        for name, body in scene.bodies.items()
+        if not body.is_held and all(f"momentum:{name}" in history.channels() for history in histories)
+    }
 
 
 def exit_velocity(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
@@ -42,23 +33,25 @@ def exit_velocity(history: AbstractHistory, reference: AbstractHistory, scene: S
     The largest speed is that of the reference, over those bodies and the run, in the frame of the bodies that interact
     (`impactlab.scene.frame`; the frame at rest where no contact was closed). None where there is no such body.
     """
-    bodies = list(free_bodies(scene, history, reference))
-    t = midpoints(scene.duration)
-    end = np.array([scene.duration])
+    bodies = free_bodies(scene, history, reference)
+    t, end = midpoints(scene.duration), np.array([scene.duration])
     frames = {name: group for group in groups(scene, touched_in(reference)) for name in group.bodies}
-    within = [_velocity(reference, body, t) - frames[body.name].velocity_at(t) for body in bodies]
-    scale = max((float(np.max(np.abs(speeds))) for speeds in within), default=0.0)
-    fastest = max((float(np.max(np.abs(_velocity(reference, body, t)))) for body in bodies), default=0.0)
+    speeds = {name: _velocity(reference, name, mass, t) for name, mass in bodies.items()}
+    scale, fastest = (
+        max((float(np.max(np.abs(each))) for each in found), default=0.0)
+        for found in ([v - frames[name].velocity_at(t) for name, v in speeds.items()], speeds.values())
+    )
     scale = scale if scale > ZERO * fastest else fastest
     if scale == 0.0:
         return None
     return largest(
-        abs(float((_velocity(history, body, end) - _velocity(reference, body, end))[0])) / scale for body in bodies
+        abs(float((_velocity(history, name, mass, end) - _velocity(reference, name, mass, end))[0])) / scale
+        for name, mass in bodies.items()
     )
 
 
-def _velocity(history: AbstractHistory, body: Free, t: Array) -> Array:
-    return np.asarray(history.evaluate(t, f"momentum:{body.name}") / body.mass)
+def _velocity(history: AbstractHistory, body: str, mass: float, t: Array) -> Array:
+    return np.asarray(history.evaluate(t, f"momentum:{body}") / mass)
 
 
 def opening_time(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
@@ -71,7 +64,7 @@ def opening_time(history: AbstractHistory, reference: AbstractHistory, scene: Sc
         return None
     errors = []
     for contact in scene.contacts:
-        one, other = (_parted(h, contact.name, LASTING * scene.round_trip) for h in (history, reference))
+        one, other = (_parted(h, contact.name, MIN_OPEN * scene.round_trip) for h in (history, reference))
         if one is not None and other is not None:
             errors.append(abs(one - other) / scene.round_trip)
     return max(errors, default=None)
@@ -114,21 +107,19 @@ def momentum_error(
     reference: AbstractHistory,  # noqa: ARG001 - a metric has it
     scene: Scene,
 ) -> float | None:
-    """Return how far the momentum of a body is from the impulses that it was given; the largest over free bodies.
+    """Return the error of the momentum balance of a body; the largest over free bodies.
 
     |p(end) - p(0) - impulses of contacts - (m g + forces on ends) t| over the momentum in play; see `momentum.balance`.
-    It is a balance of the run itself: the reference is not looked at. None where something holds every body.
+    It is a balance of the run itself, whatever the reference. None where every body is held.
     """
     errors = []
     t = np.minimum(history.energy.time, history.duration)  # the last step may end after the run
-    impulses = [
-        sum(span.impulse for span in history.contacts if span.contact == contact.name) for contact in scene.contacts
-    ]
-    for body in free_bodies(scene, history):
-        if not scene.bodies[body.name].is_free:
+    impulses = [sum(span.impulse for span in history.spans(contact.name)) for contact in scene.contacts]
+    for name in free_bodies(scene, history):
+        if not scene.bodies[name].is_free:
             continue
-        momentum = history.evaluate(np.append(t, history.duration), f"momentum:{body.name}")
-        energy = float(np.max(np.abs(history.energy.bodies[body.name])))
+        momentum = history.evaluate(np.append(t, history.duration), f"momentum:{name}")
+        energy = float(np.max(np.abs(history.energy.bodies[name])))
         seen = Seen(float(momentum[0]), float(momentum[-1]), float(np.max(np.abs(momentum))), energy)
-        errors.append(balance(scene, body.name, impulses, history.duration, seen).error)
+        errors.append(balance(scene, name, impulses, history.duration, seen).error)
     return largest(errors)

@@ -1,31 +1,29 @@
-"""How far one history is from another: the norms of the summary, each a small function of its own.
+"""Norms of the distance between two histories, and the metrics that are installed.
 
 A metric is ``metric(history, reference, scene)``; it returns a number, or None where its reference is zero or where
-the method has no answer (an impulse law has no force). It sees two `AbstractHistory` and never asks which is exact.
+the method has no such quantity (an impulse law has no force). Both histories may be computed or exact.
 """
 
 from __future__ import annotations
 
-import bisect
 import contextlib
 import sys
 from collections.abc import Callable, Iterable, Mapping
-from typing import NamedTuple, cast
+from typing import cast
 
 import numpy as np
 
 from impactlab.errors import PluginError
-from impactlab.history.base import AbstractHistory, Event, Warned
+from impactlab.history.base import AbstractHistory, Warned
 from impactlab.plugins import METRICS, Registry, registry
 from impactlab.scene.frame import drift, touched_in
-from impactlab.scene.problem import Contact, Scene
+from impactlab.scene.problem import Scene
 from impactlab.types import Array
 
 Metric = Callable[[AbstractHistory, AbstractHistory, Scene], float | None]
 
 CELLS = 6000  # equal cells of the midpoint rule
 NEAR_JUMP = 0.05  # T around a jump of the exact force that `force_away_from_jumps` leaves out
-NEAR_EVENT = 0.1  # T within which a computed event may stand for an exact one
 COLUMNS = 2000  # of the graphs whose Hausdorff distance is taken
 GRAPH_POINTS = 400_000  # most points of one graph; only a force that chatters wildly needs more
 
@@ -69,7 +67,7 @@ def relative_l2(values: Array, reference: Array, drift: Array | None = None) -> 
     the bodies that interact. Where that is zero, a body only drifts, and the scale is |reference|.
     """
     size, own = float(np.linalg.norm(reference)), float(np.linalg.norm(values))
-    # A reference that is this much smaller than what is compared with it is zero but for its own rounding.
+    # A reference that is so much smaller than the values is zero except for its rounding.
     if size == 0.0 or size <= ZERO * own:
         return None
     within = size if drift is None else float(np.linalg.norm(reference - drift))
@@ -78,16 +76,9 @@ def relative_l2(values: Array, reference: Array, drift: Array | None = None) -> 
 
 
 def largest(values: Iterable[float | None]) -> float | None:
-    """Return the largest of the values that exist; None where there is none, or where one is NaN (no answer)."""
+    """Return the largest of the values that exist; None without any, or where one is NaN."""
     known = [value for value in values if value is not None]
     return None if not known or not np.all(np.isfinite(known)) else max(known)
-
-
-def _largest_l2(
-    history: AbstractHistory, reference: AbstractHistory, scene: Scene, names: tuple[str, ...]
-) -> float | None:
-    t = midpoints(scene.duration)
-    return largest(relative_l2(history.evaluate(t, name), reference.evaluate(t, name)) for name in names)
 
 
 def displacement_error(
@@ -124,7 +115,9 @@ def face_displacement(history: AbstractHistory, reference: AbstractHistory, scen
 
 def force(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
     """Return the relative L2 error of the contact forces, the largest; jumps keep it above about N^-1/2."""
-    return _largest_l2(history, reference, scene, force_channels(scene))
+    t = midpoints(scene.duration)
+    names = force_channels(scene)
+    return largest(relative_l2(history.evaluate(t, name), reference.evaluate(t, name)) for name in names)
 
 
 def force_away_from_jumps(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
@@ -167,14 +160,14 @@ def _graph_distance(history: AbstractHistory, reference: AbstractHistory, scene:
     return max(_farthest(one, other), _farthest(other, one))
 
 
-STRIDE = 16  # points of a graph from one that is asked first to the next
+STRIDE = 16  # points of a graph between two of the first search
 
 
 def _farthest(points: Array, others: Array) -> float:
     """Return the largest distance of a point, of shape (n, 2), from the nearest of others.
 
-    A distance differs between two points by no more than they are apart: so every sixteenth is asked first, and of the
-    rest only those that may be farther than the farthest of these. The answer is that of asking all.
+    The distances of two points differ by no more than the points are apart: the search begins with every sixteenth, and
+    of the rest takes only those that may be farther than the farthest of these. The result is that of all points.
     """
     from scipy.spatial import KDTree
 
@@ -230,85 +223,11 @@ def graph(
 
 def impulse(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
     """Return the relative error of the total impulse of a contact, the largest over contacts."""
-    return largest(_relative(_impulse(history, c), _impulse(reference, c)) for c in scene.contacts)
-
-
-def _impulse(history: AbstractHistory, contact: Contact) -> float:
-    return sum(span.impulse for span in history.contacts if span.contact == contact.name)
-
-
-def _relative(value: float, reference: float) -> float | None:
-    return None if reference == 0.0 else abs(value - reference) / abs(reference)
-
-
-class Matches(NamedTuple):
-    """Events of one history set beside those of the exact one."""
-
-    pairs: tuple[tuple[Event, Event], ...]  # (exact, computed)
-    missed: tuple[Event, ...]  # exact events without a partner
-    extra: tuple[Event, ...]  # computed events without one
-
-
-def match_events(exact: Iterable[Event], computed: Iterable[Event], within: float) -> Matches:
-    """Return which computed event stands for which exact one.
-
-    In order of time, each exact event takes the nearest unused one of its contact and kind within ``within`` [s].
-    """
-    given = list(computed)
-    waiting: dict[tuple[str, str], list[tuple[float, int]]] = {}  # by contact and kind: time and place, sorted
-    for place, event in enumerate(given):
-        waiting.setdefault((event.contact, event.kind), []).append((event.time, place))
-    for times in waiting.values():
-        times.sort()
-    pairs, missed = [], []
-    for event in sorted(exact, key=lambda e: e.time):
-        times = waiting.get((event.contact, event.kind), [])
-        after = bisect.bisect_left(times, (event.time, -1))
-        near = [at for at in (after - 1, after) if 0 <= at < len(times)]
-        nearest = min(near, key=lambda at: (abs(times[at][0] - event.time), times[at][1]), default=None)
-        if nearest is None or abs(times[nearest][0] - event.time) > within:
-            missed.append(event)
-        else:
-            pairs.append((event, given[times.pop(nearest)[1]]))
-    left = {place for times in waiting.values() for _, place in times}
-    unused = [event for place, event in enumerate(given) if place in left]
-    return Matches(tuple(pairs), tuple(missed), tuple(unused))
-
-
-def _matches(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> Matches | None:
-    """Return the matched touches and openings of the contacts that have any.
-
-    A law of impulses kicks and never closes or opens, so its contacts are left out; None where that leaves no
-    contact, or no T to measure in.
-    """
-    names = {contact.name for contact in scene.contacts if history.method.laws[contact.name].answers_force}
-    if not names or not np.isfinite(scene.round_trip):
-        return None
-    exact, computed = (
-        [e for e in h.events if e.contact in names and e.kind != "impulse" and e.time <= scene.duration]
-        for h in (reference, history)
-    )
-    return match_events(exact, computed, NEAR_EVENT * scene.round_trip)
-
-
-def event_times(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
-    """Return the largest error in time of the matched touches and openings, in T; None where none matches."""
-    matches = _matches(history, reference, scene)
-    if matches is None or not matches.pairs:
-        return None
-    return max(abs(computed.time - exact.time) for exact, computed in matches.pairs) / scene.round_trip
-
-
-def events_missed(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> int | None:
-    """Return how many exact touches and openings have no partner; None for impulse laws."""
-    matches = _matches(history, reference, scene)
-    return None if matches is None else len(matches.missed)
-
-
-def events_extra(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> int | None:
-    """Return how many touches and openings the exact answer does not have; None for impulse laws."""
-    matches = _matches(history, reference, scene)
-    return None if matches is None else len(matches.extra)
+    errors: list[float | None] = []
+    for contact in scene.contacts:
+        given, exact = (sum(span.impulse for span in h.spans(contact.name)) for h in (history, reference))
+        errors.append(None if exact == 0.0 else abs(given - exact) / abs(exact))
+    return largest(errors)
 
 
 ORDER = (
@@ -333,7 +252,7 @@ ORDER = (
 def installed(asked: Iterable[str] = (), parts: Registry | None = None) -> dict[str, Metric]:
     """Return impactlab's own metrics and those of plugins that are asked for, by name, in the order of a summary.
 
-    A plugin's metric that nobody asked for is not even imported.
+    A plugin's metric that is not asked for is not imported.
 
     Raises
     ------
@@ -344,7 +263,7 @@ def installed(asked: Iterable[str] = (), parts: Registry | None = None) -> dict[
     own = Registry(entry for entry in known.entries if entry.group == METRICS.name and is_own(entry.value))
     if parts is None and not own.entries:
         raise PluginError(
-            "no metric is registered, not even impactlab's own: it was installed before it had any",
+            "no metric is registered, not even those of impactlab: its installation is older than they are",
             remedy="Install impactlab again (pip install .).",
         )
     names = {entry.name for entry in own.entries} | set(asked)
@@ -354,7 +273,7 @@ def installed(asked: Iterable[str] = (), parts: Registry | None = None) -> dict[
 
 
 def is_own(module: str) -> bool:
-    """Return whether a module, or what an entry point names, is part of impactlab itself."""
+    """Return whether a module, or the value of an entry point, belongs to impactlab itself."""
     return module.partition(":")[0].strip().partition(".")[0] == "impactlab"
 
 
@@ -370,7 +289,7 @@ def errors(
     Parameters
     ----------
     history, reference : AbstractHistory
-        What is judged and what it is judged by, both over [0, duration] of the scene.
+        The run and its reference, both over [0, duration] of the scene.
     reference_name : str
         Name under which the reference is reported, e.g. ``st_venant``.
     scene : Scene
@@ -391,7 +310,7 @@ def _measured(
     if is_own(metric.__module__):
         return metric(history, reference, scene)
     try:
-        with contextlib.redirect_stdout(sys.stderr):  # its output may not get into a JSON document
+        with contextlib.redirect_stdout(sys.stderr):  # its output would break a JSON document
             value = metric(history, reference, scene)
             return value if value is None or isinstance(value, int) else float(value)
     except (Exception, SystemExit) as error:  # noqa: BLE001 - the run goes on without a number from it

@@ -46,13 +46,12 @@ class Peak(NamedTuple):
 def find_peak(history: AbstractHistory, contact: Contact, left_out: Array) -> Peak:
     """Return the largest force of a contact outside intervals of time, shape (k, 2) [s]; 0 N where nothing is left."""
     name = f"force:{contact.name}"
-    spans = sorted((span for span in history.contacts if span.contact == contact.name), key=lambda each: -each.impulse)
+    spans = sorted(history.spans(contact.name), key=lambda each: -each.impulse)
     # First of all the middles of steps: of all places in a step with the largest force, its middle is the peak.
     ends = np.append(np.ravel(left_out), history.duration)
     grids = [_instants(history, name), midpoints(history.duration, GRID), ends]
     for span in spans[:MAX_SPANS]:
-        end = history.duration if span.end is None else span.end
-        grids.append(span.start + midpoints(end - span.start, PER_SPAN))
+        grids.append(span.start + midpoints(span.until(history.duration) - span.start, PER_SPAN))
     t = np.concatenate(grids)
     t = t[(t >= 0.0) & (t <= history.duration)]
     for start, end in left_out:
@@ -86,7 +85,7 @@ def near_jumps(history: AbstractHistory, scene: Scene, laws: Laws, contact: Cont
     faces touch whose law makes the force jump, and after each round trip of the bodies behind the faces; where an end
     force or a held end starts a front at t = 0, where that arrives.
     """
-    unit = _time_unit(history, scene, contact)
+    unit = scene.round_trip if math.isfinite(scene.round_trip) else longest_contact(history, contact)
     if history.dt is None and history.cost.rhs_evaluations is None:
         at = history.jumps(f"force:{contact.name}")
     else:
@@ -112,15 +111,10 @@ def _fronts(history: AbstractHistory, scene: Scene, laws: Laws, contact: Contact
     return np.array(sorted(found))
 
 
-def _time_unit(history: AbstractHistory, scene: Scene, contact: Contact) -> float:
-    """Return T, or the longest period of contact where no body has waves [s]."""
-    return scene.round_trip if math.isfinite(scene.round_trip) else longest_contact(history, contact)
-
-
 def longest_contact(history: AbstractHistory, contact: Contact) -> float:
     """Return the length of the longest period of contact [s]; 0 without one."""
-    spans = (span for span in history.contacts if span.contact == contact.name)
-    return max(((history.duration if span.end is None else span.end) - span.start for span in spans), default=0.0)
+    lengths = (span.until(history.duration) - span.start for span in history.spans(contact.name))
+    return max(lengths, default=0.0)
 
 
 def _joined(intervals: Array) -> Array:
