@@ -10,6 +10,7 @@ import pytest
 
 from impactlab import metrics
 from impactlab.history import ContactSpan, Cost, Event
+from impactlab.metrics.norms import GRAPH_POINTS
 from impactlab.scene import Rod
 from impactlab.scene.method import Simulation
 from impactlab.testing.scenes import FREE, UNIT, mass_on_rod, touching
@@ -143,7 +144,7 @@ def test_a_wild_chatter_keeps_the_graph_distance_right_and_small_in_memory() -> 
         DURATION, {FORCE: lambda t: 40.0 * (np.floor(t / DURATION * 5000) % 2)}, cost=Cost(steps=5000)
     )
     points = metrics.graph(chatter, FORCE, DURATION, (T, 1.0))
-    assert len(points) < 1.1 * metrics.GRAPH_POINTS
+    assert len(points) < 1.1 * GRAPH_POINTS
     assert metrics.force_graph(chatter, history(), scene().scene) == pytest.approx(39.0, rel=0.01)
 
 
