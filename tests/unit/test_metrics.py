@@ -10,7 +10,7 @@ import pytest
 
 from impactlab import metrics
 from impactlab.history import ContactSpan, Cost, Event
-from impactlab.metrics.norms import GRAPH_POINTS
+from impactlab.metrics.norms import COLUMNS, GRAPH_POINTS
 from impactlab.scene import Rod
 from impactlab.scene.method import Simulation
 from impactlab.testing.scenes import FREE, UNIT, mass_on_rod, touching
@@ -150,7 +150,7 @@ def test_a_wild_chatter_keeps_the_graph_distance_right_and_small_in_memory() -> 
 
 def test_the_graph_of_a_smooth_force_lies_on_it() -> None:
     points = metrics.graph(SyntheticHistory(DURATION, {FORCE: np.cos}), FORCE, DURATION, (T, 1.0))
-    assert np.max(np.abs(np.cos(points[:, 0] * T) - points[:, 1])) < 2 * DURATION / metrics.COLUMNS
+    assert np.max(np.abs(np.cos(points[:, 0] * T) - points[:, 1])) < 2 * DURATION / COLUMNS
 
 
 def test_a_force_that_a_method_cannot_give_is_none() -> None:
