@@ -4,21 +4,20 @@ A hard mass on the tip of a cantilever, lumped beam elements, constraint additio
 Newmark's method. The hand-written loops walk over the same element coefficients, 12 EI/h^3/(1 + Phi) and EI/h each; at
 every step they keep what the package records, and they take the energies and momenta as often. Newmark's is factorised
 before its first step, so are its answers to a unit of force and of impulse. Times are minima of interleaved runs, in
-time of the processor. A line through the meshes tells what a step costs on any mesh, and what it costs per element; a
-second run of four times the steps tells whether the time is linear in them.
+time of the processor. A line through the meshes gives the cost of a step on any mesh, and the cost per element; a
+second run of four times the steps shows whether the time is linear in them.
 
     python benchmarks/beams.py [--elements 100 400 1600] [--repeats 40] [--scheme newmark]
 """
 
 from __future__ import annotations
 
-import argparse
 import time
 from typing import Any, NamedTuple
 
 import numba
 import numpy as np
-from step_loop import line, time_loop
+from step_loop import compared, parser_of, report
 
 from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.integrators.base import AbstractIntegrator
@@ -92,14 +91,14 @@ def by_hand(
     n = u.size
     gain = dt / mass
     um, vm = 0.0, 1.0
-    pliancy = dt * dt * (1.0 / striker + 1.0 / mass[0])
+    compliance = dt * dt * (1.0 / striker + 1.0 / mass[0])
     sample = 0
     for step in range(out.shape[0]):
         take_off(shear, bending, half, u, gain, v)
         for i in range(n):
             u[i] += dt * v[i]
         um += dt * vm
-        force = max(0.0, (um - u[0]) / pliancy)
+        force = max(0.0, (um - u[0]) / compliance)
         um -= dt * dt * force / striker
         vm -= dt * force / striker
         u[0] += dt * dt * force / mass[0]
@@ -260,47 +259,19 @@ def factorised(plan: Plan) -> tuple[Any, Any, Any]:
 
 
 def measure(elements: int, repeats: int, scheme: str, steps: int = STEPS) -> dict[str, float]:
-    """Return steps, the least times [s] of both loops, their ratio, and how far their forces differ."""
+    """Return `compared` on a mesh."""
     plan = planned(elements, scheme, steps)
-    ours, theirs, difference = [], [], 0.0
-    for _ in range(repeats + 1):
-        spent, assembly = time_loop(plan)
-        ours.append(spent)
-        spent, out = time_by_hand(plan, elements)
-        theirs.append(spent)
-        kept = assembly.memory.record[1 : plan.steps + 1, 1]
-        difference = float(np.abs(kept - out[:, 1]).max() / np.abs(out[:, 1]).max())
-    return {
-        "elements": elements,
-        "steps": plan.steps,
-        "loop_s": min(ours[1:]),
-        "by_hand_s": min(theirs[1:]),
-        "ratio": min(ours[1:]) / min(theirs[1:]),
-        "difference": difference,
-    }
+    return {"elements": elements} | compared(plan, repeats, lambda plan: time_by_hand(plan, elements))
 
 
 def main() -> None:
     """Print one row per scheme and mesh."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
-    parser.add_argument("--elements", type=int, nargs="+", default=[100, 400, 1600])
-    parser.add_argument("--repeats", type=int, default=40)
-    parser.add_argument("--scheme", choices=SCHEMES, nargs="+", default=list(SCHEMES))
-    arguments = parser.parse_args()
-    for scheme in arguments.scheme:
-        print(f"{scheme}\nelements   steps   loop us/step   by hand us/step   ratio   largest difference of force")
-        rows = []
-        for elements in arguments.elements:
-            row = measure(elements, arguments.repeats, scheme)
-            rows.append(row)
-            ours, theirs = (1e6 * row[name] / row["steps"] for name in ("loop_s", "by_hand_s"))
-            costs = f"{ours:14.3f} {theirs:17.3f} {row['ratio']:7.2f}"
-            print(f"{elements:8d} {row['steps']:7.0f} {costs} {row['difference']:12.1e}")
-        if len(rows) > 1:
-            for name in ("loop_s", "by_hand_s"):
-                fixed, slope = line(rows, name)
-                print(f"{name}: {fixed:.3f} us per step on any mesh, {slope:.3f} ns per element and step")
-        longer = measure(arguments.elements[0], max(2, arguments.repeats // 4), scheme, 4 * STEPS)
+    given = parser_of(__doc__, SCHEMES).parse_args()
+    for scheme in given.scheme:
+        print(scheme)
+        rows = [measure(elements, given.repeats, scheme) for elements in given.elements]
+        report(rows)
+        longer = measure(given.elements[0], max(2, given.repeats // 4), scheme, 4 * STEPS)
         print(f"four times the steps take {longer['loop_s'] / rows[0]['loop_s']:.2f} times the time\n")
 
 

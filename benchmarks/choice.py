@@ -18,6 +18,8 @@ from typing import NamedTuple
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+import tables
+
 import impactlab as il
 from impactlab import api, metrics, simulate
 from impactlab.api import physics_of
@@ -206,19 +208,15 @@ def rows_of(label: str, scene: Simulation) -> Iterator[Row]:
 
 def table(rows: list[Row]) -> str:
     """Return the rows as a Markdown table."""
-    lines = [
-        "| case | tolerance | chosen | expected | measured | solve [ms] | best other | its [ms] | choosing [ms] | |",
-        "|---|---:|---|---:|---:|---:|---|---:|---:|---|",
-    ]
+    cells = []
     for row in rows:
         best = ("-", "-") if row.best is None else (_name(row.best), f"{1e3 * row.best.solve_s:.3g}")
         measured = "0" if row.measured < ROUNDING else f"{row.measured:.1e}"
-        lines.append(
-            f"| {row.label} | {row.tolerance:g} | {row.chosen} | {row.expected:.1e} | {measured} "
-            f"| {1e3 * row.solve_s:.3g} | {best[0]} | {best[1]} | {1e3 * row.choosing_s:.3g} "
-            f"| {'; '.join(row.faults) or 'ok'} |"
-        )
-    return "\n".join(lines)
+        errors = (row.chosen, f"{row.expected:.1e}", measured, f"{1e3 * row.solve_s:.3g}")
+        faults = "; ".join(row.faults) or "ok"
+        cells.append((row.label, f"{row.tolerance:g}", *errors, *best, f"{1e3 * row.choosing_s:.3g}", faults))
+    heads = ("case", "tolerance", "chosen", "expected", "measured", "solve [ms]", "best other", "its [ms]")
+    return tables.table((*heads, "choosing [ms]", ""), cells, text=("case", "chosen", "best other", ""))
 
 
 def _name(run: Run) -> str:

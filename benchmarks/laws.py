@@ -19,6 +19,7 @@ from typing import Any
 
 import numba
 from step_loop import scene_of, time_by_hand, time_loop
+from tables import table
 
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import CaseError, PairingError
@@ -123,14 +124,14 @@ def measure(elements: int, repeats: int) -> list[dict[str, Any]]:
     ]
 
 
-def table(rows: list[dict[str, Any]]) -> str:
+def shown(rows: list[dict[str, Any]]) -> str:
     """Return the rows as a Markdown table."""
-    lines = ["| law | integrator | us per step | ratio | plain Python, us more |", "|---|---|---:|---:|---:|"]
+    cells = []
     for row in rows:
-        law = f"`{row['law']}` {row['options']}".strip()
-        costs = f"{row['us']:.2f} | {row['ratio']:.2f} | {row['plain_python_more_us']:.2f}"
-        lines.append(f"| {law} | {row['integrator']} | {costs} |")
-    return "\n".join(lines)
+        costs = (f"{row[name]:.2f}" for name in ("us", "ratio", "plain_python_more_us"))
+        cells.append((f"`{row['law']}` {row['options']}".strip(), row["integrator"], *costs))
+    heads = ("law", "integrator", "us per step", "ratio", "plain Python, us more")
+    return table(heads, cells, text=heads[:2])
 
 
 def main() -> None:
@@ -141,7 +142,7 @@ def main() -> None:
     parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
     rows = measure(arguments.elements, arguments.repeats)
-    print(json.dumps(rows, indent=1) if arguments.json else table(rows))
+    print(json.dumps(rows, indent=1) if arguments.json else shown(rows))
 
 
 if __name__ == "__main__":

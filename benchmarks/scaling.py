@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from step_loop import SCHEMES, scene_of, time_loop
+from tables import table
 
 from impactlab import simulate
 from impactlab.models.continuous import Continuous
@@ -58,11 +59,11 @@ def scaling(repeats: int) -> list[dict[str, Any]]:
 
 def scaling_table(rows: list[dict[str, Any]]) -> str:
     """Return the rows as a Markdown table."""
-    lines = ["| integrator | elements | steps | set-up, ms | ns per element and step |", "|---|---:|---:|---:|---:|"]
-    for row in rows:
-        shown = f"{row['elements']} | {row['steps']} | {row['setup_ms']:.2f} | {row['ns']:.2f}"
-        lines.append(f"| `{row['integrator']}` | {shown} |")
-    return "\n".join(lines)
+    cells = [
+        (f"`{row['integrator']}`", row["elements"], row["steps"], f"{row['setup_ms']:.2f}", f"{row['ns']:.2f}")
+        for row in rows
+    ]
+    return table(("integrator", "elements", "steps", "set-up, ms", "ns per element and step"), cells, ("integrator",))
 
 
 def many_steps(steps: int) -> dict[str, Any]:
@@ -99,12 +100,9 @@ def memory(most: int) -> list[dict[str, Any]]:
 
 def memory_table(rows: list[dict[str, Any]]) -> str:
     """Return the rows as a Markdown table."""
-    lines = ["| steps | instants kept | memory, MB | us per step | energy gained | lost |"]
-    lines.append("|---:|---:|---:|---:|---:|---:|")
-    for row in rows:
-        shown = f"{row['steps']} | {row['kept']} | {row['mb']:.1f} | {row['us']:.2f}"
-        lines.append(f"| {shown} | {row['gain']:.1e} | {row['loss']:.1e} |")
-    return "\n".join(lines)
+    formats = {"steps": "d", "kept": "d", "mb": ".1f", "us": ".2f", "gain": ".1e", "loss": ".1e"}
+    heads = ("steps", "instants kept", "memory, MB", "us per step", "energy gained", "lost")
+    return table(heads, [[f"{row[name]:{each}}" for name, each in formats.items()] for row in rows])
 
 
 def fixed(repeats: int) -> list[dict[str, Any]]:
@@ -129,25 +127,23 @@ def fixed(repeats: int) -> list[dict[str, Any]]:
 
 def fixed_table(rows: list[dict[str, Any]]) -> str:
     """Return the rows as a Markdown table."""
-    lines = ["| run | steps | set-up, ms | solution, ms | with contacts, energies, checks, ms |"]
-    lines.append("|---|---:|---:|---:|---:|")
-    for row in rows:
-        shown = f"{row['steps'] or ''} | {row['setup_ms']:.2f} | {row['solve_ms']:.2f} | {row['all_ms']:.2f}"
-        lines.append(f"| `{row['run']}` | {shown} |")
-    return "\n".join(lines)
+    times = [[f"{row[name]:.2f}" for name in ("setup_ms", "solve_ms", "all_ms")] for row in rows]
+    cells = [(f"`{row['run']}`", row["steps"] or "", *each) for row, each in zip(rows, times, strict=True)]
+    heads = ("run", "steps", "set-up, ms", "solution, ms", "with contacts, energies, checks, ms")
+    return table(heads, cells, text=("run",))
 
 
 def starts_table(repeats: int) -> str:
     """Return how long commands take from a cold start [s] as a Markdown table."""
-    lines = ["| command | s |", "|---|---:|"]
+    cells = []
     for name, arguments in STARTS.items():
         least = math.inf
         for _ in range(repeats + 1):
             began = time.perf_counter()
             subprocess.run((sys.executable, "-m", "impactlab", *arguments), check=True, capture_output=True)
             least = min(least, time.perf_counter() - began)
-        lines.append(f"| {name} | {least:.2f} |")
-    return "\n".join(lines)
+        cells.append((name, f"{least:.2f}"))
+    return table(("command", "s"), cells, text=("command",))
 
 
 def main() -> None:

@@ -14,6 +14,7 @@ import math
 from typing import Any
 
 from step_loop import scene_of, time_loop
+from tables import table
 
 from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.integrators.base import AbstractIntegrator
@@ -51,14 +52,12 @@ def measure(repeats: int) -> list[dict[str, Any]]:
     return rows
 
 
-def table(rows: list[dict[str, Any]]) -> str:
+def shown(rows: list[dict[str, Any]]) -> str:
     """Return the rows as a Markdown table."""
-    sizes = " | ".join(f"{elements} elements" for elements in ELEMENTS)
-    lines = [f"| integrator | {sizes} | ns per dof and step |", "|---|" + "---:|" * (len(ELEMENTS) + 1)]
-    for row in rows:
-        costs = " | ".join(f"{row[f'us_{elements}']:.2f}" for elements in ELEMENTS)
-        lines.append(f"| `{row['integrator']}` | {costs} | {row['ns_per_dof']:.2f} |")
-    return "\n".join(lines)
+    names = [*(f"us_{elements}" for elements in ELEMENTS), "ns_per_dof"]
+    cells = [(f"`{row['integrator']}`", *(f"{row[name]:.2f}" for name in names)) for row in rows]
+    heads = ("integrator", *(f"{elements} elements" for elements in ELEMENTS), "ns per dof and step")
+    return table(heads, cells, text=heads[:1])
 
 
 def main() -> None:
@@ -68,7 +67,7 @@ def main() -> None:
     parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
     rows = measure(arguments.repeats)
-    print(json.dumps(rows, indent=1) if arguments.json else table(rows))
+    print(json.dumps(rows, indent=1) if arguments.json else shown(rows))
 
 
 if __name__ == "__main__":

@@ -17,7 +17,9 @@ import numpy as np
 import scaling
 import schemes
 import step_loop
+from tables import table
 
+from impactlab.bench.environment import processor
 from impactlab.scene import RECORDS
 from impactlab.simulate.stepping.assembly import SAMPLES
 
@@ -82,29 +84,21 @@ between the smallest and the largest mesh (`benchmarks/schemes.py`).
 """
 
 
-def machine() -> str:
-    """Return the kind of processor."""
-    info = Path("/proc/cpuinfo")
-    lines = info.read_text(encoding="utf-8").splitlines() if info.exists() else []
-    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
-    return f"{names[0] if names else platform.processor() or platform.machine()} ({os.cpu_count()} cores)"
-
-
 def loop_table(repeats: int) -> str:
     """Return the loops beside the hand-written ones as a Markdown table, and what a step costs on any mesh."""
-    lines = ["| integrator | elements | loop, us per step | by hand | ratio |", "|---|---:|---:|---:|---:|"]
-    lines_through = []
+    cells, lines_through = [], []
     for name, integrator in step_loop.SCHEMES.items():
         rows = [step_loop.measure(elements, repeats, integrator) for elements in schemes.ELEMENTS]
         for row in rows:
             ours, theirs = (1e6 * row[each] / row["steps"] for each in ("loop_s", "by_hand_s"))
-            lines.append(f"| `{name}` | {row['elements']} | {ours:.3f} | {theirs:.3f} | {row['ratio']:.2f} |")
+            cells.append((f"`{name}`", row["elements"], f"{ours:.3f}", f"{theirs:.3f}", f"{row['ratio']:.2f}"))
         (ours, slope), (theirs, other) = (step_loop.line(rows, each) for each in ("loop_s", "by_hand_s"))
         lines_through.append(
             f"Between 100 and 400 elements a step of `{name}` costs {ours:.2f} us and {slope:.2f} ns per element, "
             f"by hand {theirs:.2f} us and {other:.2f} ns."
         )
-    return "\n".join((*lines, "", *lines_through))
+    heads = ("integrator", "elements", "loop, us per step", "by hand", "ratio")
+    return "\n".join((table(heads, cells, text=heads[:1]), "", *lines_through))
 
 
 def main() -> None:
@@ -117,7 +111,7 @@ def main() -> None:
     given = parser.parse_args()
     page = PAGE.format(
         repeats=given.repeats,
-        machine=machine(),
+        machine=f"{processor()} ({os.cpu_count()} cores)",
         python=platform.python_version(),
         numba=numba.__version__,
         llvmlite=llvmlite.__version__,
@@ -133,8 +127,8 @@ def main() -> None:
         fixed=scaling.fixed_table(scaling.fixed(given.repeats)),
         starts=scaling.starts_table(given.repeats),
         call=laws.empty_call(given.repeats),
-        laws=laws.table(laws.measure(given.elements, given.repeats)),
-        schemes=schemes.table(schemes.measure(given.repeats)),
+        laws=laws.shown(laws.measure(given.elements, given.repeats)),
+        schemes=schemes.shown(schemes.measure(given.repeats)),
     )
     given.out.write_text(page, encoding="utf-8")
 

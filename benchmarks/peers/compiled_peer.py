@@ -1,6 +1,6 @@
 """A loop written by hand for this one impact and compiled by numba: what a general program is measured against.
 
-Central difference with a multiplier (`benchmarks/step_loop.py`) and Newmark (`newmark_by_hand.py`), both with
+Central difference with a multiplier and Newmark (`benchmarks/step_loop.py`), both with
 per-element coefficients, both recording faces, force, energies and momenta. Scanned: mesh and step.
 """
 
@@ -15,9 +15,8 @@ import numpy as np
 
 from benchmarks.peers.cases import Case, Outcome
 from benchmarks.peers.mesh import chain
-from benchmarks.peers.newmark_by_hand import factor, newmark_by_hand
 from benchmarks.peers.run import Run, Setting
-from benchmarks.step_loop import by_hand
+from benchmarks.step_loop import by_hand, factor, newmark_by_hand
 from impactlab.simulate.stepping.assembly import SAMPLES
 
 NAME = "compiled loop"

@@ -15,7 +15,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from benchmarks import step_loop
-from benchmarks.peers import exudyn_peer, impactlab_peer, newmark_by_hand
+from benchmarks.peers import exudyn_peer, impactlab_peer
 from benchmarks.peers.cases import CASES, NORMS, PAPER, PAPER_EVENTS, Case, errors_of, exact
 from benchmarks.peers.run import Run, Setting, timed
 from benchmarks.peers.scan import PEERS, load, read
@@ -192,14 +192,15 @@ def implicit(repeats: int) -> dict[str, Any]:
 def by_hand(repeats: int) -> list[dict[str, Any]]:
     """Return loops of the package beside loops written by hand: steps, times, ratio, fixed cost of a run."""
     rows = []
-    jobs = (
-        ("central difference", 400, 2.0, step_loop.measure),
-        ("central difference", 1600, 1.5, step_loop.measure),
-        ("Newmark", 1600, 1.5, newmark_by_hand.measure),
-    )
-    for scheme, elements, aim, measure in jobs:
-        few = min(repeats, 12) if scheme == "Newmark" else repeats
-        rows.append({"scheme": scheme, "elements": elements, "aim": aim} | measure(elements, few))
+    for name, elements, aim in (
+        ("central_difference", 400, 2.0),
+        ("central_difference", 1600, 1.5),
+        ("newmark", 1600, 1.5),
+    ):
+        scheme = "Newmark" if name == "newmark" else "central difference"
+        few = min(repeats, 12) if name == "newmark" else repeats
+        measured = step_loop.measure(elements, few, step_loop.SCHEMES[name])
+        rows.append({"scheme": scheme, "aim": aim} | measured)
     return rows
 
 

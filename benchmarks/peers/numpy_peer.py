@@ -40,7 +40,7 @@ def build(case: Case, setting: Setting, record: bool) -> Run:
     n = rod.mass.size
     u, v, force, tension = np.zeros(n + 1), np.zeros(n), np.zeros(n), np.zeros(n)  # u[n] is the clamped end
     gain, striker = dt / rod.mass, case.striker
-    pliancy = dt * dt * (1.0 / striker + 1.0 / rod.mass[0])
+    compliance = dt * dt * (1.0 / striker + 1.0 / rod.mass[0])
     kept, last = np.zeros((steps + 1, 4)), [case.velocity]
 
     def solve() -> None:
@@ -56,7 +56,7 @@ def build(case: Case, setting: Setting, record: bool) -> Run:
             np.multiply(v, dt, out=moved)
             np.add(left, moved, out=left)
             um += dt * vm
-            push = (um - u[0]) / pliancy
+            push = (um - u[0]) / compliance
             if push > 0.0:
                 um -= dt * dt * push / striker
                 vm -= dt * push / striker

@@ -6,6 +6,7 @@ import math
 from pathlib import Path
 from typing import Any
 
+from benchmarks import tables
 from benchmarks.peers.cases import CASES, NORMS
 from benchmarks.peers.measure import OURS, PACKAGES, group_of, groups
 from benchmarks.peers.scan import PEERS, load, read
@@ -58,7 +59,7 @@ chain over as one object with sparse matrices, "items" as point masses and sprin
 ## Against loops written by hand
 
 Loops compiled by numba that know their scheme, their law and this one impact, with per-element coefficients and the
-same records (`benchmarks/step_loop.py`, `benchmarks/peers/newmark_by_hand.py`). Loop against loop; what a run pays
+same records (`benchmarks/step_loop.py`). Loop against loop; what a run pays
 once, whatever its steps, stands apart: {fixed:.2f} ms.
 
 {hand}
@@ -115,23 +116,19 @@ def table(rows: list[dict[str, Any]], case: str, tolerance: float) -> str:
     """Return one case and tolerance: programs, times, ratios to the exact description, errors, settings."""
     here = [row for row in rows if (row["case"], row["tolerance"]) == (case, tolerance)]
     base = next((row["solve_s"] for row in here if row["group"] == "impactlab, exact" and "solve_s" in row), math.nan)
-    lines = [
-        f"### {case.replace('_', ' ')}, {tolerance:g}",
-        "",
-        "| program | ms | to exact | mass | face | opening | exit | setting |",
-        "|---|---:|---:|---:|---:|---:|---:|---|",
-    ]
+    cells = []
     for row in here:
         if "reason" in row:
-            lines.append(f"| {row['group']} | | | | | | | {row['reason']} |")
+            cells.append((row["group"], *[""] * 6, row["reason"]))
             continue
-        errors = " | ".join(f"{row[norm]:.1e}" for norm in NORMS)
-        ratio = row["solve_s"] / base
         setting = told(row["setting"])
         if "chosen" in row:
             setting += f": {row['chosen']}, chosen in {1e3 * row['choosing_s']:.3g} ms"
-        lines.append(f"| {row['group']} | {milliseconds(row)} | {ratio:.3g} | {errors} | {setting} |")
-    return "\n".join(lines)
+        errors = (f"{row[norm]:.1e}" for norm in NORMS)
+        cells.append((row["group"], milliseconds(row), f"{row['solve_s'] / base:.3g}", *errors, setting))
+    heads = ("program", "ms", "to exact", "mass", "face", "opening", "exit", "setting")
+    text = tables.table(heads, cells, text=("program", "setting"))
+    return f"### {case.replace('_', ' ')}, {tolerance:g}\n\n{text}"
 
 
 def verdict(met: bool) -> str:
@@ -142,16 +139,14 @@ def verdict(met: bool) -> str:
 def verdicts(results: dict[str, Any]) -> str:
     """Return the aims, what was found, and whether they are met."""
     exact = results["exact_model"]
-    lines = ["| aim | found | |", "|---|---|---|"]
     error = exact["event_error"]
-    lines.append(
-        f"| exact model: all events of the paper's case to 1e-12 T | {error:.1e} | {verdict(error <= 1e-12)} |"
-    )
+    aim = "exact model: all events of the paper's case to 1e-12 T"
+    cells = [(aim, f"{error:.1e}", verdict(error <= 1e-12))]
     ratios = exact["ratios"]
     least = min(ratios.values(), default=math.nan)
     told_ratios = ", ".join(f"{name} {ratio:.3g}" for name, ratio in ratios.items()) or "no package program here"
     aim = "exact model: solved 20 times faster than the fastest package program reaches 5e-3"
-    lines.append(f"| {aim} | {told_ratios} | {verdict(least >= 20.0)} |")
+    cells.append((aim, told_ratios, verdict(least >= 20.0)))
     for name, factor, text in (
         ("explicit", 25.0, "central difference, 400 elements: 25 times Exudyn's explicit"),
         ("implicit", 8.0, "Newmark, 1600 elements: 8 times Exudyn's generalised-alpha"),
@@ -159,11 +154,11 @@ def verdicts(results: dict[str, Any]) -> str:
         theirs = [row for row in results[name]["rows"] if row["peer"] == "exudyn"]
         found = ", ".join(f"{row['ratio']:.3g} ({way(row)})" for row in theirs) or "Exudyn is not installed"
         met = min((row["ratio"] for row in theirs), default=math.nan) >= factor
-        lines.append(f"| {text} | {found} | {verdict(met)} |")
+        cells.append((text, found, verdict(met)))
     for row in results["by_hand"]:
         text = f"{row['scheme']}, {row['elements']} elements: at most {row['aim']:g} times a loop by hand"
-        lines.append(f"| {text} | {row['ratio']:.2f} | {verdict(row['ratio'] <= row['aim'])} |")
-    return "\n".join(lines)
+        cells.append((text, f"{row['ratio']:.2f}", verdict(row["ratio"] <= row["aim"])))
+    return tables.table(("aim", "found", ""), cells, text=("aim", "found", ""))
 
 
 def way(row: dict[str, Any]) -> str:
@@ -176,28 +171,26 @@ def way(row: dict[str, Any]) -> str:
 
 def same(results: dict[str, Any]) -> str:
     """Return the table of same schemes on same meshes."""
-    lines = ["| elements | program | ms | ratio | mass | face | setting |", "|---:|---|---:|---:|---:|---:|---|"]
+    cells = []
     for name in ("explicit", "implicit"):
         found = results[name]
         for row in found["rows"]:
             program = "impactlab" if row["peer"] == "impactlab" else "Exudyn"
-            errors = " | ".join(f"{row[norm]:.1e}" for norm in NORMS[:2])
-            cells = f"{milliseconds(row)} | {row['ratio']:.3g} | {errors} | {told(row['setting'])}"
-            lines.append(f"| {found['elements']} | {program} | {cells} |")
-    return "\n".join(lines)
+            numbers = (milliseconds(row), f"{row['ratio']:.3g}", *(f"{row[norm]:.1e}" for norm in NORMS[:2]))
+            cells.append((found["elements"], program, *numbers, told(row["setting"])))
+    heads = ("elements", "program", "ms", "ratio", "mass", "face", "setting")
+    return tables.table(heads, cells, text=("program", "setting"))
 
 
 def hand(rows: list[dict[str, Any]]) -> str:
     """Return the table of loops by hand."""
-    lines = [
-        "| scheme | elements | us per step | by hand | ratio | aim | largest difference of force |",
-        "|---|---:|---:|---:|---:|---:|---:|",
-    ]
+    cells = []
     for row in rows:
-        ours, theirs = (1e6 * row[name] / row["steps"] for name in ("loop_s", "by_hand_s"))
-        cells = f"{ours:.3f} | {theirs:.3f} | {row['ratio']:.2f} | {row['aim']:g} | {row['difference']:.1e}"
-        lines.append(f"| {row['scheme']} | {row['elements']} | {cells} |")
-    return "\n".join(lines)
+        times = (f"{1e6 * row[name] / row['steps']:.3f}" for name in ("loop_s", "by_hand_s"))
+        rest = (f"{row['ratio']:.2f}", f"{row['aim']:g}", f"{row['difference']:.1e}")
+        cells.append((row["scheme"], row["elements"], *times, *rest))
+    heads = ("scheme", "elements", "us per step", "by hand", "ratio", "aim", "largest difference of force")
+    return tables.table(heads, cells, text=("scheme",))
 
 
 def how() -> str:

@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks import step_loop
 from benchmarks.peers import (
     compiled_peer,
     exudyn_peer,
     impactlab_peer,
     mujoco_peer,
-    newmark_by_hand,
     numpy_peer,
     opensees_peer,
     page,
@@ -109,7 +109,7 @@ def test_loops_by_hand_agree():
 @pytest.mark.parametrize("elements", [4, 5, 31, 40])
 def test_newmark_by_hand_is_the_package_s(elements):
     """The same scheme, law and coefficients: forces agree to the rounding that a chattering constraint magnifies."""
-    assert newmark_by_hand.measure(elements, 1)["difference"] < 1e-9
+    assert step_loop.measure(elements, 1, step_loop.SCHEMES["newmark"])["difference"] < 1e-9
 
 
 def test_newmark_by_hand_tends_to_the_exact_answer():
