@@ -28,7 +28,7 @@ class Cell(NamedTuple):
 
 
 class Job(NamedTuple):
-    """What a worker needs to run a cell: the scene as it was read when the key was taken."""
+    """The work of one cell: the scene as it was read when the key was taken."""
 
     key: str
     name: str  # of the case
@@ -83,7 +83,7 @@ def cells(
     Raises
     ------
     CaseError, PluginError
-        If a case cannot be read; a method that the case refuses is a cell all the same.
+        If a case cannot be read; a method that the case refuses is a cell, too.
     """
     found: list[Cell] = []
     jobs: dict[str, Job] = {}

@@ -42,10 +42,10 @@ class Family:
     scenes: str = "any"  # without_steps: those solved from event to event; with_steps: the others; beams: with a beam
     sibling_of: str | None = None  # the family that differs by its special step c dt = h alone
     levels: tuple[Mapping[str, Any], ...] = ({},)  # path -> value each, coarse to fine
-    own: bool = False  # a method of the case itself: its settings are all it says
+    own: bool = False  # a method of the case itself: nothing but its settings
 
     def serves(self, scene: Scene, method: Method) -> bool:
-        """Return whether the family says anything about a scene."""
+        """Return whether the family applies to a scene."""
         bent = any(body.bends for body in scene.bodies.values())
         if self.scenes in ("any", "beams"):
             return bent or self.scenes == "any"
@@ -142,11 +142,11 @@ def _need(kept: bool, text: str, remedy: str, path: str) -> None:
 
 def _families(data: Mapping[str, Any]) -> tuple[Family, ...]:
     _check_keys(data, ("schema_version", "families"), "")
-    _need(data.get("schema_version") == 1, "a grid says schema_version: 1", "Write it at the top.", "schema_version")
+    _need(data.get("schema_version") == 1, "a grid needs schema_version: 1", "Write it at the top.", "schema_version")
     families = data.get("families")
     _need(
         isinstance(families, dict) and bool(families),
-        "a grid holds families: {NAME: {...}}",
+        "a grid needs families: {NAME: {...}}",
         "Give at least one family.",
         "families",
     )
@@ -155,7 +155,7 @@ def _families(data: Mapping[str, Any]) -> tuple[Family, ...]:
     for family in made:
         _need(
             family.sibling_of is None or family.sibling_of in names,
-            f"{shown(family.sibling_of)} is no family of this grid.{closest(str(family.sibling_of), names)}",
+            f"{shown(family.sibling_of)} is not a family of this grid.{closest(str(family.sibling_of), names)}",
             "Name the family that has the special step.",
             f"families.{family.name}.sibling_of",
         )
@@ -164,16 +164,16 @@ def _families(data: Mapping[str, Any]) -> tuple[Family, ...]:
 
 def _family(name: str, block: Any) -> Family:
     path = f"families.{name}"
-    _need(isinstance(block, dict), f"{shown(block)} stands where a block of keys is needed", "Write {...}.", path)
+    _need(isinstance(block, dict), f"{shown(block)} is not a block of keys", "Write {key: value, ...}.", path)
     _check_keys(block, KEYS, path)
     reserved = name.partition(".")[0] == "own" or "," in name
-    _need(not reserved, f"{shown(name)} is kept for the methods of cases", "Give it another name.", path)
+    _need(not reserved, f"{shown(name)} is reserved for the methods of cases", "Give the family another name.", path)
     for part in (*PARTS, "settings"):
         value = block.get(part)
-        words = f"{shown(value)} stands where a block is needed"
+        words = f"{shown(value)} is not a block of keys"
         _need(value is None or isinstance(value, dict), words, "Write {...}.", f"{path}.{part}")
     scenes = block.get("scenes", "any")
-    words = f"{shown(scenes)} is no choice of scenes"
+    words = f"{shown(scenes)} is not a choice of scenes"
     _need(scenes in SCENES, words, f"Allowed: {listed(SCENES)}.", f"{path}.scenes")
     given = {key: block.get(key) for key in (*PARTS, "events", "sibling_of")}
     levels = _levels(block.get("levels") or {}, f"{path}.levels")
@@ -183,10 +183,10 @@ def _family(name: str, block: Any) -> Family:
 
 def _levels(block: Any, path: str) -> tuple[Mapping[str, Any], ...]:
     """Return the levels of lists of values: the first of each list, the second of each, and so on."""
-    _need(isinstance(block, dict), f"{shown(block)} is no ladder", "Write {path: [values]}.", path)
+    _need(isinstance(block, dict), f"{shown(block)} is not a ladder of levels", "Write {path: [value, value]}.", path)
     for key, values in block.items():
         kept = isinstance(values, list) and bool(values)
-        _need(kept, f"{shown(values)} is no list of values", "Write [a, b].", f"{path}.{key}")
+        _need(kept, f"{shown(values)} is not a list of values", "Write [a, b].", f"{path}.{key}")
     counts = ", ".join(f"{key} {len(values)}" for key, values in block.items())
     same = len({len(values) for values in block.values()}) <= 1
     _need(same, f"lists of different lengths: {counts}", "Give as many values of each; they go together.", path)
@@ -196,5 +196,5 @@ def _levels(block: Any, path: str) -> tuple[Mapping[str, Any], ...]:
 
 def _check_keys(block: Mapping[str, Any], allowed: Sequence[str], path: str) -> None:
     for key in block:
-        text = f"the key {shown(key)} is not known here.{closest(str(key), allowed)}"
+        text = f"unknown key {shown(key)}.{closest(str(key), allowed)}"
         _need(key in allowed, text, f"Allowed: {listed(allowed)}.", f"{path}.{key}".strip("."))

@@ -46,7 +46,7 @@ def content(value: Any) -> Any:
         case None | bool() | int() | str():
             return value
         case float() | np.floating():
-            return repr(float(value))  # NaN and infinity have no JSON; repr tells every bit
+            return repr(float(value))  # NaN and infinity have no JSON; repr keeps every bit
         case Enum():
             return value.name
         case np.ndarray():

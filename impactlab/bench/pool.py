@@ -24,11 +24,11 @@ MAX_TEXT = 500  # characters of an error
 
 
 class Outcome(NamedTuple, Generic[T]):
-    """How a job ended."""
+    """The outcome of a job."""
 
     job: T
     status: str  # answered | raised | hung | crashed
-    value: Any  # the result; else a text with the reason
+    value: Any  # the result, or the reason in words
 
 
 def outcomes(

@@ -35,8 +35,8 @@ def row_of(case: Case, method: str, settings: Mapping[str, Any], references: Ref
     -------
     dict
         ``version``; ``summary``, as `run --json` prints it, with at most `MAX_LISTED` events and contacts, of a run
-        that was refused or failed its error; ``counts`` of all events and contacts; ``asked``, the parts that were to
-        be used; ``reference`` (name, uncertainty, how found); ``momentum_error``; ``environment``.
+        that was refused or failed its error; ``counts`` of all events and contacts; ``asked``, the parts of
+        the method; ``reference`` (name, uncertainty, how found); ``momentum_error``; ``environment``.
     """
     asked: dict[str, Any] | None = None
     try:
@@ -69,7 +69,7 @@ def _record(case: Case, references: References) -> dict[str, Any]:
 
 
 def _parts(case: Case) -> dict[str, Any]:
-    """Return the models, laws, integrator and events that a method asks for, as a summary has them."""
+    """Return the models, laws, integrator and events of a method, in the form of a summary."""
     scene, method = case.simulation()
     made = {
         "models": {body.name: describe(model) for body, model in modelled(scene, method)},

@@ -99,7 +99,7 @@ class Row(NamedTuple):
 
     @property
     def courant(self) -> float | None:
-        """Return c dt/h as the settings of the row ask for it; None where they ask otherwise."""
+        """Return c dt/h of the settings; None where they set the step in another way."""
         value = setting(settings_of(self.settings), "solve.step.courant")
         return float(value) if isinstance(value, int | float) else None
 

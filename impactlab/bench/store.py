@@ -1,9 +1,9 @@
-"""The folder of a bench: each finished row is a file of its own, so that nothing finished is ever lost.
+"""The folder of a bench: each finished row is a file of its own, so that no finished row is lost.
 
 A file is written under a temporary name and renamed, so that it is there whole or not at all, whatever moment the
 process ends. One bench at a time holds the folder, by a lock that dies with its owner.
 
-``rows/KEY.json`` what came of a run, ``times/KEY.json`` what it cost, ``cells.json`` which rows the table has,
+``rows/KEY.json`` the record of a run, ``times/KEY.json`` its times, ``cells.json`` the rows of the table,
 ``table.csv``, ``environment.json``, ``references.json``.
 """
 

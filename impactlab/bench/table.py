@@ -104,7 +104,7 @@ def _row(cell: Cell, record: Mapping[str, Any], times: Mapping[str, Any]) -> dic
 
 
 def _method(method: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the columns that say how a run was made, or was to be; several bodies are joined by +."""
+    """Return the columns of the method of a run; those of several bodies are joined by +."""
     models = list(method["models"].values())
     bases = [model["basis"]["kind"] for model in models if model.get("basis") is not None]
     sizes = {

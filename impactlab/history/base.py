@@ -85,7 +85,7 @@ class EnergyBook:
 
     @cached_property
     def at_stake(self) -> float:
-        """Reference energy [J]: the larger of what bodies can exchange and what loads supply; 0 if both are zero.
+        """Reference energy [J]: the larger of the energy that bodies can exchange and the work of loads; 0 if both are.
 
         It is measured in the frame of the centre of mass of the interacting bodies. Bodies that only drift have none
         there; for them it is the energy of the drift.
@@ -192,7 +192,7 @@ class AbstractHistory(ABC):
     """
 
     scene: Scene
-    method: Method  # as it was asked for; under a tolerance `choice` holds the one that was chosen
+    method: Method  # as given; under a tolerance `choice` holds the chosen one
     duration: float  # s
     dt: float | None  # s, the step; None for an exact history
     events: tuple[Event, ...]

@@ -212,6 +212,6 @@ def _agreement(bodies: str, by_name: Mapping[str, Sequence[Mapping[str, Any]]]) 
         text = f"{bodies}: number of sub-impacts {next(iter(counts.values()))} by all {len(counts)} methods, "
         text += f"impulses agree within {within:.1g}"
     else:
-        told = ", ".join(f"{count} by {name}" for name, count in counts.items())
-        text = f"{bodies}: number of sub-impacts not resolved: {told}"
+        listed = ", ".join(f"{count} by {name}" for name, count in counts.items())
+        text = f"{bodies}: number of sub-impacts not resolved: {listed}"
     return {"bodies": bodies, "counts": counts, "resolved": resolved, "impulses_within": within, "text": text}

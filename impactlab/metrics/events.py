@@ -18,7 +18,7 @@ class Matches(NamedTuple):
     """The events of a history matched with those of the exact one."""
 
     pairs: tuple[tuple[Event, Event], ...]  # (exact, computed)
-    missed: tuple[Event, ...]  # exact events without a partner
+    missed: tuple[Event, ...]  # exact events without a match
     extra: tuple[Event, ...]  # computed events without one
 
 
@@ -73,12 +73,12 @@ def event_times(history: AbstractHistory, reference: AbstractHistory, scene: Sce
 
 
 def events_missed(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> int | None:
-    """Return how many exact touches and openings have no partner; None for impulse laws."""
+    """Return the number of exact touches and openings without a match; None for impulse laws."""
     matches = _matches(history, reference, scene)
     return None if matches is None else len(matches.missed)
 
 
 def events_extra(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> int | None:
-    """Return how many touches and openings the exact answer does not have; None for impulse laws."""
+    """Return the number of touches and openings without an exact one; None for impulse laws."""
     matches = _matches(history, reference, scene)
     return None if matches is None else len(matches.extra)

@@ -125,9 +125,9 @@ def _missed_touch(
 def grazing_kick(history: AbstractHistory, contact_name: str, round_trip: float, dt: float) -> str | None:
     """Return the text of the warning ``near_grazing`` for a law of kicks, or None.
 
-    A kick lasts no time and faces that ring under kicks nearly touch all the time: of the signs of `near_grazing` the
-    slow meeting alone says something. A kick answers to the speed of its instant, which is then known least: a step dt
-    before or after, under an acceleration a, it is another by a dt, and the kick with it.
+    A kick lasts no time and faces that ring under kicks nearly touch all the time: of the signs of `near_grazing` only
+    the slow meeting counts. A kick follows from the speed of its instant, which is then least certain: a step dt before
+    or after, under an acceleration a, the speed differs by a dt, and the kick with it.
     """
     kicks = [event.time for event in history.events if event.contact == contact_name and event.kind == "impulse"]
     return _slow_meeting(history, contact_name, [(time, time) for time in kicks], round_trip, dt)

@@ -250,14 +250,14 @@ ORDER = (
 
 
 def installed(asked: Iterable[str] = (), parts: Registry | None = None) -> dict[str, Metric]:
-    """Return impactlab's own metrics and those of plugins that are asked for, by name, in the order of a summary.
+    """Return impactlab's own metrics and the requested ones of plugins, by name, in the order of a summary.
 
-    A plugin's metric that is not asked for is not imported.
+    A plugin's metric that is not requested is not imported.
 
     Raises
     ------
     PluginError
-        If a metric that is asked for is not installed, or cannot be used.
+        If a requested metric is not installed, or cannot be used.
     """
     known = registry() if parts is None else parts
     own = Registry(entry for entry in known.entries if entry.group == METRICS.name and is_own(entry.value))

@@ -124,14 +124,19 @@ def test_a_method_that_the_case_refuses_is_a_cell(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "line", "said"),
     [
-        ("for: a test", "fro: a test", 5, "the key 'fro' is not known here. Did you mean 'for'"),
-        ("schema_version: 1", "schema_version: 7", 2, "a grid says schema_version: 1"),
+        ("for: a test", "fro: a test", 5, "unknown key 'fro'. Did you mean 'for'"),
+        ("schema_version: 1", "schema_version: 7", 2, "a grid needs schema_version: 1"),
         ("[10, 20, 30]", "[10, 20]", 10, "lists of different lengths: model.elements 2, law.stiffness 3"),
-        ("[10, 20, 30]", "10", 11, "10 is no list of values"),
-        ("sibling_of: spring", "sibling_of: sprung", 13, "'sprung' is no family of this grid. Did you mean 'spring'"),
-        ("law: {kind: penalty}", "law: penalty", 6, "'penalty' stands where a block is needed"),
-        ("for: a test", "scenes: all", 5, "'all' is no choice of scenes"),
-        ("spring_0.9:", "own.spring:", 13, "kept for the methods of cases"),
+        ("[10, 20, 30]", "10", 11, "10 is not a list of values"),
+        (
+            "sibling_of: spring",
+            "sibling_of: sprung",
+            13,
+            "'sprung' is not a family of this grid. Did you mean 'spring'",
+        ),
+        ("law: {kind: penalty}", "law: penalty", 6, "'penalty' is not a block of keys"),
+        ("for: a test", "scenes: all", 5, "'all' is not a choice of scenes"),
+        ("spring_0.9:", "own.spring:", 13, "reserved for the methods of cases"),
     ],
 )
 def test_a_wrong_grid_is_told_where_and_why(tmp_path: Path, old: str, new: str, line: int, said: str) -> None:

@@ -19,8 +19,8 @@ MAX_NAMED = 3  # methods that a sentence names
 
 def findings(scenes: Sequence[SceneRows]) -> list[str]:
     """Return the fastest methods, one sentence for each finding."""
-    told = [_exact(scenes), *(_at(scenes, tolerance) for tolerance in TOLERANCES), _steady(scenes)]
-    return [*filter(None, told), *choice_words(scenes)]
+    found = [_exact(scenes), *(_at(scenes, tolerance) for tolerance in TOLERANCES), _steady(scenes)]
+    return [*filter(None, found), *choice_words(scenes)]
 
 
 def _exact(scenes: Sequence[SceneRows]) -> str:
