@@ -1,4 +1,4 @@
-"""The two impacts every program solves, as plain numbers, with their exact answer and how far a run is from it.
+"""The two impacts every program solves, as plain numbers, with their exact answer and the errors of a run.
 
 ``paper`` is the paper's case: the mass weighs as much as the uniform rod and strikes twice, the second contact 1 % from
 vanishing. ``two_material`` is a rod of steel and brass on meshes of equal length: no step fits both wave speeds (5064
@@ -7,6 +7,7 @@ and 3430 m/s), so that dt = h/c, exact on a uniform rod, flatters nobody.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cache
 
@@ -63,11 +64,10 @@ class Case:
         """Length of the run [s]."""
         return self.round_trips * self.round_trip
 
-    @property
-    def stiffness(self) -> float:
-        """E A/L of the first segment at full length [N/m]: the unit of contact stiffnesses before the mesh is known."""
-        _, area, young, _ = self.segments[0]
-        return young * area / self.length
+    def steps_of(self, dt: float) -> tuple[int, float]:
+        """Return the number of equal steps of at most ``dt`` [s] that make the run, and their length [s]."""
+        steps = math.ceil(self.duration / dt - 1e-9)
+        return steps, self.duration / steps
 
     def scene(
         self,
@@ -106,7 +106,7 @@ class Outcome:
     mass: Array  # (n,) m
     face: Array  # (n,) m
     exit_velocity: float  # m/s
-    force: Array | None = None  # (n,) N; None where the program does not tell: then the gap is read
+    force: Array | None = None  # (n,) N; None where the program gives none: then the gap is read
     opening: float | None = None  # s, where the program dates it itself
 
 

@@ -6,27 +6,22 @@ per-element coefficients, both recording faces, force, energies and momenta. Sca
 
 from __future__ import annotations
 
-import math
+from functools import partial
 from itertools import product
 from typing import Any
 
-import numba
 import numpy as np
 
 from benchmarks.peers.cases import Case, Outcome
 from benchmarks.peers.mesh import chain
-from benchmarks.peers.run import Run, Setting
+from benchmarks.peers.run import Run, Setting, version_of
 from benchmarks.step_loop import by_hand, factor, newmark_by_hand
 from impactlab.simulate.stepping.assembly import SAMPLES
 
 NAME = "compiled loop"
 LIBRARY = "numba"
+version = partial(version_of, "numba")
 MESHES = (20, 30, 40, 60, 80, 120, 160, 240, 320, 480, 640)
-
-
-def version() -> str | None:
-    """Return numba's version."""
-    return str(numba.__version__)
 
 
 def settings(case: Case) -> list[dict[str, Any]]:
@@ -45,8 +40,7 @@ def settings(case: Case) -> list[dict[str, Any]]:
 def build(case: Case, setting: Setting, record: bool) -> Run:
     """Return a run; it records at every step, always."""
     rod = chain(case, setting["coordinates"])
-    steps = math.ceil(case.duration * case.wave_speed / (setting["courant"] * rod.h) - 1e-9)
-    dt = case.duration / steps
+    steps, dt = case.steps_of(setting["courant"] * rod.h / case.wave_speed)
     out, energies = np.zeros((steps, 9)), np.zeros((SAMPLES + 1, 4))
     out.fill(0.0)  # the kernel's page faults on fresh pages are no part of the time
     stride = -(-steps // SAMPLES)

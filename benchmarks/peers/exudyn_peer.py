@@ -20,11 +20,10 @@ How it is set, and why:
 from __future__ import annotations
 
 import contextlib
-import importlib.metadata
-import importlib.util
 import io
 import math
 import sys
+from functools import partial
 from itertools import product
 from typing import Any
 
@@ -33,17 +32,13 @@ from scipy import sparse
 
 from benchmarks.peers.cases import Array, Case, Outcome
 from benchmarks.peers.mesh import chain, reduced
-from benchmarks.peers.run import Run, Setting
+from benchmarks.peers.run import Run, Setting, version_of
 
 NAME = "Exudyn"
 LIBRARY = "Exudyn"
+version = partial(version_of, "exudyn")
 EXPLICIT = ("ExplicitEuler", "ExplicitMidpoint", "RK33", "RK44", "VelocityVerlet")
 FAR = 1e3  # m: the other limit stop, never reached
-
-
-def version() -> str | None:
-    """Return the version, or None where it is not installed."""
-    return importlib.metadata.version("exudyn") if importlib.util.find_spec("exudyn") else None
 
 
 def settings(case: Case) -> list[dict[str, Any]]:
@@ -137,8 +132,7 @@ def build(case: Case, setting: Setting, record: bool) -> Run:
             for n in (hammer, face)
         ]
     system.Assemble()
-    steps = math.ceil(case.duration / dt - 1e-9)
-    given = _simulation(exu, case, setting, steps)
+    given = _simulation(exu, case, setting, case.steps_of(dt)[0])
     explicit = setting["scheme"] in EXPLICIT
     solver = exu.MainSolverExplicit() if explicit else exu.MainSolverImplicitSecondOrder()
 

@@ -2,20 +2,19 @@
 
 Timed is what `impactlab.run` reports as ``solve_s``: steps or marching, records and dated events, without set-up (case,
 modes, factors, memory) and without the checks of a finished run. The exact answer has nothing to choose.
-``automatic`` (`impactlab.refine.choice`) chooses during set-up; what choosing took is told beside it.
+``automatic`` (`impactlab.refine.choice`) chooses during set-up; the time to choose stands beside it.
 """
 
 from __future__ import annotations
 
-import importlib.metadata
-import importlib.util
+from functools import partial
 from itertools import product
 from typing import Any
 
 import numpy as np
 
 from benchmarks.peers.cases import SHORTEST_FLIGHT, Case, Outcome
-from benchmarks.peers.run import Run, Setting
+from benchmarks.peers.run import Run, Setting, version_of
 from impactlab import api
 from impactlab.bases.craig_bampton import CraigBampton
 from impactlab.history import AbstractHistory
@@ -32,11 +31,7 @@ from impactlab.simulate.stepping.history import RecordedHistory
 
 NAME = "impactlab"
 LIBRARY = "impactlab"
-
-
-def version() -> str | None:
-    """Return the version."""
-    return importlib.metadata.version("impactlab")
+version = partial(version_of, "impactlab")
 
 
 def settings(case: Case) -> list[dict[str, Any]]:
@@ -67,13 +62,8 @@ def scene(case: Case, setting: Setting) -> Simulation:
     return case.scene(FiniteElement(n, "lumped"), integrator, StepRule(courant=setting["courant"]))
 
 
-def chooses() -> bool:
-    """Return whether the package can choose by itself."""
-    return importlib.util.find_spec("impactlab.refine.choice") is not None
-
-
 def chosen(given: Simulation) -> tuple[Simulation, str, float]:
-    """Return what the automatic choice takes for a scene with a tolerance, in words too, and what choosing took [s]."""
+    """Return the automatic choice for a scene with a tolerance, its words, and the time to choose [s]."""
     choices: list[Any] = [api.solve(*given).choice for _ in range(3)]  # type: ignore[attr-defined]
     least = min(choices, key=lambda choice: choice.choosing_s)  # the first may compile
     return Simulation(given.scene, least.method), least.chosen, least.choosing_s
@@ -125,7 +115,7 @@ def _exact(case: Case, given: Simulation) -> Run:
 
 
 def outcome_of(history: AbstractHistory, case: Case) -> Outcome:
-    """Return a history as the other programs' outcomes; its own dated events tell the opening."""
+    """Return a history as the other programs' outcomes; the opening from its own dated events."""
     times = np.linspace(0.0, case.duration, 6001)
     events = [event for event in history.events if event.kind in ("open", "close")]
     opening = float("inf")

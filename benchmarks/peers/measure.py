@@ -116,9 +116,6 @@ def to_an_error(repeats: int) -> list[dict[str, Any]]:
                     row["reason"] = "not installed"
                     continue
                 if group == f"impactlab, {OURS['automatic']}":
-                    if not impactlab_peer.chooses():
-                        row["reason"] = "this version does not choose"
-                        continue
                     setting = {"model": "automatic", "tolerance": tolerance}
                     row["chosen"], row["choosing_s"] = impactlab_peer.chosen(impactlab_peer.scene(case, setting))[1:]
                     found = [{"setting": setting}]

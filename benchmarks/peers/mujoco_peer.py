@@ -17,9 +17,7 @@ How it is set, and why:
 
 from __future__ import annotations
 
-import importlib.metadata
-import importlib.util
-import math
+from functools import partial
 from itertools import product
 from typing import Any
 
@@ -27,10 +25,11 @@ import numpy as np
 
 from benchmarks.peers.cases import Array, Case, Outcome
 from benchmarks.peers.mesh import chain, modes
-from benchmarks.peers.run import Run, Setting
+from benchmarks.peers.run import Run, Setting, version_of
 
 NAME = "MuJoCo"
 LIBRARY = "MuJoCo"
+version = partial(version_of, "mujoco")
 IMPEDANCE = 0.9999  # the largest it takes
 
 MODEL = """<mujoco>
@@ -50,11 +49,6 @@ MODEL = """<mujoco>
 {springs}
 </tendon>
 </mujoco>"""
-
-
-def version() -> str | None:
-    """Return the version, or None where it is not installed."""
-    return importlib.metadata.version("mujoco") if importlib.util.find_spec("mujoco") else None
 
 
 def settings(case: Case) -> list[dict[str, Any]]:
@@ -128,9 +122,7 @@ def build(case: Case, setting: Setting, record: bool) -> Run:
     """Return a run; with ``record`` Python reads the state after every step."""
     import mujoco
 
-    dt = step_of(case, setting)
-    steps = math.ceil(case.duration / dt - 1e-9)
-    dt = case.duration / steps
+    steps, dt = case.steps_of(step_of(case, setting))
     text, face = document(case, setting, dt)
     model = mujoco.MjModel.from_xml_string(text)
     data = mujoco.MjData(model)

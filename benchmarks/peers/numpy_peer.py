@@ -5,7 +5,7 @@ Nothing is allocated inside the loop: each operation writes into an array made b
 
 from __future__ import annotations
 
-import math
+from functools import partial
 from itertools import product
 from typing import Any
 
@@ -13,15 +13,11 @@ import numpy as np
 
 from benchmarks.peers.cases import Case, Outcome
 from benchmarks.peers.mesh import chain
-from benchmarks.peers.run import Run, Setting
+from benchmarks.peers.run import Run, Setting, version_of
 
 NAME = "numpy loop"
 LIBRARY = "numpy"
-
-
-def version() -> str | None:
-    """Return numpy's version."""
-    return str(np.__version__)
+version = partial(version_of, "numpy")
 
 
 def settings(case: Case) -> list[dict[str, Any]]:
@@ -35,8 +31,7 @@ def settings(case: Case) -> list[dict[str, Any]]:
 def build(case: Case, setting: Setting, record: bool) -> Run:
     """Return a run; it records displacements and force at every step, always."""
     rod = chain(case, setting["coordinates"])
-    steps = math.ceil(case.duration * case.wave_speed / (setting["courant"] * rod.h) - 1e-9)
-    dt = case.duration / steps
+    steps, dt = case.steps_of(setting["courant"] * rod.h / case.wave_speed)
     n = rod.mass.size
     u, v, force, tension = np.zeros(n + 1), np.zeros(n), np.zeros(n), np.zeros(n)  # u[n] is the clamped end
     gain, striker = dt / rod.mass, case.striker

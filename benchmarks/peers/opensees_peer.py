@@ -16,9 +16,8 @@ How it is set, and why:
 from __future__ import annotations
 
 import ctypes
-import importlib.metadata
 import importlib.util
-import math
+from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -27,17 +26,13 @@ import numpy as np
 
 from benchmarks.peers.cases import Case, Outcome
 from benchmarks.peers.mesh import chain
-from benchmarks.peers.run import Run, Setting
+from benchmarks.peers.run import Run, Setting, version_of
 
 NAME = "OpenSees"
 LIBRARY = "OpenSeesPy"
+version = partial(version_of, "openseespy")
 EXPLICIT = {"NewmarkExplicit": (0.5,)}
 IMPLICIT = {"Newmark": (0.5, 0.25), "HHT": (0.7,)}
-
-
-def version() -> str | None:
-    """Return the version, or None where it is not installed."""
-    return importlib.metadata.version("openseespy") if importlib.util.find_spec("openseespy") else None
 
 
 def engine() -> Any:
@@ -77,8 +72,7 @@ def build(case: Case, setting: Setting, record: bool) -> Run:
     """Return a run; with ``record`` Python reads two displacements after every step."""
     ops = engine()
     n, rod = setting["coordinates"], chain(case, setting["coordinates"])
-    steps = math.ceil(case.duration * case.wave_speed / (setting["courant"] * rod.h) - 1e-9)
-    dt = case.duration / steps
+    steps, dt = case.steps_of(setting["courant"] * rod.h / case.wave_speed)
     hammer = n + 2
     ops.wipe()
     ops.model("basic", "-ndm", 1, "-ndf", 1)

@@ -1,8 +1,10 @@
-"""What a program offers to be timed, and how it is timed."""
+"""The interface of a program, and the timing of its runs."""
 
 from __future__ import annotations
 
 import gc
+import importlib.metadata
+import importlib.util
 import time
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple, Protocol
@@ -17,6 +19,11 @@ class Run(NamedTuple):
 
     solve: Callable[[], None]
     outcome: Callable[[], Outcome]
+
+
+def version_of(name: str) -> str | None:
+    """Return the version of a distribution, or None where it is not installed."""
+    return importlib.metadata.version(name) if importlib.util.find_spec(name) else None
 
 
 class Peer(Protocol):

@@ -13,26 +13,22 @@ How it is set, and why:
 
 from __future__ import annotations
 
+from functools import partial
 from itertools import product
 from typing import Any
 
 import numpy as np
-import scipy
 from scipy.integrate import solve_ivp
 
 from benchmarks.peers.cases import SHORTEST_FLIGHT, Array, Case, Outcome
 from benchmarks.peers.mesh import reduced
-from benchmarks.peers.run import Run, Setting
+from benchmarks.peers.run import Run, Setting, version_of
 
 NAME = "solve_ivp"
 SAMPLES = 300
 MOST_PHASES = 60
 LIBRARY = "scipy"
-
-
-def version() -> str | None:
-    """Return scipy's version."""
-    return str(scipy.__version__)
+version = partial(version_of, "scipy")
 
 
 def settings(case: Case) -> list[dict[str, Any]]:
