@@ -128,9 +128,9 @@ def _kept(store: Store, key: str, options: Options) -> dict[str, Any] | None:
 
 
 def _outcomes(
-    store: Store, function: Callable[[Job], Any], jobs: Sequence[Job], workers: int, limit: float, show: Show, what: str
-) -> Iterator[Outcome[Job]]:
-    """Give the outcome of each job, run by worker processes that share the session folder; report the progress."""
+    store: Store, function: Callable[[Job], Any], jobs: Sequence[Job], workers: int, limit: float
+) -> Iterator[tuple[float, Outcome[Job]]]:
+    """Give the outcome of each job, run by worker processes that share the session folder, and the fraction done."""
     found = outcomes(
         function,
         jobs,
@@ -140,9 +140,7 @@ def _outcomes(
         initargs=(store.session, code_hash()),
         warm_up=worker.warm_up,
     )
-    for done, outcome in enumerate(found, 1):
-        yield outcome
-        show(what.format(outcome.job), done / len(jobs))
+    return ((done / len(jobs), outcome) for done, outcome in enumerate(found, 1))
 
 
 def _find_references(store: Store, missing: Sequence[Job], options: Options, show: Show) -> None:
@@ -155,8 +153,8 @@ def _find_references(store: Store, missing: Sequence[Job], options: Options, sho
         if job.reference is not None:
             first.setdefault(job.reference, job)
     jobs, limit = list(first.values()), REFERENCE_LIMITS * options.limit
-    what = "reference of {0.name}"
-    for job, status, value in _outcomes(store, worker.reference, jobs, options.workers, limit, show, what):
+    for done, (job, status, value) in _outcomes(store, worker.reference, jobs, options.workers, limit):
+        show(f"reference of {job.name}", done)
         if status != "answered" and job.reference is not None:
             lose(store.session, job.reference, f"{status}: {value}")
 
@@ -164,12 +162,12 @@ def _find_references(store: Store, missing: Sequence[Job], options: Options, sho
 def _run(store: Store, missing: Sequence[Job], options: Options, show: Show) -> Records:
     """Run rows and return their records by key."""
     records: Records = {}
-    what = "{0.name} {0.method}"
-    for job, status, value in _outcomes(store, worker.row, missing, options.workers, options.limit, show, what):
+    for done, (job, status, value) in _outcomes(store, worker.row, missing, options.workers, options.limit):
         lost = "crashed" if status == "raised" else status
         record = value if status == "answered" else ended(job.name, lost, str(value), options.limit)
         store.put("rows", job.key, record)
         records[job.key] = record
+        show(f"{job.name} {job.method}", done)
     return records
 
 
@@ -191,9 +189,9 @@ def _times(
         return times
     say(f"{len(missing)} rows to time, one after another")
     # A run is repeated: several of them may take as long as several rows.
-    limit, what = (options.repeats + 2) * options.limit, "timing {0.name} {0.method}"
-    timed = partial(worker.times, repeats=options.repeats)
-    for job, status, value in _outcomes(store, timed, missing, 1, limit, show, what):
+    timed, limit = partial(worker.times, repeats=options.repeats), (options.repeats + 2) * options.limit
+    for done, (job, status, value) in _outcomes(store, timed, missing, 1, limit):
+        show(f"timing {job.name} {job.method}", done)
         if status == "answered":
             times[job.key] = {**value, "machine": machine}
             store.put("times", job.key, times[job.key])
