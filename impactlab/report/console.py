@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Any
 from impactlab.history.base import SERIOUS
 from impactlab.lazy import lazy
 from impactlab.metrics.collisions import sentence
-from impactlab.report.choice import choice_lines
 
 if TYPE_CHECKING:
     from impactlab.numerics import addresses, cache
+    from impactlab.report import choice
     from impactlab.simulate.stepping import loop
-else:  # they load numba, which `check` and the listings need not
+else:  # they load numba or the drivers, which `check` and the listings need not
     addresses, cache = lazy("impactlab.numerics.addresses"), lazy("impactlab.numerics.cache")
-    loop = lazy("impactlab.simulate.stepping.loop")
+    choice, loop = lazy("impactlab.report.choice"), lazy("impactlab.simulate.stepping.loop")
 
 MAX_LINES = 12  # of events, contacts or collisions that are printed; an impulse law may have thousands
 FIRST_LINES, LAST_LINES = 5, 2  # of a longer list
@@ -90,7 +90,7 @@ def summary_text(summary: Mapping[str, Any]) -> str:
             "  errors    none: no exact answer to this case, and no converged one in a short time; try --reference"
         )
     if summary.get("choice"):
-        lines += choice_lines(summary["choice"])
+        lines += choice.choice_lines(summary["choice"])
     cost = summary["cost"]
     lines.append(
         f"  cost      {cost['steps']} steps, {_number(cost['setup_s'])} s to set up, "

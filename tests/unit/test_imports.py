@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ast
+import subprocess
+import sys
 from collections.abc import Iterator
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
@@ -95,3 +97,20 @@ def test_a_circle_is_found_however_it_is_imported(tmp_path: Path, imported: str)
     assert circle(graph(package)) == []
     (package / "b.py").write_text("def late():\n    from p.a import y\n")
     assert set(circle(graph(package))) == {"p.a", "p.b"}
+
+
+CHECKED = "import sys; sys.argv = ['impactlab', 'check', sys.argv[1]]; from impactlab.cli import main; main()"
+
+
+@pytest.mark.parametrize(
+    ("code", "unwanted"),
+    [
+        ("import impactlab.api", {"numba", "scipy", "matplotlib", "pandas"}),
+        (CHECKED, {"numba.np.arraymath", "impactlab.simulate.driver", "impactlab.refine", "matplotlib"}),
+    ],
+)
+def test_check_and_the_api_load_no_module_that_only_a_run_needs(code: str, unwanted: set[str]) -> None:
+    loaded = f"import atexit; atexit.register(lambda: print(*sys.modules, file=sys.stderr)); import sys; {code}"
+    case = ROOT.parent / "cases" / "axial_impact.yaml"
+    done = subprocess.run([sys.executable, "-c", loaded, case], capture_output=True, text=True, check=True)
+    assert not unwanted & set(done.stderr.split())
