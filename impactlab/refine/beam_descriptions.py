@@ -10,7 +10,6 @@ import math
 from collections.abc import Iterator
 
 from impactlab.bases.beams.modes import BeamModes
-from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.errors import CaseError, ImpactlabError
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.midpoint import Midpoint
@@ -82,7 +81,7 @@ def continuous(asked: Simulation) -> Description | None:
     spans = [transits[beam.name] + SPEED_RATIO * scene.duration * is_infinite(beam) for beam in sheared]
 
     def simulation(n: int) -> Simulation:
-        return modelled_as(asked, Continuous(), None, StepRule(dt=shortest / n), AdditionDeletion())
+        return modelled_as(asked, Continuous(), None, StepRule(dt=shortest / n))
 
     try:
         driver.prepare(*simulation(MIN_FINENESS))
@@ -95,6 +94,7 @@ def continuous(asked: Simulation) -> Description | None:
         cost.BEAM_GRIDS,
         lambda n: (n * scene.duration / shortest, n * sum(spans) / shortest),
         reference_order=2.0,
+        for_choice=False,
     )
 
 
@@ -146,7 +146,7 @@ def _modal(asked: Simulation) -> Description:
         return min(shortest / (STEPS * n), transit)
 
     def simulation(n: int) -> Simulation:
-        rods = modelled_as(asked, Continuous(), ExactModal(), StepRule(dt=dt(n)), AdditionDeletion())
+        rods = modelled_as(asked, Continuous(), ExactModal(), StepRule(dt=dt(n)))
         return rods.but(models={**rods.method.models, **{beam.name: _modal_model(beam, n) for beam in beams}})
 
     return Description(
@@ -159,8 +159,6 @@ def _modal(asked: Simulation) -> Description:
         error=lambda n: ERROR_FACTOR * float(n) ** -order,
         order=order,
         safety=3.0,
-        setup_s=cost.SETUP_BEAM_S,
-        cost_margin=1.5,
         min_fineness=MIN_CHOICE_FINENESS,
         max_fineness=MAX_BEAM_MODES,
     )
@@ -173,9 +171,7 @@ def _meshed(asked: Simulation) -> Description:
     order = 1.0 if any(beam.theory == "timoshenko" for beam in beams_of(scene)) else 2.0
 
     def simulation(n: int) -> Simulation:
-        return modelled_as(
-            meshed, FiniteElement(n), Midpoint(), StepRule(dt=shortest / (STEPS * n)), AdditionDeletion()
-        )
+        return modelled_as(meshed, FiniteElement(n), Midpoint(), StepRule(dt=shortest / (STEPS * n)))
 
     return Description(
         "consistent mesh under the midpoint rule",
@@ -187,7 +183,5 @@ def _meshed(asked: Simulation) -> Description:
         error=lambda n: ERROR_FACTOR * float(n) ** -order,
         order=order,
         safety=3.0,
-        setup_s=cost.SETUP_BEAM_S,
-        cost_margin=1.5,
         min_fineness=MIN_CHOICE_FINENESS,
     )

@@ -144,7 +144,7 @@ def _priority(study: Study) -> float:
     description = study.description
     if not description.unit:
         return study.seconds / EXACT_ADVANTAGE
-    return description.cost_margin * study.seconds + description.setup_s / MAX_CHOOSING
+    return description.cost.margin * study.seconds + description.cost.setup_s / MAX_CHOOSING
 
 
 def _cost_of_trial(study: Study) -> float:
@@ -174,8 +174,8 @@ def _worth_trying(study: Study, best: tuple[Study, Level], studies: list[Study])
     """
     if _seconds(best) <= MIN_SPEEDUP * study.seconds:
         return False
-    spent = sum(each.description.setup_s * len(each.levels) for each in studies)
-    return spent + study.description.setup_s <= MAX_CHOOSING * study.seconds
+    spent = sum(each.description.cost.setup_s * len(each.levels) for each in studies)
+    return spent + study.description.cost.setup_s <= MAX_CHOOSING * study.seconds
 
 
 def _seconds(run: tuple[Study, Level]) -> float:
@@ -313,7 +313,7 @@ def candidate(study: Study, level: Level | None, verdict: Verdict, reason: str) 
     description, fineness = study.description, study.next if level is None else level.fineness
     return Candidate(
         candidate=description.words(fineness),
-        predicted_error=description.expected_error(fineness),
+        predicted_error=description.error(fineness),
         predicted_s=description.seconds(fineness),
         estimated_error=None if level is None or math.isinf(level.error) else level.error,
         solve_s=None if level is None else level.history.cost.solve_s,

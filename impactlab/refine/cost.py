@@ -2,8 +2,8 @@
 
 The automatic choice orders descriptions by it, and a converged reference ends where it exceeds its budget. No clock is
 read, so the same scene always has the same prediction. ``python benchmarks/cost_model.py`` measures runs of every
-description, fits the two constants of each and prints them beside those in use. The exact solver counts the operations
-of its first intervals instead (`impactlab.exact.cost`).
+description, fits the constants of a step and prints them beside those in use. The exact solver counts the operations of
+its first intervals instead (`impactlab.exact.cost`).
 """
 
 from __future__ import annotations
@@ -11,27 +11,28 @@ from __future__ import annotations
 from typing import NamedTuple
 
 FIXED_S = 1.5e-4  # s, of any stepped run, however short
-SETUP_EXACT_S, SETUP_LINE_S, SETUP_MESH_S, SETUP_BEAM_S = 1.5e-3, 6e-4, 8e-4, 5e-3  # s, before the first step
 
 
 class Cost(NamedTuple):
-    """Cost of the steps of a description."""
+    """Cost of a description."""
 
     step_s: float  # s, per step of any size
     size_s: float = 0.0  # s, per step and unit of its size
+    setup_s: float = 0.0  # s, before the first step
     fixed_s: float = FIXED_S  # s
+    margin: float = 1.0  # factor where descriptions are compared: how far a prediction may be too low
 
     def seconds(self, steps: float, size: float = 0.0) -> float:
         """Return the predicted time of solving [s]."""
         return self.fixed_s + (self.step_s + self.size_s * size) * steps
 
 
-EXACT = Cost(1.0, fixed_s=0.0)  # steps: the seconds that `impactlab.exact.cost` predicts
-RIGID = Cost(2.5e-7)
+EXACT = Cost(1.0, setup_s=1.5e-3, fixed_s=0.0)  # steps: the seconds that `impactlab.exact.cost` predicts
+RIGID = Cost(2.5e-7, setup_s=6e-4)
 ADAPTIVE = Cost(1e-3)
-DELAY_LINE = Cost(2e-7, 2e-7)  # size: rods
-LUMPED_MESH = Cost(1.5e-7, 0.9e-9)  # size: elements of all rods
-IMPLICIT_MESH = Cost(3e-7, 7e-9)  # size: elements of all rods
-BEAM_MODES = Cost(3e-7, 1.5e-9)  # size: modes of all beams
-BEAM_MESH = Cost(3e-7, 5e-8)  # size: elements of all bodies
+DELAY_LINE = Cost(2e-7, 2e-7, setup_s=6e-4)  # size: rods
+LUMPED_MESH = Cost(1.5e-7, 0.9e-9, setup_s=8e-4, margin=1.5)  # size: elements of all rods
+IMPLICIT_MESH = Cost(3e-7, 7e-9, setup_s=8e-4, margin=1.5)  # size: elements of all rods
+BEAM_MODES = Cost(3e-7, 1.5e-9, setup_s=5e-3, margin=1.5)  # size: modes of all beams
+BEAM_MESH = Cost(3e-7, 5e-8, setup_s=5e-3, margin=1.5)  # size: elements of all bodies
 BEAM_GRIDS = Cost(6e-7, 1.6e-8)  # size: cells of the grids of all continuous beams

@@ -56,11 +56,10 @@ class Description:
     reference_order: float = 0.0  # of displacements and impulses, at most; 0 where references do not use it
     per_level: int = 1  # fineness of a level of a reference over that of a mesh at the same level
     # Of the automatic choice alone:
-    error: Callable[[int], float] | None = None  # predicted, relative; None where the choice does not use it
+    for_choice: bool = True
+    error: Callable[[int], float] = lambda _n: math.inf  # predicted, relative
     order: float = 2.0  # of the error in the fineness, from below
     safety: float = 2.0  # factor on its estimated error
-    setup_s: float = 0.0  # predicted
-    cost_margin: float = 1.0  # factor on its predicted cost where descriptions are compared
     min_fineness: int = 16  # coarser runs show no order yet
     max_fineness: int = 10_000_000
     multiple: int = 1  # that a fineness is of
@@ -75,18 +74,14 @@ class Description:
         """Return the predicted time of solving [s]."""
         return self.cost.seconds(*self.work(fineness))
 
-    def expected_error(self, fineness: int) -> float:
-        """Return the predicted error, inf where none is known."""
-        return math.inf if self.error is None else self.error(fineness)
-
     def fineness_for(self, error: float) -> int:
         """Return the least fineness whose predicted error, with safety, lies within an error."""
         low, high = self.min_fineness, self.min_fineness
-        while self.safety * self.expected_error(high) > error and high < self.max_fineness:
+        while self.safety * self.error(high) > error and high < self.max_fineness:
             low, high = high, min(2 * high, self.max_fineness)
         while high - low > max(1, low // 16):
             middle = (low + high) // 2
-            low, high = (middle, high) if self.safety * self.expected_error(middle) > error else (low, middle)
+            low, high = (middle, high) if self.safety * self.error(middle) > error else (low, middle)
         return high
 
     def start_for(self, error: float) -> int:
@@ -112,7 +107,7 @@ def modelled_as(
     model: AbstractRodModel,
     integrator: AbstractScheme | None,
     step: StepRule,
-    law: AbstractContactLaw | None = None,
+    law: AbstractContactLaw = AdditionDeletion(),  # noqa: B008 - frozen
     events: Any = "dated",
 ) -> Simulation:
     """Return a scene with one model for all its elastic bodies; ``law`` replaces every hard one.
@@ -122,19 +117,15 @@ def modelled_as(
     laws = {}
     for contact in asked.scene.contacts:
         own = asked.method.laws[contact.name]
-        constants = own.spring(*sides(*asked, contact), math.nan) if is_relative(own) else None
-        if own.hard and law is not None:
-            own = law
-        elif constants is not None:
-            own = Penalty(*constants)
-        laws[contact.name] = own
+        constants = own.spring(*sides(*asked, contact), math.nan) if is_relative(own) and not own.hard else None
+        laws[contact.name] = law if own.hard else own if constants is None else Penalty(*constants)
     return Simulation(asked.scene, Method(laws, dict.fromkeys(asked.scene.elastic, model), integrator, step, events))
 
 
 def exact(asked: Simulation) -> Description:
     """Return the exact solver; raises `CaseError` or `PairingError` with the reason where it does not serve."""
     seconds = predicted_s(*asked)
-    waves = modelled_as(asked, Continuous(), None, StepRule(points_per_period=10.0), AdditionDeletion())
+    waves = modelled_as(asked, Continuous(), None, StepRule(points_per_period=10.0))
     return Description(
         "continuous, from event to event",
         "",
@@ -144,48 +135,22 @@ def exact(asked: Simulation) -> Description:
         error=lambda _n: EXACT_ERROR,
         order=0.0,
         safety=1.0,
-        setup_s=cost.SETUP_EXACT_S,
     )
 
 
 def stepped(asked: Simulation) -> Iterator[Description]:
     """Give the descriptions that step and serve a scene of rods and rigid bodies with a unique solution."""
-    scene = split_at_contacts(asked.scene)
-    asked = Simulation(scene, asked.method)
-    rods, laws = rods_of(scene), laws_of(*asked)
-    if not rods:
+    asked = Simulation(split_at_contacts(asked.scene), asked.method)
+    if not rods_of(asked.scene):
         yield _rigid(asked)
         yield _adaptive(asked)
         return
-    hard, coupled = any(law.hard for law in laws), any(is_coupled(rod) for rod in rods)
-    special = force_jumps(*asked) and is_special(scene)
-    if not hard and is_a_delay_line(scene):
+    if is_a_delay_line(asked.scene) and not any(law.hard for law in laws_of(*asked)):
         yield _delay_line(asked)
-    if not coupled and (hard or special):
-        yield _explicit(asked, 1.0, for_choice=special)
-    if not coupled and not special:
-        yield _explicit(asked, OFF_COURANT)
+    if not any(is_coupled(rod) for rod in rods_of(asked.scene)):
+        yield from _explicit(asked)
     yield _implicit(asked, "consistent")
     yield _implicit(asked, "lumped")
-
-
-def is_special(scene: Scene) -> bool:
-    """Return whether waves go one element in a step on every rod at courant 1, whatever the number of elements.
-
-    Then a mesh disperses nothing, and its error is that of its contacts alone: two meshes at that step have the same
-    advantage, and do not check each other.
-    """
-    times = [segment.length / segment.wave_speed for rod in rods_of(scene) for segment in rod.segments]
-    return max(times) - min(times) <= 1e-9 * max(times)
-
-
-def shortest_element(scene: Scene, elements: int) -> float:
-    """Return the time of a wave through the shortest element of meshes with so many elements a rod [s]."""
-    return min(
-        segment.length / segment.wave_speed / count
-        for rod in rods_of(scene)
-        for segment, count in zip(rod.segments, elements_per_segment(rod.segments, elements), strict=True)
-    )
 
 
 def without_places(scene: Scene) -> Scene:
@@ -199,15 +164,21 @@ def without_places(scene: Scene) -> Scene:
     return dataclasses.replace(scene, probes=probes, snapshots=())
 
 
-def _recorded(made: Simulation, steps: int) -> Simulation:
+def _recorded(made: Simulation, steps: float) -> Simulation:
     """Return the scene with up to `MAX_RECORDS` steps kept, unless the case limits them: records give the forces."""
     if made.scene.records != RECORDS:
         return made
-    return made.but(records=max(RECORDS, min(steps, MAX_RECORDS)))
+    return made.but(records=max(RECORDS, min(math.ceil(steps), MAX_RECORDS)))
+
+
+def _smooth_error(asked: Simulation, factor: float, time: float) -> Callable[[int], float]:
+    """Return the error of forces without fronts: of the second order in a time [s] over the fineness."""
+    scale = shortest_rise(*asked) * asked.scene.duration
+    return lambda n: factor * (time / n) ** 2 / scale
 
 
 def _rigid(asked: Simulation) -> Description:
-    rise, duration = shortest_rise(*asked), asked.scene.duration
+    duration = asked.scene.duration
 
     def simulation(steps: int) -> Simulation:
         method = Method(asked.method.laws, {}, ExactModal(), StepRule(dt=duration / steps))
@@ -221,9 +192,8 @@ def _rigid(asked: Simulation) -> Description:
         lambda n: (n, 0.0),
         reference_order=2.0,
         per_level=20,
-        error=lambda n: (duration / n) ** 2 / (rise * duration),
+        error=_smooth_error(asked, 1.0, duration),
         safety=3.0,
-        setup_s=cost.SETUP_LINE_S,
         min_fineness=40,
     )
 
@@ -235,10 +205,9 @@ def _adaptive(asked: Simulation) -> Description:
         return max(10.0, rises) * math.sqrt(n / MIN_FINENESS)
 
     def simulation(n: int) -> Simulation:
-        tolerance = 1e-4 * (MIN_FINENESS / n) ** TOLERANCE_POWER
-        integrator = Adaptive(relative_tolerance=max(tolerance, 1e-12), most_steps=round(MAX_STEPS_RATIO * steps(n)))
-        rule = StepRule(points_per_period=10.0)
-        return Simulation(asked.scene, Method(asked.method.laws, {}, integrator, rule))
+        tolerance = max(1e-4 * (MIN_FINENESS / n) ** TOLERANCE_POWER, 1e-12)
+        integrator = Adaptive(relative_tolerance=tolerance, most_steps=round(MAX_STEPS_RATIO * steps(n)))
+        return Simulation(asked.scene, Method(asked.method.laws, {}, integrator, StepRule(points_per_period=10.0)))
 
     return Description(
         "adaptive steps between located events",
@@ -247,101 +216,107 @@ def _adaptive(asked: Simulation) -> Description:
         cost.ADAPTIVE,
         lambda n: (steps(n), 0.0),
         reference_order=TOLERANCE_POWER,
+        for_choice=False,
     )
 
 
 def _delay_line(asked: Simulation) -> Description:
     scene, laws = asked.scene, laws_of(*asked)
-    rods, shortest, rise = len(rods_of(scene)), shortest_transit(scene), shortest_rise(*asked)
-    bare = Simulation(without_places(scene), asked.method)
+    shortest, bare = shortest_transit(scene), Simulation(without_places(scene), asked.method)
     # Elastic power laws begin softly; damping by the indentation rate gives a force with a kink.
     elastic = all(isinstance(law, Hertz) or law.is_spring for law in laws)
-    factor = 0.25 if elastic else 2.5
 
     def simulation(n: int) -> Simulation:
         dt = shortest / n
-        made = modelled_as(bare, Continuous(), None, StepRule(dt=dt))
-        return _recorded(made, math.ceil(scene.duration / dt))
+        return _recorded(modelled_as(bare, Continuous(), None, StepRule(dt=dt)), scene.duration / dt)
 
-    # The choice keeps all probes, and springs alone are solved exactly.
-    for_choice = bare.scene == scene and not all(law.is_spring for law in laws)
     return Description(
         "stepped delay line",
         "steps in the shortest transit",
         simulation,
         cost.DELAY_LINE,
-        lambda n: (n * scene.duration / shortest, rods),
+        lambda n: (n * scene.duration / shortest, len(rods_of(scene))),
         reference_order=2.0,
-        error=(lambda n: factor * (shortest / n) ** 2 / (rise * scene.duration)) if for_choice else None,
-        setup_s=cost.SETUP_LINE_S,
+        # The choice keeps all probes, and springs alone are solved exactly.
+        for_choice=bare.scene == scene and not all(law.is_spring for law in laws),
+        error=_smooth_error(asked, 0.25 if elastic else 2.5, shortest),
         # Half of it is even: transits of other rods are often whole multiples of half the shortest, and a wave that
         # arrives between two steps is less exact. Even and odd numbers of steps would not lie on one line.
         multiple=4,
     )
 
 
-def _explicit(asked: Simulation, courant: float, for_choice: bool = True) -> Description:
-    """Return the lumped mesh; at courant 1 on a special scene waves go one element in a step without dispersion."""
-    scene = asked.scene
-    rods, shortest, rise = len(rods_of(scene)), shortest_transit(scene), shortest_rise(*asked)
-    at_one = courant == 1.0
-    if at_one and for_choice:
-        # An opening falls between two steps now here, now there: an error may be nearly that of half the fineness.
-        order, factor, safety = 2.0, 6.0, 4.0
-    elif force_jumps(*asked):
-        order, factor, safety = 1.0, 2.0, 3.0
-    else:
-        order, factor, safety = 2.0, 1.5, 2.0
+def _explicit(asked: Simulation) -> Iterator[Description]:
+    """Give lumped meshes: at courant 1 for hard contact and fronts, and off it where that disperses fronts, too.
 
-    def error(n: int) -> float:
-        h = shortest / n
-        return factor * (h * h / (rise * scene.duration) if order == 2.0 else h / scene.duration)
-
-    def simulation(n: int, courant: float = courant) -> Simulation:
-        rule = StepRule(courant=courant)
-        return modelled_as(asked, FiniteElement(n, "lumped"), CentralDifference(), rule, AdditionDeletion())
-
+    On special rods waves go one element in a step at courant 1, whatever the number of elements. Then a mesh disperses
+    nothing, and its error is that of its contacts alone: two meshes at that step have the same advantage, and do not
+    check each other.
+    """
+    scene, jumps, shortest = asked.scene, force_jumps(*asked), shortest_transit(asked.scene)
+    times = [segment.length / segment.wave_speed for rod in rods_of(scene) for segment in rod.segments]
+    special = jumps and max(times) - min(times) <= 1e-9 * max(times)
     hard = any(law.hard for law in laws_of(*asked))
-    return Description(
-        f"lumped mesh, central difference at courant {courant:g}",
-        "elements a rod",
-        simulation,
-        cost.LUMPED_MESH,
-        lambda n: (scene.duration / (courant * shortest_element(scene, n)), rods * n),
-        reference_order=order if at_one and hard else 0.0,
-        error=error if for_choice else None,
-        order=order,
-        safety=safety,
-        setup_s=cost.SETUP_MESH_S,
-        cost_margin=1.5,
-        check=(lambda n: simulation(n, OFF_COURANT)) if at_one else None,
-        check_error=lambda n: 6.0 * shortest / n / scene.duration,
+
+    def described(courant: float, order: float, safety: float, error: Callable[[int], float]) -> Description:
+        def simulation(n: int, courant: float = courant) -> Simulation:
+            return modelled_as(asked, FiniteElement(n, "lumped"), CentralDifference(), StepRule(courant=courant))
+
+        return Description(
+            f"lumped mesh, central difference at courant {courant:g}",
+            "elements a rod",
+            simulation,
+            cost.LUMPED_MESH,
+            lambda n: _mesh_work(scene, n, courant),
+            reference_order=order if hard and courant == 1.0 else 0.0,
+            for_choice=special or courant != 1.0,
+            error=error,
+            order=order,
+            safety=safety,
+            check=(lambda n: simulation(n, OFF_COURANT)) if special else None,
+            check_error=lambda n: 6.0 * shortest / n / scene.duration,
+        )
+
+    if special:
+        # An opening falls between two steps now here, now there: an error may be nearly that of half the fineness.
+        yield described(1.0, 2.0, 4.0, _smooth_error(asked, 6.0, shortest))
+    elif jumps:
+        for courant in (1.0, OFF_COURANT) if hard else (OFF_COURANT,):
+            yield described(courant, 1.0, 3.0, lambda n: 2.0 * shortest / n / scene.duration)
+    else:
+        yield described(OFF_COURANT, 2.0, 2.0, _smooth_error(asked, 1.5, shortest))
+
+
+def _mesh_work(scene: Scene, elements: int, courant: float) -> tuple[float, float]:
+    """Return the steps of a mesh with so many elements a rod, by its shortest element, and the number of elements."""
+    shortest = min(
+        segment.length / segment.wave_speed / count
+        for rod in rods_of(scene)
+        for segment, count in zip(rod.segments, elements_per_segment(rod.segments, elements), strict=True)
     )
+    return scene.duration / (courant * shortest), len(rods_of(scene)) * elements
 
 
 def _implicit(asked: Simulation, mass: Literal["consistent", "lumped"]) -> Description:
-    scene, jumps = asked.scene, force_jumps(*asked)
-    rods, shortest, rise = rods_of(scene), shortest_transit(scene), shortest_rise(*asked)
+    scene, jumps, shortest = asked.scene, force_jumps(*asked), shortest_transit(asked.scene)
     # Damping rounds the fronts over a time that grows with it; elements that resolve it converge at order 2.
-    damped = min(rod.damping.stiffness + min(s.viscosity / s.young for s in rod.segments) for rod in rods)
-    smooth = not jumps or 10.0 * damped > shortest / SMOOTH_FRONT_ELEMENTS
+    rounding = 10.0 * min(
+        rod.damping.stiffness + min(s.viscosity / s.young for s in rod.segments) for rod in rods_of(scene)
+    )
 
-    def error(n: int) -> float:
+    def error_of_fronts(n: int) -> float:
         h = shortest / n
-        if not jumps:
-            return 1.5 * h * h / (rise * scene.duration)
-        return (1.5 if damped == 0.0 else 0.5) * h / scene.duration * h / (h + 10.0 * damped)
+        return (0.5 if rounding else 1.5) * h / scene.duration * h / (h + rounding)
 
     return Description(
         f"{mass} mesh, midpoint rule at courant 1/2",
         "elements a rod",
-        lambda n: modelled_as(asked, FiniteElement(n, mass), Midpoint(), StepRule(courant=0.5), AdditionDeletion()),
+        lambda n: modelled_as(asked, FiniteElement(n, mass), Midpoint(), StepRule(courant=0.5)),
         cost.IMPLICIT_MESH,
-        lambda n: (2.0 * scene.duration / shortest_element(scene, n), len(rods) * n),
+        lambda n: _mesh_work(scene, n, 0.5),
         reference_order=1.0 if jumps else 2.0,
-        error=error if mass == "consistent" else None,
-        order=2.0 if not jumps or damped > 0.0 else 1.0,
-        safety=2.0 if smooth else 4.0,
-        setup_s=cost.SETUP_MESH_S,
-        cost_margin=1.5,
+        for_choice=mass == "consistent",
+        error=error_of_fronts if jumps else _smooth_error(asked, 1.5, shortest),
+        order=1.0 if jumps and not rounding else 2.0,
+        safety=4.0 if jumps and rounding <= shortest / SMOOTH_FRONT_ELEMENTS else 2.0,
     )
