@@ -197,12 +197,12 @@ def _tried(study: Study, asked: Simulation, progress: Progress | None) -> list[L
         level = study.run(0, progress)
         level.error, study.closed = EXACT_ERROR, DONE
         return [level]
-    wanted = []
+    wanted: tuple[int, ...] = ()
     if len(study.levels) < 2:
-        wanted = list(description.coarser(study.next))
+        wanted = description.coarser(study.next)
         study.next = max(study.next, description.whole(wanted[-1] + 1))
-    wanted = [fineness for fineness in wanted if fineness not in study.tried] + [study.next]
-    new = [study.run(fineness, progress) for fineness in wanted]
+    tried = {level.fineness for level in study.levels}
+    new = [study.run(fineness, progress) for fineness in (*(n for n in wanted if n not in tried), study.next)]
     estimate_errors(study, asked)
     return new
 

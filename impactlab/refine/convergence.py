@@ -66,11 +66,6 @@ class Study:
         """Predicted time of solving the next level [s]."""
         return self.description.seconds(self.next)
 
-    @property
-    def tried(self) -> set[int]:
-        """Fineness of the levels so far."""
-        return {level.fineness for level in self.levels}
-
     def run(self, fineness: int, progress: Progress | None = None) -> Level:
         """Run a level; raises `CaseError`, `PairingError` or `StepError` as a run does."""
         began = clock.perf_counter()
