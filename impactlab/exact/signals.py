@@ -35,6 +35,7 @@ class Signal:
     def __init__(self, start: Array, stop: Array, table: Array, tolerance: float) -> None:
         self.start = start  # (pieces,) s
         self.stop = stop  # (pieces,) s
+        self.width = stop - start  # (pieces,) s
         self.table = table  # (coefficients, pieces)
         self.tolerance = tolerance  # s; a time this near below a break counts as after it
         self._kept: dict[bool, tuple[Array, Array]] = {}
@@ -47,11 +48,6 @@ class Signal:
         """Return the values at t [s], any shape; at a jump the value after it."""
         piece = self.pieces(t)
         return clenshaw(self.table, piece, (2.0 * t - self.start[piece] - self.stop[piece]) / self.width[piece])
-
-    @property
-    def width(self) -> Array:
-        """Length of every piece [s]."""
-        return self.stop - self.start
 
     def jumps(self, floor: float) -> Array:
         """Return the breaks at which the signal jumps by more than the floor [s]."""
@@ -136,6 +132,7 @@ class Signals:
         self.log = log
         self.gravity = float(log.state["gravity"])  # m/s2, along +x
         self._made: dict[tuple[int, int], Signal] = {}
+        self._pieces: dict[int, tuple[Array, Array, Integers, Integers]] = {}  # start, stop, size, offset by junction
         names = ("nodes", "ends", "first_node", "first_end", "first_contact")
         self._junctions = list(zip(*(log.junctions[name].tolist() for name in names), strict=True))
         self._of_nodes, self._of_ends = log.nodes["junction"].tolist(), log.ends["junction"].tolist()
@@ -144,11 +141,14 @@ class Signals:
         key = (j, row)
         if key not in self._made:
             log = self.log
-            pieces = log.pieces[j, : log.junctions["records"][j]]
-            sizes = pieces["size"]
-            table = np.zeros((int(np.max(sizes)), len(pieces)))
-            at = pieces["offset"] + row * sizes
-            if len(pieces) < len(table):
+            if j not in self._pieces:
+                pieces = log.pieces[j, : log.junctions["records"][j]]
+                start, stop, sizes, offsets = (pieces[name].copy() for name in ("start", "stop", "size", "offset"))
+                self._pieces[j] = start, stop, sizes, offsets
+            start, stop, sizes, offsets = self._pieces[j]
+            table = np.zeros((int(np.max(sizes)), len(sizes)))
+            at = offsets + row * sizes
+            if len(sizes) < len(table):
                 for piece, (size, first) in enumerate(zip(sizes.tolist(), at.tolist(), strict=True)):
                     table[:size, piece] = log.pool[first : first + size]
             else:
@@ -157,7 +157,6 @@ class Signals:
                     table[k, there] = log.pool[at[there] + k]
             keep = np.flatnonzero(np.any(table != 0.0, axis=1))
             table = table[: keep[-1] + 1 if len(keep) else 1]
-            start, stop = pieces["start"].copy(), pieces["stop"].copy()
             self._made[key] = Signal(start, stop, table, float(log.state["tolerance"]))
         return self._made[key]
 

@@ -58,8 +58,8 @@ class InfiniteBeam(AbstractSelfStepping):
     (rho A)^(3/4) at an inner point and a quarter of that at a free tip. Its memory 1/sqrt(pi t) is a sum of
     exponentials, 1/sqrt(s) = 1/pi int p^(-1/2)/(s + p) dp by the trapezoidal rule in ln p: each stands for a mass
     without spring behind a dashpot, so that the beam never returns more than the work done on it. The sum is exact to
-    1e-8 over 1e9 steps, and exact for a force constant over a step. Its energy is the
-    work done on it, radiated waves included. It is known where it is struck, and nowhere else.
+    1e-8 over 1e9 steps, and exact for a force constant over a step. Its energy is the work done on it, radiated waves
+    included. It is known where it is struck, and nowhere else.
 
     ``points_per_period`` counts 1000 periods in the time (M/K)^2 of a mass that strikes it. A hard contact that holds
     positions is then of second order and keeps the energy: at ten points v/v0 errs by 5e-7 at
