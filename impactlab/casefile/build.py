@@ -141,7 +141,7 @@ def _law(case: CaseBlock, number: int, registry: Registry) -> AbstractContactLaw
         for field in dataclasses.fields(law):
             if isinstance(getattr(law, field.name), Relative):
                 raise CaseError(
-                    f"{field.name} is relative to the elements of a mesh, and with tolerance there is none yet",
+                    f"{field.name} is relative to the elements of a mesh, which a tolerance leaves open",
                     remedy="Give it in SI, or leave the law out for hard contact.",
                     path=f"{path}.{field.name}",
                 )

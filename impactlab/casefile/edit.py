@@ -60,7 +60,7 @@ def edited(
 
 
 def _replaced(keys: Keys, value: Any) -> set[str]:
-    """Return the keys of ``solve`` that a value makes void: a tolerance and a description stand for each other."""
+    """Return the keys of ``solve`` that a value makes void: a tolerance and a description replace each other."""
     if keys[0] != "solve":
         return set()
     given = {keys[1]: value} if len(keys) > 1 else value if isinstance(value, dict) else {}

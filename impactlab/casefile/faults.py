@@ -94,7 +94,7 @@ def _words(
         case _ if kind in _NEEDED:
             names = _allowed_at(keys, data, allowed) if _NEEDED[kind] == _BLOCK and allowed else []
             return (
-                f"{given} stands where {_NEEDED[kind]} is needed",
+                f"{given} is given where {_NEEDED[kind]} is needed",
                 f"Write {{key: value}}; its keys: {listed(sorted(set(names)))}." if names else _REMEDY,
             )
         case _:

@@ -36,7 +36,7 @@ def _read_block(value: Any) -> dict[str, Any]:
     if isinstance(value, dict) and isinstance(value.get("kind"), str):
         return value
     if isinstance(value, str):
-        raise refuse(f"{shown(value)} stands where a block is needed. Write {{kind: {value[:30]}}}")
+        raise refuse(f"{shown(value)} is given where a block is needed. Write {{kind: {value[:30]}}}")
     raise refuse(f"{shown(value)} has no kind. Write {{kind: name, ...}} (see `impactlab plugins` for the names)")
 
 

@@ -74,7 +74,7 @@ def _pint_text(unit: str) -> str:
 
 @cache
 def _factor(given: str, wanted: str) -> float | str:
-    """Return the factor from one unit to the other, or a text that says why there is none."""
+    """Return the factor from one unit to the other, or a text that gives the reason why it cannot be found."""
     units = _units()
     from pint.errors import DimensionalityError, PintError
 

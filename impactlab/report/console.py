@@ -86,9 +86,7 @@ def summary_text(summary: Mapping[str, Any]) -> str:
         against = errors["reference"] + (f" (known to {known:.1g})" if known else "")
         lines.append(f"  errors    against {against}: " + ", ".join(f"{k} {_number(v)}" for k, v in shown.items()))
     elif summary["errors"] is None:
-        lines.append(
-            "  errors    none: no exact answer to this case, and no converged one in a short time; try --reference"
-        )
+        lines.append("  errors    not measured: no exact answer, and no converged one in a short time; try --reference")
     if summary.get("choice"):
         lines += choice.choice_lines(summary["choice"])
     cost = summary["cost"]

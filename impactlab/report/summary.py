@@ -121,7 +121,7 @@ def errors(history: AbstractHistory, reference: Reference, scene: Scene) -> dict
 
 
 def method(history: AbstractHistory) -> dict[str, Any]:
-    """Return the models, laws and integrator of the history, and its step [s]; null where there is none or no use."""
+    """Return the models, laws and integrator of the history, and its step [s]; None where it does not use one."""
     used = history.method if history.choice is None else history.choice.method
     return {
         "models": {body.name: describe(model) for body, model in modelled(history.scene, used)},

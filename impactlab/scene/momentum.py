@@ -23,18 +23,18 @@ class Balance(NamedTuple):
 
     given: float  # N s
     changed: float  # N s
-    scale: float  # N s, the momentum in play
+    scale: float  # N s, of a sum of impulses
 
     @property
     def error(self) -> float:
-        """How far the two are apart, over the momentum in play."""
+        """Difference of the two over the scale."""
         return abs(self.changed - self.given) / self.scale if self.scale > 0.0 else 0.0
 
 
 def balance(scene: Scene, name: str, impulses: Sequence[float], time: float, seen: Seen) -> Balance:
     """Return the balance of a free body over [0, time].
 
-    The momentum in play is the largest |p|, plus the impulses of its contacts and loads, plus sqrt(2 m E), which bounds
+    Its scale is the largest |p|, plus the impulses of its contacts and loads, plus sqrt(2 m E), which bounds
     what the waves of a body hold: it may be far more than its momentum as a whole.
 
     Parameters

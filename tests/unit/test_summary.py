@@ -139,7 +139,7 @@ def test_gains_are_shares_of_the_energy_in_play() -> None:
 
 def test_a_run_without_an_exact_answer_says_so() -> None:
     text = summary_text(summarise("toy", scene(ModalLike()).scene, history()))
-    assert "errors    none" in text
+    assert "errors    not measured" in text
 
 
 def test_the_summary_is_strict_json() -> None:
