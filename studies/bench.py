@@ -62,7 +62,7 @@ def listed(sentences: Sequence[str]) -> str:
 
 
 def tabled(sheet: Sheet) -> str:
-    """Return a sheet as it stands on the page; one without rows says so."""
+    """Return a sheet as it stands on the page; a sentence where it has no rows."""
     return markdown(sheet).strip() if sheet.rows else "Not in this table."
 
 

@@ -1,4 +1,4 @@
-"""What must hold of every run, as numbers to bound: zero, or rounding, where the law and the scheme are right."""
+"""Invariants of a run as numbers to bound: zero, or rounding, where the law and the scheme are right."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ def strongest_pull(history: AbstractHistory) -> float:
 
 
 def given_impulses(traced: Trace) -> dict[str, float]:
-    """Return what each contact gave over the run, the sum of F dt and impulses [N s]."""
+    """Return the impulse of each contact over the run, the sum of F dt and impulses [N s]."""
     sums = (traced.forces * traced.dt + traced.impulses).sum(axis=0)
     return {contact.name: float(total) for contact, total in zip(traced.scene.contacts, sums, strict=True)}
 
 
 def reported_impulse_error(traced: Trace) -> float:
-    """Return the largest difference of reported impulses and what was given, over what was given.
+    """Return the largest difference of reported impulses from those given, over the latter.
 
     Give a scene whose duration is a whole number of steps: contacts still closed are reported up to the end. Sums of
     forces reach the instant of the last velocities, in a leapfrog half a step before the end; what the last force gives
@@ -59,7 +59,7 @@ def exchanged_momentum_error(traced: Trace) -> float:
         for contact in traced.scene.contacts:
             for point, sign in ((contact.left, -1.0), (contact.right, 1.0)):
                 taken += sign * given[contact.name] if point.body == name else 0.0
-        # A leapfrog starts half a step early; what gravity gave it there is not of the contacts.
+        # A leapfrog starts half a step early; the impulse of gravity there is not of the contacts.
         worst = max(worst, abs(momentum[-1] - momentum[0] - taken) / size)
     return float(worst)
 
@@ -70,7 +70,7 @@ def is_free(scene: Scene) -> bool:
 
 
 def free_momentum_error(traced: Trace) -> float:
-    """Return how far the total momentum of free bodies is from what gravity gave, over the sum of their sizes."""
+    """Return how far the total momentum of free bodies is from the impulse of gravity, over the sum of their sizes."""
     assert is_free(traced.scene)
     total, size = np.zeros(len(traced.states)), 0.0
     for name, built in traced.plan.built.items():

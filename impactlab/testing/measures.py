@@ -1,4 +1,4 @@
-"""What a check of a part measures: orders, energies, stable steps, times. Figures, where a suite says yes or no."""
+"""Figures that a check of a part measures: orders, energies, stable steps, times."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Measured(NamedTuple):
 def measured(name: str, unit: str, take: Callable[[], Measured]) -> Measured:
     """Return a figure, or that it could not be taken."""
     try:
-        with np.errstate(all="ignore"):  # what diverges beyond its limit is meant to
+        with np.errstate(all="ignore"):  # steps beyond the limit are meant to diverge
             return take()._replace(name=name, unit=unit)
     except (PairingError, CaseError) as error:
         return Measured(name, None, unit, remark=f"not in this case: {error.text}"[:200])
@@ -76,12 +76,22 @@ def struck(
 
 
 def walked(simulation: Simulation) -> AbstractHistory:
-    """Return the history of a run, also where its energy grows: here that is what one looks at."""
+    """Return the history of a run, also where its energy grows: the growth is measured here."""
     return run_in_cuts(simulation, lambda step: step + 100_000)
 
 
+def least_ms(action: Callable[[], object]) -> float:
+    """Return the least time of an action over a few calls [ms], after one that may compile."""
+    times = []
+    for _ in range(1 + REPEATS):
+        began = clock.perf_counter()
+        action()
+        times.append(clock.perf_counter() - began)
+    return 1e3 * min(times[1:])
+
+
 def step_time(simulation: Simulation) -> tuple[float, int]:
-    """Return what a step more costs [s], and of how many steps that was found.
+    """Return the cost of one more step [s], and the number of steps it was measured over.
 
     From runs of one and of three durations, each the fastest of a few: what a run costs once does not count.
     """
@@ -102,7 +112,7 @@ def of_adaptive(part: AbstractAdaptive) -> Iterator[Measured]:
     suite = type("Suite", (AdaptiveContract,), {"part": part})()
 
     def walked() -> tuple[float, int, float]:
-        """Return the error at the end, the count of steps, and what one cost [s]."""
+        """Return the error at the end, the count of steps, and the cost of one [s]."""
         problem, end, _ = suite.problem()
         began, solver, steps = clock.perf_counter(), part.solver(problem), 0
         while solver.status == "running" and steps < part.most_steps:
@@ -249,12 +259,7 @@ def of_model(part: AbstractRodModel) -> Iterator[Measured]:
         return Measured("", math.log2(abs(errors[1] / errors[2])), remark="10, 20, 40 elements, clamped rod")
 
     def setup() -> Measured:
-        times = []
-        for _ in range(REPEATS):
-            began = clock.perf_counter()
-            part.build(CLAMPED, 0.0).operators()
-            times.append(clock.perf_counter() - began)
-        return Measured("", 1e3 * min(times))
+        return Measured("", least_ms(lambda: part.build(CLAMPED, 0.0).operators()))
 
     def cost() -> Measured:
         spent, steps = step_time(struck(part, AdditionDeletion(), Newmark()).but(contacts=(), duration=1e-3))
@@ -262,12 +267,8 @@ def of_model(part: AbstractRodModel) -> Iterator[Measured]:
         return Measured("", 1e9 * spent / n_dof, remark=f"newmark, {n_dof} coordinates, {steps} steps")
 
     def exact() -> Measured:
-        times = []
-        for _ in range(1 + REPEATS):  # the first may compile
-            began = clock.perf_counter()
-            simulate.run(*struck(part, AdditionDeletion(), None))
-            times.append(clock.perf_counter() - began)
-        return Measured("", 1e3 * min(times), remark="the paper's impact, from event to event")
+        spent = least_ms(lambda: simulate.run(*struck(part, AdditionDeletion(), None)))
+        return Measured("", spent, remark="the paper's impact, from event to event")
 
     if part.exact:
         yield measured("time of a run without steps", "ms", exact)
@@ -299,15 +300,10 @@ def of_basis(part: AbstractBasis) -> Iterator[Measured]:
         return Measured("", share / (kept + share), remark="12 modes, steady force at the contact")
 
     def setup() -> Measured:
-        times = []
-        for _ in range(REPEATS):
-            began = clock.perf_counter()
-            system(12)
-            times.append(clock.perf_counter() - began)
-        return Measured("", 1e3 * min(times), remark="100 elements, 12 modes")
+        return Measured("", least_ms(lambda: system(12)), remark="100 elements, 12 modes")
 
     yield measured("error of the fourth frequency", "1", frequency)
-    yield measured("share of the static answer left out", "1", left_out)
+    yield measured("share of the static compliance left out", "1", left_out)
     yield measured("time to build", "ms", setup)
 
 
@@ -317,4 +313,4 @@ MEASURES: dict[Group, Callable[[Any], Iterator[Measured]]] = {
     MODELS: of_model,
     BASES: of_basis,
 }
-"""What is measured of each kind of part."""
+"""The figures of each kind of part."""

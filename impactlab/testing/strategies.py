@@ -86,14 +86,14 @@ def others(group: Group, *tuned: type[Any]) -> tuple[Any, ...]:
 
 
 def with_others(group: Group, **tuned: st.SearchStrategy[Any]) -> st.SearchStrategy[Any]:
-    """Return the tuned strategies, by the name of their part, and beside them what else is registered."""
+    """Return the tuned strategies, by the name of their part, and beside them all other registered parts."""
     ours = registry().only("impactlab")
     rest = others(group, *(ours.load(group, name) for name in tuned))  # type: ignore[arg-type] # classes are hashable
     return st.one_of(*tuned.values(), *([st.sampled_from(rest)] if rest else []))
 
 
 def models() -> st.SearchStrategy[AbstractRodModel]:
-    """Return models that step: finite elements, modes of a mesh, analytic modes, and what else is registered."""
+    """Return models that step: finite elements, modes of a mesh, analytic modes, and all other registered ones."""
     mass = st.sampled_from(["consistent", "lumped"])
     elements = st.integers(2, 40)
     modal = st.one_of(

@@ -25,7 +25,6 @@ class Trace(NamedTuple):
 
     scene: Scene
     plan: Plan
-    integrator: AbstractIntegrator
     history: RecordedHistory
     dt: float  # s
     states: Array  # (n_steps + 1, n_state): the whole state after each step
@@ -33,6 +32,12 @@ class Trace(NamedTuple):
     impulses: Array  # (n_steps, n_contacts) N s, of each step
     projections: Array  # (n_steps, n_contacts) kg m, of each step
     pushes: Array  # (n_steps, n_contacts) of each step, along the rows that the laws push
+
+    @property
+    def integrator(self) -> AbstractIntegrator:
+        """The scheme of the run."""
+        assert self.plan.integrator is not None
+        return self.plan.integrator
 
     @property
     def times(self) -> Array:
@@ -48,7 +53,7 @@ class Trace(NamedTuple):
         return np.array([self.history.assembly.state_of(body, state, velocities=True) for state in self.states])
 
     def kept(self, body: str) -> Array:
-        """What the scheme keeps of a body beside these, after each step, shape (n_steps + 1, ...)."""
+        """The further state of a body under the scheme, after each step, shape (n_steps + 1, ...)."""
         sizes = {name: stepper.state.size for name, stepper in self.plan.steppers.items()}
         names = list(sizes)
         start = sum(sizes[name] for name in names[: names.index(body)])
@@ -56,7 +61,7 @@ class Trace(NamedTuple):
         return self.states[:, start + known : start + sizes[body]]
 
     def momentum(self, body: str) -> Array:
-        """The momentum of a body after each step, with what its scheme has still to give it, shape (n_steps + 1,)."""
+        """The momentum of a body after each step, with the impulse still due from its scheme, shape (n_steps + 1,)."""
         number = list(self.plan.built).index(body)
         return self.history.assembly.memory.sample[: len(self.states), SAMPLED + 2 + 3 * number]
 
@@ -71,35 +76,15 @@ def trace(simulation: Simulation) -> Trace:
     StepError
         Where a law fails or a number is not finite. A gain of energy raises nothing here: it is what tests look at.
     """
-    plan = prepare(*simulation)
-    if plan.dt is None or plan.integrator is None:
-        raise CaseError("the continuous model has no steps to trace", path="solve.model")
-    assembly = Assembly(plan, plan.integrator, plan.dt)
-    history = RecordedHistory(assembly, plan.integrator)
-    loop.start(assembly.memory)
-    states, forces, impulses = [assembly.memory.state.copy()], [], []
-    projections, pushes = [], []
+    plan, assembly, history = begun(simulation)
+    states, given = [assembly.memory.state.copy()], []
     while assembly.clock.step < plan.steps:
         walk_to(assembly, history, assembly.clock.step + 1, sample_stride=1)
         states.append(assembly.memory.state.copy())
-        forces.append([contact.force for contact in assembly.contacts])
-        impulses.append([contact.impulse for contact in assembly.contacts])
-        projections.append([contact.projection for contact in assembly.contacts])
-        pushes.append([contact.push for contact in assembly.contacts])
+        given.append([(each.force, each.impulse, each.projection, each.push) for each in assembly.contacts])
     history.finish()
-    shape = (plan.steps, len(plan.scene.contacts))
-    return Trace(
-        plan.scene,
-        plan,
-        plan.integrator,
-        history,
-        plan.dt,
-        np.array(states),
-        np.array(forces).reshape(shape),
-        np.array(impulses).reshape(shape),
-        np.array(projections).reshape(shape),
-        np.array(pushes).reshape(shape),
-    )
+    replies = np.moveaxis(np.array(given).reshape(plan.steps, len(plan.scene.contacts), 4), 2, 0)
+    return Trace(plan.scene, plan, history, assembly.dt, np.array(states), *replies)
 
 
 def run_in_cuts(simulation: Simulation, next_cut: Callable[[int], int]) -> RecordedHistory:
@@ -107,17 +92,22 @@ def run_in_cuts(simulation: Simulation, next_cut: Callable[[int], int]) -> Recor
 
     The bits of a run must not depend on the cuts.
     """
-    plan = prepare(*simulation)
-    if plan.dt is None or plan.integrator is None:
-        raise CaseError("the continuous model has no steps to cut", path="solve.model")
-    assembly = Assembly(plan, plan.integrator, plan.dt)
-    history = RecordedHistory(assembly, plan.integrator)
-    loop.start(assembly.memory)
+    plan, assembly, history = begun(simulation)
     while assembly.clock.step < plan.steps:
         to = min(plan.steps, max(assembly.clock.step + 1, next_cut(int(assembly.clock.step))))
         walk_to(assembly, history, to, assembly.sample_stride)
     history.finish()
     return history
+
+
+def begun(simulation: Simulation) -> tuple[Plan, Assembly, RecordedHistory]:
+    """Return a run before its first step."""
+    plan = prepare(*simulation)
+    if plan.dt is None or plan.integrator is None:
+        raise CaseError("the continuous model has no steps to trace", path="solve.model")
+    assembly = Assembly(plan, plan.integrator, plan.dt)
+    loop.start(assembly.memory)
+    return plan, assembly, RecordedHistory(assembly, plan.integrator)
 
 
 def walk_to(assembly: Assembly, history: RecordedHistory, step: int, sample_stride: int) -> None:
@@ -130,5 +120,5 @@ def walk_to(assembly: Assembly, history: RecordedHistory, step: int, sample_stri
             assembly.grow()
         if status in (loop.LAW_FAILED, loop.NOT_FINITE):
             raised = next((law.raised for law in assembly.laws if law.raised is not None), None)
-            text = "a contact law gave no answer" if status == loop.LAW_FAILED else "the energy is not a finite number"
+            text = "a contact law gave no reply" if status == loop.LAW_FAILED else "the energy is not a finite number"
             raise StepError(text, time=assembly.clock.time, step=assembly.clock.step, history=history) from raised

@@ -1,4 +1,4 @@
-"""The verdict on one part: its contract suite run outside of pytest, and what it costs and how well it does.
+"""The verdict on one part: its contract suite run outside of pytest, its costs and its accuracy.
 
 `impactlab plugins --check NAME` prints it; a plugin author may call `verdict` from a notebook.
 """
@@ -23,7 +23,7 @@ WITHIN = "it reads and writes within its memory"
 
 
 class Property(NamedTuple):
-    """One property of a part: what must hold, with which options it was tried, and why it does not hold."""
+    """One property of a part: its text, the options it was tried with, and the reason where it does not hold."""
 
     text: str
     options: dict[str, Any]
@@ -85,12 +85,12 @@ def find(name: str, registry: Registry) -> tuple[Group, str]:
 
 
 def word(group: Group) -> str:
-    """Return the last word of what people call a part of the group: model, basis, law, integrator, metric."""
+    """Return the last word of the noun of a group: model, basis, law, integrator, metric."""
     return group.noun.rpartition(" ")[2]
 
 
 def verdict(name: str, registry: Registry) -> Verdict:
-    """Return what a check of a part finds; see `find` for the name."""
+    """Return the result of a check of a part; see `find` for the name."""
     group, name = find(name, registry)
     kind = registry.load(group, name)
     home = next(entry.distribution for entry in registry.entries if (entry.group, entry.name) == (group.name, name))
@@ -163,7 +163,7 @@ def tried(part: Any, group: Group, first: Iterable[tuple[str, Callable[[], None]
         checks.append((method.removeprefix("test_").replace("_", " "), getattr(suite, method)))
     for text, check in checks:
         try:
-            with np.errstate(all="ignore"):  # what diverges beyond its limit is meant to
+            with np.errstate(all="ignore"):  # steps beyond the limit are meant to diverge
                 check()
         except Exception as error:  # noqa: BLE001 - a failed property, or a part that raises
             yield Property(text, {}, reason_of(error))
@@ -172,7 +172,7 @@ def tried(part: Any, group: Group, first: Iterable[tuple[str, Callable[[], None]
 
 
 def reason_of(error: Exception) -> str:
-    """Return why, in one line: what the error says, else the line of code that found it."""
+    """Return the reason in one line: the text of the error, else the line of code that raised it."""
     kind = "" if isinstance(error, AssertionError) else f"{type(error).__name__}: "
     text = " ".join(str(error).split())
     trace = error.__traceback__

@@ -58,12 +58,11 @@ def near_the_contact() -> Finding:
     errors = {name: bases.early(name, 40)[0] for name in ("eigenvectors", "substructured", "ritz")}
     later = {name: bases.error(bases.PINNED, name, 40) for name in ("eigenvectors", "substructured")}
     return Finding(
-        f"for the first moments: of a hard mass on a long slender beam {percent(local)} of the motion lies outside the "
-        "middle quarter when the mass has lost 38 % of its velocity, and 40 coordinates of which the struck "
-        "quarter gets "
-        f"most give its velocity to {percent(errors['substructured'])} of v0, 40 modes of the whole beam to "
-        f"{percent(errors['eigenvectors'])}, 40 Ritz vectors to {percent(errors['ritz'])}. Later waves reach the other "
-        "quarters: of a whole blow of a sphere the error of the force with 40 coordinates is "
+        f"for the first moments: of a hard mass on a long slender beam {percent(local)} of the motion lies outside "
+        "the middle quarter when the mass has lost 38 % of its velocity, and 40 coordinates of which the struck "
+        f"quarter gets most give its velocity to {percent(errors['substructured'])} of v0, 40 modes of the whole beam "
+        f"to {percent(errors['eigenvectors'])}, 40 Ritz vectors to {percent(errors['ritz'])}. Later waves reach the "
+        "other quarters: of a whole blow of a sphere the error of the force with 40 coordinates is "
         f"{later['substructured']:.1e}, by modes of the whole beam {later['eigenvectors']:.1e} "
         "([page](../beam-bases.md))",
         {"far": local} | errors | {f"later_{name}": value for name, value in later.items()},
@@ -81,11 +80,9 @@ def near_the_contact() -> Finding:
 def whole_system_moves() -> Finding:
     few = bases.kick(5)
     return Finding(
-        f"with few modes it does: with 5 modes of a pinned beam struck in the middle {percent(few.far)} of the "
-        f"motion lies "
-        f"beyond a tenth of the beam, and velocities above a tenth of the peak over {few.reach:.2f} L. It is "
-        f"the truncation, "
-        "see the next row",
+        f"with few modes it does: with 5 modes of a pinned beam struck in the middle {percent(few.far)} of the motion "
+        f"lies beyond a tenth of the beam, and velocities above a tenth of the peak over {few.reach:.2f} L. It is the "
+        "truncation, see the next row",
         {"far": few.far, "reach": few.reach},
         few.far > 0.1 and few.reach > 0.8,
     )
@@ -102,10 +99,9 @@ def local_jump() -> Finding:
     some, many = bases.kick(40), bases.kick(320)
     checked = bases.first_kick_of_a_run(40) / some.impulse - 1.0
     return Finding(
-        f"the width at half height falls from {some.width:.3f} L with 40 modes to {many.width:.4f} L with 320, and the "
-        f"motion beyond L/10 from {percent(some.far)} to {percent(many.far)}: both as 1/N. So do the impulse "
-        f"({some.impulse / bases.KICKED.mass:.3f} to {many.impulse / bases.KICKED.mass:.4f} M v0) and "
-        f"the energy "
+        f"the width at half height falls from {some.width:.3f} L with 40 modes to {many.width:.4f} L with 320, and "
+        f"the motion beyond L/10 from {percent(some.far)} to {percent(many.far)}: both as 1/N. So do the impulse "
+        f"({some.impulse / bases.KICKED.mass:.3f} to {many.impulse / bases.KICKED.mass:.4f} M v0) and the energy "
         "given: with all modes one kick moves one point and transfers nothing",
         {"width_40": some.width, "width_320": many.width, "far_40": some.far, "far_320": many.far, "run": checked},
         6.0 < some.width / many.width < 11.0 and 6.0 < some.far / many.far < 10.0 and abs(checked) < 1e-12,
@@ -138,13 +134,10 @@ def lateral_inertia() -> Finding:
         for channel in ("position:hammer", "displacement:rod@0")
     )
     return Finding(
-        f"in the example (round section, Poisson's ratio 0.3, nu r = {1e3 * lateral:.2f} mm) Love's rod moves "
-        f"the mass by "
-        f"{percent(mass)} and the face by {percent(face)} otherwise over 3 T, by 40 modes of each. A hard mass "
-        f"then loses "
-        f"{percent(1.0 - 1.0 / (1.0 + lateral / SEGMENT.length))} of its velocity at once, to the mass rho A nu "
-        f"r of a Love "
-        "rod's face, which Eq. 22 does not know",
+        f"in the example (round section, Poisson's ratio 0.3, nu r = {1e3 * lateral:.2f} mm) Love's rod moves the "
+        f"mass by {percent(mass)} and the face by {percent(face)} otherwise over 3 T, by 40 modes of each. A hard "
+        f"mass then loses {percent(1.0 - 1.0 / (1.0 + lateral / SEGMENT.length))} of its velocity at once, to the "
+        "mass rho A nu r of a Love rod's face, which Eq. 22 does not know",
         {"mass": mass, "face": face, "at_once": 1.0 - 1.0 / (1.0 + lateral / SEGMENT.length)},
         1e-4 < mass < 0.05,
     )
@@ -195,10 +188,9 @@ def own_velocities() -> Finding:
     frequencies = numbers**2 * math.sqrt(scenes.BENDING / scenes.LINE)
     speeds = frequencies / wave_numbers(segment, 0.0, frequencies)
     return Finding(
-        f"on a slender beam in proportion to the number of waves: {speeds[0]:.1f} and {speeds[1]:.0f} m/s for "
-        f"the first and "
-        "the tenth mode of a pinned beam of 30 cm and 1 cm x 1 cm; the group travels twice as fast, and which of both "
-        "velocities is meant the paper does not say",
+        f"on a slender beam in proportion to the number of waves: {speeds[0]:.1f} and {speeds[1]:.0f} m/s for the "
+        "first and the tenth mode of a pinned beam of 30 cm and 1 cm x 1 cm; the group travels twice as fast, and "
+        "which of both velocities is meant the paper does not say",
         {"first": float(speeds[0]), "tenth": float(speeds[1])},
         abs(speeds[1] / speeds[0] - 10.0) < 1e-9,
     )
@@ -217,11 +209,10 @@ def reflection_with_near_field() -> Finding:
     r, b = np.linalg.solve(conditions, np.array([1.0, 1j]))
     tip = abs(1.0 + r + b)
     return Finding(
-        f"and with a near field that does not travel: at the free end of a slender beam the reflected wave is "
-        f"of equal size "
-        f"and a quarter turn late, the near field {abs(b):.3f} times the wave, the tip moves {tip:.3f} times as "
-        f"far as it "
-        "(the face of a rod: 2). A messenger that knows two travelling waves mistakes the near field for them",
+        "and with a near field that does not travel: at the free end of a slender beam the reflected wave is of "
+        f"equal size and a quarter turn late, the near field {abs(b):.3f} times the wave, the tip moves {tip:.3f} "
+        "times as far as it (the face of a rod: 2). A messenger that knows two travelling waves mistakes the near "
+        "field for them",
         {"reflected": abs(r), "near": abs(b), "tip": tip, "phase": float(np.angle(r) / np.pi)},
         abs(abs(r) - 1.0) < 1e-12 and abs(abs(b) - math.sqrt(2.0)) < 1e-12,
     )
@@ -244,11 +235,9 @@ def messengers_on_love_rod() -> Finding:
     )
     error = float(np.sqrt(np.mean((seen.evaluate(t, "velocity:hammer") - scenes.love(body.mass, lateral, t)) ** 2)))
     return Finding(
-        "on Love's rod each reading, at the phase speed of its mode and by the force that the wave carries, is "
-        "that mode's "
-        f"free motion to rounding; 100 modes give the velocity of the mass within {error:.1e} v0 (root mean "
-        f"square over T) of "
-        "the inverted Laplace transform. By group speeds the readings miss "
+        "on Love's rod each reading, at the phase speed of its mode and by the force that the wave carries, is that "
+        f"mode's free motion to rounding; 100 modes give the velocity of the mass within {error:.1e} v0 (root mean "
+        "square over T) of the inverted Laplace transform. By group speeds the readings miss "
         f"{percent(dispersive.missed(place, 10.0, 'group'))} of what the modes do in a step",
         {"missed": missed, "error": error, "group": dispersive.missed(place, 10.0, "group")},
         missed < 1e-11 and error < 5e-3,
@@ -270,14 +259,11 @@ def messengers_on_beams() -> Finding:
         dispersive.steps_of(law, (10.0,))[0].energy.largest_gain for law in (dispersive.PHASE, dispersive.GROUP)
     )
     return Finding(
-        "at inner points, read on both sides by velocity and shear force, to rounding (pinned beam). At a tip "
-        "the readings "
-        f"miss {percent(tips[0])} of what the modes do in a step, at four times smaller steps "
-        f"{percent(tips[1])}; the law "
-        f"still converges, and gains energy in proportion to the step ({percent(phase)} at ten points per "
-        f"period, by group "
-        f"speeds {percent(group)}). The local impedance that Eq. 15 divides by does not exist on a slender beam "
-        "([page](../dispersive-waves.md))",
+        "at inner points, read on both sides by velocity and shear force, to rounding (pinned beam). At a tip the "
+        f"readings miss {percent(tips[0])} of what the modes do in a step, at four times smaller steps "
+        f"{percent(tips[1])}; the law still converges, and gains energy in proportion to the step ({percent(phase)} "
+        f"at ten points per period, by group speeds {percent(group)}). The local impedance that Eq. 15 divides by "
+        "does not exist on a slender beam ([page](../dispersive-waves.md))",
         {"inner": inner, "tip_10": tips[0], "tip_40": tips[1], "gain_phase": phase, "gain_group": group},
         inner < 1e-11 and min(tips) > 0.5 and 0.005 < phase < 0.5 * group,
     )
@@ -305,9 +291,8 @@ def general_form() -> Finding:
     tip, inner, sheared = errors.values()
     return Finding(
         "in its general form: the free motion of the face for what arrives, the answer of the modes for the "
-        "impedance. With "
-        f"200 modes a hard mass on a long beam slows as known in closed form within {tip:.1e} v0 (slender, tip), "
-        f"{inner:.1e} v0 (slender, inner point), {sheared:.1e} v0 (Timoshenko, inner point)",
+        f"impedance. With 200 modes a hard mass on a long beam slows as known in closed form within {tip:.1e} v0 "
+        f"(slender, tip), {inner:.1e} v0 (slender, inner point), {sheared:.1e} v0 (Timoshenko, inner point)",
         errors,
         max(errors.values()) < 0.01,
     )

@@ -99,9 +99,8 @@ def equation_15() -> Finding:
 
     coarse, fine = worst(1000.5), worst(2000.5)
     return Finding(
-        f"fed with the exact wave, the stress is right to {coarse:.1e} s0 at dt = T/1000, and to half of that "
-        "at half the "
-        "step: first order",
+        f"fed with the exact wave, the stress is right to {coarse:.1e} s0 at dt = T/1000, and to half of that at half "
+        "the step: first order",
         {"coarse": coarse, "fine": fine},
         1.8 < coarse / fine < 2.2 and coarse < 0.01,
     )
@@ -136,9 +135,8 @@ def equation_20() -> Finding:
     t = midpoints(ours.duration)
     apart = float(np.abs(ours.evaluate(t, FORCE) - right.evaluate(t, FORCE)).max()) / Z
     return Finding(
-        "only by the velocity that the balance itself carries, (sI - sII)/(rho c): then it is Eq. 15 to "
-        "rounding. With the face "
-        "velocity read from the modes it fails: mass displacement wrong by "
+        "only by the velocity that the balance itself carries, (sI - sII)/(rho c): then it is Eq. 15 to rounding. "
+        "With the face velocity read from the modes it fails: mass displacement wrong by "
         + ", ".join(percent(value, 3) for value in wrong.values())
         + " with 10, 40, 100 modes of as many elements",
         {"apart": apart} | {f"modes_{n}": value for n, value in wrong.items()},
@@ -184,12 +182,10 @@ def ends_by_new_wave() -> Finding:
     literal = error(computed(modal(10, 10, Equation15("new_wave", "printed"))), MASS)
     kept = error(computed(modal(10, 10, Equation15())), MASS)
     return Finding(
-        f"when the whole stress sI + sII does (as Eqs. 10 and 13 say). sI alone is negative from {zero:.3f} T "
-        "on, and all through "
-        f"the second contact (at most {largest:.2f} s0). With 10 of 10 modes the mass displacement is wrong by "
-        f"{percent(kept)} with the "
-        f"stress, {percent(whole)} with sI, and {percent(literal)} with sI if each new touch also starts from "
-        "Eq. 22 alone",
+        f"when the whole stress sI + sII does (as Eqs. 10 and 13 say). sI alone is negative from {zero:.3f} T on, and "
+        f"all through the second contact (at most {largest:.2f} s0). With 10 of 10 modes the mass displacement is "
+        f"wrong by {percent(kept)} with the stress, {percent(whole)} with sI, and {percent(literal)} with sI if each "
+        "new touch also starts from Eq. 22 alone",
         {"zero": zero, "largest": largest, "stress": kept, "new_wave": whole, "literal": literal},
         zero < 1.3 and largest < 0.0 and whole > 5.0 * kept,
     )
@@ -239,13 +235,10 @@ def messenger_per_mode() -> Finding:
     found = second_contact(good[10])
     return Finding(
         "the reading of one mode at its own distance is that mode's free evolution over the step (the same to "
-        "rounding), so the "
-        "arriving waves together are the free velocity of the face. That works if the balance divides by what "
-        "the same modes answer: mass "
-        f"displacement error {percent(error(good[10], MASS))} and {percent(error(good[40], MASS))} with 10 and "
-        "40 analytic modes, second "
-        f"contact found with 10; dividing by 1/(rho c A) it fails ({percent(bad, 3)}). An Euler-Bernoulli beam "
-        "has no such impedance",
+        "rounding), so the arriving waves together are the free velocity of the face. That works if the balance "
+        f"divides by what the same modes answer: mass displacement error {percent(error(good[10], MASS))} and "
+        f"{percent(error(good[40], MASS))} with 10 and 40 analytic modes, second contact found with 10; dividing by "
+        f"1/(rho c A) it fails ({percent(bad, 3)}). An Euler-Bernoulli beam has no such impedance",
         {"apart": apart, "modes_10": error(good[10], MASS), "modes_40": error(good[40], MASS), "rod": bad},
         apart < 1e-12 and error(good[10], MASS) < 0.02 and found is not None and bad > 1.0,
     )
@@ -268,9 +261,8 @@ def constants() -> Finding:
     area = 2.133 / (7.9e3 * 0.3)
     return Finding(
         f"A = {area:.0e} m2: only that gives 2.133 kg = rho A L (the exponent may be our copy's). Then c = "
-        f"{SEGMENT.wave_speed:.4f} m/s, "
-        f"T = {1e6 * T:.4f} us, rho c A = {Z:.3f} N s/m, first force {Z / 1e3:.5f} kN, largest "
-        f"{1e-3 * Z * peak(exact()):.5f} kN",
+        f"{SEGMENT.wave_speed:.4f} m/s, T = {1e6 * T:.4f} us, rho c A = {Z:.3f} N s/m, first force {Z / 1e3:.5f} kN, "
+        f"largest {1e-3 * Z * peak(exact()):.5f} kN",
         {"area": area, "wave_speed": SEGMENT.wave_speed, "T": T, "Z": Z, "peak": Z * peak(exact())},
         abs(area - SEGMENT.area) < 1e-12 and abs(SEGMENT.mass - 2.133) < 1e-9,
     )
@@ -284,12 +276,10 @@ def step_rule() -> Finding:
         dt = computed(modal(elements, modes, PLAIN)).dt or 0.0
         values[f"steps_{modes}"], values[f"points_{modes}"] = T / dt, 2.0 * math.pi / highest / dt
     return Finding(
-        f"dt = T/{values['steps_10']:.0f}, T/{values['steps_40']:.0f}, T/{values['steps_70']:.0f} with 10, 40, "
-        "70 modes. (2 d + 1) is mode d + 1 of "
-        "the clamped-free rod, a little on the safe side; but the mesh is stiffer at its upper end: its own "
-        "highest mode gets "
-        f"{values['points_10']:.1f}, {values['points_40']:.1f} points (10/10, 40/40) and "
-        f"{values['points_70']:.1f} (70 of 100)",
+        f"dt = T/{values['steps_10']:.0f}, T/{values['steps_40']:.0f}, T/{values['steps_70']:.0f} with 10, 40, 70 "
+        "modes. (2 d + 1) is mode d + 1 of the clamped-free rod, a little on the safe side; but the mesh is stiffer "
+        f"at its upper end: its own highest mode gets {values['points_10']:.1f}, {values['points_40']:.1f} points "
+        f"(10/10, 40/40) and {values['points_70']:.1f} (70 of 100)",
         values,
         abs(values["steps_10"] - 105.0) < 1e-6 and values["points_40"] < 10.0 and values["points_70"] < 10.0,
     )
@@ -312,10 +302,9 @@ def zero_stress() -> Finding:
         stress = float(np.mean(history.evaluate(t, "stress:rod@0"))) * SEGMENT.area
         shares[n] = stress / float(np.mean(history.evaluate(t, FORCE)))
     return Finding(
-        "true of the eigenfunctions. Eigenvectors of a mesh have a constant stress in the first element, and "
-        "with d = n it carries "
-        f"{percent(shares[10])} and {percent(shares[40])} of the contact stress (10, 40 modes, mean over 0.2 "
-        "to 0.7 T)",
+        "true of the eigenfunctions. Eigenvectors of a mesh have a constant stress in the first element, and with d "
+        f"= n it carries {percent(shares[10])} and {percent(shares[40])} of the contact stress (10, 40 modes, mean "
+        "over 0.2 to 0.7 T)",
         {"analytic": analytic, "modes_10": shares[10], "modes_40": shares[40]},
         analytic == 0.0 and min(shares.values()) > 0.8,
     )
@@ -324,9 +313,8 @@ def zero_stress() -> Finding:
 @row(
     "5",
     "Sections 5 and 6, p. 773-774, 778",
-    "The contact force may be obtained with the free-end eigenvectors, no change of modes is needed; Figs 8 to "
-    "10 use 70 modes of 100 "
-    "elements.",
+    "The contact force may be obtained with the free-end eigenvectors, no change of modes is needed; Figs 8 to 10 "
+    "use 70 modes of 100 elements.",
     "-",
     REMARK,
     f"{RUN} --set solve.model.modes=70 --set contacts.0.law.residual=false",
@@ -343,10 +331,9 @@ def free_end_modes() -> Finding:
     }
     return Finding(
         f"true when all modes of the mesh are kept: 100 of 100 give {percent(values['mass_100'])} (mass) and "
-        f"{percent(values['face_100'])} "
-        f"(face displacement). With 70 of 100 as printed the mass is wrong by {percent(values['mass_70'])}; "
-        "with the stress of the modes left "
-        f"out (residual) {percent(values['mass_70_residual'])} and {percent(values['face_70_residual'])}",
+        f"{percent(values['face_100'])} (face displacement). With 70 of 100 as printed the mass is wrong by "
+        f"{percent(values['mass_70'])}; with the stress of the modes left out (residual) "
+        f"{percent(values['mass_70_residual'])} and {percent(values['face_70_residual'])}",
         values,
         values["mass_100"] < 0.01 and values["mass_70"] > 0.3 and values["mass_70_residual"] < 0.01,
     )
@@ -374,9 +361,8 @@ def messenger_share() -> Finding:
     analytic, mesh, forty, whole = share(None, 70), share(100, 70), share(100, 40), share(100, 100)
     return Finding(
         f"through d analytic modes (2/pi) Si(w_max dt) = {law:.2f} of it, whatever d ({analytic:.2f} with 70); "
-        "through 70 or 40 of 100 eigenvectors of a "
-        f"mesh {mesh:.2f} or {forty:.2f}; through all of them {whole:.2f}. The next step is short of as much "
-        "again, so the force dies unless the residual is added",
+        f"through 70 or 40 of 100 eigenvectors of a mesh {mesh:.2f} or {forty:.2f}; through all of them {whole:.2f}. "
+        "The next step is short of as much again, so the force dies unless the residual is added",
         {"law": law, "analytic": analytic, "mesh_70": mesh, "mesh_40": forty, "whole": whole},
         abs(analytic - law) < 0.005 and max(mesh, forty) < 0.75 and abs(whole - 1.0) < 1e-9,
     )

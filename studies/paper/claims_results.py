@@ -55,9 +55,8 @@ def jumps_without_mass() -> Finding:
     face = jump("velocity:rod@0", event(exact(), 2))
     force = jump(FORCE, 1.0) / Z
     return Finding(
-        f"the mass has none (at T, while the stress jumps by {force:.1f} s0); the wave front makes sections "
-        f"jump by {section:.3f} v0 (at L/2), the second touch "
-        f"the face by {face:.3f} v0",
+        f"the mass has none (at T, while the stress jumps by {force:.1f} s0); the wave front makes sections jump by "
+        f"{section:.3f} v0 (at L/2), the second touch the face by {face:.3f} v0",
         {"mass": mass, "section": section, "face": face, "force": force},
         mass < 1e-7 and section > 0.9 and abs(face) > 0.1,
     )
@@ -80,9 +79,8 @@ def displacements() -> Finding:
         "face_40": error(forty, FACE),
     }
     return Finding(
-        f"errors over 3 T (relative L2), mass and face: {percent(values['mass_10'])} and "
-        f"{percent(values['face_10'])} with 10 of 10, "
-        f"{percent(values['mass_40'])} and {percent(values['face_40'])} with 40 of 40",
+        f"errors over 3 T (relative L2), mass and face: {percent(values['mass_10'])} and {percent(values['face_10'])} "
+        f"with 10 of 10, {percent(values['mass_40'])} and {percent(values['face_40'])} with 40 of 40",
         values,
         values["mass_10"] < 0.025
         and values["face_10"] < 0.065
@@ -134,12 +132,10 @@ def stiffness() -> Finding:
     assert free is not None
     return Finding(
         f"the mass does come back faster ({fast:.3f} v0 instead of 0.688, 10 of 10) and then misses. But ten "
-        "coordinates are enough "
-        "otherwise: 10 of 100 modes, 10 analytic modes (both with residual) and 10 lumped elements find it, "
-        f"from {few[0]:.3f}, {free[0]:.3f} and {meshed[0]:.3f} T. "
-        f"The static stiffness of the mesh is the rod's ({static:.6f} of it). What is stiff is the upper half "
-        "of its consistent spectrum; and the example is "
-        "touchy by itself (next row)",
+        "coordinates are enough otherwise: 10 of 100 modes, 10 analytic modes (both with residual) and 10 lumped "
+        f"elements find it, from {few[0]:.3f}, {free[0]:.3f} and {meshed[0]:.3f} T. The static stiffness of the mesh "
+        f"is the rod's ({static:.6f} of it). What is stiff is the upper half of its consistent spectrum; and the "
+        "example is touchy by itself (next row)",
         {"speed": fast, "static": static, "few": few[0], "analytic": free[0], "lumped": meshed[0]},
         fast > 0.69 and abs(static - 1.0) < 1e-9 and second_contact(ten) is None,
     )
@@ -160,9 +156,8 @@ def grazing() -> Finding:
     inside, outside = (len(spans(exact(alpha))) for alpha in (1.0106, 1.0108))
     warned = any(warning.code == "near_grazing" for warning in exact().warnings)
     return Finding(
-        f"{percent(margin)} more is enough; or a rod {1.07:g} % heavier than the mass: {inside} contacts at "
-        f"alpha = 1.0106, {outside} at 1.0108. A "
-        "run of the case warns `near_grazing`",
+        f"{percent(margin)} more is enough; or a rod {1.07:g} % heavier than the mass: {inside} contacts at alpha = "
+        f"1.0106, {outside} at 1.0108. A run of the case warns `near_grazing`",
         {"margin": margin, "inside": inside, "outside": outside},
         0.0 < margin < 0.02 and (inside, outside) == (2, 1) and warned,
     )
@@ -202,9 +197,8 @@ def energy_of_second() -> Finding:
     ten = 1.0 - at(computed(modal(10, 10, PLAIN)), SPEED, 3.0) ** 2
     return Finding(
         f"so it comes out with 10 of 10 modes ({percent(ten, 3)} of the energy leaves the mass, exactly it is "
-        f"{percent(both, 3)}), for there the first impact "
-        "gives too much back. In itself the second contact returns energy to the mass: without it the rod "
-        f"would keep {percent(first, 3)}",
+        f"{percent(both, 3)}), for there the first impact gives too much back. In itself the second contact returns "
+        f"energy to the mass: without it the rod would keep {percent(first, 3)}",
         {"both": both, "first": first, "modes_10": ten},
         ten < both < first,
     )
@@ -221,9 +215,8 @@ def duration() -> Finding:
     values = {f"modes_{n}": first_opening(computed(modal(n, n, PLAIN))) for n in (10, 40)}
     few = first_opening(computed(modal(100, 40, WAVE)))
     return Finding(
-        f"last opening of the first impact {values['modes_10']:.3f} T (10 of 10), {values['modes_40']:.3f} T "
-        "(40 of 40, after short "
-        f"re-touches), {few:.3f} T (40 of 100 with residual); exactly 1.534 T",
+        f"last opening of the first impact {values['modes_10']:.3f} T (10 of 10), {values['modes_40']:.3f} T (40 of "
+        f"40, after short re-touches), {few:.3f} T (40 of 100 with residual); exactly 1.534 T",
         values | {"residual_40": few},
         all(abs(value - 1.5338) < 0.04 for value in (*values.values(), few)),
     )
@@ -232,9 +225,8 @@ def duration() -> Finding:
 @row(
     "6",
     "Figs 6, 7, p. 774-777",
-    "The first contact is interrupted before the reflection arrives, due to reflections at the element "
-    "boundaries, which no shape function "
-    "of this kind avoids.",
+    "The first contact is interrupted before the reflection arrives, due to reflections at the element boundaries, "
+    "which no shape function of this kind avoids.",
     "-",
     CORRECTED,
 )
@@ -249,14 +241,12 @@ def interruption() -> Finding:
     none = {d: first_gap(computed(modal(None, d, WAVE))) for d in (10, 40)}
     cut = {d: first_gap(computed(modal(None, d, WAVE, integrator=ExactModal()))) for d in (40, 100)}
     return Finding(
-        f"it is interrupted, between {mesh[10][0]:.3f} and {mesh[10][1]:.3f} T with 10 of 10 and "
-        f"{mesh[40][0]:.3f} and {mesh[40][1]:.3f} T (re-touching once) with 40 of 40. The "
-        "boundaries are not the cause: the same elements with a lumped mass interrupt nothing. A consistent "
-        "mass makes short waves "
-        "run faster than c, so tension comes ahead of the reflection. Truncation alone does little: analytic "
-        "modes, which know no elements, are not interrupted under Newmark, and for "
-        f"{cut[40][1] - cut[40][0]:.3f} T (40 modes) and {cut[100][1] - cut[100][0]:.3f} T (100) just before T "
-        "when stepped exactly",
+        f"it is interrupted, between {mesh[10][0]:.3f} and {mesh[10][1]:.3f} T with 10 of 10 and {mesh[40][0]:.3f} "
+        f"and {mesh[40][1]:.3f} T (re-touching once) with 40 of 40. The boundaries are not the cause: the same "
+        "elements with a lumped mass interrupt nothing. A consistent mass makes short waves run faster than c, so "
+        "tension comes ahead of the reflection. Truncation alone does little: analytic modes, which know no "
+        f"elements, are not interrupted under Newmark, and for {cut[40][1] - cut[40][0]:.3f} T (40 modes) and "
+        f"{cut[100][1] - cut[100][0]:.3f} T (100) just before T when stepped exactly",
         {
             "from_10": mesh[10][0],
             "to_10": mesh[10][1],

@@ -186,11 +186,9 @@ def clamped_reflection() -> Finding:
     front, quarter, opening = reflected(1.0, 1e-9), reflected(1.0, 0.25), reflected(1.0, 0.5338)
     heavy = reflected(1e-3, 0.25)
     return Finding(
-        "only the front does: the reflected share of the arriving wave is "
-        f"{front:.2f} at T, {quarter:+.2f} at 1.25 T and {opening:.2f} at the opening (1 - 4 (t/T - 1)). The "
-        "mass balance of "
-        f"Eq. 7, which the paper then uses, is right; the clamped end is its limit of a heavy mass "
-        f"({heavy:.3f} at 1.25 T for alpha = 0.001)",
+        f"only the front does: the reflected share of the arriving wave is {front:.2f} at T, {quarter:+.2f} at 1.25 T "
+        f"and {opening:.2f} at the opening (1 - 4 (t/T - 1)). The mass balance of Eq. 7, which the paper then uses, "
+        f"is right; the clamped end is its limit of a heavy mass ({heavy:.3f} at 1.25 T for alpha = 0.001)",
         {"front": front, "quarter": quarter, "opening": opening, "heavy": heavy},
         abs(front - 1.0) < 1e-6 and abs(quarter) < 1e-9 and opening < -1.0 and heavy > 0.99,
     )
@@ -248,14 +246,12 @@ def rounding() -> Finding:
     by_paper, by_us = second_by_hand(1.534 + printed, 0.688), second_by_hand(closed, speed)
     return Finding(
         f"as printed the curves meet at {printed:.4f} T, so 1.534 + 0.5944 = 2.1284 T, and from there Eq. 13 gives "
-        f"{by_paper.stress:.3f} s0, {by_paper.duration:.4f} T as printed, but {by_paper.speed:.4f} v0: the "
-        "printed 0.6922 v0 does not follow from the paper's own "
-        f"numbers (0.688 plus the impulse of that stress; it looks like a slip of one digit). Unrounded, the same "
-        f"formulas give {exactly:.4f} T, hence {closed:.6f} T, {by_us.stress:.4f} s0, {by_us.duration:.6f} T, "
-        f"{by_us.speed:.6f} v0. "
-        f"The printed curves are wrong by {abs(off):.4f} v0 T there, and they meet with a difference of slope "
-        f"of only {apart:.2f} v0, "
-        f"so the crossing moves by {printed - exactly:.4f} T",
+        f"{by_paper.stress:.3f} s0, {by_paper.duration:.4f} T as printed, but {by_paper.speed:.4f} v0: the printed "
+        "0.6922 v0 does not follow from the paper's own numbers (0.688 plus the impulse of that stress; it looks "
+        f"like a slip of one digit). Unrounded, the same formulas give {exactly:.4f} T, hence {closed:.6f} T, "
+        f"{by_us.stress:.4f} s0, {by_us.duration:.6f} T, {by_us.speed:.6f} v0. The printed curves are wrong by "
+        f"{abs(off):.4f} v0 T there, and they meet with a difference of slope of only {apart:.2f} v0, so the crossing "
+        f"moves by {printed - exactly:.4f} T",
         {
             "printed": printed,
             "closed": closed,

@@ -140,7 +140,7 @@ def impact(
     w2 = beam.frequencies[:moving] ** 2
     push = np.asarray(upward)[:, None] * beam.rows[:, :moving]
     rest = np.asarray(upward)[:, None] * beam.rows[:, moving:] / beam.frequencies[moving:]
-    softness = rest @ rest.T
+    compliance = rest @ rest.T
     mass, speed = striker if striker is not None else (np.inf, 0.0)
     start, gap = np.zeros(2 * moving + 2), np.asarray(gaps)
     start[moving : 2 * moving] = velocity * beam.integrals[:moving]
@@ -155,15 +155,15 @@ def impact(
         if free.max() <= 0.0:
             return force
         for _ in range(30):  # Newton
-            depth = np.maximum(free - softness @ force, 0.0)
+            depth = np.maximum(free - compliance @ force, 0.0)
             miss = force - stiffness * depth**exponent
             if np.max(np.abs(miss)) <= 1e-12 * stiffness * free.max() ** exponent:
                 break
             slope = exponent * stiffness * depth ** (exponent - 1.0) * (depth > 0.0)
             if len(force) == 1:
-                force = force - miss / (1.0 + slope * softness[0])
+                force = force - miss / (1.0 + slope * compliance[0])
             else:
-                force = force - np.linalg.solve(np.eye(len(force)) + slope[:, None] * softness, miss)
+                force = force - np.linalg.solve(np.eye(len(force)) + slope[:, None] * compliance, miss)
         return force
 
     def rates(_t: float, state: Array) -> Array:

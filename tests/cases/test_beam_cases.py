@@ -143,7 +143,7 @@ def test_the_rod_strikes_twice() -> None:
     beam = struck(modes("pinned", 8000.0 * 1e-4 * 0.3, 2.0e11 * 1e-8 / 12.0, 0.3, [0.15], 200))
     impedance, trip, stiffness, duration, moving = 4000.0, 4.0e-5, 1.0e10, 1.0e-3, 12
     w2, row = beam.frequencies[:moving] ** 2, beam.rows[0, :moving]
-    softness = float(np.sum((beam.rows[0, moving:] / beam.frequencies[moving:]) ** 2))
+    compliance = float(np.sum((beam.rows[0, moving:] / beam.frequencies[moving:]) ** 2))
     pieces: list[object] = []
 
     def given(t: float) -> float:
@@ -155,9 +155,9 @@ def test_the_rod_strikes_twice() -> None:
         free = t - (state[-1] + 2.0 * echoes) / impedance - row @ state[:moving]
         f = 0.0
         for _ in range(30 if free > 0.0 else 0):
-            depth = max(free - softness * f, 0.0)
+            depth = max(free - compliance * f, 0.0)
             miss = f - stiffness * depth**1.5
-            f -= miss / (1.0 + 1.5 * stiffness * depth**0.5 * softness)
+            f -= miss / (1.0 + 1.5 * stiffness * depth**0.5 * compliance)
             if abs(miss) < 1e-9:
                 break
         return f

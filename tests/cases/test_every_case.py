@@ -63,7 +63,7 @@ def test_all_methods_complete_with_errors_against_the_reference(label: str) -> N
         assert summary["status"] == "completed", (method, summary)
         assert summary["errors"]["reference"] in ("st_venant", "kelvin_voigt", "converged")
         assert summary["errors"]["face_displacement"] is not None
-        # Shares of the reference energy; what has no bound says so.
+        # Shares of the reference energy; what has no bound is warned of.
         told = "constraint_energy" in {warned["code"] for warned in summary["warnings"]}
         assert summary["energy"]["largest_gain"] < 0.06 or told, method
     if summaries["base"]["errors"]["reference"] != "converged":

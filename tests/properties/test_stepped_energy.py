@@ -13,9 +13,16 @@ from impactlab.contact.base import AbstractContactLaw
 from impactlab.contact.impulse_momentum import ImpulseMomentum
 from impactlab.contact.penalty import Penalty
 from impactlab.contact.wave_identification import WaveIdentification
+from impactlab.integrators.bathe import Bathe
 from impactlab.integrators.central_difference import CentralDifference
+from impactlab.integrators.contact_stabilised_newmark import ContactStabilisedNewmark
 from impactlab.integrators.exact_modal import ExactModal
+from impactlab.integrators.generalised_alpha import GeneralisedAlpha
+from impactlab.integrators.hht_alpha import HhtAlpha
+from impactlab.integrators.midpoint import Midpoint
+from impactlab.integrators.moreau_jean import MoreauJean
 from impactlab.integrators.newmark import Newmark
+from impactlab.integrators.nonsmooth_generalised_alpha import NonsmoothGeneralisedAlpha
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
@@ -175,3 +182,69 @@ def test_free_rod_far_from_home_keeps_its_energy() -> None:
         book = trace(scene).history.energy
         # 4000 steps, 100 coordinates; rounding of the energy's own sum, 100 eps, and a walk of 4000 steps.
         assert max(book.largest_gain, book.largest_loss) < 4e-13 * book.rounding
+
+
+thetas = st.builds(MoreauJean, theta=st.floats(0.5, 1.0))
+conserving = st.sampled_from([Midpoint(), ContactStabilisedNewmark(), NonsmoothGeneralisedAlpha(1.0), HhtAlpha(0.0)])
+composite = st.builds(Bathe, first_part=st.floats(0.2, 0.8))
+
+
+@settings(max_examples=40)
+@given(scenes(laws=st.one_of(penalties, impulses), integrators=st.one_of(conserving, thetas, composite)))
+def test_these_gain_nothing_with_springs_dashpots_and_kicks(scene: Simulation) -> None:
+    # A step that never gains energy under a constant load, taken about the load's own rest, gives F times the path.
+    book = trace(scene).history.energy
+    assert book.largest_gain < ROUNDING * book.rounding
+
+
+@settings(max_examples=20)
+@given(scenes(laws=st.just(Penalty(Relative(1.0))), integrators=conserving))
+def test_conserving_schemes_lose_nothing_either(scene: Simulation) -> None:
+    book = trace(scene).history.energy
+    assert book.largest_loss < 2.0 * ROUNDING * book.rounding
+
+
+@settings(max_examples=30)
+@given(
+    scenes(
+        laws=st.just(AdditionDeletion()),
+        integrators=st.one_of(thetas, st.just(NonsmoothGeneralisedAlpha(1.0))),
+        gravity=False,
+    )
+)
+def test_hard_contact_whose_force_holds_the_jump_gains_nothing(scene: Simulation) -> None:
+    # The gap ends at zero and began open, so that the force takes energy or gives none.
+    book = trace(scene).history.energy
+    assert book.largest_gain < ROUNDING * book.rounding
+
+
+@settings(max_examples=40)
+@given(
+    scenes(
+        laws=st.one_of(penalties, impulses),
+        integrators=st.one_of(
+            st.builds(HhtAlpha, alpha=st.floats(-1.0 / 3.0, 0.0)),
+            st.builds(NonsmoothGeneralisedAlpha, rho_inf=st.floats(0.0, 1.0)),
+        ),
+        gravity=False,
+    )
+)
+def test_damping_schemes_gain_within_their_bound(scene: Simulation) -> None:
+    assert scene.method.integrator is not None
+    assert trace(scene).history.energy.largest_gain <= energy_bound(*scene, scene.method.integrator)
+
+
+@settings(max_examples=30)
+@given(
+    scenes(
+        laws=st.builds(Penalty, stiffness=st.builds(Relative, log_uniform(1e-3, 1.0))),
+        integrators=st.builds(GeneralisedAlpha, rho_inf=st.floats(0.0, 1.0)),
+        gravity=False,
+    )
+)
+def test_generalised_alpha_gains_within_its_bound(scene: Simulation) -> None:
+    traced = trace(scene)
+    ports = traced.history.assembly.memory.ports
+    # As under central difference, the step must resolve the contact's own oscillation.
+    assume(ports["gap_per_force"][0] * ports["parameters"][0, 0] < 0.25)
+    assert traced.history.energy.largest_gain <= energy_bound(*scene, GeneralisedAlpha())

@@ -26,11 +26,11 @@ HYSTERETIC = (HuntCrossley, LankaraniNikravesh, Flores)
 
 
 def with_power_law(
-    scene: Simulation, softness: float, exponent: float, restitution: float | None, kind: int
+    scene: Simulation, share: float, exponent: float, restitution: float | None, kind: int
 ) -> Simulation:
     """Return a scene under a law as stiff as an element of its rod at an indentation that its impact can reach."""
     facts = sides(*scene, scene.scene.contacts[0])
-    stiffness = softness * min(side.element_stiffness for side in facts if side.kind == "rod")
+    stiffness = share * min(side.element_stiffness for side in facts if side.kind == "rod")
     speed = max(abs(body.velocity) for body in scene.scene.bodies.values() if isinstance(body, (Rod, Mass)))
     k = stiffness * (1e-2 * speed * scene.scene.round_trip) ** (1.0 - exponent)
     law: AbstractContactLaw = Hertz(k, exponent)

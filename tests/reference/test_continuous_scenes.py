@@ -205,7 +205,7 @@ def test_bouncing_bar_for_100_bounces():
 
 
 def test_rod_between_two_walls():
-    # flights across the sum of the gaps, contacts of 2 L/c at each wall, for ever
+    # flights across the sum of the gaps, contacts of 2 L/c at each wall, without end
     v, length, gaps = 0.8, 1.3, (0.3, 0.5)
     bar, left, right = rod(length=length, velocity=v), Wall("left"), Wall("right")
     contacts = [

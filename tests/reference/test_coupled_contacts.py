@@ -83,13 +83,13 @@ def percussions(
 
     None fits where walls at both ends leave no room for what each contact should give back.
     """
-    yields = [Fraction(0) if mass is None else 1 / Fraction(mass) for mass in masses]
+    compliances = [Fraction(0) if mass is None else 1 / Fraction(mass) for mass in masses]
     rates = [Fraction(b) - Fraction(a) for a, b in itertools.pairwise(speeds)]
     wanted = [rate + Fraction(restitution) * min(rate, Fraction(0)) for rate in rates]
     n = len(rates)
 
     def answer(i: int, j: int) -> Fraction:
-        return {0: yields[i] + yields[i + 1], 1: -yields[max(i, j)]}.get(abs(i - j), Fraction(0))
+        return {0: compliances[i] + compliances[i + 1], 1: -compliances[max(i, j)]}.get(abs(i - j), Fraction(0))
 
     for size in range(n + 1):
         for acting in itertools.combinations(range(n), size):

@@ -19,7 +19,7 @@ from impactlab.scene import End, Mass, Probe, Rod, Wall
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import prepare, run
 from impactlab.testing.scenes import CLAMPED, FREE, STEEL, in_a_row
-from impactlab.types import Port, Reply, SideFacts, Start
+from impactlab.types import SideFacts, Start
 
 SPRING = Penalty(stiffness=2e9, damping=5e3)
 
@@ -34,12 +34,7 @@ class Asked(AbstractContactLaw):
     def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
         return SPRING.begin(left, right, dt)
 
-    @staticmethod
-    def respond(port: Port, reply: Reply) -> None:
-        Penalty.respond(port, reply)
-
-
-Asked.respond = staticmethod(Penalty.respond)  # type: ignore[method-assign]
+    respond = staticmethod(Penalty.respond)
 
 
 def scene(law: AbstractContactLaw, far: End, points: float, mirrored: bool = False) -> Simulation:

@@ -68,7 +68,7 @@ def test_step_loaded_free_rod() -> None:
 
 
 def test_a_matched_dashpot_takes_the_wave() -> None:
-    """F/Z for ever; from T/2 on the dashpot loses F^2/Z in each unit of time."""
+    """F/Z without end; from T/2 on the dashpot loses F^2/Z in each unit of time."""
     history = pushed(End("dashpot", 1.0))
     assert history.evaluate([0.1, 3.0, 11.0], "velocity:rod@0") == pytest.approx([F] * 3, rel=1e-13)
     assert history.energy.booked["ends"][-1] == pytest.approx(F * F * (6 * T - T / 2), rel=1e-12)

@@ -1,4 +1,4 @@
-"""Exact runs of more waves than memory may hold: read at their instants, and equal there to the whole run."""
+"""What exact runs cost: memory that does not follow their events, and the time that is predicted of them."""
 
 from __future__ import annotations
 
@@ -10,11 +10,13 @@ import pytest
 from impactlab import load_case, run
 from impactlab.contact.penalty import Penalty
 from impactlab.errors import StepError
+from impactlab.exact import cost
 from impactlab.exact.history import ContinuousHistory
 from impactlab.exact.solve import solve
 from impactlab.exact.thinned import ThinnedHistory
 from impactlab.scene import Probe, Wall
 from tests.reference.exact_scenes import CLAMPED, FREE, HARD, point, rod, scene, struck
+from tests.reference.trains import random_train
 
 
 def bouncing():
@@ -139,3 +141,26 @@ def test_a_tolerance_answers_where_the_exact_solver_runs_out_of_memory(tmp_path,
     t = np.linspace(0.0, 0.99 * reached.duration, 200)
     truth, answer = (history.evaluate(t, "position:hammer") for history in (reached, chosen))
     assert np.max(np.abs(answer - truth)) <= 1e-2 * np.max(np.abs(truth))
+
+
+def whole(scene):
+    """The cost counted over all of a run."""
+    return cost.spent(solve(*scene).log)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_fronts_that_die_out_are_not_counted(seed):
+    scene = random_train(np.random.default_rng(500 + seed)).scene()
+    assert 1.0 / 3.0 < cost.predicted_s(*scene) / whole(scene) < 3.0
+
+
+@pytest.mark.parametrize("trips", [3, 300, 10_000])
+@pytest.mark.parametrize("alpha", [0.01, 1.0, 10.0])
+def test_a_mass_on_a_rod(alpha, trips):
+    scene = struck(alpha, 2.0 * trips, CLAMPED)
+    assert 1.0 / 3.0 < cost.predicted_s(*scene) / whole(scene) < 3.0
+
+
+def test_the_same_scene_has_the_same_prediction():
+    scene = random_train(np.random.default_rng(3)).scene()
+    assert cost.predicted_s(*scene) == cost.predicted_s(*scene)

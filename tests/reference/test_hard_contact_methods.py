@@ -162,7 +162,7 @@ def test_laws_without_an_answer_for_massless_faces_are_refused():
 
 
 def test_hard_contact_on_a_massless_face_is_the_spring_of_its_flexibility():
-    """The condensed face of a chain yields by h/EA: the constraint is that spring, as a rigid penalty is."""
+    """The condensed face of a chain has the compliance h/EA: the constraint is that spring, as a rigid penalty is."""
     scene = paper(AdditionDeletion(), FiniteElement(50, "redistributed"), Newmark(), points=20.0)
     history = run(*scene)
     times = np.linspace(0.0, history.duration, 500)

@@ -159,8 +159,6 @@ def test_the_good_ones_run_among_the_broken(site, tmp_path, name):
     [
         ("import_error", "could not be imported as a contact law: ModuleNotFoundError"),
         ("exits_loudly", "SystemExit: goodbye"),
-        ("wrong_base", "it does not derive from impactlab.contact.base.AbstractContactLaw"),
-        ("bad_field", "has the type"),
         ("rival", "in more than one distribution: rival-one (rival_one:Part) and rival-two (rival_two:Part)"),
         ("good_sprin", "Did you mean 'good_spring'?"),
     ],

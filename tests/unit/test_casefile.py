@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import pickle
 from pathlib import Path
 
 import numpy as np
@@ -337,3 +338,9 @@ def test_shipped_cases_load_with_all_their_methods():
             for name in case.method_names:
                 scene = case.variant(variant).method(name).scene()
                 assert any(isinstance(body, ElasticBody) for body in scene.bodies.values())
+
+
+def test_a_case_and_a_case_with_settings_survive_pickle(case):
+    """As cases go to the worker processes of a bench."""
+    for each in (case, case.with_("bodies.hammer.mass", 3.0)):
+        assert pickle.loads(pickle.dumps(each)).scene().bodies["hammer"] == each.scene().bodies["hammer"]

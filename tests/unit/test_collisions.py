@@ -96,7 +96,7 @@ def test_a_hard_hammer_on_a_cantilever_has_no_resolved_count() -> None:
 
 
 def test_rigid_bodies_part_for_good() -> None:
-    """A mass that bounces on a spring under its weight collides anew each time, with the restitution 1."""
+    """A mass that bounces on a spring under its weight collides again each time, with the restitution 1."""
     bodies = Wall("floor"), Mass("ball", 1.0, 0.0)
     scene = in_a_row(
         bodies, None, Penalty(1e6), ExactModal(), StepRule(dt=1e-5), gaps=0.05, duration=0.8, gravity=-9.81

@@ -1,8 +1,9 @@
-"""Modules of the package form no import circle, and none imports another inside a function."""
+"""No import circle, no import of our own inside a function; rooms meet in records; body kinds are open."""
 
 from __future__ import annotations
 
 import ast
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -13,6 +14,9 @@ from typing import NamedTuple
 import pytest
 
 import impactlab
+from impactlab.integrators.base import AbstractIntegrator
+from impactlab.scene import bodies
+from impactlab.types import Port
 
 ROOT = Path(impactlab.__file__).parent
 
@@ -114,3 +118,85 @@ def test_check_and_the_api_load_no_module_that_only_a_run_needs(code: str, unwan
     case = ROOT.parent / "cases" / "axial_impact.yaml"
     done = subprocess.run([sys.executable, "-c", loaded, case], capture_output=True, text=True, check=True)
     assert not unwanted & set(done.stderr.split())
+
+
+PLUGINS = ROOT.parent / "plugins"
+
+
+@pytest.mark.parametrize("room", ["integrators", "contact", "models", "bases", "simulate/adaptive", "exact"])
+def test_rooms_import_no_parts_of_another_kind(room: str) -> None:
+    forbidden = {"integrators": "contact", "contact": "integrators|models|bases", "models": "contact|integrators"}
+    others = forbidden.get(room, "contact|integrators")
+    # The bases, abstract, are where rooms meet.
+    pattern = rf"^\s*(?:from|import) impactlab\.(?:{others})\.(?!base\b)\w+"
+    for path in sorted((ROOT / room).rglob("*.py")):
+        assert re.findall(pattern, path.read_text(encoding="utf-8"), re.MULTILINE) == [], path.name
+
+
+def test_no_law_reads_where_the_force_of_a_scheme_acts() -> None:
+    # A port has the values there; that a scheme's F dt holds a closing jump is all that a law knows of it.
+    facts = set(AbstractIntegrator.__annotations__) - {"jump_in_force"}
+    assert {"load_point", "velocity_point", "projects_first"} < facts
+    assert not facts & {name for name, _ in Port._fields_}
+    files = [*(ROOT / "contact").glob("*.py"), *PLUGINS.glob("*/*/law.py")]
+    assert len(files) > 15
+    for path in files:
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        read = {node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute)}
+        assert not read & facts, path.name
+
+
+ROOMS = ("scene/bodies", "models", "casefile", "report")
+CLASSES = {name for name, each in vars(bodies).items() if isinstance(each, type)} - {
+    "End",
+    "Profile",
+    "Rayleigh",
+    "Table",
+}
+WORDS = {"rod", "beam", "shaft", "wall"}  # `mass` is an end, too
+FILES = sorted(path for path in ROOT.rglob("*.py") if not path.relative_to(ROOT).as_posix().startswith(ROOMS))
+
+
+def asked_kinds(tree: ast.AST) -> Iterator[str]:
+    """Give the tests of the class of a body, or of its name of a kind, each as it is written."""
+
+    def names(node: ast.AST) -> set[str]:
+        return {each.id for each in ast.walk(node) if isinstance(each, ast.Name)} | {
+            each.attr for each in ast.walk(node) if isinstance(each, ast.Attribute)
+        }
+
+    for node in ast.walk(tree):
+        called = isinstance(node, ast.Call) and isinstance(node.func, ast.Name)
+        if called and node.func.id in ("isinstance", "issubclass") and names(node.args[1]) & CLASSES:
+            yield ast.unparse(node)
+        if isinstance(node, ast.MatchClass) and names(node.cls) & CLASSES:
+            yield ast.unparse(node)
+        if isinstance(node, ast.Compare):
+            sides = [node.left, *node.comparators]
+            asked = {each.attr for each in sides if isinstance(each, ast.Attribute)}
+            words = {each.value for side in sides for each in ast.walk(side) if isinstance(each, ast.Constant)}
+            typed = any(isinstance(each, ast.Call) and "type" in names(each.func) for each in sides)
+            if ("kind" in asked and words & WORDS) or (typed and set().union(*map(names, sides)) & CLASSES):
+                yield ast.unparse(node)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "isinstance(body, Rod | Mass)",
+        "isinstance(body, (bodies.Beam, int))",
+        "type(body) is Shaft",
+        "body.kind == 'beam'",
+        "body.kind in ('rod', 'beam')",
+        "match body:\n    case Wall():\n        pass",
+    ],
+)
+def test_each_way_to_test_a_kind_is_found(text: str) -> None:
+    assert len(list(asked_kinds(ast.parse(text)))) == 1
+
+
+def test_no_module_outside_the_rooms_tests_the_kind_of_a_body() -> None:
+    assert len(FILES) > 100
+    found = {path.relative_to(ROOT).as_posix(): list(asked_kinds(ast.parse(path.read_text()))) for path in FILES}
+    # The facts of a side name the equation that a law sees: those of a shaft say rod.
+    assert {name: tests for name, tests in found.items() if tests and not name.startswith("contact/")} == {}

@@ -147,7 +147,7 @@ def test_hooks_see_the_ports_and_may_rewrite_columns_and_state() -> None:
 
     def before(loop: PlainLoop) -> None:
         seen.append(loop.contacts[0].port.free_gap)
-        loop.contacts[0].columns[:] *= 2.0  # bodies that give way twice as much
+        loop.contacts[0].columns[:] *= 2.0  # twice the compliance
 
     def after(loop: PlainLoop) -> None:
         seen.append(loop.contacts[0].reply.force)

@@ -19,14 +19,14 @@ def port(
     gap: float,
     free_gap: float,
     dt: float = 1e-5,
-    pliancy: float = 0.0,
+    compliance: float = 0.0,
     load_point: float = 0.5,
     rates: tuple[float, float] | None = None,
 ) -> Port:
     made = Port()
     made.dt, made.gap, made.free_gap = dt, gap, free_gap
     made.gap_rate, made.free_gap_rate = rates or ((free_gap - gap) / dt,) * 2
-    made.gap_per_force, made.rate_per_force = pliancy, 2.0 * pliancy / dt
+    made.gap_per_force, made.rate_per_force = compliance, 2.0 * compliance / dt
     plain(fill_acting)(made, load_point)
     return made
 
@@ -55,10 +55,10 @@ def test_force_times_path_is_what_is_stored_and_lost(law: Hertz | Flores) -> Non
     for _ in range(2000):
         size = 10.0 ** random.uniform(-9.0, -3.0)
         gap, free_gap = size * random.normal(size=2)
-        pliancy = 10.0 ** random.uniform(-16.0, -2.0)
+        compliance = 10.0 ** random.uniform(-16.0, -2.0)
         stored = energy(gap, law)
-        reply = told(port(gap, free_gap, pliancy=pliancy), law, speed=1.0 if gap < 0.0 else 0.0, stored=stored)
-        end = free_gap + pliancy * reply.force
+        reply = told(port(gap, free_gap, compliance=compliance), law, speed=1.0 if gap < 0.0 else 0.0, stored=stored)
+        end = free_gap + compliance * reply.force
         assert reply.force >= 0.0
         assert reply.stored >= 0.0
         assert reply.dissipated >= 0.0
@@ -107,11 +107,11 @@ def test_at_the_end_of_the_step_it_is_the_law_of_the_gap_and_rate_there(law: Her
     for _ in range(2000):
         size = 10.0 ** random.uniform(-9.0, -3.0)
         gap, free_gap = size * random.normal(size=2)
-        pliancy = 10.0 ** random.uniform(-16.0, -2.0)
+        compliance = 10.0 ** random.uniform(-16.0, -2.0)
         rate = size / 1e-5 * random.normal()
-        made = port(gap, free_gap, pliancy=pliancy, load_point=1.0, rates=((free_gap - gap) / 1e-5, rate))
+        made = port(gap, free_gap, compliance=compliance, load_point=1.0, rates=((free_gap - gap) / 1e-5, rate))
         reply = told(made, law, speed=size / made.dt)
-        end, rate = free_gap + pliancy * reply.force, made.free_gap_rate + made.rate_per_force * reply.force
+        end, rate = free_gap + compliance * reply.force, made.free_gap_rate + made.rate_per_force * reply.force
         assert reply.force >= 0.0
         if reply.force == 0.0:
             damped = law.hysteresis() if isinstance(law, Flores) else 0.0
@@ -122,7 +122,7 @@ def test_at_the_end_of_the_step_it_is_the_law_of_the_gap_and_rate_there(law: Her
         damped = law.hysteresis() * made.dt / size if isinstance(law, Flores) else 0.0
         expected = law.stiffness * (-end) ** law.exponent * (1.0 - damped * rate)
         # Gap and rate at the end are known to a rounding of what they are differences of.
-        slip = 1e-15 * law.exponent * (size + pliancy * reply.force)
+        slip = 1e-15 * law.exponent * (size + compliance * reply.force)
         rate_slip = 1e-15 * damped * (size / made.dt + made.rate_per_force * reply.force)
         tangent = law.exponent * expected / max(-end, slip)
         error = tangent * slip + law.stiffness * (-end) ** law.exponent * rate_slip
@@ -135,7 +135,7 @@ def test_at_the_end_of_the_step_it_is_the_law_of_the_gap_and_rate_there(law: Her
 def test_it_never_pulls_and_takes_up_what_the_spring_gives_back() -> None:
     law = Flores(K, restitution=0.2)
     stored = energy(-1e-4, law)
-    made = port(-1e-4, -0.5e-4, pliancy=1e-9)  # 5 m/s apart, where 1 + a d' is negative
+    made = port(-1e-4, -0.5e-4, compliance=1e-9)  # 5 m/s apart, where 1 + a d' is negative
     reply = told(made, law, speed=1.0, stored=stored)
     assert reply.force == 0.0
     assert reply.trial < 0.0
@@ -168,19 +168,19 @@ def test_the_approach_speed_is_that_of_the_touch(load_point: float) -> None:
 
 def test_parted_faces_forget_the_approach_speed() -> None:
     law = Flores(K, restitution=0.5)
-    assert told(port(-1e-9, 1e-6, pliancy=1e-12), law, speed=0.5).memory[1] == 0.0
+    assert told(port(-1e-9, 1e-6, compliance=1e-12), law, speed=0.5).memory[1] == 0.0
     assert told(port(1e-6, -1e-6, load_point=0.0), law, speed=0.5).memory[1] == 0.0
 
 
 def test_a_touch_below_rounding_is_none() -> None:
-    reply = told(port(1e-3, -1e-25, pliancy=1e-3), Hertz(K))
+    reply = told(port(1e-3, -1e-25, compliance=1e-3), Hertz(K))
     assert reply.force == 0.0
     assert reply.in_contact == 0.0
 
 
 def test_a_wall_of_a_spring_holds_like_a_constraint() -> None:
     # K d^n passes the inertia by many orders: the end gap is nearly zero and the force is that of a constraint.
-    reply = told(port(0.0, -1e-3, pliancy=1e-6), Hertz(1e30))
+    reply = told(port(0.0, -1e-3, compliance=1e-6), Hertz(1e30))
     assert reply.force == pytest.approx(1e3, rel=1e-6)
     assert math.isfinite(reply.stored)
 
@@ -188,7 +188,7 @@ def test_a_wall_of_a_spring_holds_like_a_constraint() -> None:
 def test_a_mean_force_is_continuous_where_the_free_step_leaves_the_gap_as_it_is() -> None:
     """Bodies at rest that overlap at the start: the gap before and after the free step is the same to the bit."""
     law = Hertz(K)
-    rest, moved = (told(port(-1e-6, end, pliancy=1e-9), law) for end in (-1e-6, -1e-6 * (1.0 + 1e-12)))
+    rest, moved = (told(port(-1e-6, end, compliance=1e-9), law) for end in (-1e-6, -1e-6 * (1.0 + 1e-12)))
     assert rest.force == pytest.approx(moved.force, rel=1e-9)
     assert rest.stored == pytest.approx(moved.stored, rel=1e-9)
     assert rest.dissipated == moved.dissipated == 0.0

@@ -1,7 +1,8 @@
-"""What a run refuses before its first step, and what its loop does with events and several contacts."""
+"""What a run refuses before its first step; its loop with events and several contacts; times outside of it."""
 
 from __future__ import annotations
 
+import math
 from typing import Any, Literal
 
 import numpy as np
@@ -14,6 +15,7 @@ from impactlab.contact.penalty import Penalty
 from impactlab.contact.wave_identification import WaveIdentification
 from impactlab.errors import CaseError, ImpactlabError, PairingError, StepError
 from impactlab.exact.solve import solve
+from impactlab.integrators.adaptive import Adaptive
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.exact_modal import ExactModal
@@ -252,3 +254,30 @@ def test_what_a_dashpot_takes_is_booked_in_full(integrator: AbstractIntegrator) 
     book = run(*scene).energy
     assert book.booked["ends"][-1] > 0.3 * book.total[0]
     assert max(book.largest_gain, book.largest_loss) < 1e-12
+
+
+END = 1e-4  # s
+
+
+def until_end(kind: str) -> Simulation:
+    model = Continuous() if kind == "exact" else FiniteElement(4)
+    integrator = {"exact": None, "stepped": Newmark(), "adaptive": Adaptive()}[kind]
+    return mass_on_rod(model, Penalty(1e8), integrator, StepRule(dt=1e-6), duration=END, snapshots=(5e-5,))
+
+
+@pytest.mark.parametrize("kind", ["exact", "stepped", "adaptive"])
+def test_values_outside_the_run_are_refused_and_not_those_of_its_end(kind: str) -> None:
+    history = run(*until_end(kind))
+    for channel in ("position:hammer", "force:hammer|rod.left", "momentum:rod"):
+        for outside in (-1e-6, END + 1e-6, math.inf, math.nan):
+            with pytest.raises(ImpactlabError, match=r"lies outside the run, 0 to 0\.0001 s") as refused:
+                history.evaluate([5e-5, outside], channel)
+            assert "longer duration" in refused.value.remedy
+        # The end of the run, as sums and products of its steps give it.
+        ends = history.evaluate([END, math.nextafter(END, 1.0), END * (1.0 + 1e-12)], channel)
+        assert np.all(ends == ends[0])
+        assert history.evaluate(-1e-18, channel) == history.evaluate(0.0, channel)
+    assert history.evaluate([], "position:hammer").shape == (0,)
+    for outside in (-1e-6, 2.0 * END, math.nan):
+        with pytest.raises(ImpactlabError, match="lies outside the run"):
+            history.field("rod", outside, "displacement")

@@ -185,13 +185,13 @@ def test_a_law_that_acts_at_once_passes_and_its_required_field_is_filled_in(foun
 def test_a_law_that_pulls_is_found(found):
     wrong = failed(verdict("glue", found))
     assert wrong["it never pulls and never books a negative loss"] == "assert reply.force >= 0.0"
-    assert "far apart it answers nothing" in wrong
-    assert wrong["it says what it is and where it comes from"] == "no entry in citations.bib for Nobody2031"
+    assert "far apart its reply is zero" in wrong
+    assert wrong["it has a description and a source"] == "no entry in citations.bib for Nobody2031"
 
 
 def test_what_a_law_raises_is_told(found):
     wrong = failed(verdict("raises", found))
-    assert wrong["far apart it answers nothing"] == "ValueError: no answer to this gap"
+    assert wrong["far apart its reply is zero"] == "ValueError: no answer to this gap"
 
 
 def test_an_integrator_s_false_order_is_found(found):
@@ -273,5 +273,5 @@ def test_json_is_one_document(found, monkeypatch):
         "distribution": "stand-in",
         "description": "A spring that pulls.",
     }
-    assert {one["property"] for one in document["properties"] if not one["ok"]} >= {"far apart it answers nothing"}
+    assert {one["property"] for one in document["properties"] if not one["ok"]} >= {"far apart its reply is zero"}
     assert {one["name"] for one in document["measured"]} >= {"cost per step", "largest gain of energy"}

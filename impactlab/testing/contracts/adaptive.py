@@ -1,4 +1,4 @@
-"""What every adaptive integrator must keep."""
+"""Contract suite of adaptive integrators."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from impactlab.types import Array
 
 
 class AdaptiveContract:
-    """What every adaptive integrator must keep, on the free motion of a rod that nothing holds."""
+    """Properties of every adaptive integrator, on the free motion of a rod that nothing holds."""
 
     part: ClassVar[AbstractAdaptive]
 
@@ -44,7 +44,7 @@ class AdaptiveContract:
         end = np.concatenate((until - shape / frequency, np.ones(n_dof)))
         return problem, end, np.concatenate((np.zeros(n_dof), mass.sum(axis=0)))
 
-    def test_it_says_what_it_is_and_where_it_comes_from(self) -> None:
+    def test_it_has_a_description_and_a_source(self) -> None:
         described(self.part)
 
     def test_its_facts_have_the_right_types(self) -> None:
@@ -68,7 +68,7 @@ class AdaptiveContract:
             assert steps < self.part.most_steps
         assert solver.status == "finished"
         assert solver.t == problem.until
-        # Errors of steps add up; what a part declares for energies over a whole run is room for half a period.
+        # Errors of steps add up; the bound that a part declares for energies over a run is room for half a period.
         assert np.max(np.abs(solver.y - end) / problem.scale) < self.part.gains_energy
 
     def test_no_step_is_longer_than_allowed(self) -> None:

@@ -1,4 +1,4 @@
-"""What every basis must keep."""
+"""Contract suite of bases."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ KINDS = (("rod", "free"), ("rod", "clamped"), ("beam", "free"), ("beam", "pinned
 
 
 class BasisContract:
-    """What every basis must keep, on a rod and on a beam, each of two segments and struck by a mass at its left end.
+    """Properties of every basis, on a rod and on a beam, each of two segments and struck by a mass at its left end.
 
     Forty elements, twelve modes.
     """
@@ -42,7 +42,7 @@ class BasisContract:
         span = self.part.span(mesh, modes or self.modes, STRUCK)
         return ReducedMesh(mesh, span.shapes, span.uncoupled)
 
-    def test_it_says_what_it_is_and_where_it_comes_from(self) -> None:
+    def test_it_has_a_description_and_a_source(self) -> None:
         described(self.part)
 
     def test_it_has_as_many_coordinates_as_modes_and_rigid_motions(self) -> None:
@@ -96,7 +96,7 @@ class BasisContract:
             assert worst[1] <= worst[0] + slack / exact[rigid] ** 2
             assert worst[1] < 1e-3  # the first three frequencies
 
-    def test_what_is_kept_and_what_is_left_out_are_the_static_answer(self) -> None:
+    def test_modes_and_residual_flexibility_add_up_to_the_static_compliance(self) -> None:
         for kind, right in KINDS:
             reduced = self.reduced(kind, right)
             body = ModalBody(reduced.mesh.body, 0.0, reduced, paper_rule=False)

@@ -1,4 +1,4 @@
-"""What every suite needs."""
+"""Bodies, sizes and the check of a description that all suites share."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ SHEAR = PIECE.young / 2.6 * PIECE.area * 5.0 / 6.0  # N, of a rectangle, Poisson
 BAR = BeamSegment(0.3, 9e-4, 2.1e11, 7900.0, inertia=6.75e-8, shear_stiffness=SHEAR, rotary_inertia=7900.0 * 6.75e-8)
 SOFT_BAR = BeamSegment(0.2, 6e-4, 7e10, 2700.0, inertia=3e-8, shear_stiffness=0.2 * SHEAR, rotary_inertia=2700.0 * 3e-8)
 STRUCK = (Face(0.0, 0, PIECE.mass),)  # by a mass, at the left end
-PORTS = 200  # random ones each test answers
+PORTS = 200  # random ones of each test
 
 
 def described(part: object) -> None:
-    """Check what a listing, a summary and `impactlab cite` need of a part."""
+    """Check the description, sources and options of a part, as listings and `impactlab cite` need them."""
     kind = type(part)
     assert plugins.describe(kind), f"{kind.__name__} has no docstring"
     assert len(plugins.describe(kind)) < 200

@@ -1,4 +1,4 @@
-"""What every integrator must keep."""
+"""Contract suite of integrators."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def stepped(stepper: Stepper, state: Array) -> Array:
 
 
 class IntegratorContract:
-    """What every integrator must keep. Override ``system`` where it steps other bodies."""
+    """Properties of every integrator. Override ``system`` where it steps other bodies."""
 
     part: ClassVar[AbstractIntegrator]
 
@@ -46,7 +46,7 @@ class IntegratorContract:
         squared, shapes = eigh(full(self.system().stiffness), full(self.system().mass))
         return np.sqrt(squared), shapes
 
-    def test_it_says_what_it_is_and_where_it_comes_from(self) -> None:
+    def test_it_has_a_description_and_a_source(self) -> None:
         described(self.part)
 
     def test_its_facts_have_the_right_types(self) -> None:
@@ -79,7 +79,7 @@ class IntegratorContract:
         return float(np.linalg.norm(state[: exact.size] - exact) / np.linalg.norm(exact))
 
     def measured_order(self) -> tuple[float, list[float]]:
-        """Return the order at which errors fall, and the errors: steps are halved until it says the same twice."""
+        """Return the order at which errors fall, and the errors: steps are halved until it settles."""
         first = max(40, math.ceil(2.0 * 0.5 * np.pi / self.modes()[0][0] / min(self.part.limit(self.system()), 1.0)))
         errors, orders = [self.error(first)], [math.inf]
         for halvings in range(1, 7):
@@ -116,17 +116,17 @@ class IntegratorContract:
         row, n_dof = face_row(system), system.load.size
         stepper = self.part.prepare(system, row[None, :], dt)
         moved = solve(system.mass, row)
-        answer = stepper.projection_response[0]
+        response = stepper.projection_response[0]
         if self.part.projects_first:
-            # It moves what the step begins from: the end is not where the projection left it.
-            assert np.any(answer[n_dof : 2 * n_dof] != 0.0)
+            # The projection moves the start of the step: its end lies elsewhere.
+            assert np.any(response[n_dof : 2 * n_dof] != 0.0)
             return
-        assert np.max(np.abs(answer[:n_dof] - moved)) < 1e-14 * np.max(np.abs(moved))
-        assert not np.any(answer[n_dof : 2 * n_dof])
+        assert np.max(np.abs(response[:n_dof] - moved)) < 1e-14 * np.max(np.abs(moved))
+        assert not np.any(response[n_dof : 2 * n_dof])
         begun = self.part.prepare(system._replace(displacement=system.displacement + moved), row[None, :], dt)
         rest = (begun.state - stepper.state)[2 * n_dof :]
         # Products of six coordinates in two orders.
-        assert np.max(np.abs(answer[2 * n_dof :] - rest), initial=0.0) <= 1e-13 * np.max(np.abs(rest), initial=0.0)
+        assert np.max(np.abs(response[2 * n_dof :] - rest), initial=0.0) <= 1e-13 * np.max(np.abs(rest), initial=0.0)
 
     def largest_after(self, dt: float, steps: int) -> float:
         """Return how many times its start a free motion in the highest mode has grown."""

@@ -1,4 +1,4 @@
-"""What every contact law must keep."""
+"""Contract suite of contact laws."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from impactlab.types import Arriving, Level, Port, Reply, SideFacts
 
 
 class ContactLawContract:
-    """What every contact law must keep. Override ``sides`` where the law serves other bodies."""
+    """Properties of every contact law. Override ``sides`` where the law serves other bodies."""
 
     part: ClassVar[AbstractContactLaw]
     dt: ClassVar[float] = 1e-7
@@ -84,7 +84,7 @@ class ContactLawContract:
             kind(address)(ctypes.byref(port), ctypes.byref(reply))
         return reply
 
-    def test_it_says_what_it_is_and_where_it_comes_from(self) -> None:
+    def test_it_has_a_description_and_a_source(self) -> None:
         described(self.part)
 
     def test_its_facts_have_the_right_types(self) -> None:
@@ -126,13 +126,13 @@ class ContactLawContract:
             assert reply.in_contact in (0.0, 1.0)
             assert math.isfinite(reply.force + reply.impulse + reply.trial)
 
-    def test_far_apart_it_answers_nothing(self) -> None:
+    def test_far_apart_its_reply_is_zero(self) -> None:
         random = np.random.default_rng(3)
         for _ in range(PORTS):
             reply = self.reply_to(self.port(random, opened=True))
             assert reply.force == reply.impulse == reply.stored == reply.dissipated == reply.in_contact == 0.0
 
-    def test_plain_compiled_and_called_back_it_answers_the_same(self) -> None:
+    def test_plain_compiled_and_called_back_its_replies_agree(self) -> None:
         if not COMPILED:
             return  # there is only plain Python to compare with
         kind, random = type(self.part), np.random.default_rng(4)

@@ -1,4 +1,4 @@
-"""What every metric must keep."""
+"""Contract suite of metrics."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from impactlab.testing.scenes import mass_on_rod, simulation
 
 @cache
 def judged(law: AbstractContactLaw) -> tuple[AbstractHistory, AbstractHistory, Scene]:
-    """Return a run of few modes of a mass on a free rod, the exact answer, and the scene of the run."""
+    """Return a run of few modes of a mass on a free rod, the exact history, and the scene of the run."""
     options: dict[str, Any] = {"right": End("free"), "mass_ratio": 0.5, "round_trips": 2.0}
     run = mass_on_rod(Modal(None, 6), law, ExactModal(), **options)
     exact = mass_on_rod(Continuous(), AdditionDeletion(), **options)
@@ -42,23 +42,23 @@ def rigid() -> tuple[AbstractHistory, Scene]:
 
 
 def sound(value: Any) -> bool:
-    """Return whether a metric may answer that: a number that is not negative, or None."""
+    """Return whether a metric may have this value: a number that is not negative, or None."""
     return value is None or (isinstance(value, int | float) and math.isfinite(value) and value >= 0.0)
 
 
 class MetricContract:
-    """What every metric must keep: ``metric(history, reference, scene)``, a number or None."""
+    """Properties of every metric: ``metric(history, reference, scene)``, a number or None."""
 
     part: ClassVar[Metric]
 
     def measured(self, history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
-        """Return what the metric says."""
+        """Return the value of the metric."""
         return type(self).part(history, reference, scene)
 
-    def test_it_says_what_it_is(self) -> None:
+    def test_it_has_a_description(self) -> None:
         assert 0 < len(plugins.describe(type(self).part)) < 200
 
-    def test_it_answers_a_number_or_none(self) -> None:
+    def test_its_value_is_a_number_or_none(self) -> None:
         assert sound(self.measured(*judged(AdditionDeletion())))
 
     def test_a_reference_is_at_no_distance_from_itself(self) -> None:
@@ -66,7 +66,7 @@ class MetricContract:
         found = self.measured(exact, exact, scene)
         assert found is None or abs(found) < 1e-12
 
-    def test_it_says_the_same_twice(self) -> None:
+    def test_it_gives_the_same_value_twice(self) -> None:
         run = judged(AdditionDeletion())
         assert self.measured(*run) == self.measured(*run)
 

@@ -1,4 +1,4 @@
-"""What every rod model must keep."""
+"""Contract suite of rod and beam models."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from impactlab.testing.contracts.common import BAR, PIECE, STRUCK, described
 
 
 class RodModelContract:
-    """What every description of a rod must keep. ``complete``: it keeps all modes, so nothing is left out."""
+    """Properties of every description of a rod. ``complete``: it keeps all modes, so nothing is left out."""
 
     part: ClassVar[AbstractRodModel]
     complete: ClassVar[bool] = False
@@ -39,7 +39,7 @@ class RodModelContract:
             return None
         return self.built(right, velocity, gravity)
 
-    def test_it_says_what_it_is_and_where_it_comes_from(self) -> None:
+    def test_it_has_a_description_and_a_source(self) -> None:
         described(self.part)
         assert 0.0 < self.part.element_length(self.rod()) <= PIECE.length
 
@@ -139,7 +139,7 @@ class RodModelContract:
     def beam(self, left: str, right: str, gravity: float = 0.0, speed: float = 0.0) -> AbstractDiscreteModel | None:
         """Return a Timoshenko beam struck by a mass at its left end; None where it is not in coordinates.
 
-        One that knows none says so, and what to do. Options of a rod's mesh alone are refused like that too.
+        A model without beams refuses with a remedy. Options of a rod's mesh alone are refused like that too.
         """
         ends = End(left), End(right)  # type: ignore[arg-type]
         beam = Beam("beam", (BAR,), *ends, velocity=speed, theory="timoshenko")
@@ -148,7 +148,7 @@ class RodModelContract:
             model = self.part.build_beam(beam, gravity, STRUCK)
         except (PairingError, CaseError) as error:
             model, remedy = None, error.remedy
-        assert model is not None or remedy, "a model that knows no beams says what to do"
+        assert model is not None or remedy, "a model without beams refuses with a remedy"
         return None if isinstance(model, AbstractSelfStepping) else model
 
     def test_a_free_beam_that_moves_as_a_whole(self) -> None:

@@ -1,0 +1,126 @@
+"""The pages on beams (first force, dispersive waves, bases): their conclusions and their closed forms."""
+
+from __future__ import annotations
+
+import math
+import re
+
+import numpy as np
+import pytest
+
+from studies.beams import bases, dispersive, first_force, scenes
+from studies.pages import DOCS
+
+PAGE = (DOCS / "beams-first-force.md").read_text(encoding="utf-8")
+
+
+def printed() -> dict[int, list[float]]:
+    """Return the numbers of the table, by the number of modes."""
+    lines = re.findall(r"^\| (\d+) \| (.*) \|$", PAGE, re.MULTILINE)
+    return {int(modes): [float(cell.split()[0]) for cell in rest.split(" | ")] for modes, rest in lines}
+
+
+@pytest.mark.slow
+def test_the_words_are_true() -> None:
+    table = printed()
+    forces = np.array([table[modes][1] for modes in first_force.COUNTS])
+    assert np.all(np.diff(forces) > 0.0)
+    assert 1.0 < forces[-1] < 1.06  # levels off a few percent above
+    plain = np.array([table[modes][4] for modes in first_force.COUNTS])
+    assert plain[1:] / plain[:-1] == pytest.approx(2.0, rel=0.05)  # doubles with the number of modes
+    times = np.geomspace(1e-5, first_force.LAST, 20)
+    assert first_force.waves(times) == pytest.approx(first_force.endless(times), rel=0.06)
+    assert first_force.waves(np.array([4e-9, 8e-9]))[0] == pytest.approx(1.0, rel=1e-3)
+
+
+@pytest.mark.slow
+def test_a_whole_collision_is_what_the_page_concludes() -> None:
+    # Runs of a hundred contacts follow the last digit: of them only what the page concludes is held.
+    for line in dispersive.rebound().splitlines()[2:]:
+        _, method, left, contacts, energy = (cell.strip() for cell in line.strip("|").split("|"))
+        assert -0.8 < float(left.removesuffix(" v0")) < -0.5, line
+        assert int(contacts) >= 5, line
+        assert (float(energy.removesuffix(" %")) > 15.0) == ("group" in method), line
+
+
+def test_what_the_page_says_of_messengers() -> None:
+    places = {place.name: place for place in dispersive.PLACES}
+    for name in ("uniform rod, end", "Love rod, end", "pinned slender beam, middle", "pinned Timoshenko beam, middle"):
+        # Rounding of hyperbolic functions of arguments up to 20 pi, some 1e3 times that of one.
+        assert dispersive.missed(places[name], 10.0, "phase") < 1e-11, name
+    for name in ("slender cantilever, tip", "Timoshenko cantilever, tip"):
+        assert all(
+            0.5 < dispersive.missed(places[name], points, "phase") < 1.2 for points in (4.0, 10.0, 40.0, 160.0)
+        ), name
+    # A slender beam's group speed is twice its phase speed: the messenger is off by as much as the wave turns.
+    assert dispersive.missed(places["pinned slender beam, middle"], 40.0, "group") == pytest.approx(1.0, abs=0.02)
+
+
+def test_at_a_tip_the_sketch_gains_energy_by_the_step_and_the_general_form_by_its_square() -> None:
+    _, lines = dispersive.orders()
+    for name, order in (("general, no residual", 2.0), ("sketch, phase speed", 1.0), ("sketch, group speed", 1.0)):
+        gains = lines[name][1]
+        assert np.log2(gains[1] / gains[3]) / 4.0 == pytest.approx(order, abs=0.1), name
+        errors = lines[name][0]
+        assert errors[0] > 10.0 * errors[3], name
+
+
+def test_the_transform_of_a_timoshenko_beam_tends_to_the_slender_one() -> None:
+    # Its first force is finite: rate -2 sqrt(kGA rho A)/M at t = 0, half of that at a tip. Late it is the slender beam.
+    for tip, ways in ((False, 2.0), (True, 1.0)):
+        problem = dispersive.long_beam(dispersive.SHEARED, tip)
+        rate = ways * np.sqrt(scenes.SHEAR * scenes.LINE) / problem.mass
+        early = 1e-3 * problem.end if not tip else 1e-5 * problem.end
+        slowed = 1.0 - problem.exact(np.array([early]))[0]
+        assert slowed == pytest.approx(1.0 - np.exp(-rate * early), rel=0.02)
+        late = np.array([problem.end])
+        other = dispersive.long_beam(dispersive.SLENDER, tip).exact(late)
+        assert problem.exact(late)[0] == pytest.approx(other[0], abs=2e-3)
+
+
+def test_mode_shapes_miss_the_static_answer_by_the_cube_of_their_number() -> None:
+    # What N modes leave out of the flexibility of a beam is a sum of 1/k^4 from N on.
+    for scene in (bases.PINNED, bases.TIP):
+        order = math.log(bases.error(scene, "eigenvectors", 12) / bases.error(scene, "eigenvectors", 40), 40.0 / 12.0)
+        assert order == pytest.approx(3.0, abs=0.2), scene.name
+
+
+@pytest.mark.parametrize("basis", ["ritz", "craig_bampton", "striker_attached"])
+def test_bases_that_know_the_contact_beat_mode_shapes(basis: str) -> None:
+    for scene in bases.SCENES:
+        for count in (8, 12, 20):
+            assert bases.error(scene, basis, count) < 0.5 * bases.error(scene, "eigenvectors", count), scene.name
+
+
+def test_the_neighbourhood_of_a_contact_moves_first() -> None:
+    # Early on the motion of a mesh lies within some wave lengths, which grow as the root of time, of the contact.
+    assert bases.early("mesh", 0)[1] < 0.05
+    assert bases.early("mesh", 0)[0] < 5e-3
+    assert bases.early("substructured", 40)[0] < 0.5 * bases.early("craig_bampton", 40)[0]
+    assert bases.early("substructured", 40)[0] < 0.2 * bases.early("eigenvectors", 40)[0]
+    # Coarse pieces stay coarse: more modes of the struck one change nothing later.
+    floor = [bases.error(bases.PINNED, "substructured", count) for count in (20, 40)]
+    assert floor[0] == pytest.approx(floor[1], rel=0.05)
+
+
+@pytest.mark.parametrize("modes", [5, 40, 160])
+def test_the_first_kick_follows_its_closed_form(modes: int) -> None:
+    # phi_i(L/2)^2 = 2/m for odd i: J = (1 + e) v0/(1/M + 2 n/m), n the odd ones, M = m.
+    expected = 2.0 * bases.KICKED.mass / (1.0 + 2.0 * math.ceil(modes / 2.0))
+    assert bases.kick(modes).impulse == pytest.approx(expected, rel=1e-12)
+    assert bases.first_kick_of_a_run(modes) == pytest.approx(expected, rel=1e-12)
+
+
+def test_the_velocities_after_a_kick_are_a_peak_that_narrows() -> None:
+    # Sum of sin(i pi x/L) sin(i pi/2) over odd i: sin(2 n z)/(2 n sin z), z = pi (x/L - 1/2), n the odd ones.
+    for modes in (20, 80):
+        each, n = bases.kick(modes), modes // 2
+        z = np.pi * (each.x / bases.KICKED.length - 0.5)
+        middle = np.abs(z) < 1e-9
+        kernel = np.where(middle, 1.0, np.sin(2 * n * z) / (2 * n * np.sin(np.where(middle, 1.0, z))))
+        assert np.allclose(each.velocity / each.velocity.max(), kernel, atol=1e-9)
+    widths = [bases.kick(modes).width for modes in (20, 40, 80)]
+    assert widths[0] / widths[1] == pytest.approx(2.0, abs=0.1)
+    assert widths[1] / widths[2] == pytest.approx(2.0, abs=0.1)
+    # With few modes all of the beam moves at once.
+    assert bases.kick(5).reach > 0.9
