@@ -29,21 +29,8 @@ TEXTS: tuple[Any, ...] = (
     *("x", "1e-5*x", "1e300*x", "1/x", "sqrt(x-L)", "exp(x*1e9)", "1e-5*cos(pi*x/L)", "x**20", "__import__('os')"),
     *("x" * 500, "(" * 60 + "x" + ")" * 60, "1e-6*x*(L-x)", "\ud800", "a\udfffb", "\x00", "\x1b[2J", "\n", "\u202e"),
     *("free", "clamped", "pinned", "infinite", "left", "hammer", "rod.left", "rod.right", "rod.at(0.1)"),
-    *(
-        "rod.at(1e300)",
-        "rod.at(nan)",
-        "wall",
-        "mass",
-        "spring",
-        "dated",
-        "located",
-        "allowed",
-        "null",
-        "true",
-        "é",
-        "日本",
-        "a" * 130,
-    ),
+    *("rod.at(1e300)", "rod.at(nan)", "wall", "mass", "spring", "dated", "located", "allowed", "null", "true"),
+    *("é", "日本", "a" * 130),
 )
 KINDS = (
     *("rod", "beam", "mass", "wall", "finite_element", "modal", "continuous", "newmark", "central_difference"),
@@ -56,14 +43,8 @@ KINDS = (
 )
 BLOCKS: tuple[Any, ...] = (
     *([], {}, [[]], [None], {"kind": None}, {"kind": "rod"}, {"relative": 1.0}, {"relative": 1e300}),
-    *(
-        {"round_trips": 1},
-        {"round_trips": 1e300},
-        {"round_trips": 1e-300},
-        {"spring": 1e9},
-        {"spring": 1e300},
-        {"dashpot": 1e-300},
-    ),
+    *({"round_trips": 1}, {"round_trips": 1e300}, {"round_trips": 1e-300}),
+    *({"spring": 1e9}, {"spring": 1e300}, {"dashpot": 1e-300}),
     *({"mass": 1e-300}, {"mass": 1e300, "force": 1e300}, {"force": 1.0}, {"dt": 1e-300}, {"dt": 5e-324}),
     *({"courant": 1e-300}, {"courant": 1e300}, {"points_per_period": 1e300}, {"points_per_period": 1e-300}),
     *({"x": [0, 1], "u": [0, 1e300]}, {"x": [0.0, 0.3], "u": [0.0, 1e-5]}, {"spring": 1.0, "rotational": 1e300}),

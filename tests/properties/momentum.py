@@ -1,16 +1,5 @@
 """The balance of momentum of each scheme, written out again from its own equation, coordinate by coordinate.
 
-A step from (u0, v0) to (u1, v1) under contact forces F (push b F) and impulses J (kick b J) must satisfy
-
-- newmark: M (v1 - v0) = b J + dt b F + dt [(1 - gamma) (M a0 - C M^-1 b J) + gamma M a1], M a = load - C v - K u
-- central_difference: M (v1 - v0) = b J + dt b F + dt [load - K u0 - C (v0 + M^-1 b J + v1)/2]
-- exact_modal: m (v1 - v0) = b J + dt b F + dt load - k times the exact integral of u over the step
-- theta methods: M (v1 - v0) = b J + dt b F + dt (load - C v_theta - K u_theta), values between (u0, v0 + M^-1 b J) and
-  (u1, v1)
-- generalised-alpha methods: M (v1 - v0) = b J + dt b F + dt M ((1 - gamma) a0 + gamma a1), (1 - am) a1 + am a0 =
-  (1 - af) w1 + af w0, M w = load - C v - K u; or b F in w1 instead
-- bathe: M (c1 v0 + c2 v_part + c3 v1) = load + b F - C v1 - K u1, v_part by a trapezoidal step, v0 after the kick
-
 Nothing of the steppers' own code is used: an error there shows as a residual here.
 """
 

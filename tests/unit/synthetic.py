@@ -19,20 +19,9 @@ Signal = Callable[[Array], Array]
 class SyntheticHistory(AbstractHistory):
     """A history whose channels are functions of time.
 
-    Parameters
-    ----------
-    duration : float
-        End of the run [s].
-    signals : mapping of str to callable
-        Channel name to a function of times, shape (n,) to (n,), SI units.
-    fields : mapping of str to callable, optional
-        ``quantity:body`` to a function (x [m] of shape (n,), t [s]) -> (n,), given on 201 points of ``length``.
-    jumps : mapping of str to sequence, optional
-        Channel name to the instants [s] at which it jumps.
-    length : float
-        Length [m] of the bodies that have fields.
-    simulation : Simulation, optional
-        Scene and method, for metrics of forces and touches and for summaries.
+    ``signals`` go from channel to a function of times [s], (n,) to (n,); ``fields`` from ``quantity:body`` to one of
+    (x [m] of shape (n,), t [s]), on 201 points of ``length`` [m]; ``jumps`` from channel to instants [s]. Metrics of
+    forces and touches, and summaries, need a ``simulation``.
     """
 
     def __init__(

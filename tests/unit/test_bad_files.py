@@ -80,11 +80,7 @@ SIZES = [
 FILES = [
     ("a number", "3", ".yaml", "a case has keys"),
     ("a list", "[]", ".yaml", "a case has keys"),
-    ("JSON cut short", '{"schema_version": 1', ".json", "not JSON"),
-    ("JSON with NaN", '{"gravity": NaN}', ".json", "NaN is not a finite number"),
     ("a surrogate as a key", '{"\\ud800": 1}', ".json", "is not a plain word"),
-    ("TOML with a fault", "a = ", ".toml", "not TOML"),
-    ("a tab", "a:\n\t- 1", ".yaml", "not YAML"),
     ("control characters", "a: \x01", ".yaml", "not YAML"),
     ("lists without end", "schema_version: 1\nx: [" + "1," * 30_000 + "1]", ".yaml", "more than 25000 values"),
     ("JSON without end", '{"x": [' + "1," * 30_000 + "1]}", ".json", "more than 25000 values"),

@@ -10,7 +10,6 @@ import os
 import re
 import subprocess
 import sys
-from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +34,7 @@ from impactlab.bench.schema import FIELDS, Row
 from impactlab.cli import app
 from impactlab.errors import CaseError
 from impactlab.report.style import to_svg
+from tests.unit.test_report import Links
 
 ENDED = {
     "status": "completed",
@@ -98,29 +98,6 @@ def written(folder: Path, rows: list[dict[str, Any]], name: str = "table.csv") -
 
 def scenes_of(folder: Path, rows: list[dict[str, Any]]) -> tuple[SceneRows, ...]:
     return gathered(read_table(written(folder, rows)))
-
-
-class Text(HTMLParser):
-    """Collects what a page says, its tags and its addresses."""
-
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self.words: list[str] = []
-        self.open: list[str] = []
-        self.addresses: list[str] = []
-        self.ids: list[str] = []
-        self.feed(text)
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.addresses += [value or "" for name, value in attrs if name in ("href", "src")]
-        self.ids += [value or "" for name, value in attrs if name == "id"]
-
-    def handle_data(self, data: str) -> None:
-        self.words.append(data)
-
-    @property
-    def text(self) -> str:
-        return " ".join(" ".join(self.words).split())
 
 
 # Reading
@@ -426,11 +403,11 @@ def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_every_row_without_a_result_is_on_the_page(report: Path, tmp_path: Path) -> None:
-    page = Text((report / "index.html").read_text(encoding="utf-8"))
+    page = Links((report / "index.html").read_text(encoding="utf-8"))
     for row in HAND:
         if row["status"] != "completed":
             assert f"{row['case']} {row['method']} {row['level']} {row['status']} {row['reason']}" in page.text
-            own = Text((report / "cases" / f"{row['case']}.html").read_text(encoding="utf-8"))
+            own = Links((report / "cases" / f"{row['case']}.html").read_text(encoding="utf-8"))
             assert row["reason"] in own.text
     assert [len(unfinished(scene)) for scene in scenes_of(tmp_path, HAND)] == [1, 2, 0]
 
@@ -439,7 +416,7 @@ def test_a_report_is_whole_and_needs_no_network(report: Path) -> None:
     shown = [report / "index.html", *(report / "cases").iterdir()]
     assert {page.name for page in shown} == {"index.html", "a.html", "b.html", "c.html"}
     for page in shown:
-        found = Text(page.read_text(encoding="utf-8"))
+        found = Links(page.read_text(encoding="utf-8"))
         assert len(found.ids) == len(set(found.ids))
         for address in found.addresses:
             file, _, anchor = address.partition("#")

@@ -102,10 +102,11 @@ def three() -> tuple[dict[str, Any], dict[str, SyntheticHistory]]:
 
 
 class Links(HTMLParser):
-    """Collects the tags and the addresses of a page."""
+    """Collects the words, tags, ids and addresses of a page."""
 
     def __init__(self, text: str) -> None:
         super().__init__()
+        self.words: list[str] = []
         self.tags: list[str] = []
         self.addresses: list[str] = []
         self.ids: list[str] = []
@@ -115,6 +116,13 @@ class Links(HTMLParser):
         self.tags.append(tag)
         self.addresses += [value or "" for name, value in attrs if name in ("href", "src", "xlink:href")]
         self.ids += [value or "" for name, value in attrs if name == "id"]
+
+    def handle_data(self, data: str) -> None:
+        self.words.append(data)
+
+    @property
+    def text(self) -> str:
+        return " ".join(" ".join(self.words).split())
 
 
 def test_a_comparison_writes_all_its_files(tmp_path: Path) -> None:

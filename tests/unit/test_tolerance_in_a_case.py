@@ -11,24 +11,9 @@ from impactlab.contact.power_law import Hertz
 from impactlab.errors import CaseError
 from impactlab.refine.serving import has_unique_solution
 from impactlab.scene.method import laws_of
+from tests.unit.case_texts import PAPER
 
-TEXT = """
-schema_version: 1
-bodies:
-  hammer: {kind: mass, mass: 2.133, velocity: 1.0}
-  rod:
-    kind: rod
-    length: 0.3
-    area: 9.0e-4
-    material: {young: 2.1e11, density: 7900}
-    ends: {right: clamped}
-contacts:
-  - between: [hammer, rod.left]
-LAW
-solve:
-  duration: {round_trips: 2}
-SOLVE
-"""
+TEXT = PAPER[: PAPER.index("    gap:")] + "LAW\nsolve:\n  duration: {round_trips: 2}\nSOLVE\n"
 
 
 def load(tmp_path: Path, solve: str = "  tolerance: 1.0e-3", law: str = "") -> il.casefile.Case:
@@ -155,7 +140,7 @@ def test_two_masses_in_hard_contact_are_refused(tmp_path):
     text = (
         TEXT.replace("SOLVE", "  tolerance: 1.0e-3")
         .replace("LAW", "")
-        .replace("{right: clamped}", "{left: {mass: 0.1}}")
+        .replace("{left: free, right: clamped}", "{left: {mass: 0.1}}")
     )
     file = tmp_path / "heavy.yaml"
     file.write_text(text, encoding="utf-8")

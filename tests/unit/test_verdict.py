@@ -106,11 +106,8 @@ class Generous(Spring):
 
     @staticmethod
     def respond(port: Port, reply: Reply) -> None:
-        if port.gap < 0.0:
-            reply.force = reply.trial = -port.parameters[0] * port.gap
-            reply.in_contact = 1.0
-            reply.stored = 0.5 * port.parameters[0] * port.gap**2
-            reply.dissipated = -1e-3 * reply.stored
+        Spring.respond(port, reply)
+        reply.dissipated = -1e-3 * reply.stored
 
 
 @dataclasses.dataclass(frozen=True)
