@@ -38,6 +38,7 @@ from impactlab.integrators.nonsmooth_generalised_alpha import NonsmoothGeneralis
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
+from impactlab.plugins import kind_of
 from impactlab.scene import End, Rod, Wall
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.testing.invariants import precursor
@@ -46,6 +47,7 @@ from impactlab.testing.trace import run_in_cuts, trace
 from impactlab.types import Relative
 from studies.pages import Study, filled, table
 
+TEN = StepRule(points_per_period=10.0)
 ALPHAS = tuple(10.0 ** (-3.0 + 5.0 * i / 20.0) for i in range(21))
 
 
@@ -111,10 +113,15 @@ def cells(gain: Gain | None) -> str:
 
 
 def over_alpha(
-    model: AbstractRodModel, law: AbstractContactLaw, integrator: AbstractIntegrator, step: StepRule, far: Sequence[str]
+    models: Sequence[AbstractRodModel],
+    law: AbstractContactLaw,
+    integrator: AbstractScheme,
+    step: StepRule,
+    far: Sequence[str] = ("clamped", "free"),
 ) -> Gain | None:
-    """Return the worst gains over the mass ratio 1e-3 to 1e2."""
-    return worst(struck(model, law, integrator, step, alpha, end) for alpha, end in itertools.product(ALPHAS, far))
+    """Return the worst gains of some models over the mass ratio 1e-3 to 1e2."""
+    grid = itertools.product(models, ALPHAS, far)
+    return worst(struck(model, law, integrator, step, alpha, end) for model, alpha, end in grid)
 
 
 def waves(points: float, end: str) -> Iterable[tuple[str, Gain | None]]:
@@ -124,37 +131,25 @@ def waves(points: float, end: str) -> Iterable[tuple[str, Gain | None]]:
     rule = StepRule(points_per_period=points)
     for n, d in sizes:
         name = f"{'analytic' if n is None else n} | {d} | {points:g} | {end}"
-        yield name, over_alpha(Modal(n, d), WaveIdentification(), Newmark(), rule, (end,))
+        yield name, over_alpha([Modal(n, d)], WaveIdentification(), Newmark(), rule, (end,))
 
 
 def other_waves() -> Iterable[tuple[str, Gain | None]]:
     """Rows of wave identification on meshes and under other integrators."""
     for n in (2, 5, 10, 40):
+        mesh, modes = FiniteElement(n, "lumped"), Modal(None, n)
         rows: list[tuple[str, AbstractRodModel, AbstractIntegrator, StepRule]] = [
-            (f"consistent | {n} | newmark | 10 points", FiniteElement(n), Newmark(), StepRule(points_per_period=10.0)),
-            (
-                f"lumped | {n} | newmark | 10 points",
-                FiniteElement(n, "lumped"),
-                Newmark(),
-                StepRule(points_per_period=10.0),
-            ),
-            (f"lumped | {n} | newmark | courant 0.5", FiniteElement(n, "lumped"), Newmark(), StepRule(courant=0.5)),
+            (f"consistent | {n} | newmark | 10 points", FiniteElement(n), Newmark(), TEN),
+            (f"lumped | {n} | newmark | 10 points", mesh, Newmark(), TEN),
+            (f"lumped | {n} | newmark | courant 0.5", mesh, Newmark(), StepRule(courant=0.5)),
         ]
-        rows += [
-            (
-                f"lumped | {n} | central_difference | courant {c:g}",
-                FiniteElement(n, "lumped"),
-                CentralDifference(),
-                StepRule(courant=c),
-            )
-            for c in (0.1, 0.3, 0.5)
-        ]
-        rows += [
-            (f"analytic modes | {n} | {name} | 10 points", Modal(None, n), integrator, StepRule(points_per_period=10.0))
-            for name, integrator in (("central_difference", CentralDifference()), ("exact_modal", ExactModal()))
-        ]
+        for c in (0.1, 0.3, 0.5):
+            name = f"lumped | {n} | central_difference | courant {c:g}"
+            rows.append((name, mesh, CentralDifference(), StepRule(courant=c)))
+        for scheme in (CentralDifference(), ExactModal()):
+            rows.append((f"analytic modes | {n} | {kind_of(scheme)} | 10 points", modes, scheme, TEN))
         for name, model, integrator, rule in rows:
-            yield name, over_alpha(model, WaveIdentification(), integrator, rule, ("clamped", "free"))
+            yield name, over_alpha([model], WaveIdentification(), integrator, rule)
 
 
 def leapfrog() -> Iterable[tuple[str, Gain | None]]:
@@ -166,14 +161,8 @@ def leapfrog() -> Iterable[tuple[str, Gain | None]]:
         ("impulse_momentum, 0.5", ImpulseMomentum(0.5)),
     ]
     for (name, law), courant in itertools.product(laws, (0.25, 0.5, 0.9)):
-        gains = [
-            over_alpha(
-                FiniteElement(n, "lumped"), law, CentralDifference(), StepRule(courant=courant), ("clamped", "free")
-            )
-            for n in (5, 20)
-        ]
-        kept = [gain for gain in gains if gain is not None]
-        yield f"{name} | {courant:g}", Gain(*(max(column) for column in zip(*kept, strict=True))) if kept else None
+        meshes = [FiniteElement(n, "lumped") for n in (5, 20)]
+        yield f"{name} | {courant:g}", over_alpha(meshes, law, CentralDifference(), StepRule(courant=courant))
 
 
 def damped_newmark() -> Iterable[tuple[str, Gain | None]]:
@@ -183,11 +172,8 @@ def damped_newmark() -> Iterable[tuple[str, Gain | None]]:
     ):
         rule = StepRule(points_per_period=points)
         for name, law in (("penalty, 1 EA/h", Penalty(Relative(1.0))), ("impulse_momentum, 0.5", ImpulseMomentum(0.5))):
-            gains = [
-                over_alpha(FiniteElement(n), law, Newmark(beta, gamma), rule, ("clamped", "free")) for n in (3, 20)
-            ]
-            kept = [gain for gain in gains if gain is not None]
-            yield f"{beta:g} | {gamma:g} | {name} | {points:g}", Gain(*(max(c) for c in zip(*kept, strict=True)))
+            found = over_alpha([FiniteElement(n) for n in (3, 20)], law, Newmark(beta, gamma), rule)
+            yield f"{beta:g} | {gamma:g} | {name} | {points:g}", found
 
 
 SCHEMES: tuple[tuple[str, AbstractIntegrator], ...] = (
@@ -218,9 +204,8 @@ def implicit(first: int, last: int) -> Iterable[tuple[str, Gain | None]]:
     )
     for (name, scheme), (law_name, law), points in itertools.product(SCHEMES[first:last], laws, (8.0, 20.0)):
         rule = StepRule(points_per_period=points)
-        gains = [over_alpha(FiniteElement(n), law, scheme, rule, ("clamped", "free")) for n in (3, 20)]
-        kept = [gain for gain in gains if gain is not None]
-        yield f"{name} | {law_name} | {points:g}", Gain(*(max(c) for c in zip(*kept, strict=True)))
+        found = over_alpha([FiniteElement(n) for n in (3, 20)], law, scheme, rule)
+        yield f"{name} | {law_name} | {points:g}", found
 
 
 def adaptive(method: str) -> Iterable[tuple[str, Gain | None]]:
@@ -258,37 +243,18 @@ def precursors() -> Iterable[str]:
     trip = STEEL.length / STEEL.wave_speed
     times = tuple(trip * i / 20.0 for i in range(2, 18))
     settings: list[tuple[str, AbstractRodModel, AbstractIntegrator, StepRule]] = []
+    twenty, explicit = StepRule(points_per_period=20.0), CentralDifference()
     for n in (20, 40, 100, 400):
+        mesh = FiniteElement(n, "lumped")
         settings += [
-            (f"consistent, {n} elements | newmark", FiniteElement(n), Newmark(), StepRule(points_per_period=20.0)),
-            (
-                f"lumped, {n} elements | newmark",
-                FiniteElement(n, "lumped"),
-                Newmark(),
-                StepRule(points_per_period=20.0),
-            ),
-            (
-                f"lumped, {n} elements, courant 1 | central_difference",
-                FiniteElement(n, "lumped"),
-                CentralDifference(),
-                StepRule(courant=1.0),
-            ),
-            (
-                f"lumped, {n} elements, courant 0.5 | central_difference",
-                FiniteElement(n, "lumped"),
-                CentralDifference(),
-                StepRule(courant=0.5),
-            ),
+            (f"consistent, {n} elements | newmark", FiniteElement(n), Newmark(), twenty),
+            (f"lumped, {n} elements | newmark", mesh, Newmark(), twenty),
+            (f"lumped, {n} elements, courant 1 | central_difference", mesh, explicit, StepRule(courant=1.0)),
+            (f"lumped, {n} elements, courant 0.5 | central_difference", mesh, explicit, StepRule(courant=0.5)),
         ]
-    settings += [
-        (
-            f"{n} elements, {d} modes | newmark" if n else f"{d} analytic modes | exact_modal",
-            Modal(n, d),
-            Newmark() if n else ExactModal(),
-            StepRule(points_per_period=10.0),
-        )
-        for n, d in ((40, 40), (100, 40), (None, 20), (None, 40), (None, 100), (None, 400))
-    ]
+    for n, d in ((40, 40), (100, 40), (None, 20), (None, 40), (None, 100), (None, 400)):
+        name = f"{n} elements, {d} modes | newmark" if n else f"{d} analytic modes | exact_modal"
+        settings.append((name, Modal(n, d), Newmark() if n else ExactModal(), StepRule(points_per_period=10.0)))
     for name, model, integrator, rule in settings:
         scene = struck(model, Penalty(Relative(1.0)), integrator, rule, trips=0.5, snapshots=times)
         history = run_in_cuts(scene, lambda step: step + 10**6)

@@ -120,5 +120,5 @@ def walk_to(assembly: Assembly, history: RecordedHistory, step: int, sample_stri
             assembly.grow()
         if status in (loop.LAW_FAILED, loop.NOT_FINITE):
             raised = next((law.raised for law in assembly.laws if law.raised is not None), None)
-            text = "a contact law gave no reply" if status == loop.LAW_FAILED else "the energy is not a finite number"
+            text = "a contact law gave no answer" if status == loop.LAW_FAILED else "the energy is not a finite number"
             raise StepError(text, time=assembly.clock.time, step=assembly.clock.step, history=history) from raised
