@@ -11,7 +11,7 @@ from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
-from impactlab.models.mesh.bars import elements_per_segment
+from impactlab.models.mesh.bar_elements import elements_per_segment
 from impactlab.models.modal import Modal
 from impactlab.scene import Rod
 from impactlab.scene.method import Simulation
