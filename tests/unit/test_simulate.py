@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -27,20 +26,10 @@ from impactlab.models.modal import Modal
 from impactlab.scene import End, Mass, Rod, Wall
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import prepare, run
-from impactlab.testing.scenes import CLAMPED, FREE, STEEL, in_a_row, mass_on_rod
+from impactlab.testing.scenes import CLAMPED, FREE, STEEL, in_a_row
+from impactlab.testing.scenes import mass_on_rod as paper
 
 TEN = StepRule(points_per_period=10)
-
-
-def paper(
-    model: AbstractRodModel,
-    law: AbstractContactLaw,
-    integrator: AbstractIntegrator,
-    step: StepRule = TEN,
-    events: Literal["dated", "located"] = "dated",
-    **others: Any,
-) -> Simulation:
-    return mass_on_rod(model, law, integrator, step, events=events, **others)
 
 
 LUMPED = FiniteElement(20, "lumped")
@@ -113,7 +102,7 @@ def test_a_run_that_gains_energy_ends_as_failed_with_what_was_reached() -> None:
 @pytest.mark.parametrize("law", [AdditionDeletion(), Penalty(stiffness=2e9), ImpulseMomentum(1.0)])
 def test_located_events_lie_on_the_gap(law: AbstractContactLaw) -> None:
     """Where a step is cut at a touch, the faces meet to rounding of their travel."""
-    scene = paper(Modal(None, 10), law, ExactModal(), TEN, "located", right=FREE, gap=1e-5, duration=1e-4)
+    scene = paper(Modal(None, 10), law, ExactModal(), TEN, events="located", right=FREE, gap=1e-5, duration=1e-4)
     history = run(*scene)
     first = history.events[0]
     assert first.time == pytest.approx(1e-5, rel=1e-12)  # 1e-5 m at 1 m/s
@@ -124,7 +113,7 @@ def test_located_penalty_opens_where_the_gap_opens() -> None:
     """Without damping the force ends where the penetration does; located, to the curvature of the gap within a step."""
     for points in (10, 20, 40):
         scene = paper(
-            Modal(None, 10), Penalty(stiffness=2e9), ExactModal(), StepRule(points_per_period=points), "located"
+            Modal(None, 10), Penalty(stiffness=2e9), ExactModal(), StepRule(points_per_period=points), events="located"
         )
         history = run(*scene)
         [opened] = [event.time for event in history.events if event.kind == "open"]
@@ -262,7 +251,7 @@ END = 1e-4  # s
 def until_end(kind: str) -> Simulation:
     model = Continuous() if kind == "exact" else FiniteElement(4)
     integrator = {"exact": None, "stepped": Newmark(), "adaptive": Adaptive()}[kind]
-    return mass_on_rod(model, Penalty(1e8), integrator, StepRule(dt=1e-6), duration=END, snapshots=(5e-5,))
+    return paper(model, Penalty(1e8), integrator, StepRule(dt=1e-6), duration=END, snapshots=(5e-5,))
 
 
 @pytest.mark.parametrize("kind", ["exact", "stepped", "adaptive"])
