@@ -7,10 +7,10 @@ wrapper for it. A decorated function keeps its signature for editors and type ch
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Protocol, TypeVar
+from typing import Any, Protocol, TypeVar, cast
 
 import numba
-from numba.extending import register_jitable
+from numba.core.registry import CPUDispatcher
 
 from impactlab.numerics.addresses import FAST
 from impactlab.numerics.cache import kept
@@ -28,12 +28,28 @@ njit: Any = numba.njit
 CALLED = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}  # by compiled functions only
 EXACTLY = {"_nrt": False, "error_model": "numpy"}  # no sum reordered; a division by zero gives inf, as numpy's
 
+
+class PlainFromPython(CPUDispatcher):
+    """A function that compiled code copies and Python calls as it stands, without compiling it."""
+
+    def __call__(self, *arguments: Any) -> Any:
+        return self.py_func(*arguments)
+
+
+def copied(function: Function) -> Function:
+    """Return a function that is copied into its compiled callers; copies of `register_jitable` run slower."""
+    made = njit(inline="always")(function)
+    if made is not function:  # not with compilation switched off
+        made.__class__ = PlainFromPython
+    return cast(Function, made)
+
+
 # Of the step loop and the schemes: called from Python, called by compiled functions, copied into them, called by both.
 ENTRY: Decorator = kept(_nrt=False, fastmath=FAST)
 PART: Decorator = kept(_nrt=False, fastmath=FAST, **CALLED)
 INLINE: Decorator = njit(inline="always", _nrt=False, **CALLED)
 HELPER: Decorator = kept(fastmath=FAST)
-UNPACK: Decorator = register_jitable(inline="always")  # copied into kernels; from Python a plain function
+UNPACK: Decorator = copied  # into kernels; from Python a plain function
 # Of the solution from event to event; parts that allocate need the runtime.
 EXACT_ENTRY: Decorator = kept(**EXACTLY)
 EXACT_PART: Decorator = njit(**EXACTLY, **CALLED)

@@ -17,17 +17,15 @@ from impactlab.scene.method import Method, laws_of, modelled
 from impactlab.scene.problem import Contact, Scene
 from impactlab.types import Level
 
+Own = Collection[str]  # names of the bodies that step by themselves
 CONTINUOUS_LAWS = {  # on a rod, on a beam
     False: "wave_identification or penalty",
     True: "addition_deletion, dispersive_identification or penalty",
 }
 
 
-def check_pairs(scene: Scene, method: Method, integrator: AbstractIntegrator, own: Collection[str]) -> None:
-    """Raise `PairingError` where an integrator cannot serve the laws or events of a method.
-
-    ``own`` are the names of bodies that step by themselves.
-    """
+def check_pairs(scene: Scene, method: Method, integrator: AbstractIntegrator, own: Own) -> None:
+    """Raise `PairingError` where an integrator cannot serve the laws or events of a method."""
     differences = integrator.load_point == 0.0 and integrator.velocity_point == 0.5
     for number, (contact, law) in enumerate(zip(scene.contacts, laws_of(scene, method), strict=True)):
         path = f"contacts.{number}.law"
@@ -51,13 +49,10 @@ def check_pairs(scene: Scene, method: Method, integrator: AbstractIntegrator, ow
         check_located(scene, method, integrator, own)
 
 
-def constraint_warnings(
-    scene: Scene, method: Method, integrator: AbstractIntegrator, own: Collection[str] = ()
-) -> list[Warned]:
+def constraint_warnings(scene: Scene, method: Method, integrator: AbstractIntegrator, own: Own = ()) -> list[Warned]:
     """Return warnings of position constraints under a scheme; raise `PairingError` where one cannot work.
 
-    Two masses that meet jump; a constraint on positions does not say how they part. ``own`` are the names of bodies
-    that step by themselves.
+    Two masses that meet jump; a constraint on positions does not determine how they part.
     """
     gaining, heavy = [], []
     for number, contact in enumerate(scene.contacts):
@@ -80,7 +75,7 @@ def constraint_warnings(
     return gaining + heavy
 
 
-def on_continuous_beam(scene: Scene, contact: Contact, own: Collection[str]) -> bool:
+def on_continuous_beam(scene: Scene, contact: Contact, own: Own) -> bool:
     """Return whether one face of a contact is a beam that steps by itself, whose face has no mass."""
     names = (point.body for point in (contact.left, contact.right))
     return any(name in own and scene.bodies[name].bends for name in names)
@@ -104,18 +99,15 @@ def check_system(integrator: AbstractIntegrator, body: str, system: Operators) -
 
 
 def constraint_gains(
-    scene: Scene, method: Method, contact: Contact, integrator: AbstractIntegrator, own: Collection[str] = ()
+    scene: Scene, method: Method, contact: Contact, integrator: AbstractIntegrator, own: Own = ()
 ) -> bool:
-    """Return whether a hard position constraint gains energy without bound; ``own``: bodies that step by themselves."""
+    """Return whether a hard position constraint gains energy without bound."""
     holds = method.laws[contact.name].holds_position and method.events == "dated"
     return holds and not integrator.jump_in_force and not on_continuous_beam(scene, contact, own)
 
 
-def energy_bound(scene: Scene, method: Method, integrator: AbstractIntegrator, own: Collection[str] = ()) -> float:
-    """Return the largest energy gain, over the initial energy, that the parts of a scene declare.
-
-    ``own`` are the names of bodies that step by themselves.
-    """
+def energy_bound(scene: Scene, method: Method, integrator: AbstractIntegrator, own: Own = ()) -> float:
+    """Return the largest energy gain, over the initial energy, that the parts of a scene declare."""
     # A touch within 1e-6 of a step from its end is not cut: a hard law finds the faces that little apart.
     bound = (1e-9 if method.events == "dated" else 1e-6) + integrator.gains_energy
     bound += sum(gains_of(body, model) for body, model in modelled(scene, method))
@@ -132,8 +124,8 @@ def gains_of(body: ElasticBody, model: AbstractRodModel) -> float:
     return inside + (body.mesh_rounding(model.element_length(body)) if model.has_mesh else 0.0)
 
 
-def check_located(scene: Scene, method: Method, integrator: AbstractIntegrator, own: Collection[str]) -> None:
-    """Raise `PairingError` where events cannot be located; ``own``: bodies that step by themselves."""
+def check_located(scene: Scene, method: Method, integrator: AbstractIntegrator, own: Own) -> None:
+    """Raise `PairingError` where events cannot be located."""
     if not integrator.any_dt:
         raise PairingError(
             f"events: located needs an integrator that can cut a step; '{kind_of(integrator)}' cannot",
@@ -156,11 +148,8 @@ def check_located(scene: Scene, method: Method, integrator: AbstractIntegrator, 
             )
 
 
-def check_smooth(scene: Scene, method: Method, integrator: AbstractAdaptive, own: Collection[str]) -> None:
-    """Raise `PairingError` where an adaptive integrator cannot serve the laws or descriptions of a scene.
-
-    ``own`` are the names of bodies that step by themselves.
-    """
+def check_smooth(scene: Scene, method: Method, integrator: AbstractAdaptive, own: Own) -> None:
+    """Raise `PairingError` where an adaptive integrator cannot serve the laws or descriptions of a scene."""
     name = kind_of(integrator)
     for number, law in enumerate(laws_of(scene, method)):
         if not law.smooth:
