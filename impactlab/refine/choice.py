@@ -217,7 +217,7 @@ def estimate_errors(study: Study, asked: Simulation) -> None:
         level.error, level.reason = max(error, least), ""
         gain = gain_of(level.history)
         if gain / MAX_GAIN_RATIO > max(level.error, tolerance):
-            level.error, level.reason = gain / MAX_GAIN_RATIO, f"gains {gain:.2g} of the energy at stake"
+            level.error, level.reason = gain / MAX_GAIN_RATIO, f"gains {gain:.2g} of the reference energy"
         elif not _resolves_contacts(level.history, asked):
             level.error, level.reason = math.inf, f"fewer than {MIN_CONTACT_STEPS} steps in a period of contact"
         elif level.error > tolerance:
@@ -333,7 +333,7 @@ def _words_of_estimate(description: Description, history: AbstractHistory) -> st
     return (
         f"three resolutions, extrapolated by the order they show (at most {description.order:g}), times a safety of "
         f"{description.safety:g}, or {SHOWN_SAFETY:g} where that order shows; "
-        f"the run gained {gain_of(history):.1g} of the energy at stake"
+        f"the run gained {gain_of(history):.1g} of the reference energy"
     )
 
 

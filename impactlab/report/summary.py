@@ -19,7 +19,6 @@ from impactlab.metrics.collisions import agreements, collisions
 from impactlab.plugins import kind_of
 from impactlab.refine.reference import Reference
 from impactlab.refine.stated_error import measured_error, set_measured_error
-from impactlab.scene.bodies import Beam, Mass, Rod
 from impactlab.scene.method import laws_of, modelled
 from impactlab.scene.problem import Scene
 from impactlab.types import Relative
@@ -147,12 +146,14 @@ def _contact(span: ContactSpan) -> dict[str, Any]:
 
 
 def final(scene: Scene, history: AbstractHistory) -> dict[str, Any]:
-    """Return where the bodies are at the end: masses by position [m], velocity; others by momentum, energy [J]."""
-    wanted = {Mass: ("position", "velocity"), Rod: ("momentum", "energy"), Beam: ("momentum", "energy")}
+    """Return the state of the bodies at the end: position [m] and velocity of rigid ones, momentum, energy [J]."""
     bodies = {
-        name: {quantity: _at_end(history, f"{quantity}:{name}") for quantity in wanted[type(body)]}
+        name: {
+            quantity: _at_end(history, f"{quantity}:{name}")
+            for quantity in (("momentum", "energy") if body.elastic else ("position", "velocity"))
+        }
         for name, body in scene.bodies.items()
-        if type(body) in wanted
+        if body.moves
     }
     return {"time": history.duration, "bodies": bodies}
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from studies.audit import smooth, truth
-from studies.audit.compare import JUDGED
+from studies.audit.compare import JUDGED, Truth
 from studies.audit.network import Doc, segments_of
-from studies.audit.truth import NotKnownError, Truth
+from studies.audit.truth import NotKnownError
 
 
 def is_smooth(doc: Doc) -> bool:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Protocol
+from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 
 from studies.audit.tables import Array
-
-if TYPE_CHECKING:
-    from studies.audit.truth import Truth
 
 NEAR = 0.05  # of a round trip (of a contact's own length, among rigid bodies) left out around a jump of the force
 STILL = 1e-9  # of the largest displacement: below it there is but rounding
@@ -25,6 +23,22 @@ class Answer(Protocol):
     displacements: dict[str, Array]
     forces: dict[str, Array]
     impulses: dict[str, float]
+
+
+@dataclass
+class Truth:
+    """Displacements and forces at the middles of equal cells, impulses and jumps; how well all that is known."""
+
+    times: Array
+    displacements: dict[str, Array]  # channel -> (samples,)
+    forces: dict[str, Array]  # contact -> (samples,)
+    impulses: dict[str, float]
+    peaks: dict[str, float]
+    jumps: dict[str, list[tuple[float, float]]]  # contact -> (time, size)
+    drift: dict[str, Array]  # channel -> motion of the centre of mass of what its body touches
+    round_trip: float
+    contacts: int
+    uncertainty: dict[str, float] = field(default_factory=dict)  # by quantity, relative
 
 
 def errors(found: Answer, truth: Truth, tolerance: float) -> dict[str, float]:

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from studies.audit.compare import JUDGED, errors
+from studies.audit.compare import JUDGED, Truth, errors
 from studies.audit.network import DASHPOT, HARD, Doc, frames, segments_of
 from studies.audit.oscillators import AT, LAGRANGE, POINTS, WEIGHTS, Operators, System, operators, system_of
 from studies.audit.tables import STAGES, Array
-from studies.audit.truth import SAMPLES, SHARE, NotKnownError, Truth, drifted, unknown
+from studies.audit.truth import SAMPLES, SHARE, NotKnownError, drifted, unknown
 
 MOST_CUTS = 300  # of steps at touches
 FLOOR = 1e-6  # m/s, least approach speed of the laws with hysteresis

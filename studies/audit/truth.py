@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 
 from studies.audit.collocation import Net, arrays_of, memory_of
-from studies.audit.compare import JUDGED, errors
+from studies.audit.compare import JUDGED, Truth, errors
 from studies.audit.march import DONE, FULL, Out, Rule, march
 from studies.audit.network import FIXED, Doc, Frame, Network, frames, read
 from studies.audit.tables import STAGES, Array
@@ -26,22 +25,6 @@ LEVELS = (
 HALVED, SLOW = 0.5, 10.0  # levels that do not come to less than a half of their distance are as often less well known
 ROUNDING = 1e-9
 SHARE = 0.01  # of the tolerance: uncertainty at which refining ends
-
-
-@dataclass
-class Truth:
-    """Displacements and forces at the middles of equal cells, impulses and jumps; how well all that is known."""
-
-    times: Array
-    displacements: dict[str, Array]  # channel -> (samples,)
-    forces: dict[str, Array]  # contact -> (samples,)
-    impulses: dict[str, float]
-    peaks: dict[str, float]
-    jumps: dict[str, list[tuple[float, float]]]  # contact -> (time, size)
-    drift: dict[str, Array]  # channel -> motion of the centre of mass of what its body touches
-    round_trip: float
-    contacts: int
-    uncertainty: dict[str, float] = field(default_factory=dict)  # by quantity, relative
 
 
 class NotKnownError(Exception):
