@@ -260,7 +260,7 @@ def test_the_law_of_the_source_is_not_used_for_a_beam_under_its_name() -> None:
 def test_the_sketch_is_refused_at_a_tip_with_its_number() -> None:
     tip = beam(replace(SLENDER, length=0.3), "clamped", "free"), Modal(300, 10)
     said = refused(tip, ModalMessengers(), 0.3, 1e-6)
-    share = float(said.split(" in a step by ")[1].split(" %")[0])
+    share = float(said.split(" with an error of ")[1].split(" %")[0])
     assert 60.0 < share < 150.0
     seen = struck(tip, ModalMessengers(accept=2.0), 0.1, 1e-4, 0.3, StepRule(dt=1e-6))
     assert any(warned.code == "messengers_apart" for warned in seen.warnings)
@@ -270,7 +270,7 @@ def test_the_sketch_is_refused_at_a_tip_with_its_number() -> None:
     ("body", "law", "x", "dt", "words"),
     [
         ((rod(), FiniteElement(20)), ModalMessengers(), 0.0, 1e-7, "needs a body in modes"),
-        ((rod(), Modal(None, 40)), ModalMessengers(balance="impedance"), 0.0, 1e-7, "is 0.137 of it"),
+        ((rod(), Modal(None, 40)), ModalMessengers(balance="impedance"), 0.0, 1e-7, "give 0.137/Z in this step"),
         ((rod(), Modal(None, 5)), ModalMessengers(), 0.0, 7e-5, "beyond the body (0.3 m)"),
         ((rod(), Modal(None, 5)), ModalMessengers(), 0.05, 1.2e-5, "beyond the body (0.05 m)"),
         (

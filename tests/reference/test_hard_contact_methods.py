@@ -195,7 +195,7 @@ def test_symmetric_nitsche_keeps_energy_better_with_smaller_steps():
 
 
 def test_nitsche_refuses_a_basis_without_stress_at_the_face():
-    with pytest.raises(PairingError, match="zero there") as caught:
+    with pytest.raises(PairingError, match="zero in all coordinates") as caught:
         run(*paper(Nitsche(), Modal(None, 20), Newmark()))
     assert "craig_bampton" in caught.value.remedy
 
@@ -282,7 +282,7 @@ def test_a_basis_that_leaves_nothing_out_has_no_residual():
 
 
 def test_nitsche_refuses_modes_that_do_not_tell_the_force_at_the_face():
-    with pytest.raises(PairingError, match="tell only"):
+    with pytest.raises(PairingError, match="hold only 40 %"):
         run(*paper(Nitsche(), Modal(100, 40), Newmark()))
     # Craig-Bampton modes hold the static answer to a force at the face.
     scene = paper(Nitsche(), Modal(100, 40, basis=CraigBampton()), Newmark())
