@@ -9,19 +9,25 @@ from impactlab.lazy import lazy_names
 
 if TYPE_CHECKING:
     from impactlab.api import Comparison, compare, run
-    from impactlab.casefile import Case, load_case
+    from impactlab.casefile import Beam, Case, Contact, Mass, Rod, Shaft, Wall, load_case
     from impactlab.errors import CaseError, ImpactlabError, PairingError, PluginError, StepError
 
 __version__ = "0.1.0"
 
 __all__ = [
+    "Beam",
     "Case",
     "CaseError",
     "Comparison",
+    "Contact",
     "ImpactlabError",
+    "Mass",
     "PairingError",
     "PluginError",
+    "Rod",
+    "Shaft",
     "StepError",
+    "Wall",
     "compare",
     "load_case",
     "run",
@@ -31,7 +37,7 @@ __getattr__ = lazy_names(  # `import impactlab` and `impactlab --help` stay quic
     __name__,
     {
         "impactlab.api": ("Comparison", "compare", "run"),
-        "impactlab.casefile": ("Case", "load_case"),
+        "impactlab.casefile": ("Beam", "Case", "Contact", "Mass", "Rod", "Shaft", "Wall", "load_case"),
         "impactlab.errors": ("CaseError", "ImpactlabError", "PairingError", "PluginError", "StepError"),
     },
     check_environment,

@@ -9,6 +9,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from impactlab.casefile.blocks import PIECES, POISSON, Area, Block, Inertia, Length, Material, MovingBlock
+from impactlab.casefile.materials import NAMED
 from impactlab.casefile.values import BEAM_END, Allowed, quantity, words
 from impactlab.casefile.words import listed
 from impactlab.errors import CaseError
@@ -52,7 +53,7 @@ class BeamSegmentBlock(Block):
 
     length: Length = Field(description="length [m]")
     section: SectionBlock = Field(description="cross section")
-    material: BeamMaterial = Field(description="material")
+    material: Annotated[BeamMaterial, NAMED] = Field(description="material: a name, or constants")
 
 
 class BeamEndsBlock(Block):
@@ -72,7 +73,7 @@ class BeamBlock(MovingBlock):
         default="euler_bernoulli", description="euler_bernoulli, or timoshenko with shear and rotary inertia"
     )
     section: SectionBlock | None = Field(default=None, description="cross section")
-    material: BeamMaterial | None = Field(default=None, description="material")
+    material: Annotated[BeamMaterial, NAMED] | None = Field(default=None, description="material: a name, or constants")
     segments: Annotated[tuple[BeamSegmentBlock, ...] | None, PIECES] = None
     ends: BeamEndsBlock = Field(default=BeamEndsBlock(), description="supports of the ends; free if not given")
     tension: Annotated[float, quantity("N")] = Field(default=0.0, description="axial preload [N], positive in tension")

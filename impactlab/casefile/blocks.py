@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 from pydantic import BaseModel, ConfigDict, Field
 
 from impactlab.casefile.formula import Formula
+from impactlab.casefile.materials import NAMED
 from impactlab.casefile.values import SHAPE, Allowed, quantity
 from impactlab.scene.bodies import ElasticBody, End, Profile, Rayleigh, Table
 
@@ -83,8 +84,12 @@ class ElasticBlock(Block):
     @property
     def pieces(self) -> tuple[Any, ...]:
         """The uniform pieces of the body: its segments, or one with the keys of the body itself."""
-        whole = {key: getattr(self, key) for key in self.shape_keys}
+        whole = {key: getattr(self, key) for key in self.piece.model_fields}
         return getattr(self, "segments", None) or (self.piece.model_construct(**whole),)
+
+    def gives(self, key: str) -> bool:
+        """Return whether one of `shape_keys`, or another way to say it, is given for the whole body."""
+        return getattr(self, key) is not None
 
     @property
     def total_length(self) -> float:
@@ -112,7 +117,7 @@ PIECES = Field(min_length=1, max_length=1000, description="uniform pieces from l
 class MovingBlock(ElasticBlock):
     """An elastic body that moves along its axis or across it."""
 
-    material: Material | None = Field(default=None, description="material")
+    material: Annotated[Material, NAMED] | None = Field(default=None, description="material: a name, or constants")
     velocity: Velocity = Field(default=0.0, description="velocity at t = 0, uniform [m/s]")
     displacement: Annotated[Any, SHAPE] = Field(
         default=None, description="displacement at t = 0 [m]: a formula of x, or {x: [...], u: [...]}"

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -12,19 +12,39 @@ from pydantic import ValidationError
 from impactlab import plugins
 from impactlab.casefile.build import build, part_faults
 from impactlab.casefile.check import check
-from impactlab.casefile.document import Document, check_texts, read_document
-from impactlab.casefile.edit import edited, with_named, with_values
+from impactlab.casefile.document import Document, check_texts, check_tree, read_document
+from impactlab.casefile.edit import edited, plain, with_named, with_values
 from impactlab.casefile.faults import case_error
 from impactlab.casefile.resolve import resolve
 from impactlab.casefile.schema import CaseBlock
+from impactlab.casefile.written import yaml_text
 from impactlab.errors import CaseError, ImpactlabError, combined
 from impactlab.scene.method import Method, Simulation
 from impactlab.scene.problem import Scene
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class Case:
-    """A checked case; frozen, variants are new cases. Made by `load_case`."""
+    """A checked case; frozen, variants are new cases. Read from a file by `load_case`, or made in Python.
+
+    Parameters
+    ----------
+    bodies : mapping
+        Bodies by name: `Rod`, `Beam`, `Shaft`, `Mass`, `Wall`, or blocks as in a case file.
+    contacts : sequence
+        `Contact`, or blocks as in a case file.
+    solve : mapping
+        How to solve it: ``{"duration": "1 ms", "tolerance": 1e-3}``, or model, integrator and step.
+    name : str
+        Name of the case, for reports.
+    **others
+        Other keys of a case file: gravity, probes, snapshots, methods, variants, title, source, metrics.
+
+    Raises
+    ------
+    CaseError, PairingError, PluginError
+        As for a file, with the path of the key, as in ``bodies.rod.area``.
+    """
 
     name: str  # stem of the file
     file: str  # as it was given
@@ -35,6 +55,41 @@ class Case:
     method_name: str = "base"
     variant_name: str = "base"
     written: Method | None = field(default=None, repr=False, compare=False)  # of a method: the case as written
+
+    def __init__(
+        self,
+        *,
+        bodies: Mapping[str, Mapping[str, Any]],
+        contacts: Sequence[Mapping[str, Any]] = (),
+        solve: Mapping[str, Any],
+        name: str = "case",
+        **others: Any,
+    ) -> None:
+        blocks = {"bodies": bodies, "contacts": contacts, "solve": solve, **others}
+        vars(self).update(vars(Case.from_dict(blocks, name)))
+
+    @classmethod
+    def from_dict(cls, blocks: Mapping[str, Any], name: str = "case") -> Case:
+        """Return the case of plain values as a case file holds them; ``schema_version`` is 1 if not given.
+
+        Raises
+        ------
+        CaseError, PairingError, PluginError
+            As for a file, with the path of the key.
+        """
+        data = {"schema_version": 1, **plain(blocks)}
+        check_tree(data)
+        return case_of(name, "", Document(data, {}))
+
+    def to_yaml(self) -> str:
+        """Return the case as the text of a case file, with the keys that were given; `load_case` reads it again."""
+        return yaml_text(self.document.data)
+
+    def _with(self, **fields: Any) -> Case:
+        """Return the same case with other values of its fields."""
+        case = object.__new__(Case)
+        vars(case).update({**vars(self), **fields})
+        return case
 
     @property
     def label(self) -> str:
@@ -99,7 +154,7 @@ class Case:
                 error.located(self.file, None)
                 raise
         variant = _make(self.name, self.file, document, self.registry)
-        return replace(variant, method_name=self.method_name, variant_name=self.variant_name, written=self.written)
+        return variant._with(method_name=self.method_name, variant_name=self.variant_name, written=self.written)
 
     def method(self, name: str) -> Case:
         """Return the variant that the case calls by that name; ``base`` is the case as written."""
@@ -121,8 +176,8 @@ class Case:
 
     def _solved_by(self, name: str, document: Document) -> Case:
         variant = _make(self.name, self.file, document, self.registry)
-        named = replace(variant, method_name=name, variant_name=self.variant_name)
-        return replace(named, written=self.written or self.built.method)
+        written = self.written or self.built.method
+        return variant._with(method_name=name, variant_name=self.variant_name, written=written)
 
     def variant(self, name: str) -> Case:
         """Return another scene of the case, with the same methods; ``base`` is the scene as written.
@@ -134,7 +189,7 @@ class Case:
         if self.method_name != "base":
             raise CaseError("a variant of a method", remedy="Choose the variant first: case.variant(...).method(...).")
         document = self._located(with_named, self.document, "variants", name, self.checked.variants)
-        return replace(_make(self.name, self.file, document, self.registry), variant_name=name)
+        return _make(self.name, self.file, document, self.registry)._with(variant_name=name)
 
     def resolved(self) -> dict[str, Any]:
         """Return the case with every default filled in and every value in SI, and the values derived from it."""
@@ -225,4 +280,7 @@ def _make(name: str, file: str, document: Document, registry: plugins.Registry) 
     except ImpactlabError as error:
         _placed(error, file, document)
         raise
-    return Case(name, file, document, registry, checked, built)
+    fields = {"name": name, "file": file, "document": document, "registry": registry, "checked": checked}
+    case = object.__new__(Case)
+    vars(case).update({**fields, "built": built, "method_name": "base", "variant_name": "base", "written": None})
+    return case

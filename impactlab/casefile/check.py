@@ -58,7 +58,7 @@ def reference_rod(case: CaseBlock) -> str | None:
 def _has_a_shape(body: ElasticBlock, path: str) -> None:
     keys, in_segments = body.shape_keys, getattr(body, "segments", None) is not None
     for key in keys:
-        given = getattr(body, key) is not None
+        given = body.gives(key)
         if in_segments and given:
             raise CaseError(
                 f"given together with segments, which replace {keys[0]}, {keys[1]} and {keys[2]}",

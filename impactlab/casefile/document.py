@@ -132,7 +132,7 @@ def parse_json(text: str, kind: Kind = CASE) -> Document:
         raise CaseError(f"not JSON: {error.msg}", remedy="Fix the text there.", line=error.lineno) from error
     except ValueError as error:
         raise CaseError(f"not JSON: {str(error)[:120]}") from error
-    _check_tree(data)
+    check_tree(data)
     lines: dict[Keys, int | None] = {}
     try:
         _yaml_value(text, lines)  # JSON is YAML; read again for the lines alone
@@ -155,7 +155,7 @@ def parse_toml(text: str, kind: Kind = CASE) -> Document:
         found = re.search(r"at line (\d+)", str(error))
         line = int(found.group(1)) if found else None
         raise CaseError(f"not TOML: {str(error)[:120]}", remedy="Fix the text there.", line=line) from error
-    _check_tree(data)
+    check_tree(data)
     return Document(_mapping(data, kind), _toml_lines(text))
 
 
@@ -207,8 +207,8 @@ def _too_many(line: int | None = None) -> CaseError:
     return CaseError(f"more than {MAX_VALUES} values, the most a case may have", remedy=_SERIES, line=line)
 
 
-def _check_tree(data: Any) -> None:
-    """Raise `CaseError` where a JSON or TOML text holds too many values, or a key that no message could show."""
+def check_tree(data: Any) -> None:
+    """Raise `CaseError` where a case holds too many values, or a key that no message could show."""
     count, waiting = 0, [data]
     while waiting:
         value = waiting.pop()

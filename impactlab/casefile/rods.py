@@ -2,22 +2,37 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
 from impactlab.casefile.blocks import PIECES, Area, Block, Length, Material, MovingBlock
+from impactlab.casefile.materials import NAMED
 from impactlab.casefile.values import END
+from impactlab.casefile.words import listed
+from impactlab.errors import CaseError
 from impactlab.scene.bodies import End, Rod, Segment
 from impactlab.types import QUANTITIES_OF_ROD
 
+WAYS = (("area",), ("diameter",), ("width", "height"))
+ALLOWED = "area: m2, diameter: m, or width: m and height: m"
 
-class SegmentBlock(Block):
+
+class CrossSection(Block):
+    """The cross section of a rod: its area, the diameter of a full circle, or width and height of a rectangle."""
+
+    area: Area | None = Field(default=None, description="area of the cross section [m2]")
+    diameter: Length | None = Field(default=None, description="of a full circle, in place of area [m]")
+    width: Length | None = Field(default=None, description="of a rectangle, with height, in place of area [m]")
+    height: Length | None = Field(default=None, description="of a rectangle [m]")
+
+
+class SegmentBlock(CrossSection):
     """A uniform piece of a rod."""
 
     length: Length = Field(description="length [m]")
-    area: Area = Field(description="area of the cross section [m2]")
-    material: Material = Field(description="material")
+    material: Annotated[Material, NAMED] = Field(description="material: a name, or constants")
 
 
 class EndsBlock(Block):
@@ -31,16 +46,31 @@ class EndsBlock(Block):
     )
 
 
-class RodBlock(MovingBlock):
+class RodBlock(CrossSection, MovingBlock):
     """A straight elastic rod: length, area and material, or segments."""
 
     kind: Literal["rod"] = Field(description="rod")
-    area: Area | None = Field(default=None, description="area of the cross section [m2]")
     segments: Annotated[tuple[SegmentBlock, ...] | None, PIECES] = None
     ends: EndsBlock = Field(default=EndsBlock(), description="supports of the ends; free if not given")
 
     piece: ClassVar[type[Block]] = SegmentBlock
     quantities: ClassVar[tuple[str, ...]] = QUANTITIES_OF_ROD
+
+    def gives(self, key: str) -> bool:
+        return any(_given(self)) if key == "area" else super().gives(key)
+
+    def check_piece(self, piece: SegmentBlock, path: str) -> None:
+        given = _given(piece)
+        if given and given not in WAYS:
+            raise CaseError(
+                f"{listed(given)} given, which does not make the section of a rod. Allowed: {ALLOWED}",
+                remedy="Give one of the three.",
+                path=f"{path}.{given[-1]}",
+            )
+        if not given and self.segments is not None:
+            raise CaseError(
+                "this key is missing", remedy=f"A segment has a section. Allowed: {ALLOWED}.", path=f"{path}.area"
+            )
 
     def body(self, name: str, lever_arm: float) -> Rod:
         pieces = tuple(_segment(piece) for piece in self.pieces)
@@ -48,9 +78,18 @@ class RodBlock(MovingBlock):
         return Rod(name, pieces, left, right, self.velocity, self.profile, damping=self.rayleigh)
 
 
+def _given(section: CrossSection) -> tuple[str, ...]:
+    """Return the keys that give a section."""
+    return tuple(key for way in WAYS for key in way if getattr(section, key) is not None)
+
+
 def _segment(piece: SegmentBlock) -> Segment:
-    material = piece.material
-    return Segment(piece.length, piece.area, material.young, material.density, material.viscosity)
+    material, area = piece.material, piece.area
+    if piece.diameter is not None:
+        area = 0.25 * math.pi * piece.diameter**2
+    elif piece.width is not None and piece.height is not None:
+        area = piece.width * piece.height
+    return Segment(piece.length, area or math.nan, material.young, material.density, material.viscosity)
 
 
 def bounded(end: End, segment: Segment) -> End:

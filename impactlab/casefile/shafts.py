@@ -19,6 +19,7 @@ from impactlab.casefile.blocks import (
     profile_values,
 )
 from impactlab.casefile.formula import Formula
+from impactlab.casefile.materials import NAMED
 from impactlab.casefile.rods import bounded
 from impactlab.casefile.values import SHAPE, Allowed, EndReader, quantity, refuse
 from impactlab.casefile.words import listed
@@ -90,7 +91,7 @@ class ShaftSegmentBlock(Block):
 
     length: Length = Field(description="length [m]")
     section: ShaftSection = Field(description="cross section")
-    material: ShaftMaterial = Field(description="material")
+    material: Annotated[ShaftMaterial, NAMED] = Field(description="material: a name, or constants")
 
 
 class ShaftEndsBlock(Block):
@@ -105,7 +106,7 @@ class ShaftBlock(ElasticBlock):
 
     kind: Literal["shaft"] = Field(description="shaft")
     section: ShaftSection | None = Field(default=None, description="cross section")
-    material: ShaftMaterial | None = Field(default=None, description="material")
+    material: Annotated[ShaftMaterial, NAMED] | None = Field(default=None, description="material: a name, or constants")
     segments: Annotated[tuple[ShaftSegmentBlock, ...] | None, PIECES] = None
     ends: ShaftEndsBlock = Field(default=ShaftEndsBlock(), description="supports of the ends; free if not given")
     twist_rate: Annotated[float, RATE] = Field(default=0.0, description="twist rate at t = 0, uniform [rad/s]")

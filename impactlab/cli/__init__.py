@@ -6,9 +6,11 @@ Exit codes: 0 done, 1 a run failed, 2 the input is wrong, 130 after Ctrl-C.
 from __future__ import annotations
 
 import sys
+from typing import Annotated
 
 import typer
 
+from impactlab import __version__
 from impactlab.cli import benching, cases, parts, running
 from impactlab.cli.reporting import Left, print_failure
 from impactlab.environment import check_environment
@@ -22,6 +24,22 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        print(f"impactlab {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and leave.")
+    ] = False,
+) -> None:
+    pass
+
 
 # In this order --help lists them.
 app.command()(running.run)

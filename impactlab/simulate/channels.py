@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -50,6 +51,9 @@ def probed(scene: Scene) -> Iterator[Probed]:
             yield Probed(f"{own}:{name}", name, 0.0, quantity, 1.0)
 
 
+OF_THE_RUN = ("assembly", "ports", "_record")  # fields that refer to the memory of a run
+
+
 class AbstractRecordedHistory(AbstractHistory):
     """A history of recorded channels. To write one, fill ``recorded``, and supply `snapshots` and `motion`."""
 
@@ -66,6 +70,23 @@ class AbstractRecordedHistory(AbstractHistory):
         self.recorded: dict[str, Channel] = {}
         self.built, self.ports = built, ports
         self._slopes: dict[str, Array] = {}  # of forces that were read
+        self._taken: tuple[Array, dict[tuple[int, str, bool], Array]] | None = None  # snapshots of a copy
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return the fields of a copy, pickled or not: snapshots are read, and the memory of the run stays behind."""
+        times = self._snapshots
+        numbers = range(len(times))
+        motions = {at: self._motion(*at) for at in itertools.product(numbers, self.built, (False, True))}
+        return {key: value for key, value in vars(self).items() if key not in OF_THE_RUN} | {"_taken": (times, motions)}
+
+    @property
+    def _snapshots(self) -> Array:
+        return self.snapshots() if self._taken is None else self._taken[0]
+
+    def _motion(self, number: int, body: str, velocities: bool) -> Array:
+        return (
+            self.motion(number, body, velocities) if self._taken is None else self._taken[1][number, body, velocities]
+        )
 
     @abstractmethod
     def snapshots(self) -> Array:
@@ -107,7 +128,7 @@ class AbstractRecordedHistory(AbstractHistory):
         if body not in self.built:
             raise ImpactlabError(f"no body '{body}'; bodies: {', '.join(self.built)}")
         within_run(t, self.duration)
-        times = self.snapshots()
+        times = self._snapshots
         near = np.flatnonzero(np.isclose(times, t, rtol=1e-12, atol=0.0))
         if near.size == 0:
             given = ", ".join(f"{time:.6g}" for time in times) or "none"
@@ -120,4 +141,4 @@ class AbstractRecordedHistory(AbstractHistory):
         model = self.built[body].model
         x = model.grid()
         rows = np.array([factor * model.row(float(place), read) for place in x])
-        return Field(x, np.asarray(rows @ self.motion(int(near[0]), body, read == "velocity")))
+        return Field(x, np.asarray(rows @ self._motion(int(near[0]), body, read == "velocity")))

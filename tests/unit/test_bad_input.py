@@ -53,7 +53,8 @@ EDITS = [
         7,
         "bodies.rod.lenght: the key 'lenght' is not known here.",
         "Did you mean 'length'?",
-        "Allowed: area, damping, displacement, ends, kind, length, material, segments, velocity.",
+        "Allowed: area, damping, diameter, displacement, ends, height, kind, length, material, segments, velocity, "
+        "width.",
     ),
     ("contacts:", "contact:", 11, "contact: the key 'contact' is not known here. Did you mean 'contacts'?"),
     ("  step:", "  stepp:", 19, "solve.stepp: the key 'stepp' is not known", "Did you mean 'step'?"),

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from impactlab import api
+from impactlab import __version__, api
 from impactlab.casefile import load_case
 from impactlab.cli import app
 from impactlab.errors import CaseError, StepError
@@ -303,3 +303,8 @@ def test_loading_compiled_code_is_timed_as_solving(monkeypatch):
     monkeypatch.setattr(march, "march", spied)
     api.run(load_case(AXIAL).method("continuous"))
     assert loaded_at_first_call[0]
+
+
+def test_the_version_is_that_of_the_package():
+    done = invoke("--version")
+    assert (done.exit_code, done.stdout) == (0, f"impactlab {__version__}\n")

@@ -1,0 +1,209 @@
+"""Bodies and contacts of a case given in Python: the blocks of a case file, with the same keys, units and defaults."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeAlias
+
+Value: TypeAlias = float | str
+"""A number in SI, or a text with a unit such as ``"9 cm^2"``."""
+Ends: TypeAlias = Mapping[str, Any]
+Shape: TypeAlias = float | str | Mapping[str, Sequence[Value]]
+"""A formula of x, or a table ``{"x": [...], "u": [...]}``."""
+
+
+class BodyKeys(dict[str, Any]):
+    """Keys of the block of a body or a contact; those that are None are left out. They are checked by `Case`."""
+
+    def __init__(self, keys: Mapping[str, Any]) -> None:
+        super().__init__({key: value for key, value in keys.items() if value is not None})
+
+
+class Rod(BodyKeys):
+    """A straight elastic rod with axial motion: a length, a section and a material, or segments with these three each.
+
+    Parameters
+    ----------
+    length : float or str
+        Length [m].
+    area, diameter, width, height : float or str
+        Area of the section [m2], or the diameter of a full circle [m], or width and height of a rectangle [m].
+    material : str or mapping
+        A name (``"steel"``), or ``{"young": ..., "density": ...}`` and perhaps ``viscosity``.
+    ends : mapping
+        Supports of the ends ``left`` and ``right``, such as ``{"right": "clamped"}``; free if not given.
+    velocity : float or str
+        Velocity at t = 0 [m/s].
+    displacement : str, float or mapping
+        Displacement at t = 0 [m]: a formula of x, or a table.
+    segments : sequence of mappings
+        Uniform pieces from left to right.
+    damping : mapping
+        Rayleigh damping ``{"mass": ..., "stiffness": ...}`` [1/s, s].
+    **others
+        Other keys of a case file; unknown ones are refused by `Case`.
+    """
+
+    def __init__(
+        self,
+        *,
+        length: Value | None = None,
+        area: Value | None = None,
+        diameter: Value | None = None,
+        width: Value | None = None,
+        height: Value | None = None,
+        material: str | Mapping[str, Value] | None = None,
+        ends: Ends | None = None,
+        velocity: Value | None = None,
+        displacement: Shape | None = None,
+        segments: Sequence[Mapping[str, Any]] | None = None,
+        damping: Mapping[str, Value] | None = None,
+        **others: Any,
+    ) -> None:
+        super().__init__({"kind": "rod"} | _given(locals()))
+
+
+class Beam(BodyKeys):
+    """A straight elastic beam that bends: length, section and material, or segments with these three each.
+
+    Parameters
+    ----------
+    length : float or str
+        Length [m].
+    section : mapping
+        ``{"width": ..., "height": ...}``, ``{"diameter": ...}`` [m] or ``{"area": ..., "inertia": ...}`` [m2, m4].
+    material : str or mapping
+        A name (``"steel"``), or ``{"young": ..., "density": ...}`` and perhaps ``poisson``.
+    theory : str
+        ``"euler_bernoulli"``, or ``"timoshenko"`` with shear and rotary inertia.
+    ends : mapping
+        Supports of the ends ``left`` and ``right``, such as ``{"left": "clamped", "right": "pinned"}``.
+    velocity : float or str
+        Velocity at t = 0 [m/s].
+    displacement : str, float or mapping
+        Deflection at t = 0 [m]: a formula of x, or a table.
+    segments : sequence of mappings
+        Uniform pieces from left to right.
+    tension : float or str
+        Axial preload [N].
+    damping : mapping
+        Rayleigh damping ``{"mass": ..., "stiffness": ...}`` [1/s, s].
+    **others
+        Other keys of a case file; unknown ones are refused by `Case`.
+    """
+
+    def __init__(
+        self,
+        *,
+        length: Value | None = None,
+        section: Mapping[str, Value] | None = None,
+        material: str | Mapping[str, Value] | None = None,
+        theory: str | None = None,
+        ends: Ends | None = None,
+        velocity: Value | None = None,
+        displacement: Shape | None = None,
+        segments: Sequence[Mapping[str, Any]] | None = None,
+        tension: Value | None = None,
+        damping: Mapping[str, Value] | None = None,
+        **others: Any,
+    ) -> None:
+        super().__init__({"kind": "beam"} | _given(locals()))
+
+
+class Shaft(BodyKeys):
+    """A straight elastic shaft in torsion: length, section and material, or segments with these three each.
+
+    Parameters
+    ----------
+    length : float or str
+        Length [m].
+    section : mapping
+        ``{"diameter": ...}`` and perhaps ``bore`` [m], or ``{"torsion_constant": ..., "polar_moment": ...}`` [m4].
+    material : str or mapping
+        A name (``"steel"``), or ``{"shear_modulus": ..., "density": ...}``.
+    ends : mapping
+        Supports of the ends ``left`` and ``right``.
+    twist_rate : float or str
+        Twist rate at t = 0 [rad/s].
+    twist : str, float or mapping
+        Twist at t = 0 [rad]: a formula of x, or a table.
+    segments : sequence of mappings
+        Uniform pieces from left to right.
+    damping : mapping
+        Rayleigh damping ``{"mass": ..., "stiffness": ...}`` [1/s, s].
+    **others
+        Other keys of a case file; unknown ones are refused by `Case`.
+    """
+
+    def __init__(
+        self,
+        *,
+        length: Value | None = None,
+        section: Mapping[str, Value] | None = None,
+        material: str | Mapping[str, Value] | None = None,
+        ends: Ends | None = None,
+        twist_rate: Value | None = None,
+        twist: Shape | None = None,
+        segments: Sequence[Mapping[str, Any]] | None = None,
+        damping: Mapping[str, Value] | None = None,
+        **others: Any,
+    ) -> None:
+        super().__init__({"kind": "shaft"} | _given(locals()))
+
+
+class Mass(BodyKeys):
+    """A rigid body: mass [kg], and velocity at t = 0 [m/s]."""
+
+    def __init__(self, mass: Value | None = None, *, velocity: Value | None = None, **others: Any) -> None:
+        super().__init__({"kind": "mass"} | _given(locals()))
+
+
+class Wall(BodyKeys):
+    """A rigid body that never moves."""
+
+    def __init__(self, **others: Any) -> None:
+        super().__init__({"kind": "wall"} | others)
+
+
+class Contact(BodyKeys):
+    """Two faces that may meet.
+
+    Parameters
+    ----------
+    left, right : str
+        The two faces: ``"hammer"``, ``"rod.left"``, ``"rod.right"`` or ``"beam.at(0.2)"``.
+    law : mapping
+        Contact law, ``{"kind": "penalty", "stiffness": 1e8}``; with a tolerance it may be left out for hard contact.
+    gap : float or str
+        Gap at t = 0 [m], positive when open.
+    lever_arm : float or str
+        Distance of the contact from the axis of the shaft that it turns [m].
+    overlap : str
+        ``"allowed"`` lets a gap be negative.
+    **others
+        Other keys of a case file; unknown ones are refused by `Case`.
+    """
+
+    def __init__(
+        self,
+        left: str,
+        right: str,
+        law: Mapping[str, Any] | None = None,
+        *,
+        gap: Value | None = None,
+        lever_arm: Value | None = None,
+        overlap: str | None = None,
+        **others: Any,
+    ) -> None:
+        faces = {"between": [left, right]}
+        super().__init__(faces | {key: value for key, value in _given(locals()).items() if key not in _OF_CONTACT})
+
+
+_OF_CONTACT = ("left", "right", "faces")
+
+
+def _given(names: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the arguments of an `__init__`, from its local names."""
+    keys = {key: value for key, value in names.items() if key not in ("self", "others", "__class__")}
+    others: dict[str, Any] = names["others"]
+    return keys | others

@@ -1,0 +1,186 @@
+"""Cases made in Python: the same blocks, defaults, units and errors as in a file."""
+
+from __future__ import annotations
+
+import copy
+import math
+import pickle
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import impactlab as il
+from impactlab.casefile.document import parse_yaml
+from impactlab.casefile.materials import MATERIALS
+
+CASES = sorted((Path(__file__).parents[2] / "cases").rglob("*.yaml"))
+SOLVE = {"model": {"kind": "continuous"}, "duration": {"round_trips": 3}}
+
+
+def struck(**rod: Any) -> il.Case:
+    """Return a hammer on a rod with these keys in place of its own."""
+    keys = {"length": "30 cm", "area": "9 cm^2", "material": "steel"} | rod
+    return il.Case(
+        name="struck",
+        bodies={"hammer": il.Mass("1 kg", velocity=1.0), "rod": il.Rod(**{k: v for k, v in keys.items() if v != ""})},
+        contacts=[il.Contact("hammer", "rod.left", {"kind": "addition_deletion"})],
+        solve=SOLVE,
+    )
+
+
+TEXT = """
+schema_version: 1
+bodies:
+  hammer: {kind: mass, mass: 1 kg, velocity: 1.0}
+  rod: {kind: rod, length: 30 cm, area: 9 cm^2, material: {young: 210 GPa, density: 7850}}
+contacts:
+  - {between: [hammer, rod.left], law: {kind: addition_deletion}}
+solve: {model: {kind: continuous}, duration: {round_trips: 3}}
+"""
+
+
+def test_python_and_file_give_the_same_bits(tmp_path: Path) -> None:
+    file = tmp_path / "struck.yaml"
+    file.write_text(TEXT)
+    times = np.linspace(0.0, 1e-4, 300)
+    for model in ({"kind": "continuous"}, {"kind": "finite_element", "elements": 20}):
+        runs = [il.run(case.with_("solve.model", model)) for case in (struck(), il.load_case(file))]
+        assert runs[0].events == runs[1].events
+        forces = [run.evaluate(times, "force:hammer|rod.left") for run in runs]
+        assert forces[0].max() > 0.0
+        assert np.array_equal(*forces)
+
+
+@pytest.mark.parametrize("file", CASES, ids=lambda file: file.stem)
+def test_a_case_written_as_yaml_is_read_again(file: Path, tmp_path: Path) -> None:
+    case = il.load_case(file)
+    assert parse_yaml(case.to_yaml()).data == case.document.data
+    again = il.Case.from_dict(case.document.data, case.name)
+    assert repr(again.built) == repr(case.built)  # as a text, in which a number that is not known equals itself
+    assert again.method_names == case.method_names
+
+
+def test_texts_that_look_like_numbers_stay_texts() -> None:
+    titled = struck().with_("title", "1e5")
+    assert parse_yaml(titled.to_yaml()).data["title"] == "1e5"
+    assert max(map(len, titled.to_yaml().splitlines())) <= 110
+
+
+@pytest.mark.parametrize(
+    ("keys", "path", "words"),
+    [
+        ({"lenght": 1.0}, "bodies.rod.lenght", "Did you mean 'length'"),
+        ({"length": "3 kg"}, "bodies.rod.length", "another dimension"),
+        ({"area": -1.0}, "bodies.rod.area", "out of range"),
+        ({"material": "stel"}, "bodies.rod.material", "Did you mean 'steel'"),
+        ({"material": {"young": 2e11}}, "bodies.rod.material.density", "missing"),
+        ({"diameter": 0.02}, "bodies.rod.diameter", "area, diameter given"),
+        ({"area": "", "width": 0.02}, "bodies.rod.width", "width given"),
+        ({"area": ""}, "bodies.rod.area", "missing"),
+        ({"area": object()}, "", "type 'object'"),
+    ],
+)
+def test_errors_are_those_of_a_file(keys: dict[str, Any], path: str, words: str) -> None:
+    with pytest.raises(il.CaseError) as caught:
+        struck(**keys)
+    assert caught.value.path == path
+    assert words in str(caught.value)
+
+
+def test_a_section_may_be_given_by_its_sizes() -> None:
+    round_one = struck(area="", diameter="20 mm").scene().elastic["rod"].segments[0]
+    assert round_one.area == pytest.approx(math.pi * 1e-4, rel=1e-15)
+    rectangle = struck(area="", width="2 cm", height="3 cm").scene().elastic["rod"].segments[0]
+    assert rectangle.area == pytest.approx(6e-4, rel=1e-15)
+    pieces = [
+        {"length": 0.1, "diameter": 0.02, "material": "steel"},
+        {"length": 0.1, "area": 1e-4, "material": "brass"},
+    ]
+    rod = struck(length="", area="", material="", segments=pieces).scene().elastic["rod"]
+    assert [piece.area for piece in rod.segments] == pytest.approx([math.pi * 1e-4, 1e-4])
+    assert rod.segments[1].young == MATERIALS["brass"].young
+    with pytest.raises(il.CaseError, match=r"segments\.0\.area: this key is missing"):
+        struck(length="", area="", material="", segments=[{"length": 0.1, "material": "steel"}])
+
+
+@pytest.mark.parametrize("name", MATERIALS)
+def test_materials_are_solids_with_a_source(name: str) -> None:
+    constants = MATERIALS[name]
+    assert 1500.0 < math.sqrt(constants.young / constants.density) < 6000.0  # speed of bar waves in solids [m/s]
+    assert 0.15 < constants.poisson < 0.4
+    assert len(constants.source) > 10
+
+
+def test_a_name_gives_each_kind_of_body_its_own_constants() -> None:
+    bodies = {
+        "ball": il.Mass(0.1, velocity=1.0),
+        "beam": il.Beam(length=1.0, section={"diameter": 0.01}, material="brass", theory="timoshenko"),
+    }
+    law = {"kind": "penalty", "stiffness": 1e6}
+    case = il.Case(bodies=bodies, contacts=[il.Contact("ball", "beam.at(0.5)", law)], solve={"duration": 1e-4})
+    beam = case.scene().elastic["beam"].segments[0]
+    shear = MATERIALS["brass"].young / (2.0 * (1.0 + MATERIALS["brass"].poisson))
+    assert beam.shear_stiffness == pytest.approx(0.9 * shear * beam.area)
+    shaft = il.Shaft(length=1.0, section={"diameter": 0.01}, material="brass")
+    turned = il.Case(
+        bodies={"ball": bodies["ball"], "shaft": shaft},
+        contacts=[il.Contact("ball", "shaft.left", {"kind": "addition_deletion"}, lever_arm=0.1)],
+        solve=SOLVE,
+    )
+    speed = math.sqrt(shear / MATERIALS["brass"].density)
+    assert turned.scene().elastic["shaft"].segments[0].wave_speed == pytest.approx(speed)
+
+
+@pytest.mark.parametrize(
+    "solve",
+    [
+        {"model": {"kind": "continuous"}},
+        {"model": {"kind": "finite_element", "elements": 20}},
+        {"model": {"kind": "modal", "elements": 20, "modes": 8}, "integrator": {"kind": "adaptive"}},
+    ],
+    ids=lambda solve: solve["model"]["kind"],
+)
+def test_histories_are_copied_and_pickled(solve: dict[str, Any]) -> None:
+    case = struck().with_("solve", solve).with_("snapshots", [2e-5, 9e-5])
+    case = case.with_("contacts.0.law", {"kind": "penalty", "stiffness": 1e9})
+    history = il.run(case)
+    for other in (pickle.loads(pickle.dumps(history)), copy.deepcopy(history), copy.copy(history)):
+        assert other.events == history.events
+        times = np.linspace(0.0, history.duration, 100)
+        for channel in history.channels():
+            assert np.array_equal(other.evaluate(times, channel), history.evaluate(times, channel), equal_nan=True)
+        for quantity in ("stress", "velocity"):
+            fields = [each.field("rod", 9e-5, quantity).values for each in (other, history)]
+            assert np.abs(fields[1]).max() > 0.0
+            assert np.array_equal(*fields)
+        assert other.energy.final_error == history.energy.final_error
+
+
+PAGE = (Path(__file__).parents[2] / "docs" / "cases-in-python.md").read_text(encoding="utf-8")
+
+
+def test_the_page_runs_as_printed() -> None:
+    names: dict[str, Any] = {}
+    [first, second] = re.findall(r"```python\n(.*?)```", PAGE, flags=re.DOTALL)
+    exec(first, names)
+    steel = MATERIALS["steel"]
+    speed = math.sqrt(steel.young / steel.density)
+    assert 80e-6 < 0.5 / speed < 120e-6 < 0.5 / speed + 0.3 / speed < 160e-6
+    assert names["strain"] == pytest.approx([0.0, 5.0 / (2.0 * speed), 0.0, 0.0], rel=1e-12, abs=1e-18)
+    assert "Pool(2)" in second
+    runs = [pickle.loads(pickle.dumps(il.run(names["case"].with_("bodies.striker.velocity", v)))) for v in (2.0, 4.0)]
+    peaks = [max(span.peak_force for span in run.contacts) for run in runs]
+    assert peaks[1] == pytest.approx(2.0 * peaks[0], rel=1e-12)
+
+
+def test_the_page_lists_every_material() -> None:
+    rows = [[cell.strip(" `") for cell in row.split("|")[1:-1]] for row in PAGE.splitlines() if row.startswith("| `")]
+    found = {name: (float(young) * 1e9, float(poisson), float(density), source)
+             for name, young, poisson, density, source in rows}  # fmt: skip
+    assert found.keys() == MATERIALS.keys()
+    for name, constants in MATERIALS.items():
+        assert found[name][:3] == pytest.approx(constants[:3], rel=1e-9)
+        assert found[name][3] == constants.source
