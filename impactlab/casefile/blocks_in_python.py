@@ -15,7 +15,7 @@ Shape: TypeAlias = float | str | Mapping[str, Sequence[Value]]
 class BodyKeys(dict[str, Any]):
     """Keys of the block of a body or a contact; those that are None are left out. They are checked by `Case`."""
 
-    def __init__(self, keys: Mapping[str, Any]) -> None:
+    def __init__(self, **keys: Any) -> None:
         super().__init__({key: value for key, value in keys.items() if value is not None})
 
 
@@ -60,7 +60,21 @@ class Rod(BodyKeys):
         damping: Mapping[str, Value] | None = None,
         **others: Any,
     ) -> None:
-        super().__init__({"kind": "rod"} | _given(locals()))
+        super().__init__(
+            kind="rod",
+            length=length,
+            area=area,
+            diameter=diameter,
+            width=width,
+            height=height,
+            material=material,
+            ends=ends,
+            velocity=velocity,
+            displacement=displacement,
+            segments=segments,
+            damping=damping,
+            **others,
+        )
 
 
 class Beam(BodyKeys):
@@ -107,7 +121,20 @@ class Beam(BodyKeys):
         damping: Mapping[str, Value] | None = None,
         **others: Any,
     ) -> None:
-        super().__init__({"kind": "beam"} | _given(locals()))
+        super().__init__(
+            kind="beam",
+            length=length,
+            section=section,
+            material=material,
+            theory=theory,
+            ends=ends,
+            velocity=velocity,
+            displacement=displacement,
+            segments=segments,
+            tension=tension,
+            damping=damping,
+            **others,
+        )
 
 
 class Shaft(BodyKeys):
@@ -148,21 +175,32 @@ class Shaft(BodyKeys):
         damping: Mapping[str, Value] | None = None,
         **others: Any,
     ) -> None:
-        super().__init__({"kind": "shaft"} | _given(locals()))
+        super().__init__(
+            kind="shaft",
+            length=length,
+            section=section,
+            material=material,
+            ends=ends,
+            twist_rate=twist_rate,
+            twist=twist,
+            segments=segments,
+            damping=damping,
+            **others,
+        )
 
 
 class Mass(BodyKeys):
     """A rigid body: mass [kg], and velocity at t = 0 [m/s]."""
 
     def __init__(self, mass: Value | None = None, *, velocity: Value | None = None, **others: Any) -> None:
-        super().__init__({"kind": "mass"} | _given(locals()))
+        super().__init__(kind="mass", mass=mass, velocity=velocity, **others)
 
 
 class Wall(BodyKeys):
     """A rigid body that never moves."""
 
     def __init__(self, **others: Any) -> None:
-        super().__init__({"kind": "wall"} | others)
+        super().__init__(kind="wall", **others)
 
 
 class Contact(BodyKeys):
@@ -195,15 +233,4 @@ class Contact(BodyKeys):
         overlap: str | None = None,
         **others: Any,
     ) -> None:
-        faces = {"between": [left, right]}
-        super().__init__(faces | {key: value for key, value in _given(locals()).items() if key not in _OF_CONTACT})
-
-
-_OF_CONTACT = ("left", "right", "faces")
-
-
-def _given(names: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the arguments of an `__init__`, from its local names."""
-    keys = {key: value for key, value in names.items() if key not in ("self", "others", "__class__")}
-    others: dict[str, Any] = names["others"]
-    return keys | others
+        super().__init__(between=[left, right], law=law, gap=gap, lever_arm=lever_arm, overlap=overlap, **others)
