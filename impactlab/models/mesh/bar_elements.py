@@ -102,11 +102,15 @@ def elements_per_segment(segments: tuple[Segment, ...], elements: int) -> tuple[
     return tuple(int(count) for count in counts)
 
 
+@lru_cache(maxsize=64)
 def spread(segments: tuple[Segment, ...], elements: int) -> tuple[Array, Ints]:
     """Return the lengths [m] of the elements of a row, and the number of the segment of each, (n_elements,) both."""
     counts = elements_per_segment(segments, elements)
     lengths = [np.full(count, segment.length / count) for segment, count in zip(segments, counts, strict=True)]
-    return np.concatenate(lengths), np.repeat(np.arange(len(counts)), counts)
+    found = np.concatenate(lengths), np.repeat(np.arange(len(counts)), counts)
+    for array in found:
+        array.flags.writeable = False  # every caller gets the same arrays
+    return found
 
 
 def node_distance(order: int) -> float:

@@ -71,7 +71,8 @@ class RecordedHistory(AbstractRecordedHistory):
         assembly, scene, channels = self.assembly, self.scene, self.recorded
         record = assembly.memory.record[: assembly.clock.n_records]
         times = record[:, 0]
-        lengths = np.diff(times, prepend=0.0)
+        lengths = times.copy()
+        lengths[1:] -= times[:-1]
         of_velocity, of_force, middles = times, times, times - 0.5 * lengths
         if self._integrator.velocity_point != 1.0:
             early = np.minimum(lengths, assembly.dt)
