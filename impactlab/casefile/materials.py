@@ -59,7 +59,7 @@ def _read(block: type[BaseModel], given: Any) -> Any:
     if given not in MATERIALS:
         keys = ", ".join(block.model_fields)
         raise refuse(
-            f"{shown(given)} is no material with a name here.{closest(given, MATERIALS)} "
+            f"{shown(given)} is not the name of a material.{closest(given, MATERIALS)} "
             f"Allowed: {', '.join(MATERIALS)}, or a block of {keys}"
         )
     constants = MATERIALS[given]._asdict()
