@@ -1,0 +1,22 @@
+"""The instants at which a page, a table or a file samples a history: equal steps over the whole run."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy import float64
+from numpy.typing import NDArray
+
+HISTORY_POINTS = 2001
+"""Instants of a time trace; a pixel of a wide screen shows one of them."""
+FRAMES = 240
+"""Steps between the frames of fields along bodies: eight seconds at 30 frames per second."""
+
+
+def page_times(duration: float) -> NDArray[float64]:
+    """Return the instants of time traces, shape (HISTORY_POINTS,) [s]."""
+    return np.linspace(0.0, duration, HISTORY_POINTS)
+
+
+def frame_times(duration: float) -> NDArray[float64]:
+    """Return the instants of fields along bodies, shape (FRAMES + 1,) [s]."""
+    return np.linspace(0.0, duration, FRAMES + 1)
