@@ -6,10 +6,10 @@ import numpy as np
 from numpy import float64
 from numpy.typing import NDArray
 
-HISTORY_POINTS = 2001
-"""Instants of a time trace; a pixel of a wide screen shows one of them."""
 FRAMES = 240
 """Steps between the frames of fields along bodies: eight seconds at 30 frames per second."""
+HISTORY_POINTS = 8 * FRAMES + 1
+"""Instants of a time trace, one per pixel of a wide screen; every eighth is that of a frame."""
 
 
 def page_times(duration: float) -> NDArray[float64]:
