@@ -77,7 +77,7 @@ class Comparison:
         return summaries.table(self.document)
 
 
-def run(case: Case | Simulation, progress: Progress | None = None) -> AbstractHistory:
+def run(case: Case | Simulation, progress: Progress | None = None, frames: int = 0) -> AbstractHistory:
     """Run a case, or a scene with its method, and return the history.
 
     A history whose answer is in doubt issues a `RunWarning`, once for each of its serious warnings: it misses its
@@ -90,6 +90,9 @@ def run(case: Case | Simulation, progress: Progress | None = None) -> AbstractHi
         first completed by the automatic choice.
     progress : callable, optional
         Called with the fraction done, from 0 to 1, about ten times a second.
+    frames : int, optional
+        Fields of stepped bodies are kept at the ends of so many equal parts of the run, beside those that the case
+        asks for (``history.field_times(body)``); no other number of the history depends on it.
 
     Raises
     ------
@@ -99,6 +102,8 @@ def run(case: Case | Simulation, progress: Progress | None = None) -> AbstractHi
         If the run fails on the way, or more than doubles the energy of its bodies; it carries the history so far.
     """
     scene, method = case.simulation() if isinstance(case, Case) else case
+    if frames:
+        scene = scene.with_frames(frames)
     try:
         history = solve(scene, method, progress)
     except ImpactlabError as error:
@@ -170,7 +175,10 @@ def reference_of(scene: Scene, method: Method, budget: float | None = None) -> R
 
 
 def compare(
-    case: Case, methods: Sequence[str] | None = None, progress: Callable[[str, float], None] | None = None
+    case: Case,
+    methods: Sequence[str] | None = None,
+    progress: Callable[[str, float], None] | None = None,
+    frames: int = 0,
 ) -> Comparison:
     """Return several methods run on one case, with their errors against the exact or converged answer.
 
@@ -182,6 +190,8 @@ def compare(
         Names of its methods, ``base`` being the case as written; all of them if not given.
     progress : callable, optional
         Called with the name of the method and the fraction of the whole comparison that is done.
+    frames : int, optional
+        As of `run`.
 
     Raises
     ------
@@ -194,7 +204,7 @@ def compare(
     known: dict[Any, Reference | None] = {}  # by the scene and method that determine each
     rows = []
     for number, name in enumerate(names):
-        rows.append(_row(case, name, known, _share(progress, name, number, len(names))))
+        rows.append(_row(case, name, known, _share(progress, name, number, len(names)), frames))
     return Comparison(case.label, tuple(rows))
 
 
@@ -251,11 +261,11 @@ def _share(
     return lambda fraction: progress(name, (number + fraction) / count)
 
 
-def _row(case: Case, name: str, known: dict[Any, Reference | None], progress: Progress | None) -> Row:
+def _row(case: Case, name: str, known: dict[Any, Reference | None], progress: Progress | None, frames: int) -> Row:
     try:
         variant = case.method(name)
         with warnings_kept():
-            history = run(variant, progress)
+            history = run(variant, progress, frames)
         physics = physics_of(variant)
         key = references.physics_key(*physics)
         if key not in known:

@@ -10,7 +10,7 @@ from impactlab.casefile.blocks import ElasticBlock
 from impactlab.casefile.check import reference_rod
 from impactlab.casefile.contacts import faces_of, lever_arm_of
 from impactlab.casefile.parts import read_part
-from impactlab.casefile.schema import CaseBlock, MassBlock, RoundTrips
+from impactlab.casefile.schema import CaseBlock, Frames, MassBlock, RoundTrips
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import CaseError, ImpactlabError, PluginError
 from impactlab.models.base import AbstractRodModel
@@ -44,7 +44,8 @@ def build(case: CaseBlock, name: str, registry: Registry) -> Simulation:
     round_trip = counted.round_trip if isinstance(counted, ElasticBody) else float("nan")
     given = case.solve.duration
     duration = given.round_trips * round_trip if isinstance(given, RoundTrips) else float(given)
-    for number, time in enumerate(case.snapshots):
+    snapshots, frames = _field_times(case, duration)
+    for number, time in enumerate(snapshots):
         if time > duration:
             raise CaseError(
                 f"{time:g} s lies after the end of the run. Allowed: 0 to {duration:g} s",
@@ -65,12 +66,19 @@ def build(case: CaseBlock, name: str, registry: Registry) -> Simulation:
         records=case.solve.records,
         gravity=case.gravity,
         probes=tuple(Probe(probe.body, probe.at, probe.quantity) for probe in case.probes),
-        snapshots=tuple(case.snapshots),
+        snapshots=snapshots,
+        frames=frames,
         metrics=tuple(dict.fromkeys(case.metrics)),
         round_trip=round_trip,
     )
     check_scales(scene)
     return Simulation(scene, _method(case, laws, models, registry))
+
+
+def _field_times(case: CaseBlock, duration: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return the times of snapshots, and those of equal frames [s]."""
+    given = case.snapshots
+    return ((), given.times(duration)) if isinstance(given, Frames) else (tuple(given), ())
 
 
 def _method(

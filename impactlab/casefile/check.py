@@ -10,7 +10,7 @@ import numpy as np
 from impactlab.casefile.blocks import ElasticBlock
 from impactlab.casefile.contacts import RULES_OF_CONTACTS, Met, met
 from impactlab.casefile.points import check_place, find_body
-from impactlab.casefile.schema import CHOSEN, CaseBlock, RoundTrips, WallBlock
+from impactlab.casefile.schema import CHOSEN, CaseBlock, Frames, RoundTrips, WallBlock
 from impactlab.casefile.words import listed, shown
 from impactlab.errors import CaseError, combined
 from impactlab.scene.bodies import Table
@@ -167,6 +167,15 @@ def _one_step_rule(case: CaseBlock) -> None:
         )
 
 
+def _one_spacing_of_snapshots(case: CaseBlock) -> None:
+    if isinstance(case.snapshots, Frames) and (case.snapshots.every is None) == (case.snapshots.count is None):
+        raise CaseError(
+            "every and count are given together" if case.snapshots.every is not None else "the block is empty",
+            remedy="Give a list of times, {every: time} or {count: number of parts}.",
+            path="snapshots",
+        )
+
+
 def _probes_lie_on_bodies(case: CaseBlock) -> None:
     for number, probe in enumerate(case.probes):
         path = f"probes.{number}"
@@ -206,5 +215,6 @@ RULES: tuple[Callable[[CaseBlock], None], ...] = (
     _models_name_rods,
     _tolerance_stands_alone,
     _one_step_rule,
+    _one_spacing_of_snapshots,
     _probes_lie_on_bodies,
 )

@@ -8,7 +8,7 @@ from typing import Any
 from impactlab.casefile.blocks import end_values, profile_values
 from impactlab.casefile.build import DEFAULT_INTEGRATOR
 from impactlab.casefile.parts import describe_part
-from impactlab.casefile.schema import BodyBlock, CaseBlock
+from impactlab.casefile.schema import BodyBlock, CaseBlock, Frames
 from impactlab.casefile.shafts import ShaftBlock, described
 from impactlab.scene.bodies import Beam, BeamSegment, Body, ElasticBody, Mass, Segment
 from impactlab.scene.method import Method, modelled
@@ -40,7 +40,9 @@ def resolve(case: CaseBlock, scene: Scene, method: Method) -> dict[str, Any]:
         "solve": solve,
         "gravity": scene.gravity,
         "probes": [{"body": probe.body, "at": probe.x, "quantity": probe.quantity} for probe in scene.probes],
-        "snapshots": list(scene.snapshots),
+        "snapshots": case.snapshots.model_dump(exclude_none=True)
+        if isinstance(case.snapshots, Frames)
+        else list(scene.snapshots),
         **({"metrics": list(scene.metrics)} if scene.metrics else {}),
         "methods": list(case.methods),
         "variants": list(case.variants),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Discriminator, Field, Tag
 
 from impactlab.casefile.beams import BeamBlock
 from impactlab.casefile.blocks import (
@@ -25,6 +25,7 @@ from impactlab.casefile.shafts import ShaftBlock
 from impactlab.casefile.values import Allowed, object_schema, quantity, refuse, words
 from impactlab.casefile.values import Reader as Reader
 from impactlab.casefile.words import shown
+from impactlab.errors import CaseError
 from impactlab.scene.method import COUNTED
 from impactlab.scene.problem import RECORDS
 
@@ -156,6 +157,32 @@ class ProbeBlock(Block):
     )
 
 
+MAX_SNAPSHOTS = 10_000
+
+
+class Frames(Block):
+    """Equal instants of fields over the whole run; exactly one of the two."""
+
+    every: Time | None = Field(default=None, description="time between two of them [s]")
+    count: Annotated[int, Allowed("1", (("ge", 1), ("le", MAX_SNAPSHOTS)), whole=True).reader()] | None = Field(
+        default=None, description="number of equal parts of the run, with fields at their ends"
+    )
+
+    def times(self, duration: float) -> tuple[float, ...]:
+        """Return the instants, from 0 to at most the duration [s]; raise `CaseError` where they are too many."""
+        if self.every is None:
+            count = self.count or 1
+            return tuple(duration * number / count for number in range(count + 1))
+        parts = duration / self.every * (1.0 + 1e-12)
+        if not 1.0 <= parts <= MAX_SNAPSHOTS:
+            raise CaseError(
+                f"every {self.every:g} s gives {parts:.6g} snapshots in {duration:g} s. Allowed: 1 to {MAX_SNAPSHOTS}",
+                remedy="Give another time, or a count.",
+                path="snapshots.every",
+            )
+        return tuple(min(self.every * number, duration) for number in range(int(parts) + 1))
+
+
 class CaseBlock(Block):
     """A case: bodies, contacts, how to solve them, quantities to record."""
 
@@ -169,7 +196,10 @@ class CaseBlock(Block):
         default=0.0, description="gravity [m/s2], along +x, of beams along +u"
     )
     probes: tuple[ProbeBlock, ...] = Field(default=(), max_length=1000, description="quantities to record")
-    snapshots: tuple[Instant, ...] = Field(default=(), max_length=10000, description="times of fields [s]")
+    snapshots: Annotated[
+        Annotated[tuple[Instant, ...], Tag("times"), Field(max_length=MAX_SNAPSHOTS)] | Annotated[Frames, Tag("equal")],
+        Discriminator(lambda value: "equal" if isinstance(value, (dict, Frames)) else "times"),
+    ] = Field(default=(), description="times of fields [s]: a list of them, {every: time} or {count: number of parts}")
     metrics: tuple[Name, ...] = Field(
         default=(), max_length=100, description="metrics of plugins to measure; impactlab's own are always measured"
     )

@@ -13,7 +13,17 @@ from impactlab.errors import CaseError
 from impactlab.exact.energies import energies_at, rod_energy, rod_momentum, sample_times
 from impactlab.exact.network import Layout, Link, Log
 from impactlab.exact.signals import Signal, Signals
-from impactlab.history.base import AbstractHistory, ContactSpan, Cost, EnergyBook, Event, Field, Warned, within_run
+from impactlab.history.base import (
+    AbstractHistory,
+    ContactSpan,
+    Cost,
+    EnergyBook,
+    Event,
+    Field,
+    Warned,
+    places_on,
+    within_run,
+)
 from impactlab.history.noise_floor import above_noise
 from impactlab.metrics.grazing import near_grazing
 from impactlab.scene.frame import carried_energy, touched_in
@@ -212,14 +222,15 @@ class ContinuousHistory(AbstractHistory):
         """Return the force of a contact as a function of time [N]."""
         return self.signals.force(self._contact[name])
 
-    def field(self, body: str, t: float, quantity: str) -> Field:
+    def field(self, body: str, t: float, quantity: str, x: ArrayLike | None = None) -> Field:
         links = self.layout.links.get(body, ())
         if not links or quantity not in self.scene.bodies[body].quantities:
             raise CaseError(
                 f"no field '{quantity}' of '{body}'", remedy=f"Fields: {', '.join(QUANTITIES_OF_ROD)} of a rod."
             )
         read, factor = self.scene.bodies[body].reading(quantity)
-        x = np.linspace(0.0, self.scene.bodies[body].length, FIELD_POINTS)
+        length = self.scene.bodies[body].length
+        x = np.linspace(0.0, length, FIELD_POINTS) if x is None else places_on(self.scene.bodies[body], x)
         values = np.empty_like(x)
         time = float(within_run(t, self.duration))
         for link in links:

@@ -15,7 +15,7 @@ from impactlab.errors import CaseError
 from impactlab.exact.energies import energies_at
 from impactlab.exact.history import ContinuousHistory
 from impactlab.exact.network import Layout, Log, without
-from impactlab.history.base import AbstractHistory, ContactSpan, Cost, EnergyBook, Event, Field, within_run
+from impactlab.history.base import AbstractHistory, ContactSpan, Cost, EnergyBook, Event, Field, places_on, within_run
 from impactlab.history.noise_floor import above_noise
 from impactlab.numerics.slopes import slopes
 from impactlab.scene.frame import carried_energy, touched_in
@@ -68,10 +68,16 @@ class ThinnedHistory(AbstractHistory):
         middles = 0.5 * (self.time[1:] + self.time[:-1])
         return np.asarray(np.maximum(0.0, means[cell] + slopes(middles, means)[cell] * (times - middles[cell])))
 
-    def field(self, body: str, t: float, quantity: str) -> Field:
+    def field_times(self, body: str) -> Array | None:
+        return np.unique([time for name, _, time in self.fields if name == body])
+
+    def field(self, body: str, t: float, quantity: str, x: ArrayLike | None = None) -> Field:
         for (name, kind, time), found in self.fields.items():
             if (name, kind) == (body, quantity) and abs(time - t) <= 1e-9 * self.duration:
-                return found
+                if x is None:
+                    return found
+                places = places_on(self.scene.bodies[body], x)
+                return Field(places, np.interp(places, found.x, found.values))
         raise CaseError(
             f"the field '{quantity}' of '{body}' at {t:g} s is not kept: the run was too long to keep all of its waves",
             remedy="Name that instant in snapshots, or give a shorter duration.",
@@ -141,7 +147,7 @@ class Thinner:
         for name in self.impulses:
             self.impulses[name] = float(self._impulse(window, name, np.array([until]))[0])
         self._energies(window, t[-self.taken % self.every :: self.every], until, last)
-        for time in self.scene.snapshots:
+        for time in self.scene.field_times:
             if self.begun <= time < until or (last and time >= until):
                 for body in self.scene.bodies.values():
                     for kind in body.quantities if body.waves is not None else ():

@@ -12,6 +12,7 @@ from numpy import float64
 from numpy.typing import ArrayLike, NDArray
 
 from impactlab.errors import ImpactlabError
+from impactlab.scene.bodies import Body
 from impactlab.scene.method import Method
 from impactlab.scene.problem import Scene
 
@@ -155,7 +156,7 @@ class Field(NamedTuple):
     values: Array  # (n,)
 
 
-END_ROUNDING = 1e-9  # of the duration: a time outside a run by less is moved to its start or end
+END_ROUNDING = 1e-9  # of duration or length: a time outside a run, a place outside a body by less is moved into it
 
 
 def within_run(t: ArrayLike, duration: float) -> Array:
@@ -176,6 +177,26 @@ def within_run(t: ArrayLike, duration: float) -> Array:
             path="solve.duration",
         )
     return np.asarray(np.clip(times, 0.0, duration))
+
+
+def places_on(body: Body, x: ArrayLike) -> Array:
+    """Return places on a body as an array, those outside its length by rounding moved onto it, shape (n,) [m].
+
+    Raises
+    ------
+    ImpactlabError
+        If a place lies further outside, or is not a number.
+    """
+    places = np.atleast_1d(np.asarray(x, float))
+    slack = END_ROUNDING * body.length
+    outside = places[~((places >= -slack) & (places <= body.length + slack))]
+    if outside.size:
+        raise ImpactlabError(
+            f"{float(outside.flat[0]):.6g} m lies outside '{body.name}', 0 to {body.length:.6g} m",
+            remedy="Give x from the left end of the body.",
+            path=f"bodies.{body.name}",
+        )
+    return np.asarray(np.clip(places, 0.0, body.length))
 
 
 class AbstractHistory(ABC):
@@ -218,14 +239,23 @@ class AbstractHistory(ABC):
         """
 
     @abstractmethod
-    def field(self, body: str, t: float, quantity: str) -> Field:
-        """Return a quantity (displacement, velocity, strain, stress or force) along a body at time t [s].
+    def field(self, body: str, t: float, quantity: str, x: ArrayLike | None = None) -> Field:
+        """Return a quantity along a body at time t [s], at places x [m], shape (n,), or those of the body's own grid.
+
+        Continuous rods answer at any time. Bodies in the coordinates of a mesh or of modes answer at the times in
+        `field_times`: there the state is interpolated linearly between the two ends of the step, displacements and
+        velocities each from the instants to which the scheme's own belong.
 
         Raises
         ------
         ImpactlabError
-            If t lies outside [0, duration] by more than rounding, or is no snapshot of a stepped run.
+            If t lies outside [0, duration] by more than rounding or is none of `field_times`; if x lies outside the
+            body.
         """
+
+    def field_times(self, body: str) -> Array | None:
+        """Return the times at which `field` answers for a body, shape (n,) [s]; None, as here, for any time."""
+        return None
 
     @abstractmethod
     def jumps(self, channel: str) -> Array:

@@ -106,7 +106,7 @@ _kept: OrderedDict[Any, Reference | None] = OrderedDict()
 
 def converged(scene: Scene, method: Method, budget: float = FULL_BUDGET_S) -> Reference | None:
     """Return the better of two independent descriptions refined until their error is known, or None."""
-    asked = Simulation(dataclasses.replace(scene, records=RECORDS), method)
+    asked = Simulation(dataclasses.replace(scene, records=RECORDS, frames=()), method)
     key = (physics_key(*asked), budget)
     try:
         if key in _kept:

@@ -8,11 +8,12 @@ displacement is the deflection, positive up; for its contacts "left" reads below
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 from impactlab.scene.bodies import Body, ElasticBody
 
+SAME_TIME = 1e-9  # of the duration: times of fields that are nearer to each other are the same
 RECORDS = 20_000  # instants that a run keeps unless the case says otherwise
 
 
@@ -64,7 +65,8 @@ class Scene:
     duration: float  # s
     gravity: float = 0.0  # m/s2, along +x
     probes: tuple[Probe, ...] = ()
-    snapshots: tuple[float, ...] = ()  # s
+    snapshots: tuple[float, ...] = ()  # s, at which fields are kept and shown as figures
+    frames: tuple[float, ...] = ()  # s, at which fields are kept beside the snapshots: for data and animations
     round_trip: float = float("nan")  # s, of the body named in round_trips_of; NaN without a rod or beam
     records: int = RECORDS  # instants kept: a run of more steps keeps every second, third ... one
     metrics: tuple[str, ...] = ()  # names of metrics of plugins to be measured beside impactlab's own
@@ -75,6 +77,20 @@ class Scene:
         moving = [body for body in self.bodies.values() if body.velocity != 0.0]
         held = any(end.kind in ("clamped", "dashpot") for body in moving for _, end in body.ends)
         return held or bool(self.loaded_ends)
+
+    @cached_property
+    def field_times(self) -> tuple[float, ...]:
+        """Times of the snapshots and frames, rising [s]; those that differ by rounding are one."""
+        kept: list[float] = []
+        for time in sorted((*self.snapshots, *self.frames)):
+            if not kept or time > kept[-1] + SAME_TIME * self.duration:
+                kept.append(time)
+        return tuple(kept)
+
+    def with_frames(self, count: int) -> Scene:
+        """Return the scene with further frames: at the start, and after each of ``count`` equal parts of the run."""
+        more = (self.duration * number / count for number in range(count + 1))
+        return replace(self, frames=tuple(sorted({*self.frames, *more})))
 
     @cached_property
     def in_order(self) -> dict[str, Body]:

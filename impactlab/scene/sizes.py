@@ -6,6 +6,7 @@ may take a tenth of it, as every check builds them. ``IMPACTLAB_MEMORY`` sets an
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import os
 from collections.abc import Mapping
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 
 MEMORY = 2e9  # bytes
 BUILT = 0.1  # of it, for the matrices and steppers of all bodies
+FRAMES = 0.1  # of it, for the states at the frames of a run
 CELL = 14.0  # numbers a cell of a delay line or of a beam's characteristics
 NUMBER = 8.0  # bytes
 
@@ -72,12 +74,17 @@ def check_records(scene: Scene, steps: float) -> None:
 
 def check_fields(scene: Scene, state: int, unknowns: Mapping[str, int]) -> None:
     """Raise `CaseError` where snapshots of so many numbers a state, or the rows of the probes, are too large."""
-    numbers = 2.0 * len(scene.snapshots) * state
-    check_memory(
-        numbers, f"{len(scene.snapshots)} snapshots of {state} numbers", "snapshots", "Take fewer.", 1.0 - BUILT
-    )
+    taken = len(scene.snapshots)
+    check_memory(2.0 * taken * state, f"{taken} snapshots of {state} numbers", "snapshots", "Take fewer.", 1.0 - BUILT)
     rows = float(sum(unknowns.get(probe.body, 0) for probe in scene.probes))
     check_memory(rows, f"{len(scene.probes)} probes", "probes", "Give fewer.", 1.0 - BUILT)
+
+
+def with_room(scene: Scene, state: int) -> Scene:
+    """Return the scene with as many of its frames as fit into a tenth of the memory, for so many numbers a state."""
+    room = int(FRAMES * memory_limit() / (2.0 * NUMBER * max(1, state)))
+    every = math.ceil(len(scene.frames) / room) if room else len(scene.frames) + 1
+    return scene if every <= 1 else dataclasses.replace(scene, frames=scene.frames[::every] if room else ())
 
 
 def check_cells(cells: float, name: str) -> None:

@@ -8,10 +8,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from impactlab.errors import ImpactlabError
-from impactlab.history.base import AbstractHistory, Cost, Field, within_run
+from impactlab.history.base import END_ROUNDING, AbstractHistory, Cost, Field, places_on, within_run
 from impactlab.numerics.slopes import slopes
 from impactlab.scene.method import Method
 from impactlab.scene.problem import Scene
@@ -51,6 +51,8 @@ def probed(scene: Scene) -> Iterator[Probed]:
             yield Probed(f"{own}:{name}", name, 0.0, quantity, 1.0)
 
 
+ADD_IT = "Add the time to 'snapshots', or ask for equal ones: snapshots: {count: 200}."
+MAX_LISTED = 12  # times in a message
 OF_THE_RUN = ("assembly", "ports", "_record")  # fields that refer to the memory of a run
 
 
@@ -70,6 +72,7 @@ class AbstractRecordedHistory(AbstractHistory):
         self.recorded: dict[str, Channel] = {}
         self.built, self.ports = built, ports
         self._slopes: dict[str, Array] = {}  # of forces that were read
+        self._rows: dict[tuple[str, Quantity], tuple[Array, Rows]] = {}  # of fields that were read
         self._taken: tuple[Array, dict[tuple[int, str, bool], Array]] | None = None  # snapshots of a copy
 
     def __getstate__(self) -> dict[str, Any]:
@@ -124,21 +127,60 @@ class AbstractRecordedHistory(AbstractHistory):
         found = self.recorded[channel]
         return found.times if found.stepped else np.zeros(0)
 
-    def field(self, body: str, t: float, quantity: str) -> Field:
+    def field_times(self, body: str) -> Array | None:
+        self._check_body(body)
+        return self._snapshots
+
+    def field(self, body: str, t: float, quantity: str, x: ArrayLike | None = None) -> Field:
+        self._check_body(body)
+        time = float(within_run(t, self.duration))
+        times = self._snapshots
+        number = int(np.argmin(np.abs(times - time))) if times.size else 0
+        if not times.size or abs(times[number] - time) > END_ROUNDING * self.duration:
+            text = f"no snapshot at t = {t:.6g} s; snapshots: {_listed(times)}"
+            raise ImpactlabError(text, remedy=ADD_IT, path="snapshots")
+        read, factor = self.scene.bodies[body].reading(quantity)
+        places, rows = self._rows_at(body, read, x)
+        return Field(places, factor * rows.times(self._motion(number, body, read == "velocity")))
+
+    def _check_body(self, body: str) -> None:
         if body not in self.built:
             raise ImpactlabError(f"no body '{body}'; bodies: {', '.join(self.built)}")
-        within_run(t, self.duration)
-        times = self._snapshots
-        near = np.flatnonzero(np.isclose(times, t, rtol=1e-12, atol=0.0))
-        if near.size == 0:
-            given = ", ".join(f"{time:.6g}" for time in times) or "none"
-            raise ImpactlabError(
-                f"no snapshot at t = {t:.6g} s; snapshots: {given}",
-                remedy="Add the time to 'snapshots'.",
-                path="snapshots",
-            )
-        read, factor = self.scene.bodies[body].reading(quantity)
+
+    def _rows_at(self, body: str, read: Quantity, x: ArrayLike | None) -> tuple[Array, Rows]:
+        """Return places and the rows of a quantity there; those of the body's own grid are kept."""
         model = self.built[body].model
-        x = model.grid()
-        rows = np.array([factor * model.row(float(place), read) for place in x])
-        return Field(x, np.asarray(rows @ self._motion(int(near[0]), body, read == "velocity")))
+        if x is not None:
+            places = places_on(self.scene.bodies[body], x)
+            return places, rows_of([model.row(float(place), read) for place in places])
+        if (body, read) not in self._rows:
+            places = model.grid()
+            self._rows[body, read] = places, rows_of([model.row(float(place), read) for place in places])
+        return self._rows[body, read]
+
+
+class Rows(NamedTuple):
+    """Rows over the coordinates of a body, without their zeros."""
+
+    rows: int
+    row: NDArray[np.int64]  # (entries,) number of the row
+    column: NDArray[np.int64]  # (entries,)
+    value: Array  # (entries,)
+
+    def times(self, motion: Array) -> Array:
+        """Return the rows times the coordinates, shape (rows,)."""
+        return np.asarray(np.bincount(self.row, self.value * motion[self.column], self.rows), float)
+
+
+def rows_of(dense: Sequence[Array]) -> Rows:
+    """Return dense rows, shape (n_dof,) each, without their zeros."""
+    entries = [np.flatnonzero(row) for row in dense]
+    number = np.repeat(np.arange(len(dense)), [each.size for each in entries])
+    values = [row[at] for row, at in zip(dense, entries, strict=True)]
+    return Rows(len(dense), number, np.concatenate([np.zeros(0, np.int64), *entries]), np.concatenate([[], *values]))
+
+
+def _listed(times: Array) -> str:
+    """Return times for people: the first and last of many."""
+    texts = [f"{time:.6g}" for time in times]
+    return ", ".join(texts if len(texts) <= MAX_LISTED else [*texts[:3], "...", texts[-1]]) or "none"

@@ -18,7 +18,7 @@ from impactlab.scene.method import Method, is_exact, laws_of, modelled
 from impactlab.scene.precision import beyond, in_precision
 from impactlab.scene.problem import Scene
 from impactlab.scene.ranges import PERIODS_IN_A_STEP
-from impactlab.scene.sizes import check_fields, check_records
+from impactlab.scene.sizes import check_fields, check_records, with_room
 from impactlab.simulate.adaptive.march import March
 from impactlab.simulate.adaptive.system import System
 from impactlab.simulate.body_sizes import check_bodies
@@ -180,7 +180,9 @@ def prepare(scene: Scene, method: Method) -> Plan:
     check_records(scene, steps)
     steppers = prepare_steppers(scene, built, integrator, dt)
     unknowns = {name: body.system.load.size for name, body in built.items()}
-    check_fields(scene, sum(stepper.state.size for stepper in steppers.values()), unknowns)
+    state = sum(stepper.state.size for stepper in steppers.values())
+    check_fields(scene, state, unknowns)
+    scene = with_room(scene, state)
     laws, found = {}, []
     for number, contact in enumerate(scene.contacts):
         path = f"contacts.{number}.law"
@@ -212,6 +214,7 @@ def prepare_adaptive(
         check_ordinary(integrator, name, body.system)
     unknowns = {name: body.system.load.size for name, body in built.items()}
     check_fields(scene, 2 * sum(unknowns.values()), unknowns)
+    scene = with_room(scene, 2 * sum(unknowns.values()))
     given = method.step.dt is not None or method.step.courant is not None
     with in_precision("the system of equations", "solve.integrator"):
         march = March(System(scene, method, built), integrator, resolve_step(scene, method, built) if given else None)

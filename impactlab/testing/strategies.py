@@ -240,6 +240,7 @@ def in_other_units(simulation: Simulation, mass: float, length: float, time: flo
         gravity=scene.gravity * speed / time,
         round_trip=scene.round_trip * time,
         snapshots=tuple(snapshot * time for snapshot in scene.snapshots),
+        frames=tuple(frame * time for frame in scene.frames),
         probes=tuple(dataclasses.replace(probe, x=probe.x * length) for probe in scene.probes),
     )
 

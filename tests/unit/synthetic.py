@@ -61,7 +61,7 @@ class SyntheticHistory(AbstractHistory):
     def evaluate(self, t: ArrayLike, channel: str) -> Array:
         return np.asarray(self._signals[channel](np.asarray(t, dtype=float)), dtype=float)
 
-    def field(self, body: str, t: float, quantity: str) -> Field:
+    def field(self, body: str, t: float, quantity: str, x: ArrayLike | None = None) -> Field:
         x = np.linspace(0.0, self._length, 201)
         return Field(x, self._fields[f"{quantity}:{body}"](x, t))
 

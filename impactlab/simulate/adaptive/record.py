@@ -40,7 +40,7 @@ class Record:
         self._pieces: list[Array] = []
         self._marks: list[float] = []
         self._samples: dict[float, Energies] = {}  # by time, the first of each
-        self._wanted = sorted(scene.snapshots)
+        self._wanted = scene.field_times
         self.snapshots: list[tuple[float, Array]] = []
 
     def take(self, interpolant: Any, end: float) -> None:

@@ -90,8 +90,8 @@ class Assembly:
             other_state = np.concatenate((*kept, sparse(other.rows, pattern)[2], other.left_out.ravel()))
         phases, maps = self._phases(phased)
         ports, contacts, replies = self._contacts()
-        self.snapshots, snapshots = records(SnapshotRecord, len(scene.snapshots))
-        for snapshot, time in zip(self.snapshots, sorted(scene.snapshots), strict=True):
+        self.snapshots, snapshots = records(SnapshotRecord, len(scene.field_times))
+        for snapshot, time in zip(self.snapshots, scene.field_times, strict=True):
             snapshot.time = time
         (self.clock,), clock = records(ClockRecord, 1)
         self.clock.timed, self.clock.steps = dt, plan.steps
@@ -126,7 +126,7 @@ class Assembly:
             left_out=values.left_out,
             record=np.zeros((room, 1 + 6 * n_contacts + len(self.probes))),
             sample=np.zeros((plan.steps // self.sample_stride + 8, SAMPLED + 3 * len(built))),
-            snapshot_state=np.zeros((len(scene.snapshots), 2, state.size)),
+            snapshot_state=np.zeros((len(scene.field_times), 2, state.size)),
             scratch=np.zeros(4),
             coupled=np.zeros((coupled, coupled + 3)),
             other_state=other_state,

@@ -53,7 +53,7 @@ def build_bodies(scene: Scene, method: Method) -> dict[str, BuiltBody]:
             model = build_body(body, method.models.get(name), scene.gravity, faces_of(scene, name))
             if isinstance(model, AbstractSelfStepping):
                 probes = tuple(probe for probe in (*scene.probes, *scene.loaded_ends) if probe.body == name)
-                model = model.recorded(probes, scene.duration, bool(scene.snapshots))
+                model = model.recorded(probes, scene.duration, bool(scene.field_times))
         with in_precision(f"the matrices of '{name}'", f"bodies.{name}", body):
             built[name] = BuiltBody(body, model, model.operators())
         system = built[name].system
