@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import shutil
+import sys
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -74,7 +76,8 @@ class Comparison:
         return summaries.comparison(self.case, name, [(row.name, row.summary) for row in self.rows])
 
     def __str__(self) -> str:
-        return summaries.table(self.document)
+        width = shutil.get_terminal_size().columns if sys.stdout.isatty() else None
+        return summaries.table(self.document, width)
 
 
 def run(case: Case | Simulation, progress: Progress | None = None, frames: int = 0) -> AbstractHistory:

@@ -1,18 +1,61 @@
-"""Writes a commented case to start from."""
+"""Writes a commented case to start from, or a copy of one that comes with the package."""
 
 from __future__ import annotations
 
 import re
 from pathlib import Path
 
-from impactlab.casefile.words import shown
+from impactlab.casefile.words import closest, listed, shown
 from impactlab.errors import CaseError
 
-_STARTER = Path(__file__).with_name("starter.yaml")
+STARTERS = Path(__file__).with_name("starters")  # one commented case for each kind of problem
+PACKAGE = Path(__file__).resolve().parents[1]
 
 
-def write_starter(name: str, folder: Path) -> Path:
-    """Write ``name.yaml`` into the folder and return its path; an existing file is never replaced."""
+def kinds() -> list[str]:
+    """Return the names of the commented cases to start from."""
+    return sorted(file.stem for file in STARTERS.glob("*.yaml"))
+
+
+def cases() -> dict[str, Path]:
+    """Return the cases that come with the package, by name."""
+    folder = PACKAGE / "cases"  # of an installed package
+    if not folder.is_dir():
+        folder = PACKAGE.parent / "cases"  # of a checkout
+    return {file.stem: file for file in sorted(folder.glob("*.yaml"))}
+
+
+def case_named(name: str) -> Path:
+    """Return the file of a case that comes with the package.
+
+    Raises
+    ------
+    CaseError
+        If there is none of that name.
+    """
+    known = cases()
+    if name not in known:
+        remedy = closest(name, known).strip() or "`impactlab cases` lists those that do."
+        raise CaseError(f"there is no file {shown(name)}, and no case of that name comes with impactlab", remedy=remedy)
+    return known[name]
+
+
+def write_starter(name: str, folder: Path, kind: str = "hammer") -> Path:
+    """Write a commented case of a kind as ``name.yaml`` into the folder and return its path.
+
+    Raises
+    ------
+    CaseError
+        If there is no such kind, the name is no name for a file, or the file exists.
+    """
+    if kind not in kinds():
+        text = f"there is no case like {shown(kind)} to start from. Allowed: {listed(kinds())}"
+        raise CaseError(text, remedy=closest(kind, kinds()).strip())
+    return write_copy(STARTERS / f"{kind}.yaml", name, folder)
+
+
+def write_copy(file: Path, name: str, folder: Path) -> Path:
+    """Write a file as ``name.yaml`` into a folder and return its path; an existing file is never replaced."""
     name = name.removesuffix(".yaml")
     if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_-]{0,59}", name):
         raise CaseError(
@@ -20,10 +63,9 @@ def write_starter(name: str, folder: Path) -> Path:
             remedy="The file is written into the present folder; give its name alone.",
         )
     path = folder / f"{name}.yaml"
-    text = _STARTER.read_text(encoding="utf-8")
     try:
         with path.open("x", encoding="utf-8") as stream:
-            stream.write(text)
+            stream.write(file.read_text(encoding="utf-8"))
     except FileExistsError as error:
         raise CaseError(f"{path.name!r} is already there", remedy="Give another name.") from error
     return path

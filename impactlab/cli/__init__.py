@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from impactlab import __version__
-from impactlab.cli import benching, cases, parts, running
+from impactlab.cli import benching, cases, parts, running, starting
 from impactlab.cli.reporting import Left, print_failure
 from impactlab.environment import check_environment
 from impactlab.errors import CaseError, ImpactlabError
@@ -42,15 +42,29 @@ def _options(
 
 
 # In this order --help lists them.
-app.command()(running.run)
-app.command()(running.compare)
-app.command()(benching.bench)
-app.command()(cases.check)
-app.command()(cases.choose)
-app.command()(parts.schema)
-app.command(name="plugins")(parts.plugins_)
-app.command()(cases.cite)
-app.command()(cases.new)
+for command, examples in (
+    (
+        running.run,
+        [
+            "impactlab run my_case.yaml",
+            "impactlab run hopkinson_chain --method continuous --out out",
+            "impactlab run my_case.yaml --set contacts.0.law.kind=penalty --json",
+        ],
+    ),
+    (
+        running.compare,
+        ["impactlab compare axial_impact --out out", "impactlab compare my_case.yaml --methods base,continuous"],
+    ),
+    (benching.bench, ["impactlab bench two_rods.yaml --methods exact,central_difference --out out/bench"]),
+    (cases.check, ["impactlab check my_case.yaml"]),
+    (cases.choose, ["impactlab choose two_material_rod --tolerance 1e-3"]),
+    (starting.new, ["impactlab new my_test --like hopkinson"]),
+    (starting.cases, ["impactlab cases", "impactlab cases hopkinson_chain --copy"]),
+    (parts.schema, ["impactlab schema > case.schema.json"]),
+    (parts.plugins, ["impactlab plugins", "impactlab plugins --check hertz"]),
+    (cases.cite, ["impactlab cite my_case.yaml > sources.bib"]),
+):
+    app.command(epilog="\b\nExamples:\n" + "\n".join(f"  {line}" for line in examples))(command)
 
 
 def main() -> None:

@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from impactlab.cli.options import Json
+from impactlab.cli.options import Json, found
 from impactlab.cli.reporting import reporting
 from impactlab.cli.rooms import bench_report, benching, cells, console, stability_report
 from impactlab.cli.rooms import grid as grids
@@ -70,18 +70,18 @@ def bench(
             if as_json:
                 console.print_json({"schema_version": 1, "report": str(page)})
             return
-        files = cells.case_files(cases or [], suite)
+        files = cells.case_files([found(case) for case in cases or []], suite)
         names = [name.strip() for name in methods.split(",") if name.strip()] if methods is not None else None
         families = grids.chosen(grids.read_grid(grid or grids.of_suite(suite)), names)
         options = benching.Options(jobs, repeats, not no_timing, time_limit)
         console.say_if_compiling()
         with console.progress() as show:
-            found = benching.bench(files, suite, families, out, options, names, show, console.say)
-        counts = ", ".join(f"{count} {status}" for status, count in sorted(found.counts.items()))
+            made = benching.bench(files, suite, families, out, options, names, show, console.say)
+        counts = ", ".join(f"{count} {status}" for status, count in sorted(made.counts.items()))
         console.say(f"written: {out / 'table.csv'}")
         if not no_report:
             _draw_bench(out, out / "table.csv", jobs, suite)
-        console.print_json(found.document) if as_json else print(f"{len(found.cells)} rows: {counts}")
+        console.print_json(made.document) if as_json else print(f"{len(made.cells)} rows: {counts}")
 
 
 @contextlib.contextmanager

@@ -1,15 +1,14 @@
-"""The commands ``check``, ``choose``, ``cite`` and ``new``, which run nothing but trials of a case."""
+"""The commands ``check``, ``choose`` and ``cite``, which run nothing but trials of a case."""
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, load
 from impactlab.cli.reporting import Left, code_of, reporting
-from impactlab.cli.rooms import api, choices, citations, console, starter
+from impactlab.cli.rooms import api, choices, citations, console
 from impactlab.errors import ImpactlabError
 
 
@@ -84,12 +83,6 @@ def cite(case: CaseFile, method: Method = None, as_json: Json = False) -> None:
             )
         else:
             print(found.bibtex)
-
-
-def new(name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the case.", show_default=False)]) -> None:
-    """Write NAME.yaml here: a commented case to start from."""
-    with reporting(None, as_json=False):
-        console.say(f"written: {starter.write_starter(name, Path.cwd())}")
 
 
 def _brief(document: dict[str, Any]) -> dict[str, Any]:

@@ -8,12 +8,19 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from impactlab.cli.rooms import casefile, edit
+from impactlab.cli.rooms import casefile, edit, starter
 
 if TYPE_CHECKING:
     from impactlab.casefile import Case
 
-CaseFile = Annotated[Path, typer.Argument(metavar="CASE", help="Case file: .yaml, .toml or .json.", show_default=False)]
+CaseFile = Annotated[
+    Path,
+    typer.Argument(
+        metavar="CASE",
+        help="Case file (.yaml, .toml, .json), or the name of a case that comes with impactlab.",
+        show_default=False,
+    ),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on standard output, nothing else there.")]
 Out = Annotated[
     Path | None,
@@ -59,6 +66,11 @@ def command_line(
     return shlex.join([*words, *others]) + " --out DIR"
 
 
+def found(case: Path) -> Path:
+    """Return the file of a case, which may be named alone where it comes with the package."""
+    return case if case.suffix or case.exists() or len(case.parts) > 1 else starter.case_named(str(case))
+
+
 def load(
     file: Path,
     sets: list[str] | None,
@@ -67,7 +79,7 @@ def load(
     metrics: list[str] | None = None,
 ) -> Case:
     """Return the case that a command names, its variant and method chosen, its values set."""
-    loaded = casefile.load_case(file)
+    loaded = casefile.load_case(found(file))
     if variant is not None:
         loaded = loaded.variant(variant)
     if method is not None:

@@ -8,7 +8,7 @@ import typer
 
 from impactlab.cli.options import Json
 from impactlab.cli.reporting import Left, reporting
-from impactlab.cli.rooms import console, jsonschema, listings, plugins, verdicts
+from impactlab.cli.rooms import console, jsonschema, listings, registries, verdicts
 
 
 def schema(
@@ -16,11 +16,11 @@ def schema(
 ) -> None:
     """Print the JSON schema of case files, with the fields of every installed part."""
     with reporting(None, as_json=False):
-        installed = plugins.registry()
+        installed = registries.registry()
         console.print_json(jsonschema.case_schema(installed.only("impactlab") if builtin else installed))
 
 
-def plugins_(
+def plugins(
     check_name: Annotated[
         str | None,
         typer.Option(
@@ -36,12 +36,12 @@ def plugins_(
     with reporting(None, as_json):
         if check_name is not None:
             console.say_if_compiling()
-            found = verdicts.verdict(check_name, plugins.registry())
+            found = verdicts.verdict(check_name, registries.registry())
             console.print_json(found.document()) if as_json else print(console.verdict_text(found.document()))
             if not found.ok:
                 raise Left(1)
             return
-        listing = listings.listing(plugins.registry())
+        listing = listings.listing(registries.registry())
         if as_json:
             console.print_json({"schema_version": 1, "parts": [line._asdict() for line in listing]})
             return

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 from impactlab.lazy import lazy
 
 if TYPE_CHECKING:
-    from impactlab import api, casefile, plugins
+    from impactlab import api, casefile
     from impactlab import cite as citations
+    from impactlab import plugins as registries
     from impactlab.bench import cells, grid
     from impactlab.bench import run as benching
     from impactlab.bench.report import stability as stability_report
@@ -36,8 +37,8 @@ else:
     jsonschema = lazy("impactlab.casefile.jsonschema")
     listings = lazy("impactlab.casefile.listing")
     output = lazy("impactlab.report.output")
-    plugins = lazy("impactlab.plugins")
     references = lazy("impactlab.refine.reference")
+    registries = lazy("impactlab.plugins")
     run_report = lazy("impactlab.report.run_report")
     stability_report = lazy("impactlab.bench.report.stability")
     starter = lazy("impactlab.casefile.starter")
@@ -59,8 +60,8 @@ __all__ = [
     "jsonschema",
     "listings",
     "output",
-    "plugins",
     "references",
+    "registries",
     "run_report",
     "stability_report",
     "starter",

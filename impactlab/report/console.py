@@ -9,6 +9,7 @@ import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from impactlab.history.advice import warning_lines
 from impactlab.history.base import SERIOUS
 from impactlab.lazy import lazy
 from impactlab.metrics.collisions import sentence
@@ -62,7 +63,7 @@ def summary_text(summary: Mapping[str, Any]) -> str:
     integrator = method["integrator"]["kind"] if method["integrator"] else unsaid
     lines = [
         f"{summary['case']}: {summary['status']}",
-        *(f"  warning   {warned['code']}: {warned['text']}" for warned in serious),
+        *(f"  warning   {line}" for line in warning_lines(serious)),
         f"  method    {models}; {laws}; {integrator}; dt {_number(method['dt'])} s",
     ]
     lines += _shortened(summary["events"], _event, "events", lambda event: event.get("impulse"))
@@ -81,7 +82,9 @@ def summary_text(summary: Mapping[str, Any]) -> str:
     errors = summary["errors"] or {}
     about = ("reference", "reference_uncertainty")
     shown = {key: value for key, value in errors.items() if key not in about and value is not None}
-    if shown:
+    if shown and method["dt"] is None and max(v for k, v in shown.items() if k != "momentum_error") == 0.0:
+        lines.append(f"  errors    none: this is the exact solution ({errors['reference']})")
+    elif shown:
         known = errors.get("reference_uncertainty")
         against = errors["reference"] + (f" (known to {known:.1g})" if known else "")
         lines.append(f"  errors    against {against}: " + ", ".join(f"{k} {_number(v)}" for k, v in shown.items()))
@@ -94,9 +97,8 @@ def summary_text(summary: Mapping[str, Any]) -> str:
         f"  cost      {cost['steps']} steps, {_number(cost['setup_s'])} s to set up, "
         f"{_number(cost['solve_s'])} s to solve"
     )
-    lines += [
-        f"  warning   {warned['code']}: {warned['text']}" for warned in summary["warnings"] if warned not in serious
-    ]
+    others = [warned for warned in summary["warnings"] if warned not in serious]
+    lines += [f"  warning   {line}" for line in warning_lines(others)]
     return "\n".join(lines)
 
 

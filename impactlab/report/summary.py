@@ -322,21 +322,49 @@ def _rounding(share: float | None) -> bool:
     return share is not None and 0.0 < share < ROUNDING
 
 
-def table(comparison: Mapping[str, Any]) -> str:
-    """Return the comparison as aligned plain text: one line per method, failed ones with their reason."""
+NARROW = ("loss", "first opening", "dt", "steps", "integrator", "model", "gain", "law", "warnings", "face")
+"""The columns that a table leaves out where the terminal is narrow, in this order."""
+
+
+def table(comparison: Mapping[str, Any], width: int | None = None) -> str:
+    """Return the comparison as aligned plain text: one line per method, failed ones with their reason.
+
+    A warning that all methods share is a matter of the case: it stands once, below. ``width`` is that of the terminal
+    in characters; columns that do not fit are left out and named. None: all columns.
+    """
     rows = table_rows(comparison)
-    body = [[row["method"], row["failure"]] if "failure" in row else cells(row) for row in rows]
-    full = [headings(), *(line for line in body if len(line) == len(COLUMNS))]
-    widths = [max(len(line[i]) for line in full) for i in range(len(COLUMNS))]
+    codes = [row["warnings"].split(", ") for row in rows if "failure" not in row]
+    shared = [code for code in (codes[0] if len(codes) > 1 else []) if code and all(code in each for each in codes)]
+    for row in rows:
+        if "failure" not in row:
+            row["warnings"] = ", ".join(code for code in row["warnings"].split(", ") if code not in shared)
+    names, left_out = list(COLUMNS), []
+    lines = _aligned(rows, names)
+    for name in NARROW:
+        if width is None or max(map(len, lines)) <= width:
+            break
+        names.remove(name)
+        left_out.append(name)
+        lines = _aligned(rows, names)
+    reference = comparison["reference"]
+    title = f"{comparison['case']}: {len(rows)} methods" + (f" against {reference}" if reference else "")
+    below = [each["text"] for each in comparison.get("collisions", ())]
+    below += [f"all methods: {code}" for code in shared]
+    below += [f"left out on a terminal this narrow: {', '.join(left_out)}"] if left_out else []
+    return "\n".join([title, "", *lines, *below])
+
+
+def _aligned(rows: Sequence[Mapping[str, Any]], names: Sequence[str]) -> list[str]:
+    """Return headings, a rule and the rows of `table_rows` as aligned lines of the named columns."""
+    places = [list(COLUMNS).index(name) for name in names]
+    body = [[row["method"], row["failure"]] if "failure" in row else [cells(row)[i] for i in places] for row in rows]
+    full = [[headings()[i] for i in places], *(line for line in body if len(line) == len(names))]
+    widths = [max(len(line[i]) for line in full) for i in range(len(names))]
     widths[0] = max([widths[0], *(len(line[0]) for line in body)])
-    text = {i for i, name in enumerate(COLUMNS) if name in ("method", "model", "law", "integrator", "warnings")}
+    text = {i for i, name in enumerate(names) if name in ("method", "model", "law", "integrator", "warnings")}
 
     def aligned(line: Sequence[str]) -> str:
         padded = zip(line, widths, range(len(widths)), strict=False)  # a failed row has two cells only
         return "  ".join(c.ljust(w) if i in text else c.rjust(w) for c, w, i in padded).rstrip()
 
-    reference = comparison["reference"]
-    title = f"{comparison['case']}: {len(rows)} methods" + (f" against {reference}" if reference else "")
-    rule = "  ".join("-" * width for width in widths)
-    counted = [each["text"] for each in comparison.get("collisions", ())]
-    return "\n".join([title, "", aligned(headings()), rule, *(aligned(line) for line in body), *counted])
+    return [aligned(full[0]), "  ".join("-" * width for width in widths), *map(aligned, body)]

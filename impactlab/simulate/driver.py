@@ -77,7 +77,7 @@ def run(scene: Scene, method: Method, progress: Progress | None = None, with_war
     if plan.march is not None:
         return run_adaptive(plan.march, progress, began, with_warnings)
     if plan.dt is None or plan.integrator is None:
-        exact = solve(scene, method)
+        exact = solve(scene, method, progress=progress)
         exact.warnings.extend(plan.warnings)
         exact.integrator_used = False
         exact.cost.setup_s = clock.perf_counter() - began - exact.cost.solve_s

@@ -177,19 +177,52 @@ def test_cite_prints_bibtex():
     assert json.loads(invoke("cite", AXIAL, "--json").stdout)["keys"] == ["EscalonaMayoDominguez1999", "Newmark1959"]
 
 
-def test_new_writes_a_case_that_runs(tmp_path, monkeypatch):
+@pytest.mark.parametrize("kind", ["hammer", "hopkinson", "pile", "drill"])
+def test_cases_to_start_from_are_solved_exactly(kind, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert "impactlab run mine.yaml" in invoke("new", "mine", "--like", kind).stderr
+    assert "this is the exact solution" in invoke("run", "mine.yaml").stdout
+    checked = invoke("check", "mine.yaml", "--json")
+    assert {plan["status"] for plan in json.loads(checked.stdout)["methods"].values()} == {"accepted"}
+
+
+@pytest.mark.parametrize("kind", ["ball", "beam"])
+def test_cases_to_start_from_that_have_no_exact_solution_state_a_tolerance(kind, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert invoke("new", "mine", "--like", kind).exit_code == 0
+    summary = json.loads(invoke("run", "mine.yaml", "--json").stdout)
+    assert summary["choice"]["met"]
+    assert not {"stocky_beam", "near_grazing"} & {warned["code"] for warned in summary["warnings"]}
+
+
+def test_new_replaces_no_file_and_takes_no_path(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert invoke("new", "mine").exit_code == 0
-    case = load_case("mine.yaml")
-    assert case.method_names == ("base", "continuous", "penalty")
-    for name in case.method_names:
-        case.method(name)
     again = invoke("new", "mine")
     assert again.exit_code == 2
     assert "'mine.yaml' is already there" in again.stderr
     for name in ("../mine", "a/b", "", ".hidden"):
         assert invoke("new", name).exit_code == 2
+    assert "Did you mean 'hopkinson'?" in invoke("new", "other", "--like", "hopkinsn").stderr
     assert [path.name for path in tmp_path.iterdir()] == ["mine.yaml"]
+
+
+def test_cases_of_the_package_are_listed_printed_copied_and_run_by_name(tmp_path, monkeypatch):
+    titles = json.loads(invoke("cases", "--json").stdout)["cases"]
+    assert set(titles) == {file.stem for file in Path(AXIAL).parent.glob("*.yaml")}
+    assert f"axial_impact               {titles['axial_impact']}\n" in invoke("cases").stdout
+    assert invoke("cases", "axial_impact").stdout == Path(AXIAL).read_text()
+    monkeypatch.chdir(tmp_path)
+    assert invoke("cases", "axial_impact", "--copy").exit_code == 0
+    assert Path("axial_impact.yaml").read_text() == Path(AXIAL).read_text()
+    assert invoke("run", "two_rods", "--method", "continuous").exit_code == 0
+    wrong = invoke("run", "two_rod")
+    assert (wrong.exit_code, "Did you mean 'two_rods'?" in wrong.stderr) == (2, True)
+
+
+def test_every_help_shows_examples():
+    for command in ("run", "compare", "bench", "check", "choose", "new", "cases", "schema", "plugins", "cite"):
+        assert f"  impactlab {command}" in invoke(command, "--help").stdout
 
 
 def test_a_run_that_fails_leaves_with_1(monkeypatch, tmp_path):

@@ -18,6 +18,7 @@ from impactlab.bench.schema import Row
 from impactlab.cli import app
 from impactlab.errors import RunWarning, StepError
 from impactlab.history import Warned
+from impactlab.history.advice import ADVICE
 from impactlab.refine.choice_record import Choice
 from impactlab.report import console
 from impactlab.report.summary import summarise, table
@@ -152,7 +153,7 @@ def test_a_gain_of_energy_is_told_first_and_to_python(tmp_path: Path, monkeypatc
     history = il.run(case)
     history.warnings += [Warned("near_grazing", "later"), Warned("energy_gain", "energy grew by 30 %")]
     text = console.summary_text(summarise("x", case.scene(), history)).splitlines()
-    assert text[1] == "  warning   energy_gain: energy grew by 30 %"
+    assert text[1] == f"  warning   energy_gain: energy grew by 30 %. {ADVICE['energy_gain']}"
     assert sum("energy_gain" in line for line in text) == 1
     monkeypatch.setattr(driver, "run", lambda *_, **__: history)
     with pytest.warns(RunWarning, match="energy_gain: energy grew by 30 %"):

@@ -216,6 +216,21 @@ def test_the_text_table_is_aligned_and_whole() -> None:
     assert hopeless.split(maxsplit=1) == ["hopeless", "refused: no such pair"]
 
 
+def test_the_text_table_leaves_columns_out_on_a_narrow_terminal() -> None:
+    lines = table(two_rows(), width=60).splitlines()
+    assert max(map(len, lines[2:5])) <= 60
+    assert "impulse [%]" in lines[2]
+    assert lines[-1].startswith("left out on a terminal this narrow: loss, first opening, dt, ")
+
+
+def test_a_warning_of_all_methods_is_told_once() -> None:
+    both = two_rows()
+    both["rows"].append({**both["rows"][0], "name": "again"})
+    lines = table(both).splitlines()
+    assert lines[-1] == "all methods: near_grazing"
+    assert sum("near_grazing" in line for line in lines) == 1
+
+
 @pytest.mark.parametrize(
     ("value", "text"),
     [

@@ -1,0 +1,49 @@
+"""The commands ``new`` and ``cases``: case files to start from, and those that come with the package."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from impactlab.cli.options import Json
+from impactlab.cli.reporting import reporting
+from impactlab.cli.rooms import casefile, console, starter
+
+
+def new(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the case.", show_default=False)],
+    like: Annotated[
+        str,
+        typer.Option("--like", metavar="KIND", help="hammer, hopkinson, pile, drill, ball or beam."),
+    ] = "hammer",
+) -> None:
+    """Write NAME.yaml here: a commented case to start from."""
+    with reporting(None, as_json=False):
+        path = starter.write_starter(name, Path.cwd(), like)
+        console.say(f"written: {path}\nRun it with: impactlab run {path.name}")
+
+
+def cases(
+    name: Annotated[
+        str | None, typer.Argument(metavar="[NAME]", help="Print this case; all are listed if none is given.")
+    ] = None,
+    copy: Annotated[bool, typer.Option("--copy", help="Write NAME.yaml here instead of printing it.")] = False,
+    as_json: Json = False,
+) -> None:
+    """List the cases that come with impactlab, print one, or copy one here. All commands take them by name."""
+    with reporting(None, as_json):
+        if name is not None:
+            file = starter.case_named(name)
+            if copy:
+                console.say(f"written: {starter.write_copy(file, name, Path.cwd())}")
+            else:
+                print(file.read_text(encoding="utf-8"), end="")
+            return
+        titles = {each: casefile.load_case(file).title for each, file in starter.cases().items()}
+        if as_json:
+            console.print_json({"schema_version": 1, "cases": titles})
+            return
+        width = max(map(len, titles))
+        print("\n".join(f"{each:{width}}  {title}" for each, title in titles.items()))

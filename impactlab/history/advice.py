@@ -1,0 +1,29 @@
+"""Advice for each warning of a run, and warnings as lines for people."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+
+ADVICE: Mapping[str, str] = {
+    "constraint_energy": "Watch the energy gain, or take the integrator midpoint or moreau_jean.",
+    "energy_gain": "Take a smaller step, or another pair of law and integrator.",
+    "energy_loss": "Take a smaller step, or a scheme without numerical damping.",
+    "near_grazing": "Compare two methods before you quote the number of contacts.",
+    "no_contact": "If they should meet, check velocities, gap and duration.",
+    "overlap": "Take a law that holds positions, such as addition_deletion, or a smaller step.",
+    "slow_touch": "Give a larger slowest_approach, or a law whose damping is constant.",
+    "stated_error": "Trust the measured error, and ask for a smaller tolerance.",
+    "tolerance_not_met": "Do not use the answer at this tolerance: raise it, or state a method.",
+}
+"""Code of a warning whose text names no remedy, to the remedy."""
+
+
+def warning_lines(warnings: Iterable[Mapping[str, str]]) -> Iterator[str]:
+    """Give one line for each code among warnings (``code``, ``text``): first text, number of others, advice."""
+    by_code: dict[str, list[str]] = {}
+    for warned in warnings:
+        by_code.setdefault(warned["code"], []).append(warned["text"])
+    for code, texts in by_code.items():
+        more = f" (and {len(texts) - 1} more)" if len(texts) > 1 else ""
+        advice = f" {ADVICE[code]}" if code in ADVICE else ""  # a plugin has codes of its own
+        yield f"{code}: {texts[0].rstrip('.')}{more}.{advice}"
