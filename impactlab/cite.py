@@ -12,6 +12,8 @@ from typing import Any, NamedTuple
 from impactlab.casefile import Case
 from impactlab.plugins import citations_of, parts_inside
 
+OWN = "own"  # key of a part that its author has not published
+
 
 class Citations(NamedTuple):
     """Sources to cite: sorted keys, and the BibTeX text."""
@@ -25,7 +27,7 @@ def cite(case: Case) -> Citations:
 
     The source of a case counts if it is a key of citations.bib, or names the authors and the year of one entry. A part
     may cite by a key of our citations.bib or of one in its own package, or bring its BibTeX entry, a text that begins
-    with ``@``.
+    with ``@``, or be an unpublished one (`OWN`).
     """
     method = case.simulation().method
     parts: list[object] = [*method.models.values(), *method.laws.values(), method.integrator]
@@ -50,6 +52,8 @@ def bibtex(keys: Iterable[str], remarks: Iterable[str] = (), known: Mapping[str,
             found[_key_of(key)] = key.strip()
         elif key in known:
             found[key] = known[key]
+        elif key == OWN:
+            lines.append("% own: a part by the author of the case, unpublished")
         else:
             lines.append(f"% {key}: no entry in citations.bib; ask the authors of the part")
     return Citations(tuple(sorted(found)), "\n\n".join([*lines, *(found[key] for key in sorted(found))]))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import traceback
 from collections.abc import Sequence
 from typing import Any
 
@@ -61,6 +62,12 @@ def combined(errors: Sequence[ImpactlabError]) -> ImpactlabError:
     first, *others = found.values()
     first.others = tuple(others)
     return first
+
+
+def raised_at(error: BaseException) -> str:
+    """Return an exception of a part in words: class, text, file and line."""
+    place = traceback.extract_tb(error.__traceback__)[-1:]
+    return f"{type(error).__name__}: {error}" + "".join(f" ({each.filename}, line {each.lineno})" for each in place)
 
 
 class CaseError(ImpactlabError):

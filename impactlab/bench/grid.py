@@ -17,6 +17,7 @@ from impactlab.scene.problem import Scene
 
 BUILT_IN = Path(__file__).with_name("grid.yaml")
 
+EXTENDED = "builtin"  # value of `extends`: the families of the common grid come first
 GRID = Kind("a grid has the keys schema_version and families", "Write families: {NAME: {...}}.")
 PARTS = ("law", "model", "integrator", "step")  # blocks that a family may give
 SCENES = ("any", "without_steps", "with_steps", "beams")
@@ -141,7 +142,7 @@ def _need(kept: bool, text: str, remedy: str, path: str) -> None:
 
 
 def _families(data: Mapping[str, Any]) -> tuple[Family, ...]:
-    _check_keys(data, ("schema_version", "families"), "")
+    _check_keys(data, ("schema_version", "extends", "families"), "")
     _need(data.get("schema_version") == 1, "a grid needs schema_version: 1", "Write it at the top.", "schema_version")
     families = data.get("families")
     _need(
@@ -150,7 +151,12 @@ def _families(data: Mapping[str, Any]) -> tuple[Family, ...]:
         "Give at least one family.",
         "families",
     )
-    made = tuple(_family(str(name), block) for name, block in (families or {}).items())
+    extends = data.get("extends")
+    words = f"{shown(extends)} is no grid to extend"
+    _need(extends in (None, EXTENDED), words, f"Write extends: {EXTENDED}, or leave it out.", "extends")
+    common = {family.name: family for family in (read_grid(BUILT_IN) if extends else ())}
+    own = {str(name): _family(str(name), block) for name, block in (families or {}).items()}
+    made = tuple((common | own).values())
     names = [family.name for family in made]
     for family in made:
         _need(

@@ -9,8 +9,10 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
+import dis
 import sys
 from collections.abc import Callable, Iterator
+from difflib import get_close_matches
 from functools import cache
 from operator import attrgetter
 from types import FunctionType
@@ -24,8 +26,9 @@ from numba.core.ccallback import CFunc
 from numba.core.sigutils import normalize_signature
 from numba.extending import intrinsic
 
+from impactlab.errors import PluginError
 from impactlab.numerics.cache import FOREIGN, cache_of
-from impactlab.types import Port, Reply
+from impactlab.types import Port, Reply, Side
 
 config: Any = numba.config
 type_of: Any = numba.typeof
@@ -152,9 +155,33 @@ def compiled(function: Callable[..., None], signature: Any) -> Any:
     options = {"fastmath": FAST}
     made = CALLBACK(function, normalised(signature), locals={}, options=options)
     made._cache = cache_of(function, options)
-    made.compile()
+    try:
+        made.compile()
+    except Exception as error:
+        raise PluginError(
+            f"{_place(function, error)}: `{function.__qualname__}` cannot be compiled: {_fault(error)}",
+            remedy="Compiled code takes floats, `math` and fields of its records; `compiled = False` takes any Python.",
+        ) from error
     _compiled[function, id(signature)] = signature, made
     return made
+
+
+def _place(function: Callable[..., None], error: Exception) -> str:
+    """Return file and line of the name that a compilation did not find, else of the function."""
+    code = function.__code__
+    missing = error.args[0] if isinstance(error, KeyError) else None
+    used = (each.positions for each in dis.get_instructions(function) if missing and each.argval == missing)
+    line = next((place.lineno for place in used if place and place.lineno), code.co_firstlineno)
+    return f"{code.co_filename}, line {line}"
+
+
+def _fault(error: Exception) -> str:
+    if isinstance(error, KeyError):
+        names = [name for record in (Port, Reply, Side) for name, *_ in record._fields_]
+        close = get_close_matches(str(error.args[0]), names, n=1)
+        return f"its records have no field {error.args[0]!r}." + (f" Did you mean {close[0]!r}?" if close else "")
+    said = [line.strip() for line in str(error).splitlines() if line.strip() and not line.startswith("Failed in")]
+    return said[0] if said else type(error).__name__
 
 
 def kernel_address(function: Callable[..., None] | None, signature: Any) -> int:

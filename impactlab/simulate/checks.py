@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from impactlab.errors import StepError
+from impactlab.errors import StepError, raised_at
 from impactlab.history.base import AbstractHistory, Warned
 from impactlab.metrics.grazing import grazing_kick, near_grazing
 from impactlab.models.continuous.base import AbstractSelfStepping
@@ -101,7 +101,7 @@ def check_run(status: int, assembly: Assembly, history: AbstractRecordedHistory)
         ]
         text = "; ".join(failed) or "the forces of several contacts do not agree"
         if raised is not None:
-            text = f"a contact law raised {type(raised).__name__}: {raised}"
+            text = f"a contact law raised {raised_at(raised)}"
         raise failure(text) from raised
     if status == loop.NOT_FINITE:
         text = "the energy is not a finite number: the run diverged"

@@ -36,6 +36,16 @@ def written(tmp_path: Path, text: str) -> Path:
     return path
 
 
+def test_a_grid_extends_the_common_one(tmp_path: Path) -> None:
+    common = read_grid(BUILT_IN)
+    own = GRID.replace("families:", "extends: builtin\nfamilies:").replace("spring_0.9:", f"{common[0].name}:")
+    extended = read_grid(written(tmp_path, own))
+    assert [each.name for each in extended] == [*(each.name for each in common), "spring"]
+    assert extended[0].sibling_of == "spring"  # in place of the common one of that name
+    with pytest.raises(CaseError, match="'others' is no grid to extend"):
+        read_grid(written(tmp_path, own.replace("builtin", "others")))
+
+
 def test_levels_take_the_first_of_each_list_then_the_second(tmp_path: Path) -> None:
     spring, other = read_grid(written(tmp_path, GRID))
     case = load_case(PAPER)

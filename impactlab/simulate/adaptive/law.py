@@ -6,6 +6,7 @@ import ctypes
 from typing import Any
 
 from impactlab.contact.base import AbstractContactLaw
+from impactlab.errors import raised_at
 from impactlab.types import MEMORY, Port, Reply, Start
 
 OVERFLOWN = 1e150  # N or J: no step that meets it is accepted, and its square is still a number
@@ -55,7 +56,7 @@ class InstantContact:
         except OverflowError:
             reply.force = reply.trial = reply.stored = OVERFLOWN
         except Exception as raised:
-            raise LawFailed(f"a contact law raised {type(raised).__name__}: {raised}") from raised
+            raise LawFailed(f"a contact law raised {raised_at(raised)}") from raised
         if reply.failed:
             raise LawFailed(self._why_failed)
         return reply
