@@ -14,6 +14,7 @@ from impactlab.exact.energies import energies_at, rod_energy, rod_momentum, samp
 from impactlab.exact.network import Layout, Link, Log
 from impactlab.exact.signals import Signal, Signals
 from impactlab.history.base import (
+    FIELD_POINTS,
     AbstractHistory,
     ContactSpan,
     Cost,
@@ -25,6 +26,7 @@ from impactlab.history.base import (
     within_run,
 )
 from impactlab.history.noise_floor import above_noise
+from impactlab.history.waves import wave_body
 from impactlab.metrics.grazing import near_grazing
 from impactlab.scene.frame import carried_energy, touched_in
 from impactlab.scene.method import Simulation
@@ -32,7 +34,6 @@ from impactlab.scene.problem import Probe
 from impactlab.types import QUANTITIES_OF_ROD, Array
 
 MIN_JUMP = 1.0e-9  # of the largest velocity: smaller ones are rounding
-FIELD_POINTS = 401
 
 
 class Place(NamedTuple):
@@ -185,18 +186,23 @@ class ContinuousHistory(AbstractHistory):
 
     def _place(self, name: str, channel: str, text: str) -> Place:
         """Return the place of a channel; of a probe not rounded as in its name."""
-        length, links = self.scene.bodies[name].length, self.layout.links[name]
+        length = self.scene.bodies[name].length
         try:
             x = self._exact_x[channel] if channel in self._exact_x else float(text)
         except ValueError:
             x = np.nan
         if not -1e-9 * length <= x <= (1.0 + 5e-6) * length:
             raise CaseError(f"'{channel}': x lies outside rod '{name}'", remedy=f"Give x between 0 and {length:g} m.")
+        return self._place_at(name, x, channel in self._exact_x)
+
+    def _place_at(self, name: str, x: float, exact: bool) -> Place:
+        """Return the place x [m] on a rod, which is ``exact`` or rounded to six digits."""
+        length, links = self.scene.bodies[name].length, self.layout.links[name]
         link = next((item for item in links if x < item.x + item.length * (1.0 - 1e-12)), links[-1])
         way = (x - link.x) / link.segment.wave_speed
         # Names carry six digits: a place that rounds to the end of the rod is the end, however short its last link is.
         at_end = link is links[-1] and x > length * (1.0 - 5e-6)
-        if at_end or (channel in self._exact_x and x == link.x + link.length):
+        if at_end or (exact and x == link.x + link.length):
             way = link.transit
         return Place(link, min(max(way, 0.0), link.transit))
 
@@ -207,9 +213,24 @@ class ContinuousHistory(AbstractHistory):
             moved = self.signals.carried(link.left_end)(t - way) + self.signals.carried(link.right_end)(t - back)
             rest = link.u - self.carried_before(link)
             return np.asarray(moved + 0.5 * g * (link.transit * t + way * back) + rest)
+        right, left = self._two_waves(t, place)
+        return np.asarray(
+            right + left if quantity == "velocity" else link.segment.per_velocity(quantity) * (right - left)
+        )
+
+    def _two_waves(self, t: Array, place: Place) -> tuple[Array, Array]:
+        """Return the velocities that the waves to the right and to the left carry at a place [m/s]."""
+        link, way = place
+        g, back = self.signals.gravity, link.transit - way
         right = self.signals.wave(link.left_end)(t - way) + 0.5 * g * way
         left = self.signals.wave(link.right_end)(t - back) + 0.5 * g * back
-        return np.asarray(right + left if quantity == "velocity" else link.per_velocity(quantity) * (right - left))
+        return right, left
+
+    def travelling(self, body: str, x: float, t: ArrayLike) -> tuple[Array, Array]:
+        times = within_run(t, self.duration)
+        wave_body(self.scene, body, x)
+        right, left = self._two_waves(times.ravel(), self._place_at(body, x, True))
+        return right.reshape(times.shape), left.reshape(times.shape)
 
     def carried_before(self, link: Link) -> float:
         """Return the time integral of the wave of a link's right end, one transit before t = 0 [m]."""
@@ -260,6 +281,6 @@ class ContinuousHistory(AbstractHistory):
         if len(times) == 0:
             return times
         times = times[np.concatenate([[True], np.diff(times) > slack])]
-        scale = 1.0 if read == "velocity" else link.per_velocity(read)
+        scale = 1.0 if read == "velocity" else link.segment.per_velocity(read)
         before, after = self._wave(times - slack, read, place), self._wave(times + slack, read, place)
         return np.asarray(times[(np.abs(after - before) > 10.0 * floor * scale) | (times <= slack)])

@@ -46,13 +46,6 @@ class Link:
         """Time of a wave from end to end [s]."""
         return self.length / self.segment.wave_speed
 
-    def per_velocity(self, quantity: str) -> float:
-        """Return strain, stress [Pa] or force [N] per difference [m/s] of the waves to the right and to the left."""
-        segment = self.segment
-        if quantity == "strain":
-            return 1.0 / segment.wave_speed
-        return segment.density * segment.wave_speed * (segment.area if quantity == "force" else 1.0)
-
 
 @dataclass(frozen=True)
 class Layout:

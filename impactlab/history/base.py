@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
@@ -12,6 +11,10 @@ from numpy import float64
 from numpy.typing import ArrayLike, NDArray
 
 from impactlab.errors import ImpactlabError
+from impactlab.history.energy import CarriedEnergy as CarriedEnergy
+from impactlab.history.energy import EnergyBook as EnergyBook
+from impactlab.history.sampling import page_times
+from impactlab.history.waves import Waves, separated
 from impactlab.scene.bodies import Body
 from impactlab.scene.method import Method
 from impactlab.scene.problem import Scene
@@ -49,83 +52,6 @@ class ContactSpan(NamedTuple):
         return duration if self.end is None else self.end
 
 
-class CarriedEnergy(NamedTuple):
-    """Energy of the common motion of all interacting bodies, which contacts cannot exchange."""
-
-    kinetic: float  # J, of the centres of mass at t = 0
-    work: Array  # (n,) J, of loads on the common motion
-
-
-DRIFT_ROUNDING = 1e-13  # of the energy of all bodies: a smaller difference of such energies is rounding
-
-
-@dataclass(frozen=True)
-class EnergyBook:
-    """Energies over the run and the balance inside it (units J; gain and loss are shares of the scale).
-
-    The balance is the same in every frame of reference; the scale is that of the bodies' own frame.
-    """
-
-    time: Array  # (n,) s, the instants at which energies were taken
-    bodies: dict[str, Array]  # name -> (n,) kinetic + strain energy of each body
-    stored: Array  # (n,) held by contacts
-    booked: dict[str, Array]  # name -> (n,) losses booked so far: contact, ends, unresolved; never negative
-    work: Array  # (n,) work of gravity and end forces so far
-    carried: CarriedEnergy | None = None  # by free bodies in a common motion (`impactlab.scene.frame`); None: nothing
-
-    @cached_property
-    def total(self) -> Array:
-        """Energy of all bodies and contacts, shape (n,) [J]."""
-        return np.asarray(sum(self.bodies.values(), np.zeros_like(self.time)) + self.stored)
-
-    @cached_property
-    def balance(self) -> Array:
-        """Bodies + stored + booked - work - initial, shape (n,) [J]; zero for a perfect run."""
-        total = self.total + sum(self.booked.values(), np.zeros_like(self.time)) - self.work
-        return np.asarray(total - total[0])
-
-    @cached_property
-    def at_stake(self) -> float:
-        """Reference energy [J]: the larger of the energy that bodies can exchange and the work of loads; 0 if both are.
-
-        It is measured in the frame of the centre of mass of the interacting bodies. Bodies that only drift have none
-        there; for them it is the energy of the drift.
-        """
-        start = float(np.abs(self.total[0]))
-        whole = max(start, float(np.max(np.abs(self.work), initial=0.0)))
-        if self.carried is None:
-            return whole
-        inside = max(0.0, start - self.carried.kinetic)
-        inside = max(inside, float(np.max(np.abs(self.work - self.carried.work), initial=0.0)))
-        return inside if inside > DRIFT_ROUNDING * whole else whole
-
-    @cached_property
-    def rounding(self) -> float:
-        """Energy of all bodies and work of loads, over the scale: rounding errors of the balance grow with it."""
-        whole = max(float(np.abs(self.total[0])), float(np.max(np.abs(self.work), initial=0.0)))
-        return max(1.0, whole / self.scale)
-
-    @cached_property
-    def scale(self) -> float:
-        """`at_stake`; 1 J if that is zero [J]: gains and losses are shares of it."""
-        return self.at_stake or 1.0
-
-    @cached_property
-    def final_error(self) -> float:
-        """Error of the balance at the end, over the scale."""
-        return abs(float(self.balance[-1])) / self.scale
-
-    @cached_property
-    def largest_gain(self) -> float:
-        """Largest rise of the balance above its start, over the scale."""
-        return max(0.0, float(np.max(self.balance))) / self.scale
-
-    @cached_property
-    def largest_loss(self) -> float:
-        """Largest fall of the balance below its start, over the scale."""
-        return max(0.0, -float(np.min(self.balance))) / self.scale
-
-
 class Warned(NamedTuple):
     """A warning of a run: a code for programs, a text for people."""
 
@@ -156,6 +82,7 @@ class Field(NamedTuple):
     values: Array  # (n,)
 
 
+FIELD_POINTS = 401  # places of a field along a continuous rod, if none are given
 END_ROUNDING = 1e-9  # of duration or length: a time outside a run, a place outside a body by less is moved into it
 
 
@@ -260,6 +187,38 @@ class AbstractHistory(ABC):
     @abstractmethod
     def jumps(self, channel: str) -> Array:
         """Return the instants at which the channel jumps, shape (n,) [s]; empty where it is continuous."""
+
+    def travelling(self, body: str, x: float, t: ArrayLike) -> tuple[Array, Array]:
+        """Return the velocities that the two waves at x [m] carry to the right and to the left, (n,) each [m/s].
+
+        Continuous rods have them at any x. Other bodies give them from two channels that were recorded: the velocity
+        at x, and there the strain, stress or force; at an end without support the contact forces on it.
+
+        Raises
+        ------
+        ImpactlabError
+            If the body is no rod or shaft, x lies outside it, or a channel is missing.
+        """
+        return separated(self.scene, body, x, self.channels(), lambda channel: self.evaluate(t, channel))
+
+    def waves(self, body: str, x: float, quantity: str = "strain", t: ArrayLike | None = None) -> Waves:
+        """Return the waves to the right and to the left at x [m] of a rod or shaft, in one of its quantities.
+
+        Parameters
+        ----------
+        quantity : str
+            velocity, strain, stress or force; of a shaft twist_rate or torque.
+        t : array_like, optional
+            Times [s], shape (n,); those of a page if not given.
+
+        Raises
+        ------
+        ImpactlabError
+            As `travelling`, and if the body has no such quantity.
+        """
+        times = page_times(self.duration) if t is None else within_run(t, self.duration)
+        to_right, to_left = self.travelling(body, x, times)
+        return Waves.of(self.scene.bodies[body], x, quantity, times, to_right, to_left)
 
     def spans(self, contact: str) -> list[ContactSpan]:
         """Return the periods of contact of one contact by its name."""

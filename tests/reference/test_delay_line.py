@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from typing import Any, final
 
+import numpy as np
 import pytest
 
 from impactlab import metrics
@@ -16,6 +17,7 @@ from impactlab.exact.solve import solve
 from impactlab.integrators.newmark import Newmark
 from impactlab.models.continuous import Continuous
 from impactlab.scene import End, Mass, Probe, Rod, Wall
+from impactlab.scene.bodies import Table
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import prepare, run
 from impactlab.testing.scenes import CLAMPED, FREE, STEEL, in_a_row
@@ -80,9 +82,40 @@ def test_a_step_longer_than_the_transit_is_refused() -> None:
         prepare(*case)
 
 
-def test_an_inner_probe_is_refused() -> None:
-    case = scene(Asked(), CLAMPED, 10).but(probes=(Probe("rod", 0.1, "stress"),))
-    with pytest.raises(CaseError, match=r"no stress at 0\.1 m"):
+BENT = Table((0.0, 0.15, 0.3), (0.0, 2e-6, -1e-6))
+
+
+@pytest.mark.parametrize("far", [FREE, End("spring", 1e9), End("mass", 1.0)], ids=lambda end: end.kind)
+def test_its_two_waves_give_every_place_at_every_time(far: End) -> None:
+    """From the motion of its ends, with waves on their way at t = 0; a probe reads the same."""
+    probes = tuple(Probe("rod", x, each) for x in (0.0, 0.1) for each in ("stress", "velocity", "displacement"))
+    errors = []
+    for points in (4, 32):
+        case = scene(Asked(), far, points).but(probes=probes)
+        bodies = dict(case.scene.bodies)
+        bodies["rod"] = dataclasses.replace(bodies["rod"], displacement=BENT, velocity=0.3)
+        case = case.but(bodies=bodies)
+        history, answer = run(*case), exact(case)
+        assert history.field_times("rod") is None
+        t = history.dt * np.arange(5, history.cost.steps, max(1, history.cost.steps // 41))  # records
+        worst = {}
+        for quantity in ("displacement", "velocity", "stress"):
+            pairs = [(history.field("rod", at, quantity), answer.field("rod", at, quantity)) for at in t]
+            size = max(np.abs(there.values).max() for _, there in pairs)
+            # Fronts are smeared over a step: their neighbourhood is small, and so is the mean error.
+            worst[quantity] = np.mean([np.abs(ours.values - there.values) for ours, there in pairs]) / size
+            along = [history.field("rod", at, quantity, 0.1).values[0] for at in t]
+            assert along == pytest.approx(history.evaluate(t, f"{quantity}:rod@0.1"), abs=1e-10 * size)
+        face = [history.field("rod", at, "displacement", 0.0).values[0] for at in t]
+        assert face == pytest.approx(history.evaluate(t, "displacement:rod@0"), abs=1e-17)
+        errors.append(worst)
+    for quantity, error in errors[1].items():
+        assert error < 0.3 * errors[0][quantity] < 1e-2
+
+
+def test_waves_of_few_records_are_refused() -> None:
+    case = scene(Asked(), CLAMPED, 100).but(probes=(Probe("rod", 0.1, "stress"),), records=4)
+    with pytest.raises(CaseError, match=r"records .* s apart do not resolve the waves of 'rod'"):
         run(*case)
 
 

@@ -70,6 +70,12 @@ class Segment:
         """Mass rho A L [kg]."""
         return self.density * self.area * self.length
 
+    def per_velocity(self, quantity: str) -> float:
+        """Return strain, stress [Pa] or force [N] per difference [m/s] of the waves to the right and to the left."""
+        if quantity == "strain":
+            return 1.0 / self.wave_speed
+        return self.density * self.wave_speed * (self.area if quantity == "force" else 1.0)
+
 
 @dataclass(frozen=True)
 class End:

@@ -8,15 +8,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from impactlab.errors import PairingError
+from impactlab.errors import CaseError, PairingError
 from impactlab.integrators.base import AbstractIntegrator, Stepper, loads_of
 from impactlab.models.base import AbstractDiscreteModel, Phases
 from impactlab.models.continuous.base import AbstractSelfStepping
+from impactlab.models.continuous.delay_line import DelayLine
 from impactlab.numerics.addresses import DERIVE, FREE, MEASURE, RETIME, LawAddress, kernel_address
 from impactlab.numerics.records import records
 from impactlab.scene.method import laws_of
 from impactlab.scene.problem import Contact
-from impactlab.simulate.channels import probed
+from impactlab.simulate.channels import Probed, probed
 from impactlab.simulate.plan import Plan
 from impactlab.simulate.stepping.arrays import (
     LAYERS,
@@ -40,6 +41,7 @@ from impactlab.simulate.stepping.preparation import BuiltBody, face_read, prepar
 from impactlab.types import Array, Arriving, Port, Quantity, Reply
 
 RESPONSE_TOL = 1e-20  # of a response's largest entry: smaller entries at its ends are far below rounding
+MOTION: tuple[Quantity, ...] = ("displacement", "velocity")
 MIN_EVENTS = 4096  # room for events between two returns of the loop
 Models = Mapping[str, AbstractDiscreteModel]  # by name of the body
 Steppers = Mapping[str, Stepper]
@@ -66,7 +68,7 @@ class Assembly:
         self.integrator, self.dt, self.steps = integrator, dt, plan.steps
         self.stride, self.sample_stride = math.ceil(plan.steps / scene.records), math.ceil(plan.steps / SAMPLES)
         self.laws = [LawAddress(law.respond, law.compiled) for law in laws_of(scene, plan.acting)]
-        self.probes = list(probed(scene))
+        self._read_probes()
         self._plan = plan
         self._points = [point for contact in scene.contacts for point in (contact.left, contact.right)]
         state, starts = flat([stepper.state for stepper in steppers.values()])
@@ -124,7 +126,7 @@ class Assembly:
             row_index=row_index,
             row_value=row_value,
             left_out=values.left_out,
-            record=np.zeros((room, 1 + 6 * n_contacts + len(self.probes))),
+            record=np.zeros((room, 1 + 6 * n_contacts + len(self.probes) + len(self.far_ends))),
             sample=np.zeros((plan.steps // self.sample_stride + 8, SAMPLED + 3 * len(built))),
             snapshot_state=np.zeros((len(scene.field_times), 2, state.size)),
             scratch=np.zeros(4),
@@ -132,6 +134,33 @@ class Assembly:
             other_state=other_state,
             maps=maps,
         )
+
+    def _read_probes(self) -> None:
+        """Tell probes that are rows over the state from those that the waves of a delay line give after the run.
+
+        For these the displacements of the ends that no contact records are recorded, too.
+        """
+        lines = {name: body.model for name, body in self.built.items() if isinstance(body.model, DelayLine)}
+        asked = list(probed(self.scene))
+        self.in_waves = [
+            each
+            for each in asked
+            if each.body in lines
+            and (each.quantity not in MOTION or each.x not in (0.0, self.scene.bodies[each.body].length))
+        ]
+        self.probes = [each for each in asked if each not in self.in_waves]
+        points = [point for contact in self.scene.contacts for point in (contact.left, contact.right)]
+        touched = {(point.body, point.x) for point in points}
+        ends = [(name, x) for name in lines for x in (0.0, self.scene.bodies[name].length)]
+        self.far_ends = [Probed("", name, x, "displacement", 1.0) for name, x in ends if (name, x) not in touched]
+        spacing = self.stride * self.dt
+        for each in self.in_waves:
+            if spacing > 0.5 * lines[each.body].transit:
+                raise CaseError(
+                    f"records {spacing:.3g} s apart do not resolve the waves of '{each.body}'",
+                    remedy="Give more records, or a shorter duration.",
+                    path="solve.records",
+                )
 
     def state_of(self, body: str, state: Array, velocities: bool = False) -> Array:
         """Return a body's displacements or velocities in a whole state, shape (n_dof,)."""
@@ -189,7 +218,7 @@ class Assembly:
                     left_out[-1] = [
                         left_out_per_force(model, other, point.body, x, reading.quantity) for other in contacts
                     ]
-        rows += [row(probe.body, probe.x, probe.quantity, probe.factor) for probe in self.probes]
+        rows += [row(each.body, each.x, each.quantity, each.factor) for each in (*self.probes, *self.far_ends)]
         rows += [row(push.body, push.x, push.quantity) for push in self._plan.pushes]
         return rows, np.array(left_out, float).reshape(len(left_out), len(contacts))
 

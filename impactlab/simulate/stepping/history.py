@@ -5,16 +5,20 @@ from __future__ import annotations
 from typing import final
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from impactlab.history.base import ContactSpan, EnergyBook, Event
+from impactlab.history.base import FIELD_POINTS, ContactSpan, EnergyBook, Event, Field, places_on, within_run
 from impactlab.history.noise_floor import above_noise, reach_of
+from impactlab.history.waves import wave_body
 from impactlab.integrators.base import AbstractIntegrator
+from impactlab.models.continuous.delay_line import DelayLine
 from impactlab.scene.frame import carried_by, groups, touched_in
 from impactlab.scene.method import laws_of
 from impactlab.simulate.channels import AbstractRecordedHistory, Channel
 from impactlab.simulate.stepping import event_times
 from impactlab.simulate.stepping.arrays import SAMPLED
 from impactlab.simulate.stepping.assembly import Assembly
+from impactlab.simulate.stepping.delay_waves import DelayWaves
 from impactlab.types import Array
 
 
@@ -31,6 +35,8 @@ class RecordedHistory(AbstractRecordedHistory):
     def __init__(self, assembly: Assembly, integrator: AbstractIntegrator) -> None:
         super().__init__(assembly.scene, assembly.method, assembly.built, assembly.ports, assembly.dt)
         self.assembly = assembly
+        self._ends: dict[str, tuple[Array, Array]] = {}  # of delay lines: times, displacements of both ends
+        self._delayed: dict[str, DelayWaves] = {}  # those that were evaluated
         self._integrator = integrator
         self._raw: list[tuple[float, int, int, float, float, float]] = []
         self._joined = groups(assembly.scene)
@@ -67,6 +73,31 @@ class RecordedHistory(AbstractRecordedHistory):
         share = (snapshot.time - snapshot.before + late) / length if length > 0.0 else 1.0
         return self.assembly.state_of(body, (1.0 - share) * states[0] + share * states[1], velocities)
 
+    def field_times(self, body: str) -> Array | None:
+        return None if body in self._ends else super().field_times(body)
+
+    def field(self, body: str, t: float, quantity: str, x: ArrayLike | None = None) -> Field:
+        if body not in self._ends:
+            return super().field(body, t, quantity, x)
+        time, shown = within_run(t, self.duration), self.scene.bodies[body]
+        read, factor = shown.reading(quantity)
+        places = np.linspace(0.0, shown.length, FIELD_POINTS) if x is None else places_on(shown, x)
+        return Field(places, factor * self._waves_of(body).at(read, places, time))
+
+    def travelling(self, body: str, x: float, t: ArrayLike) -> tuple[Array, Array]:
+        if body not in self._ends:
+            return super().travelling(body, x, t)
+        wave_body(self.scene, body, x)
+        return self._waves_of(body).velocities(np.array(x), within_run(t, self.duration))
+
+    def _waves_of(self, body: str) -> DelayWaves:
+        if body not in self._delayed:
+            times, ends = self._ends[body]
+            rod = self.scene.elastic[body].waves
+            assert rod is not None and self.dt is not None  # noqa: S101, PT018 - a delay line is a rod that steps
+            self._delayed[body] = DelayWaves(rod, times, ends, self.dt)
+        return self._delayed[body]
+
     def _read_channels(self) -> None:
         assembly, scene, channels = self.assembly, self.scene, self.recorded
         record = assembly.memory.record[: assembly.clock.n_records]
@@ -98,6 +129,19 @@ class RecordedHistory(AbstractRecordedHistory):
             on = of_velocity if probe.quantity == "velocity" else times
             # A face that a contact presses in beyond its coordinates is known from the contact.
             channels.setdefault(probe.channel, Channel(on, record[:, first + number], False))
+        moved = {
+            (each.body, each.x): record[:, first + len(assembly.probes) + n] for n, each in enumerate(assembly.far_ends)
+        }
+        for name, body in self.built.items():
+            if isinstance(body.model, DelayLine):
+                ends = [
+                    moved[name, x] if (name, x) in moved else channels[f"displacement:{name}@{x:.6g}"].values
+                    for x in (0.0, body.body.length)
+                ]
+                self._ends[name] = times, np.array(ends)
+        for each in assembly.in_waves:
+            values = each.factor * self._waves_of(each.body).at(each.quantity, np.array(each.x), times)
+            channels[each.channel] = Channel(times, values, False)
         sample = assembly.memory.sample[: assembly.clock.n_samples]
         for number, name in enumerate(assembly.built):
             channels[f"momentum:{name}"] = Channel(sample[:, 0], sample[:, SAMPLED + 2 + 3 * number], False)

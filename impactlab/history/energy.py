@@ -1,0 +1,90 @@
+"""Energies over a run, and the balance between them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy import float64
+from numpy.typing import NDArray
+
+Array = NDArray[float64]
+
+
+class CarriedEnergy(NamedTuple):
+    """Energy of the common motion of all interacting bodies, which contacts cannot exchange."""
+
+    kinetic: float  # J, of the centres of mass at t = 0
+    work: Array  # (n,) J, of loads on the common motion
+
+
+DRIFT_ROUNDING = 1e-13  # of the energy of all bodies: a smaller difference of such energies is rounding
+
+
+@dataclass(frozen=True)
+class EnergyBook:
+    """Energies over the run and the balance inside it (units J; gain and loss are shares of the scale).
+
+    The balance is the same in every frame of reference; the scale is that of the bodies' own frame.
+    """
+
+    time: Array  # (n,) s, the instants at which energies were taken
+    bodies: dict[str, Array]  # name -> (n,) kinetic + strain energy of each body
+    stored: Array  # (n,) held by contacts
+    booked: dict[str, Array]  # name -> (n,) losses booked so far: contact, ends, unresolved; never negative
+    work: Array  # (n,) work of gravity and end forces so far
+    carried: CarriedEnergy | None = None  # by free bodies in a common motion (`impactlab.scene.frame`); None: nothing
+
+    @cached_property
+    def total(self) -> Array:
+        """Energy of all bodies and contacts, shape (n,) [J]."""
+        return np.asarray(sum(self.bodies.values(), np.zeros_like(self.time)) + self.stored)
+
+    @cached_property
+    def balance(self) -> Array:
+        """Bodies + stored + booked - work - initial, shape (n,) [J]; zero for a perfect run."""
+        total = self.total + sum(self.booked.values(), np.zeros_like(self.time)) - self.work
+        return np.asarray(total - total[0])
+
+    @cached_property
+    def at_stake(self) -> float:
+        """Reference energy [J]: the larger of the energy that bodies can exchange and the work of loads; 0 if both are.
+
+        It is measured in the frame of the centre of mass of the interacting bodies. Bodies that only drift have none
+        there; for them it is the energy of the drift.
+        """
+        start = float(np.abs(self.total[0]))
+        whole = max(start, float(np.max(np.abs(self.work), initial=0.0)))
+        if self.carried is None:
+            return whole
+        inside = max(0.0, start - self.carried.kinetic)
+        inside = max(inside, float(np.max(np.abs(self.work - self.carried.work), initial=0.0)))
+        return inside if inside > DRIFT_ROUNDING * whole else whole
+
+    @cached_property
+    def rounding(self) -> float:
+        """Energy of all bodies and work of loads, over the scale: rounding errors of the balance grow with it."""
+        whole = max(float(np.abs(self.total[0])), float(np.max(np.abs(self.work), initial=0.0)))
+        return max(1.0, whole / self.scale)
+
+    @cached_property
+    def scale(self) -> float:
+        """`at_stake`; 1 J if that is zero [J]: gains and losses are shares of it."""
+        return self.at_stake or 1.0
+
+    @cached_property
+    def final_error(self) -> float:
+        """Error of the balance at the end, over the scale."""
+        return abs(float(self.balance[-1])) / self.scale
+
+    @cached_property
+    def largest_gain(self) -> float:
+        """Largest rise of the balance above its start, over the scale."""
+        return max(0.0, float(np.max(self.balance))) / self.scale
+
+    @cached_property
+    def largest_loss(self) -> float:
+        """Largest fall of the balance below its start, over the scale."""
+        return max(0.0, -float(np.min(self.balance))) / self.scale

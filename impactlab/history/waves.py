@@ -1,0 +1,126 @@
+"""The two travelling waves at a section of a rod: d'Alembert's solution read backwards.
+
+In a rod of wave speed c and impedance Z any motion is a wave to the right of velocity R and one to the left of velocity
+L: the velocity is R + L, the strain (R - L)/c, the force Z (R - L), both positive in compression. So velocity and
+strain at one section give both waves; at an impedance step, a gauge or an end they tell what arrives and what leaves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy import float64
+from numpy.typing import NDArray
+
+from impactlab.errors import CaseError, ImpactlabError
+from impactlab.scene.bodies import Body, WaveBody
+from impactlab.scene.problem import Scene
+
+Array = NDArray[float64]
+
+
+class Waves(NamedTuple):
+    """The two waves at a section; their sum is the quantity itself."""
+
+    body: str
+    x: float  # m
+    quantity: str
+    time: Array  # (n,) s
+    to_right: Array  # (n,) SI
+    to_left: Array  # (n,) SI
+
+    @classmethod
+    def of(cls, body: Body, x: float, quantity: str, time: Array, right: Array, left: Array) -> Waves:
+        """Return the waves in a quantity, from the velocities that they carry [m/s]."""
+        read, factor = body.reading(quantity)
+        if read == "displacement" or body.waves is None:
+            raise CaseError(
+                f"the waves of '{body.name}' carry no {quantity}",
+                remedy=f"They carry: {', '.join(carried(body))}.",
+                path="probes",
+            )
+        if read == "velocity":
+            return cls(body.name, x, quantity, time, factor * right, factor * left)
+        factor *= body.waves.segment_at(x).per_velocity(read)
+        return cls(body.name, x, quantity, time, factor * right, -factor * left)
+
+    @property
+    def total(self) -> Array:
+        """The quantity at the section, shape (n,)."""
+        return self.to_right + self.to_left
+
+
+def carried(body: Body) -> list[str]:
+    """Return the quantities of a body that waves carry."""
+    return [name for name, (read, _) in body.quantities.items() if read != "displacement"]
+
+
+def wave_body(scene: Scene, name: str, x: float) -> WaveBody:
+    """Return a rod or shaft that has a section at x [m].
+
+    Raises
+    ------
+    ImpactlabError
+        If it is none, or x lies outside it.
+    """
+    if name not in scene.bodies:
+        raise ImpactlabError(f"no body '{name}'; bodies: {', '.join(scene.bodies)}")
+    body = scene.bodies[name].waves
+    if body is None:
+        kind = scene.bodies[name].kind
+        raise ImpactlabError(
+            f"'{name}' is a {kind}, and the two waves are those of rods and shafts",
+            remedy="Waves of a beam change their shape on the way." if kind == "beam" else "",
+        )
+    if not 0.0 <= x <= body.length:
+        raise ImpactlabError(f"{x:.6g} m lies outside '{name}', 0 to {body.length:.6g} m", path=f"bodies.{name}")
+    return body
+
+
+def separated(
+    scene: Scene, name: str, x: float, channels: Sequence[str], evaluate: Callable[[str], Array]
+) -> tuple[Array, Array]:
+    """Return the velocities of the waves to the right and to the left [m/s], from recorded channels at x [m].
+
+    Raises
+    ------
+    ImpactlabError
+        If the body has no such waves or a channel is missing.
+    """
+    body = wave_body(scene, name, x)
+    known: dict[str, Array] = {}  # by the quantity of the model
+    for quantity, (read, factor) in body.quantities.items():
+        channel = f"{quantity}:{name}@{x:.6g}"
+        if read != "displacement" and read not in known and channel in channels:
+            known[read] = evaluate(channel) / factor
+    loads = [quantity for quantity in known if quantity != "velocity"]
+    touching = _contacts_at(scene, body, x)
+    if not loads and touching:
+        known["force"] = np.asarray(sum(evaluate(f"force:{contact}") for contact in touching))
+        loads = ["force"]
+    if "velocity" not in known or not loads:
+        asked = " and ".join(f"{{body: {name}, at: {x:.6g}, quantity: {each}}}" for each in _wanted(body))
+        raise ImpactlabError(
+            f"the waves at {x:.6g} m of '{name}' need its velocity and its strain, stress or force there; recorded: "
+            f"{', '.join(known) or 'neither'}",
+            remedy=f"Add the probes {asked}.",
+            path="probes",
+        )
+    apart = known[loads[0]] / body.segment_at(x).per_velocity(loads[0])
+    return 0.5 * (known["velocity"] + apart), 0.5 * (known["velocity"] - apart)
+
+
+def _contacts_at(scene: Scene, body: WaveBody, x: float) -> list[str]:
+    """Return the contacts on an end without support or load: their forces are the force inside the rod there."""
+    if not any(place == x and end.kind == "free" and end.force == 0.0 for place, end in body.ends):
+        return []
+    points = {contact.name: (contact.left, contact.right) for contact in scene.contacts}
+    return [name for name, both in points.items() if any((p.body, p.x) == (body.name, x) for p in both)]
+
+
+def _wanted(body: WaveBody) -> list[str]:
+    """Return the names of a velocity and of a load among its quantities."""
+    names = {read: name for name, (read, _) in reversed(list(body.quantities.items()))}
+    return [names["velocity"], names.get("strain", names["force"])]
