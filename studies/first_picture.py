@@ -20,7 +20,7 @@ import impactlab as il
 from impactlab.report import style
 from studies.pages import CASES, DOCS
 
-FRAMES, SHOWN, PAUSE = 84, 60, 1500  # pictures, ms of each, ms of the last
+FRAMES, SHOWN, PAUSE = 84, 60, 1500  # pictures, ms of each, ms of the whole
 END = 2.4  # T, of the picture: soon after the second contact
 SECOND = 2.15  # T, from then on the second contact is named
 LARGER = 320.0  # times that displacements are drawn
@@ -105,7 +105,7 @@ def pictures() -> list[Image.Image]:
         buffer = io.BytesIO()
         figure.savefig(buffer, format="png", dpi=100)
         found.append(Image.open(buffer).convert("RGB"))
-    return found
+    return [found[-1], *found[:-1]]  # the whole picture first: it is shown where nothing moves
 
 
 def colours() -> list[tuple[float, ...]]:
@@ -121,7 +121,7 @@ def write(target: Path) -> None:
     palette = Image.new("P", (1, 1))
     palette.putpalette([round(255 * part) for colour in colours() for part in colour])
     few = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
-    times = [SHOWN] * (len(few) - 1) + [PAUSE]
+    times = [PAUSE, *[SHOWN] * (len(few) - 1)]
     few[0].save(target, save_all=True, append_images=few[1:], duration=times, loop=0, optimize=True)
 
 
