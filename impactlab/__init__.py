@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from impactlab.api import Comparison, compare, run
     from impactlab.casefile import Beam, Case, Contact, Mass, Rod, Shaft, Wall, load_case
     from impactlab.errors import CaseError, ImpactlabError, PairingError, PluginError, StepError
+    from impactlab.sweeps import Sampled, open_sweep, sweep
 
 __version__ = "0.1.0"
 
@@ -25,12 +26,15 @@ __all__ = [
     "PairingError",
     "PluginError",
     "Rod",
+    "Sampled",
     "Shaft",
     "StepError",
     "Wall",
     "compare",
     "load_case",
+    "open_sweep",
     "run",
+    "sweep",
 ]
 
 __getattr__ = lazy_names(  # `import impactlab` and `impactlab --help` stay quick
@@ -39,6 +43,7 @@ __getattr__ = lazy_names(  # `import impactlab` and `impactlab --help` stay quic
         "impactlab.api": ("Comparison", "compare", "run"),
         "impactlab.casefile": ("Beam", "Case", "Contact", "Mass", "Rod", "Shaft", "Wall", "load_case"),
         "impactlab.errors": ("CaseError", "ImpactlabError", "PairingError", "PluginError", "StepError"),
+        "impactlab.sweeps": ("Sampled", "open_sweep", "sweep"),
     },
     check_environment,
 )

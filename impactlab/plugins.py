@@ -21,19 +21,21 @@ from impactlab.errors import PluginError
 
 
 class Group(NamedTuple):
-    """A kind of part: its entry-point group, its name in messages, and the class it must derive from."""
+    """A kind of part: its entry-point group, its name in messages, and its class or the arguments of its function."""
 
     name: str
     noun: str
-    base: str  # module:class; empty where there is none
+    base: str = ""  # module:class from which it must derive
+    arguments: tuple[str, ...] = ()  # of a part that is a function
 
 
 MODELS = Group("impactlab.models", "a model", "impactlab.models.base:AbstractRodModel")
 BASES = Group("impactlab.bases", "a basis", "impactlab.bases.base:AbstractBasis")
 LAWS = Group("impactlab.contact_laws", "a contact law", "impactlab.contact.base:AbstractContactLaw")
 INTEGRATORS = Group("impactlab.integrators", "an integrator", "impactlab.integrators.base:AbstractScheme")
-METRICS = Group("impactlab.metrics", "a metric", "")
-GROUPS = (MODELS, BASES, LAWS, INTEGRATORS, METRICS)
+METRICS = Group("impactlab.metrics", "a metric", arguments=("history", "reference", "scene"))
+QUANTITIES = Group("impactlab.quantities", "a quantity", arguments=("scene", "history"))
+GROUPS = (MODELS, BASES, LAWS, INTEGRATORS, METRICS, QUANTITIES)
 
 
 class Entry(NamedTuple):
@@ -165,8 +167,8 @@ def parts_inside(part: Any) -> tuple[Any, ...]:
 
 def fault_of(part: Any, group: Group) -> str:
     """Return why an object cannot serve as a part of the group, or an empty text."""
-    if group is METRICS:
-        return _fault_of_metric(part)
+    if group.arguments:
+        return _fault_of_function(part, group)
     if not inspect.isclass(part):
         return f"it is not a class but {type(part).__name__!r}"
     if group.base:
@@ -186,15 +188,15 @@ def fault_of(part: Any, group: Group) -> str:
     return "" if describe(part) else "its class has no docstring, whose first line a listing shows"
 
 
-def _fault_of_metric(metric: Any) -> str:
-    """Return why an object cannot serve as ``metric(history, reference, scene)``, or an empty text."""
-    if not inspect.isfunction(metric):
-        return f"it is not a function but {type(metric).__name__!r}"
+def _fault_of_function(part: Any, group: Group) -> str:
+    """Return why an object cannot be called with the arguments of a group, or an empty text."""
+    if not inspect.isfunction(part):
+        return f"it is not a function but {type(part).__name__!r}"
     try:
-        inspect.signature(metric).bind(None, None, None)
+        inspect.signature(part).bind(*group.arguments)
     except TypeError as error:
-        return f"it cannot be called as metric(history, reference, scene): {error}"
-    return "" if describe(metric) else "it has no docstring, whose first line a listing shows"
+        return f"it cannot be called as {group.noun.split()[-1]}({', '.join(group.arguments)}): {error}"
+    return "" if describe(part) else "it has no docstring, whose first line a listing shows"
 
 
 def _import(entry: Entry, group: Group) -> Any:

@@ -92,7 +92,7 @@ def opened(folder: Path) -> Iterator[Store]:
         )
     folder.mkdir(parents=True, exist_ok=True)
     with (folder / LOCK).open("a") as lock:
-        if not _locked(lock.fileno()):
+        if not locked(lock.fileno()):
             raise CaseError(
                 f"another bench is at work in {str(folder)!r}", remedy="Wait for it, or give another --out."
             )
@@ -107,7 +107,7 @@ def opened(folder: Path) -> Iterator[Store]:
             shutil.rmtree(store.session, ignore_errors=True)
 
 
-def _locked(descriptor: int) -> bool:
+def locked(descriptor: int) -> bool:
     """Return whether the lock could be had; the system frees it when the process ends."""
     try:
         if sys.platform == "win32":

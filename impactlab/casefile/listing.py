@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from impactlab.casefile.parts import check_fields
 from impactlab.errors import PluginError
-from impactlab.plugins import GROUPS, METRICS, Entry, Group, Registry, citations_of, describe
+from impactlab.plugins import GROUPS, Entry, Group, Registry, citations_of, describe
 
 
 class Listed(NamedTuple):
@@ -33,7 +33,7 @@ def listing(registry: Registry) -> tuple[Listed, ...]:
 def _line(registry: Registry, group: Group, entry: Entry) -> Listed:
     try:
         part = registry.load(group, entry.name)
-        if group is not METRICS:  # a function, which no case gives options
+        if not group.arguments:  # a class, to which a case gives options
             check_fields(part)
     except PluginError as error:
         return Listed(group.name, entry.name, entry.distribution, "", (), error.text)

@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from impactlab import __version__
-from impactlab.cli import benching, cases, parts, running, starting
+from impactlab.cli import benching, cases, parts, running, starting, sweeping
 from impactlab.cli.reporting import Left, print_failure
 from impactlab.environment import check_environment
 from impactlab.errors import CaseError, ImpactlabError
@@ -56,6 +56,13 @@ for command, examples in (
         ["impactlab compare axial_impact --out out", "impactlab compare my_case.yaml --methods base,continuous"],
     ),
     (benching.bench, ["impactlab bench two_rods.yaml --methods exact,central_difference --out out/bench"]),
+    (
+        sweeping.sweep,
+        [
+            "impactlab sweep axial_impact --method continuous --over 'bodies.hammer.mass=0.2 kg:20 kg:50log'",
+            "impactlab sweep my_case.yaml --over contacts.0.gap=0,1e-4 --over method=base,penalty --out out/sweep",
+        ],
+    ),
     (cases.check, ["impactlab check my_case.yaml"]),
     (cases.choose, ["impactlab choose two_material_rod --tolerance 1e-3"]),
     (starting.new, ["impactlab new my_test --like hopkinson"]),

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from impactlab.lazy import lazy
 
 if TYPE_CHECKING:
-    from impactlab import api, casefile
+    from impactlab import api, casefile, sweeps
     from impactlab import cite as citations
     from impactlab import plugins as registries
     from impactlab.bench import cells, grid
@@ -20,9 +20,11 @@ if TYPE_CHECKING:
     from impactlab.refine import reference as references
     from impactlab.report import choice as choices
     from impactlab.report import compare_report, console, output, run_report
+    from impactlab.sweeps import axes
     from impactlab.testing import verdict as verdicts
 else:
     api = lazy("impactlab.api")
+    axes = lazy("impactlab.sweeps.axes")
     bench_report = lazy("impactlab.bench.report.write")
     benching = lazy("impactlab.bench.run")
     casefile = lazy("impactlab.casefile")
@@ -42,10 +44,12 @@ else:
     run_report = lazy("impactlab.report.run_report")
     stability_report = lazy("impactlab.bench.report.stability")
     starter = lazy("impactlab.casefile.starter")
+    sweeps = lazy("impactlab.sweeps")
     verdicts = lazy("impactlab.testing.verdict")
 
 __all__ = [
     "api",
+    "axes",
     "bench_report",
     "benching",
     "casefile",
@@ -65,5 +69,6 @@ __all__ = [
     "run_report",
     "stability_report",
     "starter",
+    "sweeps",
     "verdicts",
 ]

@@ -86,8 +86,8 @@ def _collision(scene: Scene, history: AbstractHistory, pair: tuple[str, str], sp
     striker, other = _roles(scene, pair)
     sign = 1.0 if striker == pair[0] else -1.0  # the left body approaches with a positive velocity
     before = float(np.nextafter(start, -1.0))
-    approach = _difference([_mean_velocity(scene, history, name, before) for name in (striker, other)], sign)
-    leaves = _difference([_mean_velocity(scene, history, name, until) for name in (other, striker)], sign)
+    approach = _difference([mean_velocity(scene, history, name, before) for name in (striker, other)], sign)
+    leaves = _difference([mean_velocity(scene, history, name, until) for name in (other, striker)], sign)
     lost, given = (_energy_change(scene, history, name, before, until) for name in (striker, other))
     fastest = max((abs(body.velocity) for body in scene.bodies.values()), default=0.0)
     meets = approach is not None and approach > MIN_APPROACH * max(fastest, abs(leaves or 0.0))
@@ -128,7 +128,7 @@ def _roles(scene: Scene, pair: tuple[str, str]) -> tuple[str, str]:
     return (left, right) if rank(left) >= rank(right) else (right, left)
 
 
-def _mean_velocity(scene: Scene, history: AbstractHistory, name: str, time: float) -> float | None:
+def mean_velocity(scene: Scene, history: AbstractHistory, name: str, time: float) -> float | None:
     """Return the momentum of a body over its mass [m/s]; 0 of a held body, None where it is not known.
 
     It is the sum of the impulses of contacts and loads until then, which is exact; inside a contact it is that of the
@@ -154,7 +154,7 @@ def _energy_change(scene: Scene, history: AbstractHistory, name: str, start: flo
     if not body.moves:
         return 0.0
     if body.elastic is None:
-        squares = [None if (v := _mean_velocity(scene, history, name, t)) is None else v**2 for t in (end, start)]
+        squares = [None if (v := mean_velocity(scene, history, name, t)) is None else v**2 for t in (end, start)]
         return _difference(squares, 0.5 * body.moving_mass)
     if f"energy:{name}" not in history.channels():
         return None

@@ -1,0 +1,44 @@
+"""The unit of a path of a case."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from typing import Any
+
+from pydantic import BaseModel
+
+from impactlab.casefile.schema import CaseBlock
+from impactlab.errors import PluginError
+from impactlab.plugins import INTEGRATORS, LAWS, MODELS, Registry
+
+PARTS = (
+    (re.compile(r"contacts\.\d+\.law"), LAWS),
+    (re.compile(r"solve\.model|solve\.models\.[^.]+"), MODELS),
+    (re.compile(r"solve\.integrator"), INTEGRATORS),
+)
+"""Paths of blocks that describe a part."""
+
+
+def unit_of(case: CaseBlock, path: str, registry: Registry) -> str:
+    """Return the SI unit of the value at a dotted path, ``1`` of a pure number; empty where it has none."""
+    block, _, key = path.rpartition(".")
+    place: Any = case
+    for step in block.split(".") if block else ():
+        if isinstance(place, BaseModel):
+            place = getattr(place, step, None)
+        elif isinstance(place, (list, tuple)):
+            place = place[int(step)] if step.isdecimal() and int(step) < len(place) else None
+        else:
+            place = place.get(step) if isinstance(place, dict) else None
+    if isinstance(place, BaseModel) and key in type(place).model_fields:
+        found = re.search(r"\[([^\]]+)\]", type(place).model_fields[key].description or "")
+        return found[1] if found else ""
+    group = next((group for pattern, group in PARTS if pattern.fullmatch(block)), None)
+    if group is None or not isinstance(place, dict):
+        return ""
+    try:
+        fields = dataclasses.fields(registry.load(group, place["kind"]))
+    except PluginError:
+        return ""
+    return next((field.metadata["unit"] for field in fields if field.name == key), "")

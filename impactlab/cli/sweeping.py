@@ -1,0 +1,85 @@
+"""The command ``sweep``: one case at many points."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, load
+from impactlab.cli.reporting import Left, reporting
+from impactlab.cli.rooms import axes, console, sweeps
+
+
+def sweep(
+    case: CaseFile,
+    over: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--over",
+            metavar="PATH=VALUES",
+            help="An axis: A,B,C or FIRST:LAST:COUNT, or FIRST:LAST:COUNTlog. Several make a grid.",
+            show_default=False,
+        ),
+    ] = None,
+    points: Annotated[
+        Path | None,
+        typer.Option(
+            "--points",
+            metavar="FILE.csv",
+            help="Listed points, in place of axes: columns headed by path and unit.",
+            show_default=False,
+        ),
+    ] = None,
+    quantities: Annotated[
+        str | None,
+        typer.Option("--quantities", metavar="A,B,...", help="What each run gives (see plugins).", show_default=False),
+    ] = None,
+    sets: Sets = None,
+    method: Method = None,
+    variant: Variant = None,
+    workers: Annotated[
+        int, typer.Option("--workers", metavar="N", min=0, max=1024, help="Processes; 0 runs in this one.")
+    ] = 0,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out", metavar="DIR", help="Keep finished points here, and the result; go on there.", show_default=False
+        ),
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Run one case at many points: a labelled table of what each run gives. Finished points are kept in DIR."""
+    with reporting(case, as_json):
+        loaded = load(case, sets, method, variant)
+        read = [axes.read_over(loaded, text) for text in over or []]
+        axes.refuse_twice([path for path, _ in read])
+        names = (
+            sweeps.DEFAULT if quantities is None else [name.strip() for name in quantities.split(",") if name.strip()]
+        )
+        words = ["impactlab", "sweep", str(case), *(f"--over={text}" for text in over or [])]
+        console.say_if_compiling()
+        with console.progress() as show:
+            found = sweeps.sweep(
+                loaded,
+                dict(read) or None,
+                points=axes.read_points(points) if points is not None else None,
+                quantities=names,
+                workers=workers,
+                out=out,
+                progress=lambda fraction: show(loaded.label, fraction),
+                command=shlex.join([*words, f"--quantities={','.join(names)}"]),
+            )
+        if out is not None:
+            console.say(f"written: {out}")
+        counts = sweeps.counts(found)
+        if as_json:
+            console.print_json({"schema_version": 1, "points": int(found.status.size), "status": counts})
+        elif out is None:
+            print(found.drop_vars("reason").to_dataframe().to_string(max_rows=60))
+        else:
+            print(f"{found.status.size} points: " + ", ".join(f"{count} {name}" for name, count in counts.items()))
+        if not counts.get("completed"):
+            raise Left(1)

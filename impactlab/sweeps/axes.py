@@ -1,0 +1,216 @@
+"""Axes of a sweep: paths of the case with their values, read and checked before the first run."""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from impactlab.casefile import Case
+from impactlab.casefile.document import parse_value
+from impactlab.casefile.edit import check_name, plain
+from impactlab.casefile.path_units import unit_of
+from impactlab.casefile.words import shown
+from impactlab.errors import CaseError, ImpactlabError
+
+METHOD = "method"  # path of an axis whose values are names of methods of the case
+MAX_POINTS = 10_000_000
+MAX_RANGE = 1_000_000  # values of one range
+RANGE = re.compile(r"(?P<first>[^:]+):(?P<last>[^:]+):(?P<count>[0-9]{1,9})(?P<log>log)?")
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A path of the case with its values."""
+
+    path: str  # dotted path of the case, or `METHOD`
+    values: tuple[Any, ...]  # as a case file holds them
+    si: tuple[Any, ...]  # the same in SI; words and blocks as they are
+    unit: str  # of the numbers; empty of words
+
+    @property
+    def is_numeric(self) -> bool:
+        """Whether all values are numbers."""
+        return all(isinstance(value, (int, float)) and not isinstance(value, bool) for value in self.si)
+
+
+@dataclass(frozen=True)
+class Points:
+    """The points of a sweep: a grid of several axes, or listed ones, in which the values of all axes go together."""
+
+    axes: tuple[Axis, ...]
+    listed: bool = False
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Number of values of each dimension of the result."""
+        return (len(self.axes[0].values),) if self.listed else tuple(len(axis.values) for axis in self.axes)
+
+    @property
+    def count(self) -> int:
+        """Number of points."""
+        return math.prod(self.shape)
+
+    def settings(self, number: int) -> dict[str, Any]:
+        """Return path and value of each axis at a point; points are numbered with the last axis running fastest."""
+        if self.listed:
+            return {axis.path: axis.values[number] for axis in self.axes}
+        found: dict[str, Any] = {}
+        for axis in reversed(self.axes):
+            number, place = divmod(number, len(axis.values))
+            found[axis.path] = axis.values[place]
+        return dict(reversed(found.items()))
+
+    def case(self, case: Case, number: int) -> Case:
+        """Return the case of a point; raises what the case raises there."""
+        return at_point(case, self.settings(number))
+
+
+def at_point(case: Case, settings: Mapping[str, Any]) -> Case:
+    """Return a case with the values of a point: its method first, then the values."""
+    settings = dict(settings)
+    method = settings.pop(METHOD, None)
+    case = case if method is None else case.method(method)
+    return case.with_settings(settings.items(), by="the sweep") if settings else case
+
+
+def grid(case: Case, over: Mapping[str, Iterable[Any]]) -> Points:
+    """Return the grid of several axes, path to values each; every value is checked by the case.
+
+    Raises
+    ------
+    CaseError, PairingError, PluginError
+        If a path or a value is wrong, or there are too many points.
+    """
+    return _counted(Points(tuple(read_axis(case, path, values) for path, values in over.items())))
+
+
+def listed(case: Case, columns: Mapping[str, Iterable[Any]]) -> Points:
+    """Return listed points, path to one value per point each; raises as `grid` does."""
+    given = {path: list(values) for path, values in columns.items()}
+    lengths = {path: len(values) for path, values in given.items()}
+    if len(set(lengths.values())) > 1:
+        counts = ", ".join(f"{path} {length}" for path, length in lengths.items())
+        raise CaseError(f"columns of different lengths: {counts}", remedy="Give one value of each path per point.")
+    return _counted(Points(tuple(read_axis(case, path, values) for path, values in given.items()), listed=True))
+
+
+def _counted(points: Points) -> Points:
+    if not points.axes:
+        raise CaseError("a sweep without an axis", remedy="Give a path of the case and its values.")
+    if points.count > MAX_POINTS:
+        shape = " x ".join(map(str, points.shape))
+        raise CaseError(f"{shape} = {points.count:.3g} points; allowed: {MAX_POINTS:g}", remedy="Give fewer values.")
+    return points
+
+
+def read_axis(case: Case, path: str, values: Iterable[Any]) -> Axis:
+    """Return an axis, its values in SI; each value passes the checks of the case.
+
+    Raises
+    ------
+    CaseError, PairingError, PluginError
+        If there is no such path, or a value is not allowed there; the error names path and value.
+    """
+    given = tuple(plain(value.item() if isinstance(value, np.generic) else value, path) for value in values)
+    if not given:
+        raise CaseError("an axis without values", remedy="Give at least one.", path=path)
+    if path == METHOD:
+        for name in given:
+            check_name("method", str(name), case.method_names[1:], case.file)
+        return Axis(path, given, given, "")
+    known = {repr(value): _in_si(case, path, value) for value in given}
+    return Axis(path, given, tuple(known[repr(value)] for value in given), unit_of(case.checked, path, case.registry))
+
+
+def _in_si(case: Case, path: str, value: Any) -> Any:
+    """Return a value of a path in SI, as the case reads it."""
+    if isinstance(value, float) and not math.isfinite(value):
+        raise CaseError(f"{value} is not a finite number", path=path, remedy="Give finite values.")
+    try:
+        resolved: Any = at_point(case, {path: value}).resolved()
+    except ImpactlabError as error:
+        error.path = error.path or path
+        raise
+    for key in path.split("."):
+        if isinstance(resolved, list) and key.isdecimal():
+            resolved = resolved[int(key)]
+        elif isinstance(resolved, dict) and key in resolved:
+            resolved = resolved[key]
+        else:  # a key that the case turns into others, as a diameter into an area
+            return value
+    return value if isinstance(resolved, (dict, list)) else resolved
+
+
+def read_over(case: Case, text: str) -> tuple[str, list[Any]]:
+    """Return path and values of an axis of the command line.
+
+    ``PATH=A,B,C`` lists values, ``PATH=FIRST:LAST:COUNT`` gives equal steps, ``PATH=FIRST:LAST:COUNTlog`` equal ratios.
+    """
+    path, equals, values = (part.strip() for part in text.partition("="))
+    if not equals or not path or not values:
+        raise CaseError(f"--over {shown(text)} is not PATH=VALUES", remedy="Write PATH=A,B,C or PATH=FIRST:LAST:COUNT.")
+    asked = RANGE.fullmatch(values)
+    if asked is None:
+        return path, [parse_value(value.strip()) for value in _split(values)]
+    first, last = (_in_si(case, path, parse_value(asked[name].strip())) for name in ("first", "last"))
+    count = int(asked["count"])
+    for end in (first, last):
+        if not isinstance(end, (int, float)) or isinstance(end, bool):
+            raise CaseError(f"{shown(end)} is no number to begin or end a range", path=path, remedy="List the values.")
+    if not 2 <= count <= MAX_RANGE:
+        raise CaseError(f"a range of {count} values; allowed: 2 to {MAX_RANGE}", path=path)
+    if asked["log"] and not first * last > 0.0:
+        raise CaseError(
+            f"equal ratios from {first:g} to {last:g} pass through zero", path=path, remedy="Leave out log."
+        )
+    return path, (np.geomspace if asked["log"] else np.linspace)(first, last, count).tolist()
+
+
+def refuse_twice(paths: Sequence[str]) -> None:
+    """Raise `CaseError` where a path is given twice."""
+    for number, path in enumerate(paths):
+        if path in paths[:number]:
+            raise CaseError("an axis that is given twice", path=path, remedy="Give all of its values at once.")
+
+
+def _split(values: str) -> list[str]:
+    """Return the parts between commas outside brackets."""
+    parts, depth = [""], 0
+    for letter in values:
+        depth += (letter in "[{") - (letter in "]}")
+        if letter == "," and depth == 0:
+            parts.append("")
+        else:
+            parts[-1] += letter
+    return parts
+
+
+def read_points(file: Path) -> dict[str, list[Any]]:
+    """Return the columns of a CSV file of points; a column is headed by a path, with a unit in brackets or none."""
+    try:
+        with file.open(newline="", encoding="utf-8-sig") as stream:
+            header, *rows = [row for row in csv.reader(stream) if row]
+    except (OSError, ValueError, csv.Error) as error:
+        raise CaseError(f"the points cannot be read: {error}", file=str(file), remedy="Give a CSV file.") from None
+    columns: dict[str, list[Any]] = {}
+    for number, heading in enumerate(header):
+        named = re.fullmatch(r"\s*([^\s\[]+)\s*(?:\[([^\]]*)\])?\s*", heading)
+        if named is None or named[1] in columns:
+            raise CaseError(f"{shown(heading)} is no heading of a column, or stands twice", file=str(file),
+                            remedy="Write a path of the case, as in: bodies.hammer.mass [kg].")  # fmt: skip
+        columns[named[1]] = [_cell(file, line, row, number, named[2] or "") for line, row in enumerate(rows, start=2)]
+    return columns
+
+
+def _cell(file: Path, line: int, row: Sequence[str], number: int, unit: str) -> Any:
+    if len(row) <= number or not row[number].strip():
+        raise CaseError("a value is missing", file=str(file), line=line, remedy="Give a value in each column.")
+    value = parse_value(row[number].strip())
+    return f"{row[number].strip()} {unit}" if unit and isinstance(value, (int, float)) else value

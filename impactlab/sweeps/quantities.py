@@ -1,0 +1,192 @@
+"""Quantities that a run gives to a sweep: one function of scene and history each, registered by name."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+
+from impactlab.casefile.words import shown
+from impactlab.errors import CaseError
+from impactlab.history.base import AbstractHistory, ContactSpan
+from impactlab.metrics.collisions import collisions, mean_velocity
+from impactlab.plugins import QUANTITIES, Registry, describe
+from impactlab.scene.problem import Scene
+
+Values = Mapping[str, float] | float
+Function = Callable[[Scene, AbstractHistory], Values]
+F = TypeVar("F", bound=Function)
+
+CONTACT, PAIR, BODY, WHOLE = "contact", "pair", "body", ""  # over which a quantity has values
+DEFAULT = ("contacts", "impulse", "peak_force", "restitution", "final_velocity", "energy_gain", "near_grazing")
+
+
+def quantity(unit: str, over: str = WHOLE) -> Callable[[F], F]:
+    """Return a decorator that states the unit of a quantity, and over what it has values: contact, pair, body or ''."""
+
+    def stated(function: F) -> F:
+        function.unit, function.over = unit, over  # type: ignore[attr-defined]
+        return function
+
+    return stated
+
+
+class Sampled(NamedTuple):
+    """A channel at given times [s] as a quantity of a sweep, as in ``Sampled("force:hammer|rod.left", times)``."""
+
+    channel: str
+    times: Sequence[float]
+
+
+class Asked(NamedTuple):
+    """A quantity of a sweep with its place in the result."""
+
+    name: str
+    unit: str
+    description: str
+    over: str
+    labels: tuple[Any, ...]  # of the values: names of contacts, pairs or bodies, or times [s]; empty for one value
+
+    @property
+    def size(self) -> int:
+        """Number of values at a point."""
+        return max(1, len(self.labels))
+
+
+def asked(scene: Scene, names: Sequence[str | Sampled], registry: Registry) -> tuple[Asked, ...]:
+    """Return quantities by name, with their labels in a scene.
+
+    Raises
+    ------
+    PluginError, CaseError
+        If a quantity is not installed, is asked for twice, or has no unit.
+    """
+    found = []
+    for name in names:
+        if isinstance(name, Sampled):
+            times = tuple(float(time) for time in name.times)
+            if not times or not all(0.0 <= time < math.inf for time in times):
+                raise CaseError(
+                    f"{name.channel} is asked for at no time of a run", remedy="Give times in s, from 0 on."
+                )
+            found.append(Asked(name.channel, "", name.channel, "time", times))
+            continue
+        function = registry.load(QUANTITIES, name)
+        over = getattr(function, "over", WHOLE)
+        found.append(Asked(name, getattr(function, "unit", ""), describe(function), over, labels_of(scene, over)))
+    twice = [each.name for number, each in enumerate(found) if each.name in [other.name for other in found[:number]]]
+    if twice:
+        raise CaseError(f"{shown(twice[0])} is asked for twice", remedy="Name it once.")
+    return tuple(found)
+
+
+def labels_of(scene: Scene, over: str) -> tuple[str, ...]:
+    """Return the names over which a quantity has values in a scene."""
+    if over == CONTACT:
+        return tuple(contact.name for contact in scene.contacts)
+    if over == PAIR:
+        return tuple(dict.fromkeys(f"{contact.left.body}|{contact.right.body}" for contact in scene.contacts))
+    return tuple(name for name, body in scene.bodies.items() if body.moves) if over == BODY else ()
+
+
+def values(scene: Scene, history: AbstractHistory, wanted: Sequence[Asked], registry: Registry) -> list[list[float]]:
+    """Return the values of each quantity of a run; NaN where a label has none."""
+    rows = []
+    for each in wanted:
+        if each.over == "time":
+            rows.append(np.asarray(history.evaluate(np.array(each.labels), each.name), float).tolist())
+            continue
+        given: Values = registry.load(QUANTITIES, each.name)(scene, history)
+        if isinstance(given, Mapping):
+            rows.append([float(given.get(label, math.nan)) for label in each.labels])
+        else:
+            rows.append([float(given)])
+    return rows
+
+
+def _by_contact(
+    scene: Scene, history: AbstractHistory, value: Callable[[list[ContactSpan]], float]
+) -> dict[str, float]:
+    return {contact.name: value(history.spans(contact.name)) for contact in scene.contacts}
+
+
+@quantity("1", CONTACT)
+def contacts(scene: Scene, history: AbstractHistory) -> dict[str, float]:
+    """Number of periods of contact; of an impulse law the number of kicks."""
+    return _by_contact(scene, history, lambda spans: sum(1 if span.kicks is None else span.kicks for span in spans))
+
+
+@quantity("s", CONTACT)
+def first_opening(scene: Scene, history: AbstractHistory) -> dict[str, float]:
+    """Time of the first opening."""
+    ended = [event for event in history.events if event.kind == "open"]
+    first = {event.contact: event.time for event in reversed(ended)}
+    return {contact.name: first.get(contact.name, math.nan) for contact in scene.contacts}
+
+
+@quantity("s", CONTACT)
+def time_in_contact(scene: Scene, history: AbstractHistory) -> dict[str, float]:
+    """Time in contact, all periods together."""
+    return _by_contact(
+        scene, history, lambda spans: sum((span.until(history.duration) - span.start for span in spans), 0.0)
+    )
+
+
+@quantity("N s", CONTACT)
+def impulse(scene: Scene, history: AbstractHistory) -> dict[str, float]:
+    """Impulse of the contact force over the run."""
+    return _by_contact(scene, history, lambda spans: sum((span.impulse for span in spans), 0.0))
+
+
+@quantity("N", CONTACT)
+def peak_force(scene: Scene, history: AbstractHistory) -> dict[str, float]:
+    """Largest contact force; missing where the law gives impulses alone."""
+    peaks = {name: [span.peak_force for span in history.spans(name)] for name in (each.name for each in scene.contacts)}
+    return {
+        name: max((peak for peak in found if peak is not None), default=math.nan if found else 0.0)
+        for name, found in peaks.items()
+    }
+
+
+@quantity("1", PAIR)
+def restitution(scene: Scene, history: AbstractHistory) -> dict[str, float]:
+    """Apparent restitution of the first collision of two bodies."""
+    found = collisions(scene, history)
+    return {each.bodies: math.nan if each.restitution is None else each.restitution for each in reversed(found)}
+
+
+@quantity("m/s", BODY)
+def final_velocity(scene: Scene, history: AbstractHistory) -> dict[str, float]:
+    """Mean velocity at the end of the run: momentum over mass."""
+    found = {name: mean_velocity(scene, history, name, history.duration) for name in labels_of(scene, BODY)}
+    return {name: velocity for name, velocity in found.items() if velocity is not None}
+
+
+@quantity("J", BODY)
+def final_energy(scene: Scene, history: AbstractHistory) -> dict[str, float]:
+    """Energy at the end of the run."""
+    return {name: _at_end(history, f"energy:{name}") for name, body in scene.bodies.items() if body.moves}
+
+
+@quantity("N s", BODY)
+def final_momentum(scene: Scene, history: AbstractHistory) -> dict[str, float]:
+    """Momentum at the end of the run."""
+    return {name: _at_end(history, f"momentum:{name}") for name, body in scene.bodies.items() if body.moves}
+
+
+@quantity("1")
+def energy_gain(_scene: Scene, history: AbstractHistory) -> float:
+    """Largest gain of energy over the reference energy; zero of a perfect run."""
+    return history.energy.largest_gain
+
+
+@quantity("1")
+def near_grazing(_scene: Scene, history: AbstractHistory) -> float:
+    """1 where a small change of the case may change the number of contacts, else 0."""
+    return float(any(warned.code == "near_grazing" for warned in history.warnings))
+
+
+def _at_end(history: AbstractHistory, channel: str) -> float:
+    return float(history.evaluate(np.array([history.duration]), channel)[0])

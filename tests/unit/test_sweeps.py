@@ -1,0 +1,229 @@
+"""Sweeps: axes and points, quantities against single runs, faults as points, folders that are resumed."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import impactlab as il
+from impactlab.cli import app
+from impactlab.contact.penalty import Penalty
+from impactlab.metrics.collisions import collisions
+from impactlab.plugins import LAWS, Entry, Registry, registry
+from impactlab.sweeps import axes, chunks, counts, run
+
+PAPER = Path(__file__).parents[2] / "cases" / "axial_impact.yaml"
+MASS, GAP = "bodies.hammer.mass", "contacts.0.gap"
+
+
+@pytest.fixture(scope="module")
+def case() -> il.Case:
+    return il.load_case(PAPER).method("continuous")
+
+
+def test_a_grid_has_a_dimension_per_axis_and_the_values_of_single_runs(case):
+    masses, gaps = np.geomspace(0.5, 5.0, 3), ["0 mm", "0.1 mm"]
+    times = [2e-5, 4e-5]
+    asked = ["restitution", "contacts", "peak_force", "impulse", "first_opening", "time_in_contact", "final_velocity"]
+    asked += ["final_energy", "final_momentum", "energy_gain", "near_grazing"]
+    found = il.sweep(case, {MASS: masses, GAP: gaps}, quantities=[*asked, il.Sampled("force:hammer|rod.left", times)])
+    assert found["restitution"].dims == (MASS, GAP, "pair")
+    assert found[MASS].attrs["units"] == "kg"
+    assert found[GAP].values.tolist() == [0.0, 1e-4]
+    assert counts(found) == {"completed": 6}
+    for mass in masses:
+        history = il.run(case.with_settings([(MASS, float(mass)), (GAP, "0.1 mm")]))
+        span, *_ = history.contacts
+        point = found.sel({MASS: mass, GAP: 1e-4})
+        assert point["contacts"].item() == len(history.contacts)
+        assert point["first_opening"].item() == pytest.approx(span.end or np.nan, rel=0.0, nan_ok=True)
+        assert point["impulse"].item() == sum(each.impulse for each in history.contacts)
+        assert point["peak_force"].item() == max(each.peak_force for each in history.contacts)
+        assert point["time_in_contact"].item() == sum(
+            each.until(history.duration) - each.start for each in history.contacts
+        )
+        assert point["restitution"].item() == collisions(history.scene, history)[0].restitution
+        assert point["final_momentum"].sel(body="hammer").item() == pytest.approx(
+            mass * point["final_velocity"].values[0]
+        )
+        assert point["final_energy"].sum().item() == pytest.approx(0.5 * mass, rel=1e-12)
+        assert point["energy_gain"].item() < 1e-12
+        assert point["near_grazing"].item() == float("near_grazing" in [warned.code for warned in history.warnings])
+        sampled = point["force:hammer|rod.left"]
+        assert sampled.values.tolist() == history.evaluate(times, "force:hammer|rod.left").tolist()
+
+
+def test_listed_points_and_words(case, tmp_path):
+    file = tmp_path / "points.csv"
+    file.write_text("bodies.hammer.mass [g], contacts.0.law.kind\n500, wave_identification\n1000, penalty\n")
+    found = il.sweep(case, points=axes.read_points(file), quantities=["peak_force"])
+    assert found["peak_force"].dims == ("point", "contact")
+    assert found[MASS].values.tolist() == [0.5, 1.0]
+    assert found["contacts.0.law.kind"].values.tolist() == ["wave_identification", "penalty"]
+    expected = il.run(case.with_settings([(MASS, 1.0), ("contacts.0.law.kind", "penalty")])).contacts[0].peak_force
+    assert found["peak_force"].values[1, 0] == expected
+
+
+def test_an_axis_of_methods():
+    found = il.sweep(il.load_case(PAPER), {"method": ["base", "continuous"]}, quantities=["contacts"])
+    assert found["method"].values.tolist() == ["base", "continuous"]
+    assert found["contacts"].values.ravel().tolist()[1] == 2.0
+
+
+@pytest.mark.parametrize(
+    ("text", "values"),
+    [
+        ("bodies.hammer.mass=1, 2 kg", [1, "2 kg"]),
+        ("bodies.hammer.mass=100 g:0.3 kg:3", [0.1, 0.2, 0.3]),
+        ("bodies.hammer.mass=0.1:10:3log", [0.1, 1.0, 10.0]),
+        ("contacts.0.law={kind: penalty, stiffness: 1e9},{kind: wave_identification}", None),
+    ],
+)
+def test_axes_of_the_command_line(case, text, values):
+    path, found = axes.read_over(case, text)
+    assert path == text.partition("=")[0]
+    assert found == pytest.approx(values) if values and "kg" not in str(values) else len(found) == 2
+
+
+@pytest.mark.parametrize(
+    ("over", "words"),
+    [
+        ({"bodies.hammer.mas": [1.0]}, "Did you mean 'mass'?"),
+        ({MASS: []}, "an axis without values"),
+        ({MASS: [1.0, float("nan")]}, "nan is not a finite number"),
+        ({MASS: [1.0, -1.0]}, "-1 kg is out of range"),
+        ({MASS: ["1 m"]}, "bodies.hammer.mass"),
+        ({"method": ["penalt"]}, "Did you mean 'penalty'?"),
+        ({}, "a sweep without an axis"),
+        (None, "a sweep takes axes or listed points"),
+    ],
+)
+def test_wrong_axes_are_refused_before_the_first_run(case, over, words, monkeypatch):
+    monkeypatch.setattr(run, "row", lambda *_: pytest.fail("a run was started"))
+    with pytest.raises(il.CaseError) as raised:
+        il.sweep(case, over)
+    assert words in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--over", "bodies.hammer.mass=0:1:3log"], "bodies.hammer.mass: 0 kg is out of range"),
+        (["--over", "contacts.0.gap=0:1:3log"], "pass through zero"),
+        (["--over", "bodies.hammer.mass=1", "--over", "bodies.hammer.mass=2"], "an axis that is given twice"),
+        (["--over", "bodies.hammer.mass=1,2", "--quantities", "restituton"], "Did you mean 'restitution'?"),
+        (["--over", "bodies.hammer.mass"], "is not PATH=VALUES"),
+    ],
+)
+def test_the_command_refuses_and_writes_nothing(arguments, words, tmp_path):
+    out = tmp_path / "out"
+    result = CliRunner().invoke(app, ["sweep", str(PAPER), "--method", "continuous", *arguments, "--out", str(out)])
+    assert result.exit_code == 2
+    assert words in result.stderr
+    assert not out.exists()
+
+
+def test_a_run_that_is_refused_or_fails_is_a_point_without_values(case):
+    found = il.sweep(case, {"contacts.0.law": [{"kind": "wave_identification"}, {"kind": "hertz", "stiffness": 1e9}],
+                            "bodies.rod.ends.left": ["free", {"mass": 1.0}]}, quantities=["impulse"])  # fmt: skip
+    status = found["status"].values
+    assert chunks.STATUSES[status[0, 0]] == "completed"
+    assert chunks.STATUSES[status[0, 1]] == "refused"
+    assert "both faces have mass" in str(found["reason"].values[0, 1])
+    assert np.isnan(found["impulse"].values[0, 1]).all()
+
+
+@dataclass(frozen=True)
+class Faulty(Penalty):  # type: ignore[misc]
+    """A law that hangs or kills its process where its stiffness says so."""
+
+    examples: ClassVar[tuple[dict[str, Any], ...]] = ({},)
+
+    def begin(self, left, right, dt):
+        if self.stiffness == 1.0:
+            os.kill(os.getpid(), signal.SIGKILL)
+        if self.stiffness == 2.0:
+            time.sleep(60.0)
+        return super().begin(left, right, dt)
+
+
+def faulty_case() -> il.Case:
+    entries = (*registry().entries, Entry(LAWS.name, "faulty", f"{__name__}:Faulty", "tests"))
+    text = {"schema_version": 1, **il.load_case(PAPER).method("penalty").document.data}
+    text["contacts"] = [{"between": ["hammer", "rod.left"], "law": {"kind": "faulty", "stiffness": 1e9}}]
+    text.pop("methods", None)
+    made = PAPER.parent / "none.yaml"
+    from impactlab.casefile.case import case_of
+    from impactlab.casefile.document import Document
+
+    return case_of("faulty", str(made), Document(text, {}), registry=Registry(entries))
+
+
+@pytest.mark.slow
+def test_a_run_that_hangs_or_crashes_is_one_point(monkeypatch):
+    monkeypatch.setattr(run, "POINT_LIMIT_S", 6.0)
+    monkeypatch.setattr(run, "tree_hash", lambda _: "tests")
+    monkeypatch.setattr(run, "_size", lambda _: 2)
+    found = il.sweep(
+        faulty_case(), {"contacts.0.law.stiffness": [1e9, 1.0, 2.0, 2e9]}, quantities=["contacts"], workers=2
+    )
+    assert [chunks.STATUSES[each] for each in found["status"].values] == ["completed", "crashed", "hung", "completed"]
+    assert np.isnan(found["contacts"].values.ravel()).tolist() == [False, True, True, False]
+
+
+SWEEP = """
+import sys, numpy as np, impactlab as il
+from impactlab.sweeps import run
+run._size = lambda made: 5
+case = il.load_case(sys.argv[1]).method("continuous")
+il.sweep(case, {"bodies.hammer.mass": np.geomspace(0.2, 20.0, 200)}, quantities=["restitution"], out=sys.argv[2])
+"""
+
+
+def test_a_killed_sweep_goes_on_and_gives_the_same_bits(tmp_path, case):
+    whole, killed = tmp_path / "whole", tmp_path / "killed"
+    command = [sys.executable, "-c", SWEEP, str(PAPER)]
+    subprocess.run([*command, str(whole)], check=True)
+    process = subprocess.Popen([*command, str(killed)])
+    while not list(killed.glob("chunks/*.npz")) and process.poll() is None:
+        time.sleep(0.01)
+    process.kill()
+    process.wait()
+    unfinished = il.open_sweep(killed)
+    assert 0 < counts(unfinished)["completed"] < 200
+    first = min((killed / "chunks").glob("*.npz"))
+    written = first.stat().st_mtime_ns
+    subprocess.run([*command, str(killed)], check=True)
+    assert first.stat().st_mtime_ns == written  # finished chunks are not computed again
+    assert np.array_equal(il.open_sweep(killed)["restitution"], il.open_sweep(whole)["restitution"])
+    assert (killed / "table.csv").read_bytes() == (whole / "table.csv").read_bytes()
+    with pytest.raises(il.CaseError, match="different: axes"):
+        il.sweep(case, {MASS: [1.0]}, quantities=["restitution"], out=killed)
+
+
+def test_a_folder_of_others_is_refused(tmp_path, case):
+    (tmp_path / "thesis.txt").write_text("chapter one")
+    with pytest.raises(il.CaseError, match=r"holds files that no sweep wrote, such as 'thesis\.txt'"):
+        il.sweep(case, {MASS: [1.0]}, out=tmp_path)
+
+
+def test_workers_give_the_bits_of_one_process_and_the_command_the_same_file(case, tmp_path, monkeypatch):
+    monkeypatch.setattr(run, "_size", lambda _: 3)
+    masses = np.linspace(1.0, 2.0, 7)
+    alone = il.sweep(case, {MASS: masses}, quantities=["impulse"])
+    assert alone.equals(il.sweep(case, {MASS: masses}, quantities=["impulse"], workers=2))
+    arguments = ["--over", f"{MASS}=1:2:7", "--quantities", "impulse", "--out", str(tmp_path / "s"), "--json"]
+    result = CliRunner().invoke(app, ["sweep", str(PAPER), "--method", "continuous", *arguments])
+    assert json.loads(result.stdout) == {"schema_version": 1, "points": 7, "status": {"completed": 7}}
+    assert alone.equals(il.open_sweep(tmp_path / "s"))
