@@ -15,7 +15,7 @@ import numpy as np
 from impactlab.casefile.parts import describe_part, plain_value, read_part
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import CaseError, PairingError, PluginError, StepError
-from impactlab.plugins import GROUPS, LAWS, METRICS, Group, Registry, describe, kind_of
+from impactlab.plugins import GROUPS, LAWS, Group, Registry, describe, kind_of
 from impactlab.testing.contracts import SUITES, suite_of
 from impactlab.testing.measures import MEASURES, Measured, partners, struck, walked
 
@@ -100,7 +100,7 @@ def verdict(name: str, registry: Registry) -> Verdict:
         raise PluginError("python -O takes the assertions out of the suites", remedy="Run python without -O.")
     properties: list[Property] = []
     measured: tuple[Measured, ...] = ()
-    if group is METRICS:  # a function: it has no options, and no case names it
+    if group.arguments:  # a function: it has no options, and no case names it
         return Verdict(group, name, home, describe(kind), tuple(tried(kind, group)), ())
     for number, options in enumerate(options_to_try(kind)):
         shown = {key: plain_value(value) for key, value in options.items()}
@@ -154,7 +154,7 @@ def properties_of(part: Any, group: Group, name: str, registry: Registry) -> Ite
 
 def tried(part: Any, group: Group, first: Iterable[tuple[str, Callable[[], None]]] = ()) -> Iterator[Property]:
     """Give each property that the suite of a group tests, after those given."""
-    kind, kept = (part, staticmethod(part)) if group is METRICS else (type(part), part)
+    kind, kept = (part, staticmethod(part)) if group.arguments else (type(part), part)
     suite = type(f"Suite{kind.__name__}", (suite_of(group, kind),), {"part": kept})()
     checks = list(first)
     methods = [method for method in dir(suite) if method.startswith("test_")]

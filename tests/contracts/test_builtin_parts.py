@@ -11,7 +11,7 @@ import pytest
 from impactlab.models.base import AbstractRodModel
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
-from impactlab.plugins import GROUPS, METRICS, registry
+from impactlab.plugins import GROUPS, registry
 from impactlab.testing.contracts import SUITES, RodModelContract
 from impactlab.testing.measures import MEASURES
 from impactlab.testing.verdict import options_to_try, verdict, word
@@ -27,9 +27,9 @@ def test_every_part_passes_with_all_its_figures(name: str) -> None:
     wrong = {one.text: (one.options, one.reason) for one in result.properties if one.reason}
     assert wrong | {one.name: one.remark for one in result.measured if not one.ok} == {}
     assert result.distribution == "impactlab"
-    metric = name.startswith("metric:")  # a function, whose value is its figure
-    assert len(result.properties) >= (6 if metric else 8)
-    assert metric or result.measured
+    function = name.startswith(("metric:", "quantity:"))  # whose value is its figure
+    assert len(result.properties) >= (4 if function else 8)
+    assert function or result.measured
     assert all(one.value is None or np.isfinite(one.value) for one in result.measured)
 
 
@@ -41,7 +41,8 @@ def test_nothing_is_left_out_of_a_complete_model(model: AbstractRodModel) -> Non
 
 def test_every_kind_of_part_has_a_suite_is_measured_and_gives_options_to_test_it_with() -> None:
     assert {group for group in GROUPS if OURS.names(group)} <= set(SUITES)
-    assert set(MEASURES) == set(SUITES) - {METRICS}
-    for group in set(SUITES) - {METRICS}:
+    classes = {group for group in SUITES if not group.arguments}
+    assert set(MEASURES) == classes
+    for group in classes:
         for name in OURS.names(group):
             assert OURS.load(group, name).examples, name

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import os
+import re
+import shlex
 import signal
 import subprocess
 import sys
@@ -20,7 +22,7 @@ import impactlab as il
 from impactlab.cli import app
 from impactlab.contact.penalty import Penalty
 from impactlab.metrics.collisions import collisions
-from impactlab.plugins import LAWS, Entry, Registry, registry
+from impactlab.plugins import LAWS, QUANTITIES, Entry, Registry, registry
 from impactlab.sweeps import axes, chunks, counts, run
 
 PAPER = Path(__file__).parents[2] / "cases" / "axial_impact.yaml"
@@ -180,6 +182,22 @@ def test_a_run_that_hangs_or_crashes_is_one_point(monkeypatch):
     )
     assert [chunks.STATUSES[each] for each in found["status"].values] == ["completed", "crashed", "hung", "completed"]
     assert np.isnan(found["contacts"].values.ravel()).tolist() == [False, True, True, False]
+
+
+PAGE = (PAPER.parents[1] / "docs" / "sweeps.md").read_text(encoding="utf-8")
+
+
+def test_the_page_runs_as_printed(monkeypatch, capsys):
+    monkeypatch.chdir(PAPER.parents[1])
+    [code], [command] = (re.findall(rf"```{kind}\n(.*?)```", PAGE, flags=re.DOTALL) for kind in ("python", "sh"))
+    names: dict[str, Any] = {}
+    exec(code, names)
+    assert capsys.readouterr().out.strip() == str(names["found"]["contacts"].values[:, 0, 0])
+    result = CliRunner().invoke(app, shlex.split(command)[1:])
+    assert (result.exit_code, "hammer|rod.left" in result.stdout) == (0, True)
+    assert set(registry().names(QUANTITIES)) == set(re.findall(r"`(\w+)`", PAGE.partition("## Quantities")[2])) & set(
+        registry().names(QUANTITIES)
+    )
 
 
 SWEEP = """

@@ -20,6 +20,7 @@ from impactlab.testing.contracts.integrators import IntegratorContract, face_row
 from impactlab.testing.contracts.laws import ContactLawContract
 from impactlab.testing.contracts.metrics import MetricContract
 from impactlab.testing.contracts.models import RodModelContract
+from impactlab.testing.contracts.quantities import QuantityContract
 
 __all__ = [
     "PIECE",
@@ -34,6 +35,7 @@ __all__ = [
     "RodModelContract",
     "BasisContract",
     "MetricContract",
+    "QuantityContract",
     "SUITES",
     "suite_of",
 ]
@@ -44,12 +46,13 @@ SUITES: dict[plugins.Group, type[Any]] = {
     plugins.MODELS: RodModelContract,
     plugins.BASES: BasisContract,
     plugins.METRICS: MetricContract,
+    plugins.QUANTITIES: QuantityContract,
 }
 """The suite of each kind of part."""
 
 
 def suite_of(group: plugins.Group, kind: Any) -> type[Any]:
     """Return the suite of a part: that of its group; an integrator that adapts its steps has its own."""
-    if group is plugins.METRICS:
-        return MetricContract
+    if group.arguments:
+        return SUITES[group]
     return AdaptiveContract if issubclass(kind, AbstractAdaptive) else SUITES[group]

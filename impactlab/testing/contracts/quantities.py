@@ -1,0 +1,52 @@
+"""Contract suite of the quantities of sweeps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+
+from impactlab import plugins
+from impactlab.contact.addition_deletion import AdditionDeletion
+from impactlab.contact.impulse_momentum import ImpulseMomentum
+from impactlab.history.base import AbstractHistory
+from impactlab.scene.problem import Scene
+from impactlab.sweeps.quantities import BODY, CONTACT, PAIR, WHOLE, labels_of
+from impactlab.testing.contracts.metrics import judged, rigid
+
+
+class QuantityContract:
+    """Properties of every quantity: ``quantity(scene, history)``, a number or one for each label it states."""
+
+    part: ClassVar[Callable[[Scene, AbstractHistory], Any]]
+
+    def found(self, scene: Scene, history: AbstractHistory) -> dict[str, float]:
+        """Return the values by label; that of a quantity of the whole run under an empty label."""
+        value = type(self).part(scene, history)
+        return dict(value) if isinstance(value, Mapping) else {"": value}
+
+    def test_it_has_a_description(self) -> None:
+        assert 0 < len(plugins.describe(type(self).part)) < 200
+
+    def test_it_states_its_unit_and_its_labels(self) -> None:
+        assert isinstance(getattr(type(self).part, "unit", None), str)
+        assert getattr(type(self).part, "over", None) in (CONTACT, PAIR, BODY, WHOLE)
+
+    def test_its_values_are_numbers_of_its_own_labels(self) -> None:
+        for scene, history in self.runs():
+            allowed = {*labels_of(scene, getattr(type(self).part, "over", WHOLE))} or {""}
+            for label, value in self.found(scene, history).items():
+                assert label in allowed
+                assert isinstance(value, int | float | np.integer | np.floating)
+
+    def test_it_gives_the_same_value_twice(self) -> None:
+        for scene, history in self.runs():
+            assert repr(self.found(scene, history)) == repr(self.found(scene, history))
+
+    def runs(self) -> list[tuple[Scene, AbstractHistory]]:
+        """Return scenes with their runs: stepped, exact, of impulses, and without a rod."""
+        stepped, exact, scene = judged(AdditionDeletion())
+        kicked, _, its_scene = judged(ImpulseMomentum())
+        balls, of_balls = rigid()
+        return [(scene, stepped), (scene, exact), (its_scene, kicked), (of_balls, balls)]
