@@ -213,12 +213,12 @@ def scene_of(model: str, law: str, scheme: str, trips: float = 3.0) -> Simulatio
     )
 
 
-def outcome(model: str, law: str, scheme: str, trips: float = 3.0) -> Outcome:
-    """Return what becomes of one cell."""
+def outcome(model: str, law: str, scheme: str, trips: float = 3.0, timed: bool = True) -> Outcome:
+    """Return what becomes of one cell; ``timed``: a short run is repeated, for its time."""
     try:
         scene = scene_of(model, law, scheme, trips)
         history = simulate.run(*scene)
-        if history.cost.solve_s < AGAIN:
+        if timed and history.cost.solve_s < AGAIN:
             history = min(history, simulate.run(*scene), key=lambda each: each.cost.solve_s)
         return judged(history, scene.scene, case_of(model, trips)[1])
     except Exception as error:  # noqa: BLE001 - whatever a part raises belongs on the page
@@ -249,19 +249,21 @@ def cells() -> list[Cell]:
     return [(model, law, scheme) for model in models() for law in laws() for scheme in schemes()]
 
 
-def run_all(wanted: Sequence[Cell], trips: float = 3.0, limit: float = LIMIT) -> dict[Cell, Outcome]:
+def run_all(
+    wanted: Sequence[Cell], trips: float = 3.0, limit: float = LIMIT, timed: bool = True
+) -> dict[Cell, Outcome]:
     """Return the outcome of each cell, run by two processes; one that hangs is killed after ``limit`` [s]."""
     found = {}
-    for cell, status, value in outcomes(partial(outcome_of, trips=trips), wanted, workers=2, limit=limit):
+    for cell, status, value in outcomes(partial(outcome_of, trips=trips, timed=timed), wanted, workers=2, limit=limit):
         found[cell] = value if status == "answered" else Outcome("broken", text=f"{status}: {value}")
         if len(found) % 100 == 0:
             print(f"{len(found)} of {len(wanted)}", file=sys.stderr, flush=True)
     return {cell: found[cell] for cell in wanted}
 
 
-def outcome_of(cell: Cell, trips: float) -> Outcome:
+def outcome_of(cell: Cell, trips: float, timed: bool) -> Outcome:
     """Return the outcome of one cell."""
-    return outcome(*cell, trips)
+    return outcome(*cell, trips, timed)
 
 
 def percent(share: float) -> str:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import final
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from impactlab.bases.base import Coordinates
 from impactlab.bases.shapes import upright, with_rigid_motions
 from impactlab.models.mesh.base import AbstractMesh
 from impactlab.numerics.banded import multiply
+from impactlab.numerics.threads import one_thread
 from impactlab.scene.bodies import Profile
 from impactlab.types import Array, Quantity
 
@@ -60,7 +60,7 @@ class ReducedMesh(Coordinates):
 
         mesh = self.mesh
         unit = shapes / np.sqrt(np.einsum("ij,ij->j", shapes, products(mesh.mass, shapes)))
-        with threadpool_limits(limits=1):
+        with one_thread():
             mass, stiffness = (unit.T @ products(matrix, unit) for matrix in (mesh.mass, mesh.stiffness))
             _, turned = eigh(0.5 * (stiffness + stiffness.T), 0.5 * (mass + mass.T))
             return with_rigid_motions(mesh, upright(unit @ turned))

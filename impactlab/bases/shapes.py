@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from impactlab.errors import CaseError
 from impactlab.models.base import Face
 from impactlab.models.mesh.bar_elements import Ints
 from impactlab.models.mesh.base import AbstractMesh, null_space, part
 from impactlab.numerics.banded import full, multiply, solve
+from impactlab.numerics.threads import one_thread
 from impactlab.types import Array
 
 
@@ -19,8 +19,7 @@ def lowest(mass: Array, stiffness: Array, count: int) -> Array:
 
     if count == 0:
         return np.zeros((len(mass), 0))
-    # One thread: eigenvectors differ in their last bits with the number of threads.
-    with threadpool_limits(limits=1):
+    with one_thread():
         return upright(eigh(stiffness, mass, subset_by_index=(0, count - 1))[1])
 
 

@@ -11,6 +11,7 @@ from typing import Any
 from impactlab import api
 from impactlab.casefile import Case
 from impactlab.history.base import Cost
+from impactlab.numerics.threads import one_thread
 
 MAX_REPEATS = 9
 BUDGET_S = 0.03  # of a row's repeats: a suite has thousands of rows
@@ -35,8 +36,6 @@ def times_of(case: Case, repeats: int = MAX_REPEATS) -> dict[str, Any]:
         ``repeats``; ``setup_s``, ``solve_s``, ``checks_s``: the minimum over the repeats [s]; ``setup_spread_s``,
         ``solve_spread_s``: median less minimum [s]; ``choosing_s`` [s] of a run that chose its description itself.
     """
-    from threadpoolctl import threadpool_limits
-
     scene, method = case.simulation()
     costs: list[Cost] = []
     choosing: list[float] = []
@@ -47,7 +46,7 @@ def times_of(case: Case, repeats: int = MAX_REPEATS) -> dict[str, Any]:
         if history.choice is not None:
             choosing.append(history.choice.choosing_s)
 
-    with threadpool_limits(limits=1):
+    with one_thread():
         api.solve(scene, method)
         gc.collect()
         collects = gc.isenabled()

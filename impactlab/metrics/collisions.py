@@ -13,12 +13,13 @@ import itertools
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from impactlab.history.base import AbstractHistory, ContactSpan
 from impactlab.scene.problem import Scene
+from impactlab.types import Array
 
 MIN_APPROACH = 1e-9  # of the fastest body or of the exit speed: a slower approach is the rounding of mean speeds
 MAX_SAMPLES = 64  # of a gap in each opening
@@ -55,6 +56,7 @@ class Collision:
 def collisions(scene: Scene, history: AbstractHistory) -> tuple[Collision, ...]:
     """Return the collisions of a run, in order of their starts."""
     found = []
+    given = {name: _given(scene, history, name) for name in scene.bodies}
     for pair in dict.fromkeys((contact.left.body, contact.right.body) for contact in scene.contacts):
         names = {contact.name for contact in scene.contacts if (contact.left.body, contact.right.body) == pair}
         spans = sorted((span for span in history.contacts if span.contact in names), key=lambda span: span.start)
@@ -63,12 +65,12 @@ def collisions(scene: Scene, history: AbstractHistory) -> tuple[Collision, ...]:
         until = -math.inf
         for span in spans:
             if group and span.start - until > longest:
-                found.append(_collision(scene, history, pair, group))
+                found.append(_collision(scene, history, given, pair, group))
                 group = []
             group.append(span)
             until = max(until, span.until(math.inf))
         if group:
-            found.append(_collision(scene, history, pair, group))
+            found.append(_collision(scene, history, given, pair, group))
     return tuple(sorted(found, key=lambda each: each.start))
 
 
@@ -77,7 +79,33 @@ def memory(scene: Scene, pair: Sequence[str]) -> float:
     return max(scene.bodies[name].slowest_period for name in pair)
 
 
-def _collision(scene: Scene, history: AbstractHistory, pair: tuple[str, str], spans: list[ContactSpan]) -> Collision:
+class Given(NamedTuple):
+    """Impulses that a body was given, contact after contact: arrays over its contacts in order of their starts."""
+
+    starts: Array  # s
+    ends: Array  # s, latest end so far; inf while one is closed at the end of the run
+    impulses: Array  # N s, sum so far, positive to the right; of no contact first
+
+
+def _given(scene: Scene, history: AbstractHistory, name: str) -> Given:
+    """Return the impulses that a body was given by its contacts."""
+    signs = {each.name: float(each.right.body == name) - float(each.left.body == name) for each in scene.contacts}
+    spans = sorted((span for span in history.contacts if signs[span.contact] != 0.0), key=lambda span: span.start)
+    impulses = (signs[span.contact] * span.impulse for span in spans)
+    return Given(
+        np.array([span.start for span in spans]),
+        np.maximum.accumulate([span.until(math.inf) for span in spans] or [0.0]),
+        np.array([0.0, *itertools.accumulate(impulses)]),
+    )
+
+
+def _collision(
+    scene: Scene,
+    history: AbstractHistory,
+    given_to: Mapping[str, Given],
+    pair: tuple[str, str],
+    spans: list[ContactSpan],
+) -> Collision:
     start, last = spans[0].start, history.duration
     closed = any(span.end is None for span in spans)
     until = last if closed else max(span.until(last) for span in spans)
@@ -86,9 +114,13 @@ def _collision(scene: Scene, history: AbstractHistory, pair: tuple[str, str], sp
     striker, other = _roles(scene, pair)
     sign = 1.0 if striker == pair[0] else -1.0  # the left body approaches with a positive velocity
     before = float(np.nextafter(start, -1.0))
-    approach = _difference([mean_velocity(scene, history, name, before) for name in (striker, other)], sign)
-    leaves = _difference([mean_velocity(scene, history, name, until) for name in (other, striker)], sign)
-    lost, given = (_energy_change(scene, history, name, before, until) for name in (striker, other))
+    approach = _difference(
+        [mean_velocity(scene, history, name, before, given_to[name]) for name in (striker, other)], sign
+    )
+    leaves = _difference(
+        [mean_velocity(scene, history, name, until, given_to[name]) for name in (other, striker)], sign
+    )
+    lost, given = (_energy_change(scene, history, name, before, until, given_to[name]) for name in (striker, other))
     fastest = max((abs(body.velocity) for body in scene.bodies.values()), default=0.0)
     meets = approach is not None and approach > MIN_APPROACH * max(fastest, abs(leaves or 0.0))
     return Collision(
@@ -128,7 +160,9 @@ def _roles(scene: Scene, pair: tuple[str, str]) -> tuple[str, str]:
     return (left, right) if rank(left) >= rank(right) else (right, left)
 
 
-def mean_velocity(scene: Scene, history: AbstractHistory, name: str, time: float) -> float | None:
+def mean_velocity(
+    scene: Scene, history: AbstractHistory, name: str, time: float, given: Given | None = None
+) -> float | None:
     """Return the momentum of a body over its mass [m/s]; 0 of a held body, None where it is not known.
 
     It is the sum of the impulses of contacts and loads until then, which is exact; inside a contact it is that of the
@@ -137,25 +171,26 @@ def mean_velocity(scene: Scene, history: AbstractHistory, name: str, time: float
     body = scene.bodies[name]
     if body.is_held:
         return 0.0
-    mass = body.moving_mass
-    signs = {each.name: float(each.right.body == name) - float(each.left.body == name) for each in scene.contacts}
-    spans = [span for span in history.contacts if signs[span.contact] != 0.0 and span.start <= time]
-    if body.is_free and all(span.end is not None and span.end <= time for span in spans):
+    mass, given = body.moving_mass, given or _given(scene, history, name)
+    begun = int(np.searchsorted(given.starts, time, side="right"))
+    if body.is_free and (begun == 0 or given.ends[begun - 1] <= time):
         loads = (mass * scene.gravity if body.falls else 0.0) + body.end_force
-        return body.velocity + (sum(signs[span.contact] * span.impulse for span in spans) + loads * time) / mass
+        return body.velocity + (float(given.impulses[begun]) + loads * time) / mass
     if f"momentum:{name}" not in history.channels():
         return None
     return float(history.evaluate([time], f"momentum:{name}")[0]) / mass
 
 
-def _energy_change(scene: Scene, history: AbstractHistory, name: str, start: float, end: float) -> float | None:
+def _energy_change(
+    scene: Scene, history: AbstractHistory, name: str, start: float, end: float, given: Given
+) -> float | None:
     """Return the growth of the energy of a body from a start to an end [J]; None where it is not known."""
     body = scene.bodies[name]
     if not body.moves:
         return 0.0
     if body.elastic is None:
-        squares = [None if (v := mean_velocity(scene, history, name, t)) is None else v**2 for t in (end, start)]
-        return _difference(squares, 0.5 * body.moving_mass)
+        speeds = [mean_velocity(scene, history, name, t, given) for t in (end, start)]
+        return _difference([None if v is None else v**2 for v in speeds], 0.5 * body.moving_mass)
     if f"energy:{name}" not in history.channels():
         return None
     first, last = history.evaluate([max(0.0, start), end], f"energy:{name}")

@@ -201,7 +201,7 @@ def graph(
     t = midpoints(duration, per_column * COLUMNS)
     jumps = history.jumps(channel)
     jumps = jumps[(jumps > 0.0) & (jumps < duration)]
-    t = np.sort(np.concatenate((t, jumps, np.nextafter(jumps, 0.0))))
+    t = np.sort(np.concatenate((t, jumps, np.nextafter(jumps, 0.0))), kind="stable")  # quick: three sorted runs
     values = history.evaluate(t, channel) / units[1]
     column = np.minimum((t / duration * COLUMNS).astype(int), COLUMNS - 1)
     first = np.searchsorted(column, np.arange(COLUMNS))

@@ -3,6 +3,8 @@
 The name of a file holds a digest of the kernel: its bytecode, all functions and constants that it takes from elsewhere,
 its compiler options, numba and the processor. The first bytes of the file are a digest of that identity and of its
 content. So a file that is stale, damaged, swapped for another or of another machine is not used.
+
+The files stand beside the source, or in a folder that all installations share where NUMBA_CACHE_DIR names one.
 """
 
 from __future__ import annotations
@@ -125,6 +127,7 @@ class KernelFile:
         payload: bytes = pickled(value)
         draft = path.with_name(f"{path.name}.{os.getpid()}.{uuid4().hex[:8]}.tmp")
         try:
+            self.folder.mkdir(parents=True, exist_ok=True)
             draft.write_bytes(hashlib.sha256(identity + payload).digest() + payload)
             draft.replace(path)
         except OSError:  # a full disk, a folder in its place: the run continues with the compiled kernel
@@ -157,7 +160,9 @@ class KernelCache(Cache):  # type: ignore[misc] # numba has types in some versio
 
     def __init__(self, function: Callable[..., Any], options: Mapping[str, Any]) -> None:
         super().__init__(function)
-        self._cache_file = KernelFile(Path(self._cache_path), self._impl.filename_base, function, options)
+        shared = os.environ.get("NUMBA_CACHE_DIR")  # one place for all installations, whatever their path
+        folder = Path(shared, "impactlab", function.__module__) if shared else Path(self._cache_path)
+        self._cache_file = KernelFile(folder, self._impl.filename_base, function, options)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the compiled function of a signature, None if it must be compiled."""

@@ -24,6 +24,7 @@ from impactlab.scene.problem import Scene
 from impactlab.types import Relative
 
 SCHEMA_VERSION = 1
+PLAIN = (str, int, bool, type(None))  # types that a summary takes as they are
 COMPLETED, TOLERANCE_NOT_MET = "completed", "tolerance_not_met"  # statuses of runs that came to their end
 PROBE_POINTS = 6001  # instants at which the extremes of a probe are sought, besides both sides of its jumps
 VAGUE = 0.02  # uncertainty of a metric of the reference, in its own unit, beyond which no error is reported
@@ -187,6 +188,8 @@ def extremes(history: AbstractHistory, channel: str) -> dict[str, float]:
 
 def plain(value: Any) -> Any:
     """Return a value of plain Python types; a number that is not finite becomes None."""
+    if type(value) in PLAIN or (type(value) is float and math.isfinite(value)):  # most of a long run's events
+        return value
     match value:
         case Mapping():
             return {str(key): plain(item) for key, item in value.items()}
