@@ -8,7 +8,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from impactlab.report.style import drawn, save
+from impactlab.report.figure_files import save
+from impactlab.report.style import drawn
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -17,9 +17,10 @@ if TYPE_CHECKING:
     from impactlab.casefile import edit, jsonschema, starter
     from impactlab.casefile import listing as listings
     from impactlab.history import base as histories
+    from impactlab.history import sampling
     from impactlab.refine import reference as references
     from impactlab.report import choice as choices
-    from impactlab.report import compare_report, console, output, run_report
+    from impactlab.report import compare_report, console, output, provenance, run_report
     from impactlab.sweeps import axes
     from impactlab.testing import verdict as verdicts
 else:
@@ -39,9 +40,11 @@ else:
     jsonschema = lazy("impactlab.casefile.jsonschema")
     listings = lazy("impactlab.casefile.listing")
     output = lazy("impactlab.report.output")
+    provenance = lazy("impactlab.report.provenance")
     references = lazy("impactlab.refine.reference")
     registries = lazy("impactlab.plugins")
     run_report = lazy("impactlab.report.run_report")
+    sampling = lazy("impactlab.history.sampling")
     stability_report = lazy("impactlab.bench.report.stability")
     starter = lazy("impactlab.casefile.starter")
     sweeps = lazy("impactlab.sweeps")
@@ -64,9 +67,11 @@ __all__ = [
     "jsonschema",
     "listings",
     "output",
+    "provenance",
     "references",
     "registries",
     "run_report",
+    "sampling",
     "stability_report",
     "starter",
     "sweeps",

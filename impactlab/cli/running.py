@@ -8,7 +8,17 @@ import typer
 
 from impactlab.cli.options import CaseFile, Json, Method, Metrics, Out, Sets, Variant, command_line, load
 from impactlab.cli.reporting import Left, code_of, reporting, words
-from impactlab.cli.rooms import api, compare_report, console, histories, output, references, run_report
+from impactlab.cli.rooms import (
+    api,
+    compare_report,
+    console,
+    histories,
+    output,
+    provenance,
+    references,
+    run_report,
+    sampling,
+)
 
 
 def run(
@@ -36,7 +46,7 @@ def run(
                     console.say_if_compiling()
                 show(loaded.label, fraction)
 
-            history = api.run(loaded, report)
+            history = api.run(loaded, report, 0 if out is None else sampling.FRAMES)
         summary, judge = api.summarised(
             loaded, history, references.FULL_BUDGET_S if reference else references.RUN_BUDGET_S
         )
@@ -44,7 +54,8 @@ def run(
             console.say(f"drawing figures for {out} ...")
             with output.output_folder(out) as draft:
                 again = command_line("run", case, sets, method, variant, metric, *["--reference"] * reference)
-                run_report.write_run(draft, summary, history, loaded.scene(), judge, loaded.title, loaded.source, again)
+                origin = provenance.of_case(loaded, again)
+                run_report.write_run(draft, summary, history, loaded.scene(), judge, origin)
             console.say(f"written: {out}")
         console.print_json(summary) if as_json else print(console.summary_text(summary))
         if summary["status"] != "completed":
@@ -71,7 +82,7 @@ def compare(
             output.check_target(out)
         console.say_if_compiling()
         with console.progress() as show:
-            comparison = api.compare(loaded, names, show)
+            comparison = api.compare(loaded, names, show, 0 if out is None else sampling.FRAMES)
         for row in comparison.rows:
             if row.error is not None:
                 console.say(f"{row.name} {row.summary['status']}: {words(row.error)}")
@@ -90,10 +101,8 @@ def compare(
                     comparison.histories,
                     loaded.scene(),
                     comparison.reference,
-                    loaded.title,
-                    loaded.source,
                     comparison.references,
-                    command_line("compare", case, sets, None, variant, metric, *named),
+                    provenance.of_case(loaded, command_line("compare", case, sets, None, variant, metric, *named)),
                 )
             console.say(f"written: {out}")
         console.print_json(document) if as_json else print(comparison)

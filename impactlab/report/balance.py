@@ -10,7 +10,6 @@ import numpy as np
 
 from impactlab.report.style import (
     INK,
-    NAMES,
     PALETTE,
     Margins,
     Trace,
@@ -19,6 +18,8 @@ from impactlab.report.style import (
     grid,
     label_lines,
     log_axis,
+    lower_margin,
+    room_beside,
     scaled,
     time_axis,
 )
@@ -34,7 +35,9 @@ ROUNDING = 1e-9  # %, below which the balance is drawn as the straight line it i
 @drawn
 def energy_balance(traces: Sequence[Trace], scene: Scene) -> Figure:
     """Return the energy balance of each trace, in % of the reference energy: above zero was gained, below was lost."""
-    figure, ((axis,),) = grid(1, 1, 2.6, Margins(left=0.95, right=NAMES))  # rounding has long numbers on its axis
+    right = room_beside(trace.name for trace in traces)
+    margins = Margins(left=0.95, right=right, bottom=lower_margin(trips=True))  # rounding has long numbers on its axis
+    figure, ((axis,),) = grid(1, 1, 2.6, margins)
     time, ends, extent = clock(scene), [], 0.0
     for trace in traces:
         book = trace.history.energy
@@ -49,7 +52,7 @@ def energy_balance(traces: Sequence[Trace], scene: Scene) -> Figure:
     elif extent < ROUNDING:
         axis.set_ylim(-1e-3, 1e-3)
     axis.set_ylabel("energy balance  [% of the reference energy]")
-    time_axis(axis, scene)
+    time_axis(axis, scene, trips=True)
     if len(ends) > 1:
         label_lines(axis, ends)
     return figure
@@ -59,10 +62,10 @@ def energy_balance(traces: Sequence[Trace], scene: Scene) -> Figure:
 def energy_shares(trace: Trace, scene: Scene) -> Figure:
     """Return where the energy of a run is, stacked: in each body, in contacts, in booked losses."""
     book, time = trace.history.energy, clock(scene)
-    figure, ((axis,),) = grid(1, 1, 2.6, Margins(right=NAMES))
     parts = {name: values for name, values in book.bodies.items() if np.any(values)}
     parts |= {"stored in contact": book.stored} if np.any(book.stored) else {}
     parts |= {f"lost: {name}": values for name, values in book.booked.items() if np.any(values)}
+    figure, ((axis,),) = grid(1, 1, 2.6, Margins(right=room_beside(parts)))
     unit = scaled("J", float(np.max(book.total)))
     below, ends = np.zeros_like(book.time), []
     for (name, values), colour in zip(parts.items(), itertools.cycle(PALETTE)):

@@ -10,10 +10,10 @@ from typing import Any
 from impactlab.history.base import AbstractHistory
 from impactlab.refine.reference import Reference
 from impactlab.report import facts, plates
-from impactlab.report.page import Page, file_of, write_page
-from impactlab.report.sketch import sketch
+from impactlab.report.page import Page, write_page
+from impactlab.report.provenance import Provenance
 from impactlab.report.style import traces
-from impactlab.report.table import comma_separated, markdown, page_headings, page_rows
+from impactlab.report.table import comma_separated, markdown
 from impactlab.scene.problem import Scene
 
 
@@ -23,10 +23,8 @@ def write_comparison(
     histories: Mapping[str, AbstractHistory],
     scene: Scene,
     reference: Reference | None,
-    title: str = "",
-    source: str = "",
     references: Mapping[str, AbstractHistory] | None = None,
-    command: str = "",
+    provenance: Provenance = Provenance(),  # noqa: B008 - a record of texts
 ) -> None:
     """Write comparison.json, table.md, table.csv, figures/*.svg and *.png, and index.html into an empty folder.
 
@@ -42,10 +40,10 @@ def write_comparison(
         Bodies, contacts, duration and snapshots, the same for all methods.
     reference : Reference or None
         The answer the errors were measured against.
-    title, source : str
-        Title and source of the case.
     references : mapping, optional
         Where methods are judged by answers of their own: name of the method to that history.
+    provenance : Provenance
+        Title, source, command and case of the comparison.
     """
     out_dir = Path(out_dir)
     (out_dir / "comparison.json").write_text(json.dumps(comparison, indent=2) + "\n", encoding="utf-8")
@@ -53,35 +51,21 @@ def write_comparison(
     (out_dir / "table.csv").write_text(comma_separated(comparison), encoding="utf-8")
     if references is None:
         references = dict.fromkeys(histories, reference[1]) if reference else {}
-    case = str(comparison["case"])
     names = ",".join(row["name"] for row in comparison["rows"])
+    shown = traces(histories, references)
     page = Page(
+        command="compare",
+        options=f" --methods {names}",
         kicker=f"impactlab · {len(comparison['rows'])} methods compared",
-        title=title or case,
-        case=case,
-        source=source,
-        sketch=sketch(scene),
-        facts=facts.scene_facts(scene),
         method=[],
         findings=facts.findings(comparison),
-        headings=page_headings(),
-        rows=page_rows(comparison),
-        table_caption=facts.table_caption(reference is not None),
-        figures=plates.of_comparison(comparison, traces(histories, references), scene),
-        warnings=[
-            (row["name"], warned["code"], warned["text"])
-            for row in comparison["rows"]
-            for warned in row["summary"].get("warnings", ())
-        ],
-        commands=[
-            command or f"impactlab compare {file_of(case)} --methods {names} --out DIR",
-            f"impactlab cite {file_of(case, variant=False)}",
-        ],
+        table=comparison,
+        traces=shown,
+        figures=plates.of_comparison(comparison, shown, scene),
         files=[
             ("table.csv", "the table, all digits"),
             ("table.md", "the table as text"),
             ("comparison.json", "every summary"),
-            ("figures/", "SVG, PNG"),
         ],
     )
-    write_page(out_dir, page)
+    write_page(out_dir, page, scene, provenance)

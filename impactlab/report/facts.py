@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -77,7 +78,10 @@ def method_facts(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Return how a run was computed as (name, words)."""
     used = summary["method"]
     facts = [(f"model of {name}", model_label(model)) for name, model in used["models"].items()]
-    facts += [("contact law", _options(law)) for law in used["laws"]]
+    laws = Counter(_options(law) for law in used["laws"])
+    facts += [
+        ("contact law", words if count == 1 else f"{words}, at {count} contacts") for words, count in laws.items()
+    ]
     facts.append(
         ("integrator", _options(used["integrator"]) if used["integrator"] else "none: solved from event to event")
     )
@@ -159,10 +163,28 @@ def _names(rows: Sequence[Mapping[str, Any]]) -> str:
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
 
-def when(time: float, summary: Mapping[str, Any]) -> str:
-    """Return an instant [s] in words: ``1.534 T``, or seconds where there is no T."""
-    trips = in_round_trips(time, summary)
-    return si(time, "s") if trips is None else f"{trips:.4g} T"
+def instant(time: float) -> str:
+    """Return an instant [s] in words: ``178.5 µs``."""
+    return si(time, "s") if time else "0"
+
+
+def collision(each: Mapping[str, Any]) -> str:
+    """Return a collision of a summary in one sentence, values with the prefix that makes them short."""
+    count = f"{each['sub_impacts']} sub-impact{'s' if each['sub_impacts'] != 1 else ''}"
+    ended = each["end"] is not None
+    until = f"to {instant(each['end'])}" if ended else "on, still in contact at the end of the run"
+    parts = [
+        f"{each['bodies']}: {count}, from {instant(each['start'])} {until}",
+        f"impulse {si(each['impulse'], 'N·s')}",
+    ]
+    if ended and each["restitution"] is not None:
+        parts.append(f"apparent restitution {each['restitution']:.4g}")
+    if ended and each["energy_lost"] is not None:
+        verb = "loses" if each["energy_lost"] >= 0.0 else "gains"
+        parts.append(f"{each['striker']} {verb} {si(abs(each['energy_lost']), 'J')}")
+    if each["largest_gap"]:
+        parts.append(f"gaps up to {si(each['largest_gap'], 'm')}")
+    return ", ".join(parts)
 
 
 def table_caption(judged: bool) -> str:

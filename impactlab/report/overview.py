@@ -12,11 +12,13 @@ from impactlab.report.style import (
     MUTED,
     Margins,
     Trace,
+    across,
     clock,
     drawn,
     exact_of,
     grid,
     log_axis,
+    lower_margin,
     room_for,
     time_axis,
 )
@@ -45,7 +47,8 @@ def contacts(traces: Sequence[Trace], scene: Scene) -> Figure:
     names = [contact.name for contact in scene.contacts]
     reference = exact_of(traces)
     rows = ([Trace("exact", reference, INK)] if reference else []) + list(traces)
-    margins = Margins(left=room_for(trace.name for trace in rows), right=0.95, top=0.32 if len(names) > 1 else 0.1)
+    left = room_for(trace.name for trace in rows)
+    margins = Margins(left=left, right=0.95, top=0.32 if len(names) > 1 else 0.1, bottom=lower_margin(trips=True))
     figure, axes = grid(len(names), 1, 0.27 * len(rows), margins)
     for (axis,), name in zip(axes, names, strict=True):
         for row, trace in enumerate(rows):
@@ -65,7 +68,7 @@ def contacts(traces: Sequence[Trace], scene: Scene) -> Figure:
         axis.spines["left"].set_visible(False)
         if len(names) > 1:
             axis.set_title(name)
-        time_axis(axis, scene)
+        time_axis(axis, scene, trips=name == names[-1])
     return figure
 
 
@@ -114,9 +117,10 @@ def errors(rows: Sequence[Mapping[str, Any]], colours: Mapping[str, str]) -> Fig
     known = [v for column in values.values() for v in column if v is not None and v > FLOOR]
     low = 10.0 ** math.floor(math.log10(min(known, default=1e-2)))
     high = 10.0 ** (math.ceil(math.log10(max(known, default=1.0))) + 0.75)
-    rows_of_panels = max(1, -(-len(values) // 3))
+    columns = across(3)
+    rows_of_panels = max(1, -(-len(values) // columns))
     margins = Margins(left=room_for(row["name"] for row in judged), across=0.2, down=0.45)
-    figure, panels = grid(rows_of_panels, 3, 0.25 * len(judged), margins, share=True)
+    figure, panels = grid(rows_of_panels, columns, 0.25 * len(judged), margins, share=True)
     flat = [axis for row in panels for axis in row]
     for axis, (name, column) in zip(flat, values.items(), strict=False):
         _dots(axis, column, [colours[row["name"]] for row in judged], low, high)
@@ -124,7 +128,7 @@ def errors(rows: Sequence[Mapping[str, Any]], colours: Mapping[str, str]) -> Fig
         axis.set_title(f"[{ERRORS[name][1]}]", loc="right", fontsize=8, fontweight="normal", color=MUTED)
     for axis in flat[len(values) :]:
         axis.set_visible(False)
-    for axis in flat[max(0, len(values) - 3) : len(values)]:
+    for axis in flat[max(0, len(values) - columns) : len(values)]:
         axis.tick_params(labelbottom=True)
     for row_of_panels in panels:
         row_of_panels[0].set_yticks(range(len(judged)), [row["name"] for row in judged])

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from impactlab.report.style import inline, save
+from impactlab.report import facts
+from impactlab.report.figure_files import inline, save, with_classes
+from impactlab.report.page_data import page_data
+from impactlab.report.provenance import Provenance, now
+from impactlab.report.sketch import sketch
+from impactlab.report.style import Trace
+from impactlab.report.table import page_headings, page_rows
+from impactlab.scene.problem import Scene
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -20,25 +27,20 @@ class Plate(NamedTuple):
     title: str
     caption: str  # how to read it
     figure: Figure
+    has_live_twin: bool = False  # True: hidden on the screen where the script draws the same
 
 
 class Page(NamedTuple):
-    """All that a page says, besides its figures."""
+    """Words and figures of a page, besides those that a run and a comparison share."""
 
+    command: str  # run or compare
+    options: str  # of the plain command, where the one used is not known
     kicker: str  # the line above the title: the kind of page
-    title: str
-    case: str
-    source: str
-    sketch: str  # SVG
-    facts: Sequence[tuple[str, str]]
     method: Sequence[tuple[str, str]]  # empty for a comparison
     findings: Sequence[str]
-    headings: Sequence[tuple[str, str, bool]]  # name, unit, numeric
-    rows: Sequence[dict[str, Any]]
-    table_caption: str
+    table: Mapping[str, Any]  # a comparison; of one run with one row
+    traces: Sequence[Trace]
     figures: Sequence[Plate]
-    warnings: Sequence[tuple[str, str, str]]  # whose, code, text
-    commands: Sequence[str]
     files: Sequence[tuple[str, str]]  # name, content
 
 
@@ -48,21 +50,63 @@ def file_of(case: str, *, variant: bool = True) -> str:
     return f"{stem}.yaml --variant {name}" if name and variant else f"{stem}.yaml"
 
 
-def write_page(out_dir: Path, page: Page) -> None:
-    """Write the figures (``figures/*.svg``, ``*.png``) and ``index.html`` into an existing folder."""
+def write_page(out_dir: Path, page: Page, scene: Scene, provenance: Provenance) -> None:
+    """Write ``index.html``, ``figures/*.svg`` and ``*.png``, ``case.yaml`` and ``citations.bib`` into a folder."""
     folder = out_dir / "figures"
     folder.mkdir()
-    plates = [
-        {"plate": plate, "svg": inline(save(plate.figure, folder, plate.name), f"{plate.title}. {plate.caption}")}
-        for plate in page.figures
-    ]
-    text = rendered("impactlab.report", "page.html.j2", page=page, plates=plates)
+    figures, rules = with_classes(
+        [inline(save(plate.figure, folder, plate.name), f"{plate.title}. {plate.caption}") for plate in page.figures]
+    )
+    plates = [{"plate": plate, "svg": svg} for plate, svg in zip(page.figures, figures, strict=True)]
+    files, commands = [*page.files, ("figures/", "SVG, PNG")], _commands(page, provenance)
+    for name, content, text in (
+        ("case.yaml", "the case as it was run", provenance.case_yaml),
+        ("citations.bib", "what to cite", provenance.citations),
+    ):
+        if text:
+            (out_dir / name).write_text(text.rstrip() + "\n", encoding="utf-8")
+            files.append((name, content))
+    judged = any(trace.reference is not None for trace in page.traces)
+    text = rendered(
+        "impactlab.report",
+        "page.html.j2",
+        page=page,
+        plates=plates,
+        rules=rules,
+        origin=provenance,
+        date=provenance.date or now(),
+        title=provenance.title or page.table["case"],
+        sketch=sketch(scene),
+        facts=facts.scene_facts(scene),
+        headings=page_headings(),
+        rows=page_rows(page.table),
+        table_caption=facts.table_caption(judged),
+        warnings=[
+            (row["name"], warned["code"], warned["text"])
+            for row in page.table["rows"]
+            for warned in row["summary"].get("warnings", ())
+        ],
+        commands=commands,
+        files=files,
+        data=page_data(page.traces, scene, compared=page.command == "compare") if page.traces else "",
+    )
     (out_dir / "index.html").write_text(text, encoding="utf-8")
+
+
+def _commands(page: Page, provenance: Provenance) -> list[str]:
+    """Return the commands that repeat the result and name its sources."""
+    case = page.table["case"]
+    again = provenance.command or f"impactlab {page.command} {file_of(case)}{page.options} --out DIR"
+    commands = [again, f"impactlab cite {file_of(case, variant=False)}"]
+    if provenance.case_yaml:
+        commands.insert(1, f"impactlab {page.command} case.yaml{page.options} --out DIR")
+    return commands
 
 
 def rendered(package: str, template: str, **values: Any) -> str:
     """Return a page from a template of a package; its includes stand in that package or in this one."""
     from jinja2 import Environment, FunctionLoader, StrictUndefined
+    from markupsafe import Markup
 
     def text(name: str) -> str:
         places = (resources.files(each).joinpath(name) for each in (package, "impactlab.report"))
@@ -75,4 +119,5 @@ def rendered(package: str, template: str, **values: Any) -> str:
         lstrip_blocks=True,
         loader=FunctionLoader(text),
     )
+    made.globals["verbatim"] = lambda name: Markup(text(name))  # noqa: S704 - a file of ours, not a template
     return made.get_template(template).render(**values)

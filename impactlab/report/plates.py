@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from impactlab.history.base import AbstractHistory
-from impactlab.report import balance, fields, overview, plots
+from impactlab.report import balance, diagram, fields, overview, plots, signals
 from impactlab.report.page import Plate
 from impactlab.report.style import Trace, exact_of
 from impactlab.report.summary import cell
@@ -17,7 +17,6 @@ def of_run(trace: Trace, scene: Scene) -> list[Plate]:
     """Return the figures of one run."""
     answer = "exact" if trace.reference is None or trace.reference.dt is None else "converged"
     dark = f" The thin line is the {answer} answer." if trace.reference is not None else ""
-    below = f" Below, the largest difference from the {answer} answer so far." if trace.reference is not None else ""
     shares = Plate(
         "energy",
         "Shares of the energy",
@@ -26,8 +25,9 @@ def of_run(trace: Trace, scene: Scene) -> list[Plate]:
         balance.energy_shares(trace, scene),
     )
     along = fields_at_snapshots([trace], scene, f"at the snapshots.{dark if answer == 'exact' else ''}")
-    over_time = histories_of([trace], scene, f"Positive in compression.{dark}", dark, below)
-    return [*waves(trace.reference, scene), *over_time, shares, *along]
+    over_time = histories_of([trace], scene, f"Positive in compression.{dark}", dark)
+    own = [trace.history, *([trace.reference] if trace.reference is not None else [])]
+    return [*probes([trace], scene, compared=False), *waves(own, scene), *over_time, shares, *along]
 
 
 def of_comparison(comparison: Mapping[str, Any], shown: Sequence[Trace], scene: Scene) -> list[Plate]:
@@ -36,10 +36,9 @@ def of_comparison(comparison: Mapping[str, Any], shown: Sequence[Trace], scene: 
         return []
     judged = any(trace.reference is not None for trace in shown)
     dark = " The thin line is the exact answer." if judged else ""
-    below = (
-        " Below, the largest difference from it so far: a curve rises where its method goes wrong." if judged else ""
-    )
-    figures = waves(exact_of(shown), scene)
+    reference = exact_of(shown)
+    known = [*([reference] if reference is not None else []), *(trace.history for trace in shown)]
+    figures = [*probes(shown, scene, compared=True), *waves(known, scene)]
     if judged:
         words = (
             "Each dot is the error of one method in one norm, all on one logarithmic scale. Further left is better, "
@@ -58,45 +57,64 @@ def of_comparison(comparison: Mapping[str, Any], shown: Sequence[Trace], scene: 
         f"One panel per method on common axes.{dark} Above a panel stands its error away from the exact jumps"
         f"{', the largest over all contacts' if several else ''}."
     )
-    figures += histories_of(shown, scene, force, dark, below, force_notes(comparison, several))
+    figures += histories_of(shown, scene, force, dark, force_notes(comparison, several))
     words = (
         "Energy of bodies and contacts plus booked losses less work, beside its first value: zero for a perfect "
         "run, above zero is gained from nothing, below is lost without a booking."
     )
-    figures.append(Plate("energy", "Energy balance", words, balance.energy_balance(shown, scene)))
+    figures.append(Plate("energy", "Energy balance", words, balance.energy_balance(shown, scene), True))
     return figures + fields_at_snapshots(shown, scene, f"at the snapshots, one row per method.{dark}")
 
 
+def probes(shown: Sequence[Trace], scene: Scene, *, compared: bool) -> list[Plate]:
+    """Return the signals of the probes: what gauges would record."""
+    histories = signals.shown(shown)
+    panels = [panel for panel in signals.panels(histories, scene, compared=compared) if panel.group == "probe"]
+    if not panels:
+        return []
+    words = "The recorded signals, stress and strain positive in compression."
+    dark = " The dark line is the reference." if len(histories) > 1 else ""
+    drawn = plots.signals(panels, histories, scene, compared=compared)
+    return [Plate("probes", "Probes", words + dark, drawn, has_live_twin=True)]
+
+
 def histories_of(
-    shown: Sequence[Trace],
-    scene: Scene,
-    force: str,
-    dark: str,
-    below: str,
-    notes: Mapping[str, str] | None = None,
+    shown: Sequence[Trace], scene: Scene, force: str, dark: str, notes: Mapping[str, str] | None = None
 ) -> list[Plate]:
-    """Return the figures over time: force and gap of each contact, then the displacements.
+    """Return the figures over time: force and gap of each contact, displacements, and how far they stray.
 
     Parameters
     ----------
     force : str
         Caption of the forces.
-    dark, below : str
-        Sentences on the dark line, and on the lower row of the displacements.
+    dark : str
+        Sentence on the dark line.
     notes : mapping, optional
         Name of a trace to the words above its panel of the force.
     """
     plates = []
     for number, contact in enumerate(scene.contacts):
         tail, of = (f"_{number + 1}", f", {contact.name}") if len(scene.contacts) > 1 else ("", "")
-        words = f"Left the whole run, right the same near zero, where penetration and near touches show.{dark}"
+        words = f"The whole run, and the same near zero, where penetration and near touches show.{dark}"
+        drawn = plots.force(shown, scene, contact.name, notes)
         plates += [
-            Plate(f"force{tail}", f"Contact force{of}", force, plots.force(shown, scene, contact.name, notes)),
-            Plate(f"gap{tail}", f"Gap{of}", words, plots.gap(shown, scene, contact.name)),
+            Plate(f"force{tail}", f"Contact force{of}", force, drawn, len(shown) == 1),
+            Plate(f"gap{tail}", f"Gap{of}", words, plots.gap(shown, scene, contact.name), True),
         ]
-    if scene.contacts:
-        words = f"Displacement since the start of the masses and faces in contact.{dark}{below}"
-        plates.append(Plate("displacement", "Displacement", words, plots.displacement(shown, scene)))
+    if not scene.contacts:
+        return plates
+    histories, compared = signals.shown(shown), len(shown) > 1
+    panels = [panel for panel in signals.panels(histories, scene, compared=compared) if panel.group == "displacement"]
+    if panels:
+        words = f"Displacement since the start of the masses and faces in contact.{dark}"
+        drawn = plots.signals(panels, histories, scene, compared=compared)
+        plates.append(Plate("displacement", "Displacement", words, drawn, True))
+    if plots.differences(shown):
+        words = (
+            "The largest difference of a displacement from the reference so far, in % of its largest value: a curve "
+            "rises where its method goes wrong."
+        )
+        plates.append(Plate("difference", "Growth of the difference", words, plots.difference(shown, scene)))
     return plates
 
 
@@ -111,18 +129,16 @@ def fields_at_snapshots(shown: Sequence[Trace], scene: Scene, words: str) -> lis
     return plates
 
 
-def waves(reference: AbstractHistory | None, scene: Scene) -> list[Plate]:
-    """Return the waves of the exact answer in every rod, where there is an exact answer."""
-    if reference is None or reference.dt is not None:
+def waves(histories: Sequence[AbstractHistory], scene: Scene) -> list[Plate]:
+    """Return the Lagrange diagram of the first history that keeps fields at all times."""
+    known = next((history for history in histories if diagram.has_waves(history, scene)), None)
+    if known is None:
         return []
     words = (
-        "The exact stress over the whole rod (upwards) and the whole run (to the right): red is compression, blue "
-        "tension. Waves run along the slanted edges."
+        "All bodies end to end, place to the right, time upwards: waves run along the slanted edges. Red is "
+        "compression, blue tension (of beams up and down). A dot is a closing, a ring an opening of a contact."
     )
-    return [
-        Plate(f"waves_{body}", f"The waves in {body}", words, fields.waves(reference, scene, body))
-        for body in fields.rods(scene)
-    ]
+    return [Plate("waves", "The waves", words, diagram.lagrange(known, scene), has_live_twin=True)]
 
 
 def force_notes(comparison: Mapping[str, Any], several: bool = False) -> dict[str, str]:

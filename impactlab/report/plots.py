@@ -1,4 +1,4 @@
-"""Figures over time of one contact or of a whole run: force, displacements, gap.
+"""Figures over time of one contact or of a whole run: probes, force, displacements, gap.
 
 Every function takes traces (histories with name, colour and reference) and returns a figure. The exact answer is dark.
 """
@@ -10,24 +10,30 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from impactlab.metrics.norms import face_channels, mass_channels, midpoints
+from impactlab.history.base import AbstractHistory
+from impactlab.history.sampling import page_times
+from impactlab.metrics.norms import face_channels, mass_channels
+from impactlab.report.signals import Panel, said_place
 from impactlab.report.style import (
     INK,
     MUTED,
-    NAMES,
+    PALETTE,
     PAPER,
     Margins,
     Trace,
     Unit,
+    across,
     clock,
-    curve,
     drawn,
     exact_of,
     grid,
     key,
     label_lines,
     log_axis,
+    lower_margin,
+    room_beside,
     scaled,
+    thinned,
     time_axis,
 )
 from impactlab.scene.problem import Scene
@@ -37,9 +43,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+COLUMNS = 600  # of time over the width of a figure; in each a curve keeps its extremes
 CROWDED = 33  # letters of a name and its note that fit above a panel of three
 HEADROOM = 1.3  # of the axis of forces over the exact peak; higher values are cut, and their height is written
-KICK_WINDOW = 0.05  # T over which the kicks of an impulse law are averaged to a force
+KICK_WINDOW = 1.0 / 60.0  # of the run, over which the kicks of an impulse law are averaged to a force
 STILL = 0.01  # share of the widest gap below which the exact gap is no scale: faces that stay together
 FLOOR = 1e-4  # %, differences below it are drawn there
 
@@ -56,12 +63,14 @@ def force(traces: Sequence[Trace], scene: Scene, contact: str, notes: Mapping[st
         Name of a trace to a few words written at the right above its panel.
     """
     channel, time = f"force:{contact}", clock(scene)
-    columns = 1 if len(traces) == 1 else 2 if len(traces) <= 4 else 3
-    rows = -(-len(traces) // columns)
-    margins = Margins(across=0.28, down=0.42)
-    figure, axes = grid(rows, columns, {1: 2.6, 2: 1.8, 3: 1.5}[columns], margins, share=True)
-    lines = [curve(trace.history, channel, scene.duration) for trace in traces]
-    exact = [curve(t.reference, channel, scene.duration) if t.reference else (np.empty(0),) * 2 for t in traces]
+    columns = across(1 if len(traces) == 1 else 2 if len(traces) <= 4 else 3)
+    rows, trips = -(-len(traces) // columns), len(traces) > 1
+    margins = Margins(across=0.28, down=0.42, bottom=lower_margin(trips=trips))
+    figure, axes = grid(
+        rows, columns, {1: 2.6 if len(traces) == 1 else 1.2, 2: 1.8, 3: 1.5}[columns], margins, share=True
+    )
+    lines = [line(trace.history, channel, columns) for trace in traces]
+    exact = [line(t.reference, channel, columns) if t.reference else (np.empty(0),) * 2 for t in traces]
     tallest = max((float(v.max()) for _, v in exact if v.size), default=0.0) or max(
         (float(v.max()) for _, v in lines if v.size), default=1.0
     )
@@ -72,7 +81,8 @@ def force(traces: Sequence[Trace], scene: Scene, contact: str, notes: Mapping[st
         note = (notes or {}).get(trace.name, "")
         if t.size:
             axis.plot(t / time.size, values / unit.size, color=trace.colour, linewidth=2.0)
-            _write_height_of_cut(axis, float(values.max()) / unit.size, top, unit)
+            peaks = [span.peak_force or 0.0 for span in trace.history.spans(contact)]
+            _write_height_of_cut(axis, max([float(values.max()), *peaks]) / unit.size, top, unit)
         else:
             note = _kicks(axis, trace, scene, contact, unit)
         axis.plot(t_exact / time.size, values_exact / unit.size, color=INK, linewidth=0.9)
@@ -85,8 +95,8 @@ def force(traces: Sequence[Trace], scene: Scene, contact: str, notes: Mapping[st
     for axis in panels[len(traces) :]:
         axis.set_visible(False)
     for axis in panels[max(0, len(traces) - columns) : len(traces)]:
-        time_axis(axis, scene)
         axis.tick_params(labelbottom=True)
+        time_axis(axis, scene, trips=trips)
     for row in axes:
         row[0].set_ylabel(f"force  F  [{unit.label}]")
     return figure
@@ -104,78 +114,99 @@ def _kicks(axis: Axes, trace: Trace, scene: Scene, contact: str, unit: Unit) -> 
     """Draw the kicks of an impulse law as their mean force over short windows, and say so: it has no force."""
     kicks = [(e.time, e.impulse or 0.0) for e in trace.history.events if (e.contact, e.kind) == (contact, "impulse")]
     time = clock(scene)
-    window = KICK_WINDOW * time.size if time.label == "T" else scene.duration / 60.0
+    window = KICK_WINDOW * scene.duration
     edges = np.arange(0.0, scene.duration + window, window)
     total, _ = np.histogram([t for t, _ in kicks], edges, weights=[j for _, j in kicks])
     axis.stairs(total / window / unit.size, edges / time.size, fill=True, color=trace.colour, alpha=0.5, linewidth=0)
     return f"mean of {len(kicks)} kicks"
 
 
-@drawn
-def displacement(traces: Sequence[Trace], scene: Scene) -> Figure:
-    """Return the displacements of masses and faces in contact, and below how far each trace has strayed so far.
+def line(history: AbstractHistory, channel: str, panels: int) -> tuple[Array, Array]:
+    """Return times [s] and values of a channel, thinned for one of some panels across; empty where it has no values."""
+    times = page_times(history.duration)
+    return thinned(times, history.evaluate(times, channel), COLUMNS // panels)
 
-    The lower row, drawn where there is a reference, shows the largest difference from it up to each instant, in % of
-    its largest displacement: a curve that only rises, so that methods stay apart.
-    """
-    channels = mass_channels(scene) + face_channels(scene)
-    judged = [trace for trace in traces if trace.reference is not None]
-    margins = Margins(right=NAMES) if len(traces) > 1 else Margins()
-    figure, axes = grid(2 if judged else 1, len(channels), 2.2, margins)
-    t, time = midpoints(scene.duration, 1200), clock(scene)
-    for column, channel in enumerate(channels):
-        axis, reference = axes[0][column], exact_of(traces)
-        lines = [trace.history.evaluate(t, channel) for trace in traces]
-        frame = lines if reference is None else [reference.evaluate(t, channel)]
-        low, high = min(float(v.min()) for v in frame), max(float(v.max()) for v in frame)
-        unit = scaled("m", max(abs(low), abs(high)))
-        for trace, values in zip(traces, lines, strict=True):
-            axis.plot(t / time.size, values / unit.size, color=trace.colour, linestyle=trace.dash)
-        if reference is not None:
-            axis.plot(t / time.size, frame[0] / unit.size, color=INK, linewidth=1.0)
-        margin = 0.12 * ((high - low) or 1.0)
-        axis.set_ylim((low - margin) / unit.size, (high + margin) / unit.size)
-        axis.set_title(_channel_title(channel))
-        axis.set_ylabel(f"displacement  u  [{unit.label}]")
-        time_axis(axis, scene)
-    if judged:
-        _strayed(axes[1], channels, judged, t, scene)
-    elif len(traces) > 1:
-        last = axes[0][-1]
-        label_lines(
-            last, [(v[-1] / unit.size, trace.name, trace.colour) for trace, v in zip(traces, lines, strict=True)]
-        )
+
+@drawn
+def signals(panels: Sequence[Panel], histories: Sequence[Trace], scene: Scene, *, compared: bool) -> Figure:
+    """Return panels of signals in rows of three: the names of methods beside them, or of places inside each."""
+    columns = across(min(len(panels), 3))
+    rows = -(-len(panels) // columns)
+    names = [trace.name for trace in histories] if compared else [line.name for line in panels[0].lines]
+    beside = len(names) > 1 and (compared or len(panels) == 1)
+    margins = Margins(right=room_beside(names) if beside else 0.12, bottom=lower_margin(trips=compared))
+    figure, axes = grid(rows, columns, 1.7 if rows > 1 else 2.2, margins)
+    flat, time, t = [axis for row in axes for axis in row], clock(scene), page_times(scene.duration)
+    for axis, panel in zip(flat, panels, strict=False):
+        in_ink = [line for line in panel.lines if histories[line.trace].colour == "ink"]
+        frame = in_ink or panel.lines
+        low = min(float(np.nanmin(line.values)) for line in frame)
+        high = max(float(np.nanmax(line.values)) for line in frame)
+        unit, span = scaled(panel.unit, max(abs(low), abs(high))), (high - low) or 1.0
+        drawn_lines = []
+        for number, each in enumerate(sorted(panel.lines, key=lambda line: line in in_ink)):
+            trace = histories[each.trace]
+            colour = INK if each in in_ink else trace.colour if compared else PALETTE[number % len(PALETTE)]
+            x, y = thinned(t, each.values, COLUMNS // columns)
+            axis.plot(x / time.size, y / unit.size, color=colour, linestyle=trace.dash, linewidth=1.2)
+            if y.size:
+                drawn_lines.append((float(y[-1]) / unit.size, each.name, colour))
+        axis.set_ylim((low - 0.12 * span) / unit.size, (high + 0.12 * span) / unit.size)
+        quantity, _, where = panel.title.partition(", ")
+        axis.set_title(where or quantity)
+        label = unit.label.replace("strain", "ε")
+        axis.set_ylabel(f"{quantity.lower()}  [{label}]")
+        time_axis(axis, scene, trips=compared and axis in flat[max(0, len(panels) - columns) : len(panels)])
+        if beside and not compared:
+            label_lines(axis, drawn_lines)
+    for axis in flat[len(panels) :]:
+        axis.set_visible(False)
+    if beside and compared:
+        key(axes[0][-1], [trace._replace(colour=INK) if trace.colour == "ink" else trace for trace in histories])
     return figure
 
 
-def _strayed(axes: Sequence[Axes], channels: Sequence[str], judged: Sequence[Trace], t: Array, scene: Scene) -> None:
-    """Draw the largest difference so far [% of the largest exact value], one axes per channel, on one log scale."""
-    ends: list[tuple[float, str, str]] = []
-    highest = 1.0
-    for axis, channel in zip(axes, channels, strict=True):
+def differences(traces: Sequence[Trace]) -> list[Trace]:
+    """Return the traces that a step could take away from their reference."""
+    return [trace for trace in traces if trace.reference is not None and trace.history.dt is not None]
+
+
+@drawn
+def difference(traces: Sequence[Trace], scene: Scene) -> Figure:
+    """Return the largest difference of displacements from the reference so far, a panel per mass and face.
+
+    In % of the largest reference value, on one logarithmic scale: a curve that only rises, so that methods stay apart.
+    """
+    channels, judged = mass_channels(scene) + face_channels(scene), differences(traces)
+    columns = across(min(len(channels), 3))
+    rows, trips = -(-len(channels) // columns), len(traces) > 1
+    right = room_beside(trace.name for trace in judged) if trips else 0.12
+    figure, axes = grid(rows, columns, 1.9, Margins(right=right, bottom=lower_margin(trips=trips)))
+    flat, t, highest = [axis for row in axes for axis in row], page_times(scene.duration), 1.0
+    for axis, channel in zip(flat, channels, strict=False):
         ends = []
         for trace in judged:
-            assert trace.reference is not None  # noqa: S101 - only such traces come here
+            assert trace.reference is not None  # noqa: S101 - `differences` leaves only such traces
             exact = trace.reference.evaluate(t, channel)
             largest = float(np.max(np.abs(exact))) or 1.0
             share = np.maximum.accumulate(np.abs(trace.history.evaluate(t, channel) - exact)) / largest * 100.0
             share = np.maximum(share, FLOOR)
-            axis.plot(t / clock(scene).size, share, color=trace.colour, linestyle=trace.dash)
+            x, y = thinned(t, share, COLUMNS // columns)
+            axis.plot(x / clock(scene).size, y, color=trace.colour, linestyle=trace.dash)
             ends.append((float(share[-1]), trace.name, trace.colour))
             highest = max(highest, float(share[-1]))
         axis.set_yscale("log")
         log_axis(axis.yaxis)
-        time_axis(axis, scene)
-    for axis in axes:
+        axis.set_title(said_place(channel))
+        time_axis(axis, scene, trips=trips and axis in flat[max(0, len(channels) - columns) : len(channels)])
+    for axis in flat[: len(channels)]:
         axis.set_ylim(FLOOR / 1.5, 2.0 * highest)
-    axes[0].set_ylabel("largest difference so far  [%]")
+    for axis in flat[len(channels) :]:
+        axis.set_visible(False)
+    axes[0][0].set_ylabel("largest difference so far  [%]")
     if len(ends) > 1:
-        label_lines(axes[-1], ends)
-
-
-def _channel_title(channel: str) -> str:
-    quantity, place = channel.split(":")
-    return place if quantity == "position" else f"face of {place.replace('@', ' at x = ')} m"
+        label_lines(flat[min(columns, len(channels)) - 1], ends)
+    return figure
 
 
 @drawn
@@ -185,16 +216,20 @@ def gap(traces: Sequence[Trace], scene: Scene, contact: str) -> Figure:
     The closer view shows penetration in contact, and touches that are nearly missed.
     """
     channel, time, reference = f"gap:{contact}", clock(scene), exact_of(traces)
-    lines = [curve(trace.history, channel, scene.duration) for trace in traces]
-    exact = curve(reference, channel, scene.duration) if reference else lines[0]
+    lines = [line(trace.history, channel, 2) for trace in traces]
+    exact = line(reference, channel, 2) if reference else lines[0]
     low, high = float(exact[1].min()), float(exact[1].max())
     widest = (min(float(v.min()) for _, v in lines), max(float(v.max()) for _, v in lines))
     if high - low < STILL * (widest[1] - widest[0]):
         low, high = widest
     span = (high - low) or 1.0
-    figure, axes = grid(1, 2, 2.4, Margins(right=NAMES) if len(traces) > 1 else Margins())
+    trips = len(traces) > 1
+    right = room_beside(trace.name for trace in traces) if trips else 0.12
+    columns = across(2)
+    figure, axes = grid(2 // columns, columns, 2.4, Margins(right=right, bottom=lower_margin(trips=trips)))
     views = (("gap", low - 0.08 * span, high + 0.08 * span), ("gap near zero", -0.025 * span, 0.08 * span))
-    for axis, (title, bottom, top) in zip(axes[0], views, strict=True):
+    flat = [axis for row in axes for axis in row]
+    for axis, (title, bottom, top) in zip(flat, views, strict=True):
         unit = scaled("m", max(abs(bottom), abs(top)))
         axis.axhline(0.0, color=MUTED, linewidth=0.8)
         for trace, (t, values) in zip(traces, lines, strict=True):
@@ -204,7 +239,7 @@ def gap(traces: Sequence[Trace], scene: Scene, contact: str) -> Figure:
         axis.set_ylim(bottom / unit.size, top / unit.size)
         axis.set_title(title)
         axis.set_ylabel(f"gap  g  [{unit.label}]")
-        time_axis(axis, scene)
-    if len(traces) > 1:
+        time_axis(axis, scene, trips=trips and axis in axes[-1])
+    if trips:
         key(axes[0][-1], traces)
     return figure

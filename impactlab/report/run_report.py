@@ -10,14 +10,12 @@ from typing import Any
 import numpy as np
 
 from impactlab.history.base import AbstractHistory
-from impactlab.metrics.collisions import sentence
 from impactlab.refine.reference import Reference
 from impactlab.report import facts, fields, plates
-from impactlab.report.page import Page, file_of, write_page
-from impactlab.report.sketch import sketch
+from impactlab.report.page import Page, write_page
+from impactlab.report.provenance import Provenance
 from impactlab.report.style import PALETTE, Trace
 from impactlab.report.summary import cell, comparison
-from impactlab.report.table import page_headings, page_rows
 from impactlab.scene.problem import Scene
 
 MAX_SENTENCES = 5  # of the periods of contact and of the collisions
@@ -30,11 +28,11 @@ def write_run(
     history: AbstractHistory,
     scene: Scene,
     reference: Reference | None,
-    title: str = "",
-    source: str = "",
-    command: str = "",
+    provenance: Provenance = Provenance(),  # noqa: B008 - a record of texts
 ) -> None:
     """Write summary.json, history.npz, figures/*.svg and *.png, and index.html into an empty folder.
+
+    With a provenance that holds them also case.yaml and citations.bib.
 
     Parameters
     ----------
@@ -44,42 +42,26 @@ def write_run(
         Summary of the run (`impactlab.report.summary.summarise`).
     reference : Reference or None
         The answer the errors were measured against.
-    title, source : str
-        Title and source of the case.
-    command : str
-        The command line that made the run; that of the plain case if not given.
+    provenance : Provenance
+        Title, source, command and case of the run.
     """
     out_dir = Path(out_dir)
     (out_dir / "summary.json").write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
     np.savez_compressed(out_dir / "history.npz", **history_arrays(history, scene))
     name = _label(summary)
     trace = Trace(name, history, PALETTE[0], reference=reference[1] if reference else None)
-    table = comparison(str(summary["case"]), reference[0] if reference else None, [(name, summary)])
     page = Page(
+        command="run",
+        options="",
         kicker="impactlab · one run",
-        title=title or str(summary["case"]),
-        case=str(summary["case"]),
-        source=source,
-        sketch=sketch(scene),
-        facts=facts.scene_facts(scene),
         method=facts.method_facts(summary),
         findings=findings(summary),
-        headings=page_headings(),
-        rows=page_rows(table),
-        table_caption=facts.table_caption(reference is not None),
+        table=comparison(str(summary["case"]), reference[0] if reference else None, [(name, summary)]),
+        traces=[trace],
         figures=plates.of_run(trace, scene),
-        warnings=[(name, warned["code"], warned["text"]) for warned in summary["warnings"]],
-        commands=[
-            command or f"impactlab run {file_of(summary['case'])} --out DIR",
-            f"impactlab cite {file_of(summary['case'], variant=False)}",
-        ],
-        files=[
-            ("summary.json", "the numbers"),
-            ("history.npz", "every channel, for numpy.load"),
-            ("figures/", "SVG, PNG"),
-        ],
+        files=[("summary.json", "the numbers"), ("history.npz", "every channel, for numpy.load")],
     )
-    write_page(out_dir, page)
+    write_page(out_dir, page, scene, provenance)
 
 
 def _label(summary: Mapping[str, Any]) -> str:
@@ -122,14 +104,14 @@ def findings(summary: Mapping[str, Any]) -> list[str]:
     if len(spans) > MAX_SENTENCES:
         sentences.append(f"{len(spans)} periods of contact; the first {MAX_SENTENCES} are:")
     for span in spans[:MAX_SENTENCES]:
-        end = "the end of the run" if span["end"] is None else facts.when(span["end"], summary)
+        end = "the end of the run" if span["end"] is None else facts.instant(span["end"])
         peak = "" if span["peak_force"] is None else f", largest force {facts.si(span['peak_force'], 'N')}"
         kicks = f" in {span['kicks']} kicks" if span.get("kicks") is not None else ""
         sentences.append(
-            f"{span['contact'].replace('|', ' and ')}: in contact from {facts.when(span['start'], summary)} to {end}, "
+            f"{span['contact'].replace('|', ' and ')}: in contact from {facts.instant(span['start'])} to {end}, "
             f"impulse {facts.si(span['impulse'], 'N·s')}{kicks}{peak}."
         )
-    sentences += [f"Collision of {sentence(each)}." for each in summary["collisions"][:MAX_SENTENCES]]
+    sentences += [f"Collision of {facts.collision(each)}." for each in summary["collisions"][:MAX_SENTENCES]]
     errors = summary["errors"]
     if errors and errors["mass_displacement"] is not None:
         off = cell(100 * errors["mass_displacement"])

@@ -1,17 +1,18 @@
-"""The house style of the figures: colours, axes, units, labels beside their lines, and how figures become files."""
+"""The house style of the figures: colours, widths, axes, units, labels beside their lines."""
 
 from __future__ import annotations
 
+import contextlib
 import functools
-import io
 import itertools
 import math
-import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextvars import ContextVar
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, ParamSpec, TypeVar, cast
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from impactlab.history.base import AbstractHistory
 from impactlab.scene.problem import Scene
@@ -30,7 +31,9 @@ PAPER = "#ffffff"
 PALETTE = ("#2563d9", "#d1481f", "#0d9a84", "#d6a01c", "#7f3f9c", "#62b4e8", "#e78bb2", "#8d97a3", "#5c6b1a")
 DASHES: tuple[tuple[float, tuple[float, ...] | None], ...] = ((0, None), (0, (4, 1.5)), (0, (1.2, 1.2)))
 STYLE = Path(__file__).with_name("house.mplstyle")
-WIDTH = 8.6  # inches, of every figure
+WIDTH = 8.6  # inches, of a figure on a page
+COLUMNS = {"one": 3.35, "two": 6.9}  # inches, of a figure in one column and across two of a journal
+_width: ContextVar[float] = ContextVar("width", default=WIDTH)
 LABEL = 8.0  # points, of names beside lines
 PREFIXES = {1e9: "G", 1e6: "M", 1e3: "k", 1.0: "", 1e-3: "m", 1e-6: "µ", 1e-9: "n"}
 
@@ -92,6 +95,26 @@ def exact_of(drawn: Sequence[Trace]) -> AbstractHistory | None:
     return next((trace.reference for trace in drawn if trace.reference is not None), None)
 
 
+@contextlib.contextmanager
+def figure_width(inches: float) -> Iterator[None]:
+    """Draw figures of that width inside."""
+    token = _width.set(inches)
+    try:
+        yield
+    finally:
+        _width.reset(token)
+
+
+def is_narrow() -> bool:
+    """Return whether figures are drawn for one column: no room beside axes, and for one panel across."""
+    return _width.get() < 4.0
+
+
+def across(columns: int) -> int:
+    """Return how many of some panels stand side by side."""
+    return min(columns, 1 if is_narrow() else 2 if _width.get() < 8.0 else 3)
+
+
 class Margins(NamedTuple):
     """Space around and between the axes of a figure [inch]: fixed, so that figures line up on a page and draw fast."""
 
@@ -110,21 +133,27 @@ LETTER = 0.078  # inches, of a name's letter
 
 def room_for(names: Iterable[str]) -> float:
     """Return how many inches the longest of some names needs beside axes, at least `NAMES`."""
-    return max(NAMES, LETTER * max(map(len, names), default=0))
+    return max(0.0 if is_narrow() else NAMES, LETTER * max(map(len, names), default=0))
+
+
+def room_beside(names: Iterable[str]) -> float:
+    """Return the inches beside axes for the names of lines; a narrow figure has a legend instead."""
+    return MARGINS.right if is_narrow() else room_for(names)
 
 
 def grid(
     rows: int, columns: int, panel: float, margins: Margins = MARGINS, *, share: bool = False
 ) -> tuple[Figure, list[list[Axes]]]:
-    """Return a figure of the house width and its axes, row by row, each ``panel`` inches high.
+    """Return a figure of the width in use and its axes, row by row, each ``panel`` inches high.
 
     With ``share`` the panels have common scales, and only the outer ones show them.
     """
     from matplotlib.figure import Figure
 
+    whole = _width.get()
     height = margins.top + margins.bottom + rows * panel + (rows - 1) * margins.down
-    figure = Figure(figsize=(WIDTH, height))
-    width = (WIDTH - margins.left - margins.right - (columns - 1) * margins.across) / columns
+    figure = Figure(figsize=(whole, height))
+    width = (whole - margins.left - margins.right - (columns - 1) * margins.across) / columns
     axes = figure.subplots(
         rows,
         columns,
@@ -132,8 +161,8 @@ def grid(
         sharex=share,
         sharey=share,
         gridspec_kw={
-            "left": margins.left / WIDTH,
-            "right": 1.0 - margins.right / WIDTH,
+            "left": margins.left / whole,
+            "right": 1.0 - margins.right / whole,
             "top": 1.0 - margins.top / height,
             "bottom": margins.bottom / height,
             "wspace": margins.across / width,
@@ -152,8 +181,8 @@ def scaled(unit: str, largest: float) -> Unit:
 
 
 def clock(scene: Scene) -> Unit:
-    """Return the unit of time axes: T where the scene has a rod, else seconds with a prefix."""
-    return Unit(scene.round_trip, "T") if math.isfinite(scene.round_trip) else scaled("s", scene.duration)
+    """Return the unit of time axes: seconds with the prefix that suits the run."""
+    return scaled("s", scene.duration)
 
 
 def log_axis(axis: Axis) -> None:
@@ -164,11 +193,31 @@ def log_axis(axis: Axis) -> None:
     axis.set_minor_locator(NullLocator())
 
 
-def time_axis(axes: Axes, scene: Scene) -> None:
-    """Set up a horizontal axis of time over the whole run."""
+TRIPS = 0.4  # inches below an axis of time, for a second one in round trips T
+
+
+def time_axis(axes: Axes, scene: Scene, *, trips: bool = False) -> None:
+    """Set up a horizontal axis of time over the whole run, with ``trips`` a second one in round trips below it."""
     unit = clock(scene)
     axes.set_xlim(0.0, scene.duration / unit.size)
-    axes.set_xlabel("time  t / T" if unit.label == "T" else f"time  t  [{unit.label}]")
+    axes.set_xlabel(f"time  t  [{unit.label}]")
+    if trips and math.isfinite(scene.round_trip):
+        trip = scene.round_trip / unit.size
+        figure = cast("Figure", axes.get_figure())
+        below = -TRIPS / (figure.get_figheight() * axes.get_position().height)
+        second = axes.secondary_xaxis(below, functions=(_over(trip), _over(1.0 / trip)))
+        second.set_xlabel("t / T", labelpad=1.0)
+        second.tick_params(pad=1.5)
+        axes.xaxis.labelpad = 0.0
+
+
+def _over(unit: float) -> Callable[[ArrayLike], ArrayLike]:
+    return lambda values: np.asarray(values, float) / unit
+
+
+def lower_margin(*, trips: bool) -> float:
+    """Return the margin below the axes [inch], with ``trips`` for a second axis of time."""
+    return MARGINS.bottom + TRIPS * trips
 
 
 def curve(history: AbstractHistory, channel: str, duration: float, columns: int = 700) -> tuple[Array, Array]:
@@ -181,9 +230,14 @@ def curve(history: AbstractHistory, channel: str, duration: float, columns: int 
     jumps = jumps[(jumps > 0.0) & (jumps < duration)]
     samples = max(6 * columns, 2 * min(history.cost.steps, 50_000))
     t = np.sort(np.concatenate((np.linspace(0.0, duration, samples), jumps, np.nextafter(jumps, 0.0))))
-    values = history.evaluate(t, channel)
+    return thinned(t, history.evaluate(t, channel), columns)
+
+
+def thinned(t: Array, values: Array, columns: int) -> tuple[Array, Array]:
+    """Return the first, least, largest and last sample in each of many columns of time; empty if one is missing."""
     if not np.all(np.isfinite(values)):
         return np.empty(0), np.empty(0)
+    duration = t[-1]
     first = np.searchsorted(t, np.linspace(0.0, duration, columns, endpoint=False))
     edges = np.append(first, t.size)
     kept: list[int] = []
@@ -202,21 +256,43 @@ def label_lines(axes: Axes, ends: Iterable[tuple[float, str, str]]) -> None:
     ends : iterable of (float, str, str)
         Height of the line's end in data, name, colour.
     """
+    if is_narrow():
+        small_legend(axes, [(name, colour, "solid") for _, name, colour in ends])
+        return
     low, high = axes.get_ylim()
     to_axes = axes.transAxes.inverted()
     items = sorted(
         (float(to_axes.transform(axes.transData.transform((0.0, min(max(y, low), high))))[1]), name, colour)
         for y, name, colour in ends
     )
-    for (y, name, colour), at in zip(items, spread([y for y, _, _ in items], _line_height(axes)), strict=True):
+    for (y, name, colour), at in zip(items, inside(spread([y for y, _, _ in items], _line_height(axes))), strict=True):
         beside(axes, name, colour, at, (1.0, y))
 
 
 def key(axes: Axes, traces: Sequence[Trace]) -> None:
     """Write the names of the traces at the right of an axes, one below the other: for lines that end elsewhere."""
+    if is_narrow():
+        small_legend(axes, [(trace.name, trace.colour, trace.dash) for trace in traces])
+        return
     for row, trace in enumerate(traces):
         at = 1.0 - (row + 0.5) * _line_height(axes)
         beside(axes, trace.name, trace.colour, at, (1.0, at), linewidth=2.0, linestyle=trace.dash)
+
+
+def small_legend(axes: Axes, names: Sequence[tuple[str, str, Any]]) -> None:
+    """Write names above an axes of a narrow figure, each with its line, in rows of two."""
+    from matplotlib.lines import Line2D
+
+    lines = [Line2D([], [], color=colour, linestyle=dash, linewidth=1.5) for _, colour, dash in names]
+    axes.legend(
+        lines,
+        [name for name, _, _ in names],
+        loc="lower left",
+        bbox_to_anchor=(0.0, 1.0),
+        fontsize=6.5,
+        frameon=False,
+        ncols=2 if len(names) > 1 else 1,
+    )
 
 
 def _line_height(axes: Axes) -> float:
@@ -232,7 +308,7 @@ def beside(
     axes.annotate(
         name,
         xy=end,
-        xytext=(1.0 + gap / (WIDTH * axes.get_position().width), at),
+        xytext=(1.0 + gap / (_width.get() * axes.get_position().width), at),
         xycoords="axes fraction",
         textcoords="axes fraction",
         color=colour,
@@ -267,44 +343,10 @@ def spread(heights: Sequence[float], distance: float) -> list[float]:
     return [mean + distance * (i - (n - 1) / 2.0) for mean, n in groups for i in range(n)]
 
 
-@drawn
-def to_svg(figure: Figure) -> str:
-    """Return a figure as SVG text; the same figure gives the same bytes."""
-    buffer = io.StringIO()
-    figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
-    return buffer.getvalue()
-
-
-@drawn
-def save(figure: Figure, folder: Path, name: str) -> str:
-    """Write ``name.svg`` and ``name.png`` into the folder and return the SVG text."""
-    svg = to_svg(figure)
-    (folder / f"{name}.svg").write_text(svg, encoding="utf-8")
-    figure.savefig(folder / f"{name}.png", dpi=160, metadata={"Software": None}, pil_kwargs={"compress_level": 3})
-    return svg
-
-
-THEMED = {INK: "ink", MUTED: "muted", GRID: "line", PAPER: "paper"} | {c: f"c{i}" for i, c in enumerate(PALETTE)}
-"""Colours that a page sets itself, lighter on a dark page, by the names of its variables."""
-
-
-def inline(svg: str, label: str) -> str:
-    """Return SVG text fit to stand inside a page: themed by its variables, sized by its column, ids that clash removed.
-
-    Parameters
-    ----------
-    label : str
-        Description of the figure for screen readers.
-    """
-    body = svg[svg.index("<svg") :]
-    body = re.sub(r"<metadata>.*?</metadata>|<style[^>]*>.*?</style>", "", body, flags=re.DOTALL)
-    body = re.sub(
-        r'(<svg[^>]*?) width="[^"]*" height="[^"]*"|(<svg[^>]*?) height="[^"]*" width="[^"]*"', r"\1\2", body, count=1
-    )
-    used = set(re.findall(r"#([\w.-]+)", body))
-    body = re.sub(r' id="([\w.-]+)"', lambda m: m.group(0) if m.group(1) in used else "", body)
-    for colour, variable in THEMED.items():
-        body = body.replace(colour, f"var(--{variable})")
-    body = body.replace("font-family: 'DejaVu Sans'", "font-family: inherit").replace("'DejaVu Sans'", "inherit")
-    text = label.replace("&", "&amp;").replace('"', "&quot;").replace("<", "&lt;")
-    return body.replace("<svg", f'<svg role="img" aria-label="{text}"', 1)
+def inside(heights: Sequence[float]) -> list[float]:
+    """Return heights (sorted) moved together so that the highest is at most 1, then the lowest at least 0."""
+    if not heights:
+        return []
+    down = max(0.0, heights[-1] - 1.0)
+    up = max(0.0, down - heights[0])
+    return [height - down + up for height in heights]

@@ -12,6 +12,8 @@ from impactlab.report.summary import COLUMNS, cells, headings, table_rows
 JUDGED = ("mass", "face", "impulse")
 """The columns in which the smallest value is the best."""
 TEXT = ("method", "model", "law", "integrator", "warnings")
+FIRST = ("method", "mass", "face", "impulse", "first opening", "contacts", "gain", "loss", "solve", "steps", "dt")
+"""The columns of the page, those that judge first: a narrow screen shows the first few."""
 UNDER = ("model", "law", "integrator")
 """Columns in small type under the name of a method on the page, as are the codes of its warnings."""
 
@@ -22,11 +24,12 @@ class Cell(NamedTuple):
     text: str
     best: bool
     numeric: bool
+    value: float | None = None  # to sort by; None of a text
 
 
 def page_headings() -> list[tuple[str, str, bool]]:
     """Return the headings of the page's table: name, unit, and whether numbers stand below."""
-    return [(name, unit, name not in TEXT) for name, unit in COLUMNS.items() if name not in (*UNDER, "warnings")]
+    return [(name, COLUMNS[name], name not in TEXT) for name in FIRST]
 
 
 def page_rows(comparison: Mapping[str, Any]) -> list[dict[str, Any]]:
@@ -40,7 +43,6 @@ def page_rows(comparison: Mapping[str, Any]) -> list[dict[str, Any]]:
             page.append({"name": row["method"], "failure": row["failure"]})
             continue
         texts = dict(zip(COLUMNS, cells(row), strict=True))
-        shown = [name for name in COLUMNS if name not in ("method", "warnings", *UNDER)]
         marked = {
             name
             for name in JUDGED
@@ -51,10 +53,16 @@ def page_rows(comparison: Mapping[str, Any]) -> list[dict[str, Any]]:
                 "name": row["method"],
                 "under": " · ".join(row[name] for name in UNDER if row[name]),
                 "warnings": row["warnings"],
-                "cells": [Cell(texts[name], name in marked, name not in TEXT) for name in shown],
+                "cells": [
+                    Cell(texts[name], name in marked, name not in TEXT, _number(row[name])) for name in FIRST[1:]
+                ],
             }
         )
     return page
+
+
+def _number(value: Any) -> float | None:
+    return float(value) if isinstance(value, int | float) else None
 
 
 def markdown(comparison: Mapping[str, Any]) -> str:

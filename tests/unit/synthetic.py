@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,7 +14,6 @@ from impactlab.types import Array
 Signal = Callable[[Array], Array]
 
 
-@final
 class SyntheticHistory(AbstractHistory):
     """A history whose channels are functions of time.
 

@@ -33,7 +33,7 @@ from impactlab.bench.report.write import write_bench
 from impactlab.bench.schema import FIELDS, Row
 from impactlab.cli import app
 from impactlab.errors import CaseError
-from impactlab.report.style import to_svg
+from impactlab.report.figure_files import to_svg
 from tests.unit.test_report import Links
 
 ENDED = {

@@ -226,7 +226,7 @@ def test_every_help_shows_examples():
 
 
 def test_a_run_that_fails_leaves_with_1(monkeypatch, tmp_path):
-    def fail(case, progress=None):
+    def fail(case, progress=None, frames=0):
         raise StepError("the law has no answer", time=1e-5, step=7)
 
     monkeypatch.setattr(api, "run", fail)
@@ -239,7 +239,7 @@ def test_a_run_that_fails_leaves_with_1(monkeypatch, tmp_path):
 
 
 def test_a_plugin_that_raises_leaves_with_1_and_no_traceback(monkeypatch):
-    def fail(case, progress=None):
+    def fail(case, progress=None, frames=0):
         raise ZeroDivisionError("oh")
 
     monkeypatch.setattr(api, "run", fail)
@@ -251,7 +251,7 @@ def test_a_plugin_that_raises_leaves_with_1_and_no_traceback(monkeypatch):
 
 
 def test_ctrl_c_leaves_with_130(monkeypatch, tmp_path):
-    def interrupt(case, progress=None):
+    def interrupt(case, progress=None, frames=0):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(api, "run", interrupt)

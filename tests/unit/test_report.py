@@ -14,12 +14,15 @@ import numpy as np
 import pytest
 
 from impactlab.history import ContactSpan, Cost, EnergyBook, Event, Warned
-from impactlab.report import balance, fields, overview, plots
+from impactlab.history.sampling import FRAMES
+from impactlab.report import balance, diagram, overview, plots
 from impactlab.report.compare_report import write_comparison
 from impactlab.report.facts import findings, scene_facts, si
+from impactlab.report.figure_files import inline, to_svg
+from impactlab.report.provenance import Provenance
 from impactlab.report.run_report import write_run
 from impactlab.report.sketch import sketch
-from impactlab.report.style import INK, PALETTE, Trace, curve, inline, scaled, spread, to_svg, traces
+from impactlab.report.style import INK, PALETTE, Trace, curve, scaled, spread, traces
 from impactlab.report.summary import comparison, summarise
 from impactlab.report.table import comma_separated, markdown, page_rows
 from impactlab.scene import Contact, End, Rod, Wall
@@ -68,7 +71,7 @@ def history(scale: float = 1.0, *, kicks: bool = False, dt: float | None = 0.01)
         f"force:{PAIR}": lambda t: np.full_like(t, np.nan) if kicks else np.where(t < 2.0, scale, 0.0),
         "momentum:rod": np.zeros_like,
         "energy:rod": np.zeros_like,
-    } | {f"stress:rod@{x:.6g}": np.cos for x in np.linspace(0.0, 1.0, fields.PLACES)}
+    }
     struck = tuple(Event(0.1 * i, PAIR, "impulse", 0.1) for i in range(20))
     return SyntheticHistory(
         DURATION,
@@ -92,6 +95,7 @@ def history(scale: float = 1.0, *, kicks: bool = False, dt: float | None = 0.01)
 
 
 EXACT = ("st_venant", history(dt=None))
+ORIGIN = Provenance("A & B <here>", "Somebody 1999", date="2026-01-02 03:04 UTC")
 
 
 def three() -> tuple[dict[str, Any], dict[str, SyntheticHistory]]:
@@ -127,7 +131,7 @@ class Links(HTMLParser):
 
 def test_a_comparison_writes_all_its_files(tmp_path: Path) -> None:
     document, histories = three()
-    write_comparison(tmp_path, document, histories, scene().scene, EXACT, title="A & B <here>", source="Somebody 1999")
+    write_comparison(tmp_path, document, histories, scene().scene, EXACT, provenance=ORIGIN)
     assert json.loads((tmp_path / "comparison.json").read_text()) == document
     assert {path.name for path in tmp_path.iterdir()} == {
         "comparison.json",
@@ -137,7 +141,17 @@ def test_a_comparison_writes_all_its_files(tmp_path: Path) -> None:
         "index.html",
     }
     names = {path.stem for path in (tmp_path / "figures").iterdir()}
-    assert names == {"waves_rod", "errors", "contacts", "force", "gap", "displacement", "energy", "stress_rod"}
+    assert names == {
+        "waves",
+        "errors",
+        "contacts",
+        "force",
+        "gap",
+        "displacement",
+        "difference",
+        "energy",
+        "stress_rod",
+    }
     for name in names:
         assert (tmp_path / "figures" / f"{name}.png").read_bytes().startswith(b"\x89PNG")
         assert "<svg" in (tmp_path / "figures" / f"{name}.svg").read_text()
@@ -145,7 +159,7 @@ def test_a_comparison_writes_all_its_files(tmp_path: Path) -> None:
 
 def test_a_page_stands_alone_and_says_what_it_must(tmp_path: Path) -> None:
     document, histories = three()
-    write_comparison(tmp_path, document, histories, scene().scene, EXACT, title="A & B <here>", source="Somebody 1999")
+    write_comparison(tmp_path, document, histories, scene().scene, EXACT, provenance=ORIGIN)
     text = (tmp_path / "index.html").read_text()
     page = Links(text)
     assert "A &amp; B &lt;here&gt;" in text
@@ -153,8 +167,8 @@ def test_a_page_stands_alone_and_says_what_it_must(tmp_path: Path) -> None:
     assert "more than &lt;100&gt; kicks" in text
     assert "impactlab compare toy.yaml --methods good,poor,kicks,lost --out DIR" in text
     assert "failed: lost | at sea" in text
-    assert page.tags.count("figure") == 8
-    assert not {"script", "link", "iframe", "object"} & set(page.tags)
+    assert page.tags.count("figure") == 9
+    assert not {"iframe", "object"} & set(page.tags)
     outside = [a for a in page.addresses if not a.startswith(("#", "data:")) and not (tmp_path / a).exists()]
     assert outside == []
     assert not re.search(r"@import|url\((?!['\"]?#)", text)
@@ -184,21 +198,21 @@ def test_a_run_writes_all_its_files_and_every_channel(tmp_path: Path) -> None:
         assert saved["events/kind"].tolist() == ["close", "open"]
         assert saved["events/time"].tolist() == [0.0, 2.0]
         assert np.array_equal(saved["field/stress:rod@0.5"], 1.1 * np.cos(saved["field/x:rod"] - 0.5))
-    assert "in contact from 0 T to 1 T" in (tmp_path / "index.html").read_text()
+    assert "in contact from 0 to 2\N{NO-BREAK SPACE}s" in (tmp_path / "index.html").read_text()
 
 
 def test_without_a_reference_a_report_shows_the_run_alone(tmp_path: Path) -> None:
     summary = summarise("toy", scene().scene, history(), None)
     write_run(tmp_path, summary, history(), scene().scene, None)
-    assert "exact" not in (tmp_path / "index.html").read_text().split("</style>")[1].lower()
-    assert not (tmp_path / "figures" / "waves_rod.svg").exists()
+    assert "exact" not in (tmp_path / "index.html").read_text().split("</style>")[1].split("<script>")[0].lower()
+    assert (tmp_path / "figures" / "waves.svg").exists()  # its own
 
 
 def test_the_same_comparison_gives_the_same_bytes(tmp_path: Path) -> None:
     document, histories = three()
     for name in ("one", "two"):
         (tmp_path / name).mkdir()
-        write_comparison(tmp_path / name, document, histories, scene().scene, EXACT)
+        write_comparison(tmp_path / name, document, histories, scene().scene, EXACT, provenance=ORIGIN)
     for path in (tmp_path / "one").rglob("*.*"):
         assert path.read_bytes() == (tmp_path / "two" / path.relative_to(tmp_path / "one")).read_bytes(), path.name
 
@@ -214,26 +228,26 @@ def test_the_force_figure_has_a_panel_per_method_and_the_exact_force_in_each() -
         dark = [line for line in axes.lines if line.get_color() == INK]
         assert len(dark) == 1
         assert np.max(dark[0].get_ydata()) == pytest.approx(1.0)
-        assert np.max(dark[0].get_xdata()) == pytest.approx(3.0)  # in T
+        assert np.max(dark[0].get_xdata()) == pytest.approx(DURATION)
     assert len({axes.get_ylim() for axes in panels}) == 1
 
 
 def test_kicks_are_drawn_with_their_whole_impulse() -> None:
     figure = plots.force([Trace("kicks", history(kicks=True), PALETTE[0])], scene().scene, PAIR)
     values, edges, _ = figure.axes[0].patches[0].get_data()  # type: ignore[attr-defined]
-    assert np.sum(values * np.diff(edges)) * T == pytest.approx(2.0)  # 20 kicks of 0.1 N s
+    assert np.sum(values * np.diff(edges)) == pytest.approx(2.0)  # 20 kicks of 0.1 N s
 
 
-def test_the_displacement_figure_shows_how_far_a_method_has_strayed() -> None:
-    figure = plots.displacement([Trace("poor", history(1.3), PALETTE[0], reference=EXACT[1])], scene().scene)
-    assert figure.axes[2].lines[0].get_ydata()[-1] == pytest.approx(30.0, rel=1e-3)  # type: ignore[index]
+def test_the_difference_figure_shows_how_far_a_method_has_strayed() -> None:
+    figure = plots.difference([Trace("poor", history(1.3), PALETTE[0], reference=EXACT[1])], scene().scene)
+    assert figure.axes[0].lines[0].get_ydata()[-1] == pytest.approx(30.0, rel=1e-3)  # type: ignore[index]
 
 
 def test_contacts_are_drawn_where_they_are() -> None:
     figure = overview.contacts([Trace("good", history(), PALETTE[0], reference=EXACT[1])], scene().scene)
     axes = figure.axes[0]
     assert [label.get_text() for label in axes.get_yticklabels()] == ["exact", "good"]
-    assert axes.collections[1].get_paths()[0].get_extents().bounds[0::2] == pytest.approx((0.0, 1.0))  # in T
+    assert axes.collections[1].get_paths()[0].get_extents().bounds[0::2] == pytest.approx((0.0, 2.0))
     assert [text.get_text() for text in axes.texts] == ["1 contact", "1 contact"]
 
 
@@ -254,12 +268,14 @@ def test_the_balance_is_drawn_in_per_cent_of_the_energy_in_play() -> None:
     assert figure.axes[0].lines[0].get_ydata()[-1] == pytest.approx(0.2)  # type: ignore[index]
 
 
-def test_the_wave_figure_holds_the_field_in_its_unit() -> None:
-    figure = fields.waves(EXACT[1], scene().scene, "rod")
-    image = figure.axes[0].images[0].get_array()
+def test_the_diagram_of_waves_has_place_to_the_right_and_time_upwards() -> None:
+    axes = diagram.lagrange(EXACT[1], scene().scene).axes[0]
+    image = axes.images[0].get_array()
     assert image is not None
-    assert image.shape == (fields.PLACES, fields.INSTANTS)
-    assert np.max(np.abs(image)) == pytest.approx(1.0, abs=1e-3)
+    assert axes.images[0].get_extent() == [0.0, 1.0, 0.0, DURATION]
+    places, times = np.linspace(0.0, 1.0, image.shape[1]), np.linspace(0.0, DURATION, FRAMES + 1)
+    assert np.allclose(image, np.cos(places - times[:, None]), atol=1e-4)
+    assert [float(line.get_ydata()[0]) for line in axes.lines[1:]] == [0.0, 2.0]  # type: ignore[index]
 
 
 def test_a_curve_keeps_every_spike_and_both_sides_of_a_jump() -> None:

@@ -19,8 +19,8 @@ from impactlab.bench.report.summary_sheets import certainty, excluded, ranking_s
 from impactlab.bench.report.views import BOTH, CLOCKS, GOALS, NORMS, TOLERANCES, SceneRows, error, methods_of
 from impactlab.bench.report.words import certainty_words, findings
 from impactlab.bench.schema import STATUSES, Row
+from impactlab.report.figure_files import inline, save
 from impactlab.report.page import rendered
-from impactlab.report.style import inline, save
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

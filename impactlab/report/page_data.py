@@ -1,0 +1,131 @@
+"""The data of a page: what its script draws, as JSON with all arrays in one packed text."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from impactlab.history.sampling import FRAMES, HISTORY_POINTS
+from impactlab.report.packing import COARSE, Packer
+from impactlab.report.signals import Panel, panels, shown
+from impactlab.report.stage import described, frames
+from impactlab.report.style import DASHES, PALETTE, Trace
+from impactlab.scene.problem import Scene
+from impactlab.types import Array
+
+DETAIL = ((65535, 1), (16384, 1), (4096, 1), (4096, 2), (2048, 2), (2048, 3))
+"""Values that a curve may have, and of how many frames and places one is kept, the finest first."""
+MAX_DATA = 220_000  # characters, where the levels allow it
+FEW = 30  # places along a body, none of which is left out
+MAX_EVENTS = 4000  # of a history that the page draws; chatter beyond them would fill it
+
+
+def page_data(traces: Sequence[Trace], scene: Scene, *, compared: bool) -> str:
+    """Return the data of the histories of a page as JSON, safe inside a script element of HTML.
+
+    Curves have as many values, films as many frames and places, as `MAX_DATA` allows.
+    """
+    histories = shown(traces)
+    films = [frames(trace.history, scene) for trace in histories]
+    curves = panels(histories, scene, compared=compared)
+    for levels, every in DETAIL:
+        text = _text(histories, films, curves, scene, compared, levels, every)
+        if len(text) <= MAX_DATA:
+            break
+    return text
+
+
+def _text(
+    histories: Sequence[Trace],
+    films: Sequence[Mapping[str, Mapping[str, Array | None]]],
+    curves: Sequence[Panel],
+    scene: Scene,
+    compared: bool,
+    levels: int,
+    every: int,
+) -> str:
+    packer, names = Packer(), [contact.name for contact in scene.contacts]
+    data: dict[str, Any] = {
+        "duration": scene.duration,
+        "trip": scene.round_trip if compared and math.isfinite(scene.round_trip) else None,
+        "compared": compared,
+        "points": HISTORY_POINTS,
+        "frames": FRAMES + 1,
+        "methods": [_method(trace) for trace in histories],
+        "bodies": described(scene),
+        "contacts": [
+            {
+                "name": contact.name,
+                "gap": contact.gap,
+                "left": [contact.left.body, contact.left.x],
+                "right": [contact.right.body, contact.right.x],
+            }
+            for contact in scene.contacts
+        ],
+        "films": [
+            _film(trace, film, scene, packer, names, levels, every)
+            for trace, film in zip(histories, films, strict=True)
+        ],
+        "panels": [
+            {
+                "title": panel.title,
+                "group": panel.group,
+                "unit": panel.unit,
+                "lines": [
+                    {"name": line.name, "method": line.trace, "values": packer.add(line.values, levels)}
+                    for line in panel.lines
+                ],
+            }
+            for panel in curves
+        ],
+    }
+    data["arrays"] = packer.text()
+    return json.dumps(data, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
+
+
+def _method(trace: Trace) -> dict[str, Any]:
+    colour = "ink" if trace.colour == "ink" else f"c{PALETTE.index(trace.colour)}"
+    return {"name": trace.name, "colour": colour, "dash": DASHES.index(trace.dash)}
+
+
+def _film(
+    trace: Trace,
+    film: Mapping[str, Mapping[str, Array | None]],
+    scene: Scene,
+    packer: Packer,
+    names: Sequence[str],
+    levels: int,
+    every: int,
+) -> dict[str, Any]:
+    """Return the motion of one history: motion and load of its bodies, periods of contact, events."""
+    history = trace.history
+    spans = [
+        [names.index(span.contact), span.start, span.until(scene.duration)]
+        for span in history.contacts[:MAX_EVENTS]
+        if span.kicks is None
+    ]
+    events = [[names.index(event.contact), event.time, event.kind] for event in history.events[:MAX_EVENTS]]
+    return {"bodies": _bodies(film, packer, levels, every), "spans": spans, "events": events}
+
+
+def _bodies(made: Mapping[str, Mapping[str, Array | None]], packer: Packer, levels: int, every: int) -> dict[str, Any]:
+    packed = {}
+    for name, entry in made.items():
+        u, load = entry["u"], entry["load"]
+        packed[name] = {
+            "u": None if u is None else _kept(u, packer, levels, every),
+            "load": None if load is None or load is u else _kept(load, packer, COARSE, every),
+            "largest": 0.0 if load is None else float(np.max(np.abs(load))),
+            "same": load is not None and load is u,  # a beam is coloured by its deflection
+        }
+    return packed
+
+
+def _kept(values: Array, packer: Packer, levels: int, every: int) -> list[Any]:
+    """Return frames, places and values of a field, thinned in both directions; a few places stay as they are."""
+    thin = values[::every, :: every if values.shape[1] % every == 1 and values.shape[1] > FEW else 1]
+    return [*thin.shape, packer.add(thin, levels)]

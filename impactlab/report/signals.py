@@ -1,0 +1,135 @@
+"""The time traces of a page: probes first, then forces, displacements, gaps and energy, on one grid of times."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from impactlab.history.base import AbstractHistory
+from impactlab.history.sampling import page_times
+from impactlab.metrics.norms import face_channels, mass_channels
+from impactlab.report.style import Trace, exact_of
+from impactlab.scene.problem import Probe, Scene
+from impactlab.types import Array
+
+UNITS = {"displacement": "m", "velocity": "m/s", "strain": "strain", "stress": "Pa", "force": "N", "rotation": "rad"}
+UNITS |= {"bending_moment": "N·m", "shear_force": "N", "twist": "rad", "twist_rate": "rad/s", "torque": "N·m"}
+ROUNDING = 1e-9  # %, below which a balance is drawn as the straight line it is
+
+
+class Line(NamedTuple):
+    """One curve of a panel."""
+
+    name: str
+    trace: int  # number of the history among those shown
+    values: Array  # (HISTORY_POINTS,), NaN where there is none
+
+
+class Panel(NamedTuple):
+    """Curves that share one axis."""
+
+    title: str
+    group: str  # probe, force, displacement, gap or energy
+    unit: str
+    lines: list[Line]
+
+
+def shown(traces: Sequence[Trace]) -> list[Trace]:
+    """Return the histories that a page shows: the traces, then the answer that they are judged by, in ink."""
+    reference = exact_of(traces)
+    if reference is None or (len(traces) == 1 and traces[0].history.dt is None):
+        return list(traces)
+    return [*traces, Trace("exact" if reference.dt is None else "converged", reference, "ink")]
+
+
+def panels(histories: Sequence[Trace], scene: Scene, *, compared: bool) -> list[Panel]:
+    """Return the panels of a page: of one run with a curve per place, of a comparison with a curve per method."""
+    times = page_times(scene.duration)
+    made = []
+    for quantity in dict.fromkeys(probe.quantity for probe in scene.probes):
+        probes = [probe for probe in scene.probes if probe.quantity == quantity]
+        channels = [(probe.channel, place(probe, scene)) for probe in probes]
+        made += _panels(histories, times, quantity, "probe", UNITS[quantity], channels, compared)
+    names = [contact.name for contact in scene.contacts]
+    forces = [(f"force:{name}", said(name)) for name in names]
+    probed = {probe.channel for probe in scene.probes}
+    moving = [channel for channel in mass_channels(scene) + face_channels(scene) if channel not in probed]
+    moved = [(channel, said_place(channel)) for channel in moving]
+    gaps = [(f"gap:{name}", said(name)) for name in names]
+    made += _panels(histories, times, "contact force", "force", "N", forces, compared)
+    made += _panels(histories, times, "displacement", "displacement", "m", moved, compared)
+    made += _panels(histories, times, "gap", "gap", "m", gaps, compared)
+    return [*made, _energy(histories, times, compared)]
+
+
+def _panels(
+    histories: Sequence[Trace],
+    times: Array,
+    title: str,
+    group: str,
+    unit: str,
+    channels: Iterable[tuple[str, str]],
+    compared: bool,
+) -> list[Panel]:
+    title = title.replace("_", " ").capitalize()
+    panels = []
+    for channel, words in channels:
+        lines = [
+            Line(trace.name if compared or trace.colour == "ink" else words, number, values)
+            for number, trace in enumerate(histories)
+            if (values := sampled(trace.history, channel, times)) is not None
+        ]
+        if lines:
+            panels.append(Panel(f"{title}, {words}", group, unit, lines))
+    if compared or len(panels) < 2 or any(len(panel.lines) > 1 for panel in panels):
+        return panels
+    return [Panel(title, group, unit, [panel.lines[0] for panel in panels])]
+
+
+def sampled(history: AbstractHistory, channel: str, times: Array) -> Array | None:
+    """Return a channel at some times; None where the history has no such channel, or no value of it."""
+    if channel not in history.channels():
+        return None
+    values = history.evaluate(times, channel)
+    return values if np.any(np.isfinite(values)) else None
+
+
+def _energy(histories: Sequence[Trace], times: Array, compared: bool) -> Panel:
+    if compared:
+        lines = []
+        for number, trace in enumerate(histories):
+            book = trace.history.energy
+            share = 100.0 * book.balance / book.scale
+            share[np.abs(share) < ROUNDING] = 0.0
+            lines.append(Line(trace.name, number, np.interp(times, book.time, share)))
+        return Panel("Energy balance, share of the reference energy", "energy", "%", lines)
+    book = histories[0].history.energy
+    parts = {name: values for name, values in book.bodies.items() if np.any(values)}
+    parts |= {"stored in contact": book.stored} if np.any(book.stored) else {}
+    parts |= {f"lost: {name}": values for name, values in book.booked.items() if np.any(values)}
+    parts["bodies and contacts"] = book.total
+    lines = [Line(name, 0, np.interp(times, book.time, values)) for name, values in parts.items()]
+    return Panel("Energy", "energy", "J", lines)
+
+
+def place(probe: Probe, scene: Scene) -> str:
+    """Return the place of a probe in words: ``rod at 150 mm``."""
+    return f"{probe.body} at {millimetres(probe.x)}" if scene.bodies[probe.body].length else probe.body
+
+
+def said(contact: str) -> str:
+    """Return the name of a contact in words: ``hammer | rod.left``."""
+    return contact.replace("|", " | ")
+
+
+def said_place(channel: str) -> str:
+    """Return the place of a channel in words."""
+    body, _, x = channel.partition(":")[2].partition("@")
+    return f"{body} at {millimetres(float(x))}" if x else body
+
+
+def millimetres(x: float) -> str:
+    """Return a place along a body [m] as text."""
+    return f"{1e3 * x:.6g} mm" if x < 1.0 else f"{x:.6g} m"
