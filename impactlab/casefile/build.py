@@ -100,15 +100,22 @@ def _method(
     )
 
 
-def part_faults(case: CaseBlock, registry: Registry) -> list[ImpactlabError]:
-    """Return the faults of all models, laws and integrators that a case names."""
-    named = [(block.law, f"contacts.{number}.law", LAWS) for number, block in enumerate(case.contacts)]
-    if case.solve.tolerance is None:
-        named += [(case.solve.model, "solve.model", MODELS), (case.solve.integrator, "solve.integrator", INTEGRATORS)]
-        named += [(block, f"solve.models.{name}", MODELS) for name, block in case.solve.models.items()]
+def part_faults(data: Mapping[str, Any], registry: Registry) -> list[ImpactlabError]:
+    """Return the faults of all models, laws and integrators that a document names; other blocks may be wrong, too."""
+    contacts, solve = data.get("contacts"), data.get("solve")
+    laws = enumerate(contacts if isinstance(contacts, list) else ())
+    named = [(block.get("law"), f"contacts.{number}.law", LAWS) for number, block in laws if isinstance(block, dict)]
+    if isinstance(solve, dict) and solve.get("tolerance") is None:
+        named += [(solve.get("model"), "solve.model", MODELS)]
+        named += [(solve.get("integrator"), "solve.integrator", INTEGRATORS)]
+        models = solve.get("models")
+        named += [
+            (block, f"solve.models.{name}", MODELS)
+            for name, block in (models if isinstance(models, dict) else {}).items()
+        ]
     found = []
     for block, path, group in named:
-        if block is not None:
+        if isinstance(block, dict) and isinstance(block.get("kind"), str):
             try:
                 read_part(block, path, group, registry)
             except ImpactlabError as error:

@@ -271,12 +271,13 @@ def _make(name: str, file: str, document: Document, registry: plugins.Registry) 
         try:
             checked = CaseBlock.model_validate(document.data)
         except ValidationError as error:
-            raise case_error(error, document.data, allowed=CaseBlock) from error
+            fault = case_error(error, document.data, allowed=CaseBlock)
+            raise combined([fault, *part_faults(document.data, registry)]) from error
         try:
             check(checked)
             built = build(checked, name, registry)
         except ImpactlabError as error:
-            raise combined([error, *part_faults(checked, registry)]) from error
+            raise combined([error, *part_faults(document.data, registry)]) from error
     except ImpactlabError as error:
         _placed(error, file, document)
         raise

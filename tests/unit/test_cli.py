@@ -149,6 +149,16 @@ def test_check_prints_values_in_si():
     assert "young: 210000000000.0" in text.stdout
 
 
+def test_check_lists_faults_of_keys_and_of_parts_together(tmp_path):
+    text = (
+        Path(AXIAL).read_text().replace("mass: 2.133", "mas: 2.133").replace("wave_identification", "wave_identity", 1)
+    )
+    (tmp_path / "bad.yaml").write_text(text)
+    listed = invoke("check", str(tmp_path / "bad.yaml")).stderr
+    assert "Did you mean 'mass'?" in listed
+    assert "Did you mean 'wave_identification'?" in listed
+
+
 def test_check_tells_of_every_refused_method(tmp_path):
     path = tmp_path / "case.yaml"
     path.write_text((ROOT / "cases" / "free_rod.yaml").read_text() + "  long: {solve.step: {dt: -1}}\n")
