@@ -10,7 +10,19 @@ from impactlab.lazy import lazy_names
 if TYPE_CHECKING:
     from impactlab.api import Comparison, compare, run
     from impactlab.casefile import Beam, Case, Contact, Mass, Rod, Shaft, Wall, load_case
-    from impactlab.errors import CaseError, ImpactlabError, PairingError, PluginError, StepError
+    from impactlab.errors import (
+        CaseError,
+        DoubtfulResult,
+        ExtraError,
+        ImpactlabError,
+        PairingError,
+        PluginError,
+        RunNote,
+        RunWarning,
+        StepError,
+        UnusualValue,
+    )
+    from impactlab.files import open_netcdf
     from impactlab.sweeps import Sampled, open_sweep, sweep
 
 __version__ = "0.1.0"
@@ -21,17 +33,23 @@ __all__ = [
     "CaseError",
     "Comparison",
     "Contact",
+    "DoubtfulResult",
+    "ExtraError",
     "ImpactlabError",
     "Mass",
     "PairingError",
     "PluginError",
     "Rod",
+    "RunNote",
+    "RunWarning",
     "Sampled",
     "Shaft",
     "StepError",
+    "UnusualValue",
     "Wall",
     "compare",
     "load_case",
+    "open_netcdf",
     "open_sweep",
     "run",
     "sweep",
@@ -42,7 +60,19 @@ __getattr__ = lazy_names(  # `import impactlab` and `impactlab --help` stay quic
     {
         "impactlab.api": ("Comparison", "compare", "run"),
         "impactlab.casefile": ("Beam", "Case", "Contact", "Mass", "Rod", "Shaft", "Wall", "load_case"),
-        "impactlab.errors": ("CaseError", "ImpactlabError", "PairingError", "PluginError", "StepError"),
+        "impactlab.errors": (
+            "CaseError",
+            "DoubtfulResult",
+            "ExtraError",
+            "ImpactlabError",
+            "PairingError",
+            "PluginError",
+            "RunNote",
+            "RunWarning",
+            "StepError",
+            "UnusualValue",
+        ),
+        "impactlab.files": ("open_netcdf",),
         "impactlab.sweeps": ("Sampled", "open_sweep", "sweep"),
     },
     check_environment,
@@ -50,4 +80,4 @@ __getattr__ = lazy_names(  # `import impactlab` and `impactlab --help` stay quic
 
 
 def __dir__() -> list[str]:
-    return sorted([*globals(), *__all__])
+    return sorted(["__version__", *__all__])

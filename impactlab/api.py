@@ -113,6 +113,7 @@ def run(case: Case | Simulation, progress: Progress | None = None, frames: int =
         if isinstance(case, Case):
             case.place(error)
         raise
+    history.case = case if isinstance(case, Case) else None
     for warned in history.warnings:
         if warned.code in SERIOUS:
             warnings.warn(f"{warned.code}: {warned.text}", RunWarning, stacklevel=2)

@@ -53,6 +53,10 @@ class ImpactlabError(Exception):
         return f"{place}{where}{self.text}{remedy}"
 
 
+class ExtraError(ImpactlabError, ImportError):  # type: ignore[misc] # both have a path
+    """A library of an extra is not installed; the remedy is the command that installs it."""
+
+
 def combined(errors: Sequence[ImpactlabError]) -> ImpactlabError:
     """Return the first of several faults of one file, which holds the others; each place and text counts once."""
     found: dict[tuple[str, str], ImpactlabError] = {}

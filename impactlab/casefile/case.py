@@ -233,9 +233,11 @@ def load_case(path: str | Path, *, registry: plugins.Registry | None = None) -> 
     return case_of(file.stem, str(path), read_document(file), registry=registry)
 
 
-def case_of(name: str, file: str, document: Document, *, registry: plugins.Registry | None = None) -> Case:
-    """Return the case in a document that was read before; raises as `load_case`."""
-    return _make(name, file, document, registry or plugins.registry())
+def case_of(
+    name: str, file: str, document: Document, *, registry: plugins.Registry | None = None, method: str = "base"
+) -> Case:
+    """Return the case in a document that was read before, with the name of its method; raises as `load_case`."""
+    return _make(name, file, document, registry or plugins.registry())._with(method_name=method)
 
 
 def given_by(document: Document, path: str) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple, Protocol
 
 import numpy as np
 from numpy import float64
@@ -14,14 +14,13 @@ from impactlab.errors import ImpactlabError
 from impactlab.history.energy import CarriedEnergy as CarriedEnergy
 from impactlab.history.energy import EnergyBook as EnergyBook
 from impactlab.history.sampling import page_times
+from impactlab.history.views import Views
 from impactlab.history.waves import Waves, separated
 from impactlab.scene.bodies import Body
 from impactlab.scene.method import Method
 from impactlab.scene.problem import Scene
 
 if TYPE_CHECKING:
-    import xarray
-
     from impactlab.refine.choice_record import Choice
 
 Array = NDArray[float64]
@@ -126,7 +125,21 @@ def places_on(body: Body, x: ArrayLike) -> Array:
     return np.asarray(np.clip(places, 0.0, body.length))
 
 
-class AbstractHistory(ABC):
+class Cased(Protocol):
+    """The case that a run is of, as far as histories read it: `impactlab.Case`."""
+
+    @property
+    def label(self) -> str: ...
+    @property
+    def title(self) -> str: ...
+    @property
+    def source(self) -> str: ...
+    @property
+    def method_name(self) -> str: ...
+    def to_yaml(self) -> str: ...
+
+
+class AbstractHistory(Views, ABC):
     """A run, computed or exact. To write one, supply the four abstract methods and set the fields.
 
     1. ``channels``: the names that ``evaluate`` accepts.
@@ -148,6 +161,7 @@ class AbstractHistory(ABC):
     energy: EnergyBook
     warnings: list[Warned]
     cost: Cost
+    case: Cased | None = None  # None of a scene that was run without a case
     choice: Choice | None = None  # of a run with a tolerance: the method chosen, and why
     integrator_used: bool = True  # False: every elastic body steps by itself, or the run is exact
 
@@ -223,10 +237,3 @@ class AbstractHistory(ABC):
     def spans(self, contact: str) -> list[ContactSpan]:
         """Return the periods of contact of one contact by its name."""
         return [span for span in self.contacts if span.contact == contact]
-
-    def to_xarray(self, points: int = 1000) -> xarray.Dataset:
-        """Return all channels on an equal grid of times as an xarray Dataset (needs the ``data`` extra)."""
-        import xarray
-
-        times = np.linspace(0.0, self.duration, points)
-        return xarray.Dataset({name: ("time", self.evaluate(times, name)) for name in self.channels()}, {"time": times})

@@ -12,9 +12,9 @@ HISTORY_POINTS = 8 * FRAMES + 1
 """Instants of a time trace, one per pixel of a wide screen; every eighth is that of a frame."""
 
 
-def page_times(duration: float) -> NDArray[float64]:
-    """Return the instants of time traces, shape (HISTORY_POINTS,) [s]."""
-    return np.linspace(0.0, duration, HISTORY_POINTS)
+def page_times(duration: float, points: int = HISTORY_POINTS) -> NDArray[float64]:
+    """Return the instants of time traces, shape (points,) [s]."""
+    return np.linspace(0.0, duration, points)
 
 
 def frame_times(duration: float) -> NDArray[float64]:

@@ -1,0 +1,102 @@
+"""Runs as NetCDF files: the sampled history, its case and summary, and the answer that its errors are measured against.
+
+Nothing in such a file is run when it is read: the case is text, checked as any case file is.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from impactlab.casefile.case import Case, case_of
+from impactlab.casefile.document import parse_yaml
+from impactlab.errors import ImpactlabError
+from impactlab.history import dataset as data
+from impactlab.history.base import AbstractHistory
+from impactlab.history.sampled import SampledHistory
+from impactlab.history.sampling import page_times
+from impactlab.refine.reference import Reference
+from impactlab.report.summary import summarise
+from impactlab.scene.method import Simulation
+
+
+class Kept(NamedTuple):
+    """What a file holds of a run."""
+
+    history: SampledHistory
+    summary: dict[str, Any]
+    reference: Reference | None  # its history is sampled, too
+    texts: dict[str, str]  # command, citations, date ...
+
+
+def write_netcdf(
+    path: str | Path,
+    history: AbstractHistory,
+    summary: Mapping[str, Any] | None = None,
+    reference: Reference | None = None,
+    texts: Mapping[str, str] | None = None,
+) -> None:
+    """Write a run into a NetCDF file.
+
+    Parameters
+    ----------
+    summary : mapping, optional
+        Its summary; made without errors if not given.
+    reference : Reference, optional
+        The answer that the errors of the summary were measured against.
+    texts : mapping, optional
+        Texts to keep by name, as the command that made the run.
+
+    Raises
+    ------
+    ExtraError
+        Without xarray or h5netcdf.
+    """
+    known = history.case.label if history.case is not None else history.scene.name
+    kept = data.to_xarray(history, page_times(history.duration))
+    kept.attrs["summary"] = json.dumps(summary if summary is not None else summarise(known, history.scene, history))
+    kept.attrs["texts"] = json.dumps(dict(texts or {}))
+    data.write(Path(path), kept)
+    if reference is not None:
+        answer = data.to_xarray(reference.history, page_times(reference.history.duration))
+        answer.attrs["reference"] = json.dumps([reference.name, *reference[2:]], default=dict)
+        data.write(Path(path), answer, data.REFERENCE)
+
+
+def open_netcdf(path: str | Path) -> SampledHistory:
+    """Return the history in a NetCDF file that `to_netcdf` or ``impactlab run --out`` wrote.
+
+    Raises
+    ------
+    ExtraError
+        Without xarray or h5netcdf: ``pip install 'impactlab[data]'``.
+    ImpactlabError
+        If the file does not hold a run of a case; `CaseError` where its case cannot be built, as for want of a plugin.
+    """
+    return read_netcdf(path).history
+
+
+def read_netcdf(path: str | Path) -> Kept:
+    """Return all that a file holds of a run; raises as `open_netcdf`."""
+    dataset = data.read(Path(path))
+    case = _case(str(path), dataset.attrs)
+    history = data.to_history(dataset, case.simulation(), case)
+    reference = None
+    if data.has_reference(Path(path)):
+        answer = data.read(Path(path), data.REFERENCE)
+        of = Simulation(case.scene(), case.simulation().method)
+        name, *known = json.loads(answer.attrs["reference"])
+        reference = Reference(name, data.to_history(answer, of, None), *known)
+    return Kept(history, json.loads(dataset.attrs["summary"]), reference, json.loads(dataset.attrs["texts"]))
+
+
+def _case(path: str, attributes: Mapping[str, Any]) -> Case:
+    if "case" not in attributes:
+        raise ImpactlabError(
+            f"'{path}' holds a run of a scene without a case, which cannot be built again",
+            remedy="Run a Case, made by il.Case or il.load_case, and write that.",
+        )
+    name, document = str(attributes["case_name"]), parse_yaml(str(attributes["case"]))
+    return case_of(name, path, document, method=str(attributes["method"]))

@@ -1,0 +1,175 @@
+"""A history that was sampled: channels at the instants of a page, fields at its frames; what a file holds of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple, final
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from impactlab.errors import ImpactlabError
+from impactlab.history.base import (
+    END_ROUNDING,
+    AbstractHistory,
+    Array,
+    Cased,
+    ContactSpan,
+    Cost,
+    EnergyBook,
+    Event,
+    Field,
+    Warned,
+    places_on,
+    within_run,
+)
+from impactlab.history.sampling import frame_times, page_times
+from impactlab.scene.bodies import ElasticBody
+from impactlab.scene.method import Simulation
+
+KEPT = ("displacement", "velocity", "stress", "force", "bending_moment")  # fields of models, as far as a body has them
+
+
+class Film(NamedTuple):
+    """The fields of one body at some instants."""
+
+    times: Array  # (n,) s
+    x: Array  # (m,) m
+    values: dict[str, Array]  # quantity -> (n, m)
+
+
+class Facts(NamedTuple):
+    """Everything of a history except its channels and fields."""
+
+    duration: float  # s
+    dt: float | None  # s
+    events: tuple[Event, ...]
+    contacts: tuple[ContactSpan, ...]
+    energy: EnergyBook
+    warnings: list[Warned]
+    cost: Cost
+    integrator_used: bool
+    case: Cased | None
+
+
+@final
+class SampledHistory(AbstractHistory):
+    """A history at equal instants, straight lines between them; events, contacts and energies are those of the run.
+
+    Fields answer at the instants that were kept (`field_times`).
+    """
+
+    def __init__(
+        self, run: Simulation, facts: Facts, time: Array, values: Mapping[str, Array], films: Mapping[str, Film]
+    ) -> None:
+        self.scene, self.method = run
+        self.duration, self.dt, self.events, self.contacts, self.energy = facts[:5]
+        self.warnings, self.cost, self.integrator_used, self.case = facts[5:]
+        self.time, self.values, self.films = time, dict(values), dict(films)
+
+    @classmethod
+    def of(cls, history: AbstractHistory) -> SampledHistory:
+        """Return a history sampled at the instants of a page."""
+        time = page_times(history.duration)
+        values = {name: history.evaluate(time, name) for name in history.channels()}
+        return cls(Simulation(history.scene, history.method), facts_of(history), time, values, films_of(history))
+
+    def channels(self) -> tuple[str, ...]:
+        return tuple(self.values)
+
+    def evaluate(self, t: ArrayLike, channel: str) -> Array:
+        times = within_run(t, self.duration)
+        if channel not in self.values:
+            raise ImpactlabError(
+                f"channel '{channel}' was not kept; kept: {', '.join(self.values)}",
+                remedy="A quantity at another place needs a probe in the case.",
+                path="probes",
+            )
+        return np.asarray(np.interp(times, self.time, self.values[channel]))
+
+    def field_times(self, body: str) -> Array | None:
+        return self.films[body].times if body in self.films else np.zeros(0)
+
+    def field(self, body: str, t: float, quantity: str, x: ArrayLike | None = None) -> Field:
+        film, time = self.films.get(body), float(within_run(t, self.duration))
+        near = np.zeros(0, int) if film is None else np.flatnonzero(np.abs(film.times - time) <= self._slack)
+        values = None if film is None or near.size == 0 else self._read(film, body, quantity, int(near[0]))
+        if film is None or values is None:
+            kept = "" if film is None else f"; kept are {', '.join(film.values)} at {film.times.size} instants"
+            raise ImpactlabError(
+                f"the {quantity} along '{body}' at {t:.6g} s was not kept{kept}",
+                remedy="Ask for fields in the case, as snapshots: {count: 200}.",
+                path="snapshots",
+            )
+        if x is None:
+            return Field(film.x, values)
+        places = places_on(self.scene.bodies[body], x)
+        return Field(places, np.interp(places, film.x, values))
+
+    @property
+    def _slack(self) -> float:
+        return END_ROUNDING * self.duration
+
+    def _read(self, film: Film, body: str, quantity: str, number: int) -> Array | None:
+        """Return a quantity of a film, strain and force from the stress; None where it has none."""
+        if quantity in film.values:
+            return np.asarray(film.values[quantity][number])
+        elastic = self.scene.bodies[body].elastic
+        if elastic is None or quantity not in ("strain", "force") or "stress" not in film.values:
+            return None
+        pieces = [elastic.segment_at(float(x)) for x in film.x]
+        factor = [1.0 / piece.young if quantity == "strain" else piece.area for piece in pieces]
+        return np.asarray(film.values["stress"][number] * np.array(factor))
+
+    def jumps(self, channel: str) -> Array:
+        return np.zeros(0)
+
+
+def facts_of(history: AbstractHistory) -> Facts:
+    """Return everything of a history except its channels and fields."""
+    return Facts(
+        history.duration,
+        history.dt,
+        tuple(history.events),
+        tuple(history.contacts),
+        history.energy,
+        list(history.warnings),
+        history.cost,
+        history.integrator_used,
+        history.case,
+    )
+
+
+def films_of(history: AbstractHistory) -> dict[str, Film]:
+    """Return the fields that a history can give of each body: at the frames of a page and at its snapshots."""
+    films = {}
+    for name, body in history.scene.elastic.items():
+        times = history.field_times(name)
+        if times is None:
+            times = np.union1d(
+                frame_times(history.duration), [t for t in history.scene.snapshots if t <= history.duration]
+            )
+        film = _film(history, body, times)
+        if film is not None:
+            films[name] = film
+    return films
+
+
+def _film(history: AbstractHistory, body: ElasticBody, times: Array) -> Film | None:
+    values = {}
+    x = np.zeros(0)
+    for quantity in film_quantities(body):
+        try:
+            fields = [history.field(body.name, float(t), quantity) for t in times]
+        except ImpactlabError:  # a body that knows a quantity at its contacts and probes only
+            continue
+        if fields:
+            x = fields[0].x
+            values[quantity] = np.array([field.values for field in fields])
+    return Film(times, x, values) if values else None
+
+
+def film_quantities(body: ElasticBody) -> list[str]:
+    """Return the quantities of a body whose fields are kept; strain and force follow from the stress."""
+    names = {read: name for name, (read, _) in reversed(list(body.quantities.items()))}
+    return [names[read] for read in KEPT if read in names and not (read == "force" and "stress" in names)]

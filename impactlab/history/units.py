@@ -1,0 +1,31 @@
+"""Units and long names of channels and fields."""
+
+from __future__ import annotations
+
+UNITS = {
+    "displacement": "m",
+    "velocity": "m/s",
+    "strain": "1",
+    "stress": "Pa",
+    "force": "N",
+    "rotation": "rad",
+    "bending_moment": "N m",
+    "shear_force": "N",
+    "twist": "rad",
+    "twist_rate": "rad/s",
+    "torque": "N m",
+    "position": "m",
+    "momentum": "N s",
+    "energy": "J",
+    "gap": "m",
+    "contact_force": "N",
+}
+
+LONG_NAMES = {name: name.replace("_", " ") for name in UNITS} | {
+    "strain": "strain, positive in compression",
+    "stress": "stress, positive in compression",
+    "force": "force inside the body, positive in compression",
+    "contact_force": "contact force, positive in compression",
+    "gap": "gap, positive when open",
+    "position": "displacement of a mass",
+}
