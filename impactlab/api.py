@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from impactlab.casefile import Case
 from impactlab.casefile.edit import check_name
-from impactlab.errors import ImpactlabError, RunWarning, StepError
+from impactlab.errors import DoubtfulResult, ImpactlabError, RunNote, RunWarning, StepError, UnusualValue
 from impactlab.history.base import SERIOUS, AbstractHistory
 from impactlab.lazy import lazy
 from impactlab.scene.method import Method, Simulation
@@ -35,6 +35,7 @@ else:  # with the libraries that they load, each when it is first used
     summaries = lazy("impactlab.report.summary")
 
 Progress = Callable[[float], None]
+warnings.simplefilter("ignore", RunNote, append=True)  # the last filter: those that a user sets come before it
 
 
 class Row(NamedTuple):
@@ -83,8 +84,10 @@ class Comparison:
 def run(case: Case | Simulation, progress: Progress | None = None, frames: int = 0) -> AbstractHistory:
     """Run a case, or a scene with its method, and return the history.
 
-    A history whose answer is in doubt issues a `RunWarning`, once for each of its serious warnings: it misses its
-    tolerance (``history.choice.met`` is False), or it gained energy. All warnings stand in ``history.warnings``.
+    All warnings of the run stand in ``history.warnings``, and each is issued as a `RunWarning`: as a `DoubtfulResult`
+    where the answer is in doubt, as it misses its tolerance (``history.choice.met`` is False) or gained energy; else
+    as a `RunNote`, which is shown where a filter asks for it: ``warnings.simplefilter("default", il.RunNote)``. A value
+    of the case that may be a slip issues an `UnusualValue`.
 
     Parameters
     ----------
@@ -115,8 +118,10 @@ def run(case: Case | Simulation, progress: Progress | None = None, frames: int =
         raise
     history.case = case if isinstance(case, Case) else None
     for warned in history.warnings:
-        if warned.code in SERIOUS:
-            warnings.warn(f"{warned.code}: {warned.text}", RunWarning, stacklevel=2)
+        kind = DoubtfulResult if warned.code in SERIOUS else RunNote
+        warnings.warn(f"{warned.code}: {warned.text}", kind, stacklevel=2)
+    for hint in case.hints if isinstance(case, Case) else ():
+        warnings.warn(hint, UnusualValue, stacklevel=2)
     return history
 
 

@@ -87,7 +87,19 @@ class PluginError(ImpactlabError):
 
 
 class RunWarning(UserWarning):
-    """A run came to its end, and its answer is in doubt: it misses its tolerance, or gained energy."""
+    """A warning of a run that came to its end, of one of the classes below."""
+
+
+class DoubtfulResult(RunWarning):
+    """The answer of a run is in doubt: it misses its tolerance, or gained energy."""
+
+
+class UnusualValue(RunWarning):
+    """A value of the case may be a slip, as a wave speed that no solid has."""
+
+
+class RunNote(RunWarning):
+    """Any other warning of a run, as a contact that barely happens; not shown unless a filter asks for it."""
 
 
 class StepError(ImpactlabError):

@@ -1,12 +1,13 @@
-"""Runs as NetCDF files: the sampled history, its case and summary, and the answer that its errors are measured against.
+"""Runs as files. In NetCDF: the sampled history, its case and summary, and the reference of its errors.
 
 Nothing in such a file is run when it is read: the case is text, checked as any case file is.
 """
 
 from __future__ import annotations
 
+import csv
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,9 +15,10 @@ from impactlab.casefile.case import Case, case_of
 from impactlab.casefile.document import parse_yaml
 from impactlab.errors import ImpactlabError
 from impactlab.history import dataset as data
-from impactlab.history.base import AbstractHistory
+from impactlab.history.base import AbstractHistory, ContactSpan
 from impactlab.history.sampled import SampledHistory
 from impactlab.history.sampling import page_times
+from impactlab.history.units import UNITS
 from impactlab.refine.reference import Reference
 from impactlab.report.summary import summarise
 from impactlab.scene.method import Simulation
@@ -100,3 +102,30 @@ def _case(path: str, attributes: Mapping[str, Any]) -> Case:
         )
     name, document = str(attributes["case_name"]), parse_yaml(str(attributes["case"]))
     return case_of(name, path, document, method=str(attributes["method"]))
+
+
+def write_tables(folder: Path, history: AbstractHistory) -> None:
+    """Write contacts.csv, the periods of contact, and probes.csv, the probes and contact forces over time.
+
+    The first line of each names the columns, with units: ``start [s]``, ``strain:bar@0.5 [1]``.
+    """
+    rows = [[_cell(value) for value in span] for span in history.contacts]
+    _write_csv(folder / "contacts.csv", [data.with_unit(field) for field in ContactSpan._fields], rows)
+    time = page_times(history.duration)
+    wanted = [probe.channel for probe in history.scene.probes]
+    wanted += [f"force:{contact.name}" for contact in history.scene.contacts]
+    names = [name for name in dict.fromkeys(wanted) if name in history.channels()]
+    columns = [time, *(history.evaluate(time, name) for name in names)]
+    headings = ["time [s]", *(f"{name} [{UNITS[name.partition(':')[0]]}]" for name in names)]
+    _write_csv(folder / "probes.csv", headings, zip(*(column.tolist() for column in columns), strict=True))
+
+
+def _cell(value: Any) -> Any:
+    return "" if value is None else value
+
+
+def _write_csv(path: Path, headings: Iterable[str], rows: Iterable[Iterable[Any]]) -> None:
+    with path.open("w", newline="", encoding="utf-8") as file:
+        table = csv.writer(file)
+        table.writerow(headings)
+        table.writerows(rows)

@@ -151,7 +151,9 @@ def describe(part: type[Any] | Callable[..., Any]) -> str:
     """Return the one-line description of a part: the first line of its own docstring, empty where it wrote none."""
     written = vars(part).get("__doc__") if inspect.isclass(part) else part.__doc__
     text = inspect.cleandoc(written or "")
-    return "" if text.startswith(f"{part.__name__}(") else text.partition("\n")[0]  # text that dataclass generates
+    line = "" if text.startswith(f"{part.__name__}(") else text.partition("\n")[0]  # text that dataclass generates
+    given = line.removeprefix("Return ").removeprefix("the ")  # of a function, in a list of what there is
+    return line if given == line else given[:1].upper() + given[1:]
 
 
 def citations_of(part: type[Any]) -> tuple[str, ...]:

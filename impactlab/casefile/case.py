@@ -21,6 +21,7 @@ from impactlab.casefile.written import yaml_text
 from impactlab.errors import CaseError, ImpactlabError, combined
 from impactlab.scene.method import Method, Simulation
 from impactlab.scene.problem import Scene
+from impactlab.scene.ranges import odd_speeds
 
 
 @dataclass(frozen=True, init=False)
@@ -140,13 +141,14 @@ class Case:
             raise CaseError("with_() takes a value or fields, not both", remedy="Give one of the two.", path=path)
         return self.with_settings([(path, fields or value)])
 
-    def with_settings(self, settings: Iterable[tuple[str, Any]], by: str = "with_()") -> Case:
-        """Return a variant with several values changed, (path, value) each, in order; checked once all are in place.
+    def with_settings(self, settings: Mapping[str, Any] | Iterable[tuple[str, Any]], by: str = "with_()") -> Case:
+        """Return a variant with several values changed, in order; checked once all are in place.
 
-        ``by`` is the option or function that gave them, for messages.
+        ``settings`` maps dotted paths to values, or gives pairs of the two; ``by`` is the option or function that gave
+        them, for messages.
         """
         document = self.document
-        for path, value in settings:
+        for path, value in settings.items() if isinstance(settings, Mapping) else settings:
             try:
                 document = edited(document, path, value, replace=False, by=by)
             except ImpactlabError as error:
@@ -190,6 +192,11 @@ class Case:
             raise CaseError("a variant of a method", remedy="Choose the variant first: case.variant(...).method(...).")
         document = self._located(with_named, self.document, "variants", name, self.checked.variants)
         return _make(self.name, self.file, document, self.registry)._with(variant_name=name)
+
+    @property
+    def hints(self) -> tuple[str, ...]:
+        """Values that may be slips, as a wave speed that no solid has: a sentence each."""
+        return tuple(odd_speeds(self.scene()))
 
     def resolved(self) -> dict[str, Any]:
         """Return the case with every default filled in and every value in SI, and the values derived from it."""

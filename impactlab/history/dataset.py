@@ -135,13 +135,18 @@ def _add_contacts(history: AbstractHistory, variables: dict[str, Any]) -> None:
     for dimension, records, kind in (("event", history.events, Event), ("period", history.contacts, ContactSpan)):
         for field in kind._fields:
             values = [getattr(each, field) for each in records]
-            attributes = {"units": _UNITS[field]} if field in _UNITS else {}
+            attributes = {"units": UNITS_OF_RECORDS[field]} if field in UNITS_OF_RECORDS else {}
             text = field in ("contact", "kind")
             column = _texts(values) if text else np.array([np.nan if v is None else v for v in values], float)
             variables[f"{dimension}_{field}"] = (dimension, column, attributes)
 
 
-_UNITS = {"time": "s", "start": "s", "end": "s", "impulse": "N s", "first_impulse": "N s", "peak_force": "N"}
+UNITS_OF_RECORDS = {"time": "s", "start": "s", "end": "s", "impulse": "N s", "first_impulse": "N s", "peak_force": "N"}
+
+
+def with_unit(field: str) -> str:
+    """Return the name of a column of events or periods of contact with its unit: ``start [s]``."""
+    return f"{field} [{UNITS_OF_RECORDS[field]}]" if field in UNITS_OF_RECORDS else field
 
 
 def _texts(values: Any) -> Any:
@@ -282,5 +287,7 @@ def to_pandas(history: AbstractHistory, times: Array) -> pandas.DataFrame:
 def contacts_table(history: AbstractHistory) -> pandas.DataFrame:
     """Return the periods of contact as a table: contact, start, end [s], impulse [N s], peak_force [N] ..."""
     table: pandas.DataFrame = needed("pandas").DataFrame(list(history.contacts), columns=ContactSpan._fields)
-    table.attrs["units"] = {field: _UNITS[field] for field in ContactSpan._fields if field in _UNITS}
+    table.attrs["units"] = {
+        field: UNITS_OF_RECORDS[field] for field in ContactSpan._fields if field in UNITS_OF_RECORDS
+    }
     return table

@@ -15,8 +15,8 @@ from impactlab.history.sampling import HISTORY_POINTS, page_times
 if TYPE_CHECKING:
     import pandas
     import xarray
-    from matplotlib.animation import FuncAnimation
-    from matplotlib.figure import Figure
+
+MAX_SHOWN = 8  # channels and warnings in the text of a history
 
 
 def above(module: str) -> Any:
@@ -27,7 +27,15 @@ def above(module: str) -> Any:
 class Views:
     """Tables, labelled data, figures and displays of a history."""
 
-    duration: float  # s
+    if TYPE_CHECKING:  # fields of the history
+        duration: float
+        case: Any
+        cost: Any
+        contacts: tuple[Any, ...]
+        events: tuple[Any, ...]
+        warnings: list[Any]
+
+        def channels(self) -> tuple[str, ...]: ...
 
     def to_xarray(self, points: int = HISTORY_POINTS) -> xarray.Dataset:
         """Return the run as an xarray Dataset: channels at equal times, fields, energies, events, periods of contact.
@@ -65,33 +73,15 @@ class Views:
         made: pandas.DataFrame = above("history.dataset").contacts_table(self)
         return made
 
-    def plot(self) -> Figure:
-        """Return a figure of the signals over time: probes first, then contact forces and displacements."""
-        made: Figure = above("report.notebook").plot(self)
-        return made
-
-    def plot_xt(self) -> Figure:
-        """Return the Lagrange diagram: all bodies end to end, place to the right, time upwards, load as colour."""
-        made: Figure = above("report.notebook").plot_xt(self)
-        return made
-
-    def animate(self, path: str | Path | None = None, seconds: float = 8.0) -> FuncAnimation:
-        """Return the run as an animation: bodies coloured by their load, below them the Lagrange diagram growing.
-
-        Parameters
-        ----------
-        path : str or Path, optional
-            A file to write, .gif or .mp4 (which needs ffmpeg).
-        seconds : float, optional
-            How long it plays.
-        """
-        made: FuncAnimation = above("report.animation").animate(self, path, seconds)
-        return made
-
-    def _repr_html_(self) -> str:
-        made: str = above("report.notebook").of_history(self)
-        return made
-
     def __repr__(self) -> str:
-        made: str = above("report.notebook").lines_of(self)
-        return made
+        named = "" if self.case is None else f" of '{self.case.label}'"
+        method = "" if self.case is None or self.case.method_name == "base" else f", method '{self.case.method_name}'"
+        lines = [
+            f"<{type(self).__name__}{named}{method}: {self.duration:.6g} s, {self.cost.steps} steps",
+            f"  periods of contact: {len(self.contacts)}, events: {len(self.events)}",
+            *(f"  warning {warned.code}: {warned.text}" for warned in self.warnings[:MAX_SHOWN]),
+            "  channels: "
+            + ", ".join(self.channels()[:MAX_SHOWN])
+            + (", ..." if len(self.channels()) > MAX_SHOWN else ""),
+        ]
+        return "\n".join(lines) + ">"

@@ -10,10 +10,12 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import dis
+import logging
 import sys
 from collections.abc import Callable, Iterator
 from difflib import get_close_matches
 from functools import cache
+from multiprocessing import parent_process
 from operator import attrgetter
 from types import FunctionType
 from typing import Any
@@ -27,7 +29,7 @@ from numba.core.sigutils import normalize_signature
 from numba.extending import intrinsic
 
 from impactlab.errors import PluginError
-from impactlab.numerics.cache import FOREIGN, cache_of
+from impactlab.numerics.cache import FOREIGN, cache_of, is_kept
 from impactlab.types import Port, Reply, Side
 
 config: Any = numba.config
@@ -46,6 +48,8 @@ RESPOND = types.void(from_dtype(np.dtype(Port)), from_dtype(np.dtype(Reply)))
 # Sums may be reordered, so that they run in vector registers; nothing may be assumed about NaN or infinity.
 FAST = {"reassoc", "contract"}
 MAX_UNKNOWNS = 2000  # of a body in a trial: its response columns then take Python some 50 ms
+LOG = logging.getLogger("impactlab")
+_said: list[bool] = []  # that code is compiled
 _in_python: dict[Callable[..., Any], Callable[..., Any]] = {}
 _plain: list[Callable[..., None]] = []
 _trial = _interpreting = False
@@ -137,11 +141,19 @@ def load_array_functions() -> None:
             del sys.modules[blas]
 
 
+def say_if_compiling(entry: Any) -> None:
+    """Log, once in a session, that compiled code is made first, if that of a function is not on disk."""
+    if COMPILED and parent_process() is None and not _said and not is_kept(entry):
+        _said.append(True)
+        LOG.warning("compiling the loops: once on this machine, up to a minute ...")
+
+
 def entered(entry: Any, *arguments: Any) -> Any:
     """Call a compiled function; before the first call, load numba's array functions the quick way."""
     if _interpreting:
         return in_python(entry)(*arguments)
     if COMPILED and not entry.overloads:
+        say_if_compiling(entry)
         load_array_functions()
     return entry(*arguments)
 

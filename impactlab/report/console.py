@@ -15,11 +15,11 @@ from impactlab.lazy import lazy
 from impactlab.metrics.collisions import sentence
 
 if TYPE_CHECKING:
-    from impactlab.numerics import addresses, cache
+    from impactlab.numerics import addresses
     from impactlab.report import choice
     from impactlab.simulate.stepping import loop
 else:  # they load numba or the drivers, which `check` and the listings need not
-    addresses, cache = lazy("impactlab.numerics.addresses"), lazy("impactlab.numerics.cache")
+    addresses = lazy("impactlab.numerics.addresses")
     choice, loop = lazy("impactlab.report.choice"), lazy("impactlab.simulate.stepping.loop")
 
 MAX_LINES = 12  # of events, contacts or collisions that are printed; an impulse law may have thousands
@@ -199,6 +199,5 @@ def _number(value: Any) -> str:
 
 
 def say_if_compiling() -> None:
-    """Print on standard error that kernels are compiled first, if they are not on disk."""
-    if addresses.COMPILED and not cache.is_kept(loop.advance_dated):
-        say("compiling the loops: once on this machine, up to a minute ...")
+    """Log, on standard error, that kernels are compiled first, if they are not on disk."""
+    addresses.say_if_compiling(loop.advance_dated)

@@ -7,6 +7,7 @@ range of double precision: with lengths from 1e-15 m on, a stiffness 12 EI/h3 st
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
 from impactlab.errors import CaseError
@@ -47,6 +48,7 @@ OTHERS = Range(1e-30, 1e60)  # of units with an option in them, as N/m^n
 COUNTS = Range(1e-12, 1e12)  # of numbers without a unit
 PERIODS_IN_A_STEP = 1e6  # times 1/omega of the highest frequency: its square, 1e12, stands beside 1 in one matrix
 WAVE_SPEED = Range(1e-6, 1e12)  # m/s
+SOLID = Range(300.0, 20_000.0)  # m/s, wave speeds of lead and of diamond with room on both sides
 BENDING = Range(1e-40, 1e40)  # N m2
 SEGMENTS_APART = (
     1e12  # ratio of impedances, and of travel times, of two pieces of one body: their waves meet to rounding
@@ -71,6 +73,17 @@ def check_scales(scene: Scene) -> None:
             if not math.isnan(piece.bending_stiffness):
                 _within(piece.bending_stiffness, BENDING, "the bending stiffness EI is", "N m2", of_piece)
         _apart(body, path)
+
+
+def odd_speeds(scene: Scene) -> Iterator[str]:
+    """Give a sentence for each body with a wave speed that no solid has."""
+    for name, body in scene.elastic.items():
+        odd = [piece.wave_speed for piece in body.segments if not SOLID.least <= piece.wave_speed <= SOLID.most]
+        if odd:
+            yield (
+                f"bodies.{name}.material: the wave speed is {odd[0]:.4g} m/s, and that of solids lies between "
+                f"{SOLID.least:g} and {SOLID.most:g} m/s; is a unit missing, as in '210 GPa'?"
+            )
 
 
 def _within(value: float, allowed: Range, text: str, unit: str, path: str) -> None:

@@ -1,0 +1,202 @@
+"""Runs as labelled data and as files: xarray, NetCDF, pandas, CSV; a file opened again is the same run."""
+
+from __future__ import annotations
+
+import csv
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import impactlab as il
+from impactlab.errors import CaseError, ImpactlabError
+from impactlab.files import open_netcdf, read_netcdf, write_netcdf, write_tables
+from impactlab.history import AbstractHistory
+from impactlab.history.sampled import SampledHistory
+from impactlab.history.sampling import frame_times, page_times
+from impactlab.scene.method import Simulation
+
+CASES = Path(__file__).parents[2] / "cases"
+
+
+def ran(name: str, method: str = "base", **settings: Any) -> AbstractHistory:
+    return il.run(il.load_case(CASES / f"{name}.yaml").method(method).with_settings(settings), frames=24)
+
+
+@pytest.fixture(scope="module")
+def struck() -> AbstractHistory:
+    """Return the mass on the clamped rod, solved exactly."""
+    return ran("axial_impact", "continuous")
+
+
+def test_channels_have_the_dimensions_contact_and_time(struck: AbstractHistory) -> None:
+    data = struck.to_xarray(points=501)
+    force = data.contact_force.sel(contact="hammer|rod.left")
+    assert force.dims == ("time",)
+    assert np.array_equal(force, struck.evaluate(data.time, "force:hammer|rod.left"))
+    assert (force.attrs["units"], data.time.attrs["units"], data.gap.attrs["units"]) == ("N", "s", "m")
+    assert force.attrs["long_name"] == "contact force, positive in compression"
+    stress = data.stress.sel(stress_at="rod@0.15")
+    assert np.array_equal(stress, struck.evaluate(data.time, "stress:rod@0.15"))
+    assert data.stress_at_x.sel(stress_at="rod@0.15") == 0.15
+    unitless = [name for name in data.data_vars if "units" not in data[name].attrs and data[name].dtype == float]
+    assert unitless == ["period_kicks"]
+
+
+def test_fields_have_the_dimensions_body_place_and_frame(struck: AbstractHistory) -> None:
+    data = struck.to_xarray()
+    field = data.stress_field.sel(body="rod")
+    times = np.union1d(frame_times(struck.duration), struck.scene.snapshots)
+    assert np.array_equal(data.frame, times)
+    for number in (0, 77, len(times) - 1):
+        there = struck.field("rod", times[number], "stress")
+        assert np.array_equal(field.isel(frame=number), there.values)
+        assert np.array_equal(data.x.sel(body="rod"), there.x)
+    assert data.x.attrs["units"] == "m"
+
+
+def test_bodies_of_unlike_grids_stand_in_one_array() -> None:
+    models = {"bar_1": {"kind": "finite_element", "elements": 10}, "bar_2": {"kind": "finite_element", "elements": 20}}
+    bars = {
+        name: il.Rod(length=1.0, area=1e-4, material="steel", velocity=v)
+        for name, v in zip(models, (1.0, 0.0), strict=True)
+    }
+    case = il.Case(
+        bodies=bars,
+        contacts=[il.Contact("bar_1.right", "bar_2.left", {"kind": "penalty", "stiffness": 1e8})],
+        solve={"duration": "100 us", "models": models},
+    )
+    history = il.run(case, frames=10)
+    data = history.to_xarray()
+    assert data.velocity_field.shape == (2, 21, 11)
+    assert np.isnan(data.velocity_field.sel(body="bar_1")[11:]).all()
+    kept = SampledHistory.of(history)
+    for name in models:
+        ours, there = kept.field(name, 5e-5, "strain"), history.field(name, 5e-5, "strain")
+        assert np.array_equal(ours.x, there.x)
+        assert ours.values == pytest.approx(there.values, rel=1e-12)
+    with pytest.raises(
+        ImpactlabError, match=r"velocity along 'bar_1' at 5\.2e-05 s was not kept; kept are displacement"
+    ):
+        kept.field("bar_1", 5.2e-5, "velocity")
+    with pytest.raises(ImpactlabError, match=r"channel .strain:bar_1@0\.5. was not kept"):
+        kept.evaluate(0.0, "strain:bar_1@0.5")
+
+
+RUNS = [
+    ("axial_impact", "continuous"),
+    ("axial_impact", "impulse_momentum"),  # no force: NaN
+    ("sphere_on_beam", "base"),
+    ("mass_ratios", "base"),
+    ("rounded_ends", "continuous"),
+    ("free_rod", "base"),
+]
+
+
+@pytest.mark.parametrize(("name", "method"), RUNS, ids=lambda each: each)
+def test_a_file_opened_again_is_the_same_run(tmp_path: Path, name: str, method: str) -> None:
+    history = ran(name, method)
+    history.to_netcdf(tmp_path / "run.nc")
+    kept, again = SampledHistory.of(history), il.open_netcdf(tmp_path / "run.nc")
+    assert set(again.channels()) == set(history.channels())
+    t = page_times(history.duration)
+    for channel in history.channels():
+        assert np.array_equal(again.evaluate(t, channel), history.evaluate(t, channel), equal_nan=True)
+    for body, film in kept.films.items():
+        assert np.array_equal(again.films[body].times, film.times)
+        assert np.array_equal(again.films[body].x, film.x)
+        assert again.films[body].values.keys() == film.values.keys()
+        for quantity, values in film.values.items():
+            assert np.array_equal(again.films[body].values[quantity], values)
+    assert (again.events, again.contacts) == (history.events, history.contacts)
+    assert (again.warnings, again.cost, again.dt) == (history.warnings, history.cost, history.dt)
+    for each in ("balance", "total", "work"):
+        assert np.array_equal(getattr(again.energy, each), getattr(history.energy, each))
+    assert again.energy.scale == history.energy.scale
+    assert (again.scene.bodies, again.scene.contacts, again.method) == (
+        history.scene.bodies,
+        history.scene.contacts,
+        history.method,
+    )
+    assert again.case.to_yaml() == history.case.to_yaml()
+    assert (again.case.label, again.case.method_name) == (history.case.label, history.case.method_name)
+    again.to_netcdf(tmp_path / "again.nc")
+    assert il.open_netcdf(tmp_path / "again.nc").to_xarray().identical(again.to_xarray())
+
+
+def test_summary_texts_and_reference_are_kept(tmp_path: Path) -> None:
+    from impactlab import api
+
+    case = il.load_case(CASES / "axial_impact.yaml")
+    summary, reference = api.summarised(case, history := il.run(case))
+    write_netcdf(tmp_path / "run.nc", history, summary, reference, {"command": "impactlab run x"})
+    kept = read_netcdf(tmp_path / "run.nc")
+    assert kept.summary == json.loads(json.dumps(summary))
+    assert kept.texts == {"command": "impactlab run x"}
+    assert kept.reference[:1] + kept.reference[2:] == reference[:1] + reference[2:]
+    t = page_times(history.duration)
+    channel = "force:hammer|rod.left"
+    assert np.array_equal(kept.reference.history.evaluate(t, channel), reference.history.evaluate(t, channel))
+
+
+def test_files_that_hold_no_run_are_named(tmp_path: Path, struck: AbstractHistory) -> None:
+    with pytest.raises(ImpactlabError, match="there is no file"):
+        open_netcdf(tmp_path / "none.nc")
+    (tmp_path / "text.nc").write_text("no data")
+    with pytest.raises(ImpactlabError, match="is no NetCDF file"):
+        open_netcdf(tmp_path / "text.nc")
+    data = struck.to_xarray()
+    del data.attrs["impactlab_format"]
+    data.to_netcdf(tmp_path / "other.nc", engine="h5netcdf")
+    with pytest.raises(ImpactlabError, match="holds no run in format 1"):
+        open_netcdf(tmp_path / "other.nc")
+    scene = il.run(Simulation(struck.scene, struck.method))
+    scene.to_netcdf(tmp_path / "scene.nc")
+    with pytest.raises(ImpactlabError, match="a scene without a case"):
+        open_netcdf(tmp_path / "scene.nc")
+    data = struck.to_xarray()
+    data.attrs |= {"summary": "{}", "texts": "{}", "case": data.attrs["case"].replace("2.133", "-2.133")}
+    data.to_netcdf(tmp_path / "wrong.nc", engine="h5netcdf")
+    with pytest.raises(CaseError, match=r"bodies\.hammer\.mass"):
+        open_netcdf(tmp_path / "wrong.nc")
+
+
+@pytest.mark.parametrize("missing", ["xarray", "h5netcdf"])
+def test_without_the_extra_the_command_that_installs_it_is_named(
+    tmp_path: Path, struck: AbstractHistory, missing: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, missing, None)
+    with pytest.raises(il.ExtraError, match=rf"need {missing}.*\npip install 'impactlab\[data\]'") as caught:
+        struck.to_netcdf(tmp_path / "run.nc")
+    assert isinstance(caught.value, ImportError)
+
+
+def test_tables(tmp_path: Path, struck: AbstractHistory) -> None:
+    table = struck.to_pandas(points=101)
+    assert table.index.name == "time"
+    assert table.attrs["units"]["stress:rod@0.15"] == "Pa"
+    assert np.array_equal(table["position:hammer"], struck.evaluate(table.index, "position:hammer"))
+    spans = struck.contacts_table
+    assert spans.impulse.sum() == pytest.approx(sum(span.impulse for span in struck.contacts))
+    assert spans.attrs["units"]["peak_force"] == "N"
+    write_tables(tmp_path, struck)
+    with (tmp_path / "contacts.csv").open() as file:
+        headings, *rows = csv.reader(file)
+    assert headings[:4] == ["contact", "start [s]", "end [s]", "impulse [N s]"]
+    assert [float(row[3]) for row in rows] == [span.impulse for span in struck.contacts]
+    with (tmp_path / "probes.csv").open() as file:
+        headings, *rows = csv.reader(file)
+    assert headings[0] == "time [s]"
+    column = headings.index("stress:rod@0.15 [Pa]")
+    t = page_times(struck.duration)
+    assert [float(row[column]) for row in rows] == struck.evaluate(t, "stress:rod@0.15").tolist()
+
+
+def test_the_text_of_a_history_says_what_it_is(struck: AbstractHistory) -> None:
+    text = repr(struck)
+    assert text.startswith("<ContinuousHistory of 'axial_impact', method 'continuous': 0.000349121 s, ")
+    assert "periods of contact: 2" in text
+    assert "near_grazing" in text
