@@ -18,8 +18,8 @@ def dress(_settings: dict[str, Any], _file: str) -> None:
 
 
 GALLERY = {
-    "examples_dirs": [str(DOCS / "examples")],
-    "gallery_dirs": [str(DOCS / "generated" / "examples")],
+    "examples_dirs": [str(DOCS / "tutorials"), str(DOCS / "examples")],
+    "gallery_dirs": [str(DOCS / "generated" / "tutorials"), str(DOCS / "generated" / "examples")],
     "filename_pattern": "",
     "within_subsection_order": "FileNameSortKey",
     "reset_modules": ("matplotlib", "gallery.dress"),

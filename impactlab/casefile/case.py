@@ -17,6 +17,7 @@ from impactlab.casefile.edit import edited, plain, with_named, with_values
 from impactlab.casefile.faults import case_error
 from impactlab.casefile.resolve import resolve
 from impactlab.casefile.schema import CaseBlock
+from impactlab.casefile.starter import case_named
 from impactlab.casefile.written import yaml_text
 from impactlab.errors import CaseError, ImpactlabError, combined
 from impactlab.scene.method import Method, Simulation
@@ -225,7 +226,7 @@ def load_case(path: str | Path, *, registry: plugins.Registry | None = None) -> 
     Parameters
     ----------
     path : str or Path
-        The case file.
+        The case file; or the name alone, ``"axial_impact"``, of a case that comes with impactlab.
     registry : Registry, optional
         The parts it may name; those installed if not given.
 
@@ -237,6 +238,8 @@ def load_case(path: str | Path, *, registry: plugins.Registry | None = None) -> 
         If a part it names is not installed or cannot be used.
     """
     file = Path(path)
+    if not file.suffix and not file.exists() and file.name == str(path):
+        path = file = case_named(file.name)
     return case_of(file.stem, str(path), read_document(file), registry=registry)
 
 

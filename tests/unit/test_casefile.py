@@ -344,3 +344,9 @@ def test_a_case_and_a_case_with_settings_survive_pickle(case):
     """As cases go to the worker processes of a bench."""
     for each in (case, case.with_("bodies.hammer.mass", 3.0)):
         assert pickle.loads(pickle.dumps(each)).scene().bodies["hammer"] == each.scene().bodies["hammer"]
+
+
+def test_a_case_that_comes_with_the_package_is_loaded_by_its_name():
+    assert load_case("two_rods").to_yaml() == load_case(Path(__file__).parents[2] / "cases" / "two_rods.yaml").to_yaml()
+    with pytest.raises(CaseError, match="no case of that name comes with impactlab"):
+        load_case("two_rodes")
