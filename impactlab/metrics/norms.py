@@ -130,10 +130,19 @@ def force_away_from_jumps(history: AbstractHistory, reference: AbstractHistory, 
     errors = []
     for name in force_channels(scene):
         t = midpoints(scene.duration)
-        for instant in reference.jumps(name):
-            t = t[np.abs(t - instant) > NEAR_JUMP * scene.round_trip]
+        t = t[distances(t, reference.jumps(name)) > NEAR_JUMP * scene.round_trip]
         errors.append(relative_l2(history.evaluate(t, name), reference.evaluate(t, name)))
     return largest(errors)
+
+
+def distances(t: Array, instants: Array) -> Array:
+    """Return the distance of each time from the nearest of some instants [s], shape (n,); infinite without any."""
+    if not len(instants):
+        return np.full(len(t), np.inf)
+    ordered = np.sort(instants)
+    after = np.searchsorted(ordered, t)
+    before, next_ = ordered[np.maximum(after - 1, 0)], ordered[np.minimum(after, len(ordered) - 1)]
+    return np.asarray(np.minimum(np.abs(t - before), np.abs(t - next_)))
 
 
 def force_graph(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:
