@@ -8,6 +8,7 @@ from __future__ import annotations
 import csv
 import json
 from collections.abc import Iterable, Mapping
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -23,10 +24,13 @@ from impactlab.refine.reference import Reference
 from impactlab.report.summary import summarise
 from impactlab.scene.method import Simulation
 
+NETCDF = "history.nc"  # name of the file in the folder of a run
+
 
 class Kept(NamedTuple):
     """What a file holds of a run."""
 
+    case: Case
     history: SampledHistory
     summary: dict[str, Any]
     reference: Reference | None  # its history is sampled, too
@@ -91,7 +95,7 @@ def read_netcdf(path: str | Path) -> Kept:
         of = Simulation(case.scene(), case.simulation().method)
         name, *known = json.loads(answer.attrs["reference"])
         reference = Reference(name, data.to_history(answer, of, None), *known)
-    return Kept(history, json.loads(dataset.attrs["summary"]), reference, json.loads(dataset.attrs["texts"]))
+    return Kept(case, history, json.loads(dataset.attrs["summary"]), reference, json.loads(dataset.attrs["texts"]))
 
 
 def _case(path: str, attributes: Mapping[str, Any]) -> Case:
@@ -129,3 +133,16 @@ def _write_csv(path: Path, headings: Iterable[str], rows: Iterable[Iterable[Any]
         table = csv.writer(file)
         table.writerow(headings)
         table.writerows(rows)
+
+
+def write_data(
+    folder: Path,
+    history: AbstractHistory,
+    summary: Mapping[str, Any],
+    reference: Reference | None,
+    texts: Mapping[str, str],
+) -> None:
+    """Write the tables of a run into a folder, and history.nc where the libraries for it are installed."""
+    write_tables(folder, history)
+    if all(find_spec(name) is not None for name in ("xarray", "h5netcdf", "h5py")):
+        write_netcdf(folder / NETCDF, history, summary, reference, texts)

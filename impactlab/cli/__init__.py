@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from impactlab import __version__
-from impactlab.cli import benching, cases, parts, running, starting, sweeping
+from impactlab.cli import benching, cases, parts, reopening, running, starting, sweeping
 from impactlab.cli.reporting import Left, print_failure
 from impactlab.environment import check_environment
 from impactlab.errors import CaseError, ImpactlabError
@@ -63,6 +63,7 @@ for command, examples in (
             "impactlab sweep my_case.yaml --over contacts.0.gap=0,1e-4 --over method=base,penalty --out out/sweep",
         ],
     ),
+    (reopening.report, ["impactlab report out/history.nc --out again"]),
     (cases.check, ["impactlab check my_case.yaml"]),
     (cases.choose, ["impactlab choose two_material_rod --tolerance 1e-3"]),
     (starting.new, ["impactlab new my_test --like hopkinson"]),

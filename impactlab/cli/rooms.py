@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from impactlab.lazy import lazy
 
 if TYPE_CHECKING:
-    from impactlab import api, casefile, sweeps
+    from impactlab import api, casefile, files, sweeps
     from impactlab import cite as citations
     from impactlab import plugins as registries
     from impactlab.bench import cells, grid
@@ -35,6 +35,7 @@ else:
     compare_report = lazy("impactlab.report.compare_report")
     console = lazy("impactlab.report.console")
     edit = lazy("impactlab.casefile.edit")
+    files = lazy("impactlab.files")
     grid = lazy("impactlab.bench.grid")
     histories = lazy("impactlab.history.base")
     jsonschema = lazy("impactlab.casefile.jsonschema")
@@ -62,6 +63,7 @@ __all__ = [
     "compare_report",
     "console",
     "edit",
+    "files",
     "grid",
     "histories",
     "jsonschema",

@@ -12,6 +12,7 @@ from impactlab.cli.rooms import (
     api,
     compare_report,
     console,
+    files,
     histories,
     output,
     provenance,
@@ -55,6 +56,7 @@ def run(
             with output.output_folder(out) as draft:
                 again = command_line("run", case, sets, method, variant, metric, *["--reference"] * reference)
                 origin = provenance.of_case(loaded, again)
+                files.write_data(draft, history, summary, judge, origin._asdict())
                 run_report.write_run(draft, summary, history, loaded.scene(), judge, origin)
             console.say(f"written: {out}")
         console.print_json(summary) if as_json else print(console.summary_text(summary))

@@ -19,7 +19,7 @@ from impactlab import __version__
 from impactlab.errors import ExtraError, ImpactlabError
 from impactlab.history.base import AbstractHistory, Cased, ContactSpan, Cost, EnergyBook, Event, Warned
 from impactlab.history.energy import CarriedEnergy
-from impactlab.history.sampled import Facts, Film, SampledHistory, facts_of, films_of
+from impactlab.history.sampled import Facts, Film, SampledHistory, channels_of, facts_of, films_of
 from impactlab.history.units import LONG_NAMES, UNITS
 from impactlab.scene.method import Simulation
 from impactlab.types import Array
@@ -72,7 +72,7 @@ def _add_channels(
 ) -> None:
     of: dict[str, list[str]] = {}
     contacts = {contact.name for contact in history.scene.contacts}
-    for channel in history.channels():
+    for channel in channels_of(history):
         quantity, label = split(channel)
         of.setdefault("contact_force" if quantity == "force" and label in contacts else quantity, []).append(channel)
     for quantity, channels in of.items():
@@ -159,6 +159,7 @@ def _attributes(history: AbstractHistory) -> dict[str, Any]:
         "duration": facts.duration,
         "dt": facts.dt,
         "integrator_used": facts.integrator_used,
+        "channels": list(facts.listed),
         "warnings": [list(each) for each in facts.warnings],
         "cost": dataclasses.asdict(facts.cost),
     }
@@ -227,6 +228,7 @@ def to_history(dataset: xarray.Dataset, run: Simulation, case: Cased | None) -> 
         cost=Cost(**kept["cost"]),
         integrator_used=kept["integrator_used"],
         case=case,
+        listed=tuple(kept["channels"]),
     )
     return SampledHistory(run, facts, dataset["time"].values, values, _films(dataset))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import NamedTuple, final
 
 import numpy as np
@@ -50,6 +51,7 @@ class Facts(NamedTuple):
     cost: Cost
     integrator_used: bool
     case: Cased | None
+    listed: tuple[str, ...]  # its channels; others may have values beside them
 
 
 @final
@@ -64,18 +66,18 @@ class SampledHistory(AbstractHistory):
     ) -> None:
         self.scene, self.method = run
         self.duration, self.dt, self.events, self.contacts, self.energy = facts[:5]
-        self.warnings, self.cost, self.integrator_used, self.case = facts[5:]
+        self.warnings, self.cost, self.integrator_used, self.case, self.listed = facts[5:]
         self.time, self.values, self.films = time, dict(values), dict(films)
 
     @classmethod
     def of(cls, history: AbstractHistory) -> SampledHistory:
         """Return a history sampled at the instants of a page."""
         time = page_times(history.duration)
-        values = {name: history.evaluate(time, name) for name in history.channels()}
+        values = {name: history.evaluate(time, name) for name in channels_of(history)}
         return cls(Simulation(history.scene, history.method), facts_of(history), time, values, films_of(history))
 
     def channels(self) -> tuple[str, ...]:
-        return tuple(self.values)
+        return self.listed
 
     def evaluate(self, t: ArrayLike, channel: str) -> Array:
         times = within_run(t, self.duration)
@@ -137,7 +139,21 @@ def facts_of(history: AbstractHistory) -> Facts:
         history.cost,
         history.integrator_used,
         history.case,
+        history.channels(),
     )
+
+
+def channels_of(history: AbstractHistory) -> list[str]:
+    """Return the channels of a history, then the motion of the faces in contact of one that has it without a probe."""
+    names = list(history.values if isinstance(history, SampledHistory) else history.channels())
+    points = [point for contact in history.scene.contacts for point in (contact.left, contact.right)]
+    for body, x in dict.fromkeys((p.body, p.x) for p in points if history.scene.bodies[p.body].elastic is not None):
+        for quantity in ("displacement", "velocity"):
+            name = f"{quantity}:{body}@{x:.6g}"
+            with suppress(ImpactlabError):
+                history.evaluate(0.0, name)
+                names.append(name)
+    return list(dict.fromkeys(names))
 
 
 def films_of(history: AbstractHistory) -> dict[str, Film]:

@@ -59,9 +59,19 @@ def write_run(
         table=comparison(str(summary["case"]), reference[0] if reference else None, [(name, summary)]),
         traces=[trace],
         figures=plates.of_run(trace, scene),
-        files=[("summary.json", "the numbers"), ("history.npz", "every channel, for numpy.load")],
+        files=[("summary.json", "the numbers"), ("history.npz", "every channel, for numpy.load"), *_data(out_dir)],
     )
     write_page(out_dir, page, scene, provenance)
+
+
+def _data(folder: Path) -> list[tuple[str, str]]:
+    """Return the files of data that were written into the folder before, each with what it is."""
+    known = [
+        ("history.nc", "channels, fields and case, for xarray and `impactlab report`"),
+        ("contacts.csv", "the periods of contact"),
+        ("probes.csv", "probes and contact forces over time"),
+    ]
+    return [(name, words) for name, words in known if (folder / name).exists()]
 
 
 def _label(summary: Mapping[str, Any]) -> str:
