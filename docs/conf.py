@@ -31,6 +31,7 @@ extensions = [
     "sphinx_gallery.gen_gallery",
     "sphinxcontrib.bibtex",
     "links",
+    "made",
 ]
 exclude_patterns = ["README.md", "_ext", "examples", "tutorials", "generated/**/*.ipynb", "generated/**/*.py"]
 exclude_patterns += ["generated/**/sg_execution_times.rst", "sg_execution_times.rst"]

@@ -6,15 +6,16 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
+from cycler import cycler
 
-from impactlab.report.style import house_style
+from impactlab.report.style import PALETTE, house_style
 
 DOCS = Path(__file__).parents[1]
 
 
 def dress(_settings: dict[str, Any], _file: str) -> None:
     """Set matplotlib up in the house style before each script."""
-    mpl.rcParams.update(house_style() | {"savefig.bbox": "tight"})
+    mpl.rcParams.update(house_style() | {"savefig.bbox": "tight", "axes.prop_cycle": cycler(color=PALETTE)})
 
 
 GALLERY = {
@@ -24,6 +25,7 @@ GALLERY = {
     "within_subsection_order": "FileNameSortKey",
     "reset_modules": ("matplotlib", "gallery.dress"),
     "image_scrapers": ("matplotlib",),
+    "capture_repr": (),
     "image_srcset": ["2x"],
     "show_memory": False,
     "show_signature": False,

@@ -1,0 +1,30 @@
+"""The page docs/messages.md lists every code of a warning, and no other."""
+
+from __future__ import annotations
+
+import ast
+import re
+from pathlib import Path
+
+import impactlab
+
+PACKAGE = Path(impactlab.__file__).parent
+PAGE = (Path(__file__).parents[2] / "docs" / "messages.md").read_text(encoding="utf-8")
+
+
+def codes_in_the_code() -> set[str]:
+    """Return the first argument of each `Warned`, and the code of each `Noted`, that is written out."""
+    found = set()
+    for path in PACKAGE.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if not isinstance(node, ast.Call) or not isinstance(node.func, ast.Name):
+                continue
+            given = {"Warned": node.args[:1], "Noted": [key.value for key in node.keywords if key.arg == "code"]}
+            found |= {each.value for each in given.get(node.func.id, []) if isinstance(each, ast.Constant)}
+    return found
+
+
+def test_the_page_lists_every_code_of_a_warning() -> None:
+    listed = set(re.findall(r"^\| `(\w+)` \|", PAGE.partition("## Warnings")[2], flags=re.MULTILINE))
+    assert listed == codes_in_the_code()
+    assert len(listed) > 15
