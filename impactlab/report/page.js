@@ -6,9 +6,10 @@ const data = JSON.parse(document.getElementById("data").textContent);
 const $ = (id) => document.getElementById(id);
 const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 const dark = matchMedia("(prefers-color-scheme: dark)");
-const state = { time: 0.25 * data.duration, film: Math.max(0, data.compared ? data.methods.findIndex((m) => m.colour === "ink") : 0), stretch: 1, playing: false, off: new Set() };
+const state = { duration: data.duration, time: 0.25 * data.duration, film: Math.max(0, data.compared ? data.methods.findIndex((m) => m.colour === "ink") : 0), stretch: 1, playing: false, off: new Set() };
 const RUN_SECONDS = 8; // of the screen, for a whole run at speed 1
 const ICON = 34; // px, of a mass or a wall
+const MANY = 10; // %, above which the axis of the energy balance is linear near zero only
 const PAD = { left: 58, right: 20, top: 14, bottom: 44 }; // px, around the diagram
 
 // ---- numbers ----
@@ -252,12 +253,12 @@ function drawStage() {
   const rows = [-Infinity, -Infinity, -Infinity];
   for (const body of [...data.bodies].sort((a, b) => a.x + a.length / 2 - b.x - b.length / 2 || a.icons - b.icons)) {
     const place = body.beside && byName[body.beside];
-    const x = place ? view.px(place.x + body.at, place.icons) : view.px(body.x + body.length / 2, body.icons) + (body.length ? 0 : ICON / 2);
+    const x = place ? view.px(place.x + body.at, place.icons) : view.px(body.x + body.length * (body.kind === "beam" ? 0.15 : 0.5), body.icons) + (body.length ? 0 : ICON / 2);
     const text = body.velocity ? `${body.name}, ${said(body.velocity, "m/s")}` : body.name;
     const half = pen.measureText(text).width / 2 + 5, mid = Math.max(half, Math.min(view.width - half, x));
     const row = Math.max(0, rows.findIndex((end) => end < mid - half));
     rows[row] = mid + half;
-    if (place) pen.fillText(text, mid, axis() - body.side * 112 + 4);
+    if (place) pen.fillText(text, mid, axis() - state.stretch * body.gap * view.scale - body.side * ({ wall: 22, mass: 40, rod: 76 }[body.kind] || 40) + 4);
     else pen.fillText(text, mid, axis() + (bends ? 34 : HALF + 28) + 15 * row);
   }
 }
@@ -292,7 +293,7 @@ function drawDiagram() {
     for (let k = 0; k < data.frames; k++) { const t = (k / (data.frames - 1)) * data.duration; pen.lineTo(faceOf(body, 0, t) + (right ? ICON : 0), timeY(t)); }
     pen.stroke();
   }
-  const faces = data.contacts.map((contact) => { const side = [contact.left, contact.right].find(([name]) => byName[name].length) || contact.left; return placeX(byName[side[0]], side[1]); });
+  const faces = data.contacts.map((contact) => { const long = [contact.left, contact.right].filter(([name]) => byName[name].length), side = long.find(([name]) => byName[name].kind === "beam") || long[0] || contact.left; return placeX(byName[side[0]], side[1]); });
   pen.strokeStyle = accent; pen.lineWidth = 3;
   for (const [contact, start, end] of film.spans) { pen.beginPath(); pen.moveTo(faces[contact], timeY(start)); pen.lineTo(faces[contact], Math.min(timeY(end), timeY(start) - 1)); pen.stroke(); }
   for (const [contact, time, kind] of film.events) {
@@ -322,7 +323,7 @@ function drawDiagram() {
 function drawLegend() {
   $("ramps").replaceChildren(...Object.entries(limits).map(([unit, limit]) => {
     const item = document.createElement("span"), bar = document.createElement("i");
-    const words = { Pa: ["tension", "compression"], "N·m": ["−", "+"], m: ["down", "up"] }[unit] || ["", ""];
+    const words = { Pa: ["tension", "compression"], m: ["down", "up"] }[unit] || ["", ""];
     bar.style.background = `linear-gradient(90deg, ${ramp.filter((_, i) => i % 16 === 0).map(rgb).join(",")}, ${rgb(ramp[254])})`;
     item.append(`${words[0]} ${said(-limit, unit)} `, bar, ` ${said(limit, unit)} ${words[1]}`);
     return item;
@@ -338,7 +339,7 @@ function readPanels(array) {
     const largest = Math.max(...lines.map((values) => Math.max(...extremes(values).map(Math.abs))));
     const judge = data.compared && panel.group !== "energy" && lines.length > 1 && data.methods[panel.lines.at(-1).method].colour === "ink";
     const size = scaled(panel.unit, judge ? Math.max(...extremes(lines.at(-1)).map(Math.abs)) : largest);
-    plots.push({ panel, size, judge, grid, lines: lines.map((values) => values.map((v) => v / size.size)) });
+    plots.push({ panel, size, judge, largest, grid, lines: lines.map((values) => values.map((v) => v / size.size)) });
   }
 }
 const paint = (plot, k) => { const each = plot.panel.lines[k], method = data.methods[each.method]; return css(data.compared || method.colour === "ink" ? method.colour : `c${k % 9}`); };
@@ -357,11 +358,11 @@ function makePlot(plot) {
   $("plots").append(box);
   const axisLook = { stroke: () => css("ink"), grid: { stroke: () => css("line"), width: 1 }, ticks: { stroke: () => css("muted"), width: 1, size: 4 }, font: `12px ${css("sans")}`, labelFont: `12px ${css("sans")}` };
   const axes = [{ ...axisLook, size: 34, label: `time t [${clock.label}]`, labelSize: 18, values: (_, all) => all.map((v) => short(v)) }, { ...axisLook, size: 58, values: (_, all) => all.map((v) => short(v)) }];
-  if (data.trip) axes.push({ ...axisLook, side: 0, scale: "x", size: 26, grid: { show: false }, splits: (u, i, low, high) => ticks((low * clock.size) / data.trip, (high * clock.size) / data.trip, 8).map((v) => (v * data.trip) / clock.size), values: (_, all) => all.map((v) => `${short((v * clock.size) / data.trip)} T`) });
+  if (data.trip) axes.push({ ...axisLook, side: 0, scale: "x", size: 26, grid: { show: false }, splits: (u, i, low, high) => ticks((low * clock.size) / data.trip, (high * clock.size) / data.trip, Math.max(2, u.over.clientWidth / 90)).map((v) => (v * data.trip) / clock.size), values: (_, all) => all.map((v) => `${short((v * clock.size) / data.trip)} T`) });
   const series = plot.panel.lines.map((each, k) => ({ label: each.name, stroke: () => paint(plot, k), width: data.methods[each.method].colour === "ink" && data.compared ? 2 : 1.5, dash: [undefined, [6, 3], [2, 2]][data.methods[each.method].dash], points: { show: false }, show: !state.off.has(each.method) }));
   const u = new uPlot({
     width: box.clientWidth, height: 210 + (data.trip ? 26 : 0), legend: { show: false }, series: [{}, ...series], axes,
-    scales: { x: { time: false }, y: plot.panel.unit === "%" ? { distr: 4, asinh: 0.1, range: range(plot) } : { range: range(plot) } },
+    scales: { x: { time: false }, y: plot.panel.unit === "%" && plot.largest > MANY ? { distr: 4, asinh: 0.1, range: range(plot) } : { range: range(plot) } },
     cursor: { sync: { key: "time" }, drag: { x: true, y: false }, points: { show: false }, y: false },
     hooks: { setScale: [(self, key) => key === "x" && zoomAll(self)] },
   }, [plot.grid, ...plot.lines], box);
@@ -401,10 +402,11 @@ function zoom(factor) { // about the cursor
 }
 function setMethod(method, shown) {
   if (shown) state.off.delete(method); else state.off.add(method);
-  for (const { u, panel } of plots) panel.lines.forEach((each, k) => { if (each.method === method) u.setSeries(k + 1, { show: shown }); });
+  for (const { u, panel } of plots) panel.lines.forEach((each, k) => { if (u && each.method === method) u.setSeries(k + 1, { show: shown }); });
 }
 function placeCursors() {
   for (const { u, cursor, values, lines, size, grid } of plots) {
+    if (!u) continue;
     const x = u.valToPos(state.time / clock.size, "x");
     cursor.style.transform = `translateX(${x}px)`;
     cursor.hidden = !(x >= 0 && x <= u.over.clientWidth);
@@ -480,7 +482,6 @@ async function start() {
   const choice = $("method");
   data.methods.forEach((method, i) => choice.append(new Option(method.name, i, false, i === state.film)));
   choice.parentElement.hidden = data.methods.length < 2;
-  plots.forEach(makePlot);
   if (data.compared) data.methods.forEach((method, i) => $("keys").append(keyOf(method.name, () => css(method.colour), (shown) => setMethod(i, shown))));
   drawLegend(); layOut();
   document.querySelectorAll("table").forEach(sortable);
@@ -494,9 +495,17 @@ async function start() {
   const pick = (event) => { const box = $("diagram").getBoundingClientRect(); setTime(((timeY(0) - (event.clientY - box.top)) / (timeY(0) - timeY(data.duration))) * data.duration); };
   $("diagram").addEventListener("pointerdown", (event) => { $("diagram").setPointerCapture(event.pointerId); pick(event); });
   $("diagram").addEventListener("pointermove", (event) => { if (event.buttons) pick(event); });
-  dark.addEventListener("change", () => { makeRamp(); drawLegend(); repaint.forEach((each) => each()); layOut(); plots.forEach(({ u }) => u.redraw()); });
+  dark.addEventListener("change", () => { makeRamp(); drawLegend(); repaint.forEach((each) => each()); layOut(); plots.forEach(({ u }) => u && u.redraw()); });
   let width = innerWidth;
   addEventListener("resize", () => { if (innerWidth !== width) { width = innerWidth; layOut(); } });
-  window.impactlab = { state, setTime, play, ready: performance.now(), fps: () => counted.length < 2 ? 0 : 1000 * (counted.length - 1) / (counted.at(-1) - counted[0]) };
+  window.impactlab = {
+    state, setTime, play, ready: performance.now(), ramp: () => ramp,
+    spans: () => plots.map(({ u }) => [u.scales.x.min * clock.size, u.scales.x.max * clock.size]),
+    fps: () => counted.length < 2 ? 0 : 1000 * (counted.length - 1) / (counted.at(-1) - counted[0]),
+  };
 }
-start();
+async function drawPlots() { // one after the other, so that the page answers meanwhile
+  for (const plot of plots) { makePlot(plot); placeCursors(); await new Promise((done) => setTimeout(done)); }
+  window.impactlab.drawn = performance.now();
+}
+start().then(drawPlots);

@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 COLUMNS = 600  # of time over the width of a figure; in each a curve keeps its extremes
+DOWN = 0.8  # inches between rows of panels that each have a title and an axis of time
 CROWDED = 33  # letters of a name and its note that fit above a panel of three
 HEADROOM = 1.3  # of the axis of forces over the exact peak; higher values are cut, and their height is written
 KICK_WINDOW = 1.0 / 60.0  # of the run, over which the kicks of an impulse law are averaged to a force
@@ -134,7 +135,7 @@ def signals(panels: Sequence[Panel], histories: Sequence[Trace], scene: Scene, *
     rows = -(-len(panels) // columns)
     names = [trace.name for trace in histories] if compared else [line.name for line in panels[0].lines]
     beside = len(names) > 1 and (compared or len(panels) == 1)
-    margins = Margins(right=room_beside(names) if beside else 0.12, bottom=lower_margin(trips=compared))
+    margins = Margins(right=room_beside(names) if beside else 0.12, bottom=lower_margin(trips=compared), down=DOWN)
     figure, axes = grid(rows, columns, 1.7 if rows > 1 else 2.2, margins)
     flat, time, t = [axis for row in axes for axis in row], clock(scene), page_times(scene.duration)
     for axis, panel in zip(flat, panels, strict=False):
@@ -181,7 +182,7 @@ def difference(traces: Sequence[Trace], scene: Scene) -> Figure:
     columns = across(min(len(channels), 3))
     rows, trips = -(-len(channels) // columns), len(traces) > 1
     right = room_beside(trace.name for trace in judged) if trips else 0.12
-    figure, axes = grid(rows, columns, 1.9, Margins(right=right, bottom=lower_margin(trips=trips)))
+    figure, axes = grid(rows, columns, 1.9, Margins(right=right, bottom=lower_margin(trips=trips), down=DOWN))
     flat, t, highest = [axis for row in axes for axis in row], page_times(scene.duration), 1.0
     for axis, channel in zip(flat, channels, strict=False):
         ends = []
@@ -226,7 +227,7 @@ def gap(traces: Sequence[Trace], scene: Scene, contact: str) -> Figure:
     trips = len(traces) > 1
     right = room_beside(trace.name for trace in traces) if trips else 0.12
     columns = across(2)
-    figure, axes = grid(2 // columns, columns, 2.4, Margins(right=right, bottom=lower_margin(trips=trips)))
+    figure, axes = grid(2 // columns, columns, 2.4, Margins(right=right, bottom=lower_margin(trips=trips), down=DOWN))
     views = (("gap", low - 0.08 * span, high + 0.08 * span), ("gap near zero", -0.025 * span, 0.08 * span))
     flat = [axis for row in axes for axis in row]
     for axis, (title, bottom, top) in zip(flat, views, strict=True):

@@ -1,0 +1,98 @@
+"""Headless Chromium: a browser without network, its console messages, its requests, its faults of accessibility."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import shutil
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import axe_core_python
+from selenium import webdriver
+from selenium.webdriver.chrome.service import Service
+
+AXE = Path(axe_core_python.__file__).with_name("axe.min.js")
+ARGUMENTS = (
+    "--headless=new",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+)
+PATIENCE = 20.0  # s, for a page to be ready
+
+
+@contextlib.contextmanager
+def chromium() -> Iterator[webdriver.Chrome]:
+    """Give a browser; it needs the programs chromium and chromedriver (Debian: chromium, chromium-driver)."""
+    options = webdriver.ChromeOptions()
+    options.binary_location = _program("chromium")
+    for argument in ARGUMENTS:
+        options.add_argument(argument)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+    driver = webdriver.Chrome(options=options, service=Service(_program("chromedriver")))
+    try:
+        yield driver
+    finally:
+        driver.quit()
+
+
+def _program(name: str) -> str:
+    found = shutil.which(name)
+    assert found, f"the tests of pages need the program {name}; leave them out by -m 'not browser'"
+    return found
+
+
+def show(
+    driver: webdriver.Chrome, page: Path, *, width: int = 1280, dark: bool = False, script: bool = True
+) -> webdriver.Chrome:
+    """Open a page at a width [px], light or dark, and wait until it is ready."""
+    look(driver, width=width, dark=dark)
+    driver.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": not script})
+    driver.get_log("browser"), driver.get_log("performance")
+    driver.get(page.absolute().as_uri())
+    until = time.monotonic() + PATIENCE
+    while script and not driver.execute_script("return Boolean(window.impactlab && window.impactlab.drawn)"):
+        assert time.monotonic() < until, driver.get_log("browser")
+        time.sleep(0.02)
+    return driver
+
+
+def look(driver: webdriver.Chrome, *, width: int = 1280, dark: bool = False, printed: bool = False) -> None:
+    """Set the width of the window [px], the colour scheme and the medium."""
+    size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
+    driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    scheme = [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]
+    driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": scheme, "media": "print" if printed else ""})
+
+
+def console(driver: webdriver.Chrome) -> list[str]:
+    """Return the messages on the console since the page was opened."""
+    return [entry["message"] for entry in driver.get_log("browser")]
+
+
+def requests(driver: webdriver.Chrome) -> list[str]:
+    """Return the addresses that were asked for since the page was opened, besides its own file and its data."""
+    entries = [json.loads(entry["message"])["message"] for entry in driver.get_log("performance")]
+    sent = [entry["params"]["request"]["url"] for entry in entries if entry["method"] == "Network.requestWillBeSent"]
+    return [url for url in sent if not url.startswith(("file:", "data:", "blob:"))]
+
+
+def faults(driver: webdriver.Chrome) -> list[str]:
+    """Return the serious and critical faults of accessibility that axe finds, with the places of each."""
+    driver.execute_script(AXE.read_text(encoding="utf-8"))
+    found: dict[str, Any] = driver.execute_async_script(
+        "const done = arguments[0]; axe.run().then(done, (error) => done({violations: [{id: String(error), "
+        "impact: 'critical', nodes: []}]}));"
+    )
+    return [
+        f"{fault['id']}: {[node['target'] for node in fault['nodes']][:5]}"
+        for fault in found["violations"]
+        if fault["impact"] in ("serious", "critical")
+    ]

@@ -1,0 +1,184 @@
+"""The pages of runs and comparisons in a browser: views that move together, keyboard, phone, dark, print, no script."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from selenium import webdriver
+from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
+from typer.testing import CliRunner
+
+from impactlab.cli import app
+from tests.browser.support import chromium, console, faults, look, requests, show
+from tests.cases.support import CASES
+
+pytestmark = [pytest.mark.browser, pytest.mark.slow]
+COMMANDS = {
+    "compared": ("compare", "axial_impact.yaml", "--methods", "continuous,finite_element,modal_10,impulse_momentum"),
+    "train": ("run", "chain_of_bars.yaml", "--method", "continuous"),
+    "stepped": ("run", "hopkinson_chain.yaml", "--method", "penalty"),
+    "beam": ("run", "tube_between_stops.yaml"),
+    "free": ("run", "free_rod.yaml"),
+    "no contact": ("run", "step_loaded_rod.yaml"),
+}
+
+
+@pytest.fixture(scope="module")
+def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    folder = tmp_path_factory.mktemp("pages")
+    for name, (command, case, *others) in COMMANDS.items():
+        written = CliRunner().invoke(app, [command, str(CASES / case), *others, "--out", str(folder / name)])
+        assert written.exit_code == 0, written.stderr
+    return {name: folder / name / "index.html" for name in COMMANDS}
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[webdriver.Chrome]:
+    with chromium() as driver:
+        yield driver
+
+
+def views(driver: webdriver.Chrome) -> list[Any]:
+    """Return all that follows the time: slider, words, cursors of diagram and plot, and the pixels of the scene."""
+    return driver.execute_script(
+        "const seen = (id) => document.getElementById(id);"
+        "return [seen('time').value, seen('clock').textContent, seen('now').style.transform,"
+        " document.querySelector('.plot .now').style.transform, seen('stage').toDataURL()]"
+    )
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_page_is_silent_alone_and_accessible(pages, browser, name):
+    show(browser, pages[name])
+    assert faults(browser) == []
+    browser.execute_script("impactlab.setTime(impactlab.state.time * 0.5)")
+    assert console(browser) == []
+    assert requests(browser) == []
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_no_page_scrolls_sideways_on_a_phone(pages, browser, name):
+    show(browser, pages[name], width=400)
+    assert browser.execute_script("return document.documentElement.scrollWidth") <= 400
+    assert console(browser) == []
+
+
+def test_the_slider_moves_the_scene_the_diagram_and_the_traces(pages, browser):
+    show(browser, pages["compared"])
+    before = views(browser)
+    browser.find_element(By.ID, "time").send_keys(*[Keys.ARROW_RIGHT] * 40)
+    after = views(browser)
+    assert [a != b for a, b in zip(before, after, strict=True)] == [True] * 5
+    assert int(after[0]) == int(before[0]) + 40
+
+
+def test_a_click_in_the_diagram_sets_the_time(pages, browser):
+    show(browser, pages["train"])
+    diagram = browser.find_element(By.ID, "diagram")
+    browser.execute_script("arguments[0].scrollIntoView({block: 'center'})", diagram)
+    webdriver.ActionChains(browser).move_to_element_with_offset(diagram, 0, -100).click().perform()
+    time, duration = browser.execute_script("return [impactlab.state.time, impactlab.state.duration]")
+    assert 0.55 < time / duration < 0.95
+    assert int(browser.find_element(By.ID, "time").get_attribute("value")) == pytest.approx(
+        1920 * time / duration, abs=1
+    )
+
+
+def test_the_keyboard_alone_plays_moves_and_switches(pages, browser):
+    show(browser, pages["compared"])
+    body = browser.find_element(By.TAG_NAME, "body")
+    body.send_keys(Keys.SPACE)
+    assert browser.execute_script("return impactlab.state.playing") is True
+    body.send_keys(Keys.SPACE)
+    assert browser.execute_script("return impactlab.state.playing") is False
+    reached, actions = [], webdriver.ActionChains(browser)
+    for _ in range(30):
+        actions.send_keys(Keys.TAB).perform()
+        reached.append(browser.execute_script("return document.activeElement.id || document.activeElement.className"))
+        ring = browser.execute_script("return getComputedStyle(document.activeElement).outlineStyle")
+        assert ring != "none", reached[-1]
+    for wanted in ("play", "time", "speed", "method", "stretch", "closer", "key", "scroll"):
+        assert wanted in reached
+    assert reached.index("play") < reached.index("time") < reached.index("key")
+
+
+def test_a_method_is_switched_off_in_all_plots(pages, browser):
+    show(browser, pages["compared"])
+    key = next(each for each in browser.find_elements(By.CSS_SELECTOR, "#keys .key") if each.text == "modal_10")
+    before = browser.execute_script("return document.querySelector('.plot canvas').toDataURL()")
+    key.click()
+    assert key.get_attribute("aria-pressed") == "false"
+    browser.execute_async_script("requestAnimationFrame(() => requestAnimationFrame(arguments[0]))")
+    assert browser.execute_script("return document.querySelector('.plot canvas').toDataURL()") != before
+    key.send_keys(Keys.ENTER)
+    assert key.get_attribute("aria-pressed") == "true"
+
+
+def test_the_method_of_the_scene_is_chosen(pages, browser):
+    show(browser, pages["compared"])
+    before = browser.execute_script("return document.getElementById('diagram').toDataURL()")
+    choice = browser.find_element(By.ID, "method")
+    assert choice.find_element(By.CSS_SELECTOR, "option:checked").text == "exact"
+    choice.find_element(By.CSS_SELECTOR, "option:nth-child(3)").click()
+    assert browser.execute_script("return document.getElementById('diagram').toDataURL()") != before
+
+
+def test_zoom_is_the_same_in_all_plots_and_has_buttons(pages, browser):
+    show(browser, pages["compared"])
+    browser.find_element(By.ID, "closer").click()
+    spans = browser.execute_script("return impactlab.spans()")
+    assert len({tuple(span) for span in spans}) == 1
+    whole = browser.execute_script("return impactlab.state.duration")
+    assert spans[0][1] - spans[0][0] == pytest.approx(0.5 * whole, rel=1e-6)
+    browser.find_element(By.ID, "all").click()
+    assert browser.execute_script("return impactlab.spans()")[0] == pytest.approx([0.0, whole])
+
+
+def test_the_table_sorts_by_a_column_and_says_so(pages, browser):
+    show(browser, pages["compared"])
+    head = next(each for each in browser.find_elements(By.CSS_SELECTOR, "thead th") if each.text.startswith("impulse"))
+    head.find_element(By.TAG_NAME, "button").send_keys(Keys.ENTER)
+    assert head.get_attribute("aria-sort") == "ascending"
+    column = browser.execute_script("return [...arguments[0].parentNode.cells].indexOf(arguments[0])", head)
+    read = "return [...document.querySelectorAll('tbody tr')].map((r) => Number(r.cells[arguments[0]].dataset.value))"
+    values = browser.execute_script(read, column)
+    assert len(values) == 4
+    assert values == sorted(values)
+    head.find_element(By.TAG_NAME, "button").send_keys(Keys.ENTER)
+    assert head.get_attribute("aria-sort") == "descending"
+    assert browser.execute_script(read, column) == values[::-1]
+
+
+def test_dark_mode_turns_the_ramp_round(pages, browser):
+    middle = "const p = document.getElementById('stage').getContext('2d'); return impactlab.ramp()[127]"
+    show(browser, pages["train"])
+    assert min(browser.execute_script(middle)) > 200
+    look(browser, dark=True)
+    assert max(browser.execute_script(middle)) < 80
+    show(browser, pages["train"], dark=True)
+    assert faults(browser) == []
+
+
+def test_paper_shows_the_static_figures_and_no_controls(pages, browser):
+    show(browser, pages["compared"])
+    shown = "return [...document.querySelectorAll('figure, .controls')].map((e) => [e.id, e.offsetHeight > 0])"
+    on_screen = dict(browser.execute_script(shown))
+    look(browser, printed=True)
+    on_paper = dict(browser.execute_script(shown))
+    assert on_paper.pop("") is False
+    assert set(on_paper.values()) == {True}
+    assert on_screen["waves"] is False
+    assert on_screen["errors"] is True
+
+
+def test_without_a_script_the_figures_are_there(pages, browser):
+    show(browser, pages["compared"], script=False)
+    figures = browser.find_elements(By.TAG_NAME, "figure")
+    assert len(figures) >= 9
+    assert all(figure.is_displayed() for figure in figures)
+    assert not browser.find_element(By.ID, "play").is_displayed()
+    show(browser, pages["compared"])  # scripts on again
