@@ -167,21 +167,25 @@ def draw(axis: object, name: str, group: list[Line]) -> None:
             t, values = style.curve(line.reference.history, channel, line.scene.duration, 300)
             colour = style.INK if len(group) == 1 else style.PALETTE[place % len(style.PALETTE)]
             curves.append((t / line.scene.round_trip, values, colour, 1.0 if rank == 0 else 0.6, bool(loaded)))
-    start = 0.02 * float(curves[0][0][-1]) if unbounded(group[0].scene, group[0].method) else -1.0
+    start = 0.1 * float(curves[0][0][-1]) if unbounded(group[0].scene, group[0].method) else -1.0
     largest = max(float(values[t > start].max(initial=0.0)) for t, values, *_ in curves)
+    later = max(float(values[t > 0.04 * t[-1]].max(initial=0.0)) for t, values, *_ in curves)
+    if later < 0.1 * largest:  # a first force that is gone at once: cut it, as the rest would be a line on the floor
+        largest = 3.0 * later
     unit = style.scaled("m" if curves[0][4] else "N", largest)
     for t, values, colour, width, dashed in curves:
         axis.plot(t, values / unit.size, color=colour, linewidth=width, linestyle="--" if dashed else "-")
     axis.set_title(f"{name}  [{unit.label}]", fontsize=5.8, pad=3.0)
     axis.tick_params(labelsize=5.0, length=1.5, pad=1.5)
     axis.margins(x=0.0)
-    axis.set_ylim(-0.05 * largest / unit.size, 1.06 * largest / unit.size)
+    head = 1.06 if len(group) == 1 else 1.3  # room for the names of variants
+    axis.set_ylim(-0.05 * largest / unit.size, head * largest / unit.size)
     if len(group) > 1:
         for place, line in enumerate(group):
             said = "as written" if line.case.variant_name == "base" else line.case.variant_name
             axis.annotate(
                 said,
-                (0.02 if curves[0][4] else 0.985, 1.02 - (0.105 if len(group) < 6 else 0.09) * place),
+                (0.02 if curves[0][4] else 0.985, 0.995 - (0.105 if len(group) < 6 else 0.09) * place),
                 xycoords="axes fraction",
                 fontsize=4.6 if len(group) < 6 else 4.0,
                 ha="left" if curves[0][4] else "right",

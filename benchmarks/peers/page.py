@@ -10,6 +10,8 @@ from benchmarks import tables
 from benchmarks.peers.cases import CASES, NORMS
 from benchmarks.peers.measure import OURS, PACKAGES, group_of, groups
 from benchmarks.peers.scan import PEERS, load, read
+from impactlab.report.style import INK, MUTED, PALETTE, Margins, drawn, grid, label_lines, log_axis
+from studies.pages import small_png
 
 PAGE = """# Beside other programs
 
@@ -91,7 +93,7 @@ def write(results: dict[str, Any], out: Path, figure: bool = True) -> None:
     out.write_text(page, encoding="utf-8")
     if figure:
         (out.parent / "figures").mkdir(exist_ok=True)
-        draw(out.parent / "figures" / "peers.png")
+        drawn(draw)(out.parent / "figures" / "peers.png", rows)
 
 
 def pairs(rows: list[dict[str, Any]]) -> list[tuple[str, float]]:
@@ -198,34 +200,52 @@ def how() -> str:
     return "\n\n".join(f"### {load(name).NAME}\n\n{(load(name).__doc__ or '').strip()}" for name in PEERS)
 
 
-def draw(path: Path) -> None:
-    """Draw the largest error against time per case, one colour per program, from the scans."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(10.0, 4.4), dpi=90, layout="constrained")
-    axes = figure.subplots(1, 2, sharey=True)
-    for axis, case in zip(axes, CASES, strict=True):
-        automatic = f"impactlab, {OURS['automatic']}"  # stands where what it chose stands
-        shown = [(peer, group) for peer, group in groups() if group != automatic]
-        for number, (peer, group) in enumerate(shown):
-            points = sorted(
-                (1e3 * row["solve_s"], max(row[norm] for norm in NORMS))
-                for row in read(peer)
-                if row["case"] == case and group_of(peer, row["setting"]) == group
-            )
-            front: list[tuple[float, float]] = []
-            for time, error in points:
-                if math.isfinite(error) and (not front or error < front[-1][1]):
-                    front.append((time, max(error, 1e-7)))
-            if front:
-                style = "-" if peer == "impactlab" else "--" if peer in PACKAGES else ":"
-                colour, marker = (f"C{number - 1}", ".") if number else ("black", "*")
-                axis.loglog(*zip(*front, strict=True), style, marker=marker, color=colour, label=group)
-        axis.set_title(case.replace("_", " "), fontsize=10)
-        axis.set_xlabel("time to solve [ms]")
-        axis.axhline(5e-3, color="0.7", linewidth=0.8)
-        axis.axhline(1e-3, color="0.7", linewidth=0.8)
+def draw(path: Path, rows: list[dict[str, Any]]) -> None:
+    """Draw the largest error against time per case, from the scans; the exact answer at its measured time."""
+    figure, [panels] = grid(1, 2, 3.4, Margins(right=2.3, across=0.25), share=True)
+    automatic = f"impactlab, {OURS['automatic']}"  # stands where what it chose stands
+    shown = [(peer, group) for peer, group in groups() if group != automatic]
+    packages = iter(PALETTE[1:2] + PALETTE[3:5] + PALETTE[6:])
+    by_hand = iter((MUTED, "#a8b0ba", PALETTE[8]))
+    ours = iter((INK, PALETTE[0], PALETTE[5], PALETTE[2]))
+    colours = {group: next(ours if peer == "impactlab" else packages if peer in PACKAGES else by_hand)
+               for peer, group in shown}  # fmt: skip
+    for axis, case in zip(panels, CASES, strict=True):
+        ends = []
+        for peer, group in shown:
+            line = front(peer, group, case)
+            if not line:
+                continue
+            exact = [
+                row["solve_s"] for row in rows if (row["case"], row["group"]) == (case, group) and "exact" in group
+            ]
+            if exact:
+                line = [(1e3 * exact[0], line[0][1])]
+            style = "-" if peer == "impactlab" else "--" if peer in PACKAGES else ":"
+            marker, size = ("*", 9.0) if exact else ("o", 2.6)
+            axis.loglog(*zip(*line, strict=True), style, marker=marker, markersize=size, color=colours[group], lw=1.3)
+            ends.append((line[-1][1], group, colours[group]))
+        axis.set_title(f"{case.replace('_', ' ')} case")
+        axis.set_xlabel("time to solve  [ms]")
         axis.set_ylim(1e-7, 1.0)
-    axes[0].set_ylabel("largest of four errors")
-    axes[1].legend(fontsize=7, loc="center left", bbox_to_anchor=(1.0, 0.5))
-    figure.savefig(path)
+        for limit in (5e-3, 1e-3):
+            axis.axhline(limit, color=MUTED, linewidth=0.8, zorder=0.5)
+        log_axis(axis.xaxis)
+    panels[0].set_ylabel("largest of four errors")
+    log_axis(panels[0].yaxis)
+    label_lines(panels[1], ends)
+    small_png(lambda: figure, path)
+
+
+def front(peer: str, group: str, case: str) -> list[tuple[float, float]]:
+    """Return times [ms] and largest errors of the settings of a scan that no quicker one beats."""
+    points = sorted(
+        (1e3 * row["solve_s"], max(row[norm] for norm in NORMS))
+        for row in read(peer)
+        if row["case"] == case and group_of(peer, row["setting"]) == group
+    )
+    best: list[tuple[float, float]] = []
+    for time, error in points:
+        if math.isfinite(error) and (not best or error < best[-1][1]):
+            best.append((time, max(error, 1e-7)))
+    return best

@@ -238,7 +238,7 @@ def kick_figure() -> Figure:
         left.text(0.03, 0.93 - 0.08 * colour, f"{modes} modes", color=PALETTE[colour], transform=left.transAxes)
     left.set_xlabel("place  x / L")
     left.set_ylabel("velocity after the kick, scaled")
-    names = ("width at half height", "motion beyond L/10", "energy given", "impulse [M v0]")
+    names = ("width at half height, over L", "motion beyond L/10, share", "energy given, share", "impulse, over M v0")
     for colour, (name, of) in enumerate(
         zip(
             names,
@@ -249,6 +249,7 @@ def kick_figure() -> Figure:
         right.loglog(KICKS, [of(kick(modes)) for modes in KICKS], color=PALETTE[3 + colour], marker="o", markersize=3.5)
         right.text(0.97, 0.93 - 0.08 * colour, name, color=PALETTE[3 + colour], transform=right.transAxes, ha="right")
     right.set_ylim(1e-3, 12.0)
+    right.set_ylabel("shares, all of them without a unit")
     right.set_xlabel("modes")
     for axis in (right.xaxis, right.yaxis):
         log_axis(axis)

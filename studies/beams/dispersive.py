@@ -284,18 +284,18 @@ def bounds() -> str:
 def picture() -> Figure:
     """Return the figure: what single messengers miss, and what the step does at a tip."""
     figure, [[left, right]] = grid(1, 2, 2.7, Margins(across=0.8))
-    chosen = (
-        (2, "phase", 0, 0.05),
+    chosen = (  # place, speed, colour, height of the name at the right, clear of all lines
+        (2, "phase", 0, 0.1),
         (7, "phase", 2, 0.66),
-        (6, "phase", 1, 0.5),
-        (2, "group", 3, 1.05),
-        (6, "group", 4, 1.5),
+        (6, "phase", 1, 0.42),
+        (2, "group", 3, 1.1),
+        (6, "group", 4, 1.85),
     )
     for number, speed, colour, height in chosen:
         points = np.geomspace(3.0, 100.0, 12)
         place = PLACES[number]
         left.semilogx(points, [missed(place, float(n), speed) for n in points], color=PALETTE[colour])  # type: ignore[arg-type]
-        left.text(7.0, height, f"{place.name}, {speed} speed", color=PALETTE[colour], fontsize=7.5)
+        left.text(98.0, height, f"{place.name}, {speed}", color=PALETTE[colour], fontsize=7.5, ha="right", va="center")
     left.set_ylim(-0.05, 2.3)
     left.set_xlabel("points in the shortest period")
     left.set_ylabel("missed, over what the modes do in a step")

@@ -103,7 +103,9 @@ def chart(scenes: Sequence[SceneRows], norm: Norm, tolerance: float, clock: str 
     axes.set_yticks([i + 0.5 for i in range(len(table))], names, fontsize=7.5)
     axes.set_xticks([i + 0.5 for i in range(len(kept))], [scene.name for scene in kept], fontsize=7.5)
     for label in axes.get_xticklabels():
-        label.set(rotation=50, ha="right", rotation_mode="anchor")
+        label.set(
+            rotation=90, ha="right", va="center", rotation_mode="anchor", fontsize=min(7.5, 72.0 * width / len(kept))
+        )
     axes.tick_params(length=0)
     axes.grid(visible=False)
     axes.spines[:].set_visible(False)
