@@ -26,6 +26,16 @@ Out = Annotated[
     Path | None,
     typer.Option("--out", metavar="DIR", help="Write history and figures into this folder.", show_default=False),
 ]
+Figures = Annotated[
+    str | None,
+    typer.Option("--figures", metavar="A,B,...", help="Formats of figures: svg, png, pdf.", show_default="svg,png"),
+]
+Width = Annotated[
+    str | None,
+    typer.Option(
+        "--width", metavar="one|two", help="Draw figures for one or two columns of a journal.", show_default=False
+    ),
+]
 Sets = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="PATH=VALUE", help="Change a value, as in solve.step.dt=1e-7.", show_default=False),

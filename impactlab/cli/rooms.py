@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from impactlab.history import sampling
     from impactlab.refine import reference as references
     from impactlab.report import choice as choices
-    from impactlab.report import compare_report, console, output, provenance, run_report
+    from impactlab.report import compare_report, console, figure_files, output, provenance, run_report
     from impactlab.sweeps import axes
     from impactlab.testing import verdict as verdicts
 else:
@@ -35,6 +35,7 @@ else:
     compare_report = lazy("impactlab.report.compare_report")
     console = lazy("impactlab.report.console")
     edit = lazy("impactlab.casefile.edit")
+    figure_files = lazy("impactlab.report.figure_files")
     files = lazy("impactlab.files")
     grid = lazy("impactlab.bench.grid")
     histories = lazy("impactlab.history.base")
@@ -63,6 +64,7 @@ __all__ = [
     "compare_report",
     "console",
     "edit",
+    "figure_files",
     "files",
     "grid",
     "histories",

@@ -6,12 +6,25 @@ from typing import Annotated, Any
 
 import typer
 
-from impactlab.cli.options import CaseFile, Json, Method, Metrics, Out, Sets, Variant, command_line, load
+from impactlab.cli.options import (
+    CaseFile,
+    Figures,
+    Json,
+    Method,
+    Metrics,
+    Out,
+    Sets,
+    Variant,
+    Width,
+    command_line,
+    load,
+)
 from impactlab.cli.reporting import Left, code_of, reporting, words
 from impactlab.cli.rooms import (
     api,
     compare_report,
     console,
+    figure_files,
     files,
     histories,
     output,
@@ -28,6 +41,8 @@ def run(
     method: Method = None,
     variant: Variant = None,
     out: Out = None,
+    figures: Figures = None,
+    width: Width = None,
     reference: Annotated[
         bool,
         typer.Option("--reference", help="Without an exact solution, compute a converged reference."),
@@ -38,6 +53,7 @@ def run(
     """Run one case: its summary on the screen, history and figures in DIR."""
     with reporting(case, as_json):
         loaded = load(case, sets, method, variant, metric)
+        drawn_as = figure_files.figure_files(figures, width)
         if out is not None:
             output.check_target(out)
         with console.progress() as show, api.warnings_kept():
@@ -57,7 +73,7 @@ def run(
                 again = command_line("run", case, sets, method, variant, metric, *["--reference"] * reference)
                 origin = provenance.of_case(loaded, again)
                 files.write_data(draft, history, summary, judge, origin._asdict())
-                run_report.write_run(draft, summary, history, loaded.scene(), judge, origin)
+                run_report.write_run(draft, summary, history, loaded.scene(), judge, origin, drawn_as)
             console.say(f"written: {out}")
         console.print_json(summary) if as_json else print(console.summary_text(summary))
         if summary["status"] != "completed":
@@ -73,6 +89,8 @@ def compare(
     sets: Sets = None,
     variant: Variant = None,
     out: Out = None,
+    figures: Figures = None,
+    width: Width = None,
     metric: Metrics = None,
     as_json: Json = False,
 ) -> None:
@@ -80,6 +98,7 @@ def compare(
     with reporting(case, as_json):
         loaded = load(case, sets, None, variant, metric)
         names = [name.strip() for name in methods.split(",") if name.strip()] if methods is not None else None
+        drawn_as = figure_files.figure_files(figures, width)
         if out is not None:
             output.check_target(out)
         console.say_if_compiling()
@@ -105,6 +124,7 @@ def compare(
                     comparison.reference,
                     comparison.references,
                     provenance.of_case(loaded, command_line("compare", case, sets, None, variant, metric, *named)),
+                    drawn_as,
                 )
             console.say(f"written: {out}")
         console.print_json(document) if as_json else print(comparison)

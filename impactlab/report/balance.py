@@ -22,6 +22,7 @@ from impactlab.report.style import (
     room_beside,
     scaled,
     time_axis,
+    upper_margin,
 )
 from impactlab.scene.problem import Scene
 
@@ -35,8 +36,9 @@ ROUNDING = 1e-9  # %, below which the balance is drawn as the straight line it i
 @drawn
 def energy_balance(traces: Sequence[Trace], scene: Scene) -> Figure:
     """Return the energy balance of each trace, in % of the reference energy: above zero was gained, below was lost."""
-    right = room_beside(trace.name for trace in traces)
-    margins = Margins(left=0.95, right=right, bottom=lower_margin(trips=True))  # rounding has long numbers on its axis
+    names = [trace.name for trace in traces]
+    left = 0.95  # rounding has long numbers on its axis
+    margins = Margins(left, room_beside(names), upper_margin(names), lower_margin(trips=True))
     figure, ((axis,),) = grid(1, 1, 2.6, margins)
     time, ends, extent = clock(scene), [], 0.0
     for trace in traces:
@@ -65,7 +67,7 @@ def energy_shares(trace: Trace, scene: Scene) -> Figure:
     parts = {name: values for name, values in book.bodies.items() if np.any(values)}
     parts |= {"stored in contact": book.stored} if np.any(book.stored) else {}
     parts |= {f"lost: {name}": values for name, values in book.booked.items() if np.any(values)}
-    figure, ((axis,),) = grid(1, 1, 2.6, Margins(right=room_beside(parts)))
+    figure, ((axis,),) = grid(1, 1, 2.6, Margins(right=room_beside(parts), top=upper_margin(parts)))
     unit = scaled("J", float(np.max(book.total)))
     below, ends = np.zeros_like(book.time), []
     for (name, values), colour in zip(parts.items(), itertools.cycle(PALETTE)):

@@ -10,6 +10,7 @@ from typing import Any
 from impactlab.history.base import AbstractHistory
 from impactlab.refine.reference import Reference
 from impactlab.report import facts, plates
+from impactlab.report.figure_files import FigureFiles
 from impactlab.report.page import Page, write_page
 from impactlab.report.provenance import Provenance
 from impactlab.report.style import traces
@@ -25,6 +26,7 @@ def write_comparison(
     reference: Reference | None,
     references: Mapping[str, AbstractHistory] | None = None,
     provenance: Provenance = Provenance(),  # noqa: B008 - a record of texts
+    files: FigureFiles = FigureFiles(),  # noqa: B008 - a record
 ) -> None:
     """Write comparison.json, table.md, table.csv, figures/*.svg and *.png, and index.html into an empty folder.
 
@@ -44,6 +46,8 @@ def write_comparison(
         Where methods are judged by answers of their own: name of the method to that history.
     provenance : Provenance
         Title, source, command and case of the comparison.
+    files : FigureFiles
+        Formats and width of the figures as files.
     """
     out_dir = Path(out_dir)
     (out_dir / "comparison.json").write_text(json.dumps(comparison, indent=2) + "\n", encoding="utf-8")
@@ -61,11 +65,11 @@ def write_comparison(
         findings=facts.findings(comparison),
         table=comparison,
         traces=shown,
-        figures=plates.of_comparison(comparison, shown, scene),
+        figures=lambda: plates.of_comparison(comparison, shown, scene),
         files=[
             ("table.csv", "the table, all digits"),
             ("table.md", "the table as text"),
             ("comparison.json", "every summary"),
         ],
     )
-    write_page(out_dir, page, scene, provenance)
+    write_page(out_dir, page, scene, provenance, files)

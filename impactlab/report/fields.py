@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from impactlab.history.base import AbstractHistory, Field
-from impactlab.report.style import GRID, INK, MUTED, Margins, Trace, clock, drawn, exact_of, grid, scaled
+from impactlab.report.style import GRID, INK, MUTED, Margins, Trace, clock, drawn, exact_of, grid, is_narrow, scaled
 from impactlab.scene.bodies import ElasticBody
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
@@ -59,8 +59,12 @@ def snapshots(traces: Sequence[Trace], scene: Scene, body: str) -> Figure:
         row[0].set_title(trace.name, color=trace.colour)
         row[0].set_ylabel(f"{LETTERS[quantity]}  [{unit.label}]")
     for axis, t in zip(axes[0], scene.snapshots, strict=True):
-        axis.set_title(f"t = {t / time.size:.3g} {time.label}", loc="right", fontweight="normal", color=MUTED)
-    for axis in axes[-1]:
+        words = f"t = {t / time.size:.3g} {time.label}"
+        if is_narrow():
+            axis.text(0.97, 0.97, words, transform=axis.transAxes, ha="right", va="top", fontsize=6.0, color=MUTED)
+        else:
+            axis.set_title(words, loc="right", fontweight="normal", color=MUTED)
+    for axis in axes[-1][columns // 2 : columns // 2 + 1] if is_narrow() else axes[-1]:
         axis.set_xlabel(f"place  x  [{place.label}]")
     return figure
 

@@ -8,12 +8,42 @@ import math
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
-from impactlab.report.style import GRID, INK, MUTED, PALETTE, PAPER, drawn
+from impactlab.errors import CaseError
+from impactlab.report.style import COLUMNS, GRID, INK, MUTED, PALETTE, PAPER, drawn
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+
+FORMATS = ("svg", "png", "pdf")
+PAGE_DOTS, PAPER_DOTS = 160, 400  # per inch, of PNG
+
+
+class FigureFiles(NamedTuple):
+    """How figures are written into a folder."""
+
+    formats: tuple[str, ...] = ("svg", "png")  # of `FORMATS`
+    width: str = ""  # "one" or "two" columns of a journal; empty: as on the page
+
+
+def figure_files(formats: str | None, width: str | None) -> FigureFiles:
+    """Return how figures are written from the words of a command: ``svg,pdf`` and ``one``.
+
+    Raises
+    ------
+    CaseError
+        If a format or a width is not known.
+    """
+    names = tuple(dict.fromkeys(name.strip() for name in (formats or "svg,png").split(",")))
+    for option, given, known in (("--figures", names, FORMATS), ("--width", (width,) if width else (), (*COLUMNS,))):
+        wrong = [name for name in given if name not in known]
+        if wrong:
+            raise CaseError(
+                f"{option} does not know {wrong[0][:40]!r}", remedy=f"Allowed: {', '.join(known)}.", path=option
+            )
+    return FigureFiles(names, width or "")
 
 
 @drawn
@@ -31,9 +61,10 @@ def save(figure: Figure, folder: Path, name: str, formats: Sequence[str] = ("svg
     if "svg" in formats:
         (folder / f"{name}.svg").write_text(svg, encoding="utf-8")
     if "png" in formats:
-        figure.savefig(folder / f"{name}.png", dpi=160, metadata={"Software": None}, pil_kwargs={"compress_level": 3})
+        dots = PAGE_DOTS if figure.get_figwidth() > max(COLUMNS.values()) else PAPER_DOTS
+        figure.savefig(folder / f"{name}.png", dpi=dots, metadata={"Software": None}, pil_kwargs={"compress_level": 3})
     if "pdf" in formats:
-        figure.savefig(folder / f"{name}.pdf", metadata={"CreationDate": None, "Creator": None})
+        figure.savefig(folder / f"{name}.pdf", metadata={"CreationDate": None})
     return svg
 
 

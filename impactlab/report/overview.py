@@ -17,6 +17,7 @@ from impactlab.report.style import (
     drawn,
     exact_of,
     grid,
+    is_narrow,
     log_axis,
     lower_margin,
     room_for,
@@ -48,7 +49,8 @@ def contacts(traces: Sequence[Trace], scene: Scene) -> Figure:
     reference = exact_of(traces)
     rows = ([Trace("exact", reference, INK)] if reference else []) + list(traces)
     left = room_for(trace.name for trace in rows)
-    margins = Margins(left=left, right=0.95, top=0.32 if len(names) > 1 else 0.1, bottom=lower_margin(trips=True))
+    right, top = 0.7 if is_narrow() else 0.95, 0.32 if len(names) > 1 else 0.1
+    margins = Margins(left, right, top, lower_margin(trips=True))
     figure, axes = grid(len(names), 1, 0.27 * len(rows), margins)
     for (axis,), name in zip(axes, names, strict=True):
         for row, trace in enumerate(rows):

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from impactlab.report import facts
-from impactlab.report.figure_files import inline, save, with_classes
+from impactlab.report.figure_files import FigureFiles, inline, save, to_svg, with_classes
 from impactlab.report.page_data import page_data
 from impactlab.report.provenance import Provenance, now
 from impactlab.report.sketch import sketch
-from impactlab.report.style import Trace
+from impactlab.report.style import COLUMNS, Trace, figure_width
 from impactlab.report.table import page_headings, page_rows
 from impactlab.scene.problem import Scene
 
@@ -40,7 +40,7 @@ class Page(NamedTuple):
     findings: Sequence[str]
     table: Mapping[str, Any]  # a comparison; of one run with one row
     traces: Sequence[Trace]
-    figures: Sequence[Plate]
+    figures: Callable[[], Sequence[Plate]]  # drawn in the width in use
     files: Sequence[tuple[str, str]]  # name, content
 
 
@@ -50,22 +50,30 @@ def file_of(case: str, *, variant: bool = True) -> str:
     return f"{stem}.yaml --variant {name}" if name and variant else f"{stem}.yaml"
 
 
-def write_page(out_dir: Path, page: Page, scene: Scene, provenance: Provenance) -> None:
-    """Write ``index.html``, ``figures/*.svg`` and ``*.png``, ``case.yaml`` and ``citations.bib`` into a folder."""
+def write_page(out_dir: Path, page: Page, scene: Scene, provenance: Provenance, files: FigureFiles) -> None:
+    """Write ``index.html``, the figures as files, ``case.yaml`` and ``citations.bib`` into a folder."""
     folder = out_dir / "figures"
     folder.mkdir()
+    drawn = page.figures()
+    drawings = [to_svg(plate.figure) for plate in drawn] if files.width else []
+    if files.width:
+        with figure_width(COLUMNS[files.width]):
+            for plate in page.figures():
+                save(plate.figure, folder, plate.name, files.formats)
+    else:
+        drawings = [save(plate.figure, folder, plate.name, files.formats) for plate in drawn]
     figures, rules = with_classes(
-        [inline(save(plate.figure, folder, plate.name), f"{plate.title}. {plate.caption}") for plate in page.figures]
+        [inline(svg, f"{plate.title}. {plate.caption}") for plate, svg in zip(drawn, drawings, strict=True)]
     )
-    plates = [{"plate": plate, "svg": svg} for plate, svg in zip(page.figures, figures, strict=True)]
-    files, commands = [*page.files, ("figures/", "SVG, PNG")], _commands(page, provenance)
+    plates = [{"plate": plate, "svg": svg} for plate, svg in zip(drawn, figures, strict=True)]
+    listed, commands = [*page.files, ("figures/", ", ".join(files.formats).upper())], _commands(page, provenance)
     for name, content, text in (
         ("case.yaml", "the case as it was run", provenance.case_yaml),
         ("citations.bib", "what to cite", provenance.citations),
     ):
         if text:
             (out_dir / name).write_text(text.rstrip() + "\n", encoding="utf-8")
-            files.append((name, content))
+            listed.append((name, content))
     judged = any(trace.reference is not None for trace in page.traces)
     text = rendered(
         "impactlab.report",
@@ -87,7 +95,7 @@ def write_page(out_dir: Path, page: Page, scene: Scene, provenance: Provenance) 
             for warned in row["summary"].get("warnings", ())
         ],
         commands=commands,
-        files=files,
+        files=listed,
         data=page_data(page.traces, scene, compared=page.command == "compare") if page.traces else "",
     )
     (out_dir / "index.html").write_text(text, encoding="utf-8")

@@ -35,6 +35,7 @@ from impactlab.report.style import (
     scaled,
     thinned,
     time_axis,
+    upper_margin,
 )
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
@@ -135,7 +136,12 @@ def signals(panels: Sequence[Panel], histories: Sequence[Trace], scene: Scene, *
     rows = -(-len(panels) // columns)
     names = [trace.name for trace in histories] if compared else [line.name for line in panels[0].lines]
     beside = len(names) > 1 and (compared or len(panels) == 1)
-    margins = Margins(right=room_beside(names) if beside else 0.12, bottom=lower_margin(trips=compared), down=DOWN)
+    margins = Margins(
+        right=room_beside(names) if beside else 0.12,
+        top=upper_margin(names if beside else ()),
+        bottom=lower_margin(trips=compared),
+        down=DOWN,
+    )
     figure, axes = grid(rows, columns, 1.7 if rows > 1 else 2.2, margins)
     flat, time, t = [axis for row in axes for axis in row], clock(scene), page_times(scene.duration)
     for axis, panel in zip(flat, panels, strict=False):
@@ -181,8 +187,10 @@ def difference(traces: Sequence[Trace], scene: Scene) -> Figure:
     channels, judged = mass_channels(scene) + face_channels(scene), differences(traces)
     columns = across(min(len(channels), 3))
     rows, trips = -(-len(channels) // columns), len(traces) > 1
-    right = room_beside(trace.name for trace in judged) if trips else 0.12
-    figure, axes = grid(rows, columns, 1.9, Margins(right=right, bottom=lower_margin(trips=trips), down=DOWN))
+    names = [trace.name for trace in judged] if len(judged) > 1 else []
+    right = room_beside(names) if names else 0.12
+    margins = Margins(right=right, top=upper_margin(names), bottom=lower_margin(trips=trips), down=DOWN)
+    figure, axes = grid(rows, columns, 1.9, margins)
     flat, t, highest = [axis for row in axes for axis in row], page_times(scene.duration), 1.0
     for axis, channel in zip(flat, channels, strict=False):
         ends = []
@@ -225,9 +233,10 @@ def gap(traces: Sequence[Trace], scene: Scene, contact: str) -> Figure:
         low, high = widest
     span = (high - low) or 1.0
     trips = len(traces) > 1
-    right = room_beside(trace.name for trace in traces) if trips else 0.12
-    columns = across(2)
-    figure, axes = grid(2 // columns, columns, 2.4, Margins(right=right, bottom=lower_margin(trips=trips), down=DOWN))
+    names = [trace.name for trace in traces] if trips else []
+    columns, right = across(2), room_beside(names) if names else 0.12
+    margins = Margins(right=right, top=upper_margin(names), bottom=lower_margin(trips=trips), down=DOWN)
+    figure, axes = grid(2 // columns, columns, 2.4, margins)
     views = (("gap", low - 0.08 * span, high + 0.08 * span), ("gap near zero", -0.025 * span, 0.08 * span))
     flat = [axis for row in axes for axis in row]
     for axis, (title, bottom, top) in zip(flat, views, strict=True):

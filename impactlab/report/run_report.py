@@ -12,6 +12,7 @@ import numpy as np
 from impactlab.history.base import AbstractHistory
 from impactlab.refine.reference import Reference
 from impactlab.report import facts, fields, plates
+from impactlab.report.figure_files import FigureFiles
 from impactlab.report.page import Page, write_page
 from impactlab.report.provenance import Provenance
 from impactlab.report.style import PALETTE, Trace
@@ -29,6 +30,7 @@ def write_run(
     scene: Scene,
     reference: Reference | None,
     provenance: Provenance = Provenance(),  # noqa: B008 - a record of texts
+    files: FigureFiles = FigureFiles(),  # noqa: B008 - a record
 ) -> None:
     """Write summary.json, history.npz, figures/*.svg and *.png, and index.html into an empty folder.
 
@@ -44,6 +46,8 @@ def write_run(
         The answer the errors were measured against.
     provenance : Provenance
         Title, source, command and case of the run.
+    files : FigureFiles
+        Formats and width of the figures as files.
     """
     out_dir = Path(out_dir)
     (out_dir / "summary.json").write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
@@ -58,10 +62,10 @@ def write_run(
         findings=findings(summary),
         table=comparison(str(summary["case"]), reference[0] if reference else None, [(name, summary)]),
         traces=[trace],
-        figures=plates.of_run(trace, scene),
+        figures=lambda: plates.of_run(trace, scene),
         files=[("summary.json", "the numbers"), ("history.npz", "every channel, for numpy.load"), *_data(out_dir)],
     )
-    write_page(out_dir, page, scene, provenance)
+    write_page(out_dir, page, scene, provenance, files)
 
 
 def _data(folder: Path) -> list[tuple[str, str]]:

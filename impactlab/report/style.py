@@ -279,16 +279,27 @@ def key(axes: Axes, traces: Sequence[Trace]) -> None:
         beside(axes, trace.name, trace.colour, at, (1.0, at), linewidth=2.0, linestyle=trace.dash)
 
 
+LEGEND_LINE = 0.15  # inches
+
+
+def upper_margin(names: Iterable[str]) -> float:
+    """Return the margin above the axes [inch]; in a narrow figure the names of lines stand in it."""
+    return MARGINS.top + (LEGEND_LINE * ((len(list(names)) + 1) // 2) + 0.05 if is_narrow() else 0.0)
+
+
 def small_legend(axes: Axes, names: Sequence[tuple[str, str, Any]]) -> None:
-    """Write names above an axes of a narrow figure, each with its line, in rows of two."""
+    """Write names at the top of a narrow figure, each with its line, in rows of two."""
     from matplotlib.lines import Line2D
 
+    figure = cast("Figure", axes.get_figure())
     lines = [Line2D([], [], color=colour, linestyle=dash, linewidth=1.5) for _, colour, dash in names]
-    axes.legend(
+    figure.legend(
         lines,
         [name for name, _, _ in names],
-        loc="lower left",
-        bbox_to_anchor=(0.0, 1.0),
+        loc="upper left",
+        bbox_to_anchor=(0.1, 1.0),
+        borderaxespad=0.0,
+        labelspacing=0.25,
         fontsize=6.5,
         frameon=False,
         ncols=2 if len(names) > 1 else 1,

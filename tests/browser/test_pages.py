@@ -158,6 +158,7 @@ def test_dark_mode_turns_the_ramp_round(pages, browser):
     show(browser, pages["train"])
     assert min(browser.execute_script(middle)) > 200
     look(browser, dark=True)
+    browser.execute_async_script("requestAnimationFrame(() => requestAnimationFrame(arguments[0]))")
     assert max(browser.execute_script(middle)) < 80
     show(browser, pages["train"], dark=True)
     assert faults(browser) == []

@@ -13,12 +13,13 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
+from impactlab.errors import CaseError
 from impactlab.history import ContactSpan, Cost, EnergyBook, Event, Warned
 from impactlab.history.sampling import FRAMES
 from impactlab.report import balance, diagram, overview, plots
 from impactlab.report.compare_report import write_comparison
 from impactlab.report.facts import findings, scene_facts, si
-from impactlab.report.figure_files import inline, to_svg
+from impactlab.report.figure_files import figure_files, inline, to_svg
 from impactlab.report.provenance import Provenance
 from impactlab.report.run_report import write_run
 from impactlab.report.sketch import sketch
@@ -206,6 +207,24 @@ def test_without_a_reference_a_report_shows_the_run_alone(tmp_path: Path) -> Non
     write_run(tmp_path, summary, history(), scene().scene, None)
     assert "exact" not in (tmp_path / "index.html").read_text().split("</style>")[1].split("<script>")[0].lower()
     assert (tmp_path / "figures" / "waves.svg").exists()  # its own
+
+
+def test_figures_for_a_column_of_a_journal(tmp_path: Path) -> None:
+    document, histories = three()
+    write_comparison(tmp_path, document, histories, scene().scene, EXACT, files=figure_files("pdf,svg", "one"))
+    written = {path.suffix for path in (tmp_path / "figures").iterdir()}
+    assert written == {".pdf", ".svg"}
+    for svg in (tmp_path / "figures").glob("*.svg"):
+        width = re.search(r'width="([\d.]+)pt"', svg.read_text(encoding="utf-8"))
+        assert width is not None
+        assert float(width.group(1)) == pytest.approx(3.35 * 72)
+    assert 'viewBox="0 0 619.2 ' in (tmp_path / "index.html").read_text(encoding="utf-8")  # the page keeps its own
+
+
+@pytest.mark.parametrize(("formats", "width", "words"), [("gif", None, "'gif'"), ("png", "three", "'three'")])
+def test_other_formats_and_widths_are_refused(formats: str, width: str | None, words: str) -> None:
+    with pytest.raises(CaseError, match=words):
+        figure_files(formats, width)
 
 
 def test_the_same_comparison_gives_the_same_bytes(tmp_path: Path) -> None:
