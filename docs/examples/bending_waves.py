@@ -2,8 +2,9 @@
 Bending waves run ahead
 =======================
 
-A steel ball strikes the middle of a long beam. Short waves outrun long ones, so that the deflection spreads as
-:math:`\\sqrt t` while ripples race away: the picture has no straight line in it, unlike that of a bar.
+A steel ball strikes the middle of a long beam. Short waves outrun long ones, so that the
+deflection spreads as :math:`\\sqrt t` while ripples race away: the picture has no
+straight line in it, unlike that of a bar.
 """
 
 import numpy as np

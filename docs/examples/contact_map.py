@@ -2,8 +2,9 @@
 When a mass strikes twice
 =========================
 
-Contacts of a mass with a clamped bar, for 400 masses from a tenth to twenty bars. Each row is one exact run;
-coloured while they touch. The islands of later contacts end where the faces only just miss each other.
+Contacts of a mass with a clamped bar, for 400 masses from a tenth to twenty bars. Each
+row is one exact run; coloured while they touch. The islands of later contacts end where
+the faces only just miss each other.
 """
 
 import numpy as np
@@ -11,7 +12,12 @@ from matplotlib import pyplot as plt
 
 import impactlab as il
 
-bar = il.Rod(length="0.3 m", area="9 cm^2", material={"young": 2.1e11, "density": 7900}, ends={"right": "clamped"})
+bar = il.Rod(
+    length="0.3 m",
+    area="9 cm^2",
+    material={"young": 2.1e11, "density": 7900},
+    ends={"right": "clamped"},
+)
 solve = {"duration": {"round_trips": 8}, "model": {"kind": "continuous"}}
 hit = il.Contact("mass", "bar.left", {"kind": "addition_deletion"})
 bodies = {"mass": il.Mass("2.133 kg", velocity="1 m/s"), "bar": bar}
@@ -25,8 +31,16 @@ for ratio in ratios:
     for number, span in enumerate(history.contacts):
         end = span.until(history.duration)
         axis.plot(
-            [span.start / T, end / T], [ratio, ratio], color=f"C{number % 8}", linewidth=1.3, solid_capstyle="butt"
+            [span.start / T, end / T],
+            [ratio, ratio],
+            color=f"C{number % 8}",
+            linewidth=1.3,
+            solid_capstyle="butt",
         )
 axis.set(
-    yscale="log", xlabel="time in round trips  t/T", ylabel="mass over that of the bar", title="In contact", xlim=(0, 8)
+    yscale="log",
+    xlabel="time in round trips  t/T",
+    ylabel="mass over that of the bar",
+    title="In contact",
+    xlim=(0, 8),
 )

@@ -2,9 +2,10 @@
 Error against elements
 ======================
 
-A mass strikes a bar of steel and brass, by central difference at two steps and by Moreau-Jean stepping. The error
-of its displacement falls with the mesh; on a uniform bar the step :math:`c\\,\\Delta t = h` would be exact by
-accident, which is why this one has two materials.
+A mass strikes a bar of steel and brass, by central difference at two steps and by
+Moreau-Jean stepping. The error of its displacement falls with the mesh; on a uniform bar
+the step :math:`c\\,\\Delta t = h` would be exact by accident, which is why this one has
+two materials.
 """
 
 import numpy as np
@@ -26,12 +27,18 @@ elements = (10, 20, 40, 80, 160, 320)
 for name, (mesh, scheme, courant) in schemes.items():
     errors = []
     for number in elements:
-        case = base.with_("contacts.0.law", kind="addition_deletion").with_("solve.integrator", kind=scheme)
+        case = base.with_("contacts.0.law", kind="addition_deletion").with_(
+            "solve.integrator", kind=scheme
+        )
         case = case.with_("solve.model", kind="finite_element", elements=number, **mesh).with_(
             "solve.step", courant=courant
         )
         found = il.run(case).evaluate(t, "position:hammer")
         errors.append(np.linalg.norm(found - truth) / np.linalg.norm(truth))
     axis.loglog(elements, errors, "o-", label=name)
-axis.set(xlabel="elements", ylabel="relative error of the displacement", title="A mass on a bar of two materials")
+axis.set(
+    xlabel="elements",
+    ylabel="relative error of the displacement",
+    title="A mass on a bar of two materials",
+)
 axis.legend(frameon=False)

@@ -2,8 +2,9 @@
 Newton's cradle of elastic bars
 ===============================
 
-Four bars of one impedance: the first hands over its whole velocity, the last leaves with it. Bars of falling
-section hand on more and more. Mean velocities are momenta over masses.
+Four bars of one impedance: the first hands over its whole velocity, the last leaves with
+it. Bars of falling section hand on more and more. Mean velocities are momenta over
+masses.
 """
 
 import numpy as np
@@ -14,7 +15,9 @@ import impactlab as il
 case = il.load_case("chain_of_bars")
 fig, axes = plt.subplots(1, 2, figsize=(8, 3.4), sharey=True)
 for axis, (title, shown) in zip(
-    axes, {"equal sections": case, "sections 8 : 4 : 2 : 1": case.variant("tapered")}.items(), strict=True
+    axes,
+    {"equal sections": case, "sections 8 : 4 : 2 : 1": case.variant("tapered")}.items(),
+    strict=True,
 ):
     history = il.run(shown.method("continuous"))
     t = np.linspace(0.0, history.duration, 1500)

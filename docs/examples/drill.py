@@ -2,8 +2,9 @@
 A percussive drill and its rock
 ===============================
 
-A piston strikes a drill rod; at the bit rock yields like a spring. Which share of the energy of the piston is in
-the rock at the deepest point of the bit? Soft rock lets the wave turn back as tension, hard rock as compression.
+A piston strikes a drill rod; at the bit rock yields like a spring. Which share of the
+energy of the piston is in the rock at the deepest point of the bit? Soft rock lets the
+wave turn back as tension, hard rock as compression.
 """
 
 import numpy as np
@@ -29,7 +30,9 @@ energy = 0.5 * 7850 * np.pi * 0.02**2 * 0.4 * 10.0**2
 t = np.linspace(0.0, 1.2e-3, 4000)
 stiffness, share = np.geomspace(2e7, 2e10, 40), []
 for k in stiffness:
-    deepest = -il.run(case.with_("contacts.2.law.stiffness", k)).evaluate(t, "gap:bit|rock").min()
+    deepest = (
+        -il.run(case.with_("contacts.2.law.stiffness", k)).evaluate(t, "gap:bit|rock").min()
+    )
     share.append(0.5 * k * deepest**2 / energy)
 fig, axis = plt.subplots(figsize=(8, 3.4))
 axis.semilogx(1e-6 * stiffness, 100.0 * np.array(share))

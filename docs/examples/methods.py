@@ -2,8 +2,8 @@
 One impact, six methods
 =======================
 
-The impact of the paper by methods of the field (coloured), and exactly (dark). The second contact, at 2.12 round
-trips, is a test of them all.
+The impact of the paper by methods of the field (coloured), and exactly (dark). The second
+contact, at 2.12 round trips, is a test of them all.
 """
 
 import numpy as np
@@ -23,8 +23,15 @@ names = [
 fig, axes = plt.subplots(2, 3, figsize=(8, 4.4), sharex=True, sharey=True, layout="constrained")
 for number, (axis, name) in enumerate(zip(axes.flat, names, strict=False)):
     history = il.run(case.method(name))
-    axis.plot(t / T, 1e-3 * history.evaluate(t, "force:hammer|rod.left"), color=f"C{number % 8}")
-    axis.plot(t / T, 1e-3 * exact.evaluate(t, "force:hammer|rod.left"), color="black", linewidth=0.9)
+    axis.plot(
+        t / T, 1e-3 * history.evaluate(t, "force:hammer|rod.left"), color=f"C{number % 8}"
+    )
+    axis.plot(
+        t / T,
+        1e-3 * exact.evaluate(t, "force:hammer|rod.left"),
+        color="black",
+        linewidth=0.9,
+    )
     axis.set(title=name, ylim=(0, 110))
 for axis in axes[-1]:
     axis.set_xlabel("t/T")

@@ -2,9 +2,9 @@
 Restitution without loss
 ========================
 
-A mass strikes a free bar and leaves after one round trip. No energy is lost, and still the coefficient of
-restitution is below 1: part of it vibrates in the bar. Circles are runs, the line is :math:`(1 -
-e^{-2\\alpha})/\\alpha - e^{-2\\alpha}`.
+A mass strikes a free bar and leaves after one round trip. No energy is lost, and still
+the coefficient of restitution is below 1: part of it vibrates in the bar. Circles are
+runs, the line is :math:`(1 - e^{-2\\alpha})/\\alpha - e^{-2\\alpha}`.
 """
 
 import numpy as np
@@ -26,7 +26,9 @@ alphas = np.geomspace(0.02, 20.0, 25)
 for alpha in alphas:
     history = il.run(case.with_("bodies.mass.mass", of_bar / alpha))
     end = history.duration
-    found.append(history.evaluate(end, "momentum:bar") / of_bar - history.evaluate(end, "velocity:mass"))
+    found.append(
+        history.evaluate(end, "momentum:bar") / of_bar - history.evaluate(end, "velocity:mass")
+    )
 fig, axis = plt.subplots(figsize=(8, 3.4))
 fine = np.geomspace(0.02, 20.0, 300)
 axis.semilogx(fine, (1 - np.exp(-2 * fine)) / fine - np.exp(-2 * fine), label="d'Alembert")

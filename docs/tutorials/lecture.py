@@ -2,16 +2,17 @@
 Waves in a lecture
 ==================
 
-Three pictures for a course on impact: the wave diagram of a struck bar, why some masses strike twice, and a ball
-that meets a beam three times while everybody sees one bounce. Each is a few lines; change a number and run it
-again.
+Three pictures for a course on impact: the wave diagram of a struck bar, why some masses
+strike twice, and a ball that meets a beam three times while everybody sees one bounce.
+Each is a few lines; change a number and run it again.
 """
 
 # %%
 # Place and time
 # --------------
-# The picture of textbooks: place to the right, time upwards. A mass strikes a clamped bar. Fronts are straight
-# lines of slope :math:`1/c`; compression comes back as compression from the clamped end.
+# The picture of textbooks: place to the right, time upwards. A mass strikes a clamped
+# bar. Fronts are straight lines of slope :math:`1/c`; compression comes back as
+# compression from the clamped end.
 
 import numpy as np
 from matplotlib import pyplot as plt
@@ -21,10 +22,17 @@ import impactlab as il
 
 def struck(alpha, trips=3.0):
     """Return a clamped steel bar struck at 1 m/s by a mass of 1/alpha times its own."""
-    bar = il.Rod(length="0.3 m", area="9 cm^2", material={"young": 2.1e11, "density": 7900}, ends={"right": "clamped"})
+    bar = il.Rod(
+        length="0.3 m",
+        area="9 cm^2",
+        material={"young": 2.1e11, "density": 7900},
+        ends={"right": "clamped"},
+    )
     bodies = {"mass": il.Mass(2.133 / alpha, velocity=1.0), "bar": bar}
     solve = {"duration": {"round_trips": trips}, "tolerance": 1e-3}
-    return il.Case(name="struck", bodies=bodies, contacts=[il.Contact("mass", "bar.left")], solve=solve)
+    return il.Case(
+        name="struck", bodies=bodies, contacts=[il.Contact("mass", "bar.left")], solve=solve
+    )
 
 
 history = il.run(struck(1.0))
@@ -55,17 +63,19 @@ axis.set(xlabel="place  [mm]", ylabel="time  [µs]", title="Stress; black: in co
 fig.colorbar(image, label="stress  [MPa]")
 
 # %%
-# As a file: ``impactlab run struck.yaml --out page`` writes the same picture, and more, as a page.
+# As a file: ``impactlab run struck.yaml --out page`` writes the same picture, and more,
+# as a page.
 
 print(struck(1.0).to_yaml())
 
 # %%
 # One blow or two?
 # ----------------
-# The force jumps by :math:`2 Z v_0` with each front that returns while they touch, and falls between them, the
-# faster the larger :math:`\alpha`, the mass of the bar over that of the hammer. A heavy hammer stays for many round
-# trips; a mass as heavy as the bar is met again after the first rebound. Ask the class before showing the second
-# contact: it exists only for :math:`0.5786 < \alpha < 1.0107`.
+# The force jumps by :math:`2 Z v_0` with each front that returns while they touch, and
+# falls between them, the faster the larger :math:`\alpha`, the mass of the bar over that
+# of the hammer. A heavy hammer stays for many round trips; a mass as heavy as the bar is
+# met again after the first rebound. Ask the class before showing the second contact: it
+# exists only for :math:`0.5786 < \alpha < 1.0107`.
 
 fig, axes = plt.subplots(3, 1, figsize=(8, 5.6), sharex=True, layout="constrained")
 for axis, alpha in zip(axes, (0.25, 1.0, 3.0), strict=True):
@@ -74,20 +84,26 @@ for axis, alpha in zip(axes, (0.25, 1.0, 3.0), strict=True):
     axis.fill_between(at / T, 1e-3 * run.evaluate(at, "force:mass|bar.left"), alpha=0.3)
     axis.plot(at / T, 1e-3 * run.evaluate(at, "force:mass|bar.left"))
     hits = len(run.contacts)
-    axis.set(title=f"hammer of {1 / alpha:.2g} bars: {hits} contact{'s' if hits > 1 else ''}", ylabel="force  [kN]")
+    axis.set(
+        title=f"hammer of {1 / alpha:.2g} bars: {hits} contact{'s' if hits > 1 else ''}",
+        ylabel="force  [kN]",
+    )
 axes[-1].set(xlabel="time in round trips  t/T", xlim=(0, 3.5))
 
 # %%
 # A ball on a beam
 # ----------------
-# Timoshenko's second example of 1913. A steel ball of 2 cm meets a simply supported beam at 1 cm/s, and meets it
-# three times in one collision. The restitution that a bystander measures is no property of steel: it is the
-# vibration left in the beam.
+# Timoshenko's second example of 1913. A steel ball of 2 cm meets a simply supported beam
+# at 1 cm/s, and meets it three times in one collision. The restitution that a bystander
+# measures is no property of steel: it is the vibration left in the beam.
 
 case = il.load_case("sphere_on_long_beam")
 run = il.run(case)
 at = np.linspace(0.0, run.duration, 3000)
-ball, beam = run.evaluate(at, "position:sphere"), run.evaluate(at, "displacement:beam@0.1535")
+ball, beam = (
+    run.evaluate(at, "position:sphere"),
+    run.evaluate(at, "displacement:beam@0.1535"),
+)
 fig, (path, force) = plt.subplots(2, 1, figsize=(8, 4.6), sharex=True)
 path.plot(1e3 * at, 1e6 * ball, label="ball")
 path.plot(1e3 * at, 1e6 * beam, label="middle of the beam")

@@ -2,22 +2,24 @@
 A contact law of your own
 =========================
 
-A cushion of wood under a pile hammer springs back along a steeper line than it was pressed in along, and stays
-pressed. No law that comes with impactlab does that. This page writes it in 35 lines, checks it against a number
-that must come out, and puts it under a ram.
+A cushion of wood under a pile hammer springs back along a steeper line than it was
+pressed in along, and stays pressed. No law that comes with impactlab does that. This page
+writes it in 35 lines, checks it against a number that must come out, and puts it under a
+ram.
 """
 
 # %%
 # The law
 # -------
-# Pressed in, the cushion follows :math:`F = k\delta`. Let go, it follows :math:`F = (k/e^2)(\delta - \delta_p)`
-# with the set :math:`\delta_p = (1 - e^2)\,\delta_\text{max}`: of the energy it took it returns the share
-# :math:`e^2`, so that :math:`e` is its coefficient of restitution. Both lines rise, and the lower one holds:
-# :math:`F = \max(0, \min(k\delta,\ (k/e^2)(\delta - \delta_p)))`.
+# Pressed in, the cushion follows :math:`F = k\delta`. Let go, it follows :math:`F =
+# (k/e^2)(\delta - \delta_p)` with the set :math:`\delta_p = (1 -
+# e^2)\,\delta_\text{max}`: of the energy it took it returns the share :math:`e^2`, so
+# that :math:`e` is its coefficient of restitution. Both lines rise, and the lower one
+# holds: :math:`F = \max(0, \min(k\delta,\ (k/e^2)(\delta - \delta_p)))`.
 #
-# A law sees one record, the *port*: the gap of its contact without force, and the gap per unit force. With overlap
-# :math:`\delta = \delta_0 - Y F` each line gives its force in closed form, so any stiffness is stable under an
-# implicit scheme.
+# A law sees one record, the *port*: the gap of its contact without force, and the gap per
+# unit force. With overlap :math:`\delta = \delta_0 - Y F` each line gives its force in
+# closed form, so any stiffness is stable under an implicit scheme.
 
 from dataclasses import dataclass, replace
 
@@ -38,24 +40,38 @@ class Cushion(AbstractContactLaw):
     gains_energy = 0.01  # of the initial energy, in steps that resolve the contact
 
     stiffness: float = option(unit="N/m", above=0.0, description="k, pressing in")
-    restitution: float = option(0.5, above=0.0, at_most=1.0, description="coefficient of restitution e")
+    restitution: float = option(
+        0.5, above=0.0, at_most=1.0, description="coefficient of restitution e"
+    )
 
     def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
-        return Start(parameters=(self.stiffness, self.stiffness / self.restitution**2), memory=(0.0, 0.0))
+        return Start(
+            parameters=(self.stiffness, self.stiffness / self.restitution**2),
+            memory=(0.0, 0.0),
+        )
 
     @staticmethod
     def respond(port: Port, reply: Reply) -> None:
-        k, k_back, deepest, stored = port.parameters[0], port.parameters[1], port.memory[0], port.memory[1]
+        k, k_back, deepest, stored = (
+            port.parameters[0],
+            port.parameters[1],
+            port.memory[0],
+            port.memory[1],
+        )
         overlap, compliance = (
             -port.acting_gap,
             port.acting_gap_per_force,
         )  # without force; by how much a force lessens it
         pressing = k * overlap / (1.0 + k * compliance)
-        returning = k_back * (overlap - (1.0 - k / k_back) * deepest) / (1.0 + k_back * compliance)
+        returning = (
+            k_back * (overlap - (1.0 - k / k_back) * deepest) / (1.0 + k_back * compliance)
+        )
         reply.trial = min(pressing, returning)
         reply.force = max(0.0, reply.trial)
         reply.in_contact = 1.0 if reply.force > 0.0 else 0.0
-        end = -(port.free_gap + port.gap_per_force * reply.force)  # overlap at the end of the step
+        end = -(
+            port.free_gap + port.gap_per_force * reply.force
+        )  # overlap at the end of the step
         reply.memory[0] = max(deepest, end)
         held = max(0.0, min(k * end, k_back * (end - (1.0 - k / k_back) * reply.memory[0])))
         reply.memory[1] = reply.stored = 0.5 * held**2 / k_back
@@ -66,7 +82,8 @@ class Cushion(AbstractContactLaw):
 # %%
 # A number that must come out
 # ---------------------------
-# A mass on a rigid wall returns with :math:`e` times its speed, whatever its mass and the stiffness.
+# A mass on a rigid wall returns with :math:`e` times its speed, whatever its mass and the
+# stiffness.
 
 ball = il.Case(
     bodies={"ball": il.Mass("1 kg", velocity="1 m/s"), "wall": il.Wall()},
@@ -78,26 +95,40 @@ fig, axis = plt.subplots(figsize=(8, 3.4))
 for e in (0.3, 0.6, 0.9):
     history = il.run(ball.simulation().but(law=Cushion(stiffness=1e6, restitution=e)))
     left = history.evaluate(8e-3, "velocity:ball")
-    overlap, force = -history.evaluate(t, "gap:ball|wall"), history.evaluate(t, "force:ball|wall")
-    axis.plot(
-        1e3 * overlap[force > 0.0], 1e-3 * force[force > 0.0], label=f"e = {e}: returns with {-left:.4f} of its speed"
+    overlap, force = (
+        -history.evaluate(t, "gap:ball|wall"),
+        history.evaluate(t, "force:ball|wall"),
     )
-axis.set(xlabel="overlap  [mm]", ylabel="force  [kN]", title="The cushion between a ball and a wall", xlim=(0.0, None))
+    axis.plot(
+        1e3 * overlap[force > 0.0],
+        1e-3 * force[force > 0.0],
+        label=f"e = {e}: returns with {-left:.4f} of its speed",
+    )
+axis.set(
+    xlabel="overlap  [mm]",
+    ylabel="force  [kN]",
+    title="The cushion between a ball and a wall",
+    xlim=(0.0, None),
+)
 axis.legend(frameon=False)
 
 # %%
 # Under the ram
 # -------------
-# The starter case of a pile (``impactlab new pile.yaml --like pile``) with this cushion in place of a spring and
-# dashpot. The law is not hard and not linear, so the rod steps as a delay line: both waves are kept exactly, and
-# the contact is solved once in a step.
+# The starter case of a pile (``impactlab new pile.yaml --like pile``) with this cushion
+# in place of a spring and dashpot. The law is not hard and not linear, so the rod steps
+# as a delay line: both waves are kept exactly, and the contact is solved once in a step.
 
 pile = il.Case(
     bodies={
         "ram": il.Mass("6 t", velocity="4 m/s"),
         "cap": il.Mass("400 kg"),
         "pile": il.Rod(
-            length="12 m", width="300 mm", height="300 mm", material="concrete", ends={"right": {"dashpot": 4e5}}
+            length="12 m",
+            width="300 mm",
+            height="300 mm",
+            material="concrete",
+            ends={"right": {"dashpot": 4e5}},
         ),
     },
     contacts=[
@@ -113,17 +144,21 @@ fig, axis = plt.subplots(figsize=(8, 3.2))
 for e in (1.0, 0.5):
     laws = {**method.laws, "ram|cap": Cushion(stiffness=8e8, restitution=e)}
     history = il.run(il.api.Simulation(scene, replace(method, laws=laws)))
-    axis.plot(1e3 * t, 1e-6 * history.evaluate(t, "force:ram|cap"), label=f"cushion with e = {e}")
+    axis.plot(
+        1e3 * t, 1e-6 * history.evaluate(t, "force:ram|cap"), label=f"cushion with e = {e}"
+    )
 axis.set(xlabel="time  [ms]", ylabel="force  [MN]", title="Force of the cushion")
 axis.legend(frameon=False)
 
 # %%
 # Next
 # ----
-# Register the class as an entry point, and case files can name it (:doc:`/how-to-write-a-plugin`). Then
+# Register the class as an entry point, and case files can name it
+# (:doc:`/how-to-write-a-plugin`). Then
 #
-# - ``impactlab plugins --check cushion`` runs the contract of laws (momentum, energy, no pull) and measures order,
-#   energy and cost per step;
-# - ``impactlab bench two_rods`` with a family of yours draws speed against error beside all other methods
-#   (:doc:`/bench`);
-# - integrators, models and bodies work the same way: :doc:`/how-to-add-an-integrator`, :doc:`/how-to-add-a-model`.
+# - ``impactlab plugins --check cushion`` runs the contract of laws (momentum, energy, no pull)
+#   and measures order, energy and cost per step;
+# - ``impactlab bench two_rods`` with a family of yours draws speed against error beside all
+#   other methods (:doc:`/bench`);
+# - integrators, models and bodies work the same way: :doc:`/how-to-add-an-integrator`,
+#   :doc:`/how-to-add-a-model`.
