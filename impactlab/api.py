@@ -21,10 +21,13 @@ from impactlab.scene.precision import in_precision
 from impactlab.scene.problem import Scene
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from impactlab.numerics import addresses
     from impactlab.refine import choice
     from impactlab.refine import reference as references
     from impactlab.refine.reference import Reference
+    from impactlab.report import notebook
     from impactlab.report import summary as summaries
     from impactlab.simulate import driver, plan
     from impactlab.simulate.plan import Plan
@@ -32,7 +35,7 @@ else:  # with the libraries that they load, each when it is first used
     addresses = lazy("impactlab.numerics.addresses")
     driver, plan = lazy("impactlab.simulate.driver"), lazy("impactlab.simulate.plan")
     choice, references = lazy("impactlab.refine.choice"), lazy("impactlab.refine.reference")
-    summaries = lazy("impactlab.report.summary")
+    notebook, summaries = lazy("impactlab.report.notebook"), lazy("impactlab.report.summary")
 
 Progress = Callable[[float], None]
 warnings.simplefilter("ignore", RunNote, append=True)  # the last filter: those that a user sets come before it
@@ -75,6 +78,29 @@ class Comparison:
         """The document of ``compare --json``: schema_version, case, reference, rows of name and summary."""
         name = self.reference[0] if self.reference is not None else None
         return summaries.comparison(self.case, name, [(row.name, row.summary) for row in self.rows])
+
+    def plot(self) -> Figure:
+        """Return a matplotlib figure of the signals of all methods over time, a panel for each place.
+
+        Raises
+        ------
+        ImpactlabError
+            If no method ended, or there is no signal.
+        """
+        return notebook.plot_comparison(self.histories, self.references)
+
+    def _repr_html_(self) -> str:
+        return notebook.of_comparison(self.document, self.histories, self.references)
+
+    def __repr__(self) -> str:
+        lines = [f"<Comparison of '{self.case}', errors against {self.reference.name if self.reference else 'nothing'}"]
+        for row in self.rows:
+            errors = row.summary.get("errors") or {}
+            error = errors.get("mass_displacement", errors.get("face_displacement"))
+            lines.append(
+                f"  {row.name}: {row.summary['status']}" + (f", error {error:.3g}" if error is not None else "")
+            )
+        return "\n".join(lines) + ">"
 
     def __str__(self) -> str:
         width = shutil.get_terminal_size().columns if sys.stdout.isatty() else None

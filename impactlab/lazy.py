@@ -26,6 +26,14 @@ def lazy(name: str) -> Any:
     return LazyModule(name)
 
 
+def above(module: str) -> Any:
+    """Return a module that stands above the caller, by its name inside the package: figures of a history, say.
+
+    It is found when it is asked for, as plotting backends are; what stands below must not depend on it otherwise.
+    """
+    return import_module(f"impactlab.{module}")
+
+
 def lazy_names(
     package: str, names: Mapping[str, Iterable[str]], first: Callable[[], None] | None = None
 ) -> Callable[[str], Any]:

@@ -20,6 +20,7 @@ from impactlab.casefile.schema import CaseBlock
 from impactlab.casefile.starter import case_named
 from impactlab.casefile.written import yaml_text
 from impactlab.errors import CaseError, ImpactlabError, combined
+from impactlab.lazy import above
 from impactlab.scene.method import Method, Simulation
 from impactlab.scene.problem import Scene
 from impactlab.scene.ranges import odd_speeds
@@ -198,6 +199,19 @@ class Case:
     def hints(self) -> tuple[str, ...]:
         """Values that may be slips, as a wave speed that no solid has: a sentence each."""
         return tuple(odd_speeds(self.scene()))
+
+    def _repr_html_(self) -> str:
+        made: str = above("report.notebook").of_case(
+            self.label, self.title, self.scene(), self.method_names, self.hints
+        )
+        return made
+
+    def __repr__(self) -> str:
+        scene = self.scene()
+        bodies = ", ".join(f"{name} ({body.kind})" for name, body in scene.bodies.items())
+        method = "" if self.method_name == "base" else f", method '{self.method_name}'"
+        contacts = f"{len(scene.contacts)} contact" + ("s" if len(scene.contacts) != 1 else "")
+        return f"<Case '{self.label}'{method}: {bodies}; {contacts}, {scene.duration:.6g} s>"
 
     def resolved(self) -> dict[str, Any]:
         """Return the case with every default filled in and every value in SI, and the values derived from it."""

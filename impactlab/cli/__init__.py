@@ -64,6 +64,10 @@ for command, examples in (
         ],
     ),
     (reopening.report, ["impactlab report out/history.nc --out again"]),
+    (
+        reopening.animate,
+        ["impactlab animate hopkinson_chain -o waves.gif", "impactlab animate my_case.yaml -o waves.mp4"],
+    ),
     (cases.check, ["impactlab check my_case.yaml"]),
     (cases.choose, ["impactlab choose two_material_rod --tolerance 1e-3"]),
     (starting.new, ["impactlab new my_test --like hopkinson"]),

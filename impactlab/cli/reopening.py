@@ -1,4 +1,4 @@
-"""The command that shows a run from its file: ``report``."""
+"""The commands that show a run: ``report`` from its file, ``animate`` as a film."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from typing import Annotated
 
 import typer
 
+from impactlab.cli.options import CaseFile, Method, Sets, Variant, load
 from impactlab.cli.reporting import reporting
-from impactlab.cli.rooms import console, files, output, provenance, run_report
+from impactlab.cli.rooms import animation, api, console, files, output, provenance, run_report, sampling
 
 
 def report(
@@ -24,4 +25,26 @@ def report(
         with output.output_folder(out) as draft:
             files.write_data(draft, kept.history, kept.summary, kept.reference, origin._asdict())
             run_report.write_run(draft, kept.summary, kept.history, kept.history.scene, kept.reference, origin)
+        console.say(f"written: {out}")
+
+
+def animate(
+    case: CaseFile,
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE", help="The film: .gif, or .mp4 with ffmpeg.")],
+    sets: Sets = None,
+    method: Method = None,
+    variant: Variant = None,
+    seconds: Annotated[
+        float, typer.Option("--seconds", metavar="S", min=0.5, max=120.0, help="How long it plays.")
+    ] = 8.0,
+) -> None:
+    """Run a case and write it as a film: the bodies coloured by their load, and the diagram of their waves."""
+    with reporting(case, as_json=False):
+        animation.check_target(out)
+        loaded = load(case, sets, method, variant)
+        console.say_if_compiling()
+        with console.progress() as show:
+            history = api.run(loaded, lambda fraction: show(loaded.label, fraction), sampling.FRAMES)
+        console.say(f"drawing {out} ...")
+        history.animate(out, seconds)
         console.say(f"written: {out}")

@@ -19,11 +19,12 @@ if TYPE_CHECKING:
     from impactlab.history import base as histories
     from impactlab.history import sampling
     from impactlab.refine import reference as references
+    from impactlab.report import animation, compare_report, console, figure_files, output, provenance, run_report
     from impactlab.report import choice as choices
-    from impactlab.report import compare_report, console, figure_files, output, provenance, run_report
     from impactlab.sweeps import axes
     from impactlab.testing import verdict as verdicts
 else:
+    animation = lazy("impactlab.report.animation")
     api = lazy("impactlab.api")
     axes = lazy("impactlab.sweeps.axes")
     bench_report = lazy("impactlab.bench.report.write")
@@ -53,6 +54,7 @@ else:
     verdicts = lazy("impactlab.testing.verdict")
 
 __all__ = [
+    "animation",
     "api",
     "axes",
     "bench_report",

@@ -6,22 +6,19 @@ they are first asked for, as plotting backends are.
 
 from __future__ import annotations
 
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from impactlab.history.sampling import HISTORY_POINTS, page_times
+from impactlab.lazy import above
 
 if TYPE_CHECKING:
     import pandas
     import xarray
+    from matplotlib.animation import FuncAnimation
+    from matplotlib.figure import Figure
 
 MAX_SHOWN = 8  # channels and warnings in the text of a history
-
-
-def above(module: str) -> Any:
-    """Return a module of the package that imports this one, by its name."""
-    return import_module(f"impactlab.{module}")
 
 
 class Views:
@@ -71,6 +68,44 @@ class Views:
     def contacts_table(self) -> pandas.DataFrame:
         """The periods of contact as a table: contact, start, end [s], impulse [N s], peak_force [N] and kicks."""
         made: pandas.DataFrame = above("history.dataset").contacts_table(self)
+        return made
+
+    def plot(self) -> Figure:
+        """Return a matplotlib figure of the signals over time: probes first, then contact forces and displacements."""
+        made: Figure = above("report.notebook").plot(self)
+        return made
+
+    def plot_xt(self) -> Figure:
+        """Return the Lagrange diagram: all bodies end to end, place to the right, time upwards, load as colour.
+
+        Raises
+        ------
+        ImpactlabError
+            If no fields were kept of any body: a stepped run keeps them with ``il.run(case, frames=240)``.
+        """
+        made: Figure = above("report.notebook").plot_xt(self)
+        return made
+
+    def animate(self, path: str | Path | None = None, seconds: float = 8.0) -> FuncAnimation:
+        """Return the run as an animation: the bodies coloured by their load, below them the diagram of their waves.
+
+        Parameters
+        ----------
+        path : str or Path, optional
+            A file to write, .gif or .mp4 (which needs ffmpeg).
+        seconds : float, optional
+            How long it plays.
+
+        Raises
+        ------
+        ImpactlabError
+            If the file has another ending, or ffmpeg is missing.
+        """
+        made: FuncAnimation = above("report.animation").animate(self, path, seconds)
+        return made
+
+    def _repr_html_(self) -> str:
+        made: str = above("report.notebook").of_history(self)
         return made
 
     def __repr__(self) -> str:

@@ -1,0 +1,199 @@
+"""How cases, runs and comparisons show themselves: HTML for notebooks, and figures of signals and waves."""
+
+from __future__ import annotations
+
+import dataclasses
+import html
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from importlib.resources import files
+from typing import TYPE_CHECKING, Any
+
+from impactlab.errors import ImpactlabError
+from impactlab.history.base import SERIOUS, AbstractHistory, ContactSpan
+from impactlab.report import diagram, facts, plots, signals
+from impactlab.report.figure_files import inline, to_svg
+from impactlab.report.sketch import sketch
+from impactlab.report.style import PALETTE, Trace, traces
+from impactlab.report.table import page_headings, page_rows
+from impactlab.scene.problem import Scene
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+MAX_PERIODS, MAX_PANELS = 10, 6  # rows of the table of contacts; panels of the figure
+GROUPS = ("probe", "force", "displacement")  # of signals, those of the first shown first
+
+
+def plot(history: AbstractHistory) -> Figure:
+    """Return the signals of a run over time: probes first, then contact forces and displacements."""
+    return signals_of([Trace("run", history, PALETTE[0])], whole(history), compared=False)
+
+
+def plot_comparison(rows: Mapping[str, AbstractHistory], references: Mapping[str, AbstractHistory]) -> Figure:
+    """Return the signals of several methods over time, a panel for each place, with their references."""
+    if not rows:
+        raise ImpactlabError("no method ended, so there is nothing to draw")
+    shown = signals.shown(traces(rows, references))
+    return signals_of(shown, shown[0].history.scene, compared=True)
+
+
+def plot_xt(history: AbstractHistory) -> Figure:
+    """Return the Lagrange diagram of a run.
+
+    Raises
+    ------
+    ImpactlabError
+        If the run keeps no fields of any body.
+    """
+    scene = whole(history)
+    if not diagram.has_waves(history, scene):
+        raise ImpactlabError(
+            "no fields were kept of this run, so its waves cannot be drawn",
+            remedy="Run it as il.run(case, frames=240).",
+        )
+    return diagram.lagrange(history, scene)
+
+
+def signals_of(shown: Sequence[Trace], scene: Scene, *, compared: bool) -> Figure:
+    """Return a figure of the first few signals of histories.
+
+    Raises
+    ------
+    ImpactlabError
+        If there is none.
+    """
+    panels = signals.panels(shown, scene, compared=compared)
+    chosen = [panel for group in GROUPS for panel in panels if panel.group == group][:MAX_PANELS]
+    if not chosen:
+        raise ImpactlabError("there is no signal to draw", remedy="Name probes in the case.", path="probes")
+    figure = plots.signals(chosen, shown, scene, compared=compared)
+    for axes, panel in zip(figure.axes, chosen, strict=False):
+        if len(panel.lines) > 1 and not compared and len(chosen) > 1:
+            axes.legend(
+                axes.get_lines()[-len(panel.lines) :], [line.name for line in panel.lines], fontsize=7, framealpha=0.6
+            )
+    return figure
+
+
+def whole(history: AbstractHistory) -> Scene:
+    """Return the scene of a run, as long as the run lasted."""
+    return dataclasses.replace(history.scene, duration=history.duration)
+
+
+def of_case(label: str, title: str, scene: Scene, methods: Sequence[str], hints: Sequence[str]) -> str:
+    """Return a case as HTML: sketch, facts, methods, hints."""
+    rows = [*facts.scene_facts(scene), *([("methods", ", ".join(methods))] if len(methods) > 1 else [])]
+    return _block(_heading(title or label, label if title else ""), sketch(scene), _facts(rows), *map(_warning, hints))
+
+
+def of_history(history: AbstractHistory) -> str:
+    """Return a run as HTML: sketch, what was computed, figure, periods of contact, warnings."""
+    case, scene, book = history.case, whole(history), history.energy
+    name = case.label if case is not None else scene.name
+    if case is not None and case.method_name != "base":
+        name += f", method {case.method_name}"
+    solved = f"{history.cost.steps} steps, solved in {facts.si(history.cost.solve_s, 's')}"
+    rows = [
+        ("duration", facts.si(history.duration, "s")),
+        ("solution", solved if history.dt is not None else f"exact, in {facts.si(history.cost.solve_s, 's')}"),
+        (
+            "energy",
+            f"gain {100.0 * book.largest_gain:.2g} %, loss {100.0 * book.largest_loss:.2g} %",
+        ),
+    ]
+    warned = sorted(history.warnings, key=lambda each: each.code not in SERIOUS)
+    return _block(
+        _heading(case.title if case is not None and case.title else name, name),
+        *(_warning(f"{each.code}: {each.text}") for each in warned if each.code in SERIOUS),
+        sketch(scene),
+        _facts(rows),
+        _figure(lambda: plot(history), "Signals of the run"),
+        _periods(history.contacts),
+        *(_warning(f"{each.code}: {each.text}", doubt=False) for each in warned if each.code not in SERIOUS),
+    )
+
+
+def of_comparison(
+    document: Mapping[str, Any], rows: Mapping[str, AbstractHistory], references: Mapping[str, AbstractHistory]
+) -> str:
+    """Return a comparison as HTML: table, figure, warnings."""
+    headings = page_headings()
+    lines = []
+    for row in page_rows(document):
+        if "failure" in row:
+            lines.append(
+                f'<tr><th>{_text(row["name"])}</th><td colspan="{len(headings) - 1}">{_text(row["failure"])}</td></tr>'
+            )
+            continue
+        cells = (
+            f'<td class="n">{"<b>" * cell.best}{_text(cell.text)}{"</b>" * cell.best}</td>' for cell in row["cells"]
+        )
+        lines.append(f"<tr><th>{_text(row['name'])}</th>{''.join(cells)}</tr>")
+    top = "".join(
+        f'<th class="{"n" if number else ""}">{_text(name)}{f" [{_text(unit)}]" if unit else ""}</th>'
+        for name, unit, number in headings
+    )
+    serious = [
+        f"{name}: {each.code}: {each.text}" for name, h in rows.items() for each in h.warnings if each.code in SERIOUS
+    ]
+    return _block(
+        _heading(str(document["case"]), f"{len(document['rows'])} methods compared"),
+        *map(_warning, serious),
+        f'<div class="wide"><table><tr>{top}</tr>{"".join(lines)}</table></div>',
+        _figure(lambda: plot_comparison(rows, references), "Signals of the methods"),
+    )
+
+
+def _block(*parts: str) -> str:
+    rules = (files("impactlab.report") / "notebook.css").read_text(encoding="utf-8")
+    colours = " ".join(f"--c{number}: {colour};" for number, colour in enumerate(PALETTE))
+    return f'<div class="impactlab"><style>{rules}.impactlab {{ {colours} }}</style>{"".join(parts)}</div>'
+
+
+def _heading(title: str, under: str) -> str:
+    return f"<h4>{_text(title)}</h4>" + (f"<p>{_text(under)}</p>" if under and under != title else "")
+
+
+def _facts(rows: Iterable[tuple[str, str]]) -> str:
+    return (
+        "<table>"
+        + "".join(f"<tr><th>{_text(name)}</th><td>{_text(words)}</td></tr>" for name, words in rows)
+        + "</table>"
+    )
+
+
+def _periods(spans: Sequence[ContactSpan]) -> str:
+    if not spans:
+        return "<p>No contact.</p>"
+    lines = "".join(
+        f"<tr><th>{_text(span.contact.replace('|', ' | '))}</th>"
+        + "".join(f'<td class="n">{_text(words)}</td>' for words in _words(span))
+        + "</tr>"
+        for span in spans[:MAX_PERIODS]
+    )
+    names = ("contact", "from", "to", "impulse", "largest force")
+    top = "".join(f'<th class="{"n" if number else ""}">{name}</th>' for number, name in enumerate(names))
+    more = f"<p>and {len(spans) - MAX_PERIODS} more periods of contact</p>" if len(spans) > MAX_PERIODS else ""
+    return f"<table><tr>{top}</tr>{lines}</table>{more}"
+
+
+def _words(span: ContactSpan) -> tuple[str, ...]:
+    end = "the end" if span.end is None else facts.si(span.end, "s")
+    peak = "" if span.peak_force is None else facts.si(span.peak_force, "N")
+    return facts.si(span.start, "s"), end, facts.si(span.impulse, "N·s"), peak
+
+
+def _figure(draw: Callable[[], Figure], label: str) -> str:
+    """Return a figure as SVG; nothing where there is nothing to draw."""
+    try:
+        return inline(to_svg(draw()), label)
+    except ImpactlabError:
+        return ""
+
+
+def _warning(text: str, doubt: bool = True) -> str:
+    return f'<p class="{"doubt" if doubt else ""}">Warning: {_text(text)}</p>'
+
+
+def _text(words: Any) -> str:
+    return html.escape(str(words))

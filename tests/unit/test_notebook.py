@@ -1,0 +1,184 @@
+"""How cases, runs and comparisons show themselves, and the figures and films that they give."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import warnings
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+from typer.testing import CliRunner
+
+import impactlab as il
+from impactlab.cli import app
+from impactlab.errors import ImpactlabError
+from impactlab.report import animation
+
+CASES = Path(__file__).parents[2] / "cases"
+
+
+class Outline(HTMLParser):
+    """The texts of a piece of HTML, and whether its tags close."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.words: list[str] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: Any) -> None:
+        self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        self.words.append(data)
+
+
+@pytest.fixture(scope="module")
+def case() -> il.Case:
+    return il.load_case(CASES / "axial_impact.yaml")
+
+
+def words_of(shown: str) -> str:
+    outline = Outline(shown)
+    assert outline.open == []
+    assert "http" not in shown.replace("http://www.w3.org/", "")
+    return " ".join(outline.words)
+
+
+def test_a_case_shows_its_bodies(case: il.Case) -> None:
+    text = words_of(case._repr_html_())
+    assert "Axial impact of a rigid mass" in text
+    assert "rigid mass, 2.133" in text
+    assert "impulse_momentum" in text
+    assert repr(case) == "<Case 'axial_impact': hammer (mass), rod (rod); 1 contact, 0.000349121 s>"
+
+
+def test_a_run_shows_figure_contacts_and_warnings(case: il.Case) -> None:
+    shown = il.run(case.method("continuous"))._repr_html_()
+    text = words_of(shown)
+    assert "method continuous" in text
+    assert "78.28" in text.replace("\N{NO-BREAK SPACE}", " ")  # kN, the largest force
+    assert "near_grazing" in text
+    assert shown.count("<svg") == 2  # the sketch and the signals
+
+
+def test_a_doubtful_run_says_so_first(case: il.Case) -> None:
+    history = il.run(case)
+    history.warnings.append(il.run(case).warnings[0]._replace(code="energy_gain", text="energy <grew>"))
+    text = words_of(history._repr_html_())
+    assert text.index("energy_gain: energy <grew>") < text.index("duration")
+
+
+def test_a_comparison_shows_its_table(case: il.Case) -> None:
+    made = il.compare(case, ["continuous", "modal_10", "penalty"])
+    text = words_of(made._repr_html_())
+    assert all(name in text for name in ("modal_10", "penalty", "first opening"))
+    assert repr(made).splitlines()[0] == "<Comparison of 'axial_impact', errors against st_venant"
+    assert len(repr(made).splitlines()) == 4
+    assert len(made.plot().axes) >= 6
+
+
+def test_figures_of_a_run() -> None:
+    case = il.load_case(CASES / "hopkinson_chain.yaml")
+    history = il.run(case, frames=240)
+    signals = history.plot()
+    assert [axes.get_title("left") for axes in signals.axes] == ["Stress", "Contact force", "Displacement"]
+    assert [text.get_text() for text in signals.axes[0].get_legend().get_texts()] == [
+        "incident at 500 mm",
+        "transmission at 500 mm",
+    ]
+    diagram = history.plot_xt().axes[0]
+    assert diagram.get_xlabel() == "place  x  [m]"
+    assert len(diagram.images) == 3
+    with pytest.raises(ImpactlabError, match=r"no fields were kept.*\n.*frames=240"):
+        il.run(case).plot_xt()
+    alone = il.Case(bodies={"ball": il.Mass(mass=1.0, velocity=1.0)}, solve={"duration": 1.0, "step": {"dt": 0.1}})
+    with pytest.raises(ImpactlabError, match="no signal to draw"):
+        il.run(alone).plot()
+    assert "No contact" in words_of(il.run(alone)._repr_html_())
+
+
+FILMED = [("axial_impact", "continuous"), ("rod_on_beam", "base"), ("several_masses", "base"), ("rod_on_wall", "base")]
+
+
+@pytest.mark.parametrize(("name", "method"), FILMED)
+def test_a_film_moves(name: str, method: str) -> None:
+    history = il.run(il.load_case(CASES / f"{name}.yaml").method(method), frames=240)
+    figure, step, count = animation.film(history)
+    assert count == 241
+    pictures = []
+    for number in (0, 60, 240):
+        step(number)
+        pictures.append(tuple(tuple(np.round(cells.get_array(), 9)) for cells in figure.axes[0].collections))
+    if history.scene.elastic:
+        assert len(set(pictures)) > 1
+
+
+def test_a_run_without_fields_is_filmed_with_its_forces(case: il.Case) -> None:
+    figure, step, _ = animation.film(il.run(case.with_("snapshots", [])))
+    step(200)
+    assert figure.axes[1].get_ylabel().startswith("contact force")
+    assert len(figure.axes[1].get_lines()[0].get_xdata()) == 201
+
+
+def test_the_command_writes_a_film(tmp_path: Path) -> None:
+    out = tmp_path / "waves.gif"
+    given = ["animate", str(CASES / "axial_impact.yaml"), "--method", "continuous", "-o", str(out), "--seconds", "0.5"]
+    done = CliRunner().invoke(app, given)
+    assert done.exit_code == 0, done.output
+    with Image.open(out) as film:
+        assert film.n_frames == 8
+        assert film.size == (792, 506)
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("waves.avi", "is no name of an animation"),
+        ("none/waves.gif", "there is no folder"),
+        ("waves.mp4", "needs the program ffmpeg"),
+    ],
+)
+def test_films_that_cannot_be_written_are_refused_before_the_run(
+    tmp_path: Path, name: str, text: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(animation.shutil, "which", lambda program: None)
+    done = CliRunner().invoke(app, ["animate", str(CASES / "axial_impact.yaml"), "-o", str(tmp_path / name)])
+    assert done.exit_code == 2
+    assert text in done.output
+
+
+def test_warnings_have_classes(case: il.Case) -> None:
+    slow = case.with_("bodies.rod.material.young", 210).with_settings({"solve.step": {"points_per_period": 10}})
+    with warnings.catch_warnings(record=True) as seen:
+        warnings.simplefilter("always")
+        il.run(slow.method("continuous"))
+    kinds = [each.category for each in seen]
+    assert il.UnusualValue in kinds
+    assert il.RunNote in kinds
+    assert all(issubclass(kind, il.RunWarning) for kind in kinds)
+    text = next(str(each.message) for each in seen if each.category is il.UnusualValue)
+    assert text.startswith("bodies.rod.material: the wave speed is 0.163 m/s, and that of solids lies between 300 and")
+    assert slow.hints == (text,)
+    assert case.hints == ()
+
+
+def test_notes_are_quiet_unless_asked_for(case: il.Case) -> None:
+    code = (
+        "import warnings, impactlab as il\n"
+        f"case = il.load_case({str(CASES / 'axial_impact.yaml')!r})\n"
+        "il.run(case)\n"
+        "warnings.simplefilter('always', il.RunNote)\n"
+        "print('asked', flush=True)\n"
+        "il.run(case)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stderr.count("RunNote: near_grazing") == 1
