@@ -1,4 +1,4 @@
-"use strict";
+
 // The live part of a page: an animated scene, the diagram of place and time, time traces, a table that sorts.
 // All of it follows one state: the time, the history shown, the stretch of displacements, the methods switched off.
 
@@ -453,23 +453,6 @@ function layOut() {
 }
 function stretchWords() { $("stretch").setAttribute("aria-valuetext", `times ${state.stretch}`); $("stretched").textContent = state.stretch === 1 ? "to scale" : `× ${state.stretch.toLocaleString("en")}`; }
 
-// ---- the table ----
-function sortable(table) {
-  const body = table.tBodies[0], heads = [...table.tHead.rows[0].cells];
-  heads.forEach((head, column) => {
-    const button = document.createElement("button");
-    button.type = "button"; button.append(...head.childNodes); head.append(button);
-    button.addEventListener("click", () => {
-      const up = head.getAttribute("aria-sort") !== "ascending";
-      heads.forEach((each) => each.removeAttribute("aria-sort"));
-      head.setAttribute("aria-sort", up ? "ascending" : "descending");
-      const key = (row) => { const cell = row.cells[column]; return !cell || cell.colSpan > 1 ? null : cell.dataset.value !== undefined ? Number(cell.dataset.value) : column ? (cell.textContent === "–" ? null : cell.textContent) : cell.firstChild.textContent; };
-      const order = (a, b) => (a === null) - (b === null) || (up ? 1 : -1) * (typeof a === "number" && typeof b === "number" ? a - b : String(a).localeCompare(String(b)));
-      body.append(...[...body.rows].map((row) => [key(row), row]).sort(([a], [b]) => order(a, b)).map(([, row]) => row));
-    });
-  });
-}
-
 // ---- start ----
 async function start() {
   const array = await unpack(data.arrays);
@@ -484,7 +467,7 @@ async function start() {
   choice.parentElement.hidden = data.methods.length < 2;
   if (data.compared) data.methods.forEach((method, i) => $("keys").append(keyOf(method.name, () => css(method.colour), (shown) => setMethod(i, shown))));
   drawLegend(); layOut();
-  document.querySelectorAll("table").forEach(sortable);
+  sortTables();
   $("play").addEventListener("click", () => play(!state.playing));
   $("time").addEventListener("input", (event) => setTime((event.target.value / event.target.max) * data.duration));
   choice.addEventListener("change", () => { state.film = Number(choice.value); layOut(); });

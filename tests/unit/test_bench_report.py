@@ -20,6 +20,7 @@ from impactlab.bench.report import pages
 from impactlab.bench.report.automatic import automatic_sheet, choices
 from impactlab.bench.report.fronts import front_of
 from impactlab.bench.report.looks import leaders, looks, power, within
+from impactlab.bench.report.overview import SHADES
 from impactlab.bench.report.precision import precision
 from impactlab.bench.report.ranking import judged, profile, ranking
 from impactlab.bench.report.read import read_table
@@ -418,17 +419,31 @@ def test_a_report_is_whole_and_needs_no_network(report: Path) -> None:
     for page in shown:
         found = Links(page.read_text(encoding="utf-8"))
         assert len(found.ids) == len(set(found.ids))
-        for address in found.addresses:
+        for address in set(found.addresses) - {"data:,"}:  # an empty icon
             file, _, anchor = address.partition("#")
             target = page.parent / file if file else page
             assert target.exists(), address
             assert not anchor or f'id="{anchor}"' in target.read_text(encoding="utf-8")
     names = {path.stem for path in (report / "figures").iterdir()}
-    assert {"map_0.001", "profiles_solve", "precision_a_displacement", "energy_a", "oscillation_a"} <= names
+    assert {"precision_a_displacement", "energy_a", "oscillation_a"} <= names
+    assert not [name for name in names if name.startswith(("map", "profiles"))]  # of three scenes
     assert {"winners.md", "winners.tex", "a.md", "a.tex", "ranking_both_solve.tex"} <= {
         path.name for path in (report / "tables").iterdir()
     }
     assert not list(report.glob(".report*"))
+
+
+def test_several_scenes_have_a_map_and_profiles_whose_ramp_the_page_sets(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(pages, "MIN_SCENES", 3)
+    write_bench(tmp_path, written(tmp_path, HAND))
+    assert {"map_0.001", "profiles_solve"} <= {path.stem for path in (tmp_path / "figures").iterdir()}
+    text = (tmp_path / "index.html").read_text(encoding="utf-8")
+    style, body = text.split("</style>")
+    assert "var(--shade0)" in body
+    assert SHADES[0][1] not in body
+    assert style.count("--shade0:") == 3  # light, dark, printed
 
 
 def test_a_report_replaces_the_last_one_and_nothing_else(tmp_path: Path) -> None:

@@ -36,7 +36,7 @@ def profiles(scenes: Sequence[SceneRows], norm: Norm, look: Looks, clock: str = 
     DolanMore2002, section 2.
     """
     tables = [ranking(scenes, norm, tolerance, clock) for tolerance in TOLERANCES]
-    named = [[standing.method for standing in table if standing.ratios][:MAX_NAMED] for table in tables]
+    named = [_named([standing.method for standing in table if standing.ratios], look) for table in tables]
     every = list(dict.fromkeys(method for found in named for method in found))
     look = told_apart(every, look)
     figure, rows = grid(len(TOLERANCES), 1, 2.15, Margins(right=room_beside(every), down=0.65))
@@ -51,6 +51,11 @@ def profiles(scenes: Sequence[SceneRows], norm: Norm, look: Looks, clock: str = 
         _curves(axes, table, look, found)
     rows[-1][0].set_xlabel("at most this many times the time of the fastest method that meets the tolerance")
     return figure
+
+
+def _named(methods: Sequence[str], look: Looks) -> list[str]:
+    """Return the best methods, and those without steps: a dark line always has its name."""
+    return [method for place, method in enumerate(methods) if place < MAX_NAMED or look[method].colour == INK]
 
 
 def _curves(axes: Axes, table: Sequence[Standing], look: Looks, named: Sequence[str]) -> None:

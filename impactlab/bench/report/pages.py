@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
+import impactlab
 from impactlab.bench.report import energy, overview
 from impactlab.bench.report.automatic import automatic_sheet
 from impactlab.bench.report.looks import Looks, power
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FOLDERS = ("figures", "tables", "cases")  # of a report
+MIN_SCENES = 5  # below it a map and profiles over scenes show less than the tables
 CLOCK_TABS = {"solve": "", "total": ", with set-up"}
 
 
@@ -42,6 +44,8 @@ class Plate(NamedTuple):
 def plate(out: Path, name: str, title: str, caption: str, figure: Figure, tab: str = "") -> Plate:
     """Save a figure as SVG and PNG and return it for a page."""
     svg = inline(save(figure, out / "figures", name), f"{title}. {caption}")
+    for number, (_, colour, _) in enumerate(overview.SHADES):  # a dark page turns the ramp round
+        svg = svg.replace(colour, f"var(--shade{number})")
     return Plate(name, tab, title, caption, lean(svg, name))
 
 
@@ -80,8 +84,8 @@ REFERENCES = {
     "converged": "a converged solution",
 }
 MAP = (
-    "Rows are methods, columns scenes. The darker a field, the nearer is the method to the fastest that meets the "
-    "tolerance in displacement and impulse there, by time to solve; a white dot is the fastest itself."
+    "Rows are methods, columns scenes. The stronger the colour of a field, the nearer is the method to the fastest that meets the "
+    "tolerance in displacement and impulse there, by time to solve; a dot is the fastest itself."
 )
 PROFILE = (
     "For each method, in what share of the scenes it meets the tolerance in displacement and impulse within a given "
@@ -142,17 +146,18 @@ def _reference(scene: SceneRows) -> str:
 
 def write_index(out: Path, rows: Sequence[Row], scenes: Sequence[SceneRows], look: Looks) -> None:
     """Write the page over all scenes with its figures and tables."""
-    maps = []
-    for t in TOLERANCES:
+    maps, profiles = [], []
+    many = len(scenes) >= MIN_SCENES
+    for t in TOLERANCES if many else ():
         figure = overview.chart(scenes, BOTH, t)
         maps.append(plate(out, f"map_{t:g}", f"Map at {power(t)}", MAP, figure, f"tolerance {power(t)}"))
-    profiles = []
-    for clock, tail in CLOCK_TABS.items():
+    for clock, tail in CLOCK_TABS.items() if many else ():
         figure, title = overview.profiles(scenes, BOTH, look, clock), f"Performance profiles{tail}"
         profiles.append(plate(out, f"profiles_{clock}", title, PROFILE, figure, f"time to solve{tail}"))
     page = {
-        "counts": f"{len(methods_of(scenes))} methods on {len(scenes)} scenes, {len(rows)} runs",
+        "counts": f"{counted(len(methods_of(scenes)), 'method')} on {counted(len(scenes), 'scene')}, {len(rows)} runs",
         "source": _source(rows),
+        "version": impactlab.__version__,
         "findings": findings(scenes),
         "certainty_words": certainty_words(rows, scenes),
         "links": {scene.name: f"cases/{scene.case}.html#{slug(scene.name)}" for scene in scenes},
@@ -173,6 +178,11 @@ def write_index(out: Path, rows: Sequence[Row], scenes: Sequence[SceneRows], loo
     }
     text = rendered("impactlab.bench.report", "index.html.j2", page=page)
     (out / "index.html").write_text(text, encoding="utf-8")
+
+
+def counted(number: int, noun: str) -> str:
+    """Return a number with its noun: ``1 scene``, ``2 scenes``."""
+    return f"{number} {noun}{'s' if number != 1 else ''}"
 
 
 def _source(rows: Sequence[Row]) -> str:

@@ -48,6 +48,8 @@ def _at(scenes: Sequence[SceneRows], tolerance: float) -> str:
     if not wins:
         named = f"At {power(tolerance)} no method with steps off special grids meets both norms"
         return f"{named} in any of {_scenes(len(kept))}."
+    if len(kept) == 1:
+        return f"At {power(tolerance)} in displacement and impulse {next(iter(wins))} is fastest."
     named = ", ".join(f"{method} in {count}" for method, count in wins.most_common(MAX_NAMED))
     unmet = len(kept) - wins.total()
     missing = f"; none meets it in {unmet}" if unmet else ""
@@ -64,7 +66,9 @@ def _steady(scenes: Sequence[SceneRows]) -> str:
     first = table[0]
     price = median(first.ratios_stepped)
     cost = f", at {short(price)} times the time of the fastest there (median)" if price is not None else ""
-    return f"Most often within {power(tolerance)}: {first.method}, in {first.count(MET)} of {len(first.results)}{cost}."
+    often = "Most often within" if len(first.results) > 1 else "Within"
+    share = f", in {first.count(MET)} of {len(first.results)}" if len(first.results) > 1 else ""
+    return f"{often} {power(tolerance)}: {first.method}{share}{cost}."
 
 
 def certainty_words(rows: Sequence[Row], scenes: Sequence[SceneRows]) -> list[str]:
