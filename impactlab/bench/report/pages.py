@@ -84,8 +84,8 @@ REFERENCES = {
     "converged": "a converged solution",
 }
 MAP = (
-    "Rows are methods, columns scenes. The stronger the colour of a field, the nearer is the method to the fastest that meets the "
-    "tolerance in displacement and impulse there, by time to solve; a dot is the fastest itself."
+    "Rows are methods, columns scenes. The stronger the colour of a field, the nearer is the method to the fastest "
+    "that meets the tolerance in displacement and impulse there, by time to solve; a dot is the fastest itself."
 )
 PROFILE = (
     "For each method, in what share of the scenes it meets the tolerance in displacement and impulse within a given "
