@@ -1,4 +1,4 @@
-"""Settings shared by all tests: properties take the time they need, and print how to repeat a failure."""
+"""Settings shared by all tests: random examples, and compilation before two workers start."""
 
 from __future__ import annotations
 
@@ -10,8 +10,18 @@ from hypothesis import HealthCheck, settings
 settings.register_profile(
     "impactlab",
     deadline=None,
+    max_examples=50,
     print_blob=True,
     derandomize=bool(os.environ.get("CI")),
     suppress_health_check=[HealthCheck.too_slow],
 )
 settings.load_profile("impactlab")
+
+
+def pytest_sessionstart() -> None:
+    """Compile the kernels once, a half in each of two workers."""
+    worker = os.environ.get("PYTEST_XDIST_WORKER")
+    if worker in ("gw0", "gw1"):
+        from tests.compiling import compile_half
+
+        compile_half(int(worker[2:]))
