@@ -1,4 +1,4 @@
-"""Two workers that start without compiled code: each compiles its half of the kernels, and neither those of the other."""
+"""Kernels compiled once where two workers start without compiled code: a half in each."""
 
 from __future__ import annotations
 

@@ -54,9 +54,16 @@ def test_a_cell_completes_or_is_refused_with_reason_and_remedy(model: str, law: 
     assert hopeless or found.status != "failed", found.text
 
 
+def without_two_thirds_of_adaptive() -> list[matrix.Cell]:
+    """Return the cells; of those under `adaptive`, which take half of the time, each model and law with every third."""
+    models, laws = list(matrix.models()), list(matrix.laws())
+    places = ((cell, models.index(cell[0]) + laws.index(cell[1])) for cell in matrix.cells())
+    return [cell for cell, place in places if cell[2] != "adaptive" or place % 3 == 0]
+
+
 @pytest.mark.slow
 def test_no_cell_crashes_hangs_or_returns_a_number_that_is_not_finite() -> None:
-    cells = matrix.cells()
+    cells = without_two_thirds_of_adaptive()
     found = matrix.run_all(cells, TRIPS, timed=False)
     assert set(found) == set(cells)
     for cell, each in found.items():

@@ -1,4 +1,4 @@
-"""A bench killed with SIGKILL at ten random moments and resumed ends as one that was left alone."""
+"""A bench killed with SIGKILL at five random moments and resumed ends as one that was left alone."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 CASES = [str(ROOT / "cases" / name) for name in ("axial_impact.yaml", "two_rods.yaml")]
 METHODS = "exact,central_difference,central_difference_0.9,wave_identification,craig_bampton,spectral_4,bathe,own"
-KILLS = 10
+KILLS = 5
 OF_TIME = ("repeats", "setup_s", "setup_spread_s", "solve_s", "solve_spread_s")
 
 
@@ -55,7 +55,7 @@ def test_a_bench_killed_at_random_moments_loses_nothing_and_does_nothing_twice(t
     left_alone, killed = tmp_path / "left_alone", tmp_path / "killed"
     assert started(left_alone, jobs=1).wait() == 0
     expected = read(left_alone / "rows")
-    assert len(expected) > 2 * KILLS
+    assert len(expected) > 4 * KILLS
 
     moments = random.Random(20261)
     known: dict[str, dict[str, tuple[int, str]]] = {"rows": {}, "times": {}}
