@@ -12,6 +12,7 @@ from impactlab.report.summary import cell, has_numbers, in_round_trips, model_la
 from impactlab.scene.bodies import Beam, Body, End, Mass, Shaft, Wall, WaveBody
 from impactlab.scene.problem import Scene
 
+MIN_GAP = 1e-12  # m, below which a gap between sub-impacts is rounding
 CLOSE = 1.02  # errors within 2 % of each other are said together
 
 
@@ -77,7 +78,10 @@ def _end(end: End) -> str:
 def method_facts(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
     """Return how a run was computed as (name, words)."""
     used = summary["method"]
-    facts = [(f"model of {name}", model_label(model)) for name, model in used["models"].items()]
+    models = {name: model_label(model) for name, model in used["models"].items()}
+    if len(models) > 1 and len(set(models.values())) == 1:
+        models = {"all bodies": next(iter(models.values()))}
+    facts = [(f"model of {name}", model) for name, model in models.items()]
     laws = Counter(_options(law) for law in used["laws"])
     facts += [
         ("contact law", words if count == 1 else f"{words}, at {count} contacts") for words, count in laws.items()
@@ -182,7 +186,7 @@ def collision(each: Mapping[str, Any]) -> str:
     if ended and each["energy_lost"] is not None:
         verb = "loses" if each["energy_lost"] >= 0.0 else "gains"
         parts.append(f"{each['striker']} {verb} {si(abs(each['energy_lost']), 'J')}")
-    if each["largest_gap"]:
+    if (each["largest_gap"] or 0.0) > MIN_GAP:
         parts.append(f"gaps up to {si(each['largest_gap'], 'm')}")
     return ", ".join(parts)
 

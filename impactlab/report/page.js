@@ -9,6 +9,7 @@ const dark = matchMedia("(prefers-color-scheme: dark)");
 const state = { duration: data.duration, time: 0.25 * data.duration, film: Math.max(0, data.compared ? data.methods.findIndex((m) => m.colour === "ink") : 0), stretch: 1, playing: false, off: new Set() };
 const RUN_SECONDS = 8; // of the screen, for a whole run at speed 1
 const ICON = 34; // px, of a mass or a wall
+const SHORT = 0.03; // of the whole train: the load of shorter bodies does not widen the scale of colours
 const MANY = 10; // %, above which the axis of the energy balance is linear near zero only
 const PAD = { left: 58, right: 20, top: 14, bottom: 44 }; // px, around the diagram
 
@@ -87,7 +88,7 @@ function readFilms(array) {
     return { ...film, bodies };
   });
   for (const body of data.bodies) {
-    if (!body.unit) continue;
+    if (!body.unit || body.length < SHORT * whole) continue;
     const known = [films.length - 1, 0, ...films.keys()].map((i) => data.films[i].bodies[body.name].largest).find((v) => v > 0);
     limits[body.unit] = Math.max(limits[body.unit] || 0, known || 0);
   }
@@ -325,7 +326,8 @@ function drawLegend() {
     const item = document.createElement("span"), bar = document.createElement("i");
     const words = { Pa: ["tension", "compression"], m: ["down", "up"] }[unit] || ["", ""];
     bar.style.background = `linear-gradient(90deg, ${ramp.filter((_, i) => i % 16 === 0).map(rgb).join(",")}, ${rgb(ramp[254])})`;
-    item.append(`${words[0]} ${said(-limit, unit)} `, bar, ` ${said(limit, unit)} ${words[1]}`);
+    const more = data.films.some((film) => data.bodies.some((b) => b.unit === unit && film.bodies[b.name].largest > 1.001 * limit)) ? " and more" : "";
+    item.append(`${words[0]} ${said(-limit, unit)}${more} `, bar, ` ${said(limit, unit)}${more} ${words[1]}`);
     return item;
   }));
 }

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from impactlab.errors import ImpactlabError
 from impactlab.history.base import AbstractHistory
 from impactlab.history.sampling import page_times
 from impactlab.metrics.norms import face_channels, mass_channels
@@ -90,9 +91,10 @@ def _panels(
 
 def sampled(history: AbstractHistory, channel: str, times: Array) -> Array | None:
     """Return a channel at some times; None where the history has no such channel, or no value of it."""
-    if channel not in history.channels():
+    try:
+        values = history.evaluate(times, channel)
+    except ImpactlabError:  # not recorded
         return None
-    values = history.evaluate(times, channel)
     return values if np.any(np.isfinite(values)) else None
 
 
