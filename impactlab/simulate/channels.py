@@ -97,7 +97,7 @@ class AbstractRecordedHistory(AbstractHistory):
 
     @abstractmethod
     def motion(self, number: int, body: str, velocities: bool) -> Array:
-        """Return the displacements or velocities of a body's coordinates at a snapshot, shape (n_dof,)."""
+        """Return the displacements or velocities of a body's coordinates at a snapshot, shape (n_dof,); see `_row`."""
 
     def channels(self) -> tuple[str, ...]:
         return tuple(self.recorded)
@@ -149,14 +149,19 @@ class AbstractRecordedHistory(AbstractHistory):
 
     def _rows_at(self, body: str, read: Quantity, x: ArrayLike | None) -> tuple[Array, Rows]:
         """Return places and the rows of a quantity there; those of the body's own grid are kept."""
-        model = self.built[body].model
         if x is not None:
             places = places_on(self.scene.bodies[body], x)
-            return places, rows_of([model.row(float(place), read) for place in places])
+            return places, rows_of([self._row(body, float(place), read) for place in places])
         if (body, read) not in self._rows:
-            places = model.grid()
-            self._rows[body, read] = places, rows_of([model.row(float(place), read) for place in places])
+            places = self.built[body].model.grid()
+            self._rows[body, read] = places, rows_of([self._row(body, float(place), read) for place in places])
         return self._rows[body, read]
+
+    def _row(self, body: str, x: float, read: Quantity) -> Array:
+        """Return a row over the coordinates of a body, of one with phases over those open, then those closed."""
+        _, model, system = self.built[body]
+        rows = [model.row(x, read)] + ([] if system.phases is None else [system.phases.closed.row(x, read)])
+        return np.concatenate(rows)
 
 
 class Rows(NamedTuple):

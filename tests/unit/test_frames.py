@@ -81,6 +81,19 @@ def test_a_frame_is_interpolated_inside_its_step(name: str) -> None:
         )
 
 
+def test_a_frame_of_a_body_that_changes_its_coordinates() -> None:
+    """With the striker on its face while they touch, a rod has other modes: fields are read in those of the instant."""
+    solve = {"model": {"kind": "modal", "elements": 40, "modes": 20, "basis": "striker_attached"}}
+    case = struck(solve).with_("contacts.0.law", {"kind": "penalty", "stiffness": 1e9})
+    history = il.run(case.with_("solve.duration", 4e-4), frames=80)
+    span = history.contacts[0]
+    times = history.field_times("rod")
+    assert span.start < times[5] < span.end < times[-5]
+    face = np.array([history.field("rod", t, "displacement").values[0] for t in times])
+    there = history.evaluate(times, "displacement:rod@0")
+    assert face == pytest.approx(there, abs=1e-12 * np.abs(there).max())
+
+
 def test_equal_frames_of_a_case() -> None:
     case = struck(DESCRIBED["newmark"], snapshots={"every": "20 us"})
     assert case.scene().snapshots == ()

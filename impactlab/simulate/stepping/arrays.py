@@ -140,11 +140,13 @@ class EventRecord(ctypes.Structure):
 
 @record
 class SnapshotRecord(ctypes.Structure):
-    """A snapshot: its time and the two instants around it."""
+    """A snapshot: its time, the two instants around it, and which phases were closed then (bit n: phase n)."""
 
     time: float
     before: float
     after: float
+    closed_before: int
+    closed_after: int
 
 
 @record

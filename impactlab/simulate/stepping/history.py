@@ -71,7 +71,15 @@ class RecordedHistory(AbstractRecordedHistory):
         # Leapfrog velocities belong to the middle of their step.
         late = (1.0 - self._integrator.velocity_point) * length if velocities else 0.0
         share = (snapshot.time - snapshot.before + late) / length if length > 0.0 else 1.0
-        return self.assembly.state_of(body, (1.0 - share) * states[0] + share * states[1], velocities)
+        one, other = (self.assembly.state_of(body, state, velocities) for state in states)
+        phased = [name for name, each in self.built.items() if each.system.phases is not None]
+        if body not in phased:
+            return (1.0 - share) * one + share * other
+        both = np.zeros((2, one.size))  # in the coordinates of either phase: see `_row`
+        bit = phased.index(body)
+        both[snapshot.closed_before >> bit & 1] += (1.0 - share) * one
+        both[snapshot.closed_after >> bit & 1] += share * other
+        return both.ravel()
 
     def field_times(self, body: str) -> Array | None:
         return None if body in self._ends else super().field_times(body)

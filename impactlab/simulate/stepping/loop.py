@@ -22,6 +22,15 @@ SNAPSHOT_TOL = 1e-9  # of a step: a snapshot this little after its end is taken 
 
 
 @INLINE
+def closed_phases(m: StepArrays) -> int:
+    """Return which phases are closed, as bits."""
+    bits = 0
+    for number in range(len(m.phases)):
+        bits |= m.phases[number].closed << number
+    return bits
+
+
+@INLINE
 def begin_step(m: StepArrays, end: float) -> None:
     """Read the state at the start of a step: readings of laws, dashpots, snapshots."""
     clock = m.clock[0]
@@ -43,6 +52,7 @@ def begin_step(m: StepArrays, end: float) -> None:
         if m.snapshots[number].time > end + SNAPSHOT_TOL * (end - clock.time):
             break
         m.snapshots[number].before = clock.time
+        m.snapshots[number].closed_before = closed_phases(m)
         for i in range(m.state.size):
             m.snapshot_state[number, 0, i] = m.state[i]
 
@@ -122,6 +132,7 @@ def book_step(m: StepArrays, dt: float, end: float) -> None:
         if m.snapshots[number].time > end + SNAPSHOT_TOL * dt:
             break
         m.snapshots[number].after = end
+        m.snapshots[number].closed_after = closed_phases(m)
         for i in range(m.state.size):
             m.snapshot_state[number, 1, i] = m.state[i]
         clock.n_snapshots = number + 1
