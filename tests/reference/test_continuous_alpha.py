@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-import time
 
 import numpy as np
 import pytest
 
 from impactlab.exact.solve import solve
 from impactlab.metrics.grazing import near_grazing
-from impactlab.scene import Probe
 from tests.reference.exact_scenes import CLAMPED, FREE, name_of, struck
 from tests.reference.st_venant_mp import events
 
@@ -141,21 +139,3 @@ def test_contacts_of_less_than_three_steps_are_left_to_chance():
     history = solve(*struck(1.0, 6.0))
     assert near_grazing(history, name_of(history), 2.0, dt=0.02) is not None
     assert near_grazing(history, name_of(history), 2.0, dt=0.03) is None
-
-
-def test_the_paper_case_is_fast():
-    scene = struck(1.0, 6.0, probes=[Probe("rod", 0.0, "displacement"), Probe("rod", 0.5, "stress")])
-    solve(*scene)
-    best = {"solve": np.inf, "evaluate": np.inf}
-    t = np.linspace(0.0, 6.0, 6000)
-    for _ in range(10):
-        began = time.perf_counter()
-        history = solve(*scene)
-        best["solve"] = min(best["solve"], time.perf_counter() - began)
-        began = time.perf_counter()
-        for channel in ("displacement:rod@0", "stress:rod@0.5", "position:hammer", "force:hammer|rod.left"):
-            history.evaluate(t, channel)
-        best["evaluate"] = min(best["evaluate"], time.perf_counter() - began)
-    print(best)
-    assert best["solve"] < 4e-3  # 2 ms is asked for; a busy machine gets twice that
-    assert best["evaluate"] < 4e-2

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import pickle
-import time
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from impactlab.casefile import formula as formula_module
 from impactlab.casefile.formula import Formula, parse
 
 
@@ -79,16 +79,15 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("text", "says"), REFUSED, ids=[str(number) for number in range(len(REFUSED))])
-def test_all_else_is_refused_at_once(text, says):
-    began = time.perf_counter()
+def test_all_else_is_refused_before_it_is_evaluated(text, says, monkeypatch):
     if says:
+        monkeypatch.setattr(formula_module, "_evaluate", pytest.fail)
         with pytest.raises(ValueError) as caught:
             parse(text)
         assert says.strip("'") in str(caught.value).replace("'x'", "x") or says in str(caught.value)
         assert len(str(caught.value)) < 300
     else:
         Formula(text, 1.0)(np.zeros(2))
-    assert time.perf_counter() - began < 1.0
 
 
 @given(st.text(max_size=60))

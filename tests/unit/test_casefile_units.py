@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
-import time
 
 import pytest
 
+from impactlab.casefile import units
 from impactlab.casefile.units import to_si
 
 
@@ -42,11 +43,15 @@ def test_numbers_with_units(text, unit, value):
         "__import__('os')", "3 __m", "nan m", "inf m", "1e9999 m", "0x3 m", "3 " + "m" * 100, "3 m\n4 m", "٣ m",
     ],
 )  # fmt: skip
-def test_all_else_is_refused_at_once(text):
-    began = time.perf_counter()
+def test_all_else_is_refused_and_no_large_power_is_computed(text, monkeypatch):
+    def factor(given, wanted):
+        assert max(map(int, re.findall("[0-9]+", given)), default=1) <= 9
+        return units_factor(given, wanted)
+
+    units_factor = units._factor
+    monkeypatch.setattr(units, "_factor", factor)
     with pytest.raises(ValueError, match=r"allowed: a number in m, or a number and a unit such as '30 cm'"):
         to_si(text, "m")
-    assert time.perf_counter() - began < 5.0
 
 
 def test_reasons():
