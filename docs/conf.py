@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import sys
 from pathlib import Path
+from typing import Any
 
 from sphinx.application import Sphinx
 from sphinx.util.fileutil import copy_asset
@@ -56,7 +57,7 @@ html_css_files = ["site.css"]
 html_show_sphinx = html_copy_source = html_show_sourcelink = False
 html_theme_options = {"navigation_with_keys": True}
 copybutton_exclude = ".linenos, .gp, .go"
-pygments_style, pygments_dark_style = "tango", "github-dark"
+pygments_style, pygments_dark_style = "a11y-light", "github-dark"
 
 MATHJAX = Path(importlib.util.find_spec("sphinx-mathjax-offline").origin).parent / "static" / "mathjax"  # type: ignore[union-attr, arg-type]
 mathjax_path = "mathjax/tex-chtml.js"
@@ -72,6 +73,13 @@ def copy_mathjax(app: Sphinx, error: Exception | None) -> None:
         )
 
 
+def name_levels(_app: Sphinx, _page: str, _template: str, context: dict[str, Any], _tree: object) -> None:
+    """Give the captions of the navigation, which are headings, their level: screen readers need it."""
+    tree = str(context.get("furo_navigation_tree", ""))
+    context["furo_navigation_tree"] = tree.replace('role="heading"', 'role="heading" aria-level="2"')
+
+
 def setup(app: Sphinx) -> None:
     """Register what this file does beside its settings."""
     app.connect("build-finished", copy_mathjax)
+    app.connect("html-page-context", name_levels, priority=900)
