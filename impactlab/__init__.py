@@ -23,7 +23,7 @@ if TYPE_CHECKING:
         UnusualValue,
     )
     from impactlab.files import open_netcdf
-    from impactlab.sweeps import Sampled, open_sweep, sweep
+    from impactlab.sweeps import Sampled, open_sweep, plot_sweep, sweep
 
 __version__ = "0.1.0"
 
@@ -51,6 +51,7 @@ __all__ = [
     "load_case",
     "open_netcdf",
     "open_sweep",
+    "plot_sweep",
     "run",
     "sweep",
 ]
@@ -73,7 +74,7 @@ __getattr__ = lazy_names(  # `import impactlab` and `impactlab --help` stay quic
             "UnusualValue",
         ),
         "impactlab.files": ("open_netcdf",),
-        "impactlab.sweeps": ("Sampled", "open_sweep", "sweep"),
+        "impactlab.sweeps": ("Sampled", "open_sweep", "plot_sweep", "sweep"),
     },
     check_environment,
 )

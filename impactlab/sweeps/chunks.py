@@ -23,7 +23,7 @@ from impactlab.errors import CaseError
 from impactlab.types import Array
 
 LOCK, CONTENT, CHUNKS, TEMPORARY = "sweep.lock", "sweep.json", "chunks", ".part"
-OURS = {LOCK, CONTENT, CHUNKS, "sweep.nc", "table.csv"}
+OURS = {LOCK, CONTENT, CHUNKS, "sweep.nc", "table.csv", "figures"}
 STATUSES = ("missing", "completed", "tolerance_not_met", "refused", "failed", "hung", "crashed")
 """Status of a point, by its number in the result; a point is missing until it is computed."""
 

@@ -18,10 +18,12 @@ from impactlab.bench.keys import code_hash, numeric_environment, plugin_modules,
 from impactlab.bench.pool import outcomes
 from impactlab.casefile import Case
 from impactlab.errors import CaseError, ImpactlabError, StepError
+from impactlab.report.figure_files import save as save_figure
 from impactlab.report.summary import status_of
 from impactlab.sweeps import axes
 from impactlab.sweeps.axes import Points
 from impactlab.sweeps.chunks import STATUSES, Chunk, Folder, opened
+from impactlab.sweeps.plots import plot_sweep
 from impactlab.sweeps.quantities import DEFAULT, Asked, Sampled, asked, values
 from impactlab.sweeps.result import dataset, needed
 
@@ -130,7 +132,7 @@ def sweep(
 
 
 def write(folder: Folder, found: xarray.Dataset) -> None:
-    """Write ``sweep.nc`` and ``table.csv`` into the folder of a sweep."""
+    """Write ``sweep.nc``, ``table.csv`` and, over one or two axes, a figure of each quantity into the folder."""
     for name, save in (
         ("sweep.nc", lambda path: found.to_netcdf(path, engine="h5netcdf")),
         ("table.csv", lambda path: found.to_dataframe().to_csv(path)),
@@ -138,6 +140,14 @@ def write(folder: Folder, found: xarray.Dataset) -> None:
         draft = folder.path / f"{name}.part"
         save(draft)
         draft.replace(folder.path / name)
+    if found["status"].dims == ("point",) or found["status"].ndim > 2:
+        return
+    figures = folder.path / "figures"
+    figures.mkdir(exist_ok=True)
+    for quantity in map(str, found.data_vars):
+        sampled = any(str(dim).startswith("time of") for dim in found[quantity].dims)
+        if quantity not in ("status", "reason") and not sampled:
+            save_figure(plot_sweep(found, quantity), figures, quantity)
 
 
 def _size_before(path: Path) -> int | None:

@@ -276,6 +276,10 @@ PROMISES: Mapping[str, tuple[Promise, ...]] = {
         Promise("27/125", at("force:striker.right|target.left", 2.6e-4), 16000.0),
     ),
     "rod_on_rod/rebound": (Promise("53333.33", peak()), Promise("80", opened(0), US)),
+    "hammer_rod_wall": (
+        Promise("143.0783", close(0, "rod.right|wall"), US),
+        Promise("10000", peak(0, "hammer|rod.left")),
+    ),
     "rod_on_spring_wall": (Promise("7854.144", peak()), Promise("1.418217", opened(0), T)),
     "rod_on_spring_wall/soft": (Promise("5311.775", peak()), Promise("2.401681", opened(0), T)),
     "rod_on_spring_wall/stiff": (Promise("8000.000", peak()), Promise("1.041959", opened(0), T)),

@@ -184,12 +184,29 @@ def test_a_run_that_hangs_or_crashes_is_one_point(monkeypatch):
     assert np.isnan(found["contacts"].values.ravel()).tolist() == [False, True, True, False]
 
 
+def test_figures_show_each_label_and_refuse_what_they_cannot_show(case):
+    found = il.sweep(
+        case, {MASS: np.geomspace(1.0, 4.0, 3), GAP: [0.0, 1e-4, 2e-4]}, quantities=["contacts", "impulse"]
+    )
+    line = il.plot_sweep(found.isel({GAP: 0}), "impulse").axes[0]
+    unit = 1e-3 if "mN" in line.get_ylabel() else 1.0
+    assert line.lines[0].get_ydata() * unit == pytest.approx(found["impulse"].values[:, 0, 0])
+    assert line.get_xscale() == "log"
+    panel = il.plot_sweep(found, "contacts").axes[0]
+    assert panel.get_title() == "hammer|rod.left" or panel.get_title(loc="left") == "hammer|rod.left"
+    assert panel.collections[0].get_array().tolist() == found["contacts"].values[..., 0].T.tolist()
+    with pytest.raises(il.CaseError, match="Did you mean 'impulse'"):
+        il.plot_sweep(found, "impuls")
+    with pytest.raises(il.CaseError, match="a figure of a sweep with listed points"):
+        il.plot_sweep(il.sweep(case, points={MASS: [1.0, 2.0]}, quantities=["impulse"]), "impulse")
+
+
 PAGE = (PAPER.parents[1] / "docs" / "sweeps.md").read_text(encoding="utf-8")
 
 
 def test_the_page_runs_as_printed(monkeypatch, capsys):
     monkeypatch.chdir(PAPER.parents[1])
-    [code], [command] = (re.findall(rf"```{kind}\n(.*?)```", PAGE, flags=re.DOTALL) for kind in ("python", "sh"))
+    [code], [command, _] = (re.findall(rf"```{kind}\n(.*?)```", PAGE, flags=re.DOTALL) for kind in ("python", "sh"))
     names: dict[str, Any] = {}
     exec(code, names)
     assert capsys.readouterr().out.strip() == str(names["found"]["contacts"].values[:, 0, 0])
