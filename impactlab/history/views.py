@@ -86,13 +86,13 @@ class Views:
         made: Figure = above("report.notebook").plot_xt(self)
         return made
 
-    def animate(self, path: str | Path | None = None, seconds: float = 8.0) -> FuncAnimation:
-        """Return the run as an animation: the bodies coloured by their load, below them the diagram of their waves.
+    def animate(self, path: str | Path | None = None, seconds: float = 8.0) -> FuncAnimation | None:
+        """Return the run as an animation, or write it: bodies coloured by their load, and the diagram of their waves.
 
         Parameters
         ----------
         path : str or Path, optional
-            A file to write, .gif or .mp4 (which needs ffmpeg).
+            A file to write, .gif or .mp4 (which needs ffmpeg); then nothing is returned.
         seconds : float, optional
             How long it plays.
 
@@ -101,7 +101,11 @@ class Views:
         ImpactlabError
             If the file has another ending, or ffmpeg is missing.
         """
-        made: FuncAnimation = above("report.animation").animate(self, path, seconds)
+        films = above("report.animation")
+        if path is not None:
+            films.write(self, Path(path), seconds)
+            return None
+        made: FuncAnimation = films.animate(self, seconds)
         return made
 
     def _repr_html_(self) -> str:

@@ -8,11 +8,13 @@ from __future__ import annotations
 import dataclasses
 import math
 import shutil
-from collections.abc import Callable, Mapping
+import subprocess
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from impactlab.errors import ImpactlabError
 from impactlab.history.base import AbstractHistory
@@ -25,6 +27,8 @@ from impactlab.scene.bodies import Body, ElasticBody, Wall
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
 
+Pixels = NDArray[np.uint8]  # (height, width, 4)
+
 if TYPE_CHECKING:
     from matplotlib.animation import FuncAnimation
     from matplotlib.axes import Axes
@@ -36,33 +40,77 @@ SHOWN_MOTION = 0.06  # of the length of the train: the largest displacement on t
 ICON = 0.05  # of the length of the train: width of a mass
 HEIGHT = 0.28  # half the height of the tallest rod, in units of the upper axes
 COLOURS = "RdBu_r"
+MOVING = "moving"  # mark of what changes from frame to frame
 CELLS = 120  # of a body, each of one colour
 Step = Callable[[int], None]
 Corners = Callable[[int], Array]  # (2, CELLS + 1, 2): one edge of a body and the other, as x and y
 Motion = Mapping[str, Mapping[str, Array | None]]
 
 
-def animate(history: AbstractHistory, path: str | Path | None = None, seconds: float = 8.0) -> FuncAnimation:
-    """Return the animation of a history, and write it into a file if one is given.
+def animate(history: AbstractHistory, seconds: float = 8.0) -> FuncAnimation:
+    """Return the animation of a history, for notebooks and windows."""
+    from matplotlib.animation import FuncAnimation
+
+    figure, step, count = film(history)
+    return FuncAnimation(figure, step, frames=count, interval=1e3 * seconds / count)
+
+
+def write(history: AbstractHistory, path: Path, seconds: float = 8.0) -> None:
+    """Write the animation of a history into a file, .gif or .mp4.
 
     Raises
     ------
     ImpactlabError
-        If the ending of the file is neither .gif nor .mp4, or ffmpeg is missing for the latter.
+        As `check_target`; or if ffmpeg fails.
     """
-    from matplotlib.animation import FFMpegWriter, FuncAnimation, PillowWriter
-
-    ending = ".mp4" if path is None else Path(path).suffix.lower()
-    if path is not None:
-        check_target(Path(path))
+    check_target(path)
     figure, step, count = film(history)
-    shown = np.unique(np.linspace(0, count - 1, max(2, round(seconds * RATE[ending]))).round().astype(int))
-    made = FuncAnimation(figure, step, frames=shown.tolist(), interval=1e3 * seconds / shown.size, blit=False)
-    if path is not None:
-        rate = max(1, round(shown.size / seconds))
-        writer: Any = PillowWriter(rate) if ending == ".gif" else FFMpegWriter(rate, extra_args=["-pix_fmt", "yuv420p"])
-        made.save(str(path), writer, dpi=DPI)
-    return made
+    shown = np.linspace(0, count - 1, max(2, round(seconds * RATE[path.suffix.lower()]))).round().astype(int)
+    writer = write_gif if path.suffix.lower() == ".gif" else write_mp4
+    writer(path, pictures(figure, step, np.unique(shown).tolist()), seconds)
+
+
+@drawn
+def pictures(figure: Figure, step: Step, shown: Sequence[int]) -> list[Pixels]:
+    """Return frames as pixels, (height, width, 4) each: what does not move is drawn once."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    canvas: Any = FigureCanvasAgg(figure)
+    moving = sorted(figure.findobj(lambda artist: artist.get_gid() == MOVING), key=lambda artist: artist.get_zorder())
+    for artist in moving:
+        artist.set_animated(True)
+    canvas.draw()
+    still = canvas.copy_from_bbox(figure.bbox)
+    taken = []
+    for number in shown:
+        step(number)
+        canvas.restore_region(still)
+        for artist in moving:
+            figure.draw_artist(artist)
+        taken.append(np.array(canvas.buffer_rgba()))
+    for artist in moving:
+        artist.set_animated(False)
+    return taken
+
+
+def write_gif(path: Path, taken: Sequence[Pixels], seconds: float) -> None:
+    """Write pictures into a GIF that starts again at its end, with the colours of its last picture."""
+    from PIL import Image
+
+    shown = [Image.fromarray(picture[:, :, :3]) for picture in taken]
+    colours = shown[-1].quantize(255, method=Image.Quantize.MEDIANCUT)
+    first, *rest = (each.quantize(palette=colours, dither=Image.Dither.NONE) for each in shown)
+    first.save(path, save_all=True, append_images=rest, duration=round(1e3 * seconds / len(taken)), loop=0)
+
+
+def write_mp4(path: Path, taken: Sequence[Pixels], seconds: float) -> None:
+    """Write pictures into an MP4 by ffmpeg."""
+    height, width, _ = taken[0].shape
+    given = f"-y -loglevel error -f rawvideo -pix_fmt rgba -s {width}x{height} -r {len(taken) / seconds:.6g} -i -"
+    command = [shutil.which("ffmpeg") or "ffmpeg", *given.split(), "-pix_fmt", "yuv420p", str(path)]
+    done = subprocess.run(command, input=b"".join(each.tobytes() for each in taken), capture_output=True, check=False)  # noqa: S603
+    if done.returncode != 0:
+        raise ImpactlabError(f"ffmpeg could not write '{path}'", remedy=done.stderr.decode(errors="replace")[:300])
 
 
 def check_target(path: Path) -> None:
@@ -99,7 +147,9 @@ def film(history: AbstractHistory) -> tuple[Figure, Step, int]:
     title = history.case.title if history.case is not None else scene.name
     figure.text(0.09, 0.95, title, color=INK, fontsize=10.5, weight="bold", va="center")
     digits = max(0, 2 - math.floor(math.log10(scene.duration / time.size)))
-    said = figure.text(0.88, 0.95, "", color=MUTED, fontsize=9.5, ha="right", va="center", family="monospace")
+    said = figure.text(
+        0.88, 0.95, "", color=MUTED, fontsize=9.5, ha="right", va="center", family="monospace", gid=MOVING
+    )
 
     @drawn
     def step(number: int) -> None:
@@ -176,7 +226,7 @@ def _stage(axes: Axes, scene: Scene, motion: Motion, limits: dict[str, float]) -
 
 
 def _name(axes: Axes, place: _Place, name: str, middle: float, u: Array | None) -> Step:
-    text = axes.text(middle, -0.62, name, ha="center", va="top", fontsize=8, color=MUTED)
+    text = axes.text(middle, -0.62, name, ha="center", va="top", fontsize=8, color=MUTED, gid=MOVING)
 
     def step(number: int) -> None:
         text.set_x(middle + (0.0 if u is None else place.factor * float(np.mean(u[number]))))
@@ -217,10 +267,10 @@ def _elastic(axes: Axes, corners: Corners, load: Array | None, limit: float) -> 
     """Draw a body as cells that move with it, coloured by the load, and its outline."""
     from matplotlib.collections import PolyCollection
 
-    cells = PolyCollection([], cmap=COLOURS, edgecolors="face", linewidths=0.3)
+    cells = PolyCollection([], cmap=COLOURS, edgecolors="face", linewidths=0.3, gid=MOVING)
     cells.set_clim(-limit, limit)
     axes.add_collection(cells)
-    (outline,) = axes.plot([], [], color=INK, linewidth=1.1)
+    (outline,) = axes.plot([], [], color=INK, linewidth=1.1, gid=MOVING)
     middles = np.linspace(0.5, CELLS - 0.5, CELLS) / CELLS
 
     def step(number: int) -> None:
@@ -243,6 +293,7 @@ def _icon(axes: Axes, place: _Place, start: float, width: float, body: Body, u: 
     patch = Rectangle((start, -height), width, 2.0 * height, facecolor=inside, edgecolor=edge, linewidth=1.1)
     if wall:
         patch.set_hatch("////")
+    patch.set_gid(MOVING)
     axes.add_patch(patch)
 
     def step(number: int) -> None:
@@ -255,7 +306,7 @@ def _icon(axes: Axes, place: _Place, start: float, width: float, body: Body, u: 
 def _ball(axes: Axes, place: _Place, spot: Spot, u: Array | None) -> Step:
     """Draw a mass above or below the beam that it meets."""
     at = place.left(place.spots[spot.beside]) + spot.at
-    (ball,) = axes.plot([], [], "o", color=INK, markersize=13, clip_on=False, zorder=0.9)  # behind the beam
+    (ball,) = axes.plot([], [], "o", color=INK, markersize=13, clip_on=False, zorder=0.9, gid=MOVING)  # behind the beam
 
     def step(number: int) -> None:
         moved = 0.0 if u is None else float(u[number, 0])
@@ -276,9 +327,9 @@ def _waves(axes: Axes, scene: Scene, loads: Mapping[str, Array], limits: Mapping
             "vmin": -limit, "vmax": limit, "extent": (left, left + scene.bodies[name].length / place.size, 0.0, until),
         }  # fmt: skip
         axes.imshow(load, alpha=0.16, **where)
-        images.append((axes.imshow(load, **where), load))
+        images.append((axes.imshow(load, gid=MOVING, **where), load))
         axes.text(left, 1.02, name, transform=axes.get_xaxis_transform(), fontsize=7.5, color=MUTED, va="bottom")
-    now = axes.axhline(0.0, color=INK, linewidth=1.0)
+    now = axes.axhline(0.0, color=INK, linewidth=1.0, gid=MOVING)
     axes.set_xlim(0.0, whole / place.size)
     axes.set_ylim(0.0, until)
     axes.grid(visible=False)
@@ -317,7 +368,9 @@ def _forces(axes: Axes, history: AbstractHistory, scene: Scene, time: Unit) -> S
     for number, contact in enumerate(scene.contacts):
         values = np.nan_to_num(history.evaluate(times, f"force:{contact.name}"))
         largest = max(largest, float(np.abs(values).max()))
-        lines.append((axes.plot([], [], color=PALETTE[number % len(PALETTE)], label=contact.name)[0], values))
+        lines.append(
+            (axes.plot([], [], color=PALETTE[number % len(PALETTE)], label=contact.name, gid=MOVING)[0], values)
+        )
     unit = scaled("N", largest)
     axes.set_xlim(0.0, scene.duration / time.size)
     axes.set_ylim(-0.05 * largest / unit.size, 1.1 * (largest or 1.0) / unit.size)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import shutil
 import subprocess
 import sys
 import warnings
 from html.parser import HTMLParser
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -120,6 +122,37 @@ def test_a_film_moves(name: str, method: str) -> None:
         pictures.append(tuple(tuple(np.round(cells.get_array(), 9)) for cells in figure.axes[0].collections))
     if history.scene.elastic:
         assert len(set(pictures)) > 1
+
+
+def test_what_moves_is_all_that_changes_between_frames() -> None:
+    """Pictures are drawn over one still picture: they must be those of the whole figure."""
+    history = il.run(il.load_case(CASES / "rod_on_wall.yaml"), frames=240)
+    figure, step, _ = animation.film(history)
+    quick = animation.pictures(figure, step, [0, 90, 200])
+    for number, picture in zip((0, 90, 200), quick, strict=True):
+        step(number)
+        with BytesIO() as file:
+            figure.savefig(file, format="png", dpi=animation.DPI)
+            whole = np.asarray(Image.open(file).convert("RGB"), float)
+        assert picture.shape[:2] == whole.shape[:2]
+        assert np.mean(np.abs(picture[:, :, :3] - whole)) < 1.0  # of 255: lines over which others lie
+
+
+def test_an_mp4_is_written_or_ffmpeg_asked_for(tmp_path: Path, case: il.Case) -> None:
+    history = il.run(case.method("continuous"))
+    if shutil.which("ffmpeg") is None:
+        with pytest.raises(ImpactlabError, match="needs the program ffmpeg"):
+            history.animate(tmp_path / "waves.mp4")
+        return
+    history.animate(tmp_path / "waves.mp4", seconds=0.5)
+    assert b"ftyp" in (tmp_path / "waves.mp4").read_bytes()[:16]
+
+
+def test_a_notebook_gets_an_animation(case: il.Case) -> None:
+    made = il.run(case.method("continuous")).animate(seconds=2.0)
+    assert made is not None
+    made._draw_was_started = True  # so that matplotlib does not warn that nobody looked at it
+    assert len(list(made.new_frame_seq())) == 241
 
 
 def test_a_run_without_fields_is_filmed_with_its_forces(case: il.Case) -> None:
