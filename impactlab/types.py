@@ -131,7 +131,9 @@ class Reading(NamedTuple):
 
 
 class Arriving(NamedTuple):
-    """The velocity [m/s] of a face by the waves that reach it after a delay: a messenger for each mode of a body.
+    """The velocity of a face by the waves that reach it after a delay [m/s].
+
+    A messenger for each mode of a body.
 
     See `impactlab.models.messengers`.
     """

@@ -129,7 +129,10 @@ def chosen(families: Sequence[Family], methods: Sequence[str] | None) -> tuple[F
 
 
 def _line(document: Document, path: str) -> int | None:
-    """Return the line of a path, or of the block around it; names of families and keys of levels may hold dots."""
+    """Return the line of a path, or of the block around it.
+
+    Names of families and keys of levels may hold dots.
+    """
     around = {
         ".".join(keys): line for keys, line in document.lines.items() if f"{path}.".startswith(".".join(keys) + ".")
     }

@@ -16,7 +16,9 @@ BASE = "base"  # name of the scene that a case describes without a variant
 
 
 class Row(NamedTuple):
-    """One run of one method at one setting on one scene: its fields are the columns of the table, None an empty cell.
+    """One run of one method at one setting on one scene.
+
+    Its fields are the columns of the table, None an empty cell.
 
     Units: SI; errors are relative, those of event times in round trips.
     """

@@ -13,7 +13,10 @@ Shape: TypeAlias = float | str | Mapping[str, Sequence[Value]]
 
 
 class BodyKeys(dict[str, Any]):
-    """Keys of the block of a body or a contact; those that are None are left out. They are checked by `Case`."""
+    """Keys of the block of a body or a contact.
+
+    Those that are None are left out. They are checked by `Case`.
+    """
 
     def __init__(self, **keys: Any) -> None:
         super().__init__({key: value for key, value in keys.items() if value is not None})

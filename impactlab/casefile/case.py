@@ -265,7 +265,10 @@ def case_of(
 
 
 def given_by(document: Document, path: str) -> str:
-    """Return the option that gave the value of a path, a block that holds it, or a key in it; "" if the file did."""
+    """Return the option that gave the value of a path; "" if the file did.
+
+    It may have given a block that holds the path, or a key in it.
+    """
     keys = tuple(path.split("."))
     for given, name in document.given.items():
         if keys[: len(given)] == given or (given[:-1] == keys and path):
@@ -282,7 +285,10 @@ def _placed(error: ImpactlabError, file: str, document: Document) -> ImpactlabEr
 
 
 def locate(document: Document, path: str) -> int | None:
-    """Return the line of a path, or of the nearest key above it; None for a value that is not from the file."""
+    """Return the line of a path, or of the nearest key above it.
+
+    None for a value that is not from the file.
+    """
     if not path or given_by(document, path):
         return None
     keys = tuple(path.split("."))

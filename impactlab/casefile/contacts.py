@@ -177,7 +177,10 @@ def gap_is_open(contact: Met) -> None:
 
 
 def order_is_possible(contact: Met) -> None:
-    """Refuse the contact that closes a ring such as a left of b, b left of a; walls may stand on both sides."""
+    """Refuse the contact that closes a ring.
+
+    An example is a left of b, b left of a; walls may stand on both sides.
+    """
     left, right = contact.faces.names
     if left == right or not _orders(contact):
         return
@@ -194,7 +197,10 @@ def order_is_possible(contact: Met) -> None:
 
 
 def _orders(contact: Met) -> bool:
-    """Return whether a contact says which of its bodies lies on the left: not with a wall, or at an inner point."""
+    """Return whether a contact fixes which of its bodies lies on the left.
+
+    It does not with a wall, or at an inner point.
+    """
     inner = any("at(" in face.point.label for face in contact.faces)
     return not inner and not any(isinstance(body, WallBlock) for body in contact.bodies)
 

@@ -110,7 +110,10 @@ def _key_in(holder: Any, key: str, path: str) -> Any:
 
 
 def _default_block(keys: Keys, holder: dict[str, Any]) -> dict[str, Any]:
-    """Return the block of a part that the case leaves out or names by a word, so that one field can be set alone."""
+    """Return the block of a part that the case leaves out or only names.
+
+    One field of it can then be set alone.
+    """
     if "kind" in holder and keys[0] == "solve" and isinstance(holder.get(keys[-1]), str):
         return {"kind": holder[keys[-1]]}
     if keys == ("solve", "model"):

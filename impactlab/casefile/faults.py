@@ -113,7 +113,10 @@ def _yaml_path(loc: Sequence[int | str]) -> list[str]:
 
 
 def _allowed_at(keys: list[str], data: Any, allowed: Iterable[str] | type[BaseModel]) -> list[str]:
-    """Return the keys that may stand in the block at a path; of a block whose kind is not known, those of all kinds."""
+    """Return the keys that may stand in the block at a path.
+
+    Of a block whose kind is not known they are those of all kinds.
+    """
     if not isinstance(allowed, type):
         return list(allowed)
     blocks, among_many = [allowed], False  # among_many: the next key is the name or the number of one of several

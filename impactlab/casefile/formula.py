@@ -44,7 +44,10 @@ _ALLOWED = "allowed: numbers, x, L (the length), pi, + - * / **, and abs(), cos(
 
 @dataclass(frozen=True)
 class Formula:
-    """A formula of x over a body of the given length [m]; called with x, shape (n,), it returns the same shape."""
+    """A formula of x over a body of the given length [m].
+
+    Called with x, shape (n,), it returns the same shape.
+    """
 
     text: str
     length: float

@@ -186,7 +186,10 @@ def describe_part(part: Any, given: Mapping[str, Any] | str) -> dict[str, Any]:
 
 
 def plain_value(value: Any, given: Mapping[str, Any] | str | None = None) -> Any:
-    """Return the value of a field as a case would give it; ``given`` is the block of a part in the case."""
+    """Return the value of a field as a case would give it.
+
+    ``given`` is the block of a part in the case.
+    """
     if isinstance(value, Relative):
         return {"relative": value.relative}
     return describe_part(value, given or kind_of(value)) if dataclasses.is_dataclass(value) else value

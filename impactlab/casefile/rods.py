@@ -93,5 +93,8 @@ def _segment(piece: SegmentBlock) -> Segment:
 
 
 def bounded(end: End, segment: Segment) -> End:
-    """Return the end of a body of waves as it is held: where it is infinite, by a dashpot of its impedance."""
+    """Return the end of a body of waves as it is held.
+
+    An infinite end is held by a dashpot of its impedance.
+    """
     return End("dashpot", segment.impedance) if end.kind == "infinite" else end

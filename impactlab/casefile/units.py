@@ -24,7 +24,10 @@ _POWER = re.compile(r"([A-Za-zµμ])(?:\^|\*\*)?(-?[1-9])")
 
 
 def takes_texts(unit: str) -> bool:
-    """Return whether a field in this unit can be given as a number and a unit: not where its power is an option."""
+    """Return whether a field in this unit can be given as a number and a unit.
+
+    It cannot where its power is an option.
+    """
     return unit != "1" and not unit.endswith("^n")
 
 

@@ -65,7 +65,9 @@ class KhuliefShabana(AbstractContactLaw):
 
 
 def logarithmic_loss(damping_ratio: float) -> float:
-    """Return -ln e of a mass on a spring and dashpot that never pull: 2 zeta w0/w_d acos(zeta), beyond 1 with acosh.
+    """Return -ln e of a mass on a spring and dashpot that never pull.
+
+    It is 2 zeta w0/w_d acos(zeta), beyond 1 with acosh.
 
     The force k d + c d' vanishes at w_d t = 2 acos(zeta), where the speed is exp(-zeta w0 t) of that of the approach.
     """

@@ -14,7 +14,9 @@ from impactlab.types import Arriving, Level, Port, Reply, SideFacts, Start, opti
 @final
 @dataclass(frozen=True)
 class ModalMessengers(AbstractContactLaw):
-    """A messenger for each mode, at the distance that its wave travels in a step; all give the motion of the face.
+    """A messenger for each mode, at the distance of its wave in a step.
+
+    All of them give the motion of the face.
 
     Our reading of one paragraph of the source: mode i is read at c_i dt with c_i = w_i/k_i its phase speed
     (``speed: group`` for dw/dk); its wave towards the face follows from its velocity and its force, which are in the

@@ -12,7 +12,9 @@ from impactlab.types import Level, Port, Reply, SideFacts, Start, option
 @final
 @dataclass(frozen=True)
 class PaoliSchatzman(AbstractContactLaw):
-    """Paoli-Schatzman: the gap at the end of a step plus e times the gap a step before its start is not negative.
+    """Paoli and Schatzman: a complementarity condition on gaps two steps apart.
+
+    The gap at the end of a step plus e times the gap a step before its start is not negative.
 
     The force of the step is the least that keeps it so; its percussion holds the impact. With e = 0 the gap itself is
     kept, with e = 1 positions are mirrored in time.

@@ -28,7 +28,9 @@ COARSE = Noted(
 
 
 def respond(port: Port, reply: Reply) -> None:
-    """Evaluate F = K d^n (1 + a d') over one step, never pulling; a is the hysteresis factor over the approach speed.
+    """Evaluate F = K d^n (1 + a d') over one step, never pulling.
+
+    a is the hysteresis factor over the approach speed.
 
     Parameters of the port: K, n, a v0, least v0. Memory: energy stored [J], approach speed v0 [m/s] (0 while open),
     number of touches slower than the least, number of explicit steps that are long against the contact's own times.
@@ -125,7 +127,9 @@ def rise_of(stiffness: float, exponent: float, overlap: float) -> float:
 
 
 def true_restitution(hysteresis: float) -> float:
-    """Return the restitution of F = K d^n (1 + a d') between rigid bodies, from b = a v0; free of K, n and masses.
+    """Return the restitution of F = K d^n (1 + a d') between rigid bodies.
+
+    It follows from b = a v0 and is free of K, n and masses.
 
     The phase curve b - ln(1 + b) = -b E - ln(1 - b E) follows from m v dv = -K d^n (1 + a v) dd.
     """
@@ -175,7 +179,10 @@ class Hertz(AbstractContactLaw):
 
 @dataclass(frozen=True)
 class AbstractHystereticLaw(AbstractContactLaw):
-    """A power law damped by hysteresis, F = K d^n (1 + a d'). To write one, supply `hysteresis` and the citations."""
+    """A power law damped by hysteresis, F = K d^n (1 + a d').
+
+    To write one, supply `hysteresis` and the citations.
+    """
 
     needs = frozenset({Level.POSITION, Level.VELOCITY})
     smooth = True
@@ -248,7 +255,9 @@ class LankaraniNikravesh(AbstractHystereticLaw):
 @final
 @dataclass(frozen=True)
 class Flores(AbstractHystereticLaw):
-    """Flores and others: F = K d^n (1 + a d') with a v0 = 8 (1 - e)/(5 e), also for soft contacts.
+    """Flores and others: F = K d^n (1 + a d'), also for soft contacts.
+
+    a v0 = 8 (1 - e)/(5 e).
 
     v0 is the approach speed at the touch. The restitution e is nominal: a mass on a wall returns somewhat slower.
 

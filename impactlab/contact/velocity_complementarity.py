@@ -12,7 +12,9 @@ from impactlab.types import Level, Port, Reply, SideFacts, Start, option
 @final
 @dataclass(frozen=True)
 class VelocityComplementarity(AbstractContactLaw):
-    """Moreau's law: while faces touch, 0 <= percussion, 0 <= gap rate + e (gap rate before), and one of them is zero.
+    """Moreau's law: complementarity of percussion and gap rate while faces touch.
+
+    0 <= percussion, 0 <= gap rate + e (gap rate before), and one of them is zero.
 
     The percussion F dt of a step holds impact and pressure alike. Faces touch where the gap is zero at the start of the
     step, so they have overlapped by less than a step's travel; the overlap stays, unless ``projection`` moves

@@ -84,7 +84,10 @@ def first_crossing_of(m: MarchArrays, base: int, c: int, n: int, floor: float) -
 
 @EXACT_PART
 def next_event(m: MarchArrays, j: int, n: int) -> float:
-    """Return the place in [-1, 1] of the first event, 2 for none; the state holds its contact (or -1) and kind."""
+    """Return the place in [-1, 1] of the first event, 2 for none.
+
+    The state holds its contact (or -1) and kind.
+    """
     state, junction = m.state[0], m.junctions[j]
     base = junction.first_node
     nodes = junction.nodes

@@ -107,7 +107,9 @@ def integrate(a: Array, n: int, half: float, first: float, out: Array) -> None:
 
 @EXACT_PART
 def relax(rate: float, b: Array, first: float, order: int, y: Array, work: Array) -> None:
-    """Solve y' = -rate y + b on [-1, 1], y(-1) = first, rate >= 0, by the tau method with so many coefficients.
+    """Solve y' = -rate y + b on [-1, 1], y(-1) = first, rate >= 0.
+
+    The tau method, with so many coefficients.
 
     Backward elimination y_k = p_k y_{k-1} + r_k (Olver, Miller): all p_k are negative, so nothing cancels.
     """
@@ -140,7 +142,9 @@ def relax(rate: float, b: Array, first: float, order: int, y: Array, work: Array
 
 @EXACT_PART
 def without_layer(rate: float, b: Array, first: float, n: int, floor: float, y: Array) -> bool:
-    """Write the solution of y' = -rate y + b on [-1, 1] that has no layer; return whether it starts at ``first``.
+    """Write the solution of y' = -rate y + b that has no layer.
+
+    It is written on [-1, 1]; returned is whether it starts at ``first``.
 
     For a load of n coefficients it is a polynomial of n coefficients, b/rate - b'/rate**2 + ..., found from the last
     one on. It differs from the solution that starts at ``first`` by a layer exp(-rate (1 + x)). A layer below the floor

@@ -21,7 +21,10 @@ def table(rows: int, columns: int) -> Array:
 
 @ALLOCATING_PART
 def system(a: Array, b: Array, n: int, first: Array, order: int, y: Array) -> None:
-    """Solve y' = a y + b on [-1, 1], y(-1) = first, for n functions by the tau method with ``order`` coefficients."""
+    """Solve y' = a y + b on [-1, 1], y(-1) = first.
+
+    The tau method with ``order`` coefficients, for n functions.
+    """
     size = order * n
     w: Array = table(size, size + 1)
     for k in range(1, order):
@@ -48,7 +51,9 @@ def system(a: Array, b: Array, n: int, first: Array, order: int, y: Array) -> No
 
 @ALLOCATING_PART
 def steps_down(a: Array, b: Array, n: int, order: int, p: Array) -> bool:
-    """Write y_k = p_k y_{k-1} + r_k, n rows of n + 1 entries per k; return False where that would lose digits.
+    """Write y_k = p_k y_{k-1} + r_k, n rows of n + 1 entries per k.
+
+    Return False where that would lose digits.
 
     Pivots are sought within a block only: where functions swing fast, a block may be nearly singular and p_k is large.
     """

@@ -119,7 +119,10 @@ def alpha_free(parameters: Array, state: Array) -> None:
 
 
 def alpha_derive(parameters: Array, state: Array) -> None:
-    """Rewrite the accelerations a and w, M a = load - C v - K u; the factors of M follow those of the step."""
+    """Rewrite the accelerations a and w, M a = load - C v - K u.
+
+    The factors of M follow those of the step.
+    """
     n, stiff, damped, heavy, wide = sizes(parameters)
     load, springs, _, dashpots, _, factors = split(parameters)
     mass = factors[(wide + 1) * n :]
@@ -136,7 +139,9 @@ def alpha_derive(parameters: Array, state: Array) -> None:
 
 
 def theta_free(parameters: Array, state: Array) -> None:
-    """Step of the theta method: M (v_new - v) = dt (load - C v_theta - K u_theta), u_new = u + dt v_theta.
+    """Take a step of the theta method.
+
+    M (v_new - v) = dt (load - C v_theta - K u_theta), u_new = u + dt v_theta.
 
     v_theta = theta v_new + (1 - theta) v and u_theta likewise.
     """

@@ -33,7 +33,10 @@ def split(parameters: Array) -> tuple[Array, Array, Array, Array, Array, Array]:
 def along(
     count: int, a: float, arm: float, b: float, x: Array, gain: Array, rate: Array, before: float, turn: float
 ) -> tuple[float, float]:
-    """Add the forces of a run of elements to the rates, given those of the element before; return those of the last."""
+    """Add the forces of a run of elements to the rates.
+
+    Given are those of the element before; returned are those of the last.
+    """
     for e in range(count):
         w, theta, next_w, next_theta = x[2 * e], x[2 * e + 1], x[2 * e + 2], x[2 * e + 3]
         force = a * (next_w - w - arm * (theta + next_theta))

@@ -22,7 +22,10 @@ N, BANDWIDTH, DT, DAMPED, GROUNDED, LOADED, LOAD = range(7)  # places in the par
 
 @UNPACK
 def split(parameters: Array) -> tuple[Array, Array, Array, Array, Array, Array, Array]:
-    """Return load, gain dt/(M + dt C/2), chain of springs (n + 1,), share kept of v, ground, mass and wide bands."""
+    """Return the parameters of a step.
+
+    They are load, gain dt/(M + dt C/2), chain of springs (n + 1,), share kept of v, ground, mass and wide bands.
+    """
     n, arrays = int(parameters[N]), parameters[LOAD:]
     chain = arrays[2 * n : 3 * n + 1]
     rest = arrays[3 * n + 1 :]

@@ -49,7 +49,10 @@ def free(parameters: Array, state: Array) -> None:
 
 
 def measure(parameters: Array, state: Array, out: Array) -> None:
-    """Write the energy v M v/2 + u K u/2 [J] and the work of the load so far, up to a constant [J]."""
+    """Write the energy v M v/2 + u K u/2 [J] and the work of the load.
+
+    The work is that so far, up to a constant [J].
+    """
     n = int(parameters[N])
     load, mass, frequency, _, _, _, _, _ = split(parameters)
     energy, work = 0.0, 0.0

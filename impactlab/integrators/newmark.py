@@ -45,7 +45,9 @@ def free(parameters: Array, state: Array) -> None:
 
 
 def measure(parameters: Array, state: Array, out: Array) -> None:
-    """Write the energy [J] that Newmark conserves or damps, and the work of the load so far, up to a constant [J].
+    """Write the energy that Newmark conserves or damps, and the work of the load [J].
+
+    The work is that so far, up to a constant.
 
     The energy is v M v/2 + u K u/2 + (beta - gamma/2) dt^2 a M a/2; the last term is zero for average acceleration.
     """

@@ -184,7 +184,10 @@ def mean_velocity(
 def _energy_change(
     scene: Scene, history: AbstractHistory, name: str, start: float, end: float, given: Given
 ) -> float | None:
-    """Return the growth of the energy of a body from a start to an end [J]; None where it is not known."""
+    """Return the growth of the energy of a body between two times [J].
+
+    None where it is not known.
+    """
     body = scene.bodies[name]
     if not body.moves:
         return 0.0

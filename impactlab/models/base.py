@@ -33,7 +33,9 @@ class Phases(NamedTuple):
 
 
 class Operators(NamedTuple):
-    """A linear body M a + C v + K u = load; symmetric matrices in lower banded form, row i holds diagonal -i.
+    """A linear body M a + C v + K u = load.
+
+    Matrices are symmetric, in lower banded form; row i holds diagonal -i.
 
     Stiffness and damping are also springs and dashpots: between coordinates i and j of -K_ij, to the ground of the sum
     of row i. A model states these sums where they are known without rounding, as zero for a chain that is not held.

@@ -140,7 +140,9 @@ def projections(given: ReducedMesh, wanted: ReducedMesh) -> Array:
 
 
 def proportional_damping(rod: ElasticBody) -> tuple[float, float]:
-    """Return a [1/s] and b [s] of a rod whose damping is C = a M + b K, or raise `PairingError` where it is not.
+    """Return a [1/s] and b [s] of a damping C = a M + b K.
+
+    Raise `PairingError` where the damping of the rod is another.
 
     Only then do its undamped modes stay uncoupled.
     """

@@ -26,7 +26,9 @@ def full(banded: Array) -> Array:
 
 
 def grounded(banded: Array, known: Array | float = 0.0) -> Array:
-    """Return the sums of the rows of a matrix less a known part, shape (n,): the springs of a stiffness to the ground.
+    """Return the sums of the rows of a matrix less a known part, shape (n,).
+
+    Of a stiffness they are its springs to the ground.
 
     A sum that is zero except for rounding is zero: only the ends of a row of bars are tied to the ground.
     """
@@ -65,7 +67,9 @@ def solve_each(banded: Array, rows: Array) -> Array:
 
 
 def factorised(banded: Array) -> tuple[Array, Array]:
-    """Return D, shape (n,), and the bands of unit L below the diagonal, shape (bandwidth, n), of A = L D L^T.
+    """Return D, shape (n,), and the bands of unit L of A = L D L^T.
+
+    The bands are those below the diagonal, shape (bandwidth, n).
 
     A tridiagonal matrix is factorised from both ends to its middle row n // 2 (the twisted factorisation): the band
     holds the factors of the neighbour towards the nearer end.

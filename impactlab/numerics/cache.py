@@ -80,7 +80,10 @@ def _function(function: FunctionType, seen: dict[int, Any]) -> str:
     used = {name: function.__globals__[name] for name in names if name in function.__globals__}
     cells = [cell.cell_contents for cell in function.__closure__ or ()]
     taken = ", ".join(f"{name}: {_text(value, seen, names)}" for name, value in sorted(used.items()))
-    return f"{_text(function.__code__, seen)} {_text(function.__defaults__, seen)} {_text(cells, seen)} {taken}"
+    code = function.__code__
+    if function.__doc__ and code.co_consts[:1] == (function.__doc__,):  # words do not change what is compiled
+        code = code.replace(co_consts=(None, *code.co_consts[1:]))
+    return f"{_text(code, seen)} {_text(function.__defaults__, seen)} {_text(cells, seen)} {taken}"
 
 
 def _names(code: CodeType) -> tuple[str, ...]:

@@ -99,7 +99,9 @@ def continuous(asked: Simulation) -> Description | None:
 
 
 def _shortest_time(asked: Simulation) -> float:
-    """Return the shortest time of a scene [s]: its duration, about the first period of its beams, or a rise of force.
+    """Return the shortest time of a scene [s].
+
+    It is its duration, about the first period of its beams, or a rise of force.
 
     About the first period is L2 sqrt(rho A/EI), from the whole length and the softest piece. Rises count `STEPS` times.
     """

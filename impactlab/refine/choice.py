@@ -257,7 +257,9 @@ def _extrapolated(levels: list[Level], asked: Simulation, description: Descripti
 
 
 def _distance_to_check(study: Study) -> float:
-    """Return the distance of the finest level to a run off the special step, 0 where it is within the error of that.
+    """Return the distance of the finest level to a run off the special step.
+
+    It is 0 where it is within the error of that run.
 
     Levels with c dt = h have an advantage in common, so that two of them may agree by luck.
     """

@@ -18,7 +18,9 @@ def shortest_rise(scene: Scene, method: Method) -> float:
 
 
 def rise_time(scene: Scene, method: Method, contact: Contact) -> float:
-    """Return the time in which the force of a contact rises [s]; a quarter of a round trip where its law is unknown.
+    """Return the time in which the force of a contact rises [s].
+
+    It is a quarter of a round trip where its law is unknown.
 
     A compliant contact rises with its own oscillation sqrt(m/k), or against the impedance of the rod, Z/k; of a power
     law k is the tangent at the indentation that brings the bodies to the same speed. A hard one rises at once, and then
@@ -42,7 +44,10 @@ def rise_time(scene: Scene, method: Method, contact: Contact) -> float:
 
 
 def _meeting_speed(scene: Scene) -> float:
-    """Return the speed at which the bodies of a scene meet [m/s]: that at the start, or one that loads may cause."""
+    """Return the speed at which the bodies of a scene meet [m/s].
+
+    It is that at the start, or one that loads may cause.
+    """
     velocities = [body.velocity for body in scene.bodies.values() if body.moves]
     given = max(velocities, default=0.0) - min(*velocities, 0.0, 0.0)
     pushed = [abs(rod.end_force) / rod.segments[0].impedance for rod in rods_of(scene)]

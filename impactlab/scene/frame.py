@@ -38,7 +38,9 @@ class Group(NamedTuple):
 
 
 def groups(scene: Scene, touched: Collection[str] | None = None) -> tuple[Group, ...]:
-    """Return the groups of bodies joined by contacts, each body in one; a wall joins no bodies but holds all it meets.
+    """Return the groups of bodies joined by contacts, each body in one.
+
+    A wall joins no bodies but holds all it meets.
 
     ``touched`` are the names of the contacts that were closed in a run; all contacts of the scene if not given.
     """
@@ -83,12 +85,17 @@ def touched_in(history: AbstractHistory) -> frozenset[str]:
 
 
 def drift_velocities(scene: Scene, touched: Collection[str] | None = None) -> dict[str, float]:
-    """Return for each body the velocity [m/s] at t = 0 of the frame of its group; 0 where something holds it."""
+    """Return the velocity of the frame of each body's group at t = 0 [m/s].
+
+    It is 0 where something holds it.
+    """
     return {name: group.velocity for group in groups(scene, touched) for name in group.bodies}
 
 
 def drift(scene: Scene, name: str, t: Array, touched: Collection[str] | None = None) -> Array:
-    """Return how far the frame of a body's group has moved [m] at times t [s], shape of t; 0 where it is held.
+    """Return the displacement of the frame of a body's group [m] at times t [s].
+
+    It has the shape of t, and is 0 where the group is held.
 
     ``name`` is that of a body, or of a channel: ``position:hammer``, ``displacement:rod@0``.
     """

@@ -98,7 +98,10 @@ def is_exact(scene: Scene, method: Method) -> bool:
 
 
 def theories(scene: Scene, method: Method) -> tuple[str, ...]:
-    """Return the theory of waves that the model of each rod or beam declares, "" where it is that of the body."""
+    """Return the theory of waves that the model of each rod or beam declares.
+
+    "" where it is that of the body.
+    """
     return tuple(method.models[name].theory if name in method.models else "" for name in scene.elastic)
 
 

@@ -73,7 +73,10 @@ class Scene:
 
     @property
     def fronts_at_start(self) -> bool:
-        """Whether waves with a front set out at t = 0: from an end force, or from an end that holds a moving body."""
+        """Whether waves with a front set out at t = 0.
+
+        They start from an end force, or from an end that holds a moving body.
+        """
         moving = [body for body in self.bodies.values() if body.velocity != 0.0]
         held = any(end.kind in ("clamped", "dashpot") for body in moving for _, end in body.ends)
         return held or bool(self.loaded_ends)

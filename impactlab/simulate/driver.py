@@ -113,7 +113,10 @@ def advance_of(assembly: Assembly) -> Callable[..., int]:
 
 
 def walk(assembly: Assembly, history: RecordedHistory, progress: Progress | None) -> int:
-    """Run the loop in chunks of about a tenth of a second; return why it ended. No bit depends on the chunks."""
+    """Run the loop in chunks of about a tenth of a second.
+
+    Return why it ended. No bit depends on the chunks.
+    """
     chunk = 256
     advance = advance_of(assembly)
     while True:

@@ -113,7 +113,10 @@ def _by_default(scene: Scene, method: Method) -> bool:
 
 
 def chosen_step(scene: Scene, method: Method, integrator: AbstractIntegrator, built: dict[str, BuiltBody]) -> float:
-    """Return the step [s]; raise `CaseError` where it is too long for a scheme or a body, or too short for the run."""
+    """Return the step [s].
+
+    Raise `CaseError` where it is too long for a scheme or a body, or too short for the run.
+    """
     limits = {}
     for name, body in built.items():
         if isinstance(body.model, AbstractSelfStepping):

@@ -77,7 +77,10 @@ def _stiffness(history: AbstractRecordedHistory, contact: Contact) -> float | No
 
 
 def _too_compliant(history: AbstractRecordedHistory, contact: Contact) -> Iterator[Warned]:
-    """Warn of a spring in place of a hard contact, its stiffness taken from a mesh, that is compliant like a body."""
+    """Warn of a spring for a hard contact that is as compliant as a body.
+
+    Its stiffness was taken from a mesh.
+    """
     scene, stiffness = history.scene, stiffness_of(history.scene, history.method, contact)
     if stiffness is None or not is_relative(history.method.laws[contact.name]):
         return

@@ -81,7 +81,9 @@ def _shifted(
 
 
 def _shares(faces: Mapping[str, Array], displaced: float) -> Iterator[tuple[float, str]]:
-    """Give a displacement [m] over the square mean of that of each face of a body, and the channel of the face.
+    """Give the ratio of a displacement to that of each face of a body.
+
+    The displacement [m] is divided by the square mean of the face's; beside it stands the channel of the face.
 
     A face that is all but at rest, as one that is pressed against a wall, is left out.
     """
@@ -102,7 +104,9 @@ def _displaced(
     touches: Mapping[str, Sequence[tuple[float, float | None]]],
     motions: Mapping[str, Mapping[str, Array]],
 ) -> Iterator[Warned]:
-    """Warn where the displacement of a face is not large beside that of its body in the error of a touch time.
+    """Warn where a face moves little beside its body.
+
+    The displacement of the face is then not large beside that of its body in the error of a touch time.
 
     A touch or opening that comes too late by a time s leaves the faces of its body displaced by its speed times s;
     those of several, of either sign, add up in squares. So a face that is brought back to where it was, or moves little

@@ -42,7 +42,10 @@ class Axis:
 
 @dataclass(frozen=True)
 class Points:
-    """The points of a sweep: a grid of several axes, or listed ones, in which the values of all axes go together."""
+    """The points of a sweep: a grid of several axes, or listed ones.
+
+    In listed points the values of all axes go together.
+    """
 
     axes: tuple[Axis, ...]
     listed: bool = False
@@ -193,7 +196,10 @@ def _split(values: str) -> list[str]:
 
 
 def read_points(file: Path) -> dict[str, list[Any]]:
-    """Return the columns of a CSV file of points; a column is headed by a path, with a unit in brackets or none."""
+    """Return the columns of a CSV file of points.
+
+    A column is headed by a path, with a unit in brackets or none.
+    """
     try:
         with file.open(newline="", encoding="utf-8-sig") as stream:
             header, *rows = [row for row in csv.reader(stream) if row]

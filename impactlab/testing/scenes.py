@@ -67,7 +67,10 @@ def face(body: Body, x: float = 0.0) -> Point:
 
 
 def touching(left: Body, right: Body, gap: float = 0.0) -> Contact:
-    """Return the contact of the right end of one body with the left end of the next; an overlap is a gap below 0."""
+    """Return the contact of the right end of a body with the next.
+
+    The next body is met at its left end; an overlap is a gap below 0.
+    """
     return Contact(face(left, left.length), face(right), gap, overlap_allowed=gap < 0.0)
 
 

@@ -66,7 +66,10 @@ def ends(draw: st.DrawFn, segment: Segment, kinds: tuple[str, ...]) -> End:
 
 
 def is_dimensionless(part: object) -> bool:
-    """Return whether no option of a part is a number with a unit, so that it means the same in any scene."""
+    """Return whether no option of a part is a number with a unit.
+
+    Such a part means the same in any scene.
+    """
     fields = [field for field in dataclasses.fields(part) if field.init]  # type: ignore[arg-type]
     return all(
         field.metadata["unit"] == "1"

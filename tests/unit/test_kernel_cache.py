@@ -65,12 +65,25 @@ def other_helper(x: float) -> float:
     return SCALE * x + 1e-9
 
 
+def documented_helper(x: float) -> float:
+    """Return the value of a helper."""
+    return SCALE * x + 2e-9
+
+
+def reworded_helper(x: float) -> float:
+    """Return it in other words."""
+    return SCALE * x + 2e-9
+
+
 def test_a_kernel_keeps_its_old_code_when_a_function_or_constant_that_it_uses_changes() -> None:
     def digest(changed: FunctionType) -> str:
         return fingerprint(changed, {"fastmath": {"reassoc", "contract"}})
 
     first = digest(kernel)
     assert digest(with_globals(kernel)) == first
+    assert digest(with_globals(kernel, helper=documented_helper)) == digest(
+        with_globals(kernel, helper=reworded_helper)
+    )
     assert digest(with_globals(kernel, helper=other_helper)) != first
     assert digest(with_globals(kernel, helper=with_globals(helper, SCALE=3.0))) != first
     assert digest(with_globals(kernel, helper=with_globals(helper, SCALE=np.ones(2)))) != first

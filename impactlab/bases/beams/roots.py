@@ -45,7 +45,10 @@ def rows(ends: Ends, held: Held) -> tuple[tuple[Array, Array], tuple[Array, Arra
 
 
 def pinned(beam: BeamNumbers, count: int, even: bool) -> tuple[Array, Ints]:
-    """Return the first B of a beam pinned at 1, even or odd at 0, rising, and which wave each is (0 or 1), (count,)."""
+    """Return the first B of a beam pinned at 1, rising, (count,).
+
+    Its fields are even or odd at 0. Also returned is which wave each is (0 or 1), (count,).
+    """
     number = np.arange(count, dtype=np.float64) + (0.5 if even else 1.0)
     lower, upper = frequencies(beam, np.pi * number)
     if not even and np.isfinite(upper[0]):
@@ -77,7 +80,10 @@ def roots(beam: BeamNumbers, held: Held, even: bool, low: Array, high: Array) ->
 
 
 def cantilever(beam: BeamNumbers, low: Array, high: Array) -> Array:
-    """Return the B of a beam clamped at -1 and free at 1, one in each bracket made by those of clamped and pinned."""
+    """Return the B of a beam clamped at -1 and free at 1.
+
+    There is one in each bracket made by those of clamped and pinned beams.
+    """
 
     def below(squared: Array) -> Array:
         found = waves(beam, squared)

@@ -31,7 +31,9 @@ class AbstractSelfStepping(AbstractDiscreteModel):
     serves: ClassVar[frozenset[Level]] = frozenset({Level.POSITION, Level.VELOCITY})
 
     def recorded(self, probes: tuple[Probe, ...], duration: float, fields: bool) -> Self:
-        """Return the body for a run of a duration [s] that records these probes of it, and fields along it or none.
+        """Return the body for a run of a duration [s].
+
+        The run records these probes of it, and fields along it or none.
 
         A body that can give any quantity at any place, for any time, returns itself, as here.
         """
@@ -43,7 +45,10 @@ class AbstractSelfStepping(AbstractDiscreteModel):
         """Return the longest step that it can take [s]; inf where any is served."""
 
     def misfit(self, dt: float) -> float:
-        """Return the relative change of lengths and speeds by which a step of dt [s] fits; 0, as here, if any fits."""
+        """Return the relative change of lengths and speeds that fits a step [s].
+
+        It is 0, as here, if any step fits.
+        """
         return 0.0
 
     def fitting(self, dt: float) -> Array:

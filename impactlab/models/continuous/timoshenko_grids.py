@@ -30,7 +30,9 @@ class Coupling(NamedTuple):
 
 
 def coupling(of_rows: Grid, of_columns: Grid) -> Coupling:
-    """Return P_ij = 1/h int f_i g_j dx with the hat functions f and g on the centres of two grids, h that of the first.
+    """Return the projection P from one grid to another.
+
+    P_ij = 1/h int f_i g_j dx with the hat functions f and g on the centres of two grids, h that of the first.
 
     Beyond the outermost centre a hat stays 1. Rows of P sum to 1 and carry straight lines over, and h/h' times its
     transpose does so in the other direction: both ways are of second order, and their work is equal.

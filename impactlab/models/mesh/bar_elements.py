@@ -18,7 +18,10 @@ MassMatrix = Literal["consistent", "lumped", "redistributed"]
 
 
 class Reference(NamedTuple):
-    """An element of length 2, from -1 to 1, with EA = 1 and rho A = 1, in its ``order + 1`` nodes."""
+    """An element from -1 to 1, in its ``order + 1`` nodes.
+
+    It has EA = 1 and rho A = 1.
+    """
 
     nodes: Array  # (order + 1,)
     weights: Array  # (order + 1,) of the quadrature at the nodes, exact up to the degree 2 order - 1
@@ -56,7 +59,10 @@ def reference(order: int) -> Reference:
 
 
 def polynomials(order: int, place: float) -> Array:
-    """Return the polynomials of the nodes at a place from -1 to 1, shape (order + 1,); exactly 0 or 1 at the nodes."""
+    """Return the polynomials of the nodes at a place, shape (order + 1,).
+
+    The place is from -1 to 1; they are exactly 0 or 1 at the nodes.
+    """
     nodes = _nodes(order)
     if order == 1 and abs(place) == 1.0:
         return np.array([0.5 * (1.0 - place), 0.5 * (1.0 + place)])

@@ -107,7 +107,9 @@ def matrices(segment: BeamSegment, h: float) -> ElementMatrices:
 
 
 def lumped(segment: BeamSegment, h: float) -> Array:
-    """Return the diagonal mass of an element, shape (4,): half of the mass, and m h2/78 + rho I h/2 of a node.
+    """Return the diagonal mass of an element, shape (4,).
+
+    A node has half of the mass, and m h2/78 + rho I h/2.
 
     References
     ----------

@@ -66,7 +66,10 @@ class MasslessNodes:
         return self.folded(sums - multiply(matrix, behind) if np.any(behind) else sums)
 
     def condensed(self, matrix: Array) -> Array:
-        """Return T^t A T, shape (2, n_kept), of a matrix A (2, n), T the shares: static condensation where A is K."""
+        """Return T^t A T, shape (2, n_kept), of a matrix A (2, n).
+
+        T holds the shares; static condensation where A is K.
+        """
         result = matrix.copy()
         own, low, high = matrix[0, self.at], matrix[1, self._left] * (self.at > 0), matrix[1, self.at]
         s_left, s_right = self._share_left, self._share_right

@@ -79,7 +79,9 @@ class Segment:
 
 @dataclass(frozen=True)
 class End:
-    """The support of an end of a body: none, a clamp, a grounded spring or dashpot, or a mass riding on it.
+    """The support of an end of a body.
+
+    It is none, a clamp, a grounded spring or dashpot, or a mass that moves with the end.
 
     A beam may be pinned (no deflection, free rotation), its spring may resist rotation too, and it may be infinite.
     A force may act on an end that is not clamped or pinned.
@@ -199,7 +201,10 @@ class Body(ABC):
 
     @property
     def static_compliance(self) -> float:
-        """Compliance of the whole body along its motion, L/EA of a rod [m/N]; 0 of a rigid body, NaN if it bends."""
+        """Compliance of the whole body along its motion, L/EA of a rod [m/N].
+
+        It is 0 of a rigid body, NaN if it bends.
+        """
         return 0.0
 
     @property
@@ -330,7 +335,10 @@ class ElasticBody(Body):
 
 @dataclass(frozen=True)
 class WaveBody(ElasticBody):
-    """An elastic body whose displacement u solves the wave equation of rods, E A u'' = rho A u_tt in each segment."""
+    """An elastic body whose displacement u solves the wave equation of rods.
+
+    E A u'' = rho A u_tt in each segment.
+    """
 
     @property
     def waves(self) -> WaveBody:

@@ -51,5 +51,8 @@ def shaft_segment(
 
 
 def shaft_end(end: End, lever_arm: float) -> End:
-    """Return an end in N m/rad, N m s/rad, kg m2 and N m as that of the rod at the lever arm [m]."""
+    """Return an end of a shaft as that of the rod at the lever arm [m].
+
+    It is given in N m/rad, N m s/rad, kg m2 and N m.
+    """
     return End(end.kind, end.value / lever_arm**2, end.force / lever_arm)

@@ -27,7 +27,10 @@ AGREEMENT_TOL = 1e-9  # of the largest impulse: a larger change in the last swee
 
 @INLINE
 def effect_of(m: StepArrays, target: int, layer: int, contact: ContactRecord, other: int) -> float:
-    """Return the effect of a contact on a row at the end of the step; layer 0: displacement (or value), 1: velocity."""
+    """Return the effect of a contact on a row at the end of the step.
+
+    Layer 0 is displacement (or value), 1 velocity.
+    """
     total = 0.0
     if contact.force != 0.0:
         total += m.influence[U_FORCE + layer, target, other] * contact.force

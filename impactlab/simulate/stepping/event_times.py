@@ -37,7 +37,10 @@ def close_time(contact: ContactRecord, port: Port, reply: Reply, time: float, dt
 
 @PART
 def open_time(contact: ContactRecord, port: Port, reply: Reply, time: float, dt: float) -> float:
-    """Return the time of an opening: root of the trial force, or of the gap under a law without a signed trial."""
+    """Return the time of an opening [s].
+
+    It is the root of the trial force, or of the gap under a law without a signed trial.
+    """
     gap, free_gap = port.gap + port.offset, port.free_gap + reply.offset
     if contact.old_trial > 0.0 and reply.trial < 0.0:
         return float(time + dt * (contact.trial_point + reply.trial / (contact.old_trial - reply.trial)))

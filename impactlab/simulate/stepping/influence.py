@@ -44,7 +44,10 @@ def row_times(m: StepArrays, row: int, values: Floats, shift: int) -> float:
 
 @PART
 def add_influence(m: StepArrays, target: int, u_row: int, v_row: int, weight: float, body_number: int) -> None:
-    """Add the influence of contacts on one row of a body, and on its rate if it has a row (else v_row is -1)."""
+    """Add the influence of contacts on one row of a body, and on its rate.
+
+    The rate has the row v_row, -1 if there is none.
+    """
     body = m.bodies[body_number]
     size = body.state_end - body.state_start
     for other in range(len(m.faces)):
@@ -105,7 +108,10 @@ def fill_influence(m: StepArrays) -> None:
 
 @PART
 def pushed_values(m: StepArrays, free: bool) -> None:
-    """Read the rows that laws may push along, at the start of a step or at the end of the free one."""
+    """Read the rows that laws may push along.
+
+    They are read at the start of a step or at the end of the free one.
+    """
     first_push = len(m.row_start) - 1 - len(m.pushes)
     for number in range(len(m.pushes)):
         port = m.ports[m.pushes[number].contact]

@@ -90,7 +90,10 @@ def root(m: StepArrays, time: float, dt: float, watched: int, quantity: int, at_
 
 @PART
 def event_in_step(m: StepArrays, time: float, h: float, number: int) -> tuple[int, float]:
-    """Return the quantity of a contact that crosses zero in a step of length h (or NOTHING), and its value at h."""
+    """Return the quantity of a contact that crosses zero in a step of length h.
+
+    It is NOTHING if there is none; its value at h is returned beside it.
+    """
     at_end = attempt(m, time, h, number, GAP)
     port, reply = m.ports[number], m.replies[number]
     if port.in_contact > 0.0 and reply.in_contact == 0.0:

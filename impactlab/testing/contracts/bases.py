@@ -20,7 +20,9 @@ KINDS = (("rod", "free"), ("rod", "clamped"), ("beam", "free"), ("beam", "pinned
 
 
 class BasisContract:
-    """Properties of every basis, on a rod and on a beam, each of two segments and struck by a mass at its left end.
+    """Properties of every basis, on a rod and on a beam.
+
+    Each has two segments and is struck by a mass at its left end.
 
     Forty elements, twelve modes.
     """

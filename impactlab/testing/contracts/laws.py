@@ -31,7 +31,10 @@ class ContactLawContract:
         return hammer, rod._replace(left_out=0.5 / stiffness)
 
     def port(self, random: np.random.Generator, opened: bool = False) -> Port:
-        """Return a port of a scheme whose force acts at the start or in the middle of the step, with random motions."""
+        """Return a port with random motions.
+
+        The force of its scheme acts at the start or in the middle of the step.
+        """
         left, right = self.sides()
         start = type(self.part).begin(self.part, left, right, self.dt)
         port = Port()

@@ -25,7 +25,10 @@ from impactlab.testing.scenes import mass_on_rod, simulation
 
 @cache
 def judged(law: AbstractContactLaw) -> tuple[AbstractHistory, AbstractHistory, Scene]:
-    """Return a run of few modes of a mass on a free rod, the exact history, and the scene of the run."""
+    """Return a run, the exact history, and the scene of the run.
+
+    A mass strikes a free rod, described by few modes.
+    """
     options: dict[str, Any] = {"right": End("free"), "mass_ratio": 0.5, "round_trips": 2.0}
     run = mass_on_rod(Modal(None, 6), law, ExactModal(), **options)
     exact = mass_on_rod(Continuous(), AdditionDeletion(), **options)
