@@ -93,9 +93,7 @@ def method_facts(summary: Mapping[str, Any]) -> list[tuple[str, str]]:
         share = in_round_trips(used["dt"], summary)
         facts.append(("step", si(used["dt"], "s") + (f" = {cell(share)} T" if share else "")))
     cost = summary["cost"]
-    facts.append(
-        ("cost", f"{cost['steps']} steps, {1e3 * cost['solve_s']:.3g} ms (set-up {1e3 * cost['setup_s']:.3g} ms)")
-    )
+    facts.append(("cost", f"{cost['steps']} steps, {si(cost['solve_s'], 's')} (set-up {si(cost['setup_s'], 's')})"))
     return facts
 
 

@@ -260,7 +260,8 @@ function drawStage() {
     const row = Math.max(0, rows.findIndex((end) => end < mid - half));
     rows[row] = mid + half;
     if (place) pen.fillText(text, mid, axis() - state.stretch * body.gap * view.scale - body.side * ({ wall: 22, mass: 40, rod: 76 }[body.kind] || 40) + 4);
-    else pen.fillText(text, mid, axis() + (bends ? 34 : HALF + 28) + 15 * row);
+    else if (bends) pen.fillText(text, mid, axis() + (data.bodies.some((each) => each.beside === body.name && each.side < 0) ? -34 : 42));
+    else pen.fillText(text, mid, axis() + HALF + 28 + 15 * row);
   }
 }
 

@@ -50,15 +50,21 @@ def _program(name: str) -> str:
 
 
 def show(
-    driver: webdriver.Chrome, page: Path, *, width: int = 1280, dark: bool = False, script: bool = True
+    driver: webdriver.Chrome,
+    page: Path,
+    *,
+    width: int = 1280,
+    dark: bool = False,
+    script: bool = True,
+    wait: bool = True,
 ) -> webdriver.Chrome:
-    """Open a page at a width [px], light or dark, and wait until it is ready."""
+    """Open a page at a width [px], light or dark; of a live page wait until all is drawn."""
     look(driver, width=width, dark=dark)
     driver.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": not script})
     driver.get_log("browser"), driver.get_log("performance")
     driver.get(page.absolute().as_uri())
     until = time.monotonic() + PATIENCE
-    while script and not driver.execute_script("return Boolean(window.impactlab && window.impactlab.drawn)"):
+    while script and wait and not driver.execute_script("return Boolean(window.impactlab && window.impactlab.drawn)"):
         assert time.monotonic() < until, driver.get_log("browser")
         time.sleep(0.02)
     return driver

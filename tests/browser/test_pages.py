@@ -12,9 +12,11 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 from typer.testing import CliRunner
 
+from impactlab.bench.report.write import write_bench
 from impactlab.cli import app
 from tests.browser.support import chromium, console, faults, look, requests, show
 from tests.cases.support import CASES
+from tests.unit.test_bench_report import HAND, written
 
 pytestmark = [pytest.mark.browser, pytest.mark.slow]
 COMMANDS = {
@@ -22,7 +24,6 @@ COMMANDS = {
     "train": ("run", "chain_of_bars.yaml", "--method", "continuous"),
     "stepped": ("run", "hopkinson_chain.yaml", "--method", "penalty"),
     "beam": ("run", "tube_between_stops.yaml"),
-    "free": ("run", "free_rod.yaml"),
     "no contact": ("run", "step_loaded_rod.yaml"),
 }
 
@@ -174,6 +175,23 @@ def test_paper_shows_the_static_figures_and_no_controls(pages, browser):
     assert set(on_paper.values()) == {True}
     assert on_screen["waves"] is False
     assert on_screen["errors"] is True
+
+
+def test_the_pages_of_a_bench_sort_and_stay_in_their_width(browser, tmp_path):
+    write_bench(tmp_path, written(tmp_path, HAND))
+    for width in (1280, 400):
+        show(browser, tmp_path / "index.html", width=width, wait=False)
+        assert browser.execute_script("return document.documentElement.scrollWidth") <= width
+    assert faults(browser) == []
+    head = browser.find_element(By.CSS_SELECTOR, "table thead tr:last-child th")
+    head.find_element(By.TAG_NAME, "button").send_keys(Keys.ENTER)
+    first = "return [...document.querySelector('table').tBodies[0].rows].map((row) => row.cells[0].textContent)"
+    names = browser.execute_script(first)
+    head.find_element(By.TAG_NAME, "button").send_keys(Keys.ENTER)
+    assert len(set(names)) > 1
+    assert browser.execute_script(first) == names[::-1]
+    assert console(browser) == []
+    assert requests(browser) == []
 
 
 def test_without_a_script_the_figures_are_there(pages, browser):
