@@ -26,10 +26,10 @@ STUDIES = {
     "first_force": "studies.beams.first_force",
     "hard": "studies.hard",
     "how_to_choose": "studies.how_to_choose",
+    "identified_force": "studies.identified_force",
     "matrix": "studies.matrix",
     "methods": "studies.comparison.study",
     "paper": "studies.paper.study",
-    "readme_figure": "studies.readme_figure",
 }
 
 
@@ -39,8 +39,8 @@ def listing() -> str:
     for name, module in STUDIES.items():
         found = import_module(module)
         files = ", ".join(f"docs/{path}" for path in found.STUDY.texts)
-        lines.append(f"{name:14} {(found.__doc__ or '').splitlines()[0]}")
-        lines.append(f"{'':14} {files or 'no page'}; {len(found.STUDY.figures)} figures")
+        lines.append(f"{name:17} {(found.__doc__ or '').splitlines()[0]}")
+        lines.append(f"{'':17} {files or 'no page'}; {len(found.STUDY.figures)} figures")
     return "\n".join(lines)
 
 

@@ -63,8 +63,10 @@ axis.set(xlabel="place  [mm]", ylabel="time  [µs]", title="Stress; black: in co
 fig.colorbar(image, label="stress  [MPa]")
 
 # %%
-# As a file: ``impactlab run struck.yaml --out page`` writes the same picture, and more,
-# as a page.
+# ``history.plot_xt()`` draws this picture in one line, with several bars end to end. As a
+# file, ``impactlab run struck.yaml --out page`` writes a page whose scene moves, with a cursor
+# that links diagram and traces, and ``impactlab animate struck.yaml -o waves.gif`` (or
+# ``waves.mp4``) films it for a slide.
 
 print(struck(1.0).to_yaml())
 

@@ -42,7 +42,8 @@ def test_both_forms_are_one_case(name: str, file: str, python: str) -> None:
     assert made.resolved() == il.Case.from_dict(as_given(file)).resolved()
 
 
-def test_the_first_page_of_code_runs_as_printed() -> None:
+def test_the_first_page_of_code_runs_as_printed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
     page = (DOCS / "start.md").read_text(encoding="utf-8")
     names: dict[str, Any] = {}
     for block in re.findall(r"^```python\n(.*?)^```$", page, flags=re.M | re.S):

@@ -1,4 +1,4 @@
-"""The picture at the top of the README: the contact force of the paper's impact, exact and by the 1999 method."""
+"""Figure of the page on wave identification: contact force of the paper's impact, exact and by the 1999 method."""
 
 from __future__ import annotations
 
