@@ -19,7 +19,7 @@ from impactlab import __version__
 from impactlab.errors import ExtraError, ImpactlabError
 from impactlab.history.base import AbstractHistory, Cased, ContactSpan, Cost, EnergyBook, Event, Warned
 from impactlab.history.energy import CarriedEnergy
-from impactlab.history.sampled import Facts, Film, SampledHistory, channels_of, facts_of, films_of
+from impactlab.history.sampled import BodyFields, Facts, SampledHistory, body_fields, channels_of, facts_of
 from impactlab.history.units import LONG_NAMES, UNITS
 from impactlab.scene.method import Simulation
 from impactlab.types import Array
@@ -60,7 +60,8 @@ def to_xarray(history: AbstractHistory, times: Array) -> xarray.Dataset:
     variables: dict[str, Any] = {}
     coordinates: dict[str, Any] = {"time": ("time", times, {"units": "s", "long_name": "time"})}
     _add_channels(history, times, variables, coordinates)
-    _add_fields(films_of(history) if not isinstance(history, SampledHistory) else history.films, variables, coordinates)
+    fields = history.fields if isinstance(history, SampledHistory) else body_fields(history)
+    _add_fields(fields, variables, coordinates)
     _add_energies(history.energy, variables, coordinates)
     _add_contacts(history, variables)
     made: xarray.Dataset = library.Dataset(variables, coordinates, _attributes(history))
@@ -89,24 +90,24 @@ def _add_channels(
             )
 
 
-def _add_fields(films: Mapping[str, Film], variables: dict[str, Any], coordinates: dict[str, Any]) -> None:
+def _add_fields(fields: Mapping[str, BodyFields], variables: dict[str, Any], coordinates: dict[str, Any]) -> None:
     """Add fields as (body, place, frame), with NaN where a body has fewer places or was not kept at an instant."""
-    if not films:
+    if not fields:
         return
-    names, frames = list(films), np.unique(np.concatenate([film.times for film in films.values()]))
-    most = max(film.x.size for film in films.values())
+    names, frames = list(fields), np.unique(np.concatenate([kept.times for kept in fields.values()]))
+    most = max(kept.x.size for kept in fields.values())
     x = np.full((len(names), most), np.nan)
-    for number, film in enumerate(films.values()):
-        x[number, : film.x.size] = film.x
+    for number, kept in enumerate(fields.values()):
+        x[number, : kept.x.size] = kept.x
     coordinates["body"] = ("body", _texts(names))
     coordinates["frame"] = ("frame", frames, {"units": "s", "long_name": "time of a field"})
     coordinates["x"] = (("body", "place"), x, {"units": "m", "long_name": "place along the body"})
-    for quantity in dict.fromkeys(quantity for film in films.values() for quantity in film.values):
+    for quantity in dict.fromkeys(quantity for kept in fields.values() for quantity in kept.values):
         values = np.full((len(names), most, frames.size), np.nan)
-        for number, film in enumerate(films.values()):
-            if quantity in film.values:
-                at = np.searchsorted(frames, film.times)
-                values[number, : film.x.size, at] = film.values[quantity]
+        for number, kept in enumerate(fields.values()):
+            if quantity in kept.values:
+                at = np.searchsorted(frames, kept.times)
+                values[number, : kept.x.size, at] = kept.values[quantity]
         variables[f"{quantity}_field"] = (("body", "place", "frame"), values, labelled(quantity))
 
 
@@ -230,7 +231,7 @@ def to_history(dataset: xarray.Dataset, run: Simulation, case: Cased | None) -> 
         case=case,
         listed=tuple(kept["channels"]),
     )
-    return SampledHistory(run, facts, dataset["time"].values, values, _films(dataset))
+    return SampledHistory(run, facts, dataset["time"].values, values, _body_fields(dataset))
 
 
 def _rows(dataset: xarray.Dataset, dimension: str, kind: Any) -> list[tuple[Any, ...]]:
@@ -259,8 +260,8 @@ def _book(dataset: xarray.Dataset) -> EnergyBook:
     return EnergyBook(time, rows("energy_body", "moving"), stored, rows("energy_lost", "loss"), work, carried)
 
 
-def _films(dataset: xarray.Dataset) -> dict[str, Film]:
-    films = {}
+def _body_fields(dataset: xarray.Dataset) -> dict[str, BodyFields]:
+    fields = {}
     for number, name in enumerate(dataset["body"].values if "body" in dataset.coords else ()):
         x = dataset["x"].values[number]
         places = np.isfinite(x)
@@ -273,8 +274,8 @@ def _films(dataset: xarray.Dataset) -> dict[str, Film]:
             if there.any():
                 frames = dataset["frame"].values[there]
                 values[str(field).removesuffix("_field")] = np.ascontiguousarray(table[there])
-        films[str(name)] = Film(frames, x[places], values)
-    return films
+        fields[str(name)] = BodyFields(frames, x[places], values)
+    return fields
 
 
 def to_pandas(history: AbstractHistory, times: Array) -> pandas.DataFrame:

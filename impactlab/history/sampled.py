@@ -31,7 +31,7 @@ from impactlab.scene.method import Simulation
 KEPT = ("displacement", "velocity", "stress", "force", "bending_moment")  # fields of models, as far as a body has them
 
 
-class Film(NamedTuple):
+class BodyFields(NamedTuple):
     """The fields of one body at some instants."""
 
     times: Array  # (n,) s
@@ -62,19 +62,19 @@ class SampledHistory(AbstractHistory):
     """
 
     def __init__(
-        self, run: Simulation, facts: Facts, time: Array, values: Mapping[str, Array], films: Mapping[str, Film]
+        self, run: Simulation, facts: Facts, time: Array, values: Mapping[str, Array], fields: Mapping[str, BodyFields]
     ) -> None:
         self.scene, self.method = run
         self.duration, self.dt, self.events, self.contacts, self.energy = facts[:5]
         self.warnings, self.cost, self.integrator_used, self.case, self.listed = facts[5:]
-        self.time, self.values, self.films = time, dict(values), dict(films)
+        self.time, self.values, self.fields = time, dict(values), dict(fields)
 
     @classmethod
     def of(cls, history: AbstractHistory) -> SampledHistory:
         """Return a history sampled at the instants of a page."""
         time = page_times(history.duration)
         values = {name: history.evaluate(time, name) for name in channels_of(history)}
-        return cls(Simulation(history.scene, history.method), facts_of(history), time, values, films_of(history))
+        return cls(Simulation(history.scene, history.method), facts_of(history), time, values, body_fields(history))
 
     def channels(self) -> tuple[str, ...]:
         return self.listed
@@ -90,38 +90,38 @@ class SampledHistory(AbstractHistory):
         return np.asarray(np.interp(times, self.time, self.values[channel]))
 
     def field_times(self, body: str) -> Array | None:
-        return self.films[body].times if body in self.films else np.zeros(0)
+        return self.fields[body].times if body in self.fields else np.zeros(0)
 
     def field(self, body: str, t: float, quantity: str, x: ArrayLike | None = None) -> Field:
-        film, time = self.films.get(body), float(within_run(t, self.duration))
-        near = np.zeros(0, int) if film is None else np.flatnonzero(np.abs(film.times - time) <= self._slack)
-        values = None if film is None or near.size == 0 else self._read(film, body, quantity, int(near[0]))
-        if film is None or values is None:
-            kept = "" if film is None else f"; kept are {', '.join(film.values)} at {film.times.size} instants"
+        kept, time = self.fields.get(body), float(within_run(t, self.duration))
+        near = np.zeros(0, int) if kept is None else np.flatnonzero(np.abs(kept.times - time) <= self._slack)
+        values = None if kept is None or near.size == 0 else self._read(kept, body, quantity, int(near[0]))
+        if kept is None or values is None:
+            known = "" if kept is None else f"; kept are {', '.join(kept.values)} at {kept.times.size} instants"
             raise ImpactlabError(
-                f"the {quantity} along '{body}' at {t:.6g} s was not kept{kept}",
+                f"the {quantity} along '{body}' at {t:.6g} s was not kept{known}",
                 remedy="Ask for fields in the case, as snapshots: {count: 200}.",
                 path="snapshots",
             )
         if x is None:
-            return Field(film.x, values)
+            return Field(kept.x, values)
         places = places_on(self.scene.bodies[body], x)
-        return Field(places, np.interp(places, film.x, values))
+        return Field(places, np.interp(places, kept.x, values))
 
     @property
     def _slack(self) -> float:
         return END_ROUNDING * self.duration
 
-    def _read(self, film: Film, body: str, quantity: str, number: int) -> Array | None:
-        """Return a quantity of a film, strain and force from the stress; None where it has none."""
-        if quantity in film.values:
-            return np.asarray(film.values[quantity][number])
+    def _read(self, kept: BodyFields, body: str, quantity: str, number: int) -> Array | None:
+        """Return a quantity of the fields kept, strain and force from the stress; None where it has none."""
+        if quantity in kept.values:
+            return np.asarray(kept.values[quantity][number])
         elastic = self.scene.bodies[body].elastic
-        if elastic is None or quantity not in ("strain", "force") or "stress" not in film.values:
+        if elastic is None or quantity not in ("strain", "force") or "stress" not in kept.values:
             return None
-        pieces = [elastic.segment_at(float(x)) for x in film.x]
+        pieces = [elastic.segment_at(float(x)) for x in kept.x]
         factor = [1.0 / piece.young if quantity == "strain" else piece.area for piece in pieces]
-        return np.asarray(film.values["stress"][number] * np.array(factor))
+        return np.asarray(kept.values["stress"][number] * np.array(factor))
 
     def jumps(self, channel: str) -> Array:
         return np.zeros(0)
@@ -156,25 +156,25 @@ def channels_of(history: AbstractHistory) -> list[str]:
     return list(dict.fromkeys(names))
 
 
-def films_of(history: AbstractHistory) -> dict[str, Film]:
+def body_fields(history: AbstractHistory) -> dict[str, BodyFields]:
     """Return the fields that a history can give of each body: at the frames of a page and at its snapshots."""
-    films = {}
+    fields = {}
     for name, body in history.scene.elastic.items():
         times = history.field_times(name)
         if times is None:
             times = np.union1d(
                 frame_times(history.duration), [t for t in history.scene.snapshots if t <= history.duration]
             )
-        film = _film(history, body, times)
-        if film is not None:
-            films[name] = film
-    return films
+        kept = _fields_of(history, body, times)
+        if kept is not None:
+            fields[name] = kept
+    return fields
 
 
-def _film(history: AbstractHistory, body: ElasticBody, times: Array) -> Film | None:
+def _fields_of(history: AbstractHistory, body: ElasticBody, times: Array) -> BodyFields | None:
     values = {}
     x = np.zeros(0)
-    for quantity in film_quantities(body):
+    for quantity in kept_quantities(body):
         try:
             fields = [history.field(body.name, float(t), quantity) for t in times]
         except ImpactlabError:  # a body that knows a quantity at its contacts and probes only
@@ -182,10 +182,10 @@ def _film(history: AbstractHistory, body: ElasticBody, times: Array) -> Film | N
         if fields:
             x = fields[0].x
             values[quantity] = np.array([field.values for field in fields])
-    return Film(times, x, values) if values else None
+    return BodyFields(times, x, values) if values else None
 
 
-def film_quantities(body: ElasticBody) -> list[str]:
+def kept_quantities(body: ElasticBody) -> list[str]:
     """Return the quantities of a body whose fields are kept; strain and force follow from the stress."""
     names = {read: name for name, (read, _) in reversed(list(body.quantities.items()))}
     return [names[read] for read in KEPT if read in names and not (read == "force" and "stress" in names)]

@@ -107,12 +107,12 @@ def test_a_file_opened_again_is_the_same_run(tmp_path: Path, name: str, method: 
     t = page_times(history.duration)
     for channel in history.channels():
         assert np.array_equal(again.evaluate(t, channel), history.evaluate(t, channel), equal_nan=True)
-    for body, film in kept.films.items():
-        assert np.array_equal(again.films[body].times, film.times)
-        assert np.array_equal(again.films[body].x, film.x)
-        assert again.films[body].values.keys() == film.values.keys()
-        for quantity, values in film.values.items():
-            assert np.array_equal(again.films[body].values[quantity], values)
+    for body, fields in kept.fields.items():
+        assert np.array_equal(again.fields[body].times, fields.times)
+        assert np.array_equal(again.fields[body].x, fields.x)
+        assert again.fields[body].values.keys() == fields.values.keys()
+        for quantity, values in fields.values.items():
+            assert np.array_equal(again.fields[body].values[quantity], values)
     assert (again.events, again.contacts) == (history.events, history.contacts)
     assert (again.warnings, again.cost, again.dt) == (history.warnings, history.cost, history.dt)
     for each in ("balance", "total", "work"):
