@@ -40,4 +40,4 @@ class Packer:
         """Return all arrays: their low bytes, then their high bytes, deflated, in base64."""
         codes = np.concatenate(self._codes) if self._codes else np.zeros(0, np.uint16)
         planes = (codes & 0xFF).astype(np.uint8).tobytes() + (codes >> 8).astype(np.uint8).tobytes()
-        return base64.b64encode(zlib.compress(planes, 9)).decode("ascii")
+        return base64.b64encode(zlib.compress(planes, 6)).decode("ascii")
