@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, load
-from impactlab.cli.reporting import Left, code_of, reporting
+from impactlab.cli.reporting import Left, code_of, reporting, say_hints
 from impactlab.cli.rooms import api, choices, citations, console
 from impactlab.errors import ImpactlabError
 
@@ -39,6 +39,7 @@ def check(
                 faults.append((name, error))
                 plans[name] = api.failure(loaded.label, error)
         document = {"schema_version": 1, "case": loaded.label, "resolved": loaded.resolved(), "methods": plans}
+        say_hints(loaded)
         for name, fault in faults:
             console.say(f"method {name}: {fault}")
         console.print_json(document) if as_json else print(console.tree_text(_brief(document)))

@@ -6,11 +6,15 @@ import contextlib
 import os
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import typer
 
 from impactlab.cli.rooms import api, console
 from impactlab.errors import ImpactlabError, StepError
+
+if TYPE_CHECKING:
+    from impactlab.casefile import Case
 
 
 class Left(SystemExit):
@@ -56,3 +60,9 @@ def words(error: BaseException) -> str:
 def code_of(error: BaseException) -> int:
     """Return the exit code of an error."""
     return 2 if isinstance(error, ImpactlabError) and not isinstance(error, StepError) else 1
+
+
+def say_hints(case: Case) -> None:
+    """Print on standard error the values of a case that may be slips."""
+    for hint in case.hints:
+        console.say(f"{case.file}: {hint}")

@@ -19,7 +19,7 @@ from impactlab.cli.options import (
     command_line,
     load,
 )
-from impactlab.cli.reporting import Left, code_of, reporting, words
+from impactlab.cli.reporting import Left, code_of, reporting, say_hints, words
 from impactlab.cli.rooms import (
     api,
     compare_report,
@@ -53,6 +53,7 @@ def run(
     """Run one case: its summary on the screen, history and figures in DIR."""
     with reporting(case, as_json):
         loaded = load(case, sets, method, variant, metric)
+        say_hints(loaded)
         drawn_as = figure_files.figure_files(figures, width)
         if out is not None:
             output.check_target(out)
@@ -97,6 +98,7 @@ def compare(
     """Run several methods on one case: one table, one set of figures, errors against the exact solution."""
     with reporting(case, as_json):
         loaded = load(case, sets, None, variant, metric)
+        say_hints(loaded)
         names = [name.strip() for name in methods.split(",") if name.strip()] if methods is not None else None
         drawn_as = figure_files.figure_files(figures, width)
         if out is not None:

@@ -204,6 +204,21 @@ def test_warnings_have_classes(case: il.Case) -> None:
     assert case.hints == ()
 
 
+@pytest.mark.parametrize("command", ["run", "check"])
+def test_commands_say_what_may_be_a_slip(tmp_path: Path, command: str) -> None:
+    given = [
+        command,
+        str(CASES / "axial_impact.yaml"),
+        "--method",
+        "continuous",
+        "--set",
+        "bodies.rod.material.young=210",
+    ]
+    done = CliRunner().invoke(app, given)
+    assert done.exit_code == 0
+    assert "axial_impact.yaml: bodies.rod.material: the wave speed is 0.163 m/s" in done.stderr
+
+
 def test_notes_are_quiet_unless_asked_for(case: il.Case) -> None:
     code = (
         "import warnings, impactlab as il\n"
