@@ -115,7 +115,6 @@ function measure() { // the largest motion, and the stretch at which it is seen
   for (const film of films) for (const body of data.bodies) {
     const { u } = film.bodies[body.name];
     if (u) reach = Math.max(reach, ...extremes(u.values).map((v) => Math.abs(v + body.gap)));
-    if (film === films[0] && reach > 0) continue;
   }
   const room = bends ? 0.05 * whole : 0.07 * (whole || 12 * reach);
   const wanted = reach > 0 && room > reach ? nice(room / reach) : 1;
@@ -362,7 +361,7 @@ function makePlot(plot) {
   const axisLook = { stroke: () => css("ink"), grid: { stroke: () => css("line"), width: 1 }, ticks: { stroke: () => css("muted"), width: 1, size: 4 }, font: `12px ${css("sans")}`, labelFont: `12px ${css("sans")}` };
   const axes = [{ ...axisLook, size: 34, label: `time t [${clock.label}]`, labelSize: 18, values: (_, all) => all.map((v) => short(v)) }, { ...axisLook, size: 58, values: (_, all) => all.map((v) => short(v)) }];
   if (data.trip) axes.push({ ...axisLook, side: 0, scale: "x", size: 26, grid: { show: false }, splits: (u, i, low, high) => ticks((low * clock.size) / data.trip, (high * clock.size) / data.trip, Math.max(2, u.over.clientWidth / 90)).map((v) => (v * data.trip) / clock.size), values: (_, all) => all.map((v) => `${short((v * clock.size) / data.trip)} T`) });
-  const series = plot.panel.lines.map((each, k) => ({ label: each.name, stroke: () => paint(plot, k), width: data.methods[each.method].colour === "ink" && data.compared ? 2 : 1.5, dash: [undefined, [6, 3], [2, 2]][data.methods[each.method].dash], points: { show: false }, show: !state.off.has(each.method) }));
+  const series = plot.panel.lines.map((each, k) => ({ label: each.name, stroke: () => paint(plot, k), width: data.methods[each.method].colour !== "ink" ? (data.compared ? 1.5 : 2) : data.compared ? 2 : 1, dash: [undefined, [6, 3], [2, 2]][data.methods[each.method].dash], points: { show: false }, show: !state.off.has(each.method) }));
   const u = new uPlot({
     width: box.clientWidth, height: 210 + (data.trip ? 26 : 0), legend: { show: false }, series: [{}, ...series], axes,
     scales: { x: { time: false }, y: plot.panel.unit === "%" && plot.largest > MANY ? { distr: 4, asinh: 0.1, range: range(plot) } : { range: range(plot) } },

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from importlib import resources
 from pathlib import Path
@@ -86,6 +87,7 @@ def write_page(out_dir: Path, page: Page, scene: Scene, provenance: Provenance, 
         title=provenance.title or page.table["case"],
         sketch=sketch(scene),
         facts=facts.scene_facts(scene),
+        trip=facts.si(scene.round_trip, "s") if page.command == "compare" and math.isfinite(scene.round_trip) else "",
         headings=page_headings(),
         rows=page_rows(page.table),
         table_caption=facts.table_caption(judged),
