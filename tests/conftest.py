@@ -6,7 +6,7 @@ import os
 
 from hypothesis import HealthCheck, settings
 
-# Where a change is judged (CI is set), the same examples every time; elsewhere new ones at each run.
+# In CI the same examples every time; elsewhere new ones at each run.
 settings.register_profile(
     "impactlab",
     deadline=None,

@@ -171,7 +171,7 @@ def march(net, rule, duration, stage, out, u0, v0):  # noqa: C901 - one loop, on
                 fresh[node], always[node] = True, True
             continue
         toggles = 0
-        # What reaches one side of a closed contact goes on from the other side, too.
+        # A wave that reaches one side of a closed contact continues from the other side, too.
         for _ in range(contacts):
             for c in range(contacts):
                 a, b = net.left[c], net.right[c]

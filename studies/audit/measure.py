@@ -20,7 +20,7 @@ COLUMNS = (
     *("true", "displacement", "displacement_ground", "impulse", "peak", "uncertainty", "known", "contacts"),
     *("wall_s", "solve_s", "choosing_s", "truth_s", "note"),
 )
-KNOWN = 0.1  # of the tolerance: a truth less well known than this does not judge
+KNOWN = 0.1  # of the tolerance: a reference with a larger uncertainty is not used
 
 
 @dataclass

@@ -22,7 +22,7 @@ class System:
     damping: Array
     steady: Array  # (modes,) generalised force of gravity
     start: Array  # (modes,) rates at the start
-    rows: Array  # (contacts + channels, modes): gaps but for their values at rest, then displacements
+    rows: Array  # (contacts + channels, modes): gaps less their values at rest, then displacements
     rest: Array  # (contacts,)
     channels: list[str]
     laws: list[tuple[int, tuple[float, ...]]]

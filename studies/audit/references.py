@@ -83,7 +83,7 @@ def table(rows: list[Row]) -> str:
 
 
 def worst(rows: list[Row], count: int = 15) -> list[str]:
-    """Return the references that claim most beyond what they know."""
+    """Return the references whose stated uncertainty is most too small."""
     beyond = [row for row in rows if is_judged(row)]
     beyond = [row for row in beyond if number(row, "true") > number(row, "claimed") + number(row, "uncertainty")]
     beyond.sort(key=lambda row: -number(row, "true") / number(row, "claimed"))

@@ -47,7 +47,7 @@ def segment(rng: Random) -> Doc:
 
 
 def rod(rng: Random, pieces: int | None = None, near: float | None = None) -> Doc:
-    """Return a rod; `near` asks for pieces whose impedances do not differ by more than that factor."""
+    """Return a rod; `near` is the largest ratio of the impedances of its pieces."""
     count = pieces or int(rng.choice([1, 1, 1, 2, 2, 3]))
     parts = [segment(rng) for _ in range(count)]
     if near is not None:

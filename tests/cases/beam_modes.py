@@ -113,7 +113,7 @@ def struck(beam: Modes, least: float = 1e-9) -> Modes:
 
 @dataclass(frozen=True)
 class Impact:
-    """What came of it."""
+    """Touches and final speed of an impact."""
 
     spans: tuple[tuple[float, float, float, float], ...]  # start [s], end [s], impulse [N s], peak force [N]
     peaks: tuple[float, ...]  # s, when each force is largest

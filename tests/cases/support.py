@@ -46,7 +46,7 @@ def rows(label: str) -> dict[str, dict[str, Any]]:
 
 @cache
 def exact(label: str) -> AbstractHistory:
-    """Return the history by which a case is judged: exact, or converged where no exact one is."""
+    """Return the reference history of a case: exact, or converged where no exact one is."""
     reference = reference_of(*case_of(label).simulation())
     assert reference is not None, label
     return reference.history

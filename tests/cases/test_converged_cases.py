@@ -140,7 +140,7 @@ def test_the_lossy_ball_meets_a_dashpot() -> None:
     def opens(_t: float, state: np.ndarray) -> float:
         return float(state[0])
 
-    opens.terminal, opens.direction = True, -1  # type: ignore[attr-defined] # as scipy asks for
+    opens.terminal, opens.direction = True, -1  # type: ignore[attr-defined] # attributes that scipy reads
     solved = solve_ivp(rates, (0.0, 2e-4), [0.0, 2.0, 0.0], "DOP853", rtol=1e-12, atol=1e-16, events=opens)
     opening, v, lost = float(solved.t[-1]), float(solved.y[1, -1]), float(solved.y[2, -1])
     assert opening < scene.round_trip

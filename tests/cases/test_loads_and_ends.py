@@ -174,7 +174,7 @@ def test_step_loaded_rod(label: str) -> None:
     speed = 1.0e4 / z
 
     def echo(s: float) -> float:
-        """What one echo has moved the face by, over F T/Z, s after it arrived; a mass answers as a clamp, then free."""
+        """Return the displacement of the face by one echo, over F T/Z, s after it arrived."""
         if label == "":
             return -2.0 * s
         return 2.0 * s if label == "/free" else 2.0 * s - 2.0 * (1.0 - math.exp(-2.0 * s))

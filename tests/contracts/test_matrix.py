@@ -87,7 +87,7 @@ def test_no_cell_crashes_hangs_or_returns_a_number_that_is_not_finite() -> None:
         simulate.run(*scene.but(step=StepRule(courant=0.3)))
 
 
-# What a refusal tells to use instead, tried: cell, what its remedy names, the cell that follows it.
+# Remedies of refusals, tried: cell, words of its remedy, the cell that follows them.
 REMEDIES = [
     (("finite_element 100", LAW, "exact_modal"), "Use model modal", (MODEL, LAW, "exact_modal")),
     (("finite_element 100", LAW, "exact_modal"), "newmark", ("finite_element 100", LAW, "newmark")),

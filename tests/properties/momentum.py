@@ -41,7 +41,7 @@ class StepOfBody(NamedTuple):
 
 
 class Balance(NamedTuple):
-    """What one step's momentum balance leaves over, and the size of what was added up, each (n_dof,) [N s]."""
+    """Return the residual of one step's momentum balance and the size of its terms, each (n_dof,) [N s]."""
 
     left_over: Array
     size: Array

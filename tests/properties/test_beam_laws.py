@@ -1,4 +1,4 @@
-"""What beams keep, whatever strikes them: energy, momentum, angular momentum, reciprocity, symmetry."""
+"""Conservation laws of struck beams: energy, momentum, angular momentum, reciprocity, symmetry."""
 
 from __future__ import annotations
 

@@ -135,7 +135,7 @@ def test_limits_of_the_dispersion_relation():
     segment = sheared(STEEL)
     long, short = np.array([1e-3 / RADIUS]), np.array([1e3 / RADIUS])
     bending = math.sqrt(segment.bending_stiffness / (segment.density * segment.area))
-    # Long waves are those of Euler and Bernoulli, but for a share (1 + E/kG)(k r)^2/2.
+    # Long waves are those of Euler and Bernoulli, except for a share (1 + E/kG)(k r)^2/2.
     assert dispersion.frequency(segment, long) == pytest.approx(bending * long**2, rel=5e-6)
     assert dispersion.frequency(segment, long, "shear") == pytest.approx(dispersion.cut_off(segment), rel=1e-5)
     # Short ones run with the shear front and with the speed of bars.

@@ -1,4 +1,4 @@
-"""What must hold for every exact answer: momentum, energy, characteristics, causality, mirror, units."""
+"""Properties of every exact answer: momentum, energy, characteristics, causality, mirror, units."""
 
 from __future__ import annotations
 

@@ -55,7 +55,7 @@ def test_energy_closes_to_rounding(scene: Simulation) -> None:
     book = trace(scene).history.energy
     assert max(book.largest_gain, book.largest_loss) < ROUNDING * book.rounding
     if isinstance(laws_of(*scene)[0], Hertz):
-        # What is let go of is nothing here: a lossless law books no loss but that of rounding.
+        # A lossless law books no loss except that of rounding.
         assert book.booked["contact"][-1] < ROUNDING * book.scale
 
 

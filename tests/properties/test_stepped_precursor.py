@@ -1,4 +1,4 @@
-"""Nothing moves before the wave arrives, but for the precursor of discrete models (bounds in docs/bounds.md)."""
+"""Nothing moves before the wave arrives, except for the precursor of discrete models (bounds in docs/bounds.md)."""
 
 from __future__ import annotations
 

@@ -85,7 +85,7 @@ def test_mirrored_scene_mirrored_answer_to_rounding(scene: Simulation) -> None:
             if isinstance(body, Rod)
         )
     )
-    # Without addition_deletion, which holds a gap at zero and then asks for its sign: rounding decides.
+    # Without addition_deletion, which holds a gap at zero and then reads its sign: rounding decides.
     # Masses, springs and forces are the same numbers; a mirrored sweep rounds otherwise: 300 steps of a stable scheme,
     # whose rounding grows no faster than the square of their number, 9e4 eps = 2e-11, in each of 80 coordinates.
     assert before_first_opening(whole(scene), whole(mirrored(scene)), 1.0, 1.0, 1.0) < 2e-9
@@ -107,7 +107,7 @@ def test_mirrored_modal_scene_mirrored_answer(scene: Simulation) -> None:
 @settings(max_examples=25)
 @given(scenes(laws=laws()), st.integers(-4, 4), st.integers(-4, 4), st.integers(-4, 4))
 def test_results_scale_with_units(scene: Simulation, mass: int, length: int, time: int) -> None:
-    # Units that differ by powers of four change exponents only, so no digit of the answer may change, but for the
+    # Units that differ by powers of four change exponents only, so no digit of the answer may change, except for the
     # eigenvectors, which a library scales for itself: those agree to rounding until a hard contact decides.
     factors = 4.0**mass, 4.0**length, 4.0**time
     one, other = whole(scene), whole(in_other_units(scene, *factors))

@@ -17,7 +17,7 @@ TIGHT = 1e-12  # relative tolerance; the absolute one is a thousandth of it, in 
 
 
 class Past:
-    """What was solved so far: states, and the mode (a number that the equations choose) of every stretch."""
+    """The solution so far: states, and the mode (a number that the equations choose) of every stretch."""
 
     def __init__(self) -> None:
         self.starts: list[float] = []

@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 
 class Answer(NamedTuple):
-    """What a run gives at n + 1 instants, for rods 0 ... m - 1 from left to right and joints between neighbours."""
+    """The results of a run at n + 1 instants, for rods 0 ... m - 1 from left to right and joints between neighbours."""
 
     left: Array  # (m, n + 1) m, displacement of the left face of every rod
     right: Array  # (m, n + 1) m

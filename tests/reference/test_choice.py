@@ -257,7 +257,7 @@ def test_the_ladder_is_measured_and_falls():
         errors = [rung["measured_error"] for rung in rungs]
         assert errors == sorted(errors, reverse=True)
         for rung in rungs:
-            # What is expected holds a safety of 2; order 2 is reached from the start, so it is not far off either.
+            # The expected error holds a safety of 2; order 2 is reached from the start, so it is not far off either.
             assert rung["measured_error"] <= rung["estimated_error"] <= 10.0 * rung["measured_error"]
             assert rung["predicted_error"] / 30.0 < rung["measured_error"] < 30.0 * rung["predicted_error"]
     text = ladder_text(document)

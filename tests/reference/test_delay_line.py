@@ -29,7 +29,7 @@ SPRING = Penalty(stiffness=2e9, damping=5e3)
 @final
 @dataclasses.dataclass(frozen=True)
 class Asked(AbstractContactLaw):
-    """A spring and dashpot that does not say so: it must be asked step by step."""
+    """A spring and dashpot that does not declare itself as one: it is evaluated step by step."""
 
     needs = SPRING.needs
 
@@ -63,7 +63,7 @@ def test_it_converges_to_the_exact_answer(far: End, mirrored: bool) -> None:
         measured = metrics.errors(run(*case), "exact", exact(case), case.scene)
         errors.append((measured["mass_displacement"], measured["face_displacement"]))
     # A front smears over one step at each reflection, unless the delay is a whole number of steps: first order at
-    # least, with a constant that varies from step to step; 32 times finer, so a factor 16 is asked for.
+    # least, with a constant that varies from step to step; 32 times finer, so a factor 16 is required.
     for coarse, fine in zip(errors[0], errors[2], strict=True):
         assert fine < coarse / 16
         assert fine < 1e-5

@@ -238,7 +238,7 @@ def test_with_residual_what_it_cannot_resolve_is_booked_and_never_negative() -> 
     assert seen.energy.largest_loss < 1e-9
 
 
-# What is refused.
+# Refusals.
 
 
 def refused(

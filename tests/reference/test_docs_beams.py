@@ -79,7 +79,7 @@ def test_the_transform_of_a_timoshenko_beam_tends_to_the_slender_one() -> None:
 
 
 def test_mode_shapes_miss_the_static_answer_by_the_cube_of_their_number() -> None:
-    # What N modes leave out of the flexibility of a beam is a sum of 1/k^4 from N on.
+    # The part of N modes left out of the flexibility of a beam is a sum of 1/k^4 from N on.
     for scene in (bases.PINNED, bases.TIP):
         order = math.log(bases.error(scene, "eigenvectors", 12) / bases.error(scene, "eigenvectors", 40), 40.0 / 12.0)
         assert order == pytest.approx(3.0, abs=0.2), scene.name

@@ -82,7 +82,7 @@ def test_methods_that_keep_their_energy_keep_it_over_a_hundred_bounces(name: str
     assert row_of("periodic", scheme.name, scheme.rule)["energy at the end"] == "1 / 1 / 1"
     assert row_of("bouncing", scheme.name, scheme.rule)["energy at the end"] == "1 / 1"
     energy = bouncing.mechanical(bouncing.bounced(scheme, 100).history)
-    # What the page means by 1: 80 000 steps add their roundings.
+    # An energy of 1 on the page: 80 000 steps add their roundings.
     assert np.max(np.abs(energy - 1.0)) < 1e-9
 
 

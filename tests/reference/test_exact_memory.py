@@ -1,4 +1,4 @@
-"""What exact runs cost: memory that does not follow their events, and the time that is predicted of them."""
+"""The cost of exact runs: memory that does not follow their events, and the time that is predicted of them."""
 
 from __future__ import annotations
 

@@ -189,7 +189,7 @@ def test_symmetric_nitsche_keeps_energy_better_with_smaller_steps():
     for points in (10.0, 40.0):
         history = run(*paper(Nitsche(), FiniteElement(50), Newmark(), points=points))
         gains.append(history.energy.largest_gain + history.energy.largest_loss)
-    # Its energy is exact but for touches and releases inside a step.
+    # Its energy is exact except for touches and releases inside a step.
     assert gains[0] < 1e-3
     assert gains[1] < gains[0] / 4
 
@@ -209,7 +209,7 @@ def test_energy_conserving_contact_does():
 
 
 def test_augmentations_turn_the_penalty_into_the_constraint():
-    """What is left of the overlap falls by 1 + stiffness times compliance with each augmentation."""
+    """The rest of the overlap falls by 1 + stiffness times compliance with each augmentation."""
     scenes = [
         paper(law, FiniteElement(40, "lumped"), CentralDifference(), courant=0.5)
         for law in (AdditionDeletion(), AugmentedLagrangian(augmentations=3), AugmentedLagrangian(augmentations=200))

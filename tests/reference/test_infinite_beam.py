@@ -259,7 +259,7 @@ def test_a_mesh_with_layers_answers_like_the_infinite_beam(theory: str, mass: st
         # 3e-3 of the largest: 1 % of the low end of the spectrum comes back, and mesh and steps err by 1e-3.
         assert np.max(np.abs(one - other)) < (1e-2 if mass == "lumped" else 5e-3) * np.max(np.abs(other)), channel
     assert max(mesh.energy.largest_gain, mesh.energy.largest_loss) < 1e-3
-    # What the waves carried away is booked as damping.
+    # The energy that waves carried away is booked as damping.
     assert mesh.energy.booked["damping"][-1] > 0.0
 
 

@@ -61,7 +61,7 @@ def test_exact_events_of_the_paper():
 
 @pytest.mark.parametrize("case", CASES.values(), ids=CASES)
 def test_meshes_hold_the_rod(case):
-    """The chain has the rod's static stiffness and its mass but the clamped node's; modes know that answer too."""
+    """The chain has the rod's static stiffness and its mass except the clamped node's; modes give that answer too."""
     flexibility = sum(length / (young * area) for length, area, young, _ in case.segments)
     total = sum(length * area * density for length, area, _, density in case.segments)
     mesh = chain(case, 60)
@@ -171,7 +171,7 @@ def test_packages_tend_to_the_exact_answer(name):
     assert max(found.values()) < 0.02
     run = peer.build(PAPER, {"coordinates": 100} | setting, record=False)
     run.solve()
-    # What is timed is the same run: its mass leaves with the same velocity.
+    # The timed run is the same: its mass leaves with the same velocity.
     again = solved(peer, PAPER, **{"coordinates": 100} | setting).exit_velocity
     assert np.isclose(run.outcome().exit_velocity, again, rtol=1e-9)
 

@@ -175,7 +175,7 @@ def test_phase_and_group_speed_are_those_of_the_dispersion_relation() -> None:
     history = run(*case.but(probes=probes))
     n = 6000
     t = (np.arange(n) + 0.5) * history.duration / n
-    # The slow end of the packet is still on its way: the window fades it out, alike for both but for its delay.
+    # The slow end of the packet is still on its way: the window fades it out, alike for both except for its delay.
     window = np.where(t > 8e-4, 0.5 + 0.5 * np.cos(np.pi * (t - 8e-4) / 4e-4), 1.0)
     spectra = [np.fft.rfft(window * history.evaluate(t, f"velocity:beam@{x:.6g}")) for x in places]
     omega = 2.0 * math.pi * np.arange(spectra[0].size) / history.duration

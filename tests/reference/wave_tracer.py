@@ -28,7 +28,7 @@ class Piece:
 
 @dataclass
 class Joint:
-    """What stands between neighbours of the row: None for a bond, else a gap; the outer ones hold the outer ends."""
+    """The contact between neighbours of the row: None for a bond, else a gap; the outer ones hold the outer ends."""
 
     gap: Fraction | None = None
     closed: bool = False

@@ -127,7 +127,7 @@ def test_a_mass_leaves_its_spring_after_half_a_period(method: Any) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_the_error_falls_with_the_tolerance(method: Any) -> None:
-    """Control of the error per step makes it proportional to the tolerance, but for a power of it near one."""
+    """Control of the error per step makes it proportional to the tolerance, to a power near one."""
     tolerances = (1e-4, 1e-6, 1e-8)
     errors = []
     for tolerance in tolerances:

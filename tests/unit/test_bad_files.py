@@ -32,7 +32,7 @@ snapshots: [{", ".join(["1e-8"] * 10_000)}]
 """
 HUGE, TINY = "1.0e300", "1.0e-300"
 
-# What is replaced, by what, and words of the message: numbers beyond what can be computed with.
+# Text replaced, its replacement, words of the message: numbers beyond the limits of computation.
 SCALES = [
     ("length: 0.3", f"length: {HUGE}", "bodies.rod.length: 1e+300 m is beyond the numbers a case may hold. Allowed: "),
     ("length: 0.3", f"length: {TINY}", "bodies.rod.length: 1e-300 m is beyond"),

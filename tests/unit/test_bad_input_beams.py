@@ -1,4 +1,4 @@
-"""What a beam case may get wrong, and what the user is told: where, what was given, what is allowed, what to do."""
+"""Errors in beam cases, and their messages: place, value given, values allowed, fix."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What only the compliant laws refuse; `test_bad_input_parts` holds what follows from the options of any part."""
+"""Refusals of the compliant laws alone; those from the options of any part stand in `test_bad_input_parts`."""
 
 from __future__ import annotations
 

@@ -60,7 +60,7 @@ class Fault(NamedTuple):
 
 
 class Holds(NamedTuple):
-    """What a field may hold, read off its type and its option."""
+    """The values that a field may hold, read off its type and its option."""
 
     members: tuple[Any, ...]
     words: tuple[str, ...]

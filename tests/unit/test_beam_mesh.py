@@ -198,7 +198,7 @@ def test_modal_models_become_the_whole_mesh(theory, elements):
         history = simulate.run(*sphere_on_beam(Modal(elements, modes), ExactModal(), 5e-8, segment=segment))
         gaps.append(np.abs(history.evaluate(times, channel) - whole).max() / size)
     assert gaps[0] > gaps[1] > gaps[2]
-    # What is left is the scheme's, and with shear the flexibility of the modes left out, which falls only as their
+    # The rest is due to the scheme, and with shear the flexibility of the modes left out, which falls as their
     # number: 2/(40 pi^2) of L/4 kGA, that itself being 12 EI/(kGA L2) = 2 % of that in bending.
     assert gaps[3] < {"euler_bernoulli": 1e-4, "timoshenko": 1e-3}[theory]
 

@@ -148,7 +148,7 @@ def test_static_answers_are_those_of_elements(kinds, theory):
                 other = [(4.0 * b - a) / 3.0 for a, b in zip(other, fine, strict=True)]
             if quantity == "shear_force":  # the mesh gives what is right of a node, and left of the last one
                 exact, other = exact[1:4:2], other[1:4:2]
-            # Exact at nodes of a held beam but for rounding, which grows as the fourth power of the elements; what the
+            # Exact at nodes of a held beam up to rounding, which grows as the fourth power of the elements; what the
             # extrapolation leaves is of fourth order.
             size = max(abs(modes.static(x * segment.length, quantity, 0.6 * segment.length)) for x in places)
             assert other == pytest.approx(exact, abs=(1e-8 if held else 1e-6) * size)

@@ -182,7 +182,7 @@ def test_the_grid_on_its_page_is_one(tmp_path: Path) -> None:
 
 
 def test_families_of_beams_serve_scenes_with_beams_alone() -> None:
-    """And the exact solver of rods is not asked for a beam, whatever its contact."""
+    """The exact solver of rods is not tried on a beam, whatever its contact."""
     families = {family.name: family for family in read_grid(BUILT_IN)}
     beam = load_case(CASES / "mass_on_cantilever_middle.yaml").simulation()
     rod = load_case(CASES / "axial_impact.yaml").simulation()

@@ -38,7 +38,7 @@ def timeless(value: Any) -> Any:
 
 
 def read(folder: Path) -> dict[str, tuple[int, str]]:
-    """Return when each file of a folder was written, and its bits but for times; a half-written one would raise."""
+    """Return when each file of a folder was written, and its bits without times; a half-written one would raise."""
     found = {}
     for path in folder.glob("*.json"):
         found[path.name] = (path.stat().st_mtime_ns, json.dumps(timeless(json.loads(path.read_text())), sort_keys=True))

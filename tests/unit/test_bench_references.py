@@ -1,4 +1,4 @@
-"""What rows are measured against is found before them, once per scene, in a time of its own."""
+"""References are found before the rows, once per scene, in a time of their own."""
 
 from __future__ import annotations
 

@@ -51,7 +51,7 @@ def test_the_same_row_has_the_same_bits(case: Case, tmp_path: Path) -> None:
     one = row_of(case, "few", MODAL, References())
     shared = References(tmp_path)
     two = row_of(case, "few", MODAL, shared)
-    again = row_of(case, "few", MODAL, References(tmp_path))  # judged by what another worker stored
+    again = row_of(case, "few", MODAL, References(tmp_path))  # against the reference that another worker stored
     assert len(list(tmp_path.glob("*.reference"))) == 1
     for other in (two, again):
         assert json.dumps(timeless(one["summary"])) == json.dumps(timeless(other["summary"]))
@@ -88,7 +88,7 @@ def test_a_run_that_fails_on_the_way_tells_how_far_it_came(case: Case, monkeypat
     (row,) = table.rows([cell], {"k": record}, {})
     assert (row["status"], row["reached_time"], row["remedy"]) == ("failed", 1.5e-5, "Give a smaller step.")
     assert row["reason"].startswith("energy grew by 3 (t = 1.5e-05 s, step 7)")
-    # What was asked for stands there all the same.
+    # The parts of the method stand there all the same.
     asked = [row[name] for name in ("model", "basis", "law", "elements", "modes")]
     assert asked == ["modal", "craig_bampton", "wave_identification", 50, 8]
 

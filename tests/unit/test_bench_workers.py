@@ -34,7 +34,7 @@ from impactlab.types import Level, Start
 
 
 class Bad(AbstractContactLaw):
-    """What they share."""
+    """Their common part."""
 
     needs = frozenset({Level.POSITION})
     citations = ("Goldsmith1960",)
@@ -176,7 +176,7 @@ def test_what_hangs_dies_or_raises_is_a_row_and_the_others_are_run(tmp_path: Pat
     assert len(rows) == len(document["rows"]) == 9
     assert all(float(row["solve_s"]) > 0.0 for row in rows if row["status"] == "completed")
 
-    # What is known is not run again; what crashed is, and what hung, where it gets more time.
+    # Known rows are not run again; crashed ones are, and those that hung, where they get more time.
     kept = {path.name: path.stat().st_mtime_ns for path in (tmp_path / "out" / "bench" / "rows").iterdir()}
     again = invoke(*arguments, "--time-limit", "9", cwd=tmp_path, env=environment)
     assert "3 runs to do" in again.stderr

@@ -119,7 +119,7 @@ def test_impedance_residual_is_not_a_spring_of_what_a_static_basis_leaves_out() 
 
 
 def test_the_pushes_of_open_contacts_agree() -> None:
-    """Two open Nitsche contacts on one rod took one sweep: what they pushed depended on which was asked first."""
+    """Two open Nitsche contacts on one rod took one sweep: their pushes depended on which was evaluated first."""
     rod = Rod("rod", (UNIT,), FREE, FREE, displacement=lambda x: 0.01 * (x - 0.5))
     scene = in_a_row(
         (Wall("a"), rod, Wall("z")), FiniteElement(2), Nitsche(), Newmark(), StepRule(dt=1.0), gaps=1.0, duration=20.0

@@ -65,7 +65,7 @@ def test_a_contact_takes_its_force_times_the_way_of_its_faces(theta: float, cour
     """A theta method loses (theta - 1/2) ([v] M [v] + [u] K [u]) beside; by mean velocities 0.2 % were booked twice."""
     book = struck(MoreauJean(theta=theta), courant).energy
     assert book.largest_gain < ROUNDING
-    # What nothing books, the scheme's own loss, never comes back.
+    # The scheme's own loss, which nothing books, never comes back.
     assert np.max(np.diff(book.balance)) < ROUNDING * book.scale
 
 

@@ -91,7 +91,7 @@ def finished(done: subprocess.CompletedProcess[str]) -> None:
 
 @pytest.mark.slow
 def test_no_home_and_no_place_for_a_cache(case: Path) -> None:
-    """A file in the place of the folder of the cache: nothing can be kept there, whoever asks."""
+    """A file in the place of the folder of the cache: nothing can be kept there by any user."""
     blocked = case.with_name("blocked")
     blocked.write_text("")
     finished(impactlab("run", str(case), "--json", NUMBA_CACHE_DIR=str(blocked), HOME="/nonexistent"))

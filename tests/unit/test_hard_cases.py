@@ -1,4 +1,4 @@
-"""What the hard cases brought to light, one test for each defect, named after its symptom."""
+"""Defects found by the hard cases, one test for each, named after its symptom."""
 
 from __future__ import annotations
 
@@ -126,7 +126,7 @@ def test_a_mass_lighter_than_an_element_was_thrown_back_and_nothing_said_so(
 
 
 def test_a_soft_spring_in_place_of_a_hard_contact_went_unnoticed() -> None:
-    """On ten modes the spring of EA/h gives way by a tenth of what the rod does; on a hundred by a hundredth."""
+    """The compliance of the spring of EA/h is a tenth of the rod's on ten modes, a hundredth on a hundred."""
     soft, stiff = (
         run(*struck(Penalty(), Modal(modes=modes), integrator=Midpoint(), step=StepRule(dt=0.002)))
         for modes in (10, 100)

@@ -134,7 +134,7 @@ def test_rooms_import_no_parts_of_another_kind(room: str) -> None:
 
 
 def test_no_law_reads_where_the_force_of_a_scheme_acts() -> None:
-    # A port has the values there; that a scheme's F dt holds a closing jump is all that a law knows of it.
+    # A port has the values there; that a scheme's F dt holds a closing jump is all that a law reads of it.
     facts = set(AbstractIntegrator.__annotations__) - {"jump_in_force"}
     assert {"load_point", "velocity_point", "projects_first"} < facts
     assert not facts & {name for name, _ in Port._fields_}

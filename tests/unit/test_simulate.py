@@ -1,4 +1,4 @@
-"""What a run refuses before its first step; its loop with events and several contacts; times outside of it."""
+"""Runs: refusals before the first step, the loop with events and several contacts, times outside of the run."""
 
 from __future__ import annotations
 

@@ -71,7 +71,7 @@ class Glue(Spring):
 
 @dataclasses.dataclass(frozen=True)
 class Raises(Spring):
-    """A law that does not know what to say."""
+    """A law that raises an error."""
 
     @staticmethod
     def respond(port: Port, reply: Reply) -> None:
@@ -167,7 +167,7 @@ def found(monkeypatch: pytest.MonkeyPatch) -> Registry:
 
 
 def failed(result: Verdict) -> dict[str, str]:
-    """What failed, and why."""
+    """Return the failed properties with their reasons."""
     wrong = {one.text: one.reason for one in result.properties if one.reason}
     return wrong | {one.name: one.remark for one in result.measured if not one.ok}
 
