@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.slow  # several processes, each with the compilation of its law
 PAGE = (Path(__file__).parents[2] / "docs" / "how-to-write-a-plugin.md").read_text(encoding="utf-8")
 
 

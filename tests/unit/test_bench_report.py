@@ -484,6 +484,7 @@ def test_a_report_never_replaces_the_work_of_others(tmp_path: Path) -> None:
         write_bench(tmp_path / "none", table)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "rows",
     [

@@ -143,6 +143,7 @@ def run(site: Path, tmp_path: Path, name: str) -> tuple[int, dict[str, object], 
     return done.returncode, json.loads(done.stdout), done.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["penalty", "good_spring"])
 def test_the_good_ones_run_among_the_broken(site, tmp_path, name):
     if name == "penalty":

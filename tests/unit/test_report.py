@@ -227,6 +227,7 @@ def test_other_formats_and_widths_are_refused(formats: str, width: str | None, w
         figure_files(formats, width)
 
 
+@pytest.mark.slow
 def test_the_same_comparison_gives_the_same_bytes(tmp_path: Path) -> None:
     document, histories = three()
     for name in ("one", "two"):

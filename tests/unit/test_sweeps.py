@@ -226,6 +226,7 @@ il.sweep(case, {"bodies.hammer.mass": np.geomspace(0.2, 20.0, 200)}, quantities=
 """
 
 
+@pytest.mark.slow
 def test_a_killed_sweep_goes_on_and_gives_the_same_bits(tmp_path, case):
     whole, killed = tmp_path / "whole", tmp_path / "killed"
     command = [sys.executable, "-c", SWEEP, str(PAPER)]
