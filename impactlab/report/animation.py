@@ -208,11 +208,12 @@ def _stage(axes: Axes, scene: Scene, motion: Motion, limits: dict[str, float]) -
         else:
             width = (0.35 if isinstance(body, Wall) else 1.0) * place.icon
             on_left = any(contact.left.body == name for contact in scene.contacts)
-            start = left - width if on_left else left
+            start = left + place.icon - width if on_left else left  # its face stands beside that of the next body
             steps.append(_icon(axes, place, start, width, body, u))
             middle = start + 0.5 * width
         if not spot.beside:
-            edges += [left - place.icon, left + body.length + place.icon]
+            room = 0.5 * place.icon
+            edges += [left - room, left + (body.length or place.icon) + room]
             steps.append(_name(axes, place, name, middle, shift))
     axes.set_xlim(min(edges), max(edges))
     axes.set_ylim(-0.95, 0.75)

@@ -124,6 +124,18 @@ def test_a_film_moves(name: str, method: str) -> None:
         assert len(set(pictures)) > 1
 
 
+@pytest.mark.parametrize(("name", "number"), [("axial_impact", 100), ("rod_on_wall", 40)])
+def test_faces_in_contact_touch_in_a_film(name: str, number: int) -> None:
+    history = il.run(il.load_case(CASES / f"{name}.yaml").method("continuous"), frames=240)
+    span, t = history.contacts[0], number / 240 * history.duration
+    assert span.start < t < span.until(history.duration)
+    figure, step, _ = animation.film(history)
+    step(number)
+    (rigid,), rod = figure.axes[0].patches, figure.axes[0].get_lines()[0].get_xdata()
+    faces = (rigid.get_x() + rigid.get_width(), rod.min()) if name == "axial_impact" else (rod.max(), rigid.get_x())
+    assert faces[0] == pytest.approx(faces[1], abs=1e-6 * np.ptp(rod))
+
+
 def test_what_moves_is_all_that_changes_between_frames() -> None:
     """Pictures are drawn over one still picture: they must be those of the whole figure."""
     history = il.run(il.load_case(CASES / "rod_on_wall.yaml"), frames=240)
