@@ -212,8 +212,9 @@ def _stage(axes: Axes, scene: Scene, motion: Motion, limits: dict[str, float]) -
             steps.append(_icon(axes, place, start, width, body, u))
             middle = start + 0.5 * width
         if not spot.beside:
-            room = 0.5 * place.icon
-            edges += [left - room, left + (body.length or place.icon) + room]
+            room, moved = 0.25 * place.icon, np.zeros(1) if shift is None else place.factor * shift
+            edges += [left + min(0.0, float(moved.min())) - room]
+            edges += [left + (body.length or place.icon) + max(0.0, float(moved.max())) + room]
             steps.append(_name(axes, place, name, middle, shift))
     axes.set_xlim(min(edges), max(edges))
     axes.set_ylim(-0.95, 0.75)

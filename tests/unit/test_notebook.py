@@ -134,6 +134,12 @@ def test_faces_in_contact_touch_in_a_film(name: str, number: int) -> None:
     (rigid,), rod = figure.axes[0].patches, figure.axes[0].get_lines()[0].get_xdata()
     faces = (rigid.get_x() + rigid.get_width(), rod.min()) if name == "axial_impact" else (rod.max(), rigid.get_x())
     assert faces[0] == pytest.approx(faces[1], abs=1e-6 * np.ptp(rod))
+    low, high = figure.axes[0].get_xlim()
+    for each in (0, 240):  # and nothing leaves the picture
+        step(each)
+        rod = figure.axes[0].get_lines()[0].get_xdata()
+        assert low < min(rod.min(), rigid.get_x())
+        assert max(rod.max(), rigid.get_x() + rigid.get_width()) < high
 
 
 def test_what_moves_is_all_that_changes_between_frames() -> None:
