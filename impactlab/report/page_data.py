@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ import numpy as np
 from impactlab.history.sampling import FRAMES, HISTORY_POINTS
 from impactlab.report.packing import COARSE, Packer
 from impactlab.report.signals import Panel, panels, shown
-from impactlab.report.stage import described, frames
+from impactlab.report.stage import Frames, described, frames
 from impactlab.report.style import DASHES, PALETTE, Trace
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
@@ -41,7 +41,7 @@ def page_data(traces: Sequence[Trace], scene: Scene, *, compared: bool) -> str:
 
 def _text(
     histories: Sequence[Trace],
-    films: Sequence[Mapping[str, Mapping[str, Array | None]]],
+    films: Sequence[Frames],
     curves: Sequence[Panel],
     scene: Scene,
     compared: bool,
@@ -94,7 +94,7 @@ def _method(trace: Trace) -> dict[str, Any]:
 
 def _film(
     trace: Trace,
-    film: Mapping[str, Mapping[str, Array | None]],
+    film: Frames,
     scene: Scene,
     packer: Packer,
     names: Sequence[str],
@@ -112,7 +112,7 @@ def _film(
     return {"bodies": _bodies(film, packer, levels, every), "spans": spans, "events": events}
 
 
-def _bodies(made: Mapping[str, Mapping[str, Array | None]], packer: Packer, levels: int, every: int) -> dict[str, Any]:
+def _bodies(made: Frames, packer: Packer, levels: int, every: int) -> dict[str, Any]:
     packed = {}
     for name, entry in made.items():
         u, load = entry["u"], entry["load"]

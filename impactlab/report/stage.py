@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Mapping
 from typing import Any, NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -118,13 +119,23 @@ def shown_load(body: ElasticBody) -> str:
     return "displacement" if isinstance(body, Beam) else load_of(body)
 
 
-def frames(history: AbstractHistory, scene: Scene) -> dict[str, dict[str, Array | None]]:
+Frames = dict[str, dict[str, Array | None]]
+_known: WeakKeyDictionary[AbstractHistory, Frames] = WeakKeyDictionary()  # the figure and the data of a page share them
+
+
+def frames(history: AbstractHistory, scene: Scene) -> Frames:
     """Return the motion ``u`` (frames, places) [m] and the load (frames, PLACES) of every body at the frames.
 
     A body without fields moves as its faces do, straight lines between them, and has no load: None.
     """
+    if history not in _known:
+        _known[history] = _frames(history, scene)
+    return _known[history]
+
+
+def _frames(history: AbstractHistory, scene: Scene) -> Frames:
     times = frame_times(scene.duration)
-    made: dict[str, dict[str, Array | None]] = {}
+    made: Frames = {}
     for name, body in scene.bodies.items():
         if not body.moves:
             made[name] = {"u": np.zeros((times.size, 1)), "load": None}
