@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from impactlab.report import facts
-from impactlab.report.figure_files import FigureFiles, inline, save, to_svg, with_classes
+from impactlab.report.figure_files import FigureFiles, inline, save, with_classes
 from impactlab.report.page_data import page_data
 from impactlab.report.provenance import Provenance, now
+from impactlab.report.side_by_side import side_by_side
 from impactlab.report.sketch import sketch
 from impactlab.report.style import COLUMNS, Trace, figure_width
 from impactlab.report.table import page_headings, page_rows
@@ -56,16 +58,12 @@ def write_page(out_dir: Path, page: Page, scene: Scene, provenance: Provenance, 
     folder = out_dir / "figures"
     folder.mkdir()
     drawn = page.figures()
-    drawings = [to_svg(plate.figure) for plate in drawn] if files.width else []
     if files.width:
         with figure_width(COLUMNS[files.width]):
             for plate in page.figures():
                 save(plate.figure, folder, plate.name, files.formats)
-    else:
-        drawings = [save(plate.figure, folder, plate.name, files.formats) for plate in drawn]
-    figures, rules = with_classes(
-        [inline(svg, f"{plate.title}. {plate.caption}") for plate, svg in zip(drawn, drawings, strict=True)]
-    )
+    formats = () if files.width else files.formats
+    figures, rules = with_classes(side_by_side([partial(_inline, plate, folder, formats) for plate in drawn]))
     plates = [{"plate": plate, "svg": svg} for plate, svg in zip(drawn, figures, strict=True)]
     listed, commands = [*page.files, ("figures/", ", ".join(files.formats).upper())], _commands(page, provenance)
     for name, content, text in (
@@ -101,6 +99,11 @@ def write_page(out_dir: Path, page: Page, scene: Scene, provenance: Provenance, 
         data=page_data(page.traces, scene, compared=page.command == "compare") if page.traces else "",
     )
     (out_dir / "index.html").write_text(text, encoding="utf-8")
+
+
+def _inline(plate: Plate, folder: Path, formats: Sequence[str]) -> str:
+    """Write the files of a figure and return it as it stands on the page."""
+    return inline(save(plate.figure, folder, plate.name, formats), f"{plate.title}. {plate.caption}")
 
 
 def _commands(page: Page, provenance: Provenance) -> list[str]:
