@@ -65,7 +65,7 @@ def write_comparison(
         findings=facts.findings(comparison),
         table=comparison,
         traces=shown,
-        figures=lambda: plates.of_comparison(comparison, shown, scene),
+        figures=plates.of_comparison(comparison, shown, scene),
         files=[
             ("table.csv", "the table, all digits"),
             ("table.md", "the table as text"),

@@ -29,7 +29,7 @@ class Plate(NamedTuple):
     name: str  # of its files
     title: str
     caption: str  # how to read it
-    figure: Figure
+    draw: Callable[[], Figure]  # in the width in use
     has_live_twin: bool = False  # True: hidden on the screen where the script draws the same
 
 
@@ -43,7 +43,7 @@ class Page(NamedTuple):
     findings: Sequence[str]
     table: Mapping[str, Any]  # a comparison; of one run with one row
     traces: Sequence[Trace]
-    figures: Callable[[], Sequence[Plate]]  # drawn in the width in use
+    figures: Sequence[Plate]
     files: Sequence[tuple[str, str]]  # name, content
 
 
@@ -57,14 +57,15 @@ def write_page(out_dir: Path, page: Page, scene: Scene, provenance: Provenance, 
     """Write ``index.html``, the figures as files, ``case.yaml`` and ``citations.bib`` into a folder."""
     folder = out_dir / "figures"
     folder.mkdir()
-    drawn = page.figures()
+    judged = any(trace.reference is not None for trace in page.traces)
     if files.width:
         with figure_width(COLUMNS[files.width]):
-            for plate in page.figures():
-                save(plate.figure, folder, plate.name, files.formats)
+            side_by_side([partial(_inline, plate, folder, files.formats) for plate in page.figures])
     formats = () if files.width else files.formats
-    figures, rules = with_classes(side_by_side([partial(_inline, plate, folder, formats) for plate in drawn]))
-    plates = [{"plate": plate, "svg": svg} for plate, svg in zip(drawn, figures, strict=True)]
+    live = partial(page_data, page.traces, scene, compared=page.command == "compare") if page.traces else str
+    data, *drawings = side_by_side([live, *(partial(_inline, plate, folder, formats) for plate in page.figures)])
+    figures, rules = with_classes(drawings)
+    plates = [{"plate": plate, "svg": svg} for plate, svg in zip(page.figures, figures, strict=True)]
     listed, commands = [*page.files, ("figures/", ", ".join(files.formats).upper())], _commands(page, provenance)
     for name, content, text in (
         ("case.yaml", "the case as it was run", provenance.case_yaml),
@@ -73,7 +74,6 @@ def write_page(out_dir: Path, page: Page, scene: Scene, provenance: Provenance, 
         if text:
             (out_dir / name).write_text(text.rstrip() + "\n", encoding="utf-8")
             listed.append((name, content))
-    judged = any(trace.reference is not None for trace in page.traces)
     text = rendered(
         "impactlab.report",
         "page.html.j2",
@@ -96,14 +96,14 @@ def write_page(out_dir: Path, page: Page, scene: Scene, provenance: Provenance, 
         ],
         commands=commands,
         files=listed,
-        data=page_data(page.traces, scene, compared=page.command == "compare") if page.traces else "",
+        data=data,
     )
     (out_dir / "index.html").write_text(text, encoding="utf-8")
 
 
 def _inline(plate: Plate, folder: Path, formats: Sequence[str]) -> str:
     """Write the files of a figure and return it as it stands on the page."""
-    return inline(save(plate.figure, folder, plate.name, formats), f"{plate.title}. {plate.caption}")
+    return inline(save(plate.draw(), folder, plate.name, formats), f"{plate.title}. {plate.caption}")
 
 
 def _commands(page: Page, provenance: Provenance) -> list[str]:

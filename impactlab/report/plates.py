@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any
 
 from impactlab.history.base import AbstractHistory
@@ -22,7 +23,7 @@ def of_run(trace: Trace, scene: Scene) -> list[Plate]:
         "Shares of the energy",
         "Stacked: bodies, contacts, booked losses. The dashed line is the energy at the start; a gap below it "
         "is lost without a booking, a rise above it is gained.",
-        balance.energy_shares(trace, scene),
+        partial(balance.energy_shares, trace, scene),
     )
     along = fields_at_snapshots([trace], scene, f"at the snapshots.{dark if answer == 'exact' else ''}")
     over_time = histories_of([trace], scene, f"Positive in compression.{dark}", dark)
@@ -44,14 +45,14 @@ def of_comparison(comparison: Mapping[str, Any], shown: Sequence[Trace], scene: 
             "Each dot is the error of one method in one norm, all on one logarithmic scale. Further left is better, "
             "bold is the best of a panel, a hollow dot lies below the scale. The ranking depends on the norm."
         )
-        drawn = overview.errors(comparison["rows"], {trace.name: trace.colour for trace in shown})
-        figures.append(Plate("errors", "Errors", words, drawn))
+        draw = partial(overview.errors, comparison["rows"], {trace.name: trace.colour for trace in shown})
+        figures.append(Plate("errors", "Errors", words, draw))
     if scene.contacts:
         words = (
             "A bar is a period of contact, a tick a kick. Dotted lines are the exact touches and openings: a bar cut "
             "in pieces is chatter, a missing bar a missed contact."
         )
-        figures.append(Plate("contacts", "Periods of contact", words, overview.contacts(shown, scene)))
+        figures.append(Plate("contacts", "Periods of contact", words, partial(overview.contacts, shown, scene)))
     several = len(scene.contacts) > 1
     force = (
         f"One panel per method on common axes.{dark} Above a panel stands its error away from the exact jumps"
@@ -62,7 +63,7 @@ def of_comparison(comparison: Mapping[str, Any], shown: Sequence[Trace], scene: 
         "Energy of bodies and contacts plus booked losses less work, beside its first value: zero for a perfect "
         "run, above zero is gained from nothing, below is lost without a booking."
     )
-    figures.append(Plate("energy", "Energy balance", words, balance.energy_balance(shown, scene), True))
+    figures.append(Plate("energy", "Energy balance", words, partial(balance.energy_balance, shown, scene), True))
     return figures + fields_at_snapshots(shown, scene, f"at the snapshots, one row per method.{dark}")
 
 
@@ -74,8 +75,8 @@ def probes(shown: Sequence[Trace], scene: Scene, *, compared: bool) -> list[Plat
         return []
     words = "The recorded signals, stress and strain positive in compression."
     dark = " The dark line is the reference." if len(histories) > 1 else ""
-    drawn = plots.signals(panels, histories, scene, compared=compared)
-    return [Plate("probes", "Probes", words + dark, drawn, has_live_twin=True)]
+    draw = partial(plots.signals, panels, histories, scene, compared=compared)
+    return [Plate("probes", "Probes", words + dark, draw, has_live_twin=True)]
 
 
 def histories_of(
@@ -96,10 +97,10 @@ def histories_of(
     for number, contact in enumerate(scene.contacts):
         tail, of = (f"_{number + 1}", f", {contact.name}") if len(scene.contacts) > 1 else ("", "")
         words = f"The whole run, and the same near zero, where penetration and near touches show.{dark}"
-        drawn = plots.force(shown, scene, contact.name, notes)
+        draw = partial(plots.force, shown, scene, contact.name, notes)
         plates += [
-            Plate(f"force{tail}", f"Contact force{of}", force, drawn, len(shown) == 1),
-            Plate(f"gap{tail}", f"Gap{of}", words, plots.gap(shown, scene, contact.name), True),
+            Plate(f"force{tail}", f"Contact force{of}", force, draw, len(shown) == 1),
+            Plate(f"gap{tail}", f"Gap{of}", words, partial(plots.gap, shown, scene, contact.name), True),
         ]
     if not scene.contacts:
         return plates
@@ -107,14 +108,14 @@ def histories_of(
     panels = [panel for panel in signals.panels(histories, scene, compared=compared) if panel.group == "displacement"]
     if panels:
         words = f"Displacement since the start of the masses and faces in contact.{dark}"
-        drawn = plots.signals(panels, histories, scene, compared=compared)
-        plates.append(Plate("displacement", "Displacement", words, drawn, True))
+        draw = partial(plots.signals, panels, histories, scene, compared=compared)
+        plates.append(Plate("displacement", "Displacement", words, draw, True))
     if plots.differences(shown):
         words = (
             "The largest difference of a displacement from the reference so far, in % of its largest value: a curve "
             "rises where its method goes wrong."
         )
-        plates.append(Plate("difference", "Growth of the difference", words, plots.difference(shown, scene)))
+        plates.append(Plate("difference", "Growth of the difference", words, partial(plots.difference, shown, scene)))
     return plates
 
 
@@ -125,7 +126,7 @@ def fields_at_snapshots(shown: Sequence[Trace], scene: Scene, words: str) -> lis
         load = fields.load_of(body)
         title = f"{load.replace('_', ' ').capitalize()} in {name}"
         caption = f"Along the {body.kind} {words}"
-        plates.append(Plate(f"{load}_{name}", title, caption, fields.snapshots(shown, scene, name)))
+        plates.append(Plate(f"{load}_{name}", title, caption, partial(fields.snapshots, shown, scene, name)))
     return plates
 
 
@@ -138,7 +139,7 @@ def waves(histories: Sequence[AbstractHistory], scene: Scene) -> list[Plate]:
         "All bodies end to end, place to the right, time upwards: waves run along the slanted edges. Red is "
         "compression, blue tension (of beams up and down). A dot is a closing, a ring an opening of a contact."
     )
-    return [Plate("waves", "The waves", words, diagram.lagrange(known, scene), has_live_twin=True)]
+    return [Plate("waves", "The waves", words, partial(diagram.lagrange, known, scene), has_live_twin=True)]
 
 
 def force_notes(comparison: Mapping[str, Any], several: bool = False) -> dict[str, str]:

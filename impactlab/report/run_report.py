@@ -62,7 +62,7 @@ def write_run(
         findings=findings(summary),
         table=comparison(str(summary["case"]), reference[0] if reference else None, [(name, summary)]),
         traces=[trace],
-        figures=lambda: plates.of_run(trace, scene),
+        figures=plates.of_run(trace, scene),
         files=[("summary.json", "the numbers"), ("history.npz", "every channel, for numpy.load"), *_data(out_dir)],
     )
     write_page(out_dir, page, scene, provenance, files)
