@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import shlex
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, load
+from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, command_line, load
 from impactlab.cli.reporting import Left, reporting
 from impactlab.cli.rooms import axes, console, sweeps
 
@@ -59,7 +58,8 @@ def sweep(
         names = (
             sweeps.DEFAULT if quantities is None else [name.strip() for name in quantities.split(",") if name.strip()]
         )
-        words = ["impactlab", "sweep", str(case), *(f"--over={text}" for text in over or [])]
+        others = [*(f"--over={text}" for text in over or []), *([f"--points={points}"] if points is not None else [])]
+        others += [f"--quantities={','.join(names)}"]
         console.say_if_compiling()
         with console.progress() as show:
             found = sweeps.sweep(
@@ -70,7 +70,7 @@ def sweep(
                 workers=workers,
                 out=out,
                 progress=lambda fraction: show(loaded.label, fraction),
-                command=shlex.join([*words, f"--quantities={','.join(names)}"]),
+                command=command_line("sweep", case, sets, method, variant, None, *others),
             )
         if out is not None:
             console.say(f"written: {out}")

@@ -11,6 +11,7 @@ import numpy as np
 from impactlab.casefile.words import shown
 from impactlab.errors import CaseError
 from impactlab.history.base import AbstractHistory, ContactSpan
+from impactlab.history.units import UNITS
 from impactlab.metrics.collisions import collisions, mean_velocity
 from impactlab.plugins import QUANTITIES, Registry, describe
 from impactlab.scene.problem import Scene
@@ -71,7 +72,8 @@ def asked(scene: Scene, names: Sequence[str | Sampled], registry: Registry) -> t
                 raise CaseError(
                     f"{name.channel} is asked for at no time of a run", remedy="Give times in s, from 0 on."
                 )
-            found.append(Asked(name.channel, "", name.channel, "time", times))
+            unit = UNITS.get(name.channel.partition(":")[0], "")
+            found.append(Asked(name.channel, unit, name.channel, "time", times))
             continue
         function = registry.load(QUANTITIES, name)
         over = getattr(function, "over", WHOLE)

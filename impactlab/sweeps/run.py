@@ -113,7 +113,7 @@ def sweep(
     made = Sweep(case, grid, asked(grid.case(case, 0).scene(), quantities, case.registry))
     with contextlib.ExitStack() as stack:
         size = None if out is None else _size_before(Path(out))
-        size = size or _size(made)
+        size = size or _size(made, workers)
         content = made.content(size, command)
         folder = None if out is None else stack.enter_context(opened(Path(out), content))
         kept = {} if folder is None else {chunk.first: chunk for chunk in folder.chunks()}
@@ -158,8 +158,19 @@ def _size_before(path: Path) -> int | None:
     return size if isinstance(size, int) and size > 0 else None
 
 
-def _size(made: Sweep) -> int:
-    """Return how many points make a chunk, from the time of the first one, run twice: once to load compiled code."""
+def _size(made: Sweep, workers: int) -> int:
+    """Return how many points make a chunk, from the time of the first one; 1 where a worker hangs or dies on it."""
+    if workers == 0:
+        spent = _spent(made)
+    else:
+        start: dict[str, Any] = {"initializer": _begin, "initargs": (made,)}
+        [outcome] = outcomes(_spent_in_worker, [0], limit=2.0 * POINT_LIMIT_S, **start)
+        spent = outcome.value if outcome.status == "answered" else math.inf
+    return max(1, min(MAX_CHUNK, int(CHUNK_SECONDS / max(spent, 1e-6))))
+
+
+def _spent(made: Sweep) -> float:
+    """Return the time of the first point [s], of a quick one run again without the loading of compiled code."""
     spent = math.inf
     for _ in range(2):
         began = time.perf_counter()
@@ -167,7 +178,7 @@ def _size(made: Sweep) -> int:
         spent = time.perf_counter() - began
         if spent > CHUNK_SECONDS:
             break
-    return max(1, min(MAX_CHUNK, int(CHUNK_SECONDS / max(spent, 1e-6))))
+    return spent
 
 
 class Row(NamedTuple):
@@ -238,6 +249,10 @@ _made: list[Sweep] = []  # of a worker process
 
 def _begin(made: Sweep) -> None:
     _made[:] = [made]
+
+
+def _spent_in_worker(_: int) -> float:
+    return _spent(_made[0])
 
 
 def _in_worker(job: tuple[int, int]) -> list[Row]:

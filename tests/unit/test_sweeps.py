@@ -63,6 +63,7 @@ def test_a_grid_has_a_dimension_per_axis_and_the_values_of_single_runs(case):
         assert point["energy_gain"].item() < 1e-12
         assert point["near_grazing"].item() == float("near_grazing" in [warned.code for warned in history.warnings])
         sampled = point["force:hammer|rod.left"]
+        assert sampled.attrs["units"] == "N"
         assert sampled.values.tolist() == history.evaluate(times, "force:hammer|rod.left").tolist()
 
 
@@ -176,12 +177,19 @@ def faulty_case() -> il.Case:
 def test_a_run_that_hangs_or_crashes_is_one_point(monkeypatch):
     monkeypatch.setattr(run, "POINT_LIMIT_S", 6.0)
     monkeypatch.setattr(run, "tree_hash", lambda _: "tests")
-    monkeypatch.setattr(run, "_size", lambda _: 2)
+    monkeypatch.setattr(run, "_size", lambda *_: 2)
     found = il.sweep(
         faulty_case(), {"contacts.0.law.stiffness": [1e9, 1.0, 2.0, 2e9]}, quantities=["contacts"], workers=2
     )
     assert [chunks.STATUSES[each] for each in found["status"].values] == ["completed", "crashed", "hung", "completed"]
     assert np.isnan(found["contacts"].values.ravel()).tolist() == [False, True, True, False]
+
+
+@pytest.mark.slow
+def test_a_first_run_that_crashes_does_not_end_the_sweep(monkeypatch):
+    monkeypatch.setattr(run, "tree_hash", lambda _: "tests")
+    found = il.sweep(faulty_case(), {"contacts.0.law.stiffness": [1.0, 1e9]}, quantities=["contacts"], workers=1)
+    assert [chunks.STATUSES[each] for each in found["status"].values] == ["crashed", "completed"]
 
 
 def test_figures_show_each_label_and_refuse_what_they_cannot_show(case):
@@ -220,7 +228,7 @@ def test_the_page_runs_as_printed(monkeypatch, capsys):
 SWEEP = """
 import sys, numpy as np, impactlab as il
 from impactlab.sweeps import run
-run._size = lambda made: 5
+run._size = lambda *_: 5
 case = il.load_case(sys.argv[1]).method("continuous")
 il.sweep(case, {"bodies.hammer.mass": np.geomspace(0.2, 20.0, 200)}, quantities=["restitution"], out=sys.argv[2])
 """
@@ -255,11 +263,13 @@ def test_a_folder_of_others_is_refused(tmp_path, case):
 
 
 def test_workers_give_the_bits_of_one_process_and_the_command_the_same_file(case, tmp_path, monkeypatch):
-    monkeypatch.setattr(run, "_size", lambda _: 3)
+    monkeypatch.setattr(run, "_size", lambda *_: 3)
     masses = np.linspace(1.0, 2.0, 7)
     alone = il.sweep(case, {MASS: masses}, quantities=["impulse"])
     assert alone.equals(il.sweep(case, {MASS: masses}, quantities=["impulse"], workers=2))
     arguments = ["--over", f"{MASS}=1:2:7", "--quantities", "impulse", "--out", str(tmp_path / "s"), "--json"]
     result = CliRunner().invoke(app, ["sweep", str(PAPER), "--method", "continuous", *arguments])
     assert json.loads(result.stdout) == {"schema_version": 1, "points": 7, "status": {"completed": 7}}
-    assert alone.equals(il.open_sweep(tmp_path / "s"))
+    kept = il.open_sweep(tmp_path / "s")
+    assert alone.equals(kept)
+    assert f"--method continuous --over={MASS}=1:2:7" in kept.attrs["command"]
