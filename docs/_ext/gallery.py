@@ -24,7 +24,7 @@ GALLERY = {
     "filename_pattern": "",
     "within_subsection_order": "FileNameSortKey",
     "reset_modules": ("matplotlib", "gallery.dress"),
-    "image_scrapers": ("matplotlib",),
+    "image_scrapers": ("both_forms.scraped", "matplotlib"),
     "capture_repr": (),
     "image_srcset": ["2x"],
     "show_memory": False,

@@ -12,36 +12,31 @@ from matplotlib import pyplot as plt
 
 import impactlab as il
 
+rod = il.Rod(length="1 m", area="1 cm^2", material="steel", ends={"right": "infinite"})
+striker = il.Rod(length="10 cm", area="4 cm^2", material="steel", velocity="10 m/s")
+solve = {"duration": "300 us", "tolerance": 1e-3}
+bar = il.Case(
+    bodies={"striker": striker, "rod": rod},
+    contacts=[il.Contact("striker.right", "rod.left")],
+    solve=solve,
+)
+rigid = il.Case(
+    bodies={"striker": il.Mass("0.314 kg", velocity="10 m/s"), "rod": rod},
+    contacts=[il.Contact("striker", "rod.left")],
+    solve=solve,
+)
 fig, axis = plt.subplots(figsize=(8, 3.6))
 t = np.linspace(0.0, 3e-4, 3000)
-for area in (1.0, 2.0, 4.0):
-    bar = il.Rod(
-        length="1 m", area=f"{area} cm^2", material="steel", ends={"right": "infinite"}
-    )
-    strikers = {
-        "bar": il.Rod(length="10 cm", area="4 cm^2", material="steel", velocity="10 m/s"),
-        "rigid": il.Mass("0.314 kg", velocity="10 m/s"),
-    }
-    for kind, striker in strikers.items():
-        face = "striker.right" if kind == "bar" else "striker"
-        solve = {"duration": "300 us", "tolerance": 1e-3}
-        history = il.run(
-            il.Case(
-                bodies={"striker": striker, "rod": bar},
-                contacts=[il.Contact(face, "rod.left")],
-                solve=solve,
-            )
-        )
-        style = (
-            {"label": f"section {area / 4:g} of the striker's"}
-            if kind == "bar"
-            else {"linestyle": "--", "linewidth": 1.0}
-        )
-        lines = axis.plot(
+for number, area in enumerate((1, 2, 4)):
+    for case, face, style in ((bar, "striker.right", "-"), (rigid, "striker", "--")):
+        history = il.run(case.with_("bodies.rod.area", f"{area} cm^2"))
+        axis.plot(
             1e6 * t,
             1e-3 * history.evaluate(t, f"force:{face}|rod.left"),
-            color=f"C{int(area) // 2}",
-            **style,
+            style,
+            color=f"C{number}",
+            linewidth=None if case is bar else 1.0,
+            label=f"section {area / 4:g} of the striker's" if case is bar else None,
         )
 axis.set(
     xlabel="time  [µs]",

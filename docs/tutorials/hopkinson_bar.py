@@ -50,10 +50,8 @@ parted.set(xlabel="time [s]", ylabel="strain", title="To the right, to the left,
 # gauge there would read. An experiment needs gauges far from the ends, so that pulses do
 # not overlap; a run has both waves at every section.
 #
-# The same case as a file, for ``impactlab run shpb.yaml --out page``; ``impactlab new
-# shpb --like hopkinson`` writes one with comments.
-
-print(case.to_yaml())
+# The second tab holds the same case as a file, for ``impactlab run shpb.yaml --out page``;
+# ``impactlab new shpb.yaml --like hopkinson`` writes one with comments.
 
 # %%
 # The specimen, from the gauges

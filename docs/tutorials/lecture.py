@@ -35,7 +35,8 @@ def struck(alpha, trips=3.0):
     )
 
 
-history = il.run(struck(1.0))
+case = struck(1.0)
+history = il.run(case)
 T = history.scene.round_trip
 t, x = np.linspace(0.0, history.duration, 500), np.linspace(0.0, 0.3, 121)
 stress = np.stack([history.evaluate(t, f"stress:bar@{place:.6g}") for place in x], axis=1)
@@ -63,12 +64,10 @@ axis.set(xlabel="place  [mm]", ylabel="time  [µs]", title="Stress; black: in co
 fig.colorbar(image, label="stress  [MPa]")
 
 # %%
-# ``history.plot_xt()`` draws this picture in one line, with several bars end to end. As a
-# file, ``impactlab run struck.yaml --out page`` writes a page whose scene moves, with a cursor
-# that links diagram and traces, and ``impactlab animate struck.yaml -o waves.gif`` (or
-# ``waves.mp4``) films it for a slide.
-
-print(struck(1.0).to_yaml())
+# ``history.plot_xt()`` draws this picture in one line, with several bars end to end. With the
+# file of the second tab, ``impactlab run struck.yaml --out page`` writes a page whose scene
+# moves, with a cursor that links diagram and traces, and ``impactlab animate struck.yaml -o
+# waves.gif`` (or ``waves.mp4``) films it for a slide.
 
 # %%
 # One blow or two?

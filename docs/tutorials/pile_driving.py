@@ -63,9 +63,7 @@ axis.set(
 axis.legend(frameon=False)
 
 # %%
-# As a file, for ``impactlab run pile.yaml``:
-
-print(case.to_yaml())
+# The second tab holds the same case as a file, for ``impactlab run pile.yaml --out page``.
 
 # %%
 # The waves

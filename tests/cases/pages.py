@@ -39,11 +39,11 @@ class Page:
         return Registry([*installed_entries(), Entry(group, name, f"{self._module}:{kind}", "newcomer")])
 
     def check_contract(self, monkeypatch: Any) -> None:
-        """Run the suite that the second Python block inherits; the module of the page is in the place that it names."""
+        """Run the suite that the last Python block inherits; the module of the page is in the place that it names."""
         _, _, (place, _) = self._entry()
         monkeypatch.setitem(sys.modules, place, importlib.import_module(self._module))
         names: dict[str, Any] = {}
-        exec(self.block("python", 1), names)
+        exec(self.block("python", -1), names)
         [suite] = [value for key, value in names.items() if key.startswith("Test")]
         tests = [test for test in dir(suite) if test.startswith("test_")]
         assert len(tests) > 5
