@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import ast
+import importlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
 import impactlab
+from impactlab.casefile.faults import FIX_VALUE
 
 PACKAGE = Path(impactlab.__file__).parent
 ERRORS = ("CaseError", "PairingError", "PluginError", "StepError", "ImpactlabError", "refuse", "failure")
@@ -42,19 +44,43 @@ def written(node: ast.expr | None, named: dict[str, str]) -> str:
     if isinstance(node, ast.Name):
         return named.get(node.id, "")
     if isinstance(node, ast.IfExp):
-        return written(node.body, named)
+        return written(node.body, named) or written(node.orelse, named)
+    if isinstance(node, ast.BoolOp):
+        return written(node.values[-1], named)
     return ""
+
+
+def assigned(node: ast.AST) -> Iterator[tuple[str, ast.expr]]:
+    """Give the names that a statement assigns, with their values."""
+    if isinstance(node, ast.Assign):
+        target, value = node.targets[0], node.value
+        several = isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple)
+        for name, each in zip(target.elts, value.elts, strict=False) if several else [(target, value)]:
+            if isinstance(name, ast.Name):
+                yield name.id, each
+
+
+def constants(path: Path) -> dict[str, str]:
+    """Return the texts that stand as constants in a module, also those that it imports."""
+    found: dict[str, str] = {}
+    for node in ast.parse(path.read_text(encoding="utf-8")).body:
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("impactlab."):
+            loaded = importlib.import_module(str(node.module))
+            texts = ((name.asname or name.name, getattr(loaded, name.name, None)) for name in node.names)
+            found |= {name: text for name, text in texts if isinstance(text, str)}
+        found |= {name: written(value, found) for name, value in assigned(node)}
+    return found
 
 
 def of_file(path: Path) -> Iterator[Refusal]:
     """Give the refusals of a module."""
     room = path.relative_to(PACKAGE).parts[0].removesuffix(".py")
-    module = ast.parse(path.read_text(encoding="utf-8"))
+    module, fixed = ast.parse(path.read_text(encoding="utf-8")), constants(path)
     for function in (node for node in ast.walk(module) if isinstance(node, ast.FunctionDef)):
-        named: dict[str, str] = {}
+        named = dict(fixed)
         for node in ast.walk(function):
-            if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):
-                named[node.targets[0].id] = written(node.value, named) or named.get(node.targets[0].id, "")
+            for name, value in assigned(node):
+                named[name] = written(value, named) or named.get(name, "")
         for node in ast.walk(function):
             call = node.exc if isinstance(node, ast.Raise) else None
             if not isinstance(call, ast.Call):
@@ -62,7 +88,8 @@ def of_file(path: Path) -> Iterator[Refusal]:
             name = getattr(call.func, "id", getattr(call.func, "attr", ""))
             text = written(call.args[0], named) if name in ERRORS and call.args else ""
             if text.strip("… "):
-                remedy = next((written(each.value, named) for each in call.keywords if each.arg == "remedy"), "")
+                given = next((written(each.value, named) or "…" for each in call.keywords if each.arg == "remedy"), "")
+                remedy = FIX_VALUE if name == "refuse" else given
                 yield Refusal(text, remedy, room)
 
 

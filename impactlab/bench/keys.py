@@ -137,7 +137,9 @@ def tree_hash(module: str) -> str:
     except Exception as error:
         if module in map(top, plugins.registry().entries):
             return "broken"  # a metric that cannot be imported measures nothing
-        raise PluginError(f"{module!r} cannot be imported: {error}") from error
+        raise PluginError(
+            f"{module!r} cannot be imported: {error}", remedy="Install the package again, or run without its parts."
+        ) from error
     file = Path(str(found.__file__))
     return sources_hash(file.parent.rglob("*.py") if file.name == "__init__.py" else [file], file.parent)
 

@@ -110,7 +110,10 @@ def parse_yaml(text: str, kind: Kind = CASE) -> Document:
 def parse_value(text: str) -> Any:
     """Return a value given on the command line, a YAML scalar or flow collection."""
     if len(text) > MAX_VALUE:
-        raise CaseError(f"a value of {len(text)} characters; at most {MAX_VALUE} are allowed")
+        raise CaseError(
+            f"a value of {len(text)} characters; at most {MAX_VALUE} are allowed",
+            remedy="Write long values into a case file.",
+        )
     return _yaml_value(text, {})
 
 
@@ -131,7 +134,7 @@ def parse_json(text: str, kind: Kind = CASE) -> Document:
     except json.JSONDecodeError as error:
         raise CaseError(f"not JSON: {error.msg}", remedy="Fix the text there.", line=error.lineno) from error
     except ValueError as error:
-        raise CaseError(f"not JSON: {str(error)[:120]}") from error
+        raise CaseError(f"not JSON: {str(error)[:120]}", remedy=_REMEDY) from error
     check_tree(data)
     lines: dict[Keys, int | None] = {}
     try:

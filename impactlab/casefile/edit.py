@@ -105,7 +105,8 @@ def _key_in(holder: Any, key: str, path: str) -> Any:
         if key.isdecimal() and len(key) < 6 and int(key) < len(holder):
             return int(key)
         count = f"0 to {len(holder) - 1}" if holder else "none, the list is empty"
-        raise CaseError(f"{shown(key)} is not an entry of this list. Allowed: {count}", path=path)
+        text = f"{shown(key)} is not an entry of this list. Allowed: {count}"
+        raise CaseError(text, remedy="Entries are counted from 0.", path=path)
     raise CaseError(f"{shown(key)} cannot be set inside {shown(holder)}", remedy="Check the path.", path=path)
 
 

@@ -20,7 +20,7 @@ _NEEDED = {
     "model_attributes_type": _BLOCK,
     "string_type": "a text",
 }
-_REMEDY = "Fix the value; `impactlab schema` lists every key with its unit."
+FIX_VALUE = "Fix the value; `impactlab schema` lists every key with its unit."
 
 
 def case_error(
@@ -60,7 +60,7 @@ def _words(
     context = fault.get("ctx", {})
     match kind:
         case "value":
-            return str(context["text"]), _REMEDY
+            return str(context["text"]), FIX_VALUE
         case "extra_forbidden":
             names = _allowed_at(keys[:-1], data, allowed)
             name = keys[-1]
@@ -77,7 +77,7 @@ def _words(
             hint = closest(tag, _tags(context).split(", "))
             return f"{shown(tag)} is not a kind of body.{hint} Allowed: {_tags(context)}", "Change the kind."
         case "literal_error":
-            return f"{given} is not allowed here. Allowed: {context.get('expected')}", _REMEDY
+            return f"{given} is not allowed here. Allowed: {context.get('expected')}", FIX_VALUE
         case "string_pattern_mismatch" if keys[-1:] in (["title"], ["source"]):
             return f"{given} holds characters that are not text", "Remove control characters."
         case "string_pattern_mismatch":
@@ -86,19 +86,19 @@ def _words(
                 "Choose another name.",
             )
         case "too_short" | "too_long" if "max_length" in context and context["max_length"] == 2:
-            return f"{given}; a contact is between two faces: [left, right]", _REMEDY
+            return f"{given}; a contact is between two faces: [left, right]", FIX_VALUE
         case "too_short" | "too_long" | "string_too_long":
             limits = {"min_length": "at least", "max_length": "at most"}
             allowed_length = ", ".join(f"{word} {context[key]}" for key, word in limits.items() if key in context)
-            return f"{given} has the wrong length. Allowed: {allowed_length}", _REMEDY
+            return f"{given} has the wrong length. Allowed: {allowed_length}", FIX_VALUE
         case _ if kind in _NEEDED:
             names = _allowed_at(keys, data, allowed) if _NEEDED[kind] == _BLOCK and allowed else []
             return (
                 f"{given} is given where {_NEEDED[kind]} is needed",
-                f"Write {{key: value}}; its keys: {listed(sorted(set(names)))}." if names else _REMEDY,
+                f"Write {{key: value}}; its keys: {listed(sorted(set(names)))}." if names else FIX_VALUE,
             )
         case _:
-            return f"{given}: {fault['msg'][:1].lower()}{fault['msg'][1:]}", _REMEDY
+            return f"{given}: {fault['msg'][:1].lower()}{fault['msg'][1:]}", FIX_VALUE
 
 
 def _tags(context: Any) -> str:

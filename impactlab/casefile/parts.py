@@ -58,7 +58,11 @@ def read_part(block: dict[str, Any], path: str, group: Group, registry: Registry
         error.path = f"{path}.{error.path}" if error.path else path
         raise
     except ValueError as error:
-        raise CaseError(f"{shown(block['kind'])} refuses these values: {str(error)[:200]}", path=path) from error
+        raise CaseError(
+            f"{shown(block['kind'])} refuses these values: {str(error)[:200]}",
+            remedy="`impactlab plugins` says what the part is for; its options stand in `impactlab schema`.",
+            path=path,
+        ) from error
 
 
 def _read_inside(value: Any, path: str, group: Group, registry: Registry) -> Any:

@@ -50,7 +50,7 @@ def write_starter(name: str, folder: Path, kind: str = "hammer") -> Path:
     """
     if kind not in kinds():
         text = f"there is no case like {shown(kind)} to start from. Allowed: {listed(kinds())}"
-        raise CaseError(text, remedy=closest(kind, kinds()).strip())
+        raise CaseError(text, remedy=closest(kind, kinds()).strip() or "Take one of these.")
     return write_copy(STARTERS / f"{kind}.yaml", name, folder)
 
 

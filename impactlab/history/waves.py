@@ -66,16 +66,22 @@ def wave_body(scene: Scene, name: str, x: float) -> WaveBody:
         If it is none, or x lies outside it.
     """
     if name not in scene.bodies:
-        raise ImpactlabError(f"no body '{name}'; bodies: {', '.join(scene.bodies)}")
+        raise ImpactlabError(f"no body '{name}'; bodies: {', '.join(scene.bodies)}", remedy="Name one of these.")
     body = scene.bodies[name].waves
     if body is None:
         kind = scene.bodies[name].kind
         raise ImpactlabError(
             f"'{name}' is a {kind}, and the two waves are those of rods and shafts",
-            remedy="Waves of a beam change their shape on the way." if kind == "beam" else "",
+            remedy="Waves of a beam change their shape on the way; use history.field."
+            if kind == "beam"
+            else "Name a rod or a shaft.",
         )
     if not 0.0 <= x <= body.length:
-        raise ImpactlabError(f"{x:.6g} m lies outside '{name}', 0 to {body.length:.6g} m", path=f"bodies.{name}")
+        raise ImpactlabError(
+            f"{x:.6g} m lies outside '{name}', 0 to {body.length:.6g} m",
+            remedy="Give x from the left end of the body.",
+            path=f"bodies.{name}",
+        )
     return body
 
 

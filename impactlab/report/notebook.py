@@ -32,7 +32,7 @@ def plot(history: AbstractHistory) -> Figure:
 def plot_comparison(rows: Mapping[str, AbstractHistory], references: Mapping[str, AbstractHistory]) -> Figure:
     """Return the signals of several methods over time, a panel for each place, with their references."""
     if not rows:
-        raise ImpactlabError("no method ended, so there is nothing to draw")
+        raise ImpactlabError("no method ended, so there is nothing to draw", remedy="Print the comparison for reasons.")
     shown = signals.shown(traces(rows, references))
     return signals_of(shown, shown[0].history.scene, compared=True)
 

@@ -145,7 +145,7 @@ class AbstractRecordedHistory(AbstractHistory):
 
     def _check_body(self, body: str) -> None:
         if body not in self.built:
-            raise ImpactlabError(f"no body '{body}'; bodies: {', '.join(self.built)}")
+            raise ImpactlabError(f"no body '{body}'; bodies: {', '.join(self.built)}", remedy="Name one of these.")
 
     def _rows_at(self, body: str, read: Quantity, x: ArrayLike | None) -> tuple[Array, Rows]:
         """Return places and the rows of a quantity there; those of the body's own grid are kept."""

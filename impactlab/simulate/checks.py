@@ -28,6 +28,7 @@ from impactlab.simulate.touch_times import unplaced
 
 LOSS_WARN = 0.1  # of the reference energy, that nothing booked: damping schemes lose some, a mesh never so much
 GAIN_WARN = 0.02  # of the reference energy: a larger gain is reported, also where the parts declare more
+SMALLER_STEP = "Give a smaller step, or another law."
 MAX_GAIN = 1.0  # of the reference energy: a run that more than doubles it is failed, whatever its parts declare
 ROUNDING_TOL = 1e-9  # of the energy of all bodies: the rounding of thousands of steps
 OVERLAP_WARN = 0.1  # of the travel of the faces, under a law that says that they do not overlap
@@ -100,9 +101,10 @@ def check_run(status: int, assembly: Assembly, history: AbstractRecordedHistory)
             if reply.failed
         ]
         text = "; ".join(failed) or "the forces of several contacts do not agree"
+        remedy = SMALLER_STEP
         if raised is not None:
-            text = f"a contact law raised {raised_at(raised)}"
-        raise failure(text) from raised
+            text, remedy = f"a contact law raised {raised_at(raised)}", "This is a fault of the law."
+        raise failure(text, remedy=remedy) from raised
     if status == loop.NOT_FINITE:
         text = "the energy is not a finite number: the run diverged"
         raise failure(text, remedy="Give a smaller step, or a softer contact.")

@@ -168,7 +168,8 @@ def read_over(case: Case, text: str) -> tuple[str, list[Any]]:
         if not isinstance(end, (int, float)) or isinstance(end, bool):
             raise CaseError(f"{shown(end)} is no number to begin or end a range", path=path, remedy="List the values.")
     if not 2 <= count <= MAX_RANGE:
-        raise CaseError(f"a range of {count} values; allowed: 2 to {MAX_RANGE}", path=path)
+        text = f"a range of {count} values; allowed: 2 to {MAX_RANGE}"
+        raise CaseError(text, remedy="Give another number of values.", path=path)
     if asked["log"] and not first * last > 0.0:
         raise CaseError(
             f"equal ratios from {first:g} to {last:g} pass through zero", path=path, remedy="Leave out log."

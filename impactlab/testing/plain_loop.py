@@ -13,6 +13,7 @@ from scipy.sparse import csr_array
 
 from impactlab.errors import CaseError, StepError
 from impactlab.numerics.compiling import plain
+from impactlab.simulate.checks import SMALLER_STEP
 from impactlab.simulate.plan import Plan
 from impactlab.simulate.stepping.assembly import Assembly
 from impactlab.simulate.stepping.event_times import TOUCH_TOL, close_time, open_time
@@ -46,7 +47,8 @@ class PlainContact:
         type(self.law).respond(self.port, reply)
         self.given = np.array([reply.force, reply.impulse, reply.projection, reply.push])  # N, N s, kg m
         if self.reply.failed:
-            raise StepError(self.law.why_failed, time=self.port.time, step=round(self.port.time / self.port.dt))
+            text, time = self.law.why_failed, self.port.time
+            raise StepError(text, time=time, step=round(time / self.port.dt), remedy=SMALLER_STEP)
 
 
 class PlainLoop:
@@ -60,7 +62,8 @@ class PlainLoop:
     def __init__(self, plan: Plan, before: Hook = lambda _: None, after: Hook = lambda _: None) -> None:
         changing = any(built.system.phases is not None for built in plan.built.values())
         if plan.dt is None or plan.integrator is None or plan.method.events == "located" or changing:
-            raise CaseError("the plain loop takes whole steps of bodies that keep their coordinates", path="solve")
+            text = "the plain loop takes whole steps of bodies that keep their coordinates"
+            raise CaseError(text, remedy="Give an integrator, `events: dated`, another basis.", path="solve")
         self.plan, self.scheme, self.dt, self.before, self.after = plan, plan.integrator, plan.dt, before, after
         self.assembly = Assembly(plan, self.scheme, self.dt)
         memory = self.assembly.memory
@@ -163,7 +166,7 @@ class PlainLoop:
                 largest = max(largest, float(np.abs(in_impulses * contact.given).max()))
             if len(self.contacts) < 2 or change <= AGREED_TOL * largest:
                 return
-        raise StepError("the forces of several contacts do not agree", time=self.time, step=round(self.time / self.dt))
+        raise StepError("contacts do not agree", time=self.time, step=round(self.time / self.dt), remedy=SMALLER_STEP)
 
     def date(self, contact: PlainContact) -> None:
         """Date closing and opening in the step, and carry phase and memory on to the next."""

@@ -11,6 +11,7 @@ from impactlab.errors import CaseError, StepError
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.scene.method import Simulation
 from impactlab.scene.problem import Scene
+from impactlab.simulate.checks import SMALLER_STEP
 from impactlab.simulate.driver import advance_of
 from impactlab.simulate.plan import Plan, prepare
 from impactlab.simulate.stepping import loop
@@ -104,7 +105,8 @@ def begun(simulation: Simulation) -> tuple[Plan, Assembly, RecordedHistory]:
     """Return a run before its first step."""
     plan = prepare(*simulation)
     if plan.dt is None or plan.integrator is None:
-        raise CaseError("the continuous model has no steps to trace", path="solve.model")
+        text = "the continuous model has no steps to trace"
+        raise CaseError(text, remedy="Give a model with steps.", path="solve.model")
     assembly = Assembly(plan, plan.integrator, plan.dt)
     loop.start(assembly.memory)
     return plan, assembly, RecordedHistory(assembly, plan.integrator)
@@ -121,4 +123,5 @@ def walk_to(assembly: Assembly, history: RecordedHistory, step: int, sample_stri
         if status in (loop.LAW_FAILED, loop.NOT_FINITE):
             raised = next((law.raised for law in assembly.laws if law.raised is not None), None)
             text = "a contact law gave no answer" if status == loop.LAW_FAILED else "the energy is not a finite number"
-            raise StepError(text, time=assembly.clock.time, step=assembly.clock.step, history=history) from raised
+            clock = assembly.clock
+            raise StepError(text, time=clock.time, step=clock.step, history=history, remedy=SMALLER_STEP) from raised

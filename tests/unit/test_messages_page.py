@@ -1,10 +1,13 @@
-"""The page docs/messages.md lists every code of a warning, and no other."""
+"""The page docs/messages.md lists every code of a warning, and no other; every refusal on it says what to do."""
 
 from __future__ import annotations
 
 import ast
+import importlib
 import re
 from pathlib import Path
+
+import pytest
 
 import impactlab
 
@@ -28,3 +31,10 @@ def test_the_page_lists_every_code_of_a_warning() -> None:
     listed = set(re.findall(r"^\| `(\w+)` \|", PAGE.partition("## Warnings")[2], flags=re.MULTILINE))
     assert listed == codes_in_the_code()
     assert len(listed) > 15
+
+
+def test_every_refusal_says_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(Path(__file__).parents[2] / "docs" / "_ext"))
+    found = importlib.import_module("refusals").refusals()
+    assert len(found) > 250
+    assert [each.text for each in found if not each.remedy] == []

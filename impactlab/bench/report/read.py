@@ -51,11 +51,11 @@ def read_table(path: Path) -> tuple[Row, ...]:
     short = frame.index[frame.isna().any(axis="columns")]
     if len(short):
         line = int(short[0]) + 1
-        raise CaseError(f"line {line} has not one cell for each column", file=path.name, line=line)
+        raise CaseError(f"line {line} has not one cell for each column", remedy=remedy, file=path.name, line=line)
     unknown = frame[~frame["status"].isin(STATUSES)]
     if len(unknown):
         given = f"status: {unknown['status'].iloc[0][:40]!r} is not one of {', '.join(STATUSES)}"
-        raise CaseError(given, file=path.name, line=int(unknown.index[0]) + 1)
+        raise CaseError(given, remedy=remedy, file=path.name, line=int(unknown.index[0]) + 1)
     known = {name: _typed(frame[name], name, path.name) for name in frame if name in FIELDS}
     return tuple(Row(**dict(zip(known, values, strict=True))) for values in zip(*known.values(), strict=True))
 
