@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 from impactlab.contact.addition_deletion import AdditionDeletion
-from impactlab.scene import Contact, Rod, Segment
+from impactlab.contact.penalty import Penalty
+from impactlab.scene import Contact, Mass, Rod, Segment, Wall
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.testing.scenes import CLAMPED, FREE, UNIT, face, mass_on_rod, simulation
 from impactlab.testing.strategies import mirrored as seen_from_behind
+from tests.reference.waves_mp import Struck
 
 HARD = AdditionDeletion()
 
@@ -41,3 +45,16 @@ def struck(alpha, duration, far=CLAMPED, law=None, mirrored=False, probes=()) ->
 def name_of(history):
     """The only contact of a history."""
     return history.scene.contacts[0].name
+
+
+def same_as(given: Struck) -> Simulation:
+    """A scene of the reference in high precision."""
+    behind = CLAMPED if given.wall is None else FREE
+    bar = Rod("rod", (Segment(*map(float, (given.length, given.area, given.modulus, given.density))),), FREE, behind)
+    hammer = Mass("hammer", float(given.mass), float(given.velocity))
+    law = HARD if given.stiffness is None else Penalty(float(given.stiffness), float(given.damping))
+    bodies, contacts = [hammer, bar], [(point(hammer), point(bar), float(given.gap), law)]
+    if given.wall not in (None, math.inf):
+        bodies.append(Wall("wall"))
+        contacts.append((point(bar, "right"), point(bodies[-1]), float(given.wall), HARD))
+    return scene(bodies, contacts, float(given.duration), round_trip=bar.round_trip)
