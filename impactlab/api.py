@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from impactlab.casefile import Case
 from impactlab.casefile.edit import check_name
-from impactlab.errors import DoubtfulResult, ImpactlabError, RunNote, RunWarning, StepError, UnusualValue
+from impactlab.errors import DoubtfulResult, ImpactlabError, RunNote, RunWarning, StepError, SweepError, UnusualValue
 from impactlab.history.base import SERIOUS, AbstractHistory
 from impactlab.lazy import lazy
 from impactlab.scene.method import Method, Simulation
@@ -258,7 +258,7 @@ def summarised(
 def failure(case_name: str, error: BaseException) -> dict[str, Any]:
     """Return the document of a run that was refused or failed, as ``--json`` prints it."""
     ours = isinstance(error, ImpactlabError)
-    refused = ours and not isinstance(error, StepError)
+    refused = ours and not isinstance(error, (StepError, SweepError))
     document: dict[str, Any] = {
         "schema_version": 1,
         "case": case_name,

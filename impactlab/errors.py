@@ -102,6 +102,10 @@ class RunNote(RunWarning):
     """Any other warning of a run, as a contact that barely happens; not shown unless a filter asks for it."""
 
 
+class SweepError(ImpactlabError):
+    """A sweep ended before all of its points were computed; finished points are kept in its folder."""
+
+
 class StepError(ImpactlabError):
     """A run failed on the way; its history so far is kept.
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from impactlab.cli.rooms import api, console
-from impactlab.errors import ImpactlabError, StepError
+from impactlab.errors import ImpactlabError, StepError, SweepError
 
 if TYPE_CHECKING:
     from impactlab.casefile import Case
@@ -29,7 +29,7 @@ def reporting(case: Path | None, as_json: bool) -> Iterator[None]:
     except (typer.Exit, typer.Abort, BrokenPipeError):
         raise
     except KeyboardInterrupt as error:
-        _report(case, as_json, error, "interrupted")
+        _report(case, as_json, error, str(error) or "interrupted")
         raise Left(130) from None
     except Exception as error:
         if os.environ.get("IMPACTLAB_DEBUG"):
@@ -59,7 +59,7 @@ def words(error: BaseException) -> str:
 
 def code_of(error: BaseException) -> int:
     """Return the exit code of an error."""
-    return 2 if isinstance(error, ImpactlabError) and not isinstance(error, StepError) else 1
+    return 2 if isinstance(error, ImpactlabError) and not isinstance(error, (StepError, SweepError)) else 1
 
 
 def say_hints(case: Case) -> None:

@@ -48,13 +48,22 @@ def sweep(
             "--out", metavar="DIR", help="Keep finished points here, and the result; go on there.", show_default=False
         ),
     ] = None,
+    shard: Annotated[
+        str | None,
+        typer.Option(
+            "--shard",
+            metavar="K/N",
+            help="Compute part K of N only; a last call without it collects all parts in DIR.",
+            show_default=False,
+        ),
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Run one case at many points: a labelled table of what each run gives. Finished points are kept in DIR."""
     with reporting(case, as_json):
         loaded = load(case, sets, method, variant)
         read = [axes.read_over(loaded, text) for text in over or []]
-        axes.refuse_twice([path for path, _ in read])
+        axes.refuse_twice(loaded, [path for path, _ in read])
         names = (
             sweeps.DEFAULT if quantities is None else [name.strip() for name in quantities.split(",") if name.strip()]
         )
@@ -69,17 +78,18 @@ def sweep(
                 quantities=names,
                 workers=workers,
                 out=out,
+                shard=shard,
                 progress=lambda fraction: show(loaded.label, fraction),
                 command=command_line("sweep", case, sets, method, variant, None, *others),
             )
-        if out is not None:
-            console.say(f"written: {out}")
         counts = sweeps.counts(found)
+        if out is not None:
+            console.say(f"written: {out}" if shard is None else f"shard {shard} is kept in {out}")
         if as_json:
             console.print_json({"schema_version": 1, "points": int(found.status.size), "status": counts})
         elif out is None:
-            print(found.drop_vars("reason").to_dataframe().to_string(max_rows=60))
+            print(sweeps.rows(found).to_string(max_rows=60))
         else:
             print(f"{found.status.size} points: " + ", ".join(f"{count} {name}" for name, count in counts.items()))
-        if not counts.get("completed"):
+        if set(counts) - {"missing", "completed"} and not counts.get("completed"):
             raise Left(1)

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from impactlab.casefile import Case
+from impactlab.casefile.case import given_by
 from impactlab.casefile.document import parse_value
 from impactlab.casefile.edit import check_name, plain
 from impactlab.casefile.path_units import unit_of
@@ -83,7 +84,11 @@ def at_point(case: Case, settings: Mapping[str, Any]) -> Case:
     return case.with_settings(settings.items(), by="the sweep") if settings else case
 
 
-def grid(case: Case, over: Mapping[str, Iterable[Any]]) -> Points:
+Known = Mapping[str, Mapping[str, Any]]
+"""Axes that were checked before, as the folder of a sweep holds them, by path."""
+
+
+def grid(case: Case, over: Mapping[str, Iterable[Any]], known: Known | None = None) -> Points:
     """Return the grid of several axes, path to values each; every value is checked by the case.
 
     Raises
@@ -91,45 +96,63 @@ def grid(case: Case, over: Mapping[str, Iterable[Any]]) -> Points:
     CaseError, PairingError, PluginError
         If a path or a value is wrong, or there are too many points.
     """
-    return _counted(Points(tuple(read_axis(case, path, values) for path, values in over.items())))
+    given = {path: _values(path, values) for path, values in over.items()}
+    _refuse_many(given.values())
+    return Points(_checked(case, given, known))
 
 
-def listed(case: Case, columns: Mapping[str, Iterable[Any]]) -> Points:
+def listed(case: Case, columns: Mapping[str, Iterable[Any]], known: Known | None = None) -> Points:
     """Return listed points, path to one value per point each; raises as `grid` does."""
-    given = {path: list(values) for path, values in columns.items()}
+    given = {path: _values(path, values) for path, values in columns.items()}
     lengths = {path: len(values) for path, values in given.items()}
     if len(set(lengths.values())) > 1:
         counts = ", ".join(f"{path} {length}" for path, length in lengths.items())
         raise CaseError(f"columns of different lengths: {counts}", remedy="Give one value of each path per point.")
-    return _counted(Points(tuple(read_axis(case, path, values) for path, values in given.items()), listed=True))
+    _refuse_many(list(given.values())[:1])
+    return Points(_checked(case, given, known), listed=True)
 
 
-def _counted(points: Points) -> Points:
-    if not points.axes:
+def _values(path: str, values: Iterable[Any]) -> tuple[Any, ...]:
+    given = tuple(plain(value.item() if isinstance(value, np.generic) else value, path) for value in values)
+    if not given:
+        raise CaseError("an axis without values", remedy="Give at least one.", path=path)
+    return given
+
+
+def _refuse_many(values: Iterable[Sequence[Any]]) -> None:
+    shape = [len(each) for each in values]
+    if not shape:
         raise CaseError("a sweep without an axis", remedy="Give a path of the case and its values.")
-    if points.count > MAX_POINTS:
-        shape = " x ".join(map(str, points.shape))
-        raise CaseError(f"{shape} = {points.count:.3g} points; allowed: {MAX_POINTS:g}", remedy="Give fewer values.")
-    return points
+    if (count := math.prod(shape)) > MAX_POINTS:
+        text = f"{' x '.join(map(str, shape))} = {count:.3g} points; allowed: {MAX_POINTS:.3g}"
+        raise CaseError(text, remedy="Give fewer values.")
 
 
-def read_axis(case: Case, path: str, values: Iterable[Any]) -> Axis:
-    """Return an axis, its values in SI; each value passes the checks of the case.
+def _checked(case: Case, given: Mapping[str, tuple[Any, ...]], known: Known | None) -> tuple[Axis, ...]:
+    refuse_twice(case, list(given))
+    return tuple(read_axis(case, path, values, (known or {}).get(path)) for path, values in given.items())
+
+
+def read_axis(case: Case, path: str, given: tuple[Any, ...], known: Mapping[str, Any] | None = None) -> Axis:
+    """Return an axis, its values in SI; each value passes the checks of the case, unless it is ``known`` to do so.
 
     Raises
     ------
     CaseError, PairingError, PluginError
         If there is no such path, or a value is not allowed there; the error names path and value.
     """
-    given = tuple(plain(value.item() if isinstance(value, np.generic) else value, path) for value in values)
-    if not given:
-        raise CaseError("an axis without values", remedy="Give at least one.", path=path)
+    if known is not None and list(given) == known["values"]:
+        return Axis(path, given, tuple(known["si"]), known["unit"])
     if path == METHOD:
         for name in given:
             check_name("method", str(name), case.method_names[1:], case.file)
+        if case.method_name != "base":
+            text = f"an axis of methods of a case whose method is chosen: {case.method_name}"
+            raise CaseError(text, path=path, remedy="Leave out one of the two.")
         return Axis(path, given, given, "")
-    known = {repr(value): _in_si(case, path, value) for value in given}
-    return Axis(path, given, tuple(known[repr(value)] for value in given), unit_of(case.checked, path, case.registry))
+    distinct = {repr(value): value for value in given}
+    in_si = {key: _in_si(case, path, value) for key, value in distinct.items()}
+    return Axis(path, given, tuple(in_si[repr(value)] for value in given), unit_of(case.checked, path, case.registry))
 
 
 def _in_si(case: Case, path: str, value: Any) -> Any:
@@ -161,8 +184,8 @@ def read_over(case: Case, text: str) -> tuple[str, list[Any]]:
         raise CaseError(f"--over {shown(text)} is not PATH=VALUES", remedy="Write PATH=A,B,C or PATH=FIRST:LAST:COUNT.")
     asked = RANGE.fullmatch(values)
     if asked is None:
-        return path, [parse_value(value.strip()) for value in _split(values)]
-    first, last = (_in_si(case, path, parse_value(asked[name].strip())) for name in ("first", "last"))
+        return path, [_parsed(value, path) for value in _split(values)]
+    first, last = (_in_si(case, path, _parsed(asked[name], path)) for name in ("first", "last"))
     count = int(asked["count"])
     for end in (first, last):
         if not isinstance(end, (int, float)) or isinstance(end, bool):
@@ -177,11 +200,27 @@ def read_over(case: Case, text: str) -> tuple[str, list[Any]]:
     return path, (np.geomspace if asked["log"] else np.linspace)(first, last, count).tolist()
 
 
-def refuse_twice(paths: Sequence[str]) -> None:
-    """Raise `CaseError` where a path is given twice."""
+def refuse_twice(case: Case, paths: Sequence[str]) -> None:
+    """Raise `CaseError` where a path is given twice, alone or within a block, or is set or chosen by an option."""
     for number, path in enumerate(paths):
-        if path in paths[:number]:
-            raise CaseError("an axis that is given twice", path=path, remedy="Give all of its values at once.")
+        other = next((each for each in paths[:number] if f"{path}.".startswith(f"{each}.")), None)
+        other = other or next((each for each in paths[:number] if f"{each}.".startswith(f"{path}.")), None)
+        if other is not None:
+            text = "an axis that is given twice" if other == path else f"an axis whose values {other} gives, too"
+            raise CaseError(text, path=path, remedy="Give all of its values at once.")
+        if given_by(case.document, path) == "--set":
+            raise CaseError("an axis that --set gives, too", path=path, remedy="Leave out one of the two.")
+
+
+def _parsed(text: str, path: str) -> Any:
+    """Return the value of a text of an axis, read as in a case file."""
+    if not text.strip():
+        raise CaseError("a value is missing", path=path, remedy="Write PATH=A,B,C with a value at each place.")
+    try:
+        return parse_value(text.strip())
+    except CaseError as error:
+        error.path = error.path or path
+        raise
 
 
 def _split(values: str) -> list[str]:

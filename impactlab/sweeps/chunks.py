@@ -1,7 +1,7 @@
 """The chunks of a sweep: consecutive points, computed together and kept as one file each.
 
-A file is written under a temporary name and renamed, so that it is there whole or not at all. One program at a time
-holds the folder, by a lock that dies with it. ``sweep.json`` states what the chunks are of; another content is refused.
+A file is written under a temporary name and renamed, so that it is there whole or not at all. ``sweep.json`` states
+the sweep that the chunks belong to; another one is refused.
 """
 
 from __future__ import annotations
@@ -11,19 +11,22 @@ import json
 import os
 import zipfile
 from collections.abc import Iterator, Mapping
+from fnmatch import fnmatch
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from impactlab.bench.store import locked
 from impactlab.casefile.words import shown
 from impactlab.errors import CaseError
+from impactlab.sweeps.shards import LOCK, SHARD_LOCKS, Shard, held
 from impactlab.types import Array
 
-LOCK, CONTENT, CHUNKS, TEMPORARY = "sweep.lock", "sweep.json", "chunks", ".part"
-OURS = {LOCK, CONTENT, CHUNKS, "sweep.nc", "table.csv", "figures"}
+CONTENT, CHUNKS, DRAFT = "sweep.json", "chunks", ".part"
+RESULTS = ("sweep.nc", "table.csv", "figures", "index.html", "case.yaml", "citations.bib")
+OURS = (LOCK, SHARD_LOCKS, CONTENT, CHUNKS, *RESULTS, f"*{DRAFT}")
+MAY_DIFFER = ("command", "date", "chunk")  # of two sweeps with the same results
 STATUSES = ("missing", "completed", "tolerance_not_met", "refused", "failed", "hung", "crashed")
 """Status of a point, by its number in the result; a point is missing until it is computed."""
 
@@ -45,7 +48,7 @@ class Folder:
 
     @property
     def content(self) -> dict[str, Any]:
-        """What the sweep is of, as it was written."""
+        """Case, axes, quantities and code of the sweep, as they were written."""
         try:
             found: dict[str, Any] = json.loads((self.path / CONTENT).read_text(encoding="utf-8"))
         except (OSError, ValueError) as error:
@@ -54,62 +57,87 @@ class Folder:
 
     def put(self, chunk: Chunk) -> None:
         """Keep a chunk; it is there whole or not at all."""
+        reasons, which = np.unique(np.array(chunk.reason, dtype=str), return_inverse=True)
         arrays: dict[str, Any] = {f"value{number}": values for number, values in enumerate(chunk.values)}
-        arrays |= {"status": chunk.status, "reason": np.array(chunk.reason, dtype=str)}
+        arrays |= {"status": chunk.status, "reasons": reasons, "reason": which.astype(np.int32)}
         path = self.path / CHUNKS / f"{chunk.first:08d}.npz"
-        draft = path.with_name(f"{path.name}{TEMPORARY}")
+        draft = path.with_name(f"{path.name}.{os.getpid()}{DRAFT}")
         with draft.open("wb") as stream:
             np.savez(stream, **arrays)
         draft.replace(path)
 
     def chunks(self) -> Iterator[Chunk]:
-        """Give the chunks that are kept; a file that is none is deleted."""
+        """Give the chunks that are kept, without files that are none."""
         for path in sorted((self.path / CHUNKS).glob("*.npz")):
-            try:
-                with np.load(path, allow_pickle=False) as found:
-                    values = tuple(found[f"value{number}"] for number in range(len(found.files) - 2))
-                    yield Chunk(int(path.stem), found["status"], tuple(found["reason"].tolist()), values)
-            except (OSError, ValueError, KeyError, zipfile.BadZipFile, EOFError):
-                path.unlink(missing_ok=True)
+            with (
+                contextlib.suppress(OSError, ValueError, KeyError, zipfile.BadZipFile, EOFError),
+                np.load(path, allow_pickle=False) as found,
+            ):
+                values = tuple(found[f"value{number}"] for number in range(len(found.files) - 3))
+                words = found["reasons"].tolist()
+                reason = tuple(words[number] for number in found["reason"].tolist())
+                yield Chunk(int(path.stem), found["status"], reason, values)
+
+
+def refuse_folder(path: Path, content: Mapping[str, Any], shard: Shard | None) -> None:
+    """Raise `CaseError` where a sweep cannot be kept in a folder; nothing is written.
+
+    It may hold other files or another sweep, or another program is at work in it.
+    """
+    if path.is_symlink() or (path.exists() and not path.is_dir()):
+        raise CaseError(f"the output {str(path)!r} is not a folder", path="--out", remedy="Give another --out.")
+    if not path.is_dir():
+        parent = next(each for each in path.absolute().parents if each.exists())
+        if not parent.is_dir() or not os.access(parent, os.W_OK):
+            text = f"the output folder {str(path)!r} cannot be made in {str(parent)!r}"
+            raise CaseError(text, path="--out", remedy="Give another --out.")
+        return
+    strangers = sorted(each.name for each in path.iterdir() if not any(fnmatch(each.name, name) for name in OURS))
+    if not (path / CONTENT).exists():
+        strangers += [f"{CHUNKS}/{each.name}" for each in (path / CHUNKS).glob("*.npz")]
+    if strangers:
+        text = f"the output folder {str(path)!r} holds files that no sweep wrote, such as {shown(strangers[0])}"
+        raise CaseError(text, path="--out", remedy="Give a new folder with --out.")
+    if (path / CONTENT).exists():
+        _refuse_other(path, content)
+        with held(path, shard, lambda: None):
+            pass
 
 
 @contextlib.contextmanager
-def opened(path: Path, content: Mapping[str, Any]) -> Iterator[Folder]:
-    """Give the folder of a sweep, made where there is none, and hold its lock.
+def opened(path: Path, content: Mapping[str, Any], shard: Shard | None = None) -> Iterator[Folder]:
+    """Give the folder of a sweep, made where there is none, and hold its lock, or that of the shard.
 
     Raises
     ------
     CaseError
-        If it holds other files, or a sweep of another content, or another program is at work in it.
+        If it holds a sweep of another content, or another program is at work on the same points.
     """
-    if path.is_symlink() or (path.exists() and not path.is_dir()):
-        raise CaseError(f"the output {str(path)!r} is not a folder", remedy="Give another --out.")
-    strangers = sorted(each.name for each in path.iterdir() if each.name not in OURS) if path.is_dir() else []
-    if strangers:
-        text = f"the output folder {str(path)!r} holds files that no sweep wrote, such as {shown(strangers[0])}"
-        raise CaseError(text, remedy="Give a new folder with --out.")
-    (path / CHUNKS).mkdir(parents=True, exist_ok=True)
-    with (path / LOCK).open("a") as lock:
-        if not locked(lock.fileno()):
-            raise CaseError(f"another sweep is at work in {str(path)!r}", remedy="Wait for it, or give another --out.")
-        folder = Folder(path)
+    folder = Folder(path)
+
+    def prepare() -> None:
         if (path / CONTENT).exists():
-            refuse_other(folder.content, content, path)
+            _refuse_other(path, content)
         else:
-            draft = path / f"{CONTENT}.{os.getpid()}"
+            draft = path / f"{CONTENT}{DRAFT}"
             draft.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
             draft.replace(path / CONTENT)
-        for draft in (path / CHUNKS).glob(f"*{TEMPORARY}"):
-            draft.unlink(missing_ok=True)
+        if shard is None:  # no other program writes
+            for draft in path.rglob(f"*{DRAFT}"):
+                draft.unlink(missing_ok=True)
+
+    (path / CHUNKS).mkdir(parents=True, exist_ok=True)
+    with held(path, shard, prepare):
         yield folder
 
 
-def refuse_other(before: Mapping[str, Any], now: Mapping[str, Any], path: Path) -> None:
+def _refuse_other(path: Path, now: Mapping[str, Any]) -> None:
     """Raise `CaseError` where a folder holds a sweep of another content, naming what differs."""
-    now = json.loads(json.dumps(now))
-    differing = [name for name in now if name not in ("command", "date") and before.get(name) != now[name]]
+    before, now = Folder(path).content, json.loads(json.dumps(now))
+    differing = [name for name in now if name not in MAY_DIFFER and before.get(name) != now[name]]
     if differing:
         raise CaseError(
             f"{str(path)!r} holds another sweep; different: {', '.join(differing)}",
+            path="--out",
             remedy="Give a new folder with --out, or remove this one.",
         )

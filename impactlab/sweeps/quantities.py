@@ -15,6 +15,7 @@ from impactlab.history.units import UNITS
 from impactlab.metrics.collisions import collisions, mean_velocity
 from impactlab.plugins import QUANTITIES, Registry, describe
 from impactlab.scene.problem import Scene
+from impactlab.sweeps.sampled import Sampled
 
 Values = Mapping[str, float] | float
 Function = Callable[[Scene, AbstractHistory], Values]
@@ -32,13 +33,6 @@ def quantity(unit: str, over: str = WHOLE) -> Callable[[F], F]:
         return function
 
     return stated
-
-
-class Sampled(NamedTuple):
-    """A channel at given times [s] as a quantity of a sweep, as in ``Sampled("force:hammer|rod.left", times)``."""
-
-    channel: str
-    times: Sequence[float]
 
 
 class Asked(NamedTuple):
@@ -64,15 +58,13 @@ def asked(scene: Scene, names: Sequence[str | Sampled], registry: Registry) -> t
     PluginError, CaseError
         If a quantity is not installed, is asked for twice, or has no unit.
     """
+    if not names:
+        raise CaseError("a sweep without a quantity", remedy="Name one; `impactlab plugins` lists them.")
     found = []
     for name in names:
         if isinstance(name, Sampled):
-            times = tuple(float(time) for time in name.times)
-            if not times or not all(0.0 <= time < math.inf for time in times):
-                raise CaseError(
-                    f"{name.channel} is asked for at no time of a run", remedy="Give times in s, from 0 on."
-                )
             unit = UNITS.get(name.channel.partition(":")[0], "")
+            times = tuple(float(time) for time in name.times)
             found.append(Asked(name.channel, unit, name.channel, "time", times))
             continue
         function = registry.load(QUANTITIES, name)

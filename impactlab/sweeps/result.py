@@ -11,20 +11,33 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from impactlab.errors import ImpactlabError
+from impactlab.errors import CaseError, ExtraError
 from impactlab.sweeps.chunks import STATUSES, Chunk, Folder
 
 if TYPE_CHECKING:
+    import pandas
     import xarray
+
+TIME = "time"  # over which a sampled channel has values
+TABLE_ROWS = 20_000  # that are written at a time
+
+
+MAX_RESULT = 2_000_000_000  # bytes of a result in memory; its table and file need about as much again
 
 
 def needed() -> None:
-    """Raise `ImpactlabError` where the packages of labelled data are missing."""
+    """Raise `ExtraError` where the packages of labelled data are missing."""
     absent = [name for name in ("xarray", "h5netcdf") if find_spec(name) is None]
     if absent:
-        raise ImpactlabError(
-            f"sweeps need {' and '.join(absent)}", remedy="Install them: pip install 'impactlab[data]'"
-        )
+        raise ExtraError(f"sweeps need {' and '.join(absent)}, not installed", remedy="pip install 'impactlab[data]'")
+
+
+def refuse_large(points: int, sizes: Iterable[int]) -> None:
+    """Raise `CaseError` where values of certain sizes at so many points would not fit into `MAX_RESULT`."""
+    numbers = sum(sizes)
+    if (size := points * (8 * numbers + 9)) > MAX_RESULT:
+        text = f"{points:,} points with {numbers:,} values each are {size / 1e9:.3g} GB"
+        raise CaseError(f"{text}; allowed: {MAX_RESULT / 1e9:g} GB", remedy="Give fewer points, quantities or times.")
 
 
 def open_sweep(path: str | Path) -> xarray.Dataset:
@@ -37,7 +50,10 @@ def open_sweep(path: str | Path) -> xarray.Dataset:
     """
     needed()
     folder = Folder(Path(path))
-    return dataset(folder.content, folder.chunks())
+    result = Result(folder.content)
+    for chunk in folder.chunks():
+        result.add(chunk)
+    return result.dataset()
 
 
 def counts(found: xarray.Dataset) -> dict[str, int]:
@@ -46,46 +62,90 @@ def counts(found: xarray.Dataset) -> dict[str, int]:
     return {name: count for name, count in zip(STATUSES, numbers, strict=True) if count}
 
 
-def dataset(content: Mapping[str, Any], chunks: Iterable[Chunk]) -> xarray.Dataset:
-    """Return chunks as a dataset: a dimension per axis, or ``point``; quantities with units; status and reason."""
-    import xarray
+class Result:
+    """The arrays of a sweep, filled chunk by chunk; points that were not added are missing."""
 
-    axes = content["axes"]
-    names = [axis["path"] for axis in axes]
-    shape = (len(axes[0]["values"]),) if content["listed"] else tuple(len(axis["values"]) for axis in axes)
-    dims = ("point",) if content["listed"] else tuple(names)
-    count = math.prod(shape)
-    wanted = content["quantities"]
-    tables = [np.full((count, max(1, len(each["labels"]))), np.nan) for each in wanted]
-    status, reason = np.zeros(count, np.int8), np.full(count, "", dtype=object)
-    for chunk in chunks:
+    def __init__(self, content: Mapping[str, Any]) -> None:
+        self.content = content
+        axes = content["axes"]
+        self.shape = (len(axes[0]["values"]),) if content["listed"] else tuple(len(axis["values"]) for axis in axes)
+        count = math.prod(self.shape)
+        self.tables = [np.full((count, max(1, len(each["labels"]))), np.nan) for each in content["quantities"]]
+        self.status, self.reason = np.zeros(count, np.int8), np.full(count, "", dtype=object)
+
+    def add(self, chunk: Chunk) -> None:
+        """Put a chunk in its place."""
         here = slice(chunk.first, chunk.first + len(chunk.status))
-        status[here], reason[here] = chunk.status, chunk.reason
-        for table, found in zip(tables, chunk.values, strict=True):
+        self.status[here], self.reason[here] = chunk.status, chunk.reason
+        for table, found in zip(self.tables, chunk.values, strict=True):
             table[here] = found
-    coordinates = {}
-    for axis, name in zip(axes, names, strict=True):
-        attributes = {"units": axis["unit"]} if axis["unit"] not in ("", "1") else {}
-        plain = [value if isinstance(value, (int, float, str)) else json.dumps(value) for value in axis["si"]]
-        coordinates[name] = (dims if content["listed"] else (name,), np.array(plain), {**attributes, "path": name})
-    variables: dict[str, Any] = {}
-    for each, table in zip(wanted, tables, strict=True):
-        own, whole = dims, shape
-        if each["labels"]:
-            label = each["over"] if each["over"] != "time" else f"time of {each['name']}"
-            own, whole = (*dims, label), (*shape, len(each["labels"]))
-            units = {"units": "s"} if each["over"] == "time" else {}
-            coordinates[label] = ((label,), np.array(each["labels"]), units)
-        described = {"units": each["unit"] or "1", "long_name": each["description"].rstrip(".")}
-        variables[each["name"]] = (own, table.reshape(whole), described)
-    flags = {"flag_values": np.arange(len(STATUSES), dtype=np.int8), "flag_meanings": " ".join(STATUSES)}
-    variables["status"] = (dims, status.reshape(shape), flags)
-    variables["reason"] = (dims, reason.reshape(shape).astype(str), {"long_name": "why a point has no values"})
-    attributes = {
-        "title": f"Sweep of {content['name']}",
-        "case": json.dumps(content["resolved"]),
-        "command": content["command"],
-        "source": f"impactlab {content['version']}",
-        "date": content["date"],
-    }
-    return xarray.Dataset(variables, coordinates, attributes)
+
+    def dataset(self) -> xarray.Dataset:
+        """Return the arrays, uncopied: a dimension per axis, or ``point``; quantities with units; status and reason."""
+        import xarray
+
+        content, shape = self.content, self.shape
+        dims = ("point",) if content["listed"] else tuple(axis["path"] for axis in content["axes"])
+        coordinates = {}
+        for axis in content["axes"]:
+            name = axis["path"]
+            attributes = {"units": axis["unit"]} if axis["unit"] not in ("", "1") else {}
+            plain = [value if isinstance(value, (int, float, str)) else json.dumps(value) for value in axis["si"]]
+            coordinates[name] = (dims if content["listed"] else (name,), np.array(plain), {**attributes, "path": name})
+        variables: dict[str, Any] = {}
+        for each, table in zip(content["quantities"], self.tables, strict=True):
+            own, whole = dims, shape
+            if each["labels"]:
+                label = each["over"] if each["over"] != TIME else f"time of {each['name']}"
+                own, whole = (*dims, label), (*shape, len(each["labels"]))
+                units = {"units": "s"} if each["over"] == TIME else {}
+                coordinates[label] = ((label,), np.array(each["labels"]), units)
+            described = {"units": each["unit"] or "1", "long_name": each["description"].rstrip(".")}
+            variables[each["name"]] = (own, table.reshape(whole), described)
+        flags = {"flag_values": np.arange(len(STATUSES), dtype=np.int8), "flag_meanings": " ".join(STATUSES)}
+        variables["status"] = (dims, self.status.reshape(shape), flags)
+        variables["reason"] = (dims, self.reason.reshape(shape), {"long_name": "why a point has no values"})
+        attributes = {
+            "title": f"Sweep of {content['name']}",
+            "case": json.dumps(content["resolved"]),
+            "command": content["command"],
+            "source": f"impactlab {content['version']}",
+            "date": content["date"],
+        }
+        return xarray.Dataset(variables, coordinates, attributes)
+
+
+def rows(found: xarray.Dataset, first: int = 0, last: int | None = None) -> pandas.DataFrame:
+    """Return points of a sweep as rows of a table, with a column for each value; points are numbered as in a file."""
+    import pandas
+
+    dims, last = found["status"].dims, found["status"].size if last is None else last
+    places = np.unravel_index(np.arange(first, last), found["status"].shape)
+    columns: dict[str, Any] = {}
+    for name in [each for each in found.coords if set(found[each].dims) <= set(dims) and each != "point"]:
+        columns[_headed(str(name), found[name])] = found[name].values[places[dims.index(found[name].dims[0])]]
+    for name, variable in found.data_vars.items():
+        if name in ("status", "reason"):
+            continue
+        table = variable.values.reshape(found["status"].size, -1)[first:last]
+        labels = [str(label) for dim in variable.dims if dim not in dims for label in found[dim].values.tolist()] or [
+            ""
+        ]
+        for number, label in enumerate(labels):
+            columns[_headed(f"{name} of {label}" if label else str(name), variable)] = table[:, number]
+    columns["status"] = np.array(STATUSES)[found["status"].values.ravel()[first:last]]
+    columns["reason"] = found["reason"].values.ravel()[first:last]
+    return pandas.DataFrame(columns)
+
+
+def _headed(name: str, variable: xarray.DataArray) -> str:
+    unit = variable.attrs.get("units", "1")
+    return name if unit == "1" else f"{name} [{unit}]"
+
+
+def write_table(found: xarray.Dataset, file: Path) -> None:
+    """Write the points of a sweep as CSV, some at a time."""
+    with file.open("w", newline="", encoding="utf-8") as stream:
+        for first in range(0, found["status"].size, TABLE_ROWS):
+            part = rows(found, first, min(first + TABLE_ROWS, found["status"].size))
+            part.to_csv(stream, index=False, header=first == 0)

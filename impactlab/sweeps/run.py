@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import math
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -14,18 +15,21 @@ import numpy as np
 
 import impactlab
 from impactlab import api
-from impactlab.bench.keys import code_hash, numeric_environment, plugin_modules, tree_hash
+from impactlab.bench.keys import code_hash, numeric_environment, plugin_modules, top, tree_hash
 from impactlab.bench.pool import outcomes
 from impactlab.casefile import Case
-from impactlab.errors import CaseError, ImpactlabError, StepError
+from impactlab.errors import CaseError, ImpactlabError, StepError, SweepError
+from impactlab.plugins import QUANTITIES
 from impactlab.report.figure_files import save as save_figure
 from impactlab.report.summary import status_of
 from impactlab.sweeps import axes
 from impactlab.sweeps.axes import Points
-from impactlab.sweeps.chunks import STATUSES, Chunk, Folder, opened
+from impactlab.sweeps.chunks import CONTENT, DRAFT, STATUSES, Chunk, Folder, opened, refuse_folder
 from impactlab.sweeps.plots import plot_sweep
-from impactlab.sweeps.quantities import DEFAULT, Asked, Sampled, asked, values
-from impactlab.sweeps.result import dataset, needed
+from impactlab.sweeps.quantities import DEFAULT, Asked, asked, values
+from impactlab.sweeps.result import Result, needed, refuse_large, write_table
+from impactlab.sweeps.sampled import Sampled, check_sampled
+from impactlab.sweeps.shards import Shard, read_shard
 
 if TYPE_CHECKING:
     import xarray
@@ -45,28 +49,46 @@ class Sweep(NamedTuple):
     points: Points
     wanted: tuple[Asked, ...]
 
-    def content(self, size: int, command: str = "") -> dict[str, Any]:
+    def content(self, command: str = "") -> dict[str, Any]:
         """Return it as plain values: two sweeps of the same content have the same results."""
-        axes = [
+        found = [
             {"path": axis.path, "values": axis.values, "si": axis.si, "unit": axis.unit} for axis in self.points.axes
         ]
-        case = {"document": self.case.document.data, "variant": self.case.variant_name, "method": self.case.method_name}
         return {
-            "schema_version": 1,
-            "name": self.case.label,
-            "case": case,
-            "resolved": self.case.resolved(),
-            "axes": axes,
+            **_origin(self.case),
+            "axes": found,
             "listed": self.points.listed,
             "quantities": [each._asdict() for each in self.wanted],
-            "chunk": size,
-            "code": code_hash(),
-            "plugins": {name: tree_hash(name) for name in sorted(plugin_modules(self.case))},
-            "environment": numeric_environment(),
+            "plugins": {name: tree_hash(name) for name in sorted(self._modules())},
             "version": impactlab.__version__,
             "date": datetime.now(UTC).isoformat(timespec="seconds"),
             "command": command,
         }
+
+    def _modules(self) -> set[str]:
+        """Return the top modules of plugins that the results come from."""
+        names = [each.name for each in self.wanted]
+        entries = [each for each in self.case.registry.entries if each.group == QUANTITIES.name and each.name in names]
+        cases = [self.case]
+        for axis in self.points.axes:
+            if not axis.is_numeric:
+                distinct = {repr(value): value for value in axis.values}.values()
+                cases += [axes.at_point(self.case, {axis.path: value}) for value in distinct]
+        return ({top(each) for each in entries} | {name for case in cases for name in plugin_modules(case)}) - {
+            "impactlab"
+        }
+
+
+def _origin(case: Case) -> dict[str, Any]:
+    """Return the part of the content of a sweep that its axes were checked against."""
+    return {
+        "schema_version": 2,
+        "name": case.label,
+        "case": {"document": case.document.data, "variant": case.variant_name, "method": case.method_name},
+        "resolved": case.resolved(),
+        "code": code_hash(),
+        "environment": numeric_environment(),
+    }
 
 
 def sweep(
@@ -77,6 +99,7 @@ def sweep(
     quantities: Sequence[str | Sampled] = DEFAULT,
     workers: int = 0,
     out: str | Path | None = None,
+    shard: str | tuple[int, int] | None = None,
     progress: Progress | None = None,
     command: str = "",
 ) -> xarray.Dataset:
@@ -97,6 +120,9 @@ def sweep(
     out : path, optional
         Folder that keeps finished points: a sweep that was interrupted goes on there. It also gets ``sweep.nc`` and
         ``table.csv``.
+    shard : str or (int, int), optional
+        ``"3/40"``: only the third of 40 equal parts, whose points are kept in ``out``; several programs may compute
+        other parts at the same time. A last call without it collects them.
     progress : callable, optional
         Called with the fraction done, from 0 to 1.
 
@@ -105,39 +131,107 @@ def sweep(
     CaseError, PairingError, PluginError
         Before the first run: a path, a value or a quantity is wrong, or the folder holds something else. A run that is
         refused or fails later is a point with ``status`` and ``reason``; its quantities are NaN.
+    SweepError
+        If points can no longer be kept or computed; those that were are in the folder.
     """
     needed()
     if (over is None) == (points is None):
         raise CaseError("a sweep takes axes or listed points", remedy="Give one of the two: over or points.")
-    grid = axes.grid(case, over) if over is not None else axes.listed(case, points or {})
-    made = Sweep(case, grid, asked(grid.case(case, 0).scene(), quantities, case.registry))
-    with contextlib.ExitStack() as stack:
-        size = None if out is None else _size_before(Path(out))
-        size = size or _size(made, workers)
-        content = made.content(size, command)
-        folder = None if out is None else stack.enter_context(opened(Path(out), content))
-        kept = {} if folder is None else {chunk.first: chunk for chunk in folder.chunks()}
-        for chunk in _computed(
-            made, [first for first in range(0, grid.count, size) if first not in kept], size, workers
-        ):
-            kept[chunk.first] = chunk
-            if folder is not None:
-                folder.put(chunk)
-            if progress is not None:
-                progress(min(1.0, len(kept) * size / grid.count))
-        found = dataset(content, kept.values())
-        if folder is not None:
+    part = None if shard is None else read_shard(shard)
+    path = None if out is None else Path(out)
+    if path is None and part is not None:
+        raise CaseError("a shard without a folder", path="--shard", remedy="Give the folder of all shards with --out.")
+    made = _made_of(case, over, points, quantities, path)
+    content = made.content(command)
+    if path is None:
+        result = Result({**content, "chunk": _size(made, workers)})
+        return _filled(made, result, None, None, workers, progress).dataset()
+    refuse_folder(path, content, part)
+    with kept_in(path), opened(path, {**content, "chunk": _size_of(path) or _size(made, workers)}, part) as folder:
+        result = Result(folder.content)
+        missing = int(np.count_nonzero(result.status == 0))
+        for chunk in folder.chunks():
+            result.add(chunk)
+        _filled(made, result, folder, part, workers, progress)
+        found = result.dataset()
+        if part is None and (missing or not (path / "sweep.nc").exists()):
             write(folder, found)
         return found
+
+
+def _made_of(
+    case: Case,
+    over: Mapping[str, Iterable[Any]] | None,
+    points: Mapping[str, Iterable[Any]] | None,
+    quantities: Sequence[str | Sampled],
+    path: Path | None,
+) -> Sweep:
+    """Return a sweep whose axes and quantities are checked; those that its folder holds were."""
+    known = None
+    if path is not None and (path / CONTENT).exists():
+        before, now = Folder(path).content, json.loads(json.dumps(_origin(case)))
+        if all(before.get(name) == value for name, value in now.items()):
+            known = {axis["path"]: axis for axis in before["axes"]}
+    grid = axes.grid(case, over, known) if over is not None else axes.listed(case, points or {}, known)
+    ends = []
+    for number in {0, grid.count - 1}:
+        with contextlib.suppress(ImpactlabError):
+            ends.append(grid.case(case, number).simulation())
+    run = (ends or [case.simulation()])[0]
+    for each in quantities:
+        if isinstance(each, Sampled):
+            check_sampled(each, *run, max(scene.duration for scene, _ in (ends or [run])))
+    wanted = asked(run.scene, quantities, case.registry)
+    refuse_large(grid.count, [each.size for each in wanted])
+    return Sweep(case, grid, wanted)
+
+
+def _filled(
+    made: Sweep, result: Result, folder: Folder | None, shard: Shard | None, workers: int, progress: Progress | None
+) -> Result:
+    """Return the result with the points that it misses, each chunk kept as soon as it is there."""
+    size = result.content["chunk"]
+    chunks = [k for k in range(math.ceil(made.points.count / size)) if shard is None or shard.has(k)]
+    firsts = [k * size for k in chunks if not result.status[k * size]]
+    done = len(chunks) - len(firsts)
+    try:
+        for chunk in _computed(made, firsts, size, workers):
+            _keep(chunk, result, folder)
+            done += 1
+            if progress is not None:
+                progress(done / len(chunks))
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(f"interrupted: {kept_words(result, folder)}") from None
+    return result
+
+
+def _keep(chunk: Chunk, result: Result, folder: Folder | None) -> None:
+    """Put a chunk into the result, once its folder has it."""
+    if folder is not None:
+        try:
+            folder.put(chunk)
+        except OSError as error:
+            raise SweepError(f"points cannot be kept: {error}", remedy=kept_words(result, folder)) from error
+    result.add(chunk)
+
+
+def kept_words(result: Result, folder: Folder | None) -> str:
+    """Return how many points a folder keeps, and how to go on, as the last words of a sweep that ended early."""
+    if folder is None:
+        return "no point is kept. Give a folder with --out to keep finished ones."
+    if not folder.path.is_dir():
+        return "The folder is gone. The same command begins again."
+    text = f"{np.count_nonzero(result.status)} of {result.status.size} points are kept in {str(folder.path)!r}."
+    return f"{text} The same command goes on with the others."
 
 
 def write(folder: Folder, found: xarray.Dataset) -> None:
     """Write ``sweep.nc``, ``table.csv`` and, over one or two axes, a figure of each quantity into the folder."""
     for name, save in (
         ("sweep.nc", lambda path: found.to_netcdf(path, engine="h5netcdf")),
-        ("table.csv", lambda path: found.to_dataframe().to_csv(path)),
+        ("table.csv", lambda path: write_table(found, path)),
     ):
-        draft = folder.path / f"{name}.part"
+        draft = folder.path / f"{name}{DRAFT}"
         save(draft)
         draft.replace(folder.path / name)
     if found["status"].dims == ("point",) or found["status"].ndim > 2:
@@ -150,9 +244,19 @@ def write(folder: Folder, found: xarray.Dataset) -> None:
             save_figure(plot_sweep(found, quantity), figures, quantity)
 
 
-def _size_before(path: Path) -> int | None:
+@contextlib.contextmanager
+def kept_in(path: Path) -> Iterator[None]:
+    """Turn a fault of the folder of a sweep, such as a full disk, into `SweepError`."""
+    try:
+        yield
+    except OSError as error:
+        remedy = f"Finished points stay in {str(path)!r}. The same command goes on, once it can be written to."
+        raise SweepError(f"the folder cannot be written: {error}", remedy=remedy) from error
+
+
+def _size_of(path: Path) -> int | None:
     """Return the points in a chunk of the sweep that a folder holds, or None."""
-    if not (path / "sweep.json").exists():
+    if not (path / CONTENT).exists():
         return None
     size = Folder(path).content.get("chunk")
     return size if isinstance(size, int) and size > 0 else None

@@ -1,0 +1,78 @@
+"""Channels at given times as quantities of a sweep, checked before the first run."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+from impactlab.casefile.words import closest, listed, shown
+from impactlab.errors import CaseError
+from impactlab.history.base import END_ROUNDING
+from impactlab.history.units import UNITS
+from impactlab.scene.method import Method
+from impactlab.scene.problem import Scene
+from impactlab.simulate.channels import probed
+
+
+class Sampled(NamedTuple):
+    """A channel at given times [s] as a quantity of a sweep, as in ``Sampled("force:hammer|rod.left", times)``."""
+
+    channel: str
+    times: Sequence[float]
+
+
+def check_sampled(wanted: Sampled, scene: Scene, method: Method, longest: float) -> None:
+    """Raise `CaseError` where a run would not have the channel, or would end before one of the times.
+
+    Parameters
+    ----------
+    wanted : Sampled
+        Channel and times.
+    scene, method : Scene, Method
+        Of one point of the sweep.
+    longest : float
+        Duration of the longest run [s].
+    """
+    if not len(wanted.times) or not all(0.0 <= time < math.inf for time in wanted.times):
+        raise CaseError(f"{wanted.channel} is asked for at no time of a run", remedy="Give times in s, from 0 on.")
+    if max(wanted.times) > longest * (1.0 + END_ROUNDING):
+        text = f"{wanted.channel} is asked for at {max(wanted.times):.6g} s; the run ends at {longest:.6g} s"
+        raise CaseError(text, remedy="Give times of the run, or run the case with a longer duration.")
+    quantity, _, label = wanted.channel.partition(":")
+    if quantity not in UNITS:
+        text = f"{shown(wanted.channel)} is not a channel.{closest(quantity, UNITS)}"
+        raise CaseError(text, remedy=f"A channel begins with one of: {listed(UNITS)}.")
+    known = list(dict.fromkeys(channels(scene)))
+    if wanted.channel not in known and not _anywhere(quantity, label, scene, method):
+        text = f"no run has the channel {shown(wanted.channel)}.{closest(wanted.channel, known)}"
+        raise CaseError(text, remedy=f"Channels: {', '.join(known)}. Another place needs a probe in the case.")
+
+
+def channels(scene: Scene) -> Iterator[str]:
+    """Give the channels that every run of a scene has."""
+    for contact in scene.contacts:
+        yield f"force:{contact.name}"
+        yield f"gap:{contact.name}"
+        for face in (contact.left, contact.right):
+            if scene.bodies[face.body].elastic is not None:
+                yield f"displacement:{face.body}@{face.x:.6g}"
+                yield f"velocity:{face.body}@{face.x:.6g}"
+    yield from (each.channel for each in probed(scene))
+    for name, body in scene.bodies.items():
+        if body.moves:
+            yield f"momentum:{name}"
+            yield f"energy:{name}"
+
+
+def _anywhere(quantity: str, label: str, scene: Scene, method: Method) -> bool:
+    """Return whether a channel is at a place of a continuous body, where no probe is needed."""
+    name, at, place = label.rpartition("@")
+    body = scene.elastic.get(name)
+    model = method.models.get(name)
+    if not at or body is None or model is None or not model.exact or quantity not in body.quantities:
+        return False
+    try:
+        return 0.0 <= float(place) <= body.length
+    except ValueError:
+        return False
