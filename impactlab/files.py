@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -141,8 +142,9 @@ def write_data(
     summary: Mapping[str, Any],
     reference: Reference | None,
     texts: Mapping[str, str],
-) -> None:
-    """Write the tables of a run into a folder, and history.nc where the libraries for it are installed."""
+) -> Callable[[], None] | None:
+    """Write the tables of a run into a folder; return the call that writes history.nc if its libraries are there."""
     write_tables(folder, history)
-    if all(find_spec(name) is not None for name in ("xarray", "h5netcdf", "h5py")):
-        write_netcdf(folder / NETCDF, history, summary, reference, texts)
+    if not all(find_spec(name) is not None for name in ("xarray", "h5netcdf", "h5py")):
+        return None
+    return partial(write_netcdf, folder / NETCDF, history, summary, reference, texts)

@@ -28,7 +28,9 @@ Out = Annotated[
 ]
 Figures = Annotated[
     str | None,
-    typer.Option("--figures", metavar="A,B,...", help="Formats of figures: svg, png, pdf.", show_default="svg,png"),
+    typer.Option(
+        "--figures", metavar="A,B,...", help="Write all figures in these formats: svg, png, pdf.", show_default=False
+    ),
 ]
 Width = Annotated[
     str | None,

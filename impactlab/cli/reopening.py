@@ -7,24 +7,29 @@ from typing import Annotated
 
 import typer
 
-from impactlab.cli.options import CaseFile, Method, Sets, Variant, load
+from impactlab.cli.options import CaseFile, Figures, Method, Sets, Variant, Width, load
 from impactlab.cli.reporting import reporting
-from impactlab.cli.rooms import animation, api, console, files, output, provenance, run_report, sampling
+from impactlab.cli.rooms import animation, api, console, figure_files, files, output, provenance, run_report, sampling
 
 
 def report(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="history.nc, or what history.to_netcdf() wrote.")],
     out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Write the page and its figures into this folder.")],
+    figures: Figures = None,
+    width: Width = None,
 ) -> None:
-    """Write the page of a run again, from its file: nothing is computed anew."""
+    """Write the page of a run again, from its file, without another run."""
     with reporting(file, as_json=False):
+        drawn_as = figure_files.figure_files(figures, width)
         output.check_target(out)
         kept = files.read_netcdf(file)
         origin = provenance.Provenance(**kept.texts) if kept.texts else provenance.of_case(kept.case)
         console.say(f"drawing figures for {out} ...")
         with output.output_folder(out) as draft:
-            files.write_data(draft, kept.history, kept.summary, kept.reference, origin._asdict())
-            run_report.write_run(draft, kept.summary, kept.history, kept.history.scene, kept.reference, origin)
+            data = files.write_data(draft, kept.history, kept.summary, kept.reference, origin._asdict())
+            run_report.write_run(
+                draft, kept.summary, kept.history, kept.history.scene, kept.reference, origin, drawn_as, data
+            )
         console.say(f"written: {out}")
 
 

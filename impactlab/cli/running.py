@@ -73,8 +73,8 @@ def run(
             with output.output_folder(out) as draft:
                 again = command_line("run", case, sets, method, variant, metric, *["--reference"] * reference)
                 origin = provenance.of_case(loaded, again)
-                files.write_data(draft, history, summary, judge, origin._asdict())
-                run_report.write_run(draft, summary, history, loaded.scene(), judge, origin, drawn_as)
+                data = files.write_data(draft, history, summary, judge, origin._asdict())
+                run_report.write_run(draft, summary, history, loaded.scene(), judge, origin, drawn_as, data)
             console.say(f"written: {out}")
         console.print_json(summary) if as_json else print(console.summary_text(summary))
         if summary["status"] != "completed":

@@ -28,7 +28,7 @@ def write_comparison(
     provenance: Provenance = Provenance(),  # noqa: B008 - a record of texts
     files: FigureFiles = FigureFiles(),  # noqa: B008 - a record
 ) -> None:
-    """Write comparison.json, table.md, table.csv, figures/*.svg and *.png, and index.html into an empty folder.
+    """Write comparison.json, table.md, table.csv, the figures and index.html into an empty folder.
 
     Parameters
     ----------

@@ -24,12 +24,13 @@ PAGE_DOTS, PAPER_DOTS = 160, 400  # per inch, of PNG
 class FigureFiles(NamedTuple):
     """How figures are written into a folder."""
 
-    formats: tuple[str, ...] = ("svg", "png")  # of `FORMATS`
+    formats: tuple[str, ...] = ("svg",)  # of `FORMATS`
     width: str = ""  # "one" or "two" columns of a journal; empty: as on the page
+    every: bool = False  # True: also those that a page shows live alone
 
 
 def figure_files(formats: str | None, width: str | None) -> FigureFiles:
-    """Return how figures are written from the words of a command: ``svg,pdf`` and ``one``.
+    """Return how figures are written from the words of a command: ``svg,pdf`` and ``one``; all of them if one is given.
 
     Raises
     ------
@@ -43,7 +44,7 @@ def figure_files(formats: str | None, width: str | None) -> FigureFiles:
             raise CaseError(
                 f"{option} does not know {wrong[0][:40]!r}", remedy=f"Allowed: {', '.join(known)}.", path=option
             )
-    return FigureFiles(names, width or "")
+    return FigureFiles(names, width or "", every=True) if formats or width else FigureFiles()
 
 
 @drawn
@@ -56,7 +57,7 @@ def to_svg(figure: Figure) -> str:
 
 @drawn
 def save(figure: Figure, folder: Path, name: str, formats: Sequence[str] = ("svg", "png")) -> str:
-    """Write ``name.svg`` and ``name.png``, or other formats, into the folder and return the SVG text."""
+    """Write ``name.svg``, ``name.png`` or ``name.pdf``, by the formats, into the folder and return the SVG text."""
     svg = to_svg(figure)
     if "svg" in formats:
         (folder / f"{name}.svg").write_text(svg, encoding="utf-8")

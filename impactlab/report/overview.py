@@ -149,18 +149,21 @@ def _dots(axis: Axes, values: Sequence[float | None], colours: Sequence[str], lo
     axis.tick_params(axis="y", length=0)
     axis.spines["left"].set_visible(False)
     best = min((v for v in values if v is not None and v >= low), default=None)  # an exact answer does not compete
-    for row, (value, colour) in enumerate(zip(values, colours, strict=True)):
-        axis.axhline(row, color=GRID, linewidth=0.6, zorder=0.5)
+    known = [(row, max(value, low), value) for row, value in enumerate(values) if value is not None]
+    shades = [colours[row] for row, _, _ in known]
+    rows, ends = [row for row, _, _ in known], [at for _, at, _ in known]
+    axis.hlines(range(len(values)), low / 1.6, high, color=GRID, linewidth=0.6, zorder=0.5)
+    axis.hlines(rows, low / 1.6, ends, colors=shades, linewidth=1.1, alpha=0.5)
+    inside = [colour if value >= low else "none" for colour, (_, _, value) in zip(shades, known, strict=True)]
+    axis.scatter(ends, rows, s=25, facecolors=inside, edgecolors=shades, linewidths=1.0, zorder=2)
+    for row, value in enumerate(values):
         if value is None:
             axis.text(low, row, "–", va="center", fontsize=8, color=MUTED)
             continue
-        at = max(value, low)
-        axis.plot([low / 1.6, at], [row, row], color=colour, linewidth=1.1, alpha=0.5)
-        axis.plot([at], [row], "o", color=colour, markersize=5, fillstyle="full" if value >= low else "none")
         text = f"{float(f'{value:.2g}'):g}" if value >= low else "0" if value < EXACT else f"< {low:g}"
         axis.annotate(
             text,
-            (at, row),
+            (max(value, low), row),
             xytext=(6, 0),
             textcoords="offset points",
             va="center",

@@ -31,6 +31,7 @@ class Plate(NamedTuple):
     caption: str  # how to read it
     draw: Callable[[], Figure]  # in the width in use
     has_live_twin: bool = False  # True: hidden on the screen where the script draws the same
+    is_printed: bool = True  # False: drawn where all figures are asked for; the page shows it live alone
 
 
 class Page(NamedTuple):
@@ -45,6 +46,7 @@ class Page(NamedTuple):
     traces: Sequence[Trace]
     figures: Sequence[Plate]
     files: Sequence[tuple[str, str]]  # name, content
+    others: Sequence[Callable[[], None]] = ()  # write files of the folder while the figures are drawn
 
 
 def file_of(case: str, *, variant: bool = True) -> str:
@@ -58,15 +60,21 @@ def write_page(out_dir: Path, page: Page, scene: Scene, provenance: Provenance, 
     folder = out_dir / "figures"
     folder.mkdir()
     judged = any(trace.reference is not None for trace in page.traces)
+    shown = [plate for plate in page.figures if plate.is_printed or files.every]
     if files.width:
         with figure_width(COLUMNS[files.width]):
-            side_by_side([partial(_inline, plate, folder, files.formats) for plate in page.figures])
+            side_by_side([partial(_inline, plate, folder, files.formats) for plate in shown])
     formats = () if files.width else files.formats
+    from matplotlib.backends import backend_svg  # noqa: F401 - loaded once, not in each process that draws
+
     live = partial(page_data, page.traces, scene, compared=page.command == "compare") if page.traces else str
-    data, *drawings = side_by_side([live, *(partial(_inline, plate, folder, formats) for plate in page.figures)])
+    calls: list[Callable[[], str | None]] = [*page.others, live]
+    calls += [partial(_inline, plate, folder, formats) for plate in shown]
+    data, *drawings = (text or "" for text in side_by_side(calls)[len(page.others) :])
     figures, rules = with_classes(drawings)
-    plates = [{"plate": plate, "svg": svg} for plate, svg in zip(page.figures, figures, strict=True)]
-    listed, commands = [*page.files, ("figures/", ", ".join(files.formats).upper())], _commands(page, provenance)
+    plates = [{"plate": plate, "svg": svg} for plate, svg in zip(shown, figures, strict=True)]
+    formats_said = ", ".join(files.formats).upper() + ("" if files.every else "; all, as PNG or PDF: --figures png,pdf")
+    listed, commands = [*page.files, ("figures/", formats_said)], _commands(page, provenance)
     for name, content, text in (
         ("case.yaml", "the case as it was run", provenance.case_yaml),
         ("citations.bib", "what to cite", provenance.citations),

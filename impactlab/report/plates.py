@@ -63,7 +63,7 @@ def of_comparison(comparison: Mapping[str, Any], shown: Sequence[Trace], scene: 
         "Energy of bodies and contacts plus booked losses less work, beside its first value: zero for a perfect "
         "run, above zero is gained from nothing, below is lost without a booking."
     )
-    figures.append(Plate("energy", "Energy balance", words, partial(balance.energy_balance, shown, scene), True))
+    figures.append(Plate("energy", "Energy balance", words, partial(balance.energy_balance, shown, scene), True, False))
     return figures + fields_at_snapshots(shown, scene, f"at the snapshots, one row per method.{dark}")
 
 
@@ -100,7 +100,7 @@ def histories_of(
         draw = partial(plots.force, shown, scene, contact.name, notes)
         plates += [
             Plate(f"force{tail}", f"Contact force{of}", force, draw, len(shown) == 1),
-            Plate(f"gap{tail}", f"Gap{of}", words, partial(plots.gap, shown, scene, contact.name), True),
+            Plate(f"gap{tail}", f"Gap{of}", words, partial(plots.gap, shown, scene, contact.name), True, False),
         ]
     if not scene.contacts:
         return plates
@@ -109,7 +109,7 @@ def histories_of(
     if panels:
         words = f"Displacement since the start of the masses and faces in contact.{dark}"
         draw = partial(plots.signals, panels, histories, scene, compared=compared)
-        plates.append(Plate("displacement", "Displacement", words, draw, True))
+        plates.append(Plate("displacement", "Displacement", words, draw, True, False))
     if plots.differences(shown):
         words = (
             "The largest difference of a displacement from the reference so far, in % of its largest value: a curve "

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-COLUMNS = 600  # of time over the width of a figure; in each a curve keeps its extremes
+COLUMNS = 400  # of time over the width of a figure; in each a curve keeps its extremes
 DOWN = 0.8  # inches between rows of panels that each have a title and an axis of time
 CROWDED = 33  # letters of a name and its note that fit above a panel of three
 HEADROOM = 1.3  # of the axis of forces over the exact peak; higher values are cut, and their height is written

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -31,8 +31,9 @@ def write_run(
     reference: Reference | None,
     provenance: Provenance = Provenance(),  # noqa: B008 - a record of texts
     files: FigureFiles = FigureFiles(),  # noqa: B008 - a record
+    data: Callable[[], None] | None = None,
 ) -> None:
-    """Write summary.json, history.npz, figures/*.svg and *.png, and index.html into an empty folder.
+    """Write summary.json, history.npz, the figures and index.html into an empty folder.
 
     With a provenance that holds them also case.yaml and citations.bib.
 
@@ -48,6 +49,8 @@ def write_run(
         Title, source, command and case of the run.
     files : FigureFiles
         Formats and width of the figures as files.
+    data : callable, optional
+        Writes ``history.nc`` into the folder, at the same time as the figures are drawn.
     """
     out_dir = Path(out_dir)
     (out_dir / "summary.json").write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
@@ -63,19 +66,28 @@ def write_run(
         table=comparison(str(summary["case"]), reference[0] if reference else None, [(name, summary)]),
         traces=[trace],
         figures=plates.of_run(trace, scene),
-        files=[("summary.json", "the numbers"), ("history.npz", "every channel, for numpy.load"), *_data(out_dir)],
+        files=[
+            ("summary.json", "the numbers"),
+            ("history.npz", "every channel, for numpy.load"),
+            *_data(out_dir, data),
+        ],
+        others=[data] if data is not None else [],
     )
     write_page(out_dir, page, scene, provenance, files)
 
 
-def _data(folder: Path) -> list[tuple[str, str]]:
-    """Return the files of data that were written into the folder before, each with what it is."""
+def _data(folder: Path, data: Callable[[], None] | None) -> list[tuple[str, str]]:
+    """Return the files of data in the folder, ``history.nc`` among them if it is to come, each with its content."""
     known = [
         ("history.nc", "channels, fields and case, for xarray and `impactlab report`"),
         ("contacts.csv", "the periods of contact"),
         ("probes.csv", "probes and contact forces over time"),
     ]
-    return [(name, words) for name, words in known if (folder / name).exists()]
+    return [
+        (name, words)
+        for name, words in known
+        if (folder / name).exists() or (name == "history.nc" and data is not None)
+    ]
 
 
 def _label(summary: Mapping[str, Any]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import multiprocessing
 import os
 import sys
@@ -23,10 +24,12 @@ def side_by_side(calls: Sequence[Callable[[], R]]) -> list[R]:
     if min(cores, len(calls)) < 2 or threading.active_count() > 1 or multiprocessing.current_process().daemon:
         return [call() for call in calls]
     _calls[:] = calls
+    gc.freeze()  # a collection in a copy would visit, and so copy, all that the parent holds
     try:
         with multiprocessing.get_context("fork").Pool(min(cores, len(calls))) as pool:
             return pool.map(_called, range(len(calls)), chunksize=1)
     finally:
+        gc.unfreeze()
         _calls.clear()
 
 

@@ -197,7 +197,7 @@ def test_the_pages_of_a_bench_sort_and_stay_in_their_width(browser, tmp_path):
 def test_without_a_script_the_figures_are_there(pages, browser):
     show(browser, pages["compared"], script=False)
     figures = browser.find_elements(By.TAG_NAME, "figure")
-    assert len(figures) >= 9
+    assert len(figures) >= 7
     assert all(figure.is_displayed() for figure in figures)
     assert not browser.find_element(By.ID, "play").is_displayed()
     show(browser, pages["compared"])  # scripts on again

@@ -132,7 +132,8 @@ class Links(HTMLParser):
 
 def test_a_comparison_writes_all_its_files(tmp_path: Path) -> None:
     document, histories = three()
-    write_comparison(tmp_path, document, histories, scene().scene, EXACT, provenance=ORIGIN)
+    asked = figure_files("svg,png", None)
+    write_comparison(tmp_path, document, histories, scene().scene, EXACT, provenance=ORIGIN, files=asked)
     assert json.loads((tmp_path / "comparison.json").read_text()) == document
     assert {path.name for path in tmp_path.iterdir()} == {
         "comparison.json",
@@ -158,6 +159,13 @@ def test_a_comparison_writes_all_its_files(tmp_path: Path) -> None:
         assert "<svg" in (tmp_path / "figures" / f"{name}.svg").read_text()
 
 
+def test_figures_that_the_page_shows_live_are_drawn_where_they_are_asked_for(tmp_path: Path) -> None:
+    document, histories = three()
+    write_comparison(tmp_path, document, histories, scene().scene, EXACT, provenance=ORIGIN)
+    written = {path.name for path in (tmp_path / "figures").iterdir()}
+    assert written == {f"{n}.svg" for n in ("waves", "errors", "contacts", "force", "difference", "stress_rod")}
+
+
 def test_a_page_stands_alone_and_says_what_it_must(tmp_path: Path) -> None:
     document, histories = three()
     write_comparison(tmp_path, document, histories, scene().scene, EXACT, provenance=ORIGIN)
@@ -168,7 +176,7 @@ def test_a_page_stands_alone_and_says_what_it_must(tmp_path: Path) -> None:
     assert "more than &lt;100&gt; kicks" in text
     assert "impactlab compare toy.yaml --methods good,poor,kicks,lost --out DIR" in text
     assert "failed: lost | at sea" in text
-    assert page.tags.count("figure") == 9
+    assert page.tags.count("figure") == 6
     assert not {"iframe", "object"} & set(page.tags)
     outside = [a for a in page.addresses if not a.startswith(("#", "data:")) and not (tmp_path / a).exists()]
     assert outside == []

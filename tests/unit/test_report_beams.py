@@ -54,7 +54,7 @@ def test_the_page_tells_collisions_and_moments(tmp_path: Path) -> None:
     page = (tmp_path / "index.html").read_text(encoding="utf-8")
     assert "Collision of sphere|beam: 3 sub-impacts" in page
     assert "Bending moment in beam" in page
-    assert (tmp_path / "figures" / "bending_moment_beam.png").stat().st_size > 5000
+    assert (tmp_path / "figures" / "bending_moment_beam.svg").stat().st_size > 5000
     arrays = np.load(tmp_path / "history.npz")
     moments = arrays["field/bending_moment:beam@0.0002"]
     # Pinned ends carry no moment; the middle under the blow carries the most.

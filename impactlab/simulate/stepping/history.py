@@ -37,6 +37,7 @@ class RecordedHistory(AbstractRecordedHistory):
         self.assembly = assembly
         self._ends: dict[str, tuple[Array, Array]] = {}  # of delay lines: times, displacements of both ends
         self._delayed: dict[str, DelayWaves] = {}  # those that were evaluated
+        self._times = np.zeros(0)  # of the snapshots
         self._integrator = integrator
         self._raw: list[tuple[float, int, int, float, float, float]] = []
         self._joined = groups(assembly.scene)
@@ -62,8 +63,10 @@ class RecordedHistory(AbstractRecordedHistory):
         self._read_energy()
 
     def snapshots(self) -> Array:
-        taken = self.assembly.snapshots[: self.assembly.clock.n_snapshots]
-        return np.array([snapshot.time for snapshot in taken])
+        taken = self.assembly.clock.n_snapshots
+        if self._times.size != taken:
+            self._times = np.array([snapshot.time for snapshot in self.assembly.snapshots[:taken]])
+        return self._times
 
     def motion(self, number: int, body: str, velocities: bool) -> Array:
         snapshot, states = self.assembly.snapshots[number], self.assembly.memory.snapshot_state[number]
