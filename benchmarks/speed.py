@@ -25,53 +25,54 @@ from impactlab.simulate.stepping.assembly import SAMPLES
 
 PAGE = """# Speed
 
-What a step costs, and how to measure it again. Written by `python benchmarks/speed.py --out docs/speed.md`: least times
+The cost of a step. Written by `python benchmarks/speed.py --out docs/speed.md`: least times
 of {repeats} interleaved runs on one core of {machine};
 Python {python}, numba {numba}, llvmlite {llvmlite}, numpy {numpy}.
-Times differ from machine to machine, ratios hardly. This one did other work meanwhile: the last digits are noise.
+Times differ between machines, ratios little. Other programs ran beside: the last digits are noise.
 
 ## The loop against hand-written ones
 
-The paper's case, lumped mesh, `addition_deletion`. The hand-written loops are compiled, know their scheme and law, and
-record the same (`benchmarks/step_loop.py`). The aim is at most twice their time with 400 elements and 1.5 times with
+The paper's case, lumped mesh, `addition_deletion`. The hand-written loops are compiled, hold one scheme and one law, and record
+the same (`benchmarks/step_loop.py`). The aim: at most twice their time with 400 elements and 1.5 times with
 1600.
 
 {loop}
 
 ## Scaling
 
-Set-up is all that comes before the first step. What bends a column: a step costs about 0.1 us on any mesh, and from
-some ten thousand elements on arrays no longer lie in the nearest memory (`benchmarks/scaling.py`).
+Set-up is the time before the first step. The columns are not proportional to the elements: a step costs about 0.1
+us on any mesh, and above some ten thousand elements the arrays do not fit into the fastest cache
+(`benchmarks/scaling.py`).
 
 {scaling}
 
 ## Memory
 
-{small} elements, `central_difference`, probes only, whole runs: the most that Python and numpy held at once. Runs of up
+{small} elements, `central_difference`, probes only, whole runs: the peak memory of Python and numpy. Runs of up
 to {records} steps keep every step. Longer ones keep every second, third ... step, at most {records} of them
-(`solve.records` asks for more or fewer): forces as their means in between, energies at {samples} instants. Events are
+(`solve.records` sets another number): forces as their means in between, energies at {samples} instants. Events are
 dated in every step, and all of them are kept.
 
 {memory}
 
 ## Fixed cost
 
-Short runs of the case, everything loaded. "With contacts, energies, checks" is the whole of `simulate.run`, and what a
-summary reads of the history.
+Short runs of the case, with all modules loaded. "With contacts, energies, checks" is the whole of `simulate.run`
+and the channels that a summary evaluates.
 
 {fixed}
 
-A cold start is a new process each time, imports included, on the clock.
+A cold start is a new process each time, imports included, by wall time.
 
 {starts}
 
 ## Laws
 
 The same case with {elements} elements and half the stable step (`benchmarks/laws.py`). The ratio is to the same
-hand-written loop, so it tells something of the rows of `central_difference`; `newmark` solves a tridiagonal system in
-every step, and `exact_modal` has {modes} modes. "plain Python" is the same law with `compiled = False`: what it costs
-more when it is called back, its own arithmetic included. An empty one costs {call:.1f} us; a law that iterates costs
-what its turns cost.
+hand-written loop, so it compares like with like only for `central_difference`; `newmark` solves a tridiagonal
+system in every step, and `exact_modal` has {modes} modes. "plain Python" is the extra cost of the same law with
+`compiled = False`, its arithmetic included. An empty law costs {call:.1f} us; one that iterates costs as much as
+its iterations.
 
 {laws}
 

@@ -24,13 +24,13 @@ TABLE = DOCS / "bench" / "hard.csv.gz"
 HEAD = f"""# Hard cases: what every method does where methods break
 
 Written by `python -m studies hard` from the table of `impactlab bench --suite hard`; the cases are in
-[cases/hard](../cases/hard), each with the reason why it exists and what is exact, the methods in
+[cases/hard](../cases/hard), each with its purpose and its exact answer; the methods are in
 `impactlab/bench/hard.yaml` and, named `own`, in the cases themselves.
 
-A run has three ways to end in good order: completed; refused before its first step, with reason and remedy; failed
-with an error that carries the time it reached and the run up to there. Anything else is a violation: a hang, a crash, a
-number that is not finite, momentum that does not balance, energy gained without a warning, or a result wrong by more
-than {100 * WRONG:.0f} % of displacement or impulse while no warning says what is wrong.
+A run may end in three ways: completed; refused before its first step, with reason and remedy; failed, with an error
+that holds the time reached and the history so far. Anything else is a violation: a hang, a crash, a number that is
+not finite, momentum that does not balance, energy gained without a warning, or an error above {100 * WRONG:.0f} %
+of displacement or impulse without a warning.
 """
 TIME_LIMIT = 300  # s of a row, from which it has hung: the longest takes half a minute where nothing else runs
 

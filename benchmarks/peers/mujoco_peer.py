@@ -10,7 +10,7 @@ How it is set, and why:
   ``k dt dt`` takes the penetration back; both are scanned in these units.
 - Integrators: `Euler`, which is semi-implicit, the central difference of an undamped chain; `implicitfast`, which is
   the same here, and `RK4`.
-- A dense Jacobian: version 4.0.0 has a wrong sparse factor (mended in 4.0.1), and with one constraint a dense one is
+- A dense Jacobian: version 4.0.0 has a wrong sparse factor (fixed in 4.0.1), and with one constraint a dense one is
   the quicker. One constraint needs no factor at all: the solver `PGS` beats `Newton`, both are scanned.
 - Collision, gravity, damping, actuation, sensors and warm start are off; `mj_step` takes all steps in one call of C.
 """

@@ -40,7 +40,7 @@ def bounces(history: AbstractHistory) -> Array:
 
 
 def mechanical(history: AbstractHistory) -> Array:
-    """Return kinetic, strain and potential energy over what is in play, at the instants of the energy book, (n,)."""
+    """Return kinetic, strain and potential energy over the reference energy, when energies are kept, (n,)."""
     book = history.energy
     return np.asarray(1.0 + (book.total - book.total[0] - book.work) / IN_PLAY)
 
