@@ -32,9 +32,9 @@ Times differ between machines, ratios little. Other programs ran beside: the las
 
 ## The loop against hand-written ones
 
-The paper's case, lumped mesh, `addition_deletion`. The hand-written loops are compiled, hold one scheme and one law, and record
-the same (`benchmarks/step_loop.py`). The aim: at most twice their time with 400 elements and 1.5 times with
-1600.
+The paper's case, lumped mesh, `addition_deletion`. The hand-written loops are compiled, hold one scheme and one law,
+and record the same (`benchmarks/step_loop.py`). The aim: at most twice their time with 400 elements and 1.5 times
+with 1600.
 
 {loop}
 
