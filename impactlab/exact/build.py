@@ -16,6 +16,7 @@ from impactlab.scene.method import Method
 from impactlab.scene.problem import Point, Scene
 
 MERGE_TOL = 1.0e-12  # of the shortest round trip: closer breaks are merged
+SAME_CUT = 1.0e-12  # of the length of a rod: nearer places are one node
 
 
 class Node(NamedTuple):
@@ -50,7 +51,7 @@ def cuts(rod: WaveBody, scene: Scene) -> list[float]:
                 places.append(point.x)
     merged: list[float] = []
     for x in sorted(places):
-        if not merged or x - merged[-1] > 1e-12 * rod.length:
+        if not merged or x - merged[-1] > SAME_CUT * rod.length:
             merged.append(x)
     return merged
 

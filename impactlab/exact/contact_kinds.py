@@ -135,22 +135,23 @@ def with_faces(scene: Scene, bonds: list[Bond]) -> list[Bond]:
             path=f"contacts.{waiting[-1]}",
             remedy="Use penalty for one of them, or give each face one contact.",
         )
-    for turn, (number, side) in enumerate(found.items(), start=1):
+    for turn, (number, faces) in enumerate(found.items(), start=1):
+        _, side = min(faces)  # the most compliant face determines a force best
         bonds[number] = bonds[number]._replace(face=side, turn=turn)
     return bonds
 
 
 def balanced(
     scene: Scene, hard: Iterable[int], bare: Callable[[Scene, Point], bool]
-) -> tuple[dict[int, int], list[int]]:
-    """Return the side of each hard contact whose bare face gives its force, in order, and the contacts without one.
+) -> tuple[dict[int, list[tuple[float, int]]], list[int]]:
+    """Return the sides of each hard contact whose bare face gives its force, in order, and the contacts without one.
 
     Several contacts may share a bare face (a striker on two rods side by side). Their forces follow one after the
     other, each from a face on which no other force is still unknown. Where none is left, two bodies with mass (or
     walls) meet through bare faces: they would strike each other as two masses do. ``bare`` is whether a face has no
-    mass.
+    mass. Each side comes after its impedance [N s/m].
     """
-    waiting, found = list(hard), dict[int, int]()
+    waiting, found = list(hard), dict[int, list[tuple[float, int]]]()
     sides = {number: (scene.contacts[number].left, scene.contacts[number].right) for number in waiting}
     while waiting:
         busy = [(point.body, point.x) for number in waiting for point in sides[number]]
@@ -161,7 +162,7 @@ def balanced(
                 if bare(scene, point) and busy.count((point.body, point.x)) == 1
             ]
             if free:
-                found[number] = min(free)[1]  # the most compliant face determines a force best
+                found[number] = free
                 waiting.remove(number)
                 break
         else:

@@ -52,6 +52,7 @@ HELPER: Decorator = kept(fastmath=FAST)
 UNPACK: Decorator = copied  # into kernels; from Python a plain function
 # Of the solution from event to event; parts that allocate need the runtime.
 EXACT_ENTRY: Decorator = kept(**EXACTLY)
+RELEASING_ENTRY: Decorator = kept(nogil=True, **EXACTLY)  # without the interpreter's lock
 EXACT_PART: Decorator = njit(**EXACTLY, **CALLED)
 EXACT_INLINE: Decorator = njit(inline="always", **EXACTLY, **CALLED)
 ALLOCATING_PART: Decorator = njit(error_model="numpy", **CALLED)

@@ -29,6 +29,8 @@ OURS = (LOCK, SHARD_LOCKS, CONTENT, CHUNKS, *RESULTS, f"*{DRAFT}")
 MAY_DIFFER = ("command", "date", "chunk")  # of two sweeps with the same results
 STATUSES = ("missing", "completed", "tolerance_not_met", "refused", "failed", "hung", "crashed")
 """Status of a point, by its number in the result; a point is missing until it is computed."""
+ENGINES = ("none", "run", "batch")
+"""How a point was computed, by its number in the result: by a run of its own, or in a batch of exact runs."""
 
 
 class Chunk(NamedTuple):
@@ -38,6 +40,7 @@ class Chunk(NamedTuple):
     status: NDArray[np.int8]  # (points,), place in `STATUSES`
     reason: tuple[str, ...]  # (points,), empty where the run ended well
     values: tuple[Array, ...]  # of each quantity (points, values at a point); NaN where missing
+    engine: NDArray[np.int8]  # (points,), place in `ENGINES`
 
 
 class Folder:
@@ -59,7 +62,7 @@ class Folder:
         """Keep a chunk; it is there whole or not at all."""
         reasons, which = np.unique(np.array(chunk.reason, dtype=str), return_inverse=True)
         arrays: dict[str, Any] = {f"value{number}": values for number, values in enumerate(chunk.values)}
-        arrays |= {"status": chunk.status, "reasons": reasons, "reason": which.astype(np.int32)}
+        arrays |= {"status": chunk.status, "reasons": reasons, "reason": which.astype(np.int32), "engine": chunk.engine}
         path = self.path / CHUNKS / f"{chunk.first:08d}.npz"
         draft = path.with_name(f"{path.name}.{os.getpid()}{DRAFT}")
         with draft.open("wb") as stream:
@@ -73,10 +76,10 @@ class Folder:
                 contextlib.suppress(OSError, ValueError, KeyError, zipfile.BadZipFile, EOFError),
                 np.load(path, allow_pickle=False) as found,
             ):
-                values = tuple(found[f"value{number}"] for number in range(len(found.files) - 3))
+                values = tuple(found[f"value{number}"] for number in range(len(found.files) - 4))
                 words = found["reasons"].tolist()
                 reason = tuple(words[number] for number in found["reason"].tolist())
-                yield Chunk(int(path.stem), found["status"], reason, values)
+                yield Chunk(int(path.stem), found["status"], reason, values, found["engine"])
 
 
 def refuse_folder(path: Path, content: Mapping[str, Any], shard: Shard | None) -> None:

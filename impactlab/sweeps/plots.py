@@ -40,7 +40,7 @@ def plot_sweep(found: xarray.Dataset, quantity: str) -> Figure:
     CaseError
         If there is no such quantity, or the sweep has listed points or more than two axes.
     """
-    names = [name for name in found.data_vars if name not in ("status", "reason")]
+    names = [name for name in found.data_vars if name not in ("status", "reason", "engine")]
     if quantity not in names:
         text = f"the sweep has no quantity {shown(quantity)}.{closest(quantity, map(str, names))}"
         raise CaseError(text, remedy=f"It has {listed(map(str, names))}.")

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from impactlab.errors import CaseError, ExtraError
-from impactlab.sweeps.chunks import STATUSES, Chunk, Folder
+from impactlab.sweeps.chunks import ENGINES, STATUSES, Chunk, Folder
 
 if TYPE_CHECKING:
     import pandas
@@ -35,7 +35,7 @@ def needed() -> None:
 def refuse_large(points: int, sizes: Iterable[int]) -> None:
     """Raise `CaseError` where values of certain sizes at so many points would not fit into `MAX_RESULT`."""
     numbers = sum(sizes)
-    if (size := points * (8 * numbers + 9)) > MAX_RESULT:
+    if (size := points * (8 * numbers + 10)) > MAX_RESULT:
         text = f"{points:,} points with {numbers:,} values each are {size / 1e9:.3g} GB"
         raise CaseError(f"{text}; allowed: {MAX_RESULT / 1e9:g} GB", remedy="Give fewer points, quantities or times.")
 
@@ -72,11 +72,12 @@ class Result:
         count = math.prod(self.shape)
         self.tables = [np.full((count, max(1, len(each["labels"]))), np.nan) for each in content["quantities"]]
         self.status, self.reason = np.zeros(count, np.int8), np.full(count, "", dtype=object)
+        self.engine = np.zeros(count, np.int8)
 
     def add(self, chunk: Chunk) -> None:
         """Put a chunk in its place."""
         here = slice(chunk.first, chunk.first + len(chunk.status))
-        self.status[here], self.reason[here] = chunk.status, chunk.reason
+        self.status[here], self.reason[here], self.engine[here] = chunk.status, chunk.reason, chunk.engine
         for table, found in zip(self.tables, chunk.values, strict=True):
             table[here] = found
 
@@ -102,8 +103,9 @@ class Result:
                 coordinates[label] = ((label,), np.array(each["labels"]), units)
             described = {"units": each["unit"] or "1", "long_name": each["description"].rstrip(".")}
             variables[each["name"]] = (own, table.reshape(whole), described)
-        flags = {"flag_values": np.arange(len(STATUSES), dtype=np.int8), "flag_meanings": " ".join(STATUSES)}
-        variables["status"] = (dims, self.status.reshape(shape), flags)
+        for name, numbers, meanings in (("status", self.status, STATUSES), ("engine", self.engine, ENGINES)):
+            flags = {"flag_values": np.arange(len(meanings), dtype=np.int8), "flag_meanings": " ".join(meanings)}
+            variables[name] = (dims, numbers.reshape(shape), flags)
         variables["reason"] = (dims, self.reason.reshape(shape), {"long_name": "why a point has no values"})
         attributes = {
             "title": f"Sweep of {content['name']}",
@@ -125,7 +127,7 @@ def rows(found: xarray.Dataset, first: int = 0, last: int | None = None) -> pand
     for name in [each for each in found.coords if set(found[each].dims) <= set(dims) and each != "point"]:
         columns[_headed(str(name), found[name])] = found[name].values[places[dims.index(found[name].dims[0])]]
     for name, variable in found.data_vars.items():
-        if name in ("status", "reason"):
+        if name in ("status", "reason", "engine"):
             continue
         table = variable.values.reshape(found["status"].size, -1)[first:last]
         labels = [str(label) for dim in variable.dims if dim not in dims for label in found[dim].values.tolist()] or [

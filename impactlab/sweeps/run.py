@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import json
+import logging
 import math
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -24,7 +27,8 @@ from impactlab.report.figure_files import save as save_figure
 from impactlab.report.summary import status_of
 from impactlab.sweeps import axes
 from impactlab.sweeps.axes import Points
-from impactlab.sweeps.chunks import CONTENT, DRAFT, STATUSES, Chunk, Folder, opened, refuse_folder
+from impactlab.sweeps.batch import Batch, Found, batch_of
+from impactlab.sweeps.chunks import CONTENT, DRAFT, ENGINES, STATUSES, Chunk, Folder, opened, refuse_folder
 from impactlab.sweeps.plots import plot_sweep
 from impactlab.sweeps.quantities import DEFAULT, Asked, asked, values
 from impactlab.sweeps.result import Result, needed, refuse_large, write_table
@@ -39,15 +43,36 @@ MAX_CHUNK = 10_000  # points
 POINT_LIMIT_S = 60.0  # s, after which a run in a worker counts as hung
 MAX_REASON = 300  # characters
 
+LOG = logging.getLogger("impactlab")
+
 Progress = Callable[[float], None]
 
 
-class Sweep(NamedTuple):
+@dataclass(frozen=True)
+class Sweep:
     """All that the results of a sweep depend on."""
 
     case: Case
     points: Points
     wanted: tuple[Asked, ...]
+
+    @cached_property
+    def batch(self) -> Batch | None:
+        """The points as a batch, or None where they are runs of their own."""
+
+        def single(number: int) -> list[list[float]] | None:
+            found = row(self, number)
+            return found.values if found.status == STATUSES.index("completed") else None
+
+        found = batch_of(self.case, self.points, self.wanted, single)
+        if isinstance(found, str):
+            LOG.info("each point is a run of its own: %s", found)
+            return None
+        return found
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return it without the batch, which holds memory of this process."""
+        return {name: value for name, value in vars(self).items() if name != "batch"}
 
     def content(self, command: str = "") -> dict[str, Any]:
         """Return it as plain values: two sweeps of the same content have the same results."""
@@ -240,7 +265,7 @@ def write(folder: Folder, found: xarray.Dataset) -> None:
     figures.mkdir(exist_ok=True)
     for quantity in map(str, found.data_vars):
         sampled = any(str(dim).startswith("time of") for dim in found[quantity].dims)
-        if quantity not in ("status", "reason") and not sampled:
+        if quantity not in ("status", "reason", "engine") and not sampled:
             save_figure(plot_sweep(found, quantity), figures, quantity)
 
 
@@ -264,7 +289,9 @@ def _size_of(path: Path) -> int | None:
 
 def _size(made: Sweep, workers: int) -> int:
     """Return how many points make a chunk, from the time of the first one; 1 where a worker hangs or dies on it."""
-    if workers == 0:
+    if made.batch is not None:
+        spent = made.batch.seconds
+    elif workers == 0:
         spent = _spent(made)
     else:
         start: dict[str, Any] = {"initializer": _begin, "initargs": (made,)}
@@ -316,12 +343,17 @@ def missing(made: Sweep, status: str, reason: str) -> Row:
 def chunk_of(first: int, rows: Sequence[Row], wanted: Sequence[Asked]) -> Chunk:
     """Return the chunk of consecutive points."""
     tables = tuple(np.array([each.values[k] for each in rows], dtype=float) for k in range(len(wanted)))
-    return Chunk(first, np.array([each.status for each in rows], np.int8), tuple(each.reason for each in rows), tables)
+    status = np.array([each.status for each in rows], np.int8)
+    engine = np.full(len(rows), ENGINES.index("run"), np.int8)
+    return Chunk(first, status, tuple(each.reason for each in rows), tables, engine)
 
 
 def _computed(made: Sweep, firsts: Sequence[int], size: int, workers: int) -> Iterator[Chunk]:
     """Give the chunks that begin at certain points, in this process or in workers."""
     count = made.points.count
+    if firsts and made.batch is not None:
+        yield from _batched(made, made.batch, firsts, size, workers)
+        return
     if workers == 0:
         for first in firsts:
             rows = [row(made, number) for number in range(first, min(first + size, count))]
@@ -336,16 +368,48 @@ def _computed(made: Sweep, firsts: Sequence[int], size: int, workers: int) -> It
         else:
             lost.append(outcome.job)
     # A worker that hung or died: each point of its chunk alone, so that one point is lost and not the chunk.
-    single = [(number, number + 1) for first, last in lost for number in range(first, last)]
-    alone: dict[int, Row] = {}
+    alone = _alone(made, [number for first, last in lost for number in range(first, last)], workers)
+    for first, last in lost:
+        yield chunk_of(first, [alone[number] for number in range(first, last)], made.wanted)
+
+
+def _alone(made: Sweep, numbers: Sequence[int], workers: int) -> dict[int, Row]:
+    """Return the results of points by their numbers, each run on its own in a worker."""
+    rows: dict[int, Row] = {}
+    jobs = [(number, number + 1) for number in numbers]
     for outcome in outcomes(
-        _in_worker, single, workers=workers, limit=POINT_LIMIT_S, initializer=_begin, initargs=(made,)
+        _in_worker, jobs, workers=workers, limit=POINT_LIMIT_S, initializer=_begin, initargs=(made,)
     ):
         answered = outcome.status == "answered"
         status = "hung" if outcome.status == "hung" else "crashed"
-        alone[outcome.job[0]] = outcome.value[0] if answered else missing(made, status, outcome.value)
-    for first, last in lost:
-        yield chunk_of(first, [alone[number] for number in range(first, last)], made.wanted)
+        rows[outcome.job[0]] = outcome.value[0] if answered else missing(made, status, outcome.value)
+    return rows
+
+
+def _batched(made: Sweep, batch: Batch, firsts: Sequence[int], size: int, workers: int) -> Iterator[Chunk]:
+    """Give the chunks that begin at certain points, marched by a batch; points that it leaves are run on their own."""
+    waiting: list[Found] = []
+    for found in batch.chunks(firsts, size, workers):
+        if workers > 0 and not found.served.all():
+            waiting.append(found)
+        else:
+            yield _completed(found, {number: row(made, number) for number in found.left})
+    rows = _alone(made, [number for found in waiting for number in found.left], workers) if waiting else {}
+    for found in waiting:
+        yield _completed(found, rows)
+
+
+def _completed(found: Found, rows: Mapping[int, Row]) -> Chunk:
+    """Return the chunk of points of a batch, with the rows of those that it left."""
+    status = np.full(len(found.served), STATUSES.index("completed"), np.int8)
+    reason = [""] * len(status)
+    for number in found.left:
+        place, own = number - found.first, rows[number]
+        status[place], reason[place] = own.status, own.reason
+        for table, given in zip(found.values, own.values, strict=True):
+            table[place] = given
+    engine = np.where(found.served, ENGINES.index("batch"), ENGINES.index("run")).astype(np.int8)
+    return Chunk(found.first, status, tuple(reason), found.values, engine)
 
 
 _made: list[Sweep] = []  # of a worker process

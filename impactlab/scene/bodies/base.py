@@ -48,7 +48,7 @@ class Segment:
     @property
     def wave_speed(self) -> float:
         """Speed of axial waves sqrt(E/rho) [m/s]."""
-        return float((self.young / self.density) ** 0.5)
+        return math.sqrt(self.young / self.density)
 
     @property
     def front_speed(self) -> float:
@@ -307,7 +307,10 @@ class ElasticBody(Body):
     @property
     def round_trip(self) -> float:
         """Time of a wave to the far end and back, 2 L/c summed over the segments [s], with c = sqrt(E/rho)."""
-        return sum(2.0 * segment.length / segment.wave_speed for segment in self.segments)
+        trip = 0.0
+        for segment in self.segments:  # plain sums: those of later versions of Python are compensated
+            trip += 2.0 * segment.length / segment.wave_speed
+        return trip
 
     def segment_at(self, x: float) -> Segment:
         """Return the segment that holds x [m]; at a boundary the right one, at the right end the last."""

@@ -1,0 +1,80 @@
+"""First arrivals of waves at contacts whose faces rest on each other, compiled: as `impactlab.history.noise_floor`."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from impactlab.exact.arrays import MarchArrays
+from impactlab.exact.batch.pattern import FIXED, Pattern
+from impactlab.exact.batch.writing import velocity_of
+from impactlab.numerics.compiling import EXACT_PART
+from impactlab.types import Array
+
+
+@EXACT_PART
+def travel_time(m: MarchArrays, q: Pattern, a: int, b: int) -> float:
+    """Return the time of a wave between two nodes of one body [s]; 0 in a rigid one."""
+    body, total, inside = q.bodies[q.nodes[a].body], 0.0, False
+    if a == b:
+        return 0.0
+    for k in range(body.first_link, body.last_link):  # from left to right
+        left, right = m.ends[q.links[k].left_end].node, m.ends[q.links[k].right_end].node
+        inside = inside != (left in (a, b))
+        if inside:
+            total += m.ends[q.links[k].left_end].transit
+        if right in (a, b):
+            break
+    return total
+
+
+@EXACT_PART
+def rest(m: MarchArrays, q: Pattern, p: Array, arrivals: Array) -> bool:
+    """Write 0 for each contact whose faces move from the start, inf for others; return whether there are others."""
+    resting = False
+    for c in range(len(m.contacts)):
+        left, right = q.contacts[c].left_body, q.contacts[c].right_body
+        moves = m.state[0].gravity != 0.0 or m.contacts[c].gap != 0.0
+        moves = moves or velocity_of(q, p, left) != velocity_of(q, p, right)
+        for b in (left, right):  # a held body that moves at the start strikes its own clamp
+            moves = moves or (q.bodies[b].held == 1 and velocity_of(q, p, b) != 0.0)
+        arrivals[c] = 0.0 if moves else np.inf
+        resting = resting or not moves
+    return resting
+
+
+@EXACT_PART
+def from_loads(m: MarchArrays, q: Pattern, node: int) -> float:
+    """Return when the forces on the ends of its body reach a node [s]; inf without any."""
+    first = np.inf
+    for n in range(len(m.nodes)):
+        if m.nodes[n].push != 0.0 and q.nodes[n].kind != FIXED and q.nodes[n].body == q.nodes[node].body:
+            first = min(first, travel_time(m, q, node, n))
+    return first
+
+
+@EXACT_PART
+def pass_on(m: MarchArrays, q: Pattern, c: int, other: int, arrivals: Array) -> None:
+    """Let a wave run from one contact to another through a body that has both."""
+    for node in (m.contacts[c].left, m.contacts[c].right):
+        for start in (m.contacts[other].left, m.contacts[other].right):
+            body = q.nodes[node].body
+            if body == q.nodes[start].body and q.bodies[body].place >= 0:
+                arrivals[c] = min(arrivals[c], arrivals[other] + travel_time(m, q, node, start))
+
+
+@EXACT_PART
+def first_arrivals(m: MarchArrays, q: Pattern, p: Array, arrivals: Array) -> None:
+    """Write for each contact the time [s] before which nothing can have reached it."""
+    if not rest(m, q, p, arrivals):
+        return
+    contacts = len(m.contacts)
+    for c in range(contacts):
+        sooner = min(from_loads(m, q, m.contacts[c].left), from_loads(m, q, m.contacts[c].right))
+        arrivals[c] = min(arrivals[c], sooner)
+    for _ in range(contacts):
+        for c in range(contacts):
+            for other in range(contacts):
+                pass_on(m, q, c, other, arrivals)
+    for c in range(contacts):
+        if arrivals[c] == np.inf:
+            arrivals[c] = 0.0

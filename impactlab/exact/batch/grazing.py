@@ -1,0 +1,149 @@
+"""Near grazing of a march, compiled: the signs of `impactlab.metrics.grazing` from gaps at the same instants."""
+
+from __future__ import annotations
+
+from impactlab.exact.arrays import MarchArrays
+from impactlab.exact.batch.reading import piece_at
+from impactlab.exact.batch.results import CONTACT, START, STOP
+from impactlab.metrics.grazing import (
+    MAX_NEAR_GAP,
+    MAX_RUN_SAMPLES,
+    MAX_SAMPLES,
+    MIN_CONTACT,
+    MIN_FLIGHT,
+    MIN_MEETING_RATE,
+    SAMPLES,
+)
+from impactlab.numerics.compiling import EXACT_PART
+from impactlab.types import Array
+
+MIN_SAMPLES = 16  # of a flight
+WIDEST_SAMPLES = MAX_SAMPLES // 10
+BLOCK = 64  # instants that are evaluated side by side
+GAP_ROOM = MAX_SAMPLES + MIN_SAMPLES
+
+
+@EXACT_PART
+def sample_gap(m: MarchArrays, c: int, t0: float, t1: float, count: int, gap: Array) -> None:
+    """Write the gap of a contact at so many equal instants from t0 to t1 into gap[:count] [m]."""
+    contact = m.contacts[c]
+    j = m.nodes[contact.left].junction
+    junction = m.junctions[j]
+    series, x, late, early = m.waves[0], m.stack[0], m.stack[1], m.stack[2]
+    step = (t1 - t0) / (count - 1)
+    i, r = 0, piece_at(m, j, t0)
+    last = len(m.pieces) // len(m.junctions) * j + junction.records - 1
+    while i < count:
+        piece = m.pieces[r]
+        n, half = piece.size, 0.5 * (piece.stop - piece.start)
+        left = piece.offset + (junction.nodes + contact.left - junction.first_node) * n
+        right = piece.offset + (junction.nodes + contact.right - junction.first_node) * n
+        used = 1
+        for k in range(n):
+            series[k] = m.pool[right + k] - m.pool[left + k]
+            if series[k] != 0.0:
+                used = k + 1
+        series[0] += contact.gap
+        while i < count:
+            size = min(BLOCK, count - i)
+            if r < last:
+                inside = int((piece.stop - t0) / step) - i + 1
+                if inside <= 0:
+                    break
+                size = min(size, inside)
+            for k in range(size):
+                x[k] = min(max((t0 + step * (i + k) - piece.start) / half - 1.0, -1.0), 1.0)
+                late[k] = early[k] = 0.0
+            for order in range(used - 1, 0, -1):
+                a = series[order]
+                for k in range(size):
+                    here = 2.0 * x[k] * late[k] - early[k] + a
+                    early[k] = late[k]
+                    late[k] = here
+            for k in range(size):
+                gap[i + k] = x[k] * late[k] - early[k] + series[0]
+            i += size
+        r = min(r + 1, last)
+
+
+@EXACT_PART
+def samples_of(length: float, trip: float, most: float) -> int:
+    """Return the instants at which a flight of a length [s] is sampled."""
+    return int(min(most, MIN_SAMPLES + SAMPLES * length / trip))
+
+
+@EXACT_PART
+def meets_slowly(gap: Array, count: int) -> bool:
+    """Return whether faces come to rest against each other at the end of a flight."""
+    fastest, widest = 0.0, gap[0]
+    for i in range(1, count):
+        fastest, widest = max(fastest, abs(gap[i] - gap[i - 1])), max(widest, gap[i])
+    last = gap[count - 2] - gap[count - 1]
+    return bool(widest > 0.0 and 0.0 < last < MIN_MEETING_RATE * fastest)
+
+
+@EXACT_PART
+def nearest(gap: Array, count: int, least: float) -> float:
+    """Return the largest gap before a near miss in a flight, 0 for none; gaps grew beyond ``least`` before it."""
+    largest = gap[0]
+    for i in range(1, count - 1):
+        largest = max(largest, gap[i])
+        minimum = gap[i] < gap[i - 1] and gap[i] <= gap[i + 1]
+        if minimum and largest > least and 0.0 <= gap[i] < MAX_NEAR_GAP * largest:
+            return float(largest)
+    return 0.0
+
+
+@EXACT_PART
+def touches_of(spans: Array, count: int, c: int, touches: Array) -> int:
+    """Write the touches of a contact: its periods of contact, those without time between them as one."""
+    found = 0
+    for k in range(count):
+        if spans[k, CONTACT] != c:
+            continue
+        if found > 0 and spans[k, START] <= touches[found - 1, STOP]:
+            touches[found - 1, STOP] = spans[k, STOP]
+        else:
+            touches[found, START], touches[found, STOP] = spans[k, START], spans[k, STOP]
+            found += 1
+    return found
+
+
+@EXACT_PART
+def grazes(m: MarchArrays, c: int, spans: Array, count: int, trip: float, touches: Array, gap: Array) -> bool:
+    """Return whether a small change of the case may alter the number of periods of contact.
+
+    ``touches`` and ``gap`` are room for the periods and for samples.
+    """
+    duration, widest = m.state[0].duration, -1.0
+    found = touches_of(spans, count, c, touches)
+    most = min(float(MAX_SAMPLES), float(MAX_RUN_SAMPLES // max(1, found)))
+    for k in range(found):
+        if touches[k, STOP] - touches[k, START] < MIN_CONTACT * trip:
+            return True
+    begin = 0.0
+    for k in range(found):
+        start = touches[k, START]
+        if start - begin > MIN_CONTACT * trip:
+            samples = samples_of(start - begin, trip, MIN_SAMPLES + most)
+            sample_gap(m, c, begin, start, samples, gap)
+            if meets_slowly(gap, samples):
+                return True
+        begin = min(touches[k, STOP], duration)
+    for k in range(found):
+        end = touches[k, STOP]
+        until = touches[k + 1, START] if k + 1 < found else duration
+        if end >= until:
+            continue
+        samples = samples_of(until - end, trip, float(MAX_SAMPLES))
+        sample_gap(m, c, end, until, samples, gap)
+        if nearest(gap, samples, 0.0) > 0.0:
+            if widest < 0.0:
+                sample_gap(m, c, 0.0, duration, WIDEST_SAMPLES, gap)
+                widest = gap[0]
+                for i in range(1, WIDEST_SAMPLES):
+                    widest = max(widest, gap[i])
+                sample_gap(m, c, end, until, samples, gap)
+            if nearest(gap, samples, MIN_FLIGHT * widest) > 0.0:
+                return True
+    return False

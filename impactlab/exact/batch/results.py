@@ -1,0 +1,316 @@
+"""Results of a march, compiled: periods of contact, impulses, peak forces, restitution, momenta, energies, balance.
+
+The definitions are those of histories (`impactlab.exact.history`, `impactlab.metrics.collisions`). Touches that may be
+noise are not judged here: such a point is left to a run of its own.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from impactlab.exact.arrays import MarchArrays
+from impactlab.exact.batch.arrivals import first_arrivals
+from impactlab.exact.batch.pattern import END, Pattern
+from impactlab.exact.batch.reading import (
+    contact_loss,
+    dashpot_loss,
+    energy,
+    held,
+    load_work,
+    mean,
+    momentum,
+    piece_at,
+)
+from impactlab.exact.batch.writing import DENSITY, LENGTH, MASS, round_trip, velocity_of
+from impactlab.exact.kernel import chopped, value
+from impactlab.history.noise_floor import EARLY, MIN_SHARE
+from impactlab.metrics.collisions import MIN_APPROACH
+from impactlab.numerics.compiling import EXACT_PART
+from impactlab.types import Array
+
+CONTACT, START, STOP, IMPULSE, PEAK = 0, 1, 2, 3, 4  # columns of a period of contact
+SPAN_COLUMNS = 5
+BALANCE_TOL = 5e-13  # of the reference energy: a larger error of the balance is left to a run of its own
+NOISE_ROOM = 2.0  # times the noise floor: a touch below it is left to a run of its own
+
+
+@EXACT_PART
+def peak_in(m: MarchArrays, r: int, row: int, best: float) -> float:
+    """Return the largest value of a row in piece r, or the best so far if that is larger."""
+    piece = m.pieces[r]
+    at = piece.offset + row * piece.size
+    a = m.pool[at : at + piece.size]
+    n = chopped(a, piece.size, 0.0)
+    left = right = spread = a[0]
+    bend = slope = 0.0
+    sign = 1.0
+    for k in range(1, n):
+        sign = -sign
+        left += sign * a[k]
+        right += a[k]
+        spread += abs(a[k])
+        if k > 1:
+            bend += k * k * abs(a[k])
+        else:
+            slope = abs(a[k])
+    best = max(best, left, right)
+    if spread <= best or bend <= slope:
+        return best
+    count, place, high = 4 * n, 0, -np.inf
+    for i in range(count + 1):
+        y = math.cos(math.pi * (count - i) / count)
+        here = value(a, n, y)
+        if here > high:
+            high, place = here, i
+    best = max(best, high)
+    if 0 < place < count:
+        low, most = math.cos(math.pi * (count - place + 1) / count), math.cos(math.pi * (count - place - 1) / count)
+        y = math.cos(math.pi * (count - place) / count)
+        for _ in range(6):
+            slope, down = derivatives(a, n, y)
+            if down >= 0.0:
+                break
+            y = min(max(y - slope / down, low), most)
+        best = max(best, value(a, n, y))
+    return best
+
+
+@EXACT_PART
+def derivatives(a: Array, n: int, y: float) -> tuple[float, float]:
+    """Return the first and second derivative of a series at y in [-1, 1]."""
+    b1 = b2 = d1 = d2 = e1 = e2 = 0.0
+    for k in range(n - 1, 0, -1):  # Clenshaw, differentiated twice
+        e1, e2 = 2.0 * (y * e1 + 2.0 * d1) - e2, e1
+        d1, d2 = 2.0 * (y * d1 + b1) - d2, d1
+        b1, b2 = 2.0 * y * b1 - b2 + a[k], b1
+    return y * d1 - d2 + b1, y * e1 - e2 + 2.0 * d1
+
+
+@EXACT_PART
+def finish_span(m: MarchArrays, span: Array, peaks: bool) -> None:
+    """Write impulse and, if asked for, peak force of a period of contact."""
+    c = int(span[CONTACT])
+    j = m.nodes[m.contacts[c].left].junction
+    junction = m.junctions[j]
+    row = 2 * junction.nodes + 2 * junction.ends + c - junction.first_contact
+    slack, first = m.state[0].tolerance, len(m.pieces) // len(m.junctions) * j
+    until = min(span[STOP], m.state[0].duration)
+    total, peak = 0.0, 0.0
+    r = max(first, piece_at(m, j, span[START]) - 1)
+    while r < first + junction.records and m.pieces[r].stop <= until + slack:
+        piece = m.pieces[r]
+        if piece.start >= span[START] - slack:
+            at = piece.offset + row * piece.size
+            total += 0.5 * (piece.stop - piece.start) * mean(m.pool[at : at + piece.size], piece.size, False)
+            if peaks:
+                peak = peak_in(m, r, row, peak)
+        r += 1
+    span[IMPULSE], span[PEAK] = total, peak
+
+
+@EXACT_PART
+def find_spans(m: MarchArrays, spans: Array, openings: Array, peaks: bool) -> int:
+    """Write the periods of contact in order of their starts; return how many.
+
+    ``openings`` gets the first one of each contact of the network, NaN for none.
+    """
+    count, duration = 0, m.state[0].duration
+    for c in range(len(m.contacts)):
+        openings[c] = np.nan
+        began = -1.0
+        first = count
+        for k in range(m.state[0].events):
+            event = m.events[k]
+            if event.contact != c or event.time > duration:
+                continue
+            if event.kind == 1:
+                began = event.time
+                continue
+            if math.isnan(openings[c]):
+                openings[c] = event.time
+            if began >= 0.0:
+                spans[count, CONTACT], spans[count, START], spans[count, STOP] = c, began, event.time
+                count += 1
+                began = -1.0
+        if began >= 0.0:
+            spans[count, CONTACT], spans[count, START], spans[count, STOP] = c, began, np.inf
+            count += 1
+        for k in range(first, count):
+            finish_span(m, spans[k], peaks)
+    for k in range(1, count):  # insertion: those of a contact are in order
+        at = k
+        while at > 0 and spans[at - 1, START] > spans[at, START]:
+            for column in range(SPAN_COLUMNS):
+                spans[at, column], spans[at - 1, column] = spans[at - 1, column], spans[at, column]
+            at -= 1
+    return count
+
+
+@EXACT_PART
+def may_be_noise(m: MarchArrays, q: Pattern, p: Array, spans: Array, count: int, arrivals: Array) -> bool:
+    """Return whether a period of contact may be noise: weak, or earlier than any wave (`noise_floor`)."""
+    strongest = 0.0
+    for k in range(count):
+        strongest = max(strongest, abs(spans[k, IMPULSE]))
+    for k in range(count):
+        if abs(spans[k, IMPULSE]) <= NOISE_ROOM * MIN_SHARE * strongest:
+            return True
+    first_arrivals(m, q, p, arrivals)
+    early = False
+    for k in range(count):
+        early = early or spans[k, START] < (1.0 - EARLY) * arrivals[int(spans[k, CONTACT])]
+    return early
+
+
+@EXACT_PART
+def mass_of(q: Pattern, p: Array, b: int) -> float:
+    """Return the mass that the momentum of a body moves [kg]; 0 of a wall."""
+    body, total = q.bodies[b], 0.0
+    if body.rigid == 1:
+        return float(p[body.first]) if body.place >= 0 else 0.0
+    for k in range(body.segments):
+        at = body.first_segment + 4 * k
+        total += p[at + DENSITY] * p[at + 1] * p[at + LENGTH]
+    for n in range(len(q.nodes)):
+        if q.nodes[n].body == b and q.nodes[n].kind == END and q.nodes[n].support == MASS:
+            total += p[q.nodes[n].value]
+    return total
+
+
+@EXACT_PART
+def end_force(m: MarchArrays, q: Pattern, b: int) -> float:
+    """Return the sum of the forces on the ends of a body [N]."""
+    total = 0.0
+    for n in range(len(q.nodes)):
+        if q.nodes[n].body == b:
+            total += m.nodes[n].push
+    return total
+
+
+@EXACT_PART
+def mean_velocity(m: MarchArrays, q: Pattern, p: Array, b: int, t: float, spans: Array, count: int) -> float:
+    """Return the momentum of a body over its mass at time t [m/s]; of a free one by the impulses that it was given."""
+    body = q.bodies[b]
+    if body.held == 1:
+        return 0.0
+    mass, given, busy = mass_of(q, p, b), 0.0, -1.0
+    for k in range(count):
+        of = q.contacts[int(spans[k, CONTACT])]
+        sign = (1.0 if of.right_body == b else 0.0) - (1.0 if of.left_body == b else 0.0)
+        if sign != 0.0 and spans[k, START] <= t:
+            given += sign * spans[k, IMPULSE]
+            busy = max(busy, spans[k, STOP])
+    if busy <= t:
+        loads = (mass * m.state[0].gravity if body.falls == 1 else 0.0) + end_force(m, q, b)
+        return float(velocity_of(q, p, b) + (given + loads * t) / mass)
+    return float(momentum(m, q, b, min(max(t, 0.0), m.state[0].duration)) / mass)
+
+
+@EXACT_PART
+def restitution(m: MarchArrays, q: Pattern, p: Array, pair: int, spans: Array, count: int) -> float:
+    """Return the apparent restitution of the first collision of a pair of bodies; NaN for none."""
+    left, right = q.pairs[pair].left, q.pairs[pair].right
+    longest, fastest = 0.0, 0.0
+    for b in (left, right):
+        if q.bodies[b].rigid == 0:
+            longest = max(longest, 2.0 * round_trip(q, p, b))
+    for b in range(len(q.bodies)):
+        fastest = max(fastest, abs(velocity_of(q, p, b)))
+    start, until = -1.0, -np.inf
+    for k in range(count):
+        if q.contacts[int(spans[k, CONTACT])].pair != pair:
+            continue
+        if start >= 0.0 and spans[k, START] - until > longest:
+            break
+        if start < 0.0:
+            start = spans[k, START]
+        until = max(until, spans[k, STOP])
+    if start < 0.0:
+        return np.nan
+    until = min(until, m.state[0].duration)
+    striker, other, sign = left, right, 1.0
+    if rank(q, p, left) < rank(q, p, right):
+        striker, other, sign = right, left, -1.0
+    before = np.nextafter(start, -1.0)
+    approach = mean_velocity(m, q, p, striker, before, spans, count)
+    approach = sign * (approach - mean_velocity(m, q, p, other, before, spans, count))
+    leaves = mean_velocity(m, q, p, other, until, spans, count)
+    leaves = sign * (leaves - mean_velocity(m, q, p, striker, until, spans, count))
+    return leaves / approach if approach > MIN_APPROACH * max(fastest, abs(leaves)) else np.nan
+
+
+@EXACT_PART
+def rank(q: Pattern, p: Array, b: int) -> int:
+    """Return the rank of a body as the striker of a pair: a mass, else a body that moved, else one that can move."""
+    body = q.bodies[b]
+    moves = 1 if body.place >= 0 else 0
+    return 4 * moves + 2 * moves * body.rigid + (1 if velocity_of(q, p, b) != 0.0 else 0)
+
+
+@EXACT_PART
+def total_energy(m: MarchArrays, q: Pattern, t: float) -> float:
+    """Return the energy of all bodies and of the springs of contacts at time t [J]."""
+    total = 0.0
+    for b in range(len(q.bodies)):
+        total += energy(m, q, b, t)
+    for c in range(len(m.contacts)):
+        if m.contacts[c].stiffness >= 0.0:
+            total += held(m, c, t)
+    return total
+
+
+@EXACT_PART
+def at_stake(
+    m: MarchArrays, q: Pattern, p: Array, spans: Array, count: int, start: float, work: float, group: Array
+) -> float:
+    """Return the energy that bodies can exchange [J], as `EnergyBook.at_stake`; ``group`` is room for the bodies."""
+    t, gravity = m.state[0].duration, m.state[0].gravity
+    n = len(q.bodies)
+    for b in range(n):
+        group[b] = b
+    for k in range(count):
+        of = q.contacts[int(spans[k, CONTACT])]
+        if q.bodies[of.left_body].place >= 0 and q.bodies[of.right_body].place >= 0:
+            old, new = group[of.left_body], group[of.right_body]
+            for b in range(n):
+                if group[b] == old:
+                    group[b] = new
+    inside_start, carried_work = start, 0.0
+    for g in range(n):
+        mass = drift = force = 0.0
+        free = True
+        for b in range(n):
+            if group[b] != g:
+                continue
+            body = q.bodies[b]
+            free = free and body.held == 0 and (body.falls == 1 or gravity == 0.0)
+            for k in range(count):  # a wall holds those that touch it
+                of = q.contacts[int(spans[k, CONTACT])]
+                walls = q.bodies[of.left_body].place < 0 or q.bodies[of.right_body].place < 0
+                free = free and not (walls and (of.left_body == b or of.right_body == b))
+            mass += mass_of(q, p, b)
+            drift += mass_of(q, p, b) * velocity_of(q, p, b)
+            force += end_force(m, q, b)
+        if free and mass > 0.0:
+            way = drift / mass * t + 0.5 * gravity * t * t
+            inside_start -= 0.5 * drift * drift / mass
+            carried_work += gravity * (mass * way + 0.5 * force * t * t) + force * way
+    whole = max(abs(start), abs(work))
+    inside = max(0.0, inside_start, abs(work - carried_work))
+    return inside if inside > 1e-13 * whole else whole
+
+
+@EXACT_PART
+def balance(m: MarchArrays, q: Pattern, p: Array, spans: Array, count: int, group: Array) -> float:
+    """Return the error of the energy balance at the end over the reference energy; NaN without energy."""
+    t, start, work = m.state[0].duration, total_energy(m, q, 0.0), 0.0
+    error = total_energy(m, q, t) - start + dashpot_loss(m, t)
+    for b in range(len(q.bodies)):
+        work += load_work(m, q, b, t)
+    for c in range(len(m.contacts)):
+        if m.contacts[c].damping > 0.0:
+            error += contact_loss(m, c, t)
+    scale = at_stake(m, q, p, spans, count, start, work, group)
+    return (error - work) / scale

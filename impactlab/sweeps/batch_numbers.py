@@ -1,0 +1,138 @@
+"""The axes of a sweep as entries of the vector of numbers of exact runs, which a batch marches."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from impactlab.casefile import Case
+from impactlab.casefile.check import reference_rod
+from impactlab.casefile.schema import RoundTrips
+from impactlab.lazy import lazy
+from impactlab.scene.method import is_exact, theories
+from impactlab.sweeps.axes import Axis, Points, at_point
+from impactlab.types import Array
+
+if TYPE_CHECKING:
+    from impactlab.exact.batch import marcher, points
+else:  # compiled code, needed only where a batch starts
+    marcher, points = lazy("impactlab.exact.batch.marcher"), lazy("impactlab.exact.batch.points")
+
+MIN_SAMPLES = 24  # values of a long axis that are built beside its extremes
+MAX_BUILT = 20_000  # values of an axis that are built one by one, a millisecond each
+MAX_CORNERS = 16  # of a grid
+INNER_POINTS = 8  # that are built beside the corners
+
+
+class NotServed(Exception):  # noqa: N818 - a reason, no fault: the points are then runs of their own
+    """Why a sweep is not done in a batch."""
+
+
+class OnAxis(NamedTuple):
+    """An axis as entries of the vector."""
+
+    entries: list[int]
+    values: Array  # (values of the axis, entries)
+
+
+def numbers_of(case: Case) -> marcher.Built:
+    """Return pattern, vector and network of a case; raises `NotServed`, or what the case raises."""
+    run = case.simulation()
+    if run.method.tolerance is not None or not is_exact(*run) or any(theories(*run)):
+        raise NotServed("the runs are not exact ones: rods that are not continuous, or laws of another kind")
+    given, counted = case.checked.solve.duration, reference_rod(case.checked)
+    trips = float(given.round_trips) if isinstance(given, RoundTrips) else None
+    made = None if counted is None else marcher.built(run, counted, trips)
+    if made is None:
+        raise NotServed("rods that start with a displacement")
+    return made
+
+
+def spread(si: Array) -> list[int]:
+    """Return places of the extremes of an axis, of its numbers nearest to zero on each side, and of some between."""
+    order = np.argsort(si, kind="stable")
+    chosen = {int(order[round(k)]) for k in np.linspace(0, len(si) - 1, MIN_SAMPLES)}
+    for side in (si < 0.0, si == 0.0, si > 0.0):
+        there = np.flatnonzero(side)
+        if len(there):
+            chosen.add(int(there[np.argmin(np.abs(si[there]))]))
+    return sorted(chosen)
+
+
+def on_axis(case: Case, axis: Axis, others: Mapping[str, Any], base: marcher.Built) -> OnAxis:
+    """Return the entries of the vector that the values of an axis replace.
+
+    An axis whose values are entries themselves, as masses are, is built at some of them; others at all. ``others`` are
+    the settings of the other axes at which the vector of ``base`` holds.
+    """
+    si = np.array(axis.si, dtype=float)
+    _, first, back = np.unique(si, return_index=True, return_inverse=True)
+    distinct = si[first]
+
+    def vectors(places: Sequence[int]) -> Array:
+        made = [numbers_of(at_point(case, {**others, axis.path: axis.values[first[place]]})) for place in places]
+        if not all(each.pattern.same_as(base.pattern) for each in made):
+            raise NotServed(f"{axis.path} changes how bodies are connected")
+        return np.array([each.vector for each in made])
+
+    places = spread(distinct)
+    found = vectors(places)
+    entries = np.flatnonzero(np.any(found != base.vector, axis=0)).tolist()
+    if np.array_equal(found[:, entries], np.repeat(distinct[places, None], len(entries), axis=1)):
+        return OnAxis(entries, np.repeat(si[:, None], len(entries), axis=1))
+    if len(distinct) > MAX_BUILT:
+        raise NotServed(
+            f"{axis.path} has more than {MAX_BUILT} values, none of which is a number of the network itself"
+        )
+    found = vectors(range(len(distinct)))
+    entries = np.flatnonzero(np.any(found != base.vector, axis=0)).tolist()
+    return OnAxis(entries, found[:, entries][back])
+
+
+def over_all(case: Case, grid: Points, base: marcher.Built) -> points.Numbers:
+    """Return the numbers of all points of a sweep; raises `NotServed` where two axes change one number."""
+    axes = [on_axis(case, axis, grid.settings(0), base) for axis in grid.axes]
+    entries = [entry for axis in axes for entry in axis.entries]
+    if len(set(entries)) < len(entries):
+        raise NotServed("two axes change one number of the network")
+    shape = [len(axis.values) for axis in grid.axes]
+    divisor = [1 if grid.listed else int(np.prod(shape[number + 1 :])) for number in range(len(shape))]
+    ends = np.cumsum([0, *(axis.values.size for axis in axes)])
+    return points.Numbers(
+        base.vector,
+        np.array(divisor, np.int64),
+        np.array(shape, np.int64),
+        np.cumsum([0, *(len(axis.entries) for axis in axes)]).astype(np.int64),
+        np.array(entries, np.int64),
+        ends[:-1].astype(np.int64),
+        np.concatenate([axis.values.ravel() for axis in axes]),
+    )
+
+
+def corners(grid: Points) -> list[dict[str, Any]]:
+    """Return the settings of the corners of a grid, or of the box that holds listed points, some if there are many."""
+    ends = []
+    for axis in grid.axes:
+        order = np.argsort(np.array(axis.si, dtype=float), kind="stable")
+        ends.append([(axis.path, axis.values[place]) for place in dict.fromkeys((int(order[0]), int(order[-1])))])
+    return [dict(each) for each in itertools.islice(itertools.product(*ends), MAX_CORNERS)]
+
+
+def inner_points(count: int) -> list[int]:
+    """Return the first point, the last one and some between, the same ones each time."""
+    chosen = np.random.default_rng(0).integers(0, count, INNER_POINTS).tolist()
+    return list(dict.fromkeys([0, count - 1, *chosen]))
+
+
+def prove(case: Case, grid: Points, base: marcher.Built, march: marcher.Marcher) -> None:
+    """Build corners and some points on their own; raises `NotServed` where one is refused or another network."""
+    for settings in corners(grid):
+        if not numbers_of(at_point(case, settings)).pattern.same_as(base.pattern):
+            raise NotServed("a corner of the grid has bodies that are connected in another way")
+    for number in inner_points(grid.count):
+        wanted = numbers_of(grid.case(case, number))
+        if not (wanted.pattern.same_as(base.pattern) and marcher.same_network(march.network(number), wanted.log)):
+            raise NotServed(f"the network of point {number} is not the one that its numbers give")
