@@ -97,9 +97,8 @@ def _ended(future: Any, limit: float) -> tuple[str, Any]:
     except ProcessExpired as error:
         return "crashed", f"the process ended with {_code(error.exitcode)}"
     except RuntimeError as error:
-        raise CaseError(
-            f"a worker process did not start: {error}", remedy="See standard error for the reason."
-        ) from None
+        remedy = "See standard error. A script that starts workers does so under: if __name__ == '__main__':"
+        raise CaseError(f"a worker process did not start: {error}", remedy=remedy) from None
     except Exception as error:  # noqa: BLE001 - whatever a part raises is an outcome
         return "raised", f"{type(error).__name__}: {str(error)[:MAX_TEXT]}"
 

@@ -80,6 +80,7 @@ def sweep(
                 out=out,
                 shard=shard,
                 progress=lambda fraction: show(loaded.label, fraction),
+                repeat=command_line("run", case, sets, method, variant, None).removesuffix(" --out DIR"),
                 command=command_line("sweep", case, sets, method, variant, None, *others),
             )
         counts = sweeps.counts(found)

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+import itertools
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from impactlab.casefile.words import closest, listed, shown
 from impactlab.errors import CaseError
 from impactlab.report.style import INK, MUTED, PALETTE, Margins, Unit, drawn, grid, log_axis, scaled
 from impactlab.sweeps.chunks import STATUSES
+from impactlab.sweeps.result import ABOUT
 from impactlab.types import Array
 
 if TYPE_CHECKING:
@@ -17,16 +21,27 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-MAX_COUNTS = 12  # different whole numbers that a map shows with a colour each
 ENDED = [STATUSES.index(name) for name in ("completed", "tolerance_not_met")]
+PANEL = "panel"  # label of the axes that show points, beside those of colour bars
+HATCH = "/////"
+
+
+class Places(NamedTuple):
+    """Where the values of an axis of a sweep stand in a figure."""
+
+    x: Array  # (n,) in the unit of the title
+    edges: Array  # (n + 1,) between them and around them
+    title: str
+    is_logarithmic: bool
+    words: tuple[str, ...]  # that stand at the places of an axis without numbers
 
 
 @drawn
 def plot_sweep(found: xarray.Dataset, quantity: str) -> Figure:
     """Return a figure of one quantity of a sweep: a line over one axis, a map over two.
 
-    One panel, or one line, for each contact, pair or body. Points without values leave a gap in a line and are hatched
-    in a map; in a map, black lines are edges between numbers of periods of contact where the sweep has them.
+    One panel, or one line, for each contact, pair or body. Points without values are hatched. Where the sweep has the
+    numbers of periods of contact, lines are edges between their sequences.
 
     Parameters
     ----------
@@ -40,7 +55,7 @@ def plot_sweep(found: xarray.Dataset, quantity: str) -> Figure:
     CaseError
         If there is no such quantity, or the sweep has listed points or more than two axes.
     """
-    names = [name for name in found.data_vars if name not in ("status", "reason", "engine")]
+    names = [name for name in found.data_vars if name not in ABOUT]
     if quantity not in names:
         text = f"the sweep has no quantity {shown(quantity)}.{closest(quantity, map(str, names))}"
         raise CaseError(text, remedy=f"It has {listed(map(str, names))}.")
@@ -55,10 +70,40 @@ def plot_sweep(found: xarray.Dataset, quantity: str) -> Figure:
     return _lines(found, tables, labels, axes[0]) if len(axes) == 1 else _maps(found, tables, labels, axes)
 
 
+def places(found: xarray.Dataset, axis: str) -> Places:
+    """Return where the values of an axis stand: as numbers, evenly on a logarithmic axis, or as words."""
+    coordinate = found[axis]
+    if coordinate.dtype.kind not in "iuf":
+        x = np.arange(coordinate.size, dtype=float)
+        return Places(x, _around(x), axis, False, tuple(str(word) for word in coordinate.values))
+    unit = str(coordinate.attrs.get("units", ""))
+    size = fitted(unit, float(np.abs(coordinate.values).max()))
+    x = coordinate.values.astype(float) / size.size
+    if x.size > 2 and np.all(x > 0.0):
+        steps, ratios = np.diff(x), np.diff(np.log(x))
+        if np.allclose(ratios, ratios[0], rtol=1e-6) and not np.allclose(steps, steps[0], rtol=1e-6):
+            return Places(x, np.exp(_around(np.log(x))), _titled(axis, size), True, ())
+    return Places(x, _around(x), _titled(axis, size), False, ())
+
+
+def _around(x: Array) -> Array:
+    """Return the middles between places, and an edge outside the first and the last."""
+    if x.size == 1:
+        return np.array([x[0] - 0.5, x[0] + 0.5])
+    middles = 0.5 * (x[1:] + x[:-1])
+    return np.concatenate(([2.0 * x[0] - middles[0]], middles, [2.0 * x[-1] - middles[-1]]))
+
+
 def _scale(values: Any) -> Unit:
     unit = str(values.attrs.get("units", "1"))
     finite = np.abs(values.values[np.isfinite(values.values)])
-    return Unit(1.0, "") if unit == "1" else scaled(unit, float(finite.max(initial=0.0)))
+    return fitted("" if unit == "1" else unit, float(finite.max(initial=0.0)))
+
+
+def fitted(unit: str, largest: float) -> Unit:
+    """Return a unit with the prefix that suits a value; of kilograms and powers without one."""
+    takes_prefix = unit and not unit.startswith("kg") and not any(letter in unit for letter in "234²³⁴^*")
+    return scaled(unit, largest) if takes_prefix else Unit(1.0, unit)
 
 
 def _titled(name: str, unit: Unit) -> str:
@@ -70,72 +115,64 @@ def _named(table: Any, unit: Unit) -> str:
     return _titled(str(table.attrs.get("long_name", table.name)).partition(";")[0], unit)
 
 
-def _places(found: xarray.Dataset, axis: str) -> tuple[Array, str, bool, list[str]]:
-    """Return places along an axis, its title, whether it is logarithmic, and the words that stand at the places."""
-    coordinate = found[axis]
-    if coordinate.dtype.kind not in "iuf":
-        return np.arange(coordinate.size, dtype=float), axis, False, [str(word) for word in coordinate.values]
-    unit = str(coordinate.attrs.get("units", ""))
-    size = scaled(unit, float(np.abs(coordinate.values).max())) if unit else Unit(1.0, "")
-    x = coordinate.values.astype(float) / size.size
-    even = x.size > 2 and bool(np.all(x > 0.0)) and np.allclose(np.diff(np.log(x)), np.log(x[1] / x[0]), rtol=1e-6)
-    return x, _titled(axis, size), even and not np.allclose(np.diff(x), x[1] - x[0], rtol=1e-6), []
-
-
-def _set_axis(axes: Axes, which: str, place: tuple[Array, str, bool, list[str]]) -> None:
-    x, title, logarithmic, words = place
-    getattr(axes, f"set_{which}label")(title)
-    if logarithmic:
+def _set_axis(axes: Axes, which: str, place: Places) -> None:
+    getattr(axes, f"set_{which}label")(place.title)
+    if place.is_logarithmic:
         getattr(axes, f"set_{which}scale")("log")
         log_axis(getattr(axes, f"{which}axis"))
-    if words:
-        getattr(axes, f"set_{which}ticks")(x, words)
+    if place.words:
+        getattr(axes, f"set_{which}ticks")(place.x, place.words)
+    getattr(axes, f"set_{which}lim")(place.edges[0], place.edges[-1])
+
+
+def _sequences(found: xarray.Dataset, names: list[str]) -> NDArray[np.int64]:
+    """Return a number for each sequence of contacts at the points, of the shape of the axes; all 0 without counts."""
+    shape = tuple(found.sizes[name] for name in names)
+    if "contacts" not in found:
+        return np.zeros(shape, dtype=int)
+    counts = found["contacts"].transpose(*names, ...).values.reshape(-1, found["contacts"].sizes["contact"])
+    return np.unique(counts, axis=0, return_inverse=True)[1].reshape(shape).astype(int)
 
 
 def _lines(found: xarray.Dataset, tables: list[Any], labels: list[str], axis: str) -> Figure:
-    place = _places(found, axis)
+    place = places(found, axis)
     figure, [[axes]] = grid(1, 1, 3.2, Margins(left=0.9, right=0.2, top=0.45, bottom=0.6))
+    axes.set_label(PANEL)
     unit = _scale(max(tables, key=lambda table: float(np.nanmax(np.abs(table.values), initial=0.0))))
     for number, (table, label) in enumerate(zip(tables, labels, strict=True)):
-        marker = "o" if len(place[0]) <= 60 else ""
+        marker = "o" if len(place.x) <= 60 else ""
         colour = PALETTE[number % len(PALETTE)]
-        axes.plot(place[0], table.values / unit.size, marker=marker, markersize=3.5, color=colour, label=label)
+        axes.plot(place.x, table.values / unit.size, marker=marker, markersize=3.5, color=colour, label=label)
     _set_axis(axes, "x", place)
     axes.set_ylabel(_named(tables[0], unit))
+    missing = ~np.isin(found["status"].values, ENDED)
+    for first, last in _runs(missing):
+        axes.axvspan(place.edges[first], place.edges[last], facecolor="none", edgecolor=MUTED, hatch=HATCH, linewidth=0)
+    sequences = _sequences(found, [axis])
+    for edge in place.edges[1:-1][(np.diff(sequences) != 0) & ~missing[1:] & ~missing[:-1]]:
+        axes.axvline(edge, color=MUTED, linewidth=0.8, linestyle=(0, (4, 2)), zorder=0.5)
     if len(labels) > 1:
         axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, frameon=False, borderaxespad=0.0)
     return figure
 
 
-def _maps(found: xarray.Dataset, tables: list[Any], labels: list[str], axes_names: list[str]) -> Figure:
-    from matplotlib.colors import BoundaryNorm, ListedColormap
-
-    across, up = (_places(found, name) for name in axes_names)
+def _maps(found: xarray.Dataset, tables: list[Any], labels: list[str], names: list[str]) -> Figure:
+    across, up = (places(found, name) for name in names)
     columns = min(2, len(tables))
     rows = -(-len(tables) // columns)
-    margins = Margins(left=0.8, right=0.55, top=0.4, bottom=0.6, across=1.35, down=0.95)
+    margins = Margins(left=0.8, right=0.75, top=0.4, bottom=0.6, across=1.5, down=0.95)
     figure, panels = grid(rows, columns, 3.2 if columns > 1 else 4.6, margins)
     flat = [panel for row in panels for panel in row]
-    missing = ~np.isin(found["status"].transpose(*axes_names).values, ENDED)
+    missing = ~np.isin(found["status"].transpose(*names).values, ENDED)
+    sequences = np.where(missing, -1, _sequences(found, names))
+    whole = _whole(np.concatenate([table.values.ravel() for table in tables]))
     for axes, table, label in zip(flat, tables, labels, strict=False):
-        values = table.transpose(*axes_names).values
-        unit = _scale(table)
-        whole = np.unique(values[np.isfinite(values)])
-        options: dict[str, Any] = {"cmap": "cividis"}
-        counted = 0 < whole.size <= MAX_COUNTS and bool(np.all(whole == np.round(whole)))
-        if counted:
-            steps = np.arange(whole[0], whole[-1] + 2) - 0.5
-            colours = [PALETTE[int(number) % len(PALETTE)] for number in steps[:-1] + 0.5]
-            options = {"cmap": ListedColormap(colours), "norm": BoundaryNorm(steps, len(colours))}
-        image = axes.pcolormesh(across[0], up[0], values.T / unit.size, shading="nearest", rasterized=True, **options)
-        bar = figure.colorbar(image, ax=axes, fraction=0.06, pad=0.03, label=_named(table, unit))
-        if counted:
-            bar.set_ticks(list(range(int(whole[0]), int(whole[-1]) + 1)))
-        else:
-            _edges(axes, found, axes_names, across[0], up[0])
-        if missing.any():
-            marked = np.where(missing.T, 1.0, np.nan)
-            axes.contourf(across[0], up[0], marked, levels=[0.5, 1.5], hatches=["////"], colors="none")
+        axes.set_label(PANEL)
+        axes.grid(visible=False)
+        _picture(axes, table, table.transpose(*names).values, across, up, whole)
+        _outline(axes, _edges(sequences), across, up, {"edgecolor": INK, "facecolor": "none", "linewidth": 0.7})
+        failed = [(i, k, j, k) for k in range(len(up.x)) for i, j in _runs(missing[:, k])]
+        _hatch(axes, failed, across, up)
         axes.set_title(label, color=MUTED)
         _set_axis(axes, "x", across)
         _set_axis(axes, "y", up)
@@ -144,12 +181,77 @@ def _maps(found: xarray.Dataset, tables: list[Any], labels: list[str], axes_name
     return figure
 
 
-def _edges(axes: Axes, found: xarray.Dataset, names: list[str], across: Array, up: Array) -> None:
-    """Draw lines between points of different numbers of periods of contact."""
-    if "contacts" not in found or min(len(across), len(up)) < 2:
+def _whole(values: Array) -> Array:
+    """Return the different values where they are few whole numbers; else none."""
+    found = np.unique(values[np.isfinite(values)])
+    return found if found.size <= len(PALETTE) and np.all(found == np.round(found)) else np.zeros(0)
+
+
+def _picture(axes: Axes, table: Any, values: Array, across: Places, up: Places, whole: Array) -> None:
+    """Draw the values of a map with its bar of colours: counts with a colour each, the same in all panels."""
+    from matplotlib import colormaps
+    from matplotlib.colors import BoundaryNorm, ListedColormap
+
+    unit = _scale(table)
+    is_counted = whole.size > 0 and not unit.label
+    shown = values / unit.size
+    options: dict[str, Any] = {"cmap": ListedColormap(colormaps["cividis"](np.linspace(0.25, 1.0, 192)))}
+    if is_counted:
+        shown = np.where(np.isfinite(values), np.searchsorted(whole, values), np.nan)
+        norm = BoundaryNorm(np.arange(whole.size + 1) - 0.5, whole.size)
+        options = {"cmap": ListedColormap(PALETTE[: whole.size]), "norm": norm}
+    image = axes.pcolormesh(across.edges, up.edges, np.ma.masked_invalid(shown.T), rasterized=True, **options)
+    bar = axes.figure.colorbar(image, ax=axes, fraction=0.06, pad=0.03, label=_named(table, unit))
+    if bar.solids is not None:
+        bar.solids.set_rasterized(True)  # its colours stay those of the picture on a dark page
+    if is_counted:
+        bar.set_ticks(list(range(whole.size)), labels=[f"{number:g}" for number in whole])
+
+
+def _runs(marked: NDArray[np.bool_]) -> Iterator[tuple[int, int]]:
+    """Give the first and the place after the last of each row of marked places."""
+    ends = np.flatnonzero(np.diff(np.concatenate(([0], marked.astype(int), [0]))))
+    yield from zip(ends[::2].tolist(), ends[1::2].tolist(), strict=True)
+
+
+Line = tuple[int, int, int, int]
+"""Numbers of the edges (across, up) where a straight line begins and ends."""
+
+
+def _edges(sequences: NDArray[np.int64]) -> list[Line]:
+    """Return the lines between neighbours of different sequences of contacts; points without one (-1) have no edge."""
+    found: list[Line] = []
+    for turned, table in enumerate((sequences, sequences.T)):
+        differ = (table[1:] != table[:-1]) & (table[1:] >= 0) & (table[:-1] >= 0)
+        for number in np.flatnonzero(differ.any(axis=1)).tolist():
+            for first, last in _runs(differ[number]):
+                line = (number + 1, first, number + 1, last)
+                found.append((line[1], line[0], line[3], line[2]) if turned else line)
+    return found
+
+
+def _outline(axes: Axes, lines: list[Line], across: Places, up: Places, look: dict[str, Any]) -> None:
+    """Draw lines as one path."""
+    from matplotlib.patches import PathPatch
+    from matplotlib.path import Path
+
+    if lines:
+        ends = np.array([((across.edges[i], up.edges[k]), (across.edges[j], up.edges[m])) for i, k, j, m in lines])
+        codes = np.tile([Path.MOVETO, Path.LINETO], len(lines))
+        axes.add_patch(PathPatch(Path(ends.reshape(-1, 2), codes), capstyle="projecting", **look))
+
+
+def _hatch(axes: Axes, rows: list[Line], across: Places, up: Places) -> None:
+    """Hatch the cells of rows of points without values."""
+    from matplotlib.patches import PathPatch
+    from matplotlib.path import Path
+
+    if not rows:
         return
-    counts = found["contacts"].transpose(..., *names).values
-    for table in counts.reshape(-1, len(across), len(up)):
-        levels = np.unique(table[np.isfinite(table)])
-        if levels.size > 1:
-            axes.contour(across, up, table.T, levels=0.5 * (levels[1:] + levels[:-1]), colors=INK, linewidths=0.4)
+    corners, codes = [], []
+    for first, row, last, _ in rows:
+        x, y = across.edges[[first, last]], up.edges[[row, row + 1]]
+        corners += list(itertools.chain([(x[0], y[0]), (x[1], y[0]), (x[1], y[1]), (x[0], y[1]), (x[0], y[0])]))
+        codes += [Path.MOVETO, Path.LINETO, Path.LINETO, Path.LINETO, Path.CLOSEPOLY]
+    path = Path(corners, codes)
+    axes.add_patch(PathPatch(path, facecolor="none", edgecolor=MUTED, hatch=HATCH, linewidth=0.0))

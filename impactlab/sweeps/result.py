@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
-TIME = "time"  # over which a sampled channel has values
+TIME, TIME_OF = "time", "time of "  # over which a sampled channel has values; its dimension begins with the second
+ABOUT = ("status", "reason", "engine")  # variables beside the quantities
 TABLE_ROWS = 20_000  # that are written at a time
 
 
@@ -97,7 +98,7 @@ class Result:
         for each, table in zip(content["quantities"], self.tables, strict=True):
             own, whole = dims, shape
             if each["labels"]:
-                label = each["over"] if each["over"] != TIME else f"time of {each['name']}"
+                label = each["over"] if each["over"] != TIME else f"{TIME_OF}{each['name']}"
                 own, whole = (*dims, label), (*shape, len(each["labels"]))
                 units = {"units": "s"} if each["over"] == TIME else {}
                 coordinates[label] = ((label,), np.array(each["labels"]), units)
@@ -127,7 +128,7 @@ def rows(found: xarray.Dataset, first: int = 0, last: int | None = None) -> pand
     for name in [each for each in found.coords if set(found[each].dims) <= set(dims) and each != "point"]:
         columns[_headed(str(name), found[name])] = found[name].values[places[dims.index(found[name].dims[0])]]
     for name, variable in found.data_vars.items():
-        if name in ("status", "reason", "engine"):
+        if name in ABOUT:
             continue
         table = variable.values.reshape(found["status"].size, -1)[first:last]
         labels = [str(label) for dim in variable.dims if dim not in dims for label in found[dim].values.tolist()] or [

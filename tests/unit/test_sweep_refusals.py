@@ -20,7 +20,7 @@ import impactlab as il
 from impactlab.bench.store import locked
 from impactlab.cli import app
 from impactlab.errors import ExtraError, SweepError
-from impactlab.sweeps import axes, chunks, counts, result, run, shards
+from impactlab.sweeps import axes, chunks, counts, engines, points, result, run, shards
 from tests.cases.support import CASES
 
 PAPER = CASES / "axial_impact.yaml"
@@ -39,7 +39,8 @@ def invoked(arguments: list[str], out: Path):
 
 @pytest.fixture
 def no_run(monkeypatch):
-    monkeypatch.setattr(run, "row", lambda *_: pytest.fail("a run was started"))
+    for module in (points, engines):
+        monkeypatch.setattr(module, "row", lambda *_: pytest.fail("a run was started"))
 
 
 @pytest.mark.parametrize(
@@ -144,7 +145,7 @@ def test_a_missing_library_is_answered_with_the_command_that_installs_it(case, m
 
 @pytest.fixture
 def kept(tmp_path, case, monkeypatch):
-    monkeypatch.setattr(run, "_size", lambda *_: 2)
+    monkeypatch.setattr(run, "size_of_chunk", lambda *_: 2)
     il.sweep(case, {MASS: [1.0, 2.0, 3.0]}, quantities=["contacts"], out=tmp_path / "s")
     return tmp_path / "s"
 
@@ -178,7 +179,7 @@ def test_shards_that_overlap_are_refused(kept, case, at_work, asked, is_refused)
 
 
 def test_shards_compute_their_chunks_and_the_last_call_collects(tmp_path, case, monkeypatch):
-    monkeypatch.setattr(run, "_size", lambda *_: 2)
+    monkeypatch.setattr(run, "size_of_chunk", lambda *_: 2)
     masses, out = np.linspace(1.0, 2.0, 9), tmp_path / "s"
     arguments = {"quantities": ["impulse"], "out": out}
     first = il.sweep(case, {MASS: masses}, shard="1/3", **arguments)
@@ -222,7 +223,7 @@ def disk_full(*_, **__):
 def test_a_folder_that_breaks_ends_the_sweep_and_says_how_to_go_on(tmp_path, monkeypatch, fault, words, last):
     out = tmp_path / "out"
     with monkeypatch.context() as patched:
-        patched.setattr(run, "_size", lambda *_: 2)
+        patched.setattr(run, "size_of_chunk", lambda *_: 2)
         break_it = {
             "full": lambda _: patched.setattr(np, "savez", disk_full),
             "removed": lambda folder: shutil.rmtree(folder.path),
@@ -239,7 +240,7 @@ def test_a_folder_that_breaks_ends_the_sweep_and_says_how_to_go_on(tmp_path, mon
 
 
 def test_a_disk_that_is_full_at_the_end_keeps_all_points(kept, case, monkeypatch):
-    (kept / "sweep.nc").unlink()
+    (kept / "index.html").unlink()
     monkeypatch.setattr(run, "write_table", disk_full)
     with pytest.raises(SweepError, match="No space left on device") as raised:
         il.sweep(case, {MASS: [1.0, 2.0, 3.0]}, quantities=["contacts"], out=kept)
@@ -248,7 +249,7 @@ def test_a_disk_that_is_full_at_the_end_keeps_all_points(kept, case, monkeypatch
 
 
 def test_the_keyboard_ends_a_sweep_with_130_and_finished_points(tmp_path, monkeypatch):
-    monkeypatch.setattr(run, "_size", lambda *_: 2)
+    monkeypatch.setattr(run, "size_of_chunk", lambda *_: 2)
 
     def interrupt(_):
         raise KeyboardInterrupt

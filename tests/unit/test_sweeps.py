@@ -23,7 +23,7 @@ from impactlab.cli import app
 from impactlab.contact.penalty import Penalty
 from impactlab.metrics.collisions import collisions
 from impactlab.plugins import LAWS, QUANTITIES, Entry, Registry, registry
-from impactlab.sweeps import axes, chunks, counts, run
+from impactlab.sweeps import axes, chunks, counts, engines, points, run
 
 PAPER = Path(__file__).parents[2] / "cases" / "axial_impact.yaml"
 MASS, GAP = "bodies.hammer.mass", "contacts.0.gap"
@@ -113,7 +113,8 @@ def test_axes_of_the_command_line(case, text, values):
     ],
 )
 def test_wrong_axes_are_refused_before_the_first_run(case, over, words, monkeypatch):
-    monkeypatch.setattr(run, "row", lambda *_: pytest.fail("a run was started"))
+    for module in (points, engines):
+        monkeypatch.setattr(module, "row", lambda *_: pytest.fail("a run was started"))
     with pytest.raises(il.CaseError) as raised:
         il.sweep(case, over)
     assert words in str(raised.value)
@@ -157,9 +158,9 @@ def faulty_case() -> il.Case:
 
 @pytest.mark.slow
 def test_a_run_that_hangs_or_crashes_is_one_point(monkeypatch):
-    monkeypatch.setattr(run, "POINT_LIMIT_S", 6.0)
-    monkeypatch.setattr(run, "tree_hash", lambda _: "tests")
-    monkeypatch.setattr(run, "_size", lambda *_: 2)
+    monkeypatch.setattr(engines, "POINT_LIMIT_S", 6.0)
+    monkeypatch.setattr(points, "tree_hash", lambda _: "tests")
+    monkeypatch.setattr(run, "size_of_chunk", lambda *_: 2)
     found = il.sweep(
         faulty_case(), {"contacts.0.law.stiffness": [1e9, 1.0, 2.0, 2e9]}, quantities=["contacts"], workers=2
     )
@@ -169,7 +170,7 @@ def test_a_run_that_hangs_or_crashes_is_one_point(monkeypatch):
 
 @pytest.mark.slow
 def test_a_first_run_that_crashes_does_not_end_the_sweep(monkeypatch):
-    monkeypatch.setattr(run, "tree_hash", lambda _: "tests")
+    monkeypatch.setattr(points, "tree_hash", lambda _: "tests")
     found = il.sweep(faulty_case(), {"contacts.0.law.stiffness": [1.0, 1e9]}, quantities=["contacts"], workers=1)
     assert [chunks.STATUSES[each] for each in found["status"].values] == ["crashed", "completed"]
 
@@ -182,13 +183,34 @@ def test_figures_show_each_label_and_refuse_what_they_cannot_show(case):
     unit = 1e-3 if "mN" in line.get_ylabel() else 1.0
     assert line.lines[0].get_ydata() * unit == pytest.approx(found["impulse"].values[:, 0, 0])
     assert line.get_xscale() == "log"
-    panel = il.plot_sweep(found, "contacts").axes[0]
+    panel, bar = il.plot_sweep(found, "contacts").axes
     assert panel.get_title() == "hammer|rod.left" or panel.get_title(loc="left") == "hammer|rod.left"
-    assert panel.collections[0].get_array().tolist() == found["contacts"].values[..., 0].T.tolist()
+    numbers = np.array([float(tick.get_text()) for tick in bar.get_yticklabels()])
+    colours = panel.collections[0].get_array().astype(int)
+    assert numbers[colours].tolist() == found["contacts"].values[..., 0].T.tolist()
     with pytest.raises(il.CaseError, match="Did you mean 'impulse'"):
         il.plot_sweep(found, "impuls")
     with pytest.raises(il.CaseError, match="a figure of a sweep with listed points"):
         il.plot_sweep(il.sweep(case, points={MASS: [1.0, 2.0]}, quantities=["impulse"]), "impulse")
+
+
+def test_edges_stand_between_sequences_of_contacts_and_failed_points_are_hatched(case):
+    found = il.sweep(case, {MASS: [1.0, 2.0, 3.0], GAP: [0.0, 1e-4, 2e-4]}, quantities=["contacts"])
+    counted = found["contacts"].values[..., 0]
+    counted[:] = [[1, 1, 1], [1, 2, 2], [1, 2, np.nan]]
+    found["status"].values[2, 2] = chunks.STATUSES.index("failed")
+    panel = il.plot_sweep(found, "contacts").axes[0]
+    edges, hatched = panel.patches
+    ends = edges.get_path().vertices.reshape(-1, 4)
+    gap = 1e6 if "\N{MICRO SIGN}m" in panel.get_ylabel() else 1e3
+    lines = [[1.5, 0.5e-4 * gap, 1.5, 2.5e-4 * gap], [1.5, 0.5e-4 * gap, 3.5, 0.5e-4 * gap]]
+    assert np.sort(ends, axis=0) == pytest.approx(np.sort(lines, axis=0))
+    assert hatched.get_hatch()
+    corners = hatched.get_path().vertices
+    assert (corners.min(axis=0), corners.max(axis=0)) == (
+        pytest.approx([2.5, 1.5e-4 * gap]),
+        pytest.approx([3.5, 2.5e-4 * gap]),
+    )
 
 
 PAGE = (PAPER.parents[1] / "docs" / "sweeps.md").read_text(encoding="utf-8")
@@ -210,7 +232,7 @@ def test_the_page_runs_as_printed(monkeypatch, capsys):
 SWEEP = """
 import sys, numpy as np, impactlab as il
 from impactlab.sweeps import run
-run._size = lambda *_: 5
+run.size_of_chunk = lambda *_: 5
 case = il.load_case(sys.argv[1]).method("continuous")
 il.sweep(case, {"bodies.hammer.mass": np.geomspace(0.2, 20.0, 200)}, quantities=["restitution"], out=sys.argv[2])
 """
@@ -239,7 +261,7 @@ def test_a_killed_sweep_goes_on_and_gives_the_same_bits(tmp_path, case):
 
 
 def test_workers_give_the_bits_of_one_process_and_the_command_the_same_file(case, tmp_path, monkeypatch):
-    monkeypatch.setattr(run, "_size", lambda *_: 3)
+    monkeypatch.setattr(run, "size_of_chunk", lambda *_: 3)
     masses = np.linspace(1.0, 2.0, 7)
     alone = il.sweep(case, {MASS: masses}, quantities=["impulse"])
     assert alone.equals(il.sweep(case, {MASS: masses}, quantities=["impulse"], workers=2))

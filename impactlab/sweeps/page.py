@@ -1,0 +1,195 @@
+"""The page of a sweep: figures of its quantities, and the values of the point that is chosen with its command."""
+
+from __future__ import annotations
+
+import base64
+import json
+import shlex
+import zlib
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from impactlab.report import facts
+from impactlab.report.figure_files import inline, save, with_classes
+from impactlab.report.page import rendered
+from impactlab.report.provenance import Provenance
+from impactlab.report.sketch import sketch
+from impactlab.scene.problem import Scene
+from impactlab.sweeps.axes import METHOD
+from impactlab.sweeps.chunks import STATUSES
+from impactlab.sweeps.plots import ENDED, PANEL, fitted, places, plot_sweep
+from impactlab.sweeps.result import ABOUT, TIME_OF, counts
+from impactlab.types import Array
+
+if TYPE_CHECKING:
+    import xarray
+    from matplotlib.figure import Figure
+
+MAX_VALUES = 600_000  # of all points that a page holds; of more points it holds some
+CAPTION_LINE = "Dashed lines stand between different sequences of contacts; points without values are hatched."
+CAPTION_MAP = "Lines are edges between different sequences of contacts; points without values are hatched."
+
+
+def write_page(folder: Path, found: xarray.Dataset, scene: Scene, origin: Provenance, again: str) -> None:
+    """Write ``index.html``, ``figures/``, ``case.yaml`` and ``citations.bib`` of a sweep.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder of the sweep.
+    found : Dataset
+        Its result.
+    scene : Scene
+        The scene of the case.
+    origin : Provenance
+        Title, source, command and case of the sweep.
+    again : str
+        The command that runs the case, to which the settings of a point are added.
+    """
+    dims = [str(dim) for dim in found["status"].dims]
+    is_drawn = dims != ["point"] and len(dims) <= 2
+    names = [name for name in map(str, found.data_vars) if name not in ABOUT and not _sampled(found, name)]
+    (folder / "figures").mkdir(exist_ok=True)
+    plates, drawings = [], []
+    for name in names if is_drawn else ():
+        figure = plot_sweep(found, name)
+        title, _, more = str(found[name].attrs["long_name"]).partition(";")
+        caption = f"{more.strip().capitalize()}. " if more else ""
+        caption += CAPTION_LINE if len(dims) == 1 else CAPTION_MAP
+        plates.append({"name": name, "title": title, "caption": caption, "panels": _panels(figure)})
+        drawings.append(inline(save(figure, folder / "figures", name), f"{title}. {caption}"))
+    figures, rules = with_classes(drawings)
+    for plate, svg in zip(plates, figures, strict=True):
+        plate["svg"] = svg
+    (folder / "case.yaml").write_text(origin.case_yaml.rstrip() + "\n", encoding="utf-8")
+    (folder / "citations.bib").write_text(origin.citations.rstrip() + "\n", encoding="utf-8")
+    every, data = _data(found, names, again, is_drawn=is_drawn)
+    text = rendered(
+        "impactlab.sweeps",
+        "page.html.j2",
+        title=origin.title or found.attrs["title"],
+        kicker=f"impactlab · a sweep of {found['status'].size:,} points",
+        origin=origin,
+        sketch=sketch(scene),
+        facts=[*_facts(found), *facts.scene_facts(scene)],
+        plates=plates,
+        rules=rules,
+        every=every,
+        lacking=[name for name in map(str, found.data_vars) if _sampled(found, name)],
+        commands=[origin.command] if origin.command else [],
+        files=[
+            ("table.csv", "a row for each point"),
+            ("sweep.nc", "labelled data, for xarray"),
+            ("case.yaml", "the case that is swept"),
+            ("citations.bib", "what to cite"),
+            *([("figures/", "SVG, PNG")] if plates else []),
+        ],
+        data=data,
+    )
+    draft = folder / "index.html.part"
+    draft.write_text(text, encoding="utf-8")
+    draft.replace(folder / "index.html")
+
+
+def _sampled(found: xarray.Dataset, name: str) -> bool:
+    return any(str(dim).startswith(TIME_OF) for dim in found[name].dims)
+
+
+def _facts(found: xarray.Dataset) -> list[tuple[str, str]]:
+    """Return axes and statuses of a sweep as names and words."""
+    words = []
+    for axis in _axes(found):
+        values, unit = found[axis].values, _unit(found[axis])
+        if values.dtype.kind in "iuf" and values.size > 3:
+            text = f"{values.size:,} values, {_shown(values.min(), unit)} to {_shown(values.max(), unit)}"
+        else:
+            text = ", ".join(_shown(value, unit) for value in values[:8]) + (", ..." if values.size > 8 else "")
+        words.append((axis, text))
+    return [*words, ("points", ", ".join(f"{count:,} {status}" for status, count in counts(found).items()))]
+
+
+def _axes(found: xarray.Dataset) -> list[str]:
+    """Return the paths of the axes, which are columns where points are listed."""
+    return [str(name) for name in found.coords if "path" in found[name].attrs]
+
+
+def _shown(value: Any, unit: str) -> str:
+    if isinstance(value, (str, bool)):
+        return str(value)
+    shown = fitted(unit, abs(float(value)))
+    return f"{float(value) / shown.size:.6g}\N{NO-BREAK SPACE}{shown.label}".rstrip().replace("-", "\N{MINUS SIGN}")
+
+
+def _panels(figure: Figure) -> list[dict[str, Any]]:
+    """Return the boxes of the panels of a figure, as shares of it from its upper left corner."""
+    boxes = [axes.get_position().bounds for axes in figure.axes if axes.get_label() == PANEL]
+    return [{"left": x, "top": 1.0 - y - height, "width": width, "height": height} for x, y, width, height in boxes]
+
+
+def _data(found: xarray.Dataset, names: list[str], again: str, *, is_drawn: bool) -> tuple[int, str]:
+    """Return how many points stand for one on the page, along each axis, and the data of its script as JSON."""
+    dims = [str(dim) for dim in found["status"].dims]
+    widths = {name: found[name].size // found["status"].size for name in names}
+    every, columns = 1, 2 + sum(widths.values())
+    while np.prod([-(-size // every) for size in found["status"].shape]) * columns > MAX_VALUES:
+        every += 1
+    part = found.isel({dim: slice(None, None, every) for dim in dims})
+    reasons, which = np.unique(part["reason"].values.ravel().astype(str), return_inverse=True)
+    tables, described = [part["status"].values.ravel(), which.ravel()], []
+    for name in names:
+        values = part[name].transpose(*dims, ...).values.reshape(part["status"].size, -1)
+        others = [dim for dim in part[name].dims if dim not in dims]
+        for number, label in enumerate(part[others[0]].values.tolist() if others else [""]):
+            tables.append(values[:, number])
+            described.append({"name": name, "label": str(label), "unit": _unit(part[name])})
+    axes = []
+    for axis in _axes(found):
+        values = part[axis].values.tolist()
+        along = _shares(found, axis)[::every] if is_drawn else None
+        sets = [setting(axis, value) for value in values]
+        axes.append(
+            {
+                "path": axis,
+                "shown": [_shown(value, _unit(part[axis])) for value in values],
+                "sets": sets,
+                "along": along,
+            }
+        )
+    made = {
+        "axes": axes,
+        "listed": dims == ["point"],
+        "statuses": STATUSES,
+        "ended": ENDED,
+        "reasons": reasons.tolist(),
+        "quantities": described,
+        "again": again,
+        "points": part["status"].size,
+        "table": _packed(np.array(tables, dtype="<f4")),
+    }
+    return every, json.dumps(made, separators=(",", ":")).replace("<", "\\u003c")
+
+
+def _unit(variable: Any) -> str:
+    unit = str(variable.attrs.get("units", "1"))
+    return "" if unit == "1" else unit
+
+
+def _shares(found: xarray.Dataset, axis: str) -> list[float]:
+    """Return where the values of an axis stand, as shares of the width or height of a panel."""
+    place = places(found, axis)
+    x, edges = (np.log(place.x), np.log(place.edges)) if place.is_logarithmic else (place.x, place.edges)
+    return [round(share, 5) for share in ((x - edges[0]) / (edges[-1] - edges[0])).tolist()]
+
+
+def setting(path: str, value: Any) -> str:
+    """Return the option of ``impactlab run`` that gives a value of an axis, as a shell takes it."""
+    text = value if isinstance(value, str) else json.dumps(value)
+    return shlex.join(["--method", text] if path == METHOD else ["--set", f"{path}={text}"])
+
+
+def _packed(table: Array) -> str:
+    """Return numbers as text: the first bytes of all, then the second ones, deflated, in base64."""
+    planes = np.frombuffer(table.tobytes(), np.uint8).reshape(-1, 4).T
+    return base64.b64encode(zlib.compress(planes.tobytes(), 6)).decode("ascii")

@@ -1,0 +1,133 @@
+"""A point of a sweep: its run, and its results as a row; the content that all points of a sweep share."""
+
+from __future__ import annotations
+
+import logging
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+
+import impactlab
+from impactlab import api
+from impactlab.bench.keys import code_hash, numeric_environment, plugin_modules, top, tree_hash
+from impactlab.casefile import Case
+from impactlab.errors import ImpactlabError, StepError
+from impactlab.plugins import QUANTITIES
+from impactlab.report.summary import status_of
+from impactlab.sweeps import axes
+from impactlab.sweeps.axes import Points
+from impactlab.sweeps.batch import Batch, batch_of
+from impactlab.sweeps.chunks import ENGINES, STATUSES, Chunk
+from impactlab.sweeps.quantities import Asked, values
+
+MAX_REASON = 300  # characters
+LOG = logging.getLogger("impactlab")
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """All that the results of a sweep depend on."""
+
+    case: Case
+    points: Points
+    wanted: tuple[Asked, ...]
+
+    @cached_property
+    def batch(self) -> Batch | None:
+        """The points as a batch, or None where they are runs of their own."""
+
+        def single(number: int) -> list[list[float]] | None:
+            found = row(self, number)
+            return found.values if found.status == STATUSES.index("completed") else None
+
+        found = batch_of(self.case, self.points, self.wanted, single)
+        if isinstance(found, str):
+            LOG.info("each point is a run of its own: %s", found)
+            return None
+        return found
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return it without the batch, which holds memory of this process."""
+        return {name: value for name, value in vars(self).items() if name != "batch"}
+
+    def content(self, command: str = "") -> dict[str, Any]:
+        """Return it as plain values: two sweeps of the same content have the same results."""
+        found = [
+            {"path": axis.path, "values": axis.values, "si": axis.si, "unit": axis.unit} for axis in self.points.axes
+        ]
+        return {
+            **origin_of(self.case),
+            "axes": found,
+            "listed": self.points.listed,
+            "quantities": [each._asdict() for each in self.wanted],
+            "plugins": {name: tree_hash(name) for name in sorted(self._modules())},
+            "version": impactlab.__version__,
+            "date": datetime.now(UTC).isoformat(timespec="seconds"),
+            "command": command,
+        }
+
+    def _modules(self) -> set[str]:
+        """Return the top modules of plugins that the results come from."""
+        names = [each.name for each in self.wanted]
+        entries = [each for each in self.case.registry.entries if each.group == QUANTITIES.name and each.name in names]
+        cases = [self.case]
+        for axis in self.points.axes:
+            if not axis.is_numeric:
+                distinct = {repr(value): value for value in axis.values}.values()
+                cases += [axes.at_point(self.case, {axis.path: value}) for value in distinct]
+        return ({top(each) for each in entries} | {name for case in cases for name in plugin_modules(case)}) - {
+            "impactlab"
+        }
+
+
+def origin_of(case: Case) -> dict[str, Any]:
+    """Return the part of the content of a sweep that its axes were checked against."""
+    return {
+        "schema_version": 2,
+        "name": case.label,
+        "case": {"document": case.document.data, "variant": case.variant_name, "method": case.method_name},
+        "resolved": case.resolved(),
+        "code": code_hash(),
+        "environment": numeric_environment(),
+    }
+
+
+class Row(NamedTuple):
+    """Results of a point."""
+
+    status: int
+    reason: str
+    values: list[list[float]]
+
+
+def row(made: Sweep, number: int) -> Row:
+    """Return the results of a point; a run that is refused or fails has missing values."""
+    try:
+        case = made.points.case(made.case, number)
+        with api.warnings_kept():
+            history = api.run(case)
+        found = values(case.scene(), history, made.wanted, case.registry)
+        return Row(STATUSES.index(status_of(history)), "", found)
+    except ImpactlabError as error:
+        return missing(made, "failed" if isinstance(error, StepError) else "refused", str(error))
+    except Exception as error:  # noqa: BLE001 - a part may raise anything; its point tells it
+        return missing(made, "failed", f"{type(error).__name__}: {error}")
+
+
+def missing(made: Sweep, status: str, reason: str) -> Row:
+    """Return a point without values."""
+    text = " ".join(reason.split())[:MAX_REASON]
+    return Row(STATUSES.index(status), text, [[math.nan] * each.size for each in made.wanted])
+
+
+def chunk_of(first: int, rows: Sequence[Row], wanted: Sequence[Asked]) -> Chunk:
+    """Return the chunk of consecutive points."""
+    tables = tuple(np.array([each.values[k] for each in rows], dtype=float) for k in range(len(wanted)))
+    status = np.array([each.status for each in rows], np.int8)
+    engine = np.full(len(rows), ENGINES.index("run"), np.int8)
+    return Chunk(first, status, tuple(each.reason for each in rows), tables, engine)
