@@ -19,10 +19,13 @@ from impactlab.casefile.edit import check_name, plain
 from impactlab.casefile.path_units import unit_of
 from impactlab.casefile.words import shown
 from impactlab.errors import CaseError, ImpactlabError
+from impactlab.types import Array
 
 METHOD = "method"  # path of an axis whose values are names of methods of the case
 MAX_POINTS = 10_000_000
 MAX_RANGE = 1_000_000  # values of one range
+MAX_CHECKED = 200  # numbers of an axis that are checked one by one, some milliseconds each
+SPREAD = 24  # numbers of a longer axis that are, evenly from the least to the largest
 RANGE = re.compile(r"(?P<first>[^:]+):(?P<last>[^:]+):(?P<count>[0-9]{1,9})(?P<log>log)?")
 
 
@@ -150,9 +153,34 @@ def read_axis(case: Case, path: str, given: tuple[Any, ...], known: Mapping[str,
             text = f"an axis of methods of a case whose method is chosen: {case.method_name}"
             raise CaseError(text, path=path, remedy="Leave out one of the two.")
         return Axis(path, given, given, "")
+    unit = unit_of(case.checked, path, case.registry)
+    if len(given) > MAX_CHECKED and all(type(value) is float for value in given) and _span_is_si(case, path, given):
+        return Axis(path, given, given, unit)
     distinct = {repr(value): value for value in given}
     in_si = {key: _in_si(case, path, value) for key, value in distinct.items()}
-    return Axis(path, given, tuple(in_si[repr(value)] for value in given), unit_of(case.checked, path, case.registry))
+    return Axis(path, given, tuple(in_si[repr(value)] for value in given), unit)
+
+
+def spread(numbers: Array) -> list[int]:
+    """Return places of the extremes of many numbers, of those nearest to zero on each side, and of some between."""
+    order = np.argsort(numbers, kind="stable")
+    chosen = {int(order[round(k)]) for k in np.linspace(0, len(numbers) - 1, min(SPREAD, len(numbers)))}
+    for side in (numbers < 0.0, numbers == 0.0, numbers > 0.0):
+        there = np.flatnonzero(side)
+        if len(there):
+            chosen.add(int(there[np.argmin(np.abs(numbers[there]))]))
+    return sorted(chosen)
+
+
+def _span_is_si(case: Case, path: str, given: Sequence[float]) -> bool:
+    """Return whether numbers are in SI as they are given; raises as `read_axis`.
+
+    The case allows intervals of numbers, so its checks are made at the ends of the span and at some between.
+    """
+    numbers = np.array(given)
+    if not np.all(np.isfinite(numbers)):
+        raise CaseError("an axis with a number that is not finite", path=path, remedy="Give finite values.")
+    return all(_in_si(case, path, given[place]) == given[place] for place in spread(numbers))
 
 
 def _in_si(case: Case, path: str, value: Any) -> Any:

@@ -13,7 +13,7 @@ from impactlab.casefile.check import reference_rod
 from impactlab.casefile.schema import RoundTrips
 from impactlab.lazy import lazy
 from impactlab.scene.method import is_exact, theories
-from impactlab.sweeps.axes import Axis, Points, at_point
+from impactlab.sweeps.axes import Axis, Points, at_point, spread
 from impactlab.types import Array
 
 if TYPE_CHECKING:
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 else:  # compiled code, needed only where a batch starts
     marcher, points = lazy("impactlab.exact.batch.marcher"), lazy("impactlab.exact.batch.points")
 
-MIN_SAMPLES = 24  # values of a long axis that are built beside its extremes
 MAX_BUILT = 20_000  # values of an axis that are built one by one, a millisecond each
 MAX_CORNERS = 16  # of a grid
 INNER_POINTS = 8  # that are built beside the corners
@@ -49,17 +48,6 @@ def numbers_of(case: Case) -> marcher.Built:
     if made is None:
         raise NotServed("rods that start with a displacement")
     return made
-
-
-def spread(si: Array) -> list[int]:
-    """Return places of the extremes of an axis, of its numbers nearest to zero on each side, and of some between."""
-    order = np.argsort(si, kind="stable")
-    chosen = {int(order[round(k)]) for k in np.linspace(0, len(si) - 1, MIN_SAMPLES)}
-    for side in (si < 0.0, si == 0.0, si > 0.0):
-        there = np.flatnonzero(side)
-        if len(there):
-            chosen.add(int(there[np.argmin(np.abs(si[there]))]))
-    return sorted(chosen)
 
 
 def on_axis(case: Case, axis: Axis, others: Mapping[str, Any], base: marcher.Built) -> OnAxis:

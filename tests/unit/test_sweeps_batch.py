@@ -1,0 +1,312 @@
+"""Batches of exact runs against single runs: networks and events bit for bit, quantities to rounding; fall-backs."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import impactlab as il
+from impactlab.contact.penalty import Penalty
+from impactlab.contact.wave_identification import WaveIdentification
+from impactlab.exact.batch import marcher, points
+from impactlab.exact.history import ContinuousHistory
+from impactlab.models.continuous import Continuous
+from impactlab.scene import Contact, End, Mass, Point, Rod, Segment, Wall
+from impactlab.scene.bodies import Body
+from impactlab.scene.method import Method, Simulation
+from impactlab.scene.problem import Scene
+from impactlab.sweeps import batch, counts, quantities, run
+from impactlab.sweeps.chunks import ENGINES, STATUSES
+
+QUANTITIES = (*points.OF_CONTACT, *points.OF_PAIR, *points.OF_BODY, *points.OF_WHOLE)
+ROUNDING = 1e-12  # of the size of a quantity
+
+
+def random_rod(rng: np.random.Generator, name: str, left: bool, right: bool) -> Rod:
+    """Return a rod of one or two segments; its ends that nothing touches may be held or loaded."""
+    segments = []
+    for _ in range(rng.integers(1, 3)):
+        young, density = [(2.1e11, 7900.0), (7.0e10, 2700.0), (3.0e9, 1200.0)][rng.integers(3)]
+        segments.append(Segment(rng.uniform(0.1, 0.5), 10.0 ** rng.uniform(-4.0, -3.0), young, density))
+    first, mass = segments[0], sum(each.mass for each in segments)
+    sizes = {"mass": mass, "spring": first.young * first.area / first.length, "dashpot": first.impedance}
+    ends = []
+    for touched in (left, right):
+        kind: Any = "free" if touched else rng.choice(["free", "clamped", "mass", "spring", "dashpot"])
+        force = 0.0 if kind == "clamped" or touched or rng.random() < 0.8 else rng.uniform(-1e3, 1e3)
+        ends.append(End(kind, sizes.get(kind, 0.0) * 10.0 ** rng.uniform(-1.0, 1.0), force))
+    velocity = rng.uniform(-1.0, 2.0) if all(end.kind in ("free", "mass") for end in ends) else 0.0
+    return Rod(name, tuple(segments), *ends, velocity)
+
+
+def random_run(rng: np.random.Generator) -> Simulation:
+    """Return a row of up to four bodies in contact, hard or by springs; hard ones have a rod on one side."""
+    kinds = ["rod"]
+    while len(kinds) < 2 or (len(kinds) < 4 and rng.random() < 0.4):
+        kind = str(rng.choice(["rod", "mass", "mass", "wall"]))
+        if kinds[-1] == "wall":
+            break
+        kinds.append(kind)
+    if rng.random() < 0.5:
+        kinds.reverse()
+    bodies: dict[str, Body] = {}
+    for number, kind in enumerate(kinds):
+        name = f"{kind}{number}"
+        if kind == "rod":
+            bodies[name] = random_rod(rng, name, number > 0, number < len(kinds) - 1)
+        else:
+            bodies[name] = (
+                Wall(name) if kind == "wall" else Mass(name, 10.0 ** rng.uniform(-1.0, 1.0), rng.uniform(-2.0, 2.0))
+            )
+    contacts, laws = [], dict[str, Any]()
+    for left, right in zip(list(bodies.values())[:-1], list(bodies.values())[1:], strict=True):
+        gap = float(rng.choice([0.0, 10.0 ** rng.uniform(-6.0, -4.0)]))
+        contact = Contact(Point(left.name, left.length, left.name), Point(right.name, 0.0, right.name), gap)
+        contacts.append(contact)
+        hard = (left.elastic or right.elastic) and rng.random() < 0.6
+        damping = float(rng.choice([0.0, 1e3]))
+        laws[contact.name] = (
+            WaveIdentification() if hard else Penalty(stiffness=10.0 ** rng.uniform(6.0, 9.0), damping=damping)
+        )
+    rods = [body for body in bodies.values() if isinstance(body, Rod)]
+    trip = rods[0].round_trip
+    gravity = float(rng.choice([0.0, 9.81])) if rng.random() < 0.3 else 0.0
+    scene = Scene("row", bodies, tuple(contacts), rng.uniform(2.0, 6.0) * trip, gravity, round_trip=trip)
+    return Simulation(scene, Method(laws, {rod.name: Continuous() for rod in rods}))
+
+
+def varied(rng: np.random.Generator, run: Simulation) -> Simulation:
+    """Return the same scene with other numbers."""
+
+    def other(value: float) -> float:
+        return value * float(rng.uniform(0.7, 1.4))
+
+    scene, method = run
+    bodies: dict[str, Body] = {}
+    for name, body in scene.bodies.items():
+        if isinstance(body, Rod):
+            segments = tuple(
+                Segment(other(each.length), other(each.area), other(each.young), other(each.density))
+                for each in body.segments
+            )
+            ends = [
+                dataclasses.replace(end, value=other(end.value), force=other(end.force))
+                for end in (body.left, body.right)
+            ]
+            bodies[name] = Rod(name, segments, *ends, other(body.velocity))
+        elif isinstance(body, Mass):
+            bodies[name] = Mass(name, other(body.mass), other(body.velocity))
+        else:
+            bodies[name] = body
+    contacts = []
+    for contact in scene.contacts:
+        left = scene.bodies[contact.left.body]
+        moved = Point(contact.left.body, bodies[left.name].length, contact.left.label)
+        contacts.append(dataclasses.replace(contact, left=moved, gap=other(contact.gap)))
+    laws = {
+        name: law if law.hard else dataclasses.replace(law, stiffness=other(law.stiffness), damping=other(law.damping))  # type: ignore[attr-defined, type-var]
+        for name, law in method.laws.items()
+    }
+    trip = next(body.round_trip for body in bodies.values() if isinstance(body, Rod))
+    changed = dataclasses.replace(
+        scene, bodies=bodies, contacts=tuple(contacts), duration=other(scene.duration), round_trip=trip
+    )
+    return Simulation(changed, dataclasses.replace(method, laws=laws))
+
+
+def counted(scene: Scene) -> str:
+    return next(name for name, body in scene.bodies.items() if body.elastic is not None)
+
+
+def batch_of(runs: list[Simulation]) -> tuple[marcher.Marcher, list[marcher.Built]]:
+    """Return the batch of runs of one pattern: their whole vectors are the values of one axis."""
+    made = [marcher.built(run, counted(run.scene), None) for run in runs]
+    built = [each for each in made if each is not None]
+    size = len(built[0].vector)
+    numbers = points.Numbers(
+        built[0].vector, np.array([1]), np.array([len(runs)]), np.array([0, size]), np.arange(size), np.array([0]),
+        np.concatenate([each.vector for each in built]),
+    )  # fmt: skip
+    return marcher.Marcher(runs[0], built[0].pattern, numbers), built
+
+
+def values_of(history: ContinuousHistory) -> dict[str, list[float]]:
+    """Return each quantity of a single run, in the order of the scene."""
+    found = {}
+    for name in QUANTITIES:
+        value: Any = getattr(quantities, name)(history.scene, history)
+        function: Any = getattr(quantities, name)
+        labels = quantities.labels_of(history.scene, function.over)
+        found[name] = [value.get(label, np.nan) for label in labels] if labels else [value]
+    return found
+
+
+def in_order(row: Any, pattern: Any) -> dict[str, list[float]]:
+    """Return the results of a point of a batch by quantity."""
+    found, at = {}, 0
+    for names, count in marcher.parts_of(pattern):
+        for number, name in enumerate(names):
+            found[name] = row[at + number : at + len(names) * count : len(names)].tolist()
+        at += len(names) * count
+    return found
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_random_scenes_have_the_networks_events_and_quantities_of_single_runs(seed):
+    rng = np.random.default_rng(seed)
+    first = random_run(rng)
+    try:
+        il.run(first)
+    except il.ImpactlabError:
+        return  # a scene that the solver refuses
+    runs = [first]
+    while len(runs) < 4:
+        other = varied(rng, first)
+        try:
+            il.run(other)
+        except il.ImpactlabError:
+            continue
+        runs.append(other)
+    march, built = batch_of(runs)
+    rows, states = march.results(np.arange(4), sum(points.ASKED.values()))
+    for number, each in enumerate(runs):
+        if not built[number].pattern.same_as(built[0].pattern):
+            continue
+        assert marcher.same_network(march.network(number), built[number].log)
+        history = il.run(each)
+        assert isinstance(history, ContinuousHistory)
+        march.results(np.array([number]), points.BARE)
+        count = int(history.log.state["events"])
+        assert int(march.log.state["events"]) == count
+        assert np.array_equal(march.log.events[:count], history.log.events[:count])  # bit for bit
+        if states[number] != points.SERVED:
+            continue
+        mine, wanted = in_order(rows[number], march.pattern), values_of(history)
+        for name in ("contacts", "first_opening", "time_in_contact", "near_grazing"):
+            assert np.array_equal(mine[name], wanted[name], equal_nan=True), name
+        bodies = [body for body in each.scene.bodies.values() if body.moves]
+        speed = max(float(history.log.state["fastest"]), *(abs(body.velocity) for body in bodies))
+        scales = {"final_velocity": speed, "restitution": 1.0, "energy_gain": 1.0}
+        scales["final_momentum"] = speed * max(body.moving_mass for body in bodies)
+        for name in set(QUANTITIES) - {"near_grazing", "contacts", "first_opening"}:
+            scale = max(scales.get(name, 0.0), np.nanmax(np.abs(wanted[name]), initial=0.0))
+            np.testing.assert_allclose(mine[name], wanted[name], rtol=0.0, atol=ROUNDING * scale, err_msg=name)
+
+
+PAPER = il.load_case(Path(__file__).parents[2] / "cases" / "axial_impact.yaml")
+MASS, GAP = "bodies.hammer.mass", "contacts.0.gap"
+
+
+@pytest.fixture
+def small(monkeypatch):
+    """Let small sweeps be batches, too."""
+    monkeypatch.setattr(batch, "MIN_POINTS", 2)
+
+
+def engines(found: Any) -> set[str]:
+    return {ENGINES[number] for number in np.unique(found["engine"]).tolist()}
+
+
+@pytest.mark.parametrize(
+    ("path", "values"),
+    [
+        ("bodies.rod.length", np.linspace(0.3, 0.9, 30)),
+        ("bodies.rod.material.young", np.geomspace(7e10, 3e11, 30)),
+        ("bodies.rod.material.density", np.geomspace(2e3, 2e4, 30)),
+        ("bodies.hammer.velocity", np.linspace(0.0, 2.0, 30)),
+        ("solve.duration", [3e-4, 3.5e-4]),
+        ("contacts.0.gap", ["0 mm", "0.1 mm"]),
+        ("gravity", [0.0, 9.81]),
+    ],
+)
+def test_any_numeric_axis_is_a_batch(small, path, values):
+    case = PAPER.method("continuous")
+    found = il.sweep(case, {path: values}, quantities=QUANTITIES)
+    assert engines(found) == {"batch"}
+    for place in (0, 1, len(values) - 1):
+        value = values[place].item() if isinstance(values, np.ndarray) else values[place]
+        history = il.run(case.with_(path, value))
+        point = found.isel({path: place})
+        assert point["first_opening"].item() == history.contacts[0].end if history.contacts else True
+        assert point["contacts"].item() == len(history.contacts)
+        assert point["impulse"].item() == pytest.approx(sum(each.impulse for each in history.contacts), rel=1e-12)
+
+
+def test_axes_of_a_grid_are_composed_and_a_changed_number_of_two_axes_is_no_batch(small):
+    case = PAPER.method("continuous")
+    over = {
+        "bodies.rod.length": [0.3, 0.35, 0.5],
+        "bodies.rod.area": [5e-4, 9e-4],
+        "bodies.rod.material.young": [1e11, 2e11],
+    }
+    found = il.sweep(case, {**over, MASS: [1.0, 2.0]}, quantities=["first_opening", "final_velocity"])
+    assert engines(found) == {"batch"}
+    for place in [(0, 0, 0, 0), (2, 1, 1, 0), (1, 0, 1, 1)]:
+        settings = {path: found[path].values[k].item() for path, k in zip(found["status"].dims, place, strict=True)}
+        history = il.run(case.with_settings(settings))
+        assert found["first_opening"].sel(settings).item() == history.contacts[0].end
+    soft = case.with_("contacts.0.law", {"kind": "penalty", "stiffness": {"relative": 1.0}})
+    both = {"contacts.0.law.stiffness.relative": [0.5, 1.0], "bodies.rod.material.young": [1e11, 2e11]}
+    found = il.sweep(soft, both, quantities=["peak_force"])
+    assert engines(found) == {"run"}
+    assert engines(il.sweep(soft, {"contacts.0.law.stiffness.relative": [0.5, 1.0]}, quantities=["peak_force"])) == {
+        "batch"
+    }
+
+
+@pytest.mark.parametrize(
+    ("method", "over", "wanted"),
+    [
+        ("continuous", {"contacts.0.law.kind": ["wave_identification", "addition_deletion"]}, ["impulse"]),
+        ("continuous", {MASS: [1.0, 2.0]}, ["impulse", il.Sampled("force:hammer|rod.left", [1e-5])]),
+        ("penalty", {MASS: [1.0, 2.0]}, ["impulse"]),
+    ],
+)
+def test_words_channels_and_stepped_runs_are_no_batch(small, method, over, wanted):
+    case = PAPER.method(method).with_("solve.duration", 1e-4) if method == "penalty" else PAPER.method(method)
+    found = il.sweep(case, over, quantities=wanted)
+    assert engines(found) == {"run"}
+    assert counts(found) == {"completed": 2}
+
+
+def test_points_that_a_batch_leaves_are_runs_with_their_status(small):
+    case = PAPER.method("continuous").with_("contacts.0.law", {"kind": "penalty", "stiffness": 1e9})
+    stiff = np.array([1e8, 1e9, 1e24, 1e10])
+    found = il.sweep(case, {"contacts.0.law.stiffness": stiff}, quantities=["peak_force", "energy_gain"])
+    assert found["engine"].values.tolist() == [ENGINES.index(name) for name in ("batch", "batch", "run", "batch")]
+    assert found["status"].values.tolist() == [
+        STATUSES.index(name) for name in ("completed", "completed", "failed", "completed")
+    ]
+    assert np.isnan(found["peak_force"].values[2, 0])
+    assert "digits" in str(found["reason"].values[2]) or "fast" in str(found["reason"].values[2])
+
+
+def test_a_grid_with_a_refused_corner_is_no_batch(small):
+    case = il.load_case("hammer_rod_wall")
+    grid = {"bodies.rod.material.density": [8000.0, 1e-9], "bodies.rod.material.young": [2e11, 1e20]}
+    found = il.sweep(case, grid, quantities=["impulse"])
+    assert engines(found) == {"run"}
+    assert counts(found).get("refused") == 1
+
+
+def test_bits_do_not_depend_on_chunks_workers_or_interruptions(small, tmp_path, monkeypatch):
+    case, over = PAPER.method("continuous"), {MASS: np.geomspace(0.2, 20.0, 150), GAP: [0.0, 1e-4]}
+    whole = il.sweep(case, over, quantities=QUANTITIES)
+    assert engines(whole) == {"batch"}
+    monkeypatch.setattr(run, "_size", lambda *_: 7)
+    assert whole.equals(il.sweep(case, over, quantities=QUANTITIES, workers=2))
+    done = []
+
+    def interrupt(fraction: float) -> None:
+        done.append(fraction)
+        if len(done) == 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        il.sweep(case, over, quantities=QUANTITIES, out=tmp_path, progress=interrupt)
+    assert counts(il.open_sweep(tmp_path))["missing"] == 300 - 21
+    assert whole.equals(il.sweep(case, over, quantities=QUANTITIES, out=tmp_path))
