@@ -297,7 +297,7 @@ def test_bits_do_not_depend_on_chunks_workers_or_interruptions(small, tmp_path, 
     case, over = PAPER.method("continuous"), {MASS: np.geomspace(0.2, 20.0, 150), GAP: [0.0, 1e-4]}
     whole = il.sweep(case, over, quantities=QUANTITIES)
     assert engines(whole) == {"batch"}
-    monkeypatch.setattr(run, "_size", lambda *_: 7)
+    monkeypatch.setattr(run, "size_of_chunk", lambda *_: 7)
     assert whole.equals(il.sweep(case, over, quantities=QUANTITIES, workers=2))
     done = []
 
