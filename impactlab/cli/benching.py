@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Iterator
+import shlex
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from impactlab.cli.options import Json, found
+from impactlab.cli.options import Figures, Json, found
 from impactlab.cli.reporting import reporting
-from impactlab.cli.rooms import bench_report, benching, cells, console, stability_report
+from impactlab.cli.rooms import bench_report, benching, cells, console, figure_files, stability_report
 from impactlab.cli.rooms import grid as grids
 
 
@@ -60,13 +61,15 @@ def bench(
             "--from", metavar="TABLE", help="Run nothing: draw the report of this table into DIR.", show_default=False
         ),
     ] = None,
+    figures: Figures = None,
     as_json: Json = False,
 ) -> None:
     """Measure speed against error: a grid of methods over cases, one table row per run. Existing rows are kept."""
     with reporting(None, as_json):
+        formats = figure_files.figure_files(figures, None).formats if figures else ()
         if table is not None:
             with _made(out):
-                page = _draw_bench(out, table, jobs, suite)
+                page = _draw_bench(out, table, jobs, suite, formats, "")
             if as_json:
                 console.print_json({"schema_version": 1, "report": str(page)})
             return
@@ -80,7 +83,12 @@ def bench(
         counts = ", ".join(f"{count} {status}" for status, count in sorted(made.counts.items()))
         console.say(f"written: {out / 'table.csv'}")
         if not no_report:
-            _draw_bench(out, out / "table.csv", jobs, suite)
+            command = ["impactlab", "bench", *(case.name for case in cases or [])]
+            for option, given in (("--suite", suite if suite != "standard" else None), ("--grid", grid and grid.name)):
+                command += [option, given] if given else []
+            command += ["--methods", methods] if methods is not None else []
+            command += ["--no-timing"] * no_timing
+            _draw_bench(out, out / "table.csv", jobs, suite, formats, f"{shlex.join(command)} --out DIR")
         console.print_json(made.document) if as_json else print(f"{len(made.cells)} rows: {counts}")
 
 
@@ -98,7 +106,7 @@ def _made(folder: Path) -> Iterator[None]:
         raise
 
 
-def _draw_bench(out: Path, table: Path, jobs: int, suite: str) -> Path:
+def _draw_bench(out: Path, table: Path, jobs: int, suite: str, formats: Sequence[str], command: str) -> Path:
     """Draw the report of a table and return its page; nothing is timed, so any number of processes may draw."""
     if suite == "hard":
         count = stability_report.write_stability(out, table)
@@ -106,6 +114,8 @@ def _draw_bench(out: Path, table: Path, jobs: int, suite: str) -> Path:
         return out / "stability.html"
     console.say(f"drawing figures for {out} ...")
     with console.progress() as show:
-        bench_report.write_bench(out, table, jobs or os.cpu_count() or 1, lambda fraction: show("report", fraction))
+        bench_report.write_bench(
+            out, table, jobs or os.cpu_count() or 1, lambda fraction: show("report", fraction), formats, command
+        )
     console.say(f"written: {out / 'index.html'}")
     return out / "index.html"

@@ -3,9 +3,6 @@
 // All of it follows one state: the time, the history shown, the stretch of displacements, the methods switched off.
 
 const data = JSON.parse(document.getElementById("data").textContent);
-const $ = (id) => document.getElementById(id);
-const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
-const dark = matchMedia("(prefers-color-scheme: dark)");
 const state = { duration: data.duration, time: 0.25 * data.duration, film: Math.max(0, data.compared ? data.methods.findIndex((m) => m.colour === "ink") : 0), stretch: 1, playing: false, off: new Set() };
 const RUN_SECONDS = 8; // of the screen, for a whole run at speed 1
 const ICON = 34; // px, of a mass or a wall
@@ -13,19 +10,7 @@ const SHORT = 0.03; // of the whole train: the load of shorter bodies does not w
 const MANY = 10; // %, above which the axis of the energy balance is linear near zero only
 const PAD = { left: 58, right: 20, top: 14, bottom: 44 }; // px, around the diagram
 
-// ---- numbers ----
-const PREFIXES = [[1e9, "G"], [1e6, "M"], [1e3, "k"], [1, ""], [1e-3, "m"], [1e-6, "µ"], [1e-9, "n"]];
-function scaled(unit, largest) {
-  if (unit === "%" || !(largest > 0)) return { size: 1, label: unit };
-  const [size, prefix] = PREFIXES.find(([size]) => largest >= 0.9999 * size) || [1e-9, "n"];
-  return { size, label: unit === "strain" ? (prefix ? `${prefix}ε` : "strain") : prefix + unit };
-}
-const minus = (text) => text.replace("-", "\u2212");
-const short = (value, digits = 4) => (value == null ? "" : minus(String(Number(value.toPrecision(digits)))));
-function said(value, unit) {
-  const shown = scaled(unit, Math.abs(value));
-  return `${short(value / shown.size)}\u00a0${shown.label}`;
-}
+// ---- axes of time and place ----
 const clock = scaled("s", data.duration);
 function nice(value) { // the largest 1, 2 or 5 times a power of ten below it
   const power = 10 ** Math.floor(Math.log10(value));
@@ -40,9 +25,7 @@ function ticks(low, high, count) {
 
 // ---- arrays ----
 async function unpack(text) { // as impactlab/report/packing.py packs them
-  const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
-  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
-  const planes = new Uint8Array(await new Response(stream).arrayBuffer());
+  const planes = await inflated(text);
   const count = planes.length / 2;
   return ([first, size, low, step]) => {
     const values = new Float64Array(size);
@@ -378,16 +361,6 @@ function makePlot(plot) {
   Object.assign(plot, { u, cursor, box, values: [] });
   if (!data.compared) plot.panel.lines.forEach((each, k) => keys.append(keyOf(each.name, () => paint(plot, k), (shown) => u.setSeries(k + 1, { show: shown }), plot.values)));
 }
-function keyOf(name, stroke, toggle, values) {
-  const button = document.createElement("button"), swatch = document.createElement("i"), value = document.createElement("output");
-  button.type = "button"; button.className = "key"; button.setAttribute("aria-pressed", "true");
-  swatch.style.background = stroke(); repaint.push(() => { swatch.style.background = stroke(); });
-  button.append(swatch, name);
-  if (values) { value.setAttribute("aria-live", "off"); button.append(value); values.push(value); }
-  button.addEventListener("click", () => { const shown = button.getAttribute("aria-pressed") !== "true"; button.setAttribute("aria-pressed", shown); toggle(shown); });
-  return button;
-}
-const repaint = [];
 let zooming = false;
 function zoomAll(from) {
   if (zooming || from.status !== 1) return;

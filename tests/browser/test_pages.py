@@ -177,21 +177,115 @@ def test_paper_shows_the_static_figures_and_no_controls(pages, browser):
     assert on_screen["errors"] is True
 
 
-def test_the_pages_of_a_bench_sort_and_stay_in_their_width(browser, tmp_path):
-    write_bench(tmp_path, written(tmp_path, HAND))
-    for width in (1280, 400):
-        show(browser, tmp_path / "index.html", width=width, wait=False)
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The page of a small bench; one of its cases has a variant."""
+    folder = tmp_path_factory.mktemp("bench")
+    varied = [row | {"variant": "steep"} for row in HAND if row["case"] == "b"]
+    write_bench(folder, written(folder, [*HAND, *varied]))
+    return folder / "index.html"
+
+
+def chosen(driver: webdriver.Chrome) -> tuple[str, int]:
+    """Return the words below the diagram of a bench and the number of sections of scenes on the screen."""
+    sections = driver.find_elements(By.CSS_SELECTOR, ".scene")
+    return driver.find_element(By.ID, "count").text, sum(section.is_displayed() for section in sections)
+
+
+def test_the_page_of_a_bench_is_silent_alone_accessible_and_as_wide_as_its_window(bench, browser):
+    for width, dark in ((1280, False), (1280, True), (400, False)):
+        show(browser, bench, width=width, dark=dark)
         assert browser.execute_script("return document.documentElement.scrollWidth") <= width
-    assert faults(browser) == []
-    head = browser.find_element(By.CSS_SELECTOR, "table thead tr:last-child th")
+        assert faults(browser) == []
+        assert console(browser) == []
+        assert requests(browser) == []
+
+
+def test_case_and_variant_of_a_bench_are_chosen_by_list_link_and_key(bench, browser):
+    show(browser, bench)
+    assert chosen(browser) == ("a: 5 runs.", 1)
+    assert not browser.find_element(By.ID, "variant").is_displayed()
+    browser.find_element(By.ID, "case").send_keys("b")
+    assert chosen(browser) == ("b: 3 runs.", 1)
+    browser.find_element(By.ID, "variant").send_keys(Keys.ARROW_DOWN)
+    assert chosen(browser) == ("b/steep: 3 runs.", 1)
+    browser.find_element(By.CSS_SELECTOR, "table a[href='#a']").click()
+    assert chosen(browser) == ("a: 5 runs.", 1)
+
+
+def test_a_run_of_a_bench_is_read_by_pointer_and_by_key(bench, browser):
+    show(browser, bench)
+    tip, diagram = browser.find_element(By.ID, "tip"), browser.find_element(By.ID, "diagram")
+    assert not tip.is_displayed()
+    browser.execute_script("arguments[0].scrollIntoView({block: 'center'})", diagram)
+    place = "const p = impactlab.points().find(({y}) => y === 0.002), b = arguments[0].getBoundingClientRect();"
+    away = browser.execute_script(f"{place} return [p.left - b.width / 2, p.up - b.height / 2]", diagram)
+    webdriver.ActionChains(browser).move_to_element_with_offset(diagram, *map(round, away)).perform()
+    for words in ("quick, level 1", "error of displacement and impulse: 0.002", "time to solve: 2 ms", "steps: 100"):
+        assert words in tip.text
+    assert tip.text.split("\n")[1] == "a"
+    webdriver.ActionChains(browser).move_by_offset(0, -400).perform()
+    assert not tip.is_displayed()
+    diagram.send_keys(Keys.ARROW_RIGHT)
+    first = tip.text
+    diagram.send_keys(Keys.ARROW_DOWN)
+    assert tip.text.split()[0] != first.split()[0]  # another method
+    diagram.send_keys(Keys.ESCAPE)
+    assert not tip.is_displayed()
+
+
+def test_methods_and_axes_of_a_bench_are_switched(bench, browser):
+    show(browser, bench)
+    drawn = (
+        "return [...document.querySelectorAll('#diagram g')]"
+        ".map((g) => impactlab.points().filter((p) => p.m == g.dataset.method).length)"
+    )
+    assert sorted(browser.execute_script(drawn)) == [1, 2, 2]
+    key = next(each for each in browser.find_elements(By.CSS_SELECTOR, "#keys .key") if each.text == "quick")
+    front = "return document.querySelector('#diagram .front').getAttribute('d')"
+    before = browser.execute_script(front)
+    key.send_keys(Keys.ENTER)
+    assert key.get_attribute("aria-pressed") == "false"
+    assert sorted(browser.execute_script(drawn)) == [1, 2]
+    assert browser.execute_script(front) != before  # of the methods shown
+    browser.find_element(By.ID, "none").click()
+    assert browser.execute_script(drawn) == []
+    browser.find_element(By.ID, "every").click()
+    assert browser.execute_script(front) == before
+    browser.find_element(By.ID, "right").send_keys("steps")
+    browser.find_element(By.ID, "up").send_keys("energy gained")
+    assert browser.execute_script("return impactlab.points().map(({x, y}) => [x, y])") == [[100, 1e-4]] * 4
+
+
+def test_tables_of_a_bench_sort(bench, browser):
+    show(browser, bench)
+    head = browser.find_element(By.CSS_SELECTOR, ".chosen table thead tr:last-child th")
     head.find_element(By.TAG_NAME, "button").send_keys(Keys.ENTER)
-    first = "return [...document.querySelector('table').tBodies[0].rows].map((row) => row.cells[0].textContent)"
+    first = "return [...document.querySelector('.chosen table').tBodies[0].rows].map((row) => row.cells[0].textContent)"
     names = browser.execute_script(first)
     head.find_element(By.TAG_NAME, "button").send_keys(Keys.ENTER)
     assert len(set(names)) > 1
-    assert browser.execute_script(first) == names[::-1]
-    assert console(browser) == []
-    assert requests(browser) == []
+    assert names == sorted(names)
+    assert browser.execute_script(first) == sorted(names, reverse=True)
+
+
+def test_a_bench_on_paper_and_without_a_script(bench, browser):
+    show(browser, bench)
+    look(browser, printed=True)
+    assert browser.find_element(By.ID, "diagram").is_displayed()
+    assert not browser.find_element(By.ID, "case").is_displayed()
+    show(browser, bench, script=False)
+    assert not browser.find_element(By.ID, "diagram").is_displayed()
+    assert [section.get_attribute("id") for section in browser.find_elements(By.CSS_SELECTOR, ".scene")] == [
+        "a",
+        "b",
+        "c",
+        "b-steep",
+    ]
+    images = browser.find_elements(By.TAG_NAME, "img")
+    assert len(images) == 4
+    assert all(section.is_displayed() for section in (*images, *browser.find_elements(By.CSS_SELECTOR, ".scene")))
+    show(browser, bench)  # scripts on again
 
 
 def test_without_a_script_the_figures_are_there(pages, browser):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import csv
 import gzip
 import itertools
@@ -10,6 +11,7 @@ import os
 import re
 import subprocess
 import sys
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +21,7 @@ from typer.testing import CliRunner
 from impactlab.bench.report import pages
 from impactlab.bench.report.automatic import automatic_sheet, choices
 from impactlab.bench.report.fronts import front_of
+from impactlab.bench.report.live import bench_data
 from impactlab.bench.report.looks import leaders, looks, power, within
 from impactlab.bench.report.overview import SHADES
 from impactlab.bench.report.precision import precision
@@ -34,7 +37,6 @@ from impactlab.bench.report.write import write_bench
 from impactlab.bench.schema import FIELDS, Row
 from impactlab.cli import app
 from impactlab.errors import CaseError
-from impactlab.report.figure_files import to_svg
 from tests.unit.test_report import Links
 
 ENDED = {
@@ -399,8 +401,30 @@ def test_names_beside_lines_stay_apart_and_in_reach() -> None:
 def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The report of the small table, made once: pages are only looked at."""
     folder = tmp_path_factory.mktemp("report")
-    write_bench(folder, written(folder, HAND))
+    write_bench(folder, written(folder, HAND), command="impactlab bench a.yaml --out DIR")
     return folder
+
+
+def test_all_figures_are_drawn_where_formats_are_given(tmp_path: Path) -> None:
+    write_bench(tmp_path, written(tmp_path, HAND[:6]), formats=("pdf",))
+    names = {path.name for path in (tmp_path / "figures").iterdir()}
+    assert {"precision_a_displacement.svg", "precision_a_impulse.pdf", "energy_a.pdf", "oscillation_a.pdf"} <= names
+    assert {name.partition(".")[2] for name in names - {"precision_a_displacement.svg"}} == {"pdf"}
+
+
+def test_the_live_diagram_holds_every_completed_run_to_three_digits(tmp_path: Path) -> None:
+    scenes = scenes_of(tmp_path, HAND)
+    data = json.loads(zlib.decompress(base64.b64decode(bench_data(scenes, looks(scenes)))))
+    methods = [method["name"] for method in data["methods"]]
+    assert [title for title, _ in data["upwards"]][: data["errors"]] == [BOTH.title, *(norm.title for norm in NORMS)]
+    for scene, shown in zip(scenes, data["scenes"], strict=True):
+        runs = [row for row in scene.all_rows if row.completed]
+        assert [(methods[m], level) for m, level in zip(shown["method"], shown["level"], strict=True)] == [
+            (row.method, row.level) for row in runs
+        ]
+        for row, both, time in zip(runs, shown["up"][0], shown["right"][0], strict=True):
+            assert both == (None if (known := error(row, BOTH, scene)) is None else pytest.approx(known, rel=5e-3))
+            assert time == (None if row.solve_s is None else pytest.approx(row.solve_s, rel=5e-3))
 
 
 def test_every_row_without_a_result_is_on_the_page(report: Path, tmp_path: Path) -> None:
@@ -408,25 +432,23 @@ def test_every_row_without_a_result_is_on_the_page(report: Path, tmp_path: Path)
     for row in HAND:
         if row["status"] != "completed":
             assert f"{row['case']} {row['method']} {row['level']} {row['status']} {row['reason']}" in page.text
-            own = Links((report / "cases" / f"{row['case']}.html").read_text(encoding="utf-8"))
-            assert row["reason"] in own.text
     assert [len(unfinished(scene)) for scene in scenes_of(tmp_path, HAND)] == [1, 2, 0]
 
 
 def test_a_report_is_whole_and_needs_no_network(report: Path) -> None:
-    shown = [report / "index.html", *(report / "cases").iterdir()]
-    assert {page.name for page in shown} == {"index.html", "a.html", "b.html", "c.html"}
-    for page in shown:
-        found = Links(page.read_text(encoding="utf-8"))
-        assert len(found.ids) == len(set(found.ids))
-        for address in set(found.addresses) - {"data:,"}:  # an empty icon
-            file, _, anchor = address.partition("#")
-            target = page.parent / file if file else page
-            assert target.exists(), address
-            assert not anchor or f'id="{anchor}"' in target.read_text(encoding="utf-8")
-    names = {path.stem for path in (report / "figures").iterdir()}
-    assert {"precision_a_displacement", "energy_a", "oscillation_a"} <= names
-    assert not [name for name in names if name.startswith(("map", "profiles"))]  # of three scenes
+    text = (report / "index.html").read_text(encoding="utf-8")
+    found = Links(text)
+    assert len(found.ids) == len(set(found.ids))
+    assert {"a", "b", "c"} <= set(found.ids)
+    for address in set(found.addresses) - {"data:,"}:  # an empty icon
+        file, _, anchor = address.partition("#")
+        assert (report / file).exists(), address
+        assert not anchor or anchor in found.ids
+    assert "impactlab bench a.yaml --out DIR" in found.text
+    figures = {path.name for path in (report / "figures").iterdir()}  # of three scenes no map and no profiles
+    assert figures == {
+        f"precision_{name}.svg" for name in ("a_displacement", "b_displacement", "c_force_away_from_jumps")
+    }
     assert {"winners.md", "winners.tex", "a.md", "a.tex", "ranking_both_solve.tex"} <= {
         path.name for path in (report / "tables").iterdir()
     }
@@ -441,20 +463,21 @@ def test_several_scenes_have_a_map_and_profiles_whose_ramp_the_page_sets(
     assert {"map_0.001", "profiles_solve"} <= {path.stem for path in (tmp_path / "figures").iterdir()}
     text = (tmp_path / "index.html").read_text(encoding="utf-8")
     style, body = text.split("</style>")
-    assert "var(--shade0)" in body
+    assert "var(--shade0)" in style
     assert SHADES[0][1] not in body
     assert style.count("--shade0:") == 3  # light, dark, printed
 
 
-def test_a_report_replaces_the_last_one_and_nothing_else(tmp_path: Path) -> None:
+def test_a_report_replaces_the_last_one_and_nothing_else(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "0")
     table = written(tmp_path, [row for row in HAND if row["case"] == "b"][2:])
     other = written(tmp_path, [lost("b", "shy", 0, "hung", "no"), made("z", "one", 0, 1.0, 1e-3)], "other.csv")
     (tmp_path / "notes.txt").write_text("mine")
     write_bench(tmp_path, other)
-    assert (tmp_path / "cases" / "z.html").exists()
+    assert (tmp_path / "tables" / "z.md").exists()
     write_bench(tmp_path, table)
     first = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
-    assert not (tmp_path / "cases" / "z.html").exists()
+    assert not (tmp_path / "tables" / "z.md").exists()
     assert (tmp_path / "notes.txt").read_text() == "mine"
     write_bench(tmp_path, table)
     assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == first
@@ -475,11 +498,11 @@ def test_what_a_killed_report_left_is_swept_away(tmp_path: Path) -> None:
 
 def test_a_report_never_replaces_the_work_of_others(tmp_path: Path) -> None:
     table = written(tmp_path, HAND[:1])
-    (tmp_path / "cases").mkdir()
-    (tmp_path / "cases" / "mine.yaml").write_text("work")
-    with pytest.raises(CaseError, match=re.escape("would replace 'cases/mine.yaml'")):
+    (tmp_path / "figures").mkdir()
+    (tmp_path / "figures" / "mine.yaml").write_text("work")
+    with pytest.raises(CaseError, match=re.escape("would replace 'figures/mine.yaml'")):
         write_bench(tmp_path, table)
-    assert (tmp_path / "cases" / "mine.yaml").read_text() == "work"
+    assert (tmp_path / "figures" / "mine.yaml").read_text() == "work"
     with pytest.raises(CaseError, match="there is no folder"):
         write_bench(tmp_path / "none", table)
 
@@ -498,10 +521,7 @@ def test_a_report_never_replaces_the_work_of_others(tmp_path: Path) -> None:
     ],
     ids=["nothing ended", "no costs", "no errors", "no times", "all far off", "only exact", "only automatic"],
 )
-def test_tables_with_holes_are_reported_all_the_same(
-    tmp_path: Path, rows: list[dict[str, Any]], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(pages, "save", lambda figure, folder, name: to_svg(figure))  # half of the time is PNG
+def test_tables_with_holes_are_reported_all_the_same(tmp_path: Path, rows: list[dict[str, Any]]) -> None:
     write_bench(tmp_path, written(tmp_path, rows))
     assert "Speed against error" in (tmp_path / "index.html").read_text(encoding="utf-8")
 

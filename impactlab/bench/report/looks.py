@@ -60,6 +60,12 @@ def looks(scenes: Sequence[SceneRows]) -> dict[str, Look]:
     return coloured | {method: Look(INK, "o") for method in stepless}
 
 
+def methods_by_look(scenes: Sequence[SceneRows], look: Looks) -> list[str]:
+    """Return the names of all methods, those of `looks` in their order, then those of the cases and the automatic."""
+    every = dict.fromkeys(row.method for scene in scenes for row in scene.all_rows)
+    return [*look, *(name for name in every if name not in look)]
+
+
 def told_apart(named: Iterable[str], look: Looks) -> dict[str, Look]:
     """Return all looks; of the methods that a figure names, one with the colour of another gets a free colour."""
     found: dict[str, Look] = {}

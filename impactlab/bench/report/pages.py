@@ -1,16 +1,18 @@
-"""The pages of a bench: one over all scenes, and one for each case with its figures in every norm."""
+"""The page of a bench: findings, the live diagram of every scene with its tables, figures and rankings over all."""
 
 from __future__ import annotations
 
 import collections
 import re
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import impactlab
 from impactlab.bench.report import energy, overview
 from impactlab.bench.report.automatic import automatic_sheet
+from impactlab.bench.report.live import bench_data
 from impactlab.bench.report.looks import Looks, power
 from impactlab.bench.report.precision import precision
 from impactlab.bench.report.scene_sheets import Unfinished, families_sheet, front_sheet, slug, unfinished
@@ -20,13 +22,14 @@ from impactlab.bench.report.summary_sheets import certainty, excluded, ranking_s
 from impactlab.bench.report.views import BOTH, CLOCKS, GOALS, NORMS, TOLERANCES, SceneRows, error, methods_of
 from impactlab.bench.report.words import certainty_words, findings
 from impactlab.bench.schema import STATUSES, Row
-from impactlab.report.figure_files import inline, save
+from impactlab.report.figure_files import inline, save, with_classes
 from impactlab.report.page import rendered
+from impactlab.report.provenance import now
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-FOLDERS = ("figures", "tables", "cases")  # of a report
+FOLDERS = ("figures", "tables")  # of a report
 MIN_SCENES = 5  # below it a map and profiles over scenes show less than the tables
 CLOCK_TABS = {"solve": "", "total": ", with set-up"}
 
@@ -41,9 +44,11 @@ class Plate(NamedTuple):
     svg: str
 
 
-def plate(out: Path, name: str, title: str, caption: str, figure: Figure, tab: str = "") -> Plate:
-    """Save a figure as SVG and PNG and return it for a page."""
-    svg = inline(save(figure, out / "figures", name), f"{title}. {caption}")
+def plate(
+    out: Path, name: str, title: str, caption: str, figure: Figure, tab: str = "", formats: Sequence[str] = ("svg",)
+) -> Plate:
+    """Save a figure and return it for the page."""
+    svg = inline(save(figure, out / "figures", name, formats), f"{title}. {caption}")
     for number, (_, colour, _) in enumerate(overview.SHADES):  # a dark page turns the ramp round
         svg = svg.replace(colour, f"var(--shade{number})")
     return Plate(name, tab, title, caption, lean(svg, name))
@@ -63,21 +68,6 @@ def write_sheet(out: Path, sheet: Sheet) -> Sheet:
     return sheet
 
 
-PRECISION = (
-    "Each line is a method through its levels, coarse to fine; further left and lower is better. Methods that lead in "
-    "time, steps or unknowns are named, the others grey; dashed lines stand on the special grid dt = h/c, crosses are "
-    "methods of the case file. Rings are the front of the methods with steps; an arrow at the floor is a solution "
-    "without steps whose error lies below the axis."
-)
-ENERGY = (
-    "The largest rise and fall of the energy balance of each run, over the reference energy. A line that does not fall "
-    "with the step is a fault of the method itself."
-)
-OSCILLATION = (
-    "The total variation of the force beyond that of the reference, in peaks, and its error away from its jumps."
-)
-
-
 REFERENCES = {
     "st_venant": "the exact solution, hard contact",
     "kelvin_voigt": "the exact solution, springs as written",
@@ -94,47 +84,35 @@ PROFILE = (
 )
 
 
-def write_case(out: Path, case: str, scenes: Sequence[SceneRows], look: Looks) -> None:
-    """Write the page of a case with its figures and tables, one section per scene."""
-    shown = []
-    for scene in scenes:
-        lost = unfinished(scene)
-        section = {
-            "name": scene.name,
-            "slug": slug(scene.name),
-            "reference": _reference(scene),
-            "precision": _precision_plates(out, scene, look),
-            "front": write_sheet(out, front_sheet(scene)),
-            "families": write_sheet(out, families_sheet(scene)),
-            "figures": _step_plates(out, scene, look),
-            "lost": lost,
-            "lost_count": sum(len(one.levels) for one in lost),
-        }
-        shown.append(section)
-    text = rendered("impactlab.bench.report", "case.html.j2", page={"case": case, "scenes": shown})
-    (out / "cases" / f"{case}.html").write_text(text, encoding="utf-8")
+def draw_scene(out: Path, formats: Sequence[str], look: Looks, scene: SceneRows) -> str:
+    """Draw the figures of a scene and return the name of the one that stands for it without a script.
+
+    That one alone, as SVG, unless formats are given: then those in every norm, of energy and of forces, too.
+    """
+    measured = [norm for norm in NORMS if any(error(row, norm, scene) is not None for row in scene.all_rows)]
+    drawn = {f"precision_{slug(scene.name)}_{norm.name}": partial(precision, scene, norm, look) for norm in measured}
+    first = next(iter(drawn), "")
+    if formats:
+        if any(row.steps and row.energy_gain is not None for row in scene.rows):
+            drawn[f"energy_{slug(scene.name)}"] = partial(energy.energy, scene, look)
+        if any(row.steps and row.force_oscillation is not None for row in scene.rows):
+            drawn[f"oscillation_{slug(scene.name)}"] = partial(energy.oscillation, scene, look)
+    for name, draw in drawn.items():
+        if formats or name == first:
+            save(draw(), out / "figures", name, [*dict.fromkeys([*formats, "svg"])] if name == first else formats)
+    return first
 
 
-def _precision_plates(out: Path, scene: SceneRows, look: Looks) -> list[Plate]:
-    """Draw the work-precision figures in the norms in which any run has an error."""
-    plates = []
-    for norm in NORMS:
-        if any(error(row, norm, scene) is not None for row in scene.all_rows):
-            name, title = f"precision_{slug(scene.name)}_{norm.name}", f"Work and precision, {norm.title}"
-            plates.append(plate(out, name, title, PRECISION, precision(scene, norm, look), norm.title))
-    return plates
-
-
-def _step_plates(out: Path, scene: SceneRows, look: Looks) -> list[Plate]:
-    """Draw the figures of energy and force against steps, as far as the table has such numbers."""
-    plates = []
-    if any(row.steps and row.energy_gain is not None for row in scene.rows):
-        figure = energy.energy(scene, look)
-        plates.append(plate(out, f"energy_{slug(scene.name)}", "Energy gained and lost", ENERGY, figure))
-    if any(row.steps and row.force_oscillation is not None for row in scene.rows):
-        figure = energy.oscillation(scene, look)
-        plates.append(plate(out, f"oscillation_{slug(scene.name)}", "Oscillation of the force", OSCILLATION, figure))
-    return plates
+def _section(out: Path, scene: SceneRows, figure: str) -> dict[str, Any]:
+    """Return a scene as it stands on the page."""
+    return {
+        "name": scene.name,
+        "slug": slug(scene.name),
+        "reference": _reference(scene),
+        "figure": figure,
+        "front": write_sheet(out, front_sheet(scene)),
+        "families": write_sheet(out, families_sheet(scene)),
+    }
 
 
 def _reference(scene: SceneRows) -> str:
@@ -144,27 +122,53 @@ def _reference(scene: SceneRows) -> str:
     return f"against {REFERENCES.get(scene.reference, scene.reference)}{uncertainty}"
 
 
-def write_index(out: Path, rows: Sequence[Row], scenes: Sequence[SceneRows], look: Looks) -> None:
-    """Write the page over all scenes with its figures and tables."""
-    maps, profiles = [], []
+def write_index(
+    out: Path,
+    rows: Sequence[Row],
+    scenes: Sequence[SceneRows],
+    look: Looks,
+    drawn: Sequence[str],
+    formats: Sequence[str] = (),
+    command: str = "",
+) -> None:
+    """Write the page over all scenes with its tables and figures.
+
+    Parameters
+    ----------
+    drawn : sequence of str
+        Name of the figure of each scene (`draw_scene`).
+    formats : sequence of str
+        Formats of the figures as files, SVG if empty.
+    command : str
+        The command that repeats it, if known.
+    """
+    maps, profiles, kinds = [], [], formats or ("svg",)
     many = len(scenes) >= MIN_SCENES
     for t in TOLERANCES if many else ():
         figure = overview.chart(scenes, BOTH, t)
-        maps.append(plate(out, f"map_{t:g}", f"Map at {power(t)}", MAP, figure, f"tolerance {power(t)}"))
+        maps.append(plate(out, f"map_{t:g}", f"Map at {power(t)}", MAP, figure, f"tolerance {power(t)}", kinds))
     for clock, tail in CLOCK_TABS.items() if many else ():
         figure, title = overview.profiles(scenes, BOTH, look, clock), f"Performance profiles{tail}"
-        profiles.append(plate(out, f"profiles_{clock}", title, PROFILE, figure, f"time to solve{tail}"))
+        profiles.append(plate(out, f"profiles_{clock}", title, PROFILE, figure, f"time to solve{tail}", kinds))
+    found, rules = with_classes([each.svg for each in (*maps, *profiles)])
+    classed = [each._replace(svg=svg) for each, svg in zip((*maps, *profiles), found, strict=True)]
     page = {
         "counts": f"{counted(len(methods_of(scenes)), 'method')} on {counted(len(scenes), 'scene')}, {len(rows)} runs",
         "source": _source(rows),
         "version": impactlab.__version__,
+        "date": now(),
+        "command": command,
+        "formats": ", ".join(kinds).upper(),
+        "data": bench_data(scenes, look),
+        "scenes": [_section(out, scene, figure) for scene, figure in zip(scenes, drawn, strict=True)],
         "findings": findings(scenes),
         "certainty_words": certainty_words(rows, scenes),
-        "links": {scene.name: f"cases/{scene.case}.html#{slug(scene.name)}" for scene in scenes},
+        "links": {scene.name: f"#{slug(scene.name)}" for scene in scenes},
         "winners": write_sheet(out, winners(scenes)),
         "certainty": write_sheet(out, certainty(scenes)),
-        "maps": maps,
-        "profiles": profiles,
+        "rules": rules,
+        "maps": classed[: len(maps)],
+        "profiles": classed[len(maps) :],
         "rankings": [
             (f"{norm.title}{CLOCK_TABS[clock]}", write_sheet(out, ranking_sheet(scenes, norm, clock)))
             for clock in CLOCKS

@@ -13,9 +13,9 @@ from functools import partial
 from pathlib import Path
 
 from impactlab.bench.report.looks import looks
-from impactlab.bench.report.pages import FOLDERS, write_case, write_index
+from impactlab.bench.report.pages import FOLDERS, draw_scene, write_index
 from impactlab.bench.report.read import read_table
-from impactlab.bench.report.views import SceneRows, gathered
+from impactlab.bench.report.views import gathered
 from impactlab.errors import CaseError
 
 PARTS = (*FOLDERS, "index.html")  # the files and folders of a report, the page last: it comes when all else is there
@@ -26,9 +26,14 @@ MANIFEST = ".impactlab-report"
 
 
 def write_bench(
-    out_dir: Path, table_path: Path, cores: int = 1, progress: Callable[[float], None] = lambda _: None
+    out_dir: Path,
+    table_path: Path,
+    cores: int = 1,
+    progress: Callable[[float], None] = lambda _: None,
+    formats: Sequence[str] = (),
+    command: str = "",
 ) -> None:
-    """Write ``index.html``, ``cases/``, ``figures/`` and ``tables/`` into a folder, from the table alone.
+    """Write ``index.html``, ``figures/`` and ``tables/`` into a folder, from the table alone.
 
     An earlier report there is replaced; all else in the folder stays. The new one is made beside it first, so that a
     failure leaves the old one whole.
@@ -43,6 +48,10 @@ def write_bench(
         Processes that draw at the same time.
     progress : callable, optional
         Called with the fraction that is drawn.
+    formats : sequence of str
+        Draw all figures, in these formats; if empty, one of each scene, of the map and of the profiles, as SVG.
+    command : str
+        The command that repeats the bench, as the page shows it.
 
     Raises
     ------
@@ -56,18 +65,14 @@ def write_bench(
         for name in FOLDERS:
             (draft / name).mkdir()
         look = looks(scenes)
-        cases: dict[str, list[SceneRows]] = {}
-        for scene in scenes:
-            cases.setdefault(scene.case, []).append(scene)
-        each: Callable[..., Iterable[None]] = map
-        if min(cores, len(cases)) > 1:
-            each = stack.enter_context(ProcessPoolExecutor(min(cores, len(cases), os.cpu_count() or 1))).map
-        done = 0
-        drawings = each(partial(write_case, draft, look=look), cases, cases.values())
-        for listed, _ in zip(cases.values(), drawings, strict=True):
-            done += len(listed)
-            progress(done / (len(scenes) + 1))
-        write_index(draft, rows, scenes, look)
+        each: Callable[..., Iterable[str]] = map
+        if min(cores, len(scenes)) > 1:
+            each = stack.enter_context(ProcessPoolExecutor(min(cores, len(scenes), os.cpu_count() or 1))).map
+        drawn = []
+        for name in each(partial(draw_scene, draft, tuple(formats), look), scenes):
+            drawn.append(name)
+            progress(len(drawn) / (len(scenes) + 1))
+        write_index(draft, rows, scenes, look, drawn, formats, command)
     progress(1.0)
 
 
