@@ -1,0 +1,147 @@
+"""How far a parameter is from a change of the sequence of contacts, from the tangents of one run.
+
+A contact that nearly opens or closes has a least force or gap f > 0, which reaches zero after a change -f/(df/dp). One
+that closes at the rate g' < 0 with g'' > 0 would have had the least gap -g'^2/(2 g''): it stays open from the change
+|g'|/(2 g'' dt/dp) on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import chebyshev
+
+from impactlab.exact.crossings import CLOSE
+from impactlab.exact.tangents.arrays import BY_FRONT, CROSSED, GAP
+from impactlab.exact.tangents.run import Solved
+from impactlab.types import Array
+
+NOTHING = 1.0e-11  # of the largest force or gap: smaller values are rounding, or those of an event
+
+
+class Edge(NamedTuple):
+    """A change of the sequence of contacts."""
+
+    distance: float  # change of the parameter at which it comes
+    contact: int  # of the network
+    time: float  # s
+    what: str
+
+
+class Piece(NamedTuple):
+    """Force of a closed contact, or gap of an open one, over a piece."""
+
+    start: float
+    stop: float
+    closed: bool
+    f: Array
+    tangent: Array
+
+
+def edges(solved: Solved, parameter: int) -> list[Edge]:
+    """Return the changes of the sequence of contacts that the run itself shows, the nearest first."""
+    found = [*_events(solved, parameter)]
+    for contact in range(len(solved.log.contacts)):
+        found += _misses(solved, parameter, contact)
+    return sorted((edge for edge in found if np.isfinite(edge.distance)), key=lambda edge: abs(edge.distance))
+
+
+def _change(f: float, tangent: float) -> float:
+    """Return the change of a parameter at which f is zero; infinity where f hardly changes with it."""
+    return -f / tangent if tangent != 0.0 else np.inf
+
+
+def _events(solved: Solved, parameter: int) -> Iterator[Edge]:
+    log, tangents = solved.log, solved.tangents
+    duration, longer = float(log.state["duration"]), float(tangents.of_state[parameter, 1])
+    for number in range(int(log.state["events"])):
+        event, (rate, bend, how) = log.events[number], tangents.bend[number].tolist()
+        time, contact, later = float(event["time"]), int(event["contact"]), float(tangents.dated[number, parameter])
+        kind = "closing" if event["kind"] == CLOSE else "opening"
+        if how == CROSSED and bend > 0.0:
+            yield Edge(_change(-rate * rate / (2.0 * bend), -rate * later), contact, time, f"{kind} vanishes")
+        if how == BY_FRONT:
+            yield Edge(_change(rate, float(tangents.pull[number, parameter])), contact, time, f"{kind} vanishes")
+        if time > 0.0:
+            yield Edge(_change(duration - time, longer - later), contact, time, f"{kind} passes the end of the run")
+
+
+def _pieces(solved: Solved, parameter: int, contact: int) -> list[Piece]:
+    """Return force or gap of a contact, piece by piece from t = 0 on."""
+    log, tangents = solved.log, solved.tangents
+    record = log.contacts[contact]
+    j = int(log.nodes["junction"][record["left"]])
+    junction, room = log.junctions[j], log.pieces.shape[1]
+    nodes, ends, rows = int(junction["nodes"]), int(junction["ends"]), int(junction["rows"])
+    a, b = int(record["left"] - junction["first_node"]), int(record["right"] - junction["first_node"])
+    force = 2 * (nodes + ends) + contact - int(junction["first_contact"])
+    events = log.events[: int(log.state["events"])]
+    events = events[events["contact"] == contact]
+    found = []
+    for k in range(int(junction["records"])):
+        start, stop, n, at = log.pieces[j, k].tolist()
+        if stop <= 0.0:
+            continue
+        size, first = int(tangents.size[room * j + k]), int(tangents.offset[room * j + k])
+        base = log.pool[at : at + rows * n].reshape(rows, n)
+        first += parameter * rows * size
+        moved = tangents.pool[first : first + rows * size].reshape(rows, size)
+        before = events["kind"][events["time"] <= 0.5 * (start + stop)]
+        closed = bool(len(before)) and int(before[-1]) == CLOSE
+        f = np.array(base[force] if closed else base[nodes + b] - base[nodes + a])
+        tangent = np.array(moved[force] if closed else moved[nodes + b] - moved[nodes + a])
+        if not closed:
+            f[0] += float(record["gap"])
+            tangent[0] += tangents.of_contacts[parameter, contact, GAP]
+        found.append(Piece(start, stop, closed, f, tangent))
+    return found
+
+
+def _misses(solved: Solved, parameter: int, contact: int) -> Iterator[Edge]:
+    pieces = _pieces(solved, parameter, contact)
+    events = solved.log.events[: int(solved.log.state["events"])]
+    times = events["time"][events["contact"] == contact]
+    floors = {
+        closed: NOTHING * max((float(np.max(np.abs(p.f))) for p in pieces if p.closed == closed), default=0.0)
+        for closed in (True, False)
+    }
+    before: Piece | None = None
+    for piece in pieces:
+        floor, what = floors[piece.closed], "a further opening" if piece.closed else "a further closing"
+        slope = chebyshev.chebder(piece.f) if len(piece.f) > 1 else np.zeros(1)
+        for y in _minima(piece.f, slope):
+            value = float(chebyshev.chebval(y, piece.f))
+            if value > floor:
+                change = _change(value, float(chebyshev.chebval(y, piece.tangent)))
+                yield Edge(change, contact, piece.start + 0.5 * (y + 1.0) * (piece.stop - piece.start), what)
+        if before is not None and before.closed == piece.closed and not np.any(times == piece.start):
+            old, new = float(chebyshev.chebval(1.0, before.f)), float(chebyshev.chebval(-1.0, piece.f))
+            falls = float(chebyshev.chebval(1.0, chebyshev.chebder(before.f))) < 0.0
+            rises = float(chebyshev.chebval(-1.0, slope)) > 0.0
+            if min(old, new) > floor:
+                if (new < old - floor or falls) and rises and new <= old + floor:
+                    yield Edge(_change(new, float(chebyshev.chebval(-1.0, piece.tangent))), contact, piece.start, what)
+                elif new > old + floor and falls:
+                    yield Edge(_change(old, float(chebyshev.chebval(1.0, before.tangent))), contact, piece.start, what)
+        before = piece
+
+
+def _minima(f: Array, slope: Array) -> list[float]:
+    """Return the places in (-1, 1) of the local minima of a series."""
+    if len(f) < 3:
+        return []
+    grid = np.cos(np.pi * np.arange(4 * len(f), -1, -1) / (4 * len(f)))
+    values, bend = chebyshev.chebval(grid, f), chebyshev.chebder(slope)
+    inner = np.flatnonzero((values[1:-1] <= values[:-2]) & (values[1:-1] < values[2:])) + 1
+    found = []
+    for i in inner.tolist():
+        y = float(grid[i])
+        for _ in range(6):
+            curved = float(chebyshev.chebval(y, bend))
+            if curved <= 0.0:
+                break
+            y = min(max(y - float(chebyshev.chebval(y, slope)) / curved, float(grid[i - 1])), float(grid[i + 1]))
+        found.append(y)
+    return found

@@ -1,0 +1,402 @@
+"""Tangents over one interval of a junction, compiled.
+
+Between events the motion is linear, so its derivatives obey the same equations with other loads. They are taken first
+with both ends of the interval moving as its start does, and then at the place that the end really moves to.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from impactlab.exact.arrays import MarchArrays
+from impactlab.exact.kernel import (
+    HALF_ORDER,
+    MAX_LOAD_HALF,
+    MAX_RATE_HALF,
+    ORDER,
+    ROOM,
+    chopped,
+    integrate,
+    relax,
+    restrict,
+)
+from impactlab.exact.linear import solved, table
+from impactlab.exact.nodes import group_nodes, tail
+from impactlab.exact.spring_systems import add_row, combined, gather, number_groups
+from impactlab.exact.tangents.arrays import (
+    DAMPING,
+    DASHPOT,
+    GAP,
+    GRAVITY,
+    IMPEDANCE,
+    MASS,
+    PUSH,
+    SPRING,
+    STIFFNESS,
+    TRANSIT,
+    TangentArrays,
+)
+from impactlab.exact.tangents.series import add_moved, at_end
+from impactlab.numerics.compiling import ALLOCATING_PART
+from impactlab.types import Array
+
+RESOLVED = 1.0e-15  # of the largest coefficient: tail of a tangent that needs no more of them
+
+
+@ALLOCATING_PART
+def arriving(m: MarchArrays, d: TangentArrays, q: int, j: int, t0: float, t1: float) -> int:
+    """Write the tangents of the waves that arrive on [t0, t1]; return their number of coefficients."""
+    state, junction = m.state[0], m.junctions[j]
+    room = len(m.pieces) // len(m.junctions)
+    longest = 1
+    trial, slopes = d.room[0], d.room[1]
+    start = d.clock[j, q]
+    for e in range(junction.first_end, junction.last_end):
+        end = m.ends[e]
+        number = room * end.source + end.cursor
+        piece = m.pieces[number]
+        source = m.junctions[end.source]
+        begin, width = piece.start + end.transit, piece.stop - piece.start
+        low, high = 2.0 * (t0 - begin) / width - 1.0, 2.0 * (t1 - begin) / width - 1.0
+        n = d.size[number]
+        at = d.offset[number] + (q * source.rows + end.row) * n
+        for k in range(n):
+            trial[k] = d.pool[at + k]
+        wave = d.waves[e - junction.first_end]
+        n = chopped(trial, n, 0.0)
+        if n > 1:
+            n = restrict(trial, n, low, high, wave)
+        else:
+            wave[0] = trial[0]
+        for k in range(n, ROOM):
+            wave[k] = 0.0
+        # The interval moves relative to the piece that arrives.
+        later = 2.0 * (start - d.of_ends[q, e, TRANSIT] - d.moves[number, 0, q]) / width
+        wider = (d.moves[number, 1, q] - d.moves[number, 0, q]) / width
+        of_low, of_high = later - (low + 1.0) * wider, later - (high + 1.0) * wider
+        base = m.waves[e - junction.first_end]
+        size = chopped(base, ROOM, 0.0)
+        if size > 1:
+            add_moved(base, size, (of_low + of_high) / (high - low), (of_high - of_low) / (high - low), slopes, wave)
+        wave[0] += 0.5 * (d.of_state[q, GRAVITY] * end.transit + state.gravity * d.of_ends[q, e, TRANSIT])
+        longest = max(longest, n, size)
+        meet(m, d, q, j, e, t0)
+    return longest
+
+
+@ALLOCATING_PART
+def meet(m: MarchArrays, d: TangentArrays, q: int, j: int, e: int, t0: float) -> None:
+    """Note how fast a front that arrives with the start of the interval moves away from that start."""
+    end = m.ends[e]
+    room = len(m.pieces) // len(m.junctions)
+    number = room * end.source + end.cursor
+    piece = m.pieces[number]
+    if end.cursor == 0 or abs(piece.start + end.transit - t0) > 4.0 * m.state[0].tolerance:
+        return
+    before = m.pieces[number - 1]
+    jump = 0.0
+    for k in range(before.size):
+        jump -= m.pool[before.offset + end.row * before.size + k]
+    for k in range(piece.size):
+        value = m.pool[piece.offset + end.row * piece.size + k]
+        jump += value if k % 2 == 0 else -value
+    parting = abs(d.moves[number, 0, q] + d.of_ends[q, e, TRANSIT] - d.clock[j, q])
+    d.apart[q] = max(d.apart[q], abs(jump) * parting)
+
+
+@ALLOCATING_PART
+def drive(m: MarchArrays, d: TangentArrays, q: int, j: int, longest: int) -> None:
+    """Write the tangents of the loads of the groups over those of the loads, less drag' times velocity.
+
+    What is written to m.load then is (load - drag * velocity)' at constant velocity'.
+    """
+    state, junction = m.state[0], m.junctions[j]
+    base = junction.first_node
+    for i in range(base, junction.last_node):
+        for k in range(ROOM):
+            m.load[i - base, k] = 0.0
+    for i in range(base, junction.last_node):
+        node = m.nodes[i]
+        g = node.group - base
+        v = m.rows[g]
+        load = m.load[g]
+        load[0] += d.of_nodes[q, i, PUSH] - d.of_nodes[q, i, SPRING] * node.u - node.spring * d.u[q, i]
+        if node.mass < np.inf:
+            load[0] += d.of_nodes[q, i, MASS] * state.gravity + node.mass * d.of_state[q, GRAVITY]
+        if d.of_nodes[q, i, DASHPOT] != 0.0:
+            for k in range(longest):
+                load[k] -= d.of_nodes[q, i, DASHPOT] * v[k]
+    for e in range(junction.first_end, junction.last_end):
+        end = m.ends[e]
+        g = m.nodes[end.node].group - base
+        load, v, own = m.load[g], m.rows[g], d.of_ends[q, e, IMPEDANCE]
+        for k in range(longest):
+            load[k] += 2.0 * end.impedance * d.waves[e - junction.first_end, k]
+        if own != 0.0:
+            for k in range(longest):
+                load[k] += own * (2.0 * m.waves[e - junction.first_end, k] - v[k])
+
+
+@ALLOCATING_PART
+def group_rate(m: MarchArrays, d: TangentArrays, q: int, j: int, g: int) -> float:
+    """Return the derivative of the mass of a group [kg per unit of the parameter]."""
+    total = 0.0
+    for i in range(m.junctions[j].first_node, m.junctions[j].last_node):
+        if m.nodes[i].group == g and m.nodes[i].mass < np.inf:
+            total += d.of_nodes[q, i, MASS]
+    return total
+
+
+@ALLOCATING_PART
+def massive(m: MarchArrays, d: TangentArrays, q: int, j: int, i: int, half: float, longest: int) -> int:
+    """Write the tangent of the velocity of a group with mass, that of node i; return its coefficients."""
+    node, base = m.nodes[i], m.junctions[j].first_node
+    g = node.group
+    group = m.nodes[g]
+    load, plain, v, out = m.load[g - base], d.loads[g - base], m.rows[g - base], d.rows[q, g - base]
+    mass, rate = group.group_mass, half * group.drag / group.group_mass
+    growth = group_rate(m, d, q, j, g) / mass
+    n = min(longest, ORDER)
+    for k in range(n):
+        load[k] = half / mass * (load[k] - growth * (plain[k] - group.drag * v[k]))
+    for k in range(n, ROOM):
+        load[k] = 0.0
+    n = chopped(load, n, 0.0)
+    order = HALF_ORDER if n <= MAX_LOAD_HALF and rate <= MAX_RATE_HALF else ORDER
+    relax(rate, load, d.v[q, i], order, out, d.room)
+    largest = 0.0
+    for k in range(order):
+        largest = max(largest, abs(out[k]))
+    if order < ORDER and tail(out, order) > RESOLVED * largest:
+        order = ORDER
+        relax(rate, load, d.v[q, i], order, out, d.room)
+    return order
+
+
+@ALLOCATING_PART
+def on_springs(m: MarchArrays, d: TangentArrays, q: int, j: int, half: float, n: int) -> None:
+    """Write tangents of velocities and displacements of groups that springs tie, as `spring_systems.coupled` does.
+
+    m V'/half + D V + K U = load, with U from the start on: the tangents have the load
+    load' - D' V - K' U - (m'/m) (load - D V - K U).
+    """
+    state, junction = m.state[0], m.junctions[j]
+    base, nodes = junction.first_node, junction.nodes
+    heavy, moving = number_groups(m, j)
+    count = moving + heavy
+    damp, stiff, plain = table(moving, moving), table(moving, moving), table(moving, ORDER)
+    b = table(moving, ORDER)
+    a, force, first, y = table(count, count), table(count, ORDER), table(1, count), table(count, ORDER)
+    for i in range(base, junction.last_node):  # m.load holds the tangents of the loads, d.loads the loads
+        at = m.nodes[i].place
+        if at >= 0:
+            for k in range(ORDER):
+                b[at, k] = m.load[i - base, k]
+                m.load[i - base, k] = d.loads[i - base, k]
+    gather(m, j, damp, stiff, plain, first)
+    for i in range(base, junction.last_node):
+        node = m.nodes[i]
+        at = m.nodes[node.group].place
+        if at >= 0 and node.mass > 0.0:
+            first[0, at] = d.v[q, i]
+        if at >= 0 and d.of_nodes[q, i, SPRING] != 0.0:
+            row = m.rows[nodes + node.group - base]
+            for k in range(ORDER):
+                b[at, k] -= d.of_nodes[q, i, SPRING] * (row[k] - (m.nodes[node.group].u if k == 0 else 0.0))
+    for c in range(junction.first_contact, junction.last_contact):
+        contact = m.contacts[c]
+        if contact.closed == 1 and contact.stiffness >= 0.0:
+            left, right = m.nodes[contact.left], m.nodes[contact.right]
+            here, there = m.nodes[left.group].place, m.nodes[right.group].place
+            stiffer, heavier = d.of_contacts[q, c, STIFFNESS], d.of_contacts[q, c, DAMPING]
+            opening = d.of_contacts[q, c, GAP] + d.u[q, contact.right] - d.u[q, contact.left]
+            for k in range(ORDER):
+                push = stiffer * (m.rows[nodes + contact.right - base, k] - m.rows[nodes + contact.left - base, k])
+                push += heavier * (m.rows[contact.right - base, k] - m.rows[contact.left - base, k])
+                if k == 0:
+                    push += stiffer * contact.gap + contact.stiffness * opening
+                if here >= 0:
+                    b[here, k] += push
+                if there >= 0:
+                    b[there, k] -= push
+    for g in range(base, junction.last_node):
+        i = m.nodes[g].place
+        if 0 <= i < heavy:
+            growth = group_rate(m, d, q, j, g) / m.nodes[g].group_mass
+            if growth != 0.0:
+                for other in range(base, junction.last_node):
+                    at = m.nodes[other].place
+                    if at >= 0:
+                        u, v = m.rows[nodes + other - base], m.rows[other - base]
+                        for k in range(ORDER):
+                            moved = u[k] - (m.nodes[other].u if k == 0 else 0.0)
+                            b[i, k] += growth * (damp[i, at] * v[k] + stiff[i, at] * moved)
+                for k in range(ORDER):
+                    b[i, k] -= growth * plain[i, k]
+    combine = combined(damp, stiff, heavy, moving, half)
+    for g in range(base, junction.last_node):
+        i = m.nodes[g].place
+        if 0 <= i < heavy:
+            scale = half / m.nodes[g].group_mass
+            for k in range(moving):
+                add_row(a, force, i, -scale * damp[i, k], combine[k], count, heavy, b)
+                a[i, heavy + k] -= scale * half * stiff[i, k]
+            for k in range(ORDER):
+                force[i, k] += scale * b[i, k]
+    for i in range(moving):
+        add_row(a, force, heavy + i, 1.0, combine[i], count, heavy, b)
+    largest = 0.0
+    for i in range(count):
+        largest = max(largest, abs(first[0, i]))
+        for k in range(ORDER):
+            largest = max(largest, abs(force[i, k]))
+    spent = table(1, 1)
+    solved(a, force, first, y, largest, spent)
+    for g in range(base, junction.last_node):
+        i = m.nodes[g].place
+        if i >= 0:
+            for k in range(ORDER):
+                total = 0.0
+                for p in range(count):
+                    total += combine[i, p] * y[p, k]
+                for p in range(count, count + moving - heavy):
+                    total += combine[i, p] * b[heavy + p - count, k]
+                d.rows[q, g - base, k] = total
+                d.rows[q, nodes + g - base, k] = half * y[heavy + i, k]
+
+
+@ALLOCATING_PART
+def contact_force(m: MarchArrays, d: TangentArrays, q: int, j: int, c: int, n: int) -> None:
+    """Write the tangent of the force of a closed contact."""
+    junction, contact = m.junctions[j], m.contacts[c]
+    base, nodes, ends = junction.first_node, junction.nodes, junction.ends
+    rows = d.rows[q]
+    force = rows[2 * (nodes + ends) + c - junction.first_contact]
+    a, b = contact.left - base, contact.right - base
+    if contact.stiffness >= 0.0:
+        stiffer, heavier = d.of_contacts[q, c, STIFFNESS], d.of_contacts[q, c, DAMPING]
+        for k in range(n):
+            force[k] = contact.stiffness * (rows[nodes + a, k] - rows[nodes + b, k])
+            force[k] += contact.damping * (rows[a, k] - rows[b, k])
+            force[k] += stiffer * (m.rows[nodes + a, k] - m.rows[nodes + b, k])
+            force[k] += heavier * (m.rows[a, k] - m.rows[b, k])
+        force[0] -= stiffer * contact.gap + contact.stiffness * d.of_contacts[q, c, GAP]
+        return
+    side = 1.0 if contact.face == contact.right else -1.0
+    face, at = m.nodes[contact.face], contact.face - base
+    for k in range(n):
+        force[k] = side * (face.spring * rows[nodes + at, k] + face.dashpot * rows[at, k])
+        force[k] += side * d.of_nodes[q, contact.face, SPRING] * m.rows[nodes + at, k]
+        force[k] += side * d.of_nodes[q, contact.face, DASHPOT] * m.rows[at, k]
+    force[0] -= side * d.of_nodes[q, contact.face, PUSH]
+    for e in range(ends):
+        end = m.ends[junction.first_end + e]
+        if end.node == contact.face:
+            z, own = side * end.impedance, side * d.of_ends[q, junction.first_end + e, IMPEDANCE]
+            for k in range(n):
+                force[k] += z * (rows[2 * nodes + e, k] - d.waves[e, k])
+                force[k] += own * (m.rows[2 * nodes + e, k] - m.waves[e, k])
+    for other in range(junction.first_contact, c):
+        there = m.contacts[other]
+        if there.left == contact.face or there.right == contact.face:
+            push = side if there.left == contact.face else -side
+            row = rows[2 * (nodes + ends) + other - junction.first_contact]
+            for k in range(n):
+                force[k] += push * row[k]
+
+
+@ALLOCATING_PART
+def make_tangents(m: MarchArrays, d: TangentArrays, j: int, t0: float, t1: float) -> None:
+    """Write all tangents of the record in m.rows on [t0, t1], whose ends move as the junction's time.
+
+    m.waves holds the waves that arrive on the same interval.
+    """
+    junction = m.junctions[j]
+    base, nodes, ends = junction.first_node, junction.nodes, junction.ends
+    half = 0.5 * (t1 - t0)
+    for q in range(len(d.apart)):
+        longest = arriving(m, d, q, j, t0, t1)
+        for i in range(nodes):
+            longest = max(longest, chopped(m.rows[i], ROOM, 0.0))
+        longest = min(longest, ORDER)
+        tied = group_nodes(m, j, longest)
+        for i in range(nodes):
+            for k in range(ROOM):
+                d.loads[i, k] = m.load[i, k]
+        drive(m, d, q, j, longest)
+        rows = d.rows[q]
+        for i in range(junction.rows):
+            for k in range(ROOM):
+                rows[i, k] = 0.0
+        used = longest
+        if tied:
+            on_springs(m, d, q, j, half, longest)
+            used = ORDER
+        else:
+            for i in range(base, junction.last_node):
+                node = m.nodes[i]
+                node.place = -1
+                group = m.nodes[node.group]
+                if group.group_mass == 0.0 and i == node.group:
+                    for k in range(longest):
+                        rows[i - base, k] = m.load[i - base, k] / group.drag
+                elif group.group_mass < np.inf and node.mass > 0.0:
+                    used = max(used, massive(m, d, q, j, i, half, longest))
+        for i in range(nodes):
+            source = m.nodes[base + i].group - base
+            if source != i:
+                for k in range(used):
+                    rows[i, k] = rows[source, k]
+        for i in range(nodes):
+            node = m.nodes[base + i]
+            at = m.nodes[node.group].place
+            if at < 0:
+                integrate(rows[i], used, half, d.u[q, base + i], rows[nodes + i])
+            elif node.group != base + i:
+                for k in range(used):
+                    rows[nodes + i, k] = rows[nodes + node.group - base, k]
+        for i in range(nodes):
+            if m.nodes[m.nodes[base + i].group].place >= 0:
+                rows[nodes + i, 0] += d.u[q, base + i]
+        for e in range(ends):
+            end = m.ends[junction.first_end + e]
+            row, v = rows[2 * nodes + e], rows[end.node - base]
+            for k in range(used):
+                row[k] = v[k] - d.waves[e, k]
+            integrate(row, used, half, d.carried[q, junction.first_end + e], rows[2 * nodes + ends + e])
+        for c in range(junction.first_contact, junction.last_contact):
+            if m.contacts[c].closed == 1:
+                contact_force(m, d, q, j, c, used + 1)
+
+
+@ALLOCATING_PART
+def keep_tangents(
+    m: MarchArrays, d: TangentArrays, j: int, number: int, half: float, n: int, until: Array
+) -> None:
+    """Write the tangents of a piece that m.rows holds, its end moved by ``until`` (P,), and move the junction there."""
+    junction = m.junctions[j]
+    nodes, ends, first = junction.nodes, junction.ends, junction.first_end
+    size = n
+    for q in range(len(until)):
+        later = 0.5 * (until[q] - d.clock[j, q]) / half
+        for i in range(junction.rows):
+            if later != 0.0 and n > 1:
+                add_moved(m.rows[i], n, later, later, d.room[0], d.rows[q, i])
+            size = max(size, chopped(d.rows[q, i], ROOM, 0.0))
+    d.size[number], d.offset[number] = size, d.used[0]
+    at = d.used[0]
+    for q in range(len(until)):
+        for i in range(junction.rows):
+            row = d.rows[q, i]
+            for k in range(size):
+                d.pool[at + k] = row[k]
+            at += size
+            if i < nodes:
+                d.v[q, junction.first_node + i] = at_end(row, size)
+            elif i < 2 * nodes:
+                d.u[q, junction.first_node + i - nodes] = at_end(row, size)
+            elif 2 * nodes + ends <= i < 2 * nodes + 2 * ends:
+                d.carried[q, first + i - 2 * nodes - ends] = at_end(row, size)
+        d.moves[number, 0, q], d.moves[number, 1, q] = d.clock[j, q], until[q]
+        d.clock[j, q] = until[q]
+    d.used[0] = at

@@ -1,0 +1,216 @@
+"""March of the exact solver that carries tangents, compiled: the same intervals, none merged with its neighbour."""
+
+from __future__ import annotations
+
+from impactlab.exact.arrays import (
+    DONE,
+    MORE_EVENTS,
+    MORE_POOL,
+    MORE_RECORDS,
+    PAUSED,
+    TOO_MANY,
+    UNRESOLVED,
+    MarchArrays,
+)
+from impactlab.exact.crossings import CLOSE, OPEN, next_event
+from impactlab.exact.kernel import MAX_DEPTH, ROOM, chopped, restrict
+from impactlab.exact.march import apply_event, arrivals, horizon, keep
+from impactlab.exact.nodes import fill_rows, solve_nodes
+from impactlab.exact.tangents.arrays import BY_FRONT, CROSSED, DAMPING, DURATION, GAP, STIFFNESS, TRANSIT, TangentArrays
+from impactlab.exact.tangents.interval import keep_tangents, make_tangents
+from impactlab.exact.tangents.series import add_moved, at_end, at_start, bend_at_end, derivative, slope_at_end
+from impactlab.numerics.compiling import ALLOCATING_ENTRY, ALLOCATING_PART
+from impactlab.types import Array
+
+MORE_TANGENTS = 7  # status: the pool of tangents is full
+
+
+@ALLOCATING_PART
+def of_horizon(m: MarchArrays, d: TangentArrays, j: int, t1: float, until: Array) -> None:
+    """Write the derivative of the time up to which all waves that arrive are one piece."""
+    junction = m.junctions[j]
+    room = len(m.pieces) // len(m.junctions)
+    for q in range(len(until)):
+        until[q] = d.of_state[q, DURATION]
+    for e in range(junction.first_end, junction.last_end):
+        end = m.ends[e]
+        number = room * end.source + end.cursor
+        if m.pieces[number].stop + end.transit == t1:
+            for q in range(len(until)):
+                until[q] = d.moves[number, 1, q] + d.of_ends[q, e, TRANSIT]
+            return
+
+
+@ALLOCATING_PART
+def of_crossing(m: MarchArrays, d: TangentArrays, j: int, n: int, half: float, until: Array) -> None:
+    """Write the derivative of the time at which a force or gap crosses zero, and how it crosses.
+
+    f(t, p) = 0, so dt/dp = -(df/dp)/(df/dt). The record ends there; its end still moves as its start.
+    """
+    state, junction = m.state[0], m.junctions[j]
+    contact = m.contacts[state.contact]
+    base, nodes, ends = junction.first_node, junction.nodes, junction.ends
+    a, b = contact.left - base, contact.right - base
+    f, tangent = d.room[2], d.room[3]
+    gap = contact.gap + m.nodes[contact.right].u - m.nodes[contact.left].u
+    behind = contact.closed == 0 and contact.stiffness >= 0.0 and gap < 0.0 and state.kind == CLOSE
+    if contact.closed == 1:
+        force = 2 * (nodes + ends) + state.contact - junction.first_contact
+        for k in range(n):
+            f[k] = m.rows[force, k]
+    elif behind:
+        for k in range(n):
+            f[k] = contact.damping * (m.rows[b, k] - m.rows[a, k])
+            f[k] += contact.stiffness * (m.rows[nodes + b, k] - m.rows[nodes + a, k])
+        f[0] += contact.stiffness * contact.gap
+    else:
+        for k in range(n):
+            f[k] = m.rows[nodes + b, k] - m.rows[nodes + a, k]
+        f[0] += contact.gap
+    rate = slope_at_end(f, n) / half
+    bend = d.bend[state.events]
+    bend[0], bend[1], bend[2] = rate, bend_at_end(f, n) / (half * half), CROSSED
+    for q in range(len(until)):
+        rows = d.rows[q]
+        if contact.closed == 1:
+            for k in range(ROOM):
+                tangent[k] = rows[force, k]
+        elif behind:
+            stiffer, heavier = d.of_contacts[q, state.contact, STIFFNESS], d.of_contacts[q, state.contact, DAMPING]
+            for k in range(ROOM):
+                tangent[k] = contact.damping * (rows[b, k] - rows[a, k])
+                tangent[k] += contact.stiffness * (rows[nodes + b, k] - rows[nodes + a, k])
+                tangent[k] += heavier * (m.rows[b, k] - m.rows[a, k])
+                tangent[k] += stiffer * (m.rows[nodes + b, k] - m.rows[nodes + a, k])
+            tangent[0] += stiffer * contact.gap + contact.stiffness * d.of_contacts[q, state.contact, GAP]
+        else:
+            for k in range(ROOM):
+                tangent[k] = rows[nodes + b, k] - rows[nodes + a, k]
+            tangent[0] += d.of_contacts[q, state.contact, GAP]
+        until[q] = d.clock[j, q] - at_end(tangent, ROOM) / rate
+
+
+@ALLOCATING_PART
+def touch_later(m: MarchArrays, d: TangentArrays, j: int, half: float) -> None:
+    """Move the start of a junction's march to where faces meet that touch at t = 0 and whose gap a parameter opens."""
+    state, junction = m.state[0], m.junctions[j]
+    base, nodes, ends = junction.first_node, junction.nodes, junction.ends
+    contact = m.contacts[state.contact]
+    slopes = d.room[2]
+    number = len(m.pieces) // len(m.junctions) * j + junction.records - 1
+    piece = m.pieces[number]
+    approach = at_start(m.rows[contact.left - base]) - at_start(m.rows[contact.right - base])
+    if approach <= 0.0:
+        return
+    for q in range(len(d.apart)):
+        opening = d.of_contacts[q, state.contact, GAP] + d.u[q, contact.right] - d.u[q, contact.left]
+        later = opening / approach
+        if later != 0.0:
+            d.clock[j, q] += later
+            for i in range(nodes):
+                derivative(m.rows[i], ROOM, slopes)
+                d.v[q, base + i] += later * at_start(slopes) / half
+                d.u[q, base + i] += later * at_start(m.rows[i])
+            for e in range(ends):
+                d.carried[q, junction.first_end + e] += later * at_start(m.rows[2 * nodes + e])
+            d.moves[number, 1, q] += later  # the waves before t = 0 last until then
+            for i in range(junction.rows):
+                first, mine = piece.offset + i * piece.size, d.offset[number] + (q * junction.rows + i) * piece.size
+                before, tangent = m.pool[first : first + piece.size], d.pool[mine : mine + piece.size]
+                if piece.size > 1:
+                    middle = 0.5 * later / (0.5 * (piece.stop - piece.start))
+                    add_moved(before, piece.size, middle, middle, slopes, tangent)
+
+
+@ALLOCATING_PART
+def interval(m: MarchArrays, d: TangentArrays, j: int, until: Array) -> int:
+    """Advance junction j and its tangents to the next break or event; return a status. As `march.interval`."""
+    state, junction = m.state[0], m.junctions[j]
+    t0 = junction.clock
+    t1 = horizon(m, j)
+    of_horizon(m, d, j, t1, until)
+    while True:
+        half = 0.5 * (t1 - t0)
+        longest = arrivals(m, j, t0, t1)
+        n = solve_nodes(m, j, half, longest)
+        if n > 0:
+            break
+        t1 = t0 + half
+        for q in range(len(until)):
+            until[q] = d.clock[j, q]
+        if half <= state.tolerance:
+            return UNRESOLVED
+    n = fill_rows(m, j, half, longest, n)
+    for i in range(junction.rows):
+        for k in range(n, ROOM):
+            m.rows[i, k] = 0.0
+    place = next_event(m, j, n)
+    event = t1 if place > 1.0 else t0 + half * (place + 1.0)
+    found = place <= 1.0 and event > t0 + state.tolerance
+    if found:
+        trial = m.stack[MAX_DEPTH]
+        for i in range(junction.rows):
+            kept = restrict(m.rows[i], chopped(m.rows[i], n, 0.0), -1.0, place, trial)
+            for k in range(n):
+                m.rows[i, k] = trial[k] if k < kept else 0.0
+    if place <= 1.0:
+        t1 = event
+    if t1 > t0 + state.tolerance:
+        half = 0.5 * (t1 - t0)
+        if found:
+            arrivals(m, j, t0, t1)
+        make_tangents(m, d, j, t0, t1)
+        if found and state.contact >= 0:
+            of_crossing(m, d, j, n, half, until)
+        elif found:  # only what is sought next changes there
+            for q in range(len(until)):
+                until[q] = d.clock[j, q]
+        room = len(m.pieces) // len(m.junctions)
+        junction.broken = 1  # no piece is joined to the one before it
+        keep_tangents(m, d, j, room * j + junction.records, half, n, until)
+        keep(m, j, t0, t1, n)
+    if place <= 1.0 and state.contact >= 0:
+        if t0 == 0.0 and not found and state.kind == CLOSE:
+            touch_later(m, d, j, half)
+        elif not found and state.kind == OPEN:
+            make_tangents(m, d, j, t0, t0 + 2.0 * half)  # as if the contact held, on the interval that was tried
+            row = 2 * (junction.nodes + junction.ends) + state.contact - junction.first_contact
+            bend = d.bend[state.events]
+            bend[0], bend[2] = at_start(m.rows[row]), BY_FRONT
+            for q in range(len(until)):
+                d.pull[state.events, q] = at_start(d.rows[q, row])
+        for q in range(len(until)):
+            d.dated[state.events, q] = d.clock[j, q]
+        return DONE if apply_event(m, j, t1) else TOO_MANY
+    if place <= 1.0 and t1 <= t0 + state.tolerance:
+        junction.clock = t0 + state.tolerance
+    return DONE
+
+
+@ALLOCATING_ENTRY
+def advance(m: MarchArrays, d: TangentArrays, until: Array) -> int:
+    """Advance all junctions and their tangents to the end; return a status. As `march.advance`."""
+    state = m.state[0]
+    needed = d.rows.size
+    while True:
+        j = len(m.junctions) - 1  # not a literal, which would be compiled as another type
+        for other in range(j - 1, -1, -1):
+            if m.junctions[other].clock <= m.junctions[j].clock:
+                j = other
+        junction = m.junctions[j]
+        if junction.clock >= state.duration - state.tolerance:
+            return DONE
+        if junction.records >= len(m.pieces) // len(m.junctions):
+            return MORE_RECORDS
+        if state.pool_used + m.rows.size > len(m.pool):
+            return MORE_POOL
+        if d.used[0] + needed > len(d.pool):
+            return MORE_TANGENTS
+        if state.events >= len(m.events):
+            return MORE_EVENTS
+        if state.intervals >= state.most:
+            return PAUSED
+        state.intervals += 1
+        status = interval(m, d, j, until)
+        if status != DONE:
+            return int(status)

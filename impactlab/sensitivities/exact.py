@@ -1,0 +1,137 @@
+"""Derivatives of exact runs: by tangents, and by differences of runs where tangents do not hold."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from impactlab import api
+from impactlab.casefile import Case
+from impactlab.errors import ImpactlabError
+from impactlab.exact.build import build
+from impactlab.exact.history import ContinuousHistory
+from impactlab.exact.network import Layout, Log
+from impactlab.exact.tangents.edges import Edge, edges
+from impactlab.exact.tangents.moved import largest_step, moved
+from impactlab.exact.tangents.numbers import rates
+from impactlab.exact.tangents.run import Solved, solve
+from impactlab.history.base import AbstractHistory
+from impactlab.scene.method import Simulation
+from impactlab.scene.problem import Scene
+from impactlab.sensitivities.parameters import Parameter
+from impactlab.sensitivities.stencil import Slopes, slopes
+from impactlab.sensitivities.table import DIFFERENCES, TANGENT
+from impactlab.types import Array
+
+WIDTH = 5.0e-4  # of a parameter: distance of two histories that are moved along tangents
+RUN_WIDTH = 2.0e-3  # the same of two runs
+RUN_ROUNDING = 1.0e-13  # of the values of a run
+MAX_APART = 1.0e-10  # of the way at the largest velocity: fronts that arrive together and part more slowly are one
+SHARE = 0.15  # of the distance to an edge: distance of two runs
+
+Values = Callable[[Scene, AbstractHistory], Array]
+"""The values to be derived, (n,), of a scene and a history."""
+
+
+class Found(NamedTuple):
+    """Derivatives by one parameter."""
+
+    slopes: Slopes
+    by: str  # tangent or differences
+    edges: Sequence[Edge]
+    of_runs: Slopes | None = None  # differences of runs, where tangents show a kink: a front may pass the end of the run
+
+    def at(self, number: int) -> tuple[tuple[float, float, float, float], bool, str]:
+        """Return derivative, error and both sides of a value, whether it has a kink, and how it was found."""
+        slopes, by = self.slopes, self.by
+        if self.of_runs is not None and slopes.kink[number]:
+            slopes, by = self.of_runs, DIFFERENCES
+        middle, error, below, above = (float(of[number]) for of in slopes)
+        return (middle, error, below, above), bool(slopes.kink[number]), by
+
+
+class Network(NamedTuple):
+    """Scene, layout and network of a case at one value of a parameter."""
+
+    run: Simulation
+    layout: Layout
+    log: Log
+
+
+def network(case: Case) -> Network:
+    """Return the network of a case at t = 0."""
+    run = case.simulation()
+    return Network(Simulation(*run), *build(*run))
+
+
+def solved_with(case: Case, parameters: Sequence[Parameter]) -> Solved:
+    """Return the exact run of a case with its tangents by parameters."""
+    base = network(case)
+    beside = [lambda value, of=each: network(of.case(case, value)).log for each in parameters]
+    found = rates(base.log, beside, [each.value for each in parameters], [each.scale for each in parameters])
+    return solve(lambda: build(*base.run), found)
+
+
+def derivatives(case: Case, history: AbstractHistory, parameters: Sequence[Parameter], values: Values) -> list[Found]:
+    """Return the derivatives of values of an exact run by each parameter."""
+    base = values(case.scene(), history)
+    try:
+        solved = solved_with(case, parameters)
+    except ImpactlabError:  # a network that changes beside the value: runs tell
+        return [Found(_of_runs(case, each, values, base, history, np.inf), DIFFERENCES, ()) for each in parameters]
+    found = []
+    for number, parameter in enumerate(parameters):
+        near = edges(solved, number)
+        distance = abs(near[0].distance) if near else np.inf
+        way = float(solved.log.state["fastest"]) * float(solved.log.state["duration"])
+        if solved.tangents.apart[number] * parameter.scale > MAX_APART * way:
+            found.append(Found(_of_runs(case, parameter, values, base, history, distance), DIFFERENCES, near))
+            continue
+        by_tangents = _of_tangents(case, parameter, number, values, solved)
+        by_runs = _of_runs(case, parameter, values, base, history, distance) if by_tangents.kink.any() else None
+        found.append(Found(by_tangents, TANGENT, near, by_runs))
+    return found
+
+
+def _of_tangents(case: Case, parameter: Parameter, number: int, values: Values, solved: Solved) -> Slopes:
+    def beside(step: float) -> Array | None:
+        try:
+            there = network(parameter.case(case, parameter.value + step))
+        except ImpactlabError:
+            return None
+        return values(there.run.scene, moved(solved, number, step, *there))
+
+    limit = largest_step(solved, number)
+    width = min(WIDTH * abs(parameter.value) or limit / 40.0, limit / 3.0)
+    if not np.isfinite(width):
+        width = WIDTH * parameter.scale
+    base = beside(0.0)
+    assert base is not None  # the case itself was run
+    return slopes(beside, base, width)
+
+
+def sequence(history: AbstractHistory) -> list[tuple[str, str]]:
+    """Return the contacts that close and open, in order."""
+    if isinstance(history, ContinuousHistory):
+        return [(event.contact, event.kind) for event in history.dated]
+    return [(event.contact, event.kind) for event in history.events]
+
+
+def _of_runs(
+    case: Case, parameter: Parameter, values: Values, base: Array, history: AbstractHistory, distance: float
+) -> Slopes:
+    before = sequence(history)
+
+    def beside(step: float) -> Array | None:
+        try:
+            there = parameter.case(case, parameter.value + step)
+            with api.warnings_kept():
+                run = api.run(there)
+        except ImpactlabError:
+            return None
+        return values(there.scene(), run) if sequence(run) == before else None
+
+    width = min(RUN_WIDTH * parameter.scale, SHARE * distance)
+    return slopes(beside, base, width, RUN_ROUNDING)

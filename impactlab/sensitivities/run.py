@@ -1,0 +1,132 @@
+"""Sensitivities of a case: what each parameter changes, how it was found and where it ends."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from impactlab import api
+from impactlab.casefile import Case
+from impactlab.errors import CaseError
+from impactlab.exact.history import ContinuousHistory
+from impactlab.history.base import AbstractHistory
+from impactlab.plugins import Registry
+from impactlab.scene.problem import Scene
+from impactlab.sensitivities.exact import Found, derivatives
+from impactlab.sensitivities.parameters import Parameter, read_parameters
+from impactlab.sensitivities.table import WITHHELD, Sensitivities, Sensitivity
+from impactlab.sweeps.quantities import Asked, Sampled, asked, values
+from impactlab.types import Array
+
+DEFAULT = ("first_opening", "impulse", "peak_force", "restitution", "final_velocity")
+COUNTED = ("contacts", "near_grazing", "energy_gain")  # they change in steps, or are rounding
+MIN_DISTANCE = 1.0e-9  # of the parameter: nearer to an edge there is no derivative
+
+
+def sensitivities(
+    case: Case, parameters: Sequence[str], quantities: Sequence[str | Sampled] = DEFAULT
+) -> Sensitivities:
+    """Return derivatives of quantities by numbers of a case.
+
+    Of exact runs (all rods continuous, contacts hard or springs with dashpots) they are tangents, right to about
+    1e-10; of stepped runs differences, with their scatter as error.
+
+    Parameters
+    ----------
+    case : Case
+        The case, with the method that solves it.
+    parameters : sequence of str
+        Dotted paths of numbers, such as ``bodies.hammer.mass``.
+    quantities : sequence
+        Names of quantities (`impactlab plugins` lists them), and `Sampled` channels.
+
+    Returns
+    -------
+    Sensitivities
+        Value, derivative in SI, logarithmic derivative, how it was found, its error, and the interval of the parameter
+        in which the sequence of contacts stays the same. Where a quantity has no derivative, both one-sided ones.
+
+    Raises
+    ------
+    CaseError, PluginError, StepError
+        If a path is no number, a quantity is not known, or the run fails.
+    """
+    read = read_parameters(case, parameters)
+    wanted = asked(case.scene(), quantities, case.registry)
+    with api.warnings_kept():
+        history = api.run(case)
+    flat = Flat(wanted, case.registry)
+    base = flat(case.scene(), history)
+    rows: list[Sensitivity] = []
+    if isinstance(history, ContinuousHistory):
+        for parameter, found in zip(read, derivatives(case, history, read, flat), strict=True):
+            rows += [_exact(parameter, found, flat, number, base[number]) for number in range(len(flat.names))]
+    order = {(each.name, label): place for place, (each, label) in enumerate(flat.names)}
+    rows.sort(key=lambda row: order[row.quantity, row.label])
+    return Sensitivities(case.label, tuple(rows))
+
+
+def jacobian(case: Case, channel: str, times: ArrayLike, parameters: Sequence[str]) -> Array:
+    """Return the derivatives of a channel at times [s] by parameters in SI, shape (times, parameters).
+
+    NaN where a wave front passes: a signal that jumps there has no derivative.
+
+    Raises
+    ------
+    CaseError
+        If a path is no number, the channel is not known, or the run is not exact.
+    """
+    read = read_parameters(case, parameters)
+    at = np.asarray(times, dtype=float)
+    with api.warnings_kept():
+        history = api.run(case)
+    history.evaluate(at, channel)
+    if not isinstance(history, ContinuousHistory):
+        raise CaseError(
+            "derivatives of a signal are those of an exact run", remedy="Give solve.model: {kind: continuous}."
+        )
+    found = derivatives(case, history, read, lambda _, run: np.asarray(run.evaluate(at, channel)).ravel())
+    columns = [[math.nan if each.at(number)[1] else each.at(number)[0][0] for number in range(at.size)] for each in found]
+    return np.stack(columns, axis=-1).reshape(*at.shape, len(read))
+
+
+class Flat:
+    """Values of several quantities of a run, one after the other."""
+
+    def __init__(self, wanted: tuple[Asked, ...], registry: Registry) -> None:
+        self.wanted, self.registry = wanted, registry
+        self.names = [(each, str(label)) for each in wanted for label in (each.labels or ("",))]
+
+    def __call__(self, scene: Scene, history: AbstractHistory) -> Array:
+        """Return the values, (names,)."""
+        return np.concatenate(values(scene, history, self.wanted, self.registry))
+
+
+def _exact(parameter: Parameter, found: Found, flat: Flat, number: int, value: float) -> Sensitivity:
+    each, label = flat.names[number]
+    (middle, error, below, above), kink, by = found.at(number)
+    near = [edge.distance for edge in found.edges]
+    lower = parameter.value + max((step for step in near if step <= 0.0), default=-math.inf)
+    upper = parameter.value + min((step for step in near if step >= 0.0), default=math.inf)
+    reason = ""
+    if each.name in COUNTED:
+        by, reason, below, above = WITHHELD, "it changes in steps, or is rounding", math.nan, math.nan
+    elif min((abs(step) for step in near), default=math.inf) < MIN_DISTANCE * parameter.scale:
+        by, reason = WITHHELD, "the sequence of contacts changes at this value"
+    elif kink:
+        by, reason = WITHHELD, f"not differentiable here: {below:.6g} from below, {above:.6g} from above"
+    elif math.isnan(middle):
+        by, reason = WITHHELD, "" if math.isnan(value) else "the sequence of contacts changes on both sides"
+    elif math.isnan(below) or math.isnan(above):
+        reason = f"from {'above' if math.isnan(below) else 'below'} only"
+    if by == WITHHELD:
+        middle = math.nan
+    return Sensitivity(
+        each.name, label, each.unit, parameter.path, parameter.value, parameter.unit,
+        value, middle, error, by, below, above, lower, upper, reason,
+    )  # fmt: skip
+
+

@@ -1,0 +1,121 @@
+"""Sensitivities as records and as a table."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+if TYPE_CHECKING:
+    import pandas
+
+TANGENT, DIFFERENCES, WITHHELD = "tangent", "differences", "withheld"
+
+
+class Sensitivity(NamedTuple):
+    """The derivative of a quantity by a parameter, in SI."""
+
+    quantity: str
+    label: str  # contact, pair or body; empty where the quantity has one value
+    unit: str
+    parameter: str  # path of the case
+    parameter_value: float
+    parameter_unit: str
+    value: float
+    derivative: float  # NaN where it is withheld
+    error: float
+    found: str  # tangent, differences or withheld
+    below: float  # one-sided derivatives, NaN where not known
+    above: float
+    lower: float  # of the parameter: between them the sequence of contacts stays the same
+    upper: float
+    reason: str = ""  # why it is withheld, or from one side
+
+    @property
+    def logarithmic(self) -> float:
+        """d ln y / d ln p; NaN where the value is zero."""
+        return self.derivative * self.parameter_value / self.value if self.value else math.nan
+
+    @property
+    def name(self) -> str:
+        """Quantity and label."""
+        return f"{self.quantity} {self.label}".strip()
+
+
+COLUMNS = ("quantity", "parameter", "value", "derivative", "d ln/d ln", "error", "found", "same contacts between")
+
+
+@dataclass(frozen=True)
+class Sensitivities:
+    """The derivatives of several quantities by several parameters."""
+
+    case: str
+    rows: tuple[Sensitivity, ...]
+
+    def __iter__(self) -> Iterator[Sensitivity]:
+        return iter(self.rows)
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def find(self, quantity: str, parameter: str, label: str = "") -> Sensitivity:
+        """Return the one of a quantity by a parameter; ``label`` where the quantity has several values.
+
+        Raises
+        ------
+        KeyError
+            If there is none.
+        """
+        for row in self.rows:
+            if row.quantity == quantity and row.parameter == parameter and label in ("", row.label):
+                return row
+        raise KeyError(f"{quantity} {label} by {parameter}")
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return a data frame with a row for each derivative; needs the extra ``data``."""
+        from pandas import DataFrame
+
+        return DataFrame([{**row._asdict(), "logarithmic": row.logarithmic} for row in self.rows])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain values: None in place of NaN and infinity."""
+        rows = [{**row._asdict(), "logarithmic": row.logarithmic} for row in self.rows]
+        plain = [
+            {key: None if isinstance(value, float) and not math.isfinite(value) else value for key, value in row.items()}
+            for row in rows
+        ]
+        return {"schema_version": 1, "case": self.case, "sensitivities": plain}
+
+    def cells(self) -> list[tuple[str, ...]]:
+        """Return the rows of the printed table, in the order of `COLUMNS`."""
+        return [_cells(row) for row in self.rows]
+
+    def __str__(self) -> str:
+        table = [COLUMNS, *self.cells()]
+        widths = [max(map(len, column)) for column in zip(*table, strict=True)]
+        lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in table]
+        notes = dict.fromkeys(f"{row.name} by {row.parameter}: {row.reason}" for row in self.rows if row.reason)
+        return "\n".join([*lines, *notes])
+
+
+def _number(value: float, digits: int = 6) -> str:
+    return "" if math.isnan(value) else f"{value:.{digits}g}"
+
+
+def _cells(row: Sensitivity) -> tuple[str, ...]:
+    per = f"{row.unit or '1'}/({row.parameter_unit or '1'})"
+    derivative = f"{_number(row.derivative)} {per}"
+    if math.isnan(row.derivative):
+        derivative = " | ".join(_number(side) for side in (row.below, row.above) if not math.isnan(side)) or "-"
+    between = f"{_number(row.lower)} and {_number(row.upper)} {row.parameter_unit}".rstrip()
+    return (
+        row.name,
+        row.parameter,
+        f"{_number(row.value)} {row.unit}".rstrip(),
+        derivative,
+        _number(row.logarithmic),
+        _number(row.error, 1),
+        row.found,
+        between,
+    )
