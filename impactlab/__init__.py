@@ -10,6 +10,7 @@ from impactlab.lazy import lazy_names
 if TYPE_CHECKING:
     from impactlab.api import Comparison, compare, run
     from impactlab.casefile import Beam, Case, Contact, Mass, Rod, Shaft, Wall, load_case
+    from impactlab.derivatives import Sensitivities, sensitivities
     from impactlab.errors import (
         CaseError,
         DoubtfulResult,
@@ -43,6 +44,7 @@ __all__ = [
     "RunNote",
     "RunWarning",
     "Sampled",
+    "Sensitivities",
     "Shaft",
     "StepError",
     "UnusualValue",
@@ -53,6 +55,7 @@ __all__ = [
     "open_sweep",
     "plot_sweep",
     "run",
+    "sensitivities",
     "sweep",
 ]
 
@@ -74,6 +77,7 @@ __getattr__ = lazy_names(  # `import impactlab` and `impactlab --help` stay quic
             "UnusualValue",
         ),
         "impactlab.files": ("open_netcdf",),
+        "impactlab.derivatives": ("Sensitivities", "sensitivities"),
         "impactlab.sweeps": ("Sampled", "open_sweep", "plot_sweep", "sweep"),
     },
     check_environment,

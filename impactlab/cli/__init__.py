@@ -12,7 +12,7 @@ from typing import Annotated
 import typer
 
 from impactlab import __version__
-from impactlab.cli import benching, cases, parts, reopening, running, starting, sweeping
+from impactlab.cli import benching, cases, deriving, parts, reopening, running, starting, sweeping
 from impactlab.cli.reporting import Left, print_failure
 from impactlab.environment import check_environment
 from impactlab.errors import CaseError, ImpactlabError
@@ -66,6 +66,10 @@ for command, examples in (
             "impactlab sweep axial_impact --method continuous --over 'bodies.hammer.mass=0.2 kg:20 kg:50log'",
             "impactlab sweep my_case.yaml --over contacts.0.gap=0,1e-4 --over method=base,penalty --out out/sweep",
         ],
+    ),
+    (
+        deriving.sensitivities,
+        ["impactlab sensitivities axial_impact --method continuous --parameters bodies.hammer.mass,contacts.0.gap"],
     ),
     (reopening.report, ["impactlab report out/history.nc --out again"]),
     (

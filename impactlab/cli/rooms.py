@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from impactlab.lazy import lazy
 
 if TYPE_CHECKING:
-    from impactlab import api, casefile, files, sweeps
+    from impactlab import api, casefile, derivatives, files, sweeps
     from impactlab import cite as citations
     from impactlab import plugins as registries
     from impactlab.bench import cells, grid
@@ -35,6 +35,7 @@ else:
     citations = lazy("impactlab.cite")
     compare_report = lazy("impactlab.report.compare_report")
     console = lazy("impactlab.report.console")
+    derivatives = lazy("impactlab.derivatives")
     edit = lazy("impactlab.casefile.edit")
     figure_files = lazy("impactlab.report.figure_files")
     files = lazy("impactlab.files")
@@ -65,6 +66,7 @@ __all__ = [
     "citations",
     "compare_report",
     "console",
+    "derivatives",
     "edit",
     "figure_files",
     "files",

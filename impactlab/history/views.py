@@ -6,17 +6,20 @@ they are first asked for, as plotting backends are.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from impactlab.history.sampling import HISTORY_POINTS, page_times
 from impactlab.lazy import above
+from impactlab.types import Array
 
 if TYPE_CHECKING:
     import pandas
     import xarray
     from matplotlib.animation import FuncAnimation
     from matplotlib.figure import Figure
+    from numpy.typing import ArrayLike
 
 MAX_SHOWN = 8  # channels and warnings in the text of a history
 
@@ -68,6 +71,26 @@ class Views:
     def contacts_table(self) -> pandas.DataFrame:
         """The periods of contact as a table: contact, start, end [s], impulse [N s], peak_force [N] and kicks."""
         made: pandas.DataFrame = above("history.dataset").contacts_table(self)
+        return made
+
+    def jacobian(self, channel: str, times: ArrayLike, parameters: Sequence[str]) -> Array:
+        """Return the derivatives of a channel of an exact run by numbers of its case, shape (times, parameters), in SI.
+
+        Parameters
+        ----------
+        channel : str
+            One of ``channels()``, or at any other place of a rod.
+        times : array
+            Times [s]; where a wave front passes, the derivative is NaN.
+        parameters : sequence of str
+            Dotted paths of numbers of the case, such as ``bodies.hammer.mass``.
+
+        Raises
+        ------
+        CaseError
+            If the run is not exact, a path is no number, or the channel is not known.
+        """
+        made: Array = above("derivatives").jacobian(self.case, channel, times, parameters)
         return made
 
     def plot(self) -> Figure:

@@ -110,7 +110,7 @@ def _misses(solved: Solved, parameter: int, contact: int) -> Iterator[Edge]:
     before: Piece | None = None
     for piece in pieces:
         floor, what = floors[piece.closed], "a further opening" if piece.closed else "a further closing"
-        slope = chebyshev.chebder(piece.f) if len(piece.f) > 1 else np.zeros(1)
+        slope = np.asarray(chebyshev.chebder(piece.f) if len(piece.f) > 1 else np.zeros(1), dtype=float)
         for y in _minima(piece.f, slope):
             value = float(chebyshev.chebval(y, piece.f))
             if value > floor:

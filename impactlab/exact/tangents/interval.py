@@ -174,35 +174,16 @@ def massive(m: MarchArrays, d: TangentArrays, q: int, j: int, i: int, half: floa
 
 
 @ALLOCATING_PART
-def on_springs(m: MarchArrays, d: TangentArrays, q: int, j: int, half: float, n: int) -> None:
-    """Write tangents of velocities and displacements of groups that springs tie, as `spring_systems.coupled` does.
-
-    m V'/half + D V + K U = load, with U from the start on: the tangents have the load
-    load' - D' V - K' U - (m'/m) (load - D V - K U).
-    """
-    state, junction = m.state[0], m.junctions[j]
+def add_stiffer(m: MarchArrays, d: TangentArrays, q: int, j: int, b: Array) -> None:
+    """Add what stiffer springs and dashpots do to the loads of the groups: of end springs, and of closed contacts."""
+    junction = m.junctions[j]
     base, nodes = junction.first_node, junction.nodes
-    heavy, moving = number_groups(m, j)
-    count = moving + heavy
-    damp, stiff, plain = table(moving, moving), table(moving, moving), table(moving, ORDER)
-    b = table(moving, ORDER)
-    a, force, first, y = table(count, count), table(count, ORDER), table(1, count), table(count, ORDER)
-    for i in range(base, junction.last_node):  # m.load holds the tangents of the loads, d.loads the loads
-        at = m.nodes[i].place
-        if at >= 0:
-            for k in range(ORDER):
-                b[at, k] = m.load[i - base, k]
-                m.load[i - base, k] = d.loads[i - base, k]
-    gather(m, j, damp, stiff, plain, first)
     for i in range(base, junction.last_node):
-        node = m.nodes[i]
-        at = m.nodes[node.group].place
-        if at >= 0 and node.mass > 0.0:
-            first[0, at] = d.v[q, i]
+        at = m.nodes[m.nodes[i].group].place
         if at >= 0 and d.of_nodes[q, i, SPRING] != 0.0:
-            row = m.rows[nodes + node.group - base]
+            row = m.rows[nodes + m.nodes[i].group - base]
             for k in range(ORDER):
-                b[at, k] -= d.of_nodes[q, i, SPRING] * (row[k] - (m.nodes[node.group].u if k == 0 else 0.0))
+                b[at, k] -= d.of_nodes[q, i, SPRING] * (row[k] - (m.nodes[m.nodes[i].group].u if k == 0 else 0.0))
     for c in range(junction.first_contact, junction.last_contact):
         contact = m.contacts[c]
         if contact.closed == 1 and contact.stiffness >= 0.0:
@@ -219,20 +200,78 @@ def on_springs(m: MarchArrays, d: TangentArrays, q: int, j: int, half: float, n:
                     b[here, k] += push
                 if there >= 0:
                     b[there, k] -= push
+
+
+@ALLOCATING_PART
+def add_heavier(
+    m: MarchArrays, d: TangentArrays, q: int, j: int, damp: Array, stiff: Array, plain: Array, b: Array
+) -> None:
+    """Add what heavier masses do to the loads of their groups: -(m'/m) times their inertia."""
+    junction = m.junctions[j]
+    base, nodes = junction.first_node, junction.nodes
     for g in range(base, junction.last_node):
         i = m.nodes[g].place
-        if 0 <= i < heavy:
-            growth = group_rate(m, d, q, j, g) / m.nodes[g].group_mass
-            if growth != 0.0:
-                for other in range(base, junction.last_node):
-                    at = m.nodes[other].place
-                    if at >= 0:
-                        u, v = m.rows[nodes + other - base], m.rows[other - base]
-                        for k in range(ORDER):
-                            moved = u[k] - (m.nodes[other].u if k == 0 else 0.0)
-                            b[i, k] += growth * (damp[i, at] * v[k] + stiff[i, at] * moved)
-                for k in range(ORDER):
-                    b[i, k] -= growth * plain[i, k]
+        growth = group_rate(m, d, q, j, g) / m.nodes[g].group_mass if i >= 0 and m.nodes[g].group_mass > 0.0 else 0.0
+        if growth != 0.0:
+            for other in range(base, junction.last_node):
+                at = m.nodes[other].place
+                if at >= 0:
+                    u, v = m.rows[nodes + other - base], m.rows[other - base]
+                    for k in range(ORDER):
+                        moved = u[k] - (m.nodes[other].u if k == 0 else 0.0)
+                        b[i, k] += growth * (damp[i, at] * v[k] + stiff[i, at] * moved)
+            for k in range(ORDER):
+                b[i, k] -= growth * plain[i, k]
+
+
+@ALLOCATING_PART
+def spread(
+    m: MarchArrays, d: TangentArrays, q: int, j: int, half: float, combine: Array, y: Array, b: Array, heavy: int
+) -> None:
+    """Write the solution of the groups into the rows of their nodes."""
+    junction = m.junctions[j]
+    base, nodes, count = junction.first_node, junction.nodes, len(y)
+    moving = len(combine)
+    for g in range(base, junction.last_node):
+        i = m.nodes[g].place
+        if i >= 0:
+            for k in range(ORDER):
+                total = 0.0
+                for p in range(count):
+                    total += combine[i, p] * y[p, k]
+                for p in range(count, count + moving - heavy):
+                    total += combine[i, p] * b[heavy + p - count, k]
+                d.rows[q, g - base, k] = total
+                d.rows[q, nodes + g - base, k] = half * y[heavy + i, k]
+
+
+@ALLOCATING_PART
+def on_springs(m: MarchArrays, d: TangentArrays, q: int, j: int, half: float) -> None:
+    """Write tangents of velocities and displacements of groups that springs tie, as `spring_systems.coupled` does.
+
+    m V'/half + D V + K U = load, with U from the start on: the tangents have the load
+    load' - D' V - K' U - (m'/m) (load - D V - K U).
+    """
+    junction = m.junctions[j]
+    base = junction.first_node
+    heavy, moving = number_groups(m, j)
+    count = moving + heavy
+    damp, stiff, plain = table(moving, moving), table(moving, moving), table(moving, ORDER)
+    b = table(moving, ORDER)
+    a, force, first, y = table(count, count), table(count, ORDER), table(1, count), table(count, ORDER)
+    for i in range(base, junction.last_node):  # m.load holds the tangents of the loads, d.loads the loads
+        at = m.nodes[i].place
+        if at >= 0:
+            for k in range(ORDER):
+                b[at, k] = m.load[i - base, k]
+                m.load[i - base, k] = d.loads[i - base, k]
+    gather(m, j, damp, stiff, plain, first)
+    for i in range(base, junction.last_node):
+        at = m.nodes[m.nodes[i].group].place
+        if at >= 0 and m.nodes[i].mass > 0.0:
+            first[0, at] = d.v[q, i]
+    add_stiffer(m, d, q, j, b)
+    add_heavier(m, d, q, j, damp, stiff, plain, b)
     combine = combined(damp, stiff, heavy, moving, half)
     for g in range(base, junction.last_node):
         i = m.nodes[g].place
@@ -245,24 +284,18 @@ def on_springs(m: MarchArrays, d: TangentArrays, q: int, j: int, half: float, n:
                 force[i, k] += scale * b[i, k]
     for i in range(moving):
         add_row(a, force, heavy + i, 1.0, combine[i], count, heavy, b)
-    largest = 0.0
-    for i in range(count):
-        largest = max(largest, abs(first[0, i]))
-        for k in range(ORDER):
-            largest = max(largest, abs(force[i, k]))
-    spent = table(1, 1)
-    solved(a, force, first, y, largest, spent)
-    for g in range(base, junction.last_node):
-        i = m.nodes[g].place
-        if i >= 0:
-            for k in range(ORDER):
-                total = 0.0
-                for p in range(count):
-                    total += combine[i, p] * y[p, k]
-                for p in range(count, count + moving - heavy):
-                    total += combine[i, p] * b[heavy + p - count, k]
-                d.rows[q, g - base, k] = total
-                d.rows[q, nodes + g - base, k] = half * y[heavy + i, k]
+    solved(a, force, first, y, max(largest(first, count), largest(force, ORDER)), table(1, 1))
+    spread(m, d, q, j, half, combine, y, b, heavy)
+
+
+@ALLOCATING_PART
+def largest(a: Array, n: int) -> float:
+    """Return the largest size of the first n columns."""
+    found = 0.0
+    for i in range(len(a)):
+        for k in range(n):
+            found = max(found, abs(a[i, k]))
+    return found
 
 
 @ALLOCATING_PART
@@ -306,6 +339,51 @@ def contact_force(m: MarchArrays, d: TangentArrays, q: int, j: int, c: int, n: i
 
 
 @ALLOCATING_PART
+def displace(m: MarchArrays, d: TangentArrays, q: int, j: int, half: float, used: int) -> None:
+    """Write the tangents of the displacements of the nodes after those of their velocities."""
+    base, nodes = m.junctions[j].first_node, m.junctions[j].nodes
+    rows = d.rows[q]
+    for i in range(nodes):
+        node = m.nodes[base + i]
+        if m.nodes[node.group].place < 0:
+            integrate(rows[i], used, half, d.u[q, base + i], rows[nodes + i])
+        elif node.group != base + i:
+            for k in range(used):
+                rows[nodes + i, k] = rows[nodes + node.group - base, k]
+    for i in range(nodes):
+        if m.nodes[m.nodes[base + i].group].place >= 0:
+            rows[nodes + i, 0] += d.u[q, base + i]
+
+
+@ALLOCATING_PART
+def move_nodes(m: MarchArrays, d: TangentArrays, q: int, j: int, half: float, longest: int, tied: bool) -> int:
+    """Write the tangents of velocities and displacements of the nodes; return the coefficients of the velocities."""
+    junction = m.junctions[j]
+    base, nodes = junction.first_node, junction.nodes
+    rows = d.rows[q]
+    used = ORDER if tied else longest
+    if tied:
+        on_springs(m, d, q, j, half)
+    else:
+        for i in range(base, junction.last_node):
+            node = m.nodes[i]
+            node.place = -1
+            group = m.nodes[node.group]
+            if group.group_mass == 0.0 and i == node.group:
+                for k in range(longest):
+                    rows[i - base, k] = m.load[i - base, k] / group.drag
+            elif group.group_mass < np.inf and node.mass > 0.0:
+                used = max(used, massive(m, d, q, j, i, half, longest))
+    for i in range(nodes):
+        source = m.nodes[base + i].group - base
+        if source != i:
+            for k in range(used):
+                rows[i, k] = rows[source, k]
+    displace(m, d, q, j, half, used)
+    return used
+
+
+@ALLOCATING_PART
 def make_tangents(m: MarchArrays, d: TangentArrays, j: int, t0: float, t1: float) -> None:
     """Write all tangents of the record in m.rows on [t0, t1], whose ends move as the junction's time.
 
@@ -320,44 +398,15 @@ def make_tangents(m: MarchArrays, d: TangentArrays, j: int, t0: float, t1: float
             longest = max(longest, chopped(m.rows[i], ROOM, 0.0))
         longest = min(longest, ORDER)
         tied = group_nodes(m, j, longest)
+        rows = d.rows[q]
         for i in range(nodes):
             for k in range(ROOM):
                 d.loads[i, k] = m.load[i, k]
-        drive(m, d, q, j, longest)
-        rows = d.rows[q]
         for i in range(junction.rows):
             for k in range(ROOM):
                 rows[i, k] = 0.0
-        used = longest
-        if tied:
-            on_springs(m, d, q, j, half, longest)
-            used = ORDER
-        else:
-            for i in range(base, junction.last_node):
-                node = m.nodes[i]
-                node.place = -1
-                group = m.nodes[node.group]
-                if group.group_mass == 0.0 and i == node.group:
-                    for k in range(longest):
-                        rows[i - base, k] = m.load[i - base, k] / group.drag
-                elif group.group_mass < np.inf and node.mass > 0.0:
-                    used = max(used, massive(m, d, q, j, i, half, longest))
-        for i in range(nodes):
-            source = m.nodes[base + i].group - base
-            if source != i:
-                for k in range(used):
-                    rows[i, k] = rows[source, k]
-        for i in range(nodes):
-            node = m.nodes[base + i]
-            at = m.nodes[node.group].place
-            if at < 0:
-                integrate(rows[i], used, half, d.u[q, base + i], rows[nodes + i])
-            elif node.group != base + i:
-                for k in range(used):
-                    rows[nodes + i, k] = rows[nodes + node.group - base, k]
-        for i in range(nodes):
-            if m.nodes[m.nodes[base + i].group].place >= 0:
-                rows[nodes + i, 0] += d.u[q, base + i]
+        drive(m, d, q, j, longest)
+        used = move_nodes(m, d, q, j, half, longest, tied)
         for e in range(ends):
             end = m.ends[junction.first_end + e]
             row, v = rows[2 * nodes + e], rows[end.node - base]
@@ -370,9 +419,7 @@ def make_tangents(m: MarchArrays, d: TangentArrays, j: int, t0: float, t1: float
 
 
 @ALLOCATING_PART
-def keep_tangents(
-    m: MarchArrays, d: TangentArrays, j: int, number: int, half: float, n: int, until: Array
-) -> None:
+def keep_tangents(m: MarchArrays, d: TangentArrays, j: int, number: int, half: float, n: int, until: Array) -> None:
     """Write the tangents of a piece that m.rows holds, its end moved by ``until`` (P,), and move the junction there."""
     junction = m.junctions[j]
     nodes, ends, first = junction.nodes, junction.ends, junction.first_end

@@ -13,7 +13,7 @@ from impactlab.exact.arrays import (
     MarchArrays,
 )
 from impactlab.exact.crossings import CLOSE, OPEN, next_event
-from impactlab.exact.kernel import MAX_DEPTH, ROOM, chopped, restrict
+from impactlab.exact.kernel import MAX_DEPTH, ROOM, ZERO_TOL, chopped, restrict
 from impactlab.exact.march import apply_event, arrivals, horizon, keep
 from impactlab.exact.nodes import fill_rows, solve_nodes
 from impactlab.exact.tangents.arrays import BY_FRONT, CROSSED, DAMPING, DURATION, GAP, STIFFNESS, TRANSIT, TangentArrays
@@ -53,7 +53,8 @@ def of_crossing(m: MarchArrays, d: TangentArrays, j: int, n: int, half: float, u
     a, b = contact.left - base, contact.right - base
     f, tangent = d.room[2], d.room[3]
     gap = contact.gap + m.nodes[contact.right].u - m.nodes[contact.left].u
-    behind = contact.closed == 0 and contact.stiffness >= 0.0 and gap < 0.0 and state.kind == CLOSE
+    overlapped = gap < -ZERO_TOL * state.farthest  # as `next_event` takes it
+    behind = contact.closed == 0 and contact.stiffness >= 0.0 and overlapped
     if contact.closed == 1:
         force = 2 * (nodes + ends) + state.contact - junction.first_contact
         for k in range(n):
@@ -123,8 +124,35 @@ def touch_later(m: MarchArrays, d: TangentArrays, j: int, half: float) -> None:
 
 
 @ALLOCATING_PART
-def interval(m: MarchArrays, d: TangentArrays, j: int, until: Array) -> int:
-    """Advance junction j and its tangents to the next break or event; return a status. As `march.interval`."""
+def cut(m: MarchArrays, j: int, n: int, place: float) -> None:
+    """Restrict the rows of a record to the part before a place in [-1, 1]."""
+    trial = m.stack[MAX_DEPTH]
+    for i in range(m.junctions[j].rows):
+        kept = restrict(m.rows[i], chopped(m.rows[i], n, 0.0), -1.0, place, trial)
+        for k in range(n):
+            m.rows[i, k] = trial[k] if k < kept else 0.0
+
+
+@ALLOCATING_PART
+def date(m: MarchArrays, d: TangentArrays, j: int, half: float, found: bool) -> None:
+    """Keep the derivative of the time of the event, and of the force after a front that parts faces."""
+    state, junction = m.state[0], m.junctions[j]
+    if junction.clock == 0.0 and not found and state.kind == CLOSE:
+        touch_later(m, d, j, half)
+    elif not found and state.kind == OPEN:
+        make_tangents(m, d, j, junction.clock, junction.clock + 2.0 * half)  # as if the contact held
+        row = 2 * (junction.nodes + junction.ends) + state.contact - junction.first_contact
+        bend = d.bend[state.events]
+        bend[0], bend[2] = at_start(m.rows[row]), BY_FRONT
+        for q in range(len(d.apart)):
+            d.pull[state.events, q] = at_start(d.rows[q, row])
+    for q in range(len(d.apart)):
+        d.dated[state.events, q] = d.clock[j, q]
+
+
+@ALLOCATING_PART
+def tried(m: MarchArrays, d: TangentArrays, j: int, until: Array) -> tuple[int, float]:
+    """Solve junction j up to the next break, or a part of it; return the coefficients, 0 for none, and the end."""
     state, junction = m.state[0], m.junctions[j]
     t0 = junction.clock
     t1 = horizon(m, j)
@@ -139,20 +167,28 @@ def interval(m: MarchArrays, d: TangentArrays, j: int, until: Array) -> int:
         for q in range(len(until)):
             until[q] = d.clock[j, q]
         if half <= state.tolerance:
-            return UNRESOLVED
+            return 0, t1
     n = fill_rows(m, j, half, longest, n)
     for i in range(junction.rows):
         for k in range(n, ROOM):
             m.rows[i, k] = 0.0
+    return n, t1
+
+
+@ALLOCATING_PART
+def interval(m: MarchArrays, d: TangentArrays, j: int, until: Array) -> int:
+    """Advance junction j and its tangents to the next break or event; return a status. As `march.interval`."""
+    state, junction = m.state[0], m.junctions[j]
+    t0 = junction.clock
+    n, t1 = tried(m, d, j, until)
+    if n == 0:
+        return UNRESOLVED
+    half = 0.5 * (t1 - t0)
     place = next_event(m, j, n)
     event = t1 if place > 1.0 else t0 + half * (place + 1.0)
     found = place <= 1.0 and event > t0 + state.tolerance
     if found:
-        trial = m.stack[MAX_DEPTH]
-        for i in range(junction.rows):
-            kept = restrict(m.rows[i], chopped(m.rows[i], n, 0.0), -1.0, place, trial)
-            for k in range(n):
-                m.rows[i, k] = trial[k] if k < kept else 0.0
+        cut(m, j, n, place)
     if place <= 1.0:
         t1 = event
     if t1 > t0 + state.tolerance:
@@ -170,17 +206,7 @@ def interval(m: MarchArrays, d: TangentArrays, j: int, until: Array) -> int:
         keep_tangents(m, d, j, room * j + junction.records, half, n, until)
         keep(m, j, t0, t1, n)
     if place <= 1.0 and state.contact >= 0:
-        if t0 == 0.0 and not found and state.kind == CLOSE:
-            touch_later(m, d, j, half)
-        elif not found and state.kind == OPEN:
-            make_tangents(m, d, j, t0, t0 + 2.0 * half)  # as if the contact held, on the interval that was tried
-            row = 2 * (junction.nodes + junction.ends) + state.contact - junction.first_contact
-            bend = d.bend[state.events]
-            bend[0], bend[2] = at_start(m.rows[row]), BY_FRONT
-            for q in range(len(until)):
-                d.pull[state.events, q] = at_start(d.rows[q, row])
-        for q in range(len(until)):
-            d.dated[state.events, q] = d.clock[j, q]
+        date(m, d, j, half, found)
         return DONE if apply_event(m, j, t1) else TOO_MANY
     if place <= 1.0 and t1 <= t0 + state.tolerance:
         junction.clock = t0 + state.tolerance

@@ -41,7 +41,7 @@ def moved(solved: Solved, parameter: int, step: float, run: Simulation, layout: 
     numbers are used.
     """
     base, tangents = solved.log, solved.tangents
-    junctions, room = base.pieces.shape
+    room = base.pieces.shape[1]
     rows = base.junctions["rows"].tolist()
     sizes = [rows[j] * int(tangents.size[room * j + k]) for j, k in kept_pieces(base)]
     log = with_room(log, room, sum(sizes), len(base.events))

@@ -59,7 +59,9 @@ def rates(log: Log, at: Sequence[Callable[[float], Log]], values: Sequence[float
         If a network beside it is refused, or has other nodes or pieces.
     """
     base = numbers(log)
-    every = [_rate(log, base, build, value, WIDTH * scale) for build, value, scale in zip(at, values, scales, strict=True)]
+    every = [
+        _rate(log, base, build, value, WIDTH * scale) for build, value, scale in zip(at, values, scales, strict=True)
+    ]
     return Rates(*(np.stack([each[number] for each in every]) for number in range(len(base))))
 
 

@@ -34,7 +34,7 @@ class Sensitivity(NamedTuple):
 
     @property
     def logarithmic(self) -> float:
-        """d ln y / d ln p; NaN where the value is zero."""
+        """The logarithmic derivative d ln y/d ln p; NaN where the value is zero."""
         return self.derivative * self.parameter_value / self.value if self.value else math.nan
 
     @property
@@ -82,7 +82,10 @@ class Sensitivities:
         """Return plain values: None in place of NaN and infinity."""
         rows = [{**row._asdict(), "logarithmic": row.logarithmic} for row in self.rows]
         plain = [
-            {key: None if isinstance(value, float) and not math.isfinite(value) else value for key, value in row.items()}
+            {
+                key: None if isinstance(value, float) and not math.isfinite(value) else value
+                for key, value in row.items()
+            }
             for row in rows
         ]
         return {"schema_version": 1, "case": self.case, "sensitivities": plain}
@@ -94,7 +97,9 @@ class Sensitivities:
     def __str__(self) -> str:
         table = [COLUMNS, *self.cells()]
         widths = [max(map(len, column)) for column in zip(*table, strict=True)]
-        lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in table]
+        lines = [
+            "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in table
+        ]
         notes = dict.fromkeys(f"{row.name} by {row.parameter}: {row.reason}" for row in self.rows if row.reason)
         return "\n".join([*lines, *notes])
 

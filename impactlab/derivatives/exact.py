@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from impactlab import api
 from impactlab.casefile import Case
+from impactlab.derivatives.direct import Direct
+from impactlab.derivatives.parameters import Parameter
+from impactlab.derivatives.stencil import Slopes, slopes
+from impactlab.derivatives.table import DIFFERENCES, TANGENT
 from impactlab.errors import ImpactlabError
 from impactlab.exact.build import build
 from impactlab.exact.history import ContinuousHistory
@@ -20,19 +24,24 @@ from impactlab.exact.tangents.run import Solved, solve
 from impactlab.history.base import AbstractHistory
 from impactlab.scene.method import Simulation
 from impactlab.scene.problem import Scene
-from impactlab.sensitivities.parameters import Parameter
-from impactlab.sensitivities.stencil import Slopes, slopes
-from impactlab.sensitivities.table import DIFFERENCES, TANGENT
 from impactlab.types import Array
 
 WIDTH = 5.0e-4  # of a parameter: distance of two histories that are moved along tangents
+ROUNDING = 1.0e-11  # of a derivative by a formula, or of the value over the parameter
 RUN_WIDTH = 2.0e-3  # the same of two runs
 RUN_ROUNDING = 1.0e-13  # of the values of a run
 MAX_APART = 1.0e-10  # of the way at the largest velocity: fronts that arrive together and part more slowly are one
 SHARE = 0.15  # of the distance to an edge: distance of two runs
 
-Values = Callable[[Scene, AbstractHistory], Array]
-"""The values to be derived, (n,), of a scene and a history."""
+
+class Quantities(Protocol):
+    """Values to be derived."""
+
+    def __call__(self, scene: Scene, history: AbstractHistory, /) -> Array:
+        """Return the values of a run, (n,)."""
+
+    def by_formulas(self, direct: Direct) -> Array:
+        """Return the derivatives for which there are formulas, (n,), NaN of the others."""
 
 
 class Found(NamedTuple):
@@ -41,7 +50,9 @@ class Found(NamedTuple):
     slopes: Slopes
     by: str  # tangent or differences
     edges: Sequence[Edge]
-    of_runs: Slopes | None = None  # differences of runs, where tangents show a kink: a front may pass the end of the run
+    of_runs: Slopes | None = (
+        None  # differences of runs, where tangents show a kink: a front may pass the end of the run
+    )
 
     def at(self, number: int) -> tuple[tuple[float, float, float, float], bool, str]:
         """Return derivative, error and both sides of a value, whether it has a kink, and how it was found."""
@@ -74,7 +85,9 @@ def solved_with(case: Case, parameters: Sequence[Parameter]) -> Solved:
     return solve(lambda: build(*base.run), found)
 
 
-def derivatives(case: Case, history: AbstractHistory, parameters: Sequence[Parameter], values: Values) -> list[Found]:
+def derivatives(
+    case: Case, history: AbstractHistory, parameters: Sequence[Parameter], values: Quantities
+) -> list[Found]:
     """Return the derivatives of values of an exact run by each parameter."""
     base = values(case.scene(), history)
     try:
@@ -95,7 +108,9 @@ def derivatives(case: Case, history: AbstractHistory, parameters: Sequence[Param
     return found
 
 
-def _of_tangents(case: Case, parameter: Parameter, number: int, values: Values, solved: Solved) -> Slopes:
+def _of_tangents(case: Case, parameter: Parameter, number: int, values: Quantities, solved: Solved) -> Slopes:
+    """Return derivatives by formulas, and from histories moved along tangents where there is none."""
+
     def beside(step: float) -> Array | None:
         try:
             there = network(parameter.case(case, parameter.value + step))
@@ -103,13 +118,25 @@ def _of_tangents(case: Case, parameter: Parameter, number: int, values: Values, 
             return None
         return values(there.run.scene, moved(solved, number, step, *there))
 
+    start = network(case)
+    still = moved(solved, number, 0.0, *start)
+    base = values(start.run.scene, still)
+    direct = values.by_formulas(Direct(solved, number, still))
     limit = largest_step(solved, number)
     width = min(WIDTH * abs(parameter.value) or limit / 40.0, limit / 3.0)
     if not np.isfinite(width):
         width = WIDTH * parameter.scale
-    base = beside(0.0)
-    assert base is not None  # the case itself was run
-    return slopes(beside, base, width)
+    error = ROUNDING * np.maximum(np.abs(direct), np.abs(base) / parameter.scale)
+    below, above = direct.copy(), direct.copy()
+    if parameter.value == 0.0:  # one side may not be allowed, as a gap below zero
+        for side, sign in ((below, -1.0), (above, 1.0)):
+            if beside(sign * width) is None:
+                side[:] = np.nan
+    by_formula = Slopes(direct, error, below, above)
+    if np.all(np.isfinite(direct) | np.isnan(base)):
+        return by_formula
+    by_moving = slopes(beside, base, width)
+    return Slopes(*(np.where(np.isnan(direct), other, own) for own, other in zip(by_formula, by_moving, strict=True)))
 
 
 def sequence(history: AbstractHistory) -> list[tuple[str, str]]:
@@ -120,7 +147,7 @@ def sequence(history: AbstractHistory) -> list[tuple[str, str]]:
 
 
 def _of_runs(
-    case: Case, parameter: Parameter, values: Values, base: Array, history: AbstractHistory, distance: float
+    case: Case, parameter: Parameter, values: Quantities, base: Array, history: AbstractHistory, distance: float
 ) -> Slopes:
     before = sequence(history)
 

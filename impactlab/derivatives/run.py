@@ -10,14 +10,15 @@ from numpy.typing import ArrayLike
 
 from impactlab import api
 from impactlab.casefile import Case
+from impactlab.derivatives.direct import Direct
+from impactlab.derivatives.exact import Found, derivatives
+from impactlab.derivatives.parameters import Parameter, read_parameters
+from impactlab.derivatives.table import WITHHELD, Sensitivities, Sensitivity
 from impactlab.errors import CaseError
 from impactlab.exact.history import ContinuousHistory
 from impactlab.history.base import AbstractHistory
 from impactlab.plugins import Registry
 from impactlab.scene.problem import Scene
-from impactlab.sensitivities.exact import Found, derivatives
-from impactlab.sensitivities.parameters import Parameter, read_parameters
-from impactlab.sensitivities.table import WITHHELD, Sensitivities, Sensitivity
 from impactlab.sweeps.quantities import Asked, Sampled, asked, values
 from impactlab.types import Array
 
@@ -88,8 +89,10 @@ def jacobian(case: Case, channel: str, times: ArrayLike, parameters: Sequence[st
         raise CaseError(
             "derivatives of a signal are those of an exact run", remedy="Give solve.model: {kind: continuous}."
         )
-    found = derivatives(case, history, read, lambda _, run: np.asarray(run.evaluate(at, channel)).ravel())
-    columns = [[math.nan if each.at(number)[1] else each.at(number)[0][0] for number in range(at.size)] for each in found]
+    found = derivatives(case, history, read, Sample(channel, at))
+    columns = [
+        [math.nan if each.at(number)[1] else each.at(number)[0][0] for number in range(at.size)] for each in found
+    ]
     return np.stack(columns, axis=-1).reshape(*at.shape, len(read))
 
 
@@ -103,6 +106,34 @@ class Flat:
     def __call__(self, scene: Scene, history: AbstractHistory) -> Array:
         """Return the values, (names,)."""
         return np.concatenate(values(scene, history, self.wanted, self.registry))
+
+    def by_formulas(self, direct: Direct) -> Array:
+        """Return the derivatives for which there are formulas, (names,), NaN of the others."""
+        parts = []
+        for each in self.wanted:
+            if each.over == "time":
+                parts.append(direct.sampled(each.name, np.array(each.labels)))
+            elif each.name in COUNTED:
+                parts.append(np.zeros(each.size))
+            else:
+                known = direct.of(each.name)
+                parts.append(np.array([known.get(str(label), math.nan) for label in (each.labels or ("",))]))
+        return np.concatenate(parts)
+
+
+class Sample:
+    """A channel at given times as values to be derived."""
+
+    def __init__(self, channel: str, times: Array) -> None:
+        self.channel, self.times = channel, times.ravel()
+
+    def __call__(self, _scene: Scene, history: AbstractHistory) -> Array:
+        """Return the values, (times,)."""
+        return np.asarray(history.evaluate(self.times, self.channel))
+
+    def by_formulas(self, direct: Direct) -> Array:
+        """Return the derivatives, (times,), NaN where there is no formula."""
+        return direct.sampled(self.channel, self.times)
 
 
 def _exact(parameter: Parameter, found: Found, flat: Flat, number: int, value: float) -> Sensitivity:
@@ -128,5 +159,3 @@ def _exact(parameter: Parameter, found: Found, flat: Flat, number: int, value: f
         each.name, label, each.unit, parameter.path, parameter.value, parameter.unit,
         value, middle, error, by, below, above, lower, upper, reason,
     )  # fmt: skip
-
-

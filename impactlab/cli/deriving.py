@@ -1,0 +1,41 @@
+"""The command ``sensitivities``: derivatives of what a run gives by numbers of its case."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, load
+from impactlab.cli.reporting import reporting
+from impactlab.cli.rooms import console, derivatives
+
+
+def sensitivities(
+    case: CaseFile,
+    parameters: Annotated[
+        str, typer.Option("--parameters", metavar="A,B,...", help="Paths of numbers of the case.", show_default=False)
+    ],
+    quantities: Annotated[
+        str | None,
+        typer.Option("--quantities", metavar="A,B,...", help="What is derived (see plugins).", show_default=False),
+    ] = None,
+    sets: Sets = None,
+    method: Method = None,
+    variant: Variant = None,
+    as_json: Json = False,
+) -> None:
+    """Print derivatives of what a run gives by numbers of its case, and where the sequence of contacts changes."""
+    with reporting(case, as_json):
+        loaded = load(case, sets, method, variant)
+        console.say_if_compiling()
+        names = derivatives.DEFAULT if quantities is None else _listed(quantities)
+        found = derivatives.sensitivities(loaded, _listed(parameters), names)
+        if as_json:
+            console.print_json(found.to_dict())
+        else:
+            print(found)
+
+
+def _listed(text: str) -> list[str]:
+    return [name.strip() for name in text.split(",") if name.strip()]

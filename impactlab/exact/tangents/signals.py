@@ -1,0 +1,182 @@
+"""Derivatives of the signals of an exact run by one parameter, at times that may move with it."""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+
+import numpy as np
+from numpy.polynomial import chebyshev
+
+from impactlab.exact.network import Integers
+from impactlab.exact.signals import clenshaw, gauss
+from impactlab.exact.tangents.run import Solved
+from impactlab.types import Array
+
+
+class MovingSignal:
+    """One row of a junction's records, with its derivative at fixed places of the pieces."""
+
+    def __init__(self, solved: Solved, parameter: int, j: int, row: int) -> None:
+        log, tangents = solved.log, solved.tangents
+        count, rows = int(log.junctions["records"][j]), int(log.junctions["rows"][j])
+        first = log.pieces.shape[1] * j
+        pieces = log.pieces[j, :count]
+        self.tolerance = float(log.state["tolerance"])
+        self.start, self.stop = pieces["start"].copy(), pieces["stop"].copy()
+        self.width = self.stop - self.start
+        self.moves = tangents.moves[first : first + count, :, parameter]  # (pieces, 2)
+        sizes = tangents.size[first : first + count]
+        self.table, self.tangent = np.zeros((2, int(sizes.max()), count))
+        for piece, (n, at, size, begin) in enumerate(
+            zip(pieces["size"], pieces["offset"], sizes, tangents.offset[first : first + count], strict=True)
+        ):
+            self.table[:n, piece] = log.pool[at + row * n : at + (row + 1) * n]
+            begin += (parameter * rows + row) * size
+            self.tangent[:size, piece] = tangents.pool[begin : begin + size]
+
+    @cached_property
+    def slope(self) -> Array:
+        """Derivative of the series in their places, (coefficients, pieces)."""
+        return np.asarray(chebyshev.chebder(self.table)) if len(self.table) > 1 else np.zeros((1, len(self.stop)))
+
+    def places(self, t: Array) -> tuple[Integers, Array]:
+        """Return the piece of each time, and the place in it."""
+        piece = np.minimum(np.searchsorted(self.stop, t + self.tolerance, side="right"), len(self.stop) - 1)
+        return piece, (2.0 * t - self.start[piece] - self.stop[piece]) / self.width[piece]
+
+    def label(self, piece: Integers, y: Array) -> Array:
+        """Return the derivative of the time at a place of a piece."""
+        moves = self.moves[piece]
+        return np.asarray(0.5 * ((1.0 - y) * moves[:, 0] + (1.0 + y) * moves[:, 1]))
+
+    def value(self, t: Array) -> Array:
+        """Return the signal at times t, (n,)."""
+        return clenshaw(self.table, *self.places(t))
+
+    def derivative(self, t: Array, later: Array) -> Array:
+        """Return the derivative at times t, (n,), that themselves have the derivatives ``later``.
+
+        NaN where a break lies that moves otherwise than the time: a front may pass.
+        """
+        piece, y = self.places(t)
+        rate = clenshaw(self.slope, piece, y) * 2.0 / self.width[piece]
+        found = clenshaw(self.tangent, piece, y) + rate * (later - self.label(piece, y))
+        return np.asarray(np.where(self._passed(t, later), np.nan, found))
+
+    def _passed(self, t: Array, later: Array) -> Array:
+        """Return whether a break with a jump passes each time."""
+        near = np.searchsorted(self.stop, t - 2.0 * self.tolerance)
+        near = np.minimum(near, len(self.stop) - 1)
+        at_break = np.abs(self.stop[near] - t) <= 2.0 * self.tolerance
+        passes = at_break & (np.abs(self.moves[near, 1] - later) > 1e-12 * (np.abs(later) + 1e-300))
+        after = np.minimum(near + 1, len(self.stop) - 1)
+        ones = np.ones(len(t))
+        jump = np.abs(clenshaw(self.table, after, -ones) - clenshaw(self.table, near, ones))
+        unknown = near == len(self.stop) - 1  # what comes after the end of the run is not known
+        return np.asarray(passes & (unknown | (jump > 1e-12 * np.max(np.abs(self.table)))))
+
+    def integral(self, first: float, last: float) -> float:
+        """Return the derivative of the integral over the pieces that lie between two breaks."""
+        inside = (self.start >= first - self.tolerance) & (self.stop <= last + self.tolerance)
+        k = np.arange(0, len(self.table), 2)
+        weights = 1.0 / (1.0 - k * k)
+        wider = self.moves[inside, 1] - self.moves[inside, 0]
+        return float(
+            np.sum(weights @ self.tangent[::2, inside] * self.width[inside])
+            + np.sum(weights @ self.table[::2, inside] * wider)
+        )
+
+    def peak(self, first: float, last: float) -> float:
+        """Return the derivative of the largest value on the pieces between two breaks; NaN of two equal peaks."""
+        inside = np.flatnonzero((self.start >= first - self.tolerance) & (self.stop <= last + self.tolerance))
+        found = [self._top(int(piece)) for piece in inside]
+        best = max((value for value, _ in found), default=0.0)
+        if best <= 0.0:
+            return 0.0
+        tops = [slope for value, slope in found if value >= best * (1.0 - 1e-12)]
+        return tops[0] if max(tops) - min(tops) <= 1e-9 * max(map(abs, tops)) else math.nan
+
+    def _top(self, piece: int) -> tuple[float, float]:
+        """Return the largest value of a piece, and the derivative there."""
+        f = self.table[:, piece]
+        grid = np.cos(np.pi * np.arange(4 * len(f), -1, -1) / (4 * len(f)))
+        values = chebyshev.chebval(grid, f)
+        i = int(np.argmax(values))
+        y = float(grid[i])
+        if 0 < i < len(grid) - 1:
+            slope = chebyshev.chebder(f)
+            bend = chebyshev.chebder(slope)
+            for _ in range(6):
+                curved = float(chebyshev.chebval(y, bend))
+                if curved >= 0.0:
+                    break
+                y = min(max(y - float(chebyshev.chebval(y, slope)) / curved, float(grid[i - 1])), float(grid[i + 1]))
+        return float(chebyshev.chebval(y, f)), float(chebyshev.chebval(y, self.tangent[:, piece]))
+
+    def square(self, first: float, last: float, of_first: float, of_last: float) -> float:
+        """Return the derivative of the integral of the square from one moving time to another."""
+        x, w = gauss(len(self.table) + 1)
+        every = np.flatnonzero((self.stop > first) & (self.start < last))
+        low = np.maximum(-1.0, (2.0 * first - self.start[every] - self.stop[every]) / self.width[every])
+        high = np.minimum(1.0, (2.0 * last - self.start[every] - self.stop[every]) / self.width[every])
+        at = 0.5 * (low + high)[:, None] + 0.5 * (high - low)[:, None] * x
+        wide = every[:, None]
+        f, tangent = clenshaw(self.table, wide, at), clenshaw(self.tangent, wide, at)
+        wider = self.moves[every, 1] - self.moves[every, 0]
+        inner = 0.5 * wider[:, None] * f * f + self.width[every][:, None] * f * tangent
+        total = float(np.sum((inner @ w) * 0.5 * (high - low)))
+        for time, later, sign in ((first, of_first, -1.0), (last, of_last, 1.0)):
+            piece, y = self.places(np.array([time]))
+            value = float(clenshaw(self.table, piece, y)[0])
+            total += sign * value * value * float(later - self.label(piece, y)[0])
+            if bool(self._passed(np.array([time]), np.array([later]))[0]):
+                return math.nan
+        return total
+
+
+class MovingSignals:
+    """All signals of an exact run, with their derivatives by one parameter, made when first used."""
+
+    def __init__(self, solved: Solved, parameter: int) -> None:
+        self.solved, self.parameter = solved, parameter
+        self._made: dict[tuple[int, int], MovingSignal] = {}
+
+    def _signal(self, j: int, row: int) -> MovingSignal:
+        if (j, row) not in self._made:
+            self._made[j, row] = MovingSignal(self.solved, self.parameter, j, row)
+        return self._made[j, row]
+
+    def _at(self, kind: str, number: int) -> tuple[int, int, int, int]:
+        log = self.solved.log
+        node = number
+        if kind != "node":
+            node = int(log.ends["node"][number] if kind == "end" else log.contacts["left"][number])
+        j = int(log.nodes["junction"][node])
+        junction = log.junctions[j]
+        return j, number - int(junction[f"first_{kind}"]), int(junction["nodes"]), int(junction["ends"])
+
+    def velocity(self, node: int) -> MovingSignal:
+        """Return the velocity of a node [m/s]."""
+        j, own, _, _ = self._at("node", node)
+        return self._signal(j, own)
+
+    def displacement(self, node: int) -> MovingSignal:
+        """Return the displacement of a node [m]."""
+        j, own, nodes, _ = self._at("node", node)
+        return self._signal(j, nodes + own)
+
+    def wave(self, end: int) -> MovingSignal:
+        """Return the wave that an end emits [m/s]."""
+        j, own, nodes, _ = self._at("end", end)
+        return self._signal(j, 2 * nodes + own)
+
+    def carried(self, end: int) -> MovingSignal:
+        """Return the time integral of that wave [m]."""
+        j, own, nodes, ends = self._at("end", end)
+        return self._signal(j, 2 * nodes + ends + own)
+
+    def force(self, contact: int) -> MovingSignal:
+        """Return the force of a contact of the network [N]."""
+        j, own, nodes, ends = self._at("contact", contact)
+        return self._signal(j, 2 * (nodes + ends) + own)

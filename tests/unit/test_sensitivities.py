@@ -1,0 +1,277 @@
+"""Sensitivities of exact runs: against high-precision references, differences of runs, scaling laws and edges."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import Phase, given, settings
+from hypothesis import strategies as st
+
+import impactlab as il
+from impactlab.errors import CaseError
+
+MASS, AREA, YOUNG = "bodies.hammer.mass", "bodies.rod.area", "bodies.rod.material.young"
+GAP, STIFFNESS, DAMPING = "contacts.0.gap", "contacts.0.law.stiffness", "contacts.0.law.damping"
+HARD = {"kind": "wave_identification"}
+
+
+def struck(
+    mass: float = 0.5, law: dict[str, Any] = HARD, far_end: str = "clamped", duration: float = 3.0
+) -> dict[str, Any]:
+    """Return a case in units of the rod: E = rho = A = v0 = 1, L = 1/2, T = 1."""
+    return {
+        "schema_version": 1,
+        "bodies": {
+            "hammer": {"kind": "mass", "mass": mass, "velocity": 1.0},
+            "rod": {
+                "kind": "rod",
+                "length": 0.5,
+                "area": 1.0,
+                "material": {"young": 1.0, "density": 1.0},
+                "ends": {"right": far_end},
+            },
+        },
+        "contacts": [{"between": ["hammer", "rod.left"], "gap": 0.0, "law": law}],
+        "solve": {"duration": duration, "model": {"kind": "continuous"}},
+    }
+
+
+def before_wall(gap: float = 0.35) -> il.Case:
+    case = struck(1.0, far_end="free", duration=4.0)
+    case["bodies"]["wall"] = {"kind": "wall"}
+    case["contacts"].append({"between": ["rod.right", "wall"], "gap": gap, "law": HARD})
+    return il.Case.from_dict(case)
+
+
+def random_case(draw: Any) -> dict[str, Any]:
+    """Return a mass, two or three rods and perhaps a wall, with hard contacts and springs."""
+    number = st.floats(0.3, 3.0)
+    bodies: dict[str, Any] = {"hammer": {"kind": "mass", "mass": draw(number), "velocity": draw(number)}}
+    contacts, before = [], "hammer"
+    for k in range(draw(st.integers(1, 2))):
+        bodies[f"rod{k}"] = {
+            "kind": "rod",
+            "length": draw(number),
+            "area": draw(number),
+            "material": {"young": draw(number), "density": draw(number)},
+        }
+        spring = {
+            "kind": "penalty",
+            "stiffness": draw(st.floats(2.0, 20.0)),
+            "damping": draw(st.sampled_from([0.0, 0.3])),
+        }
+        law = draw(st.sampled_from([HARD, spring]))
+        contacts.append({"between": [before, f"rod{k}.left"], "gap": draw(st.sampled_from([0.0, 0.1])), "law": law})
+        before = f"rod{k}.right"
+    end = draw(st.sampled_from(["free", "clamped", "spring", "dashpot"]))
+    if end == "clamped":
+        bodies[before.split(".")[0]]["ends"] = {"right": "clamped"}
+    elif end != "free":
+        bodies[before.split(".")[0]]["ends"] = {"right": {end: draw(number)}}
+    return {
+        "schema_version": 1,
+        "bodies": bodies,
+        "contacts": contacts,
+        "solve": {"duration": 5.0, "model": {"kind": "continuous"}},
+    }
+
+
+random_cases = st.composite(random_case)()
+
+
+def logarithmic(case: il.Case, quantity: Any, parameter: str, label: str = "") -> float:
+    return (
+        il.sensitivities(case, [parameter], [quantity])
+        .find(quantity if isinstance(quantity, str) else quantity.channel, parameter, label)
+        .logarithmic
+    )
+
+
+def test_the_papers_case_agrees_with_fifty_digits():
+    case = il.Case.from_dict(struck())
+    found = il.sensitivities(case, [MASS, AREA, YOUNG], ["first_opening", "final_velocity", "peak_force"])
+    assert found.find("first_opening", MASS).logarithmic == pytest.approx(0.392155560966, rel=1e-10)
+    assert found.find("final_velocity", MASS, "hammer").logarithmic == pytest.approx(1.328847400921, rel=1e-10)
+    assert found.find("peak_force", AREA).logarithmic == pytest.approx(0.873242123334, rel=1e-10)
+    assert found.find("peak_force", YOUNG).logarithmic == pytest.approx(0.5, rel=1e-10)
+    assert all(row.found == "tangent" for row in found)
+
+
+def test_spring_and_dashpot_agree_with_fifty_digits():
+    case = il.Case.from_dict(struck(law={"kind": "penalty", "stiffness": 6.0, "damping": 0.2}))
+    found = il.sensitivities(case, [STIFFNESS, DAMPING], ["first_opening", "peak_force"])
+    assert found.find("first_opening", STIFFNESS).logarithmic == pytest.approx(-0.175288167254, rel=1e-10)
+    assert found.find("peak_force", DAMPING).logarithmic == pytest.approx(-0.081722438379, rel=1e-10)
+
+
+def test_a_gap_at_a_wall_agrees_with_fifty_digits():
+    found = logarithmic(before_wall(), "final_velocity", "contacts.1.gap", "hammer")
+    assert found == pytest.approx(0.039958681784, rel=1e-9)
+
+
+def test_faces_that_touch_have_a_derivative_by_the_gap_from_above():
+    row = il.sensitivities(il.Case.from_dict(struck()), [GAP], ["first_opening"]).rows[0]
+    assert row.derivative == pytest.approx(1.0, rel=1e-8)  # 1/v0: everything comes later
+    assert math.isnan(row.below)
+    assert "from above" in row.reason
+
+
+@pytest.mark.parametrize(("alpha", "distance", "within"), [(1.0, 0.010701002411, 0.1), (1.0105, 0.000201002411, 0.02)])
+def test_the_distance_to_the_vanishing_second_contact(alpha, distance, within):
+    row = il.sensitivities(il.Case.from_dict(struck(0.5 / alpha)), [MASS], ["final_velocity"]).rows[0]
+    assert 0.5 / row.lower - alpha == pytest.approx(distance, rel=within)
+
+
+def test_the_exit_velocity_has_a_kink_where_the_second_contact_vanishes():
+    slopes = []
+    for alpha in (1.010701002411 - 1e-4, 1.010701002411 + 1e-4):
+        row = il.sensitivities(il.Case.from_dict(struck(0.5 / alpha)), [MASS], ["final_velocity"]).rows[0]
+        slopes.append(row.derivative * -0.5 / alpha**2)
+    assert slopes[0] > 0.5
+    assert slopes[1] == pytest.approx(-0.0912, abs=1e-4)
+
+
+def degrees(document: dict[str, Any], scale: str) -> dict[str, float]:
+    """Return the powers of each number under a change of the scale of mass, time or length along the axis."""
+    mass, time, length = ({"mass": (1.0, 0.0, 0.0), "time": (0.0, 1.0, 0.0), "length": (0.0, 0.0, 1.0)})[scale]
+    stiffness, dashpot = mass - 2.0 * time, mass - time
+    found = {MASS: mass, "bodies.hammer.velocity": length - time, "solve.duration": time}
+    for name, body in document["bodies"].items():
+        if body["kind"] == "rod":
+            found[f"bodies.{name}.area"] = mass  # forces and masses go with the section
+            found[f"bodies.{name}.length"] = length
+            found[f"bodies.{name}.material.density"] = -length
+            found[f"bodies.{name}.material.young"] = length - 2.0 * time
+            end = body.get("ends", {}).get("right")
+            if isinstance(end, dict):
+                [kind] = end
+                found[f"bodies.{name}.ends.right.{kind}"] = stiffness if kind == "spring" else dashpot
+    for number, contact in enumerate(document["contacts"]):
+        if contact["gap"]:
+            found[f"contacts.{number}.gap"] = length
+        if contact["law"]["kind"] == "penalty":
+            found[f"contacts.{number}.law.stiffness"] = stiffness
+            if contact["law"]["damping"]:
+                found[f"contacts.{number}.law.damping"] = dashpot
+    return {path: power for path, power in found.items() if power}
+
+
+ANSWERS = {  # powers of mass, time and length
+    "first_opening": (0.0, 1.0, 0.0),
+    "final_velocity": (0.0, -1.0, 1.0),
+    "peak_force": (1.0, -2.0, 1.0),
+    "impulse": (1.0, -1.0, 1.0),
+    "final_energy": (1.0, -2.0, 2.0),
+    "restitution": (0.0, 0.0, 0.0),
+}
+
+
+@pytest.mark.parametrize("scale", ["mass", "time", "length"])
+@settings(max_examples=12, deadline=None, derandomize=True, phases=[Phase.generate])
+@given(document=random_cases)
+def test_scales_of_mass_time_and_length(document, scale):
+    """A change of scale: the sum of powers times logarithmic derivatives is the power of the quantity."""
+    powers = degrees(document, scale)
+    found = il.sensitivities(il.Case.from_dict(document), list(powers), list(ANSWERS))
+    place = ("mass", "time", "length").index(scale)
+    for name, answer in ANSWERS.items():
+        for label in {row.label for row in found if row.quantity == name}:
+            rows = [found.find(name, path, label) for path in powers]
+            if any(row.found != "tangent" for row in rows) or not abs(rows[0].value) > 1e-6:
+                continue
+            size = max(1.0, *(abs(row.logarithmic) for row in rows))
+            total = sum(powers[row.parameter] * row.logarithmic for row in rows)
+            assert total == pytest.approx(answer[place], abs=1e-9 * size), (name, label)
+
+
+@settings(max_examples=12, deadline=None, derandomize=True, phases=[Phase.generate])
+@given(document=random_cases, data=st.data())
+def test_tangents_are_the_limits_of_differences_of_runs(document, data):
+    case = il.Case.from_dict(document)
+    rods = [name for name, body in document["bodies"].items() if body["kind"] == "rod"]
+    rod = data.draw(st.sampled_from(rods))
+    path = data.draw(
+        st.sampled_from([MASS, "bodies.hammer.velocity", f"bodies.{rod}.length", f"bodies.{rod}.material.density"])
+    )
+    rows = [
+        row
+        for row in il.sensitivities(case, [path], ["first_opening", "final_velocity", "impulse"])
+        if not math.isnan(row.derivative)
+    ]
+    if not rows:
+        return
+    value = rows[0].parameter_value
+    if min(value - rows[0].lower, rows[0].upper - value) < 2e-2 * value:
+        return
+    width = 2e-4 * value
+    weights = {-3: -1 / 60, -2: 3 / 20, -1: -3 / 4, 1: 3 / 4, 2: -3 / 20, 3: 1 / 60}
+    beside = {
+        place: il.sweep(
+            case, {path: [value + place * width]}, quantities=["first_opening", "final_velocity", "impulse"]
+        )
+        for place in weights
+    }
+    for row in rows:
+        truth = (
+            sum(weight * float(np.ravel(_value(beside[place], row))[0]) for place, weight in weights.items()) / width
+        )
+        assert row.derivative == pytest.approx(truth, rel=1e-6, abs=1e-8 * (abs(row.value) / value + 1.0)), row
+
+
+def _value(found: Any, row: Any) -> Any:
+    each = found[row.quantity]
+    over = next((dim for dim in each.dims if dim in ("contact", "pair", "body")), None)
+    return each.sel({over: row.label}).values if over else each.values
+
+
+def test_fronts_that_arrive_together_and_part_are_told_by_runs():
+    """Two segments of equal travel time: the echoes of both meet; their lengths move them apart."""
+    document = struck()
+    rod = document["bodies"]["rod"]
+    material = rod.pop("material")
+    del rod["length"], rod["area"]
+    rod["segments"] = [
+        {"length": 0.25, "area": 1.0, "material": material},
+        {"length": 0.25, "area": 2.0, "material": material},
+    ]
+    path = "bodies.rod.segments.0.length"
+    case = il.Case.from_dict(document)
+    row = il.sensitivities(case, [path], ["first_opening"]).rows[0]
+    width = 1e-4
+    runs = [il.run(case.with_(path, 0.25 + step * width)).contacts[0].end for step in (-2, -1, 1, 2)]
+    truth = (8 * (runs[2] - runs[1]) - (runs[3] - runs[0])) / (12 * width)
+    assert row.derivative == pytest.approx(truth, rel=1e-7)
+
+
+def test_the_derivative_of_a_signal_at_given_times():
+    case = il.Case.from_dict(struck())
+    history = il.run(case)
+    times = np.array([0.2, 0.7, 1.2, 1.7])
+    found = history.jacobian("force:hammer|rod.left", times, [MASS, "bodies.hammer.velocity"])
+    assert found.shape == (4, 2)
+    # Until the wave returns the force is v0 exp(-t/M): its derivative by M is t/M^2 of it.
+    assert found[:2, 0] == pytest.approx(times[:2] / 0.25 * np.exp(-times[:2] / 0.5), rel=1e-10)
+    assert found[:, 1] == pytest.approx(history.evaluate(times, "force:hammer|rod.left"), rel=1e-9, abs=1e-12)
+
+
+def test_counts_have_no_derivative():
+    row = il.sensitivities(il.Case.from_dict(struck()), [MASS], ["contacts"]).rows[0]
+    assert row.found == "withheld"
+    assert math.isnan(row.derivative)
+
+
+@pytest.mark.parametrize(
+    ("paths", "said"),
+    [
+        (["bodies.hammer.weight"], "mass"),
+        ([MASS, MASS], "twice"),
+        (["contacts.0.law.kind"], "not a number"),
+        ([], "no parameter"),
+    ],
+)
+def test_wrong_parameters_are_refused_by_name(paths, said):
+    with pytest.raises(CaseError, match=said):
+        il.sensitivities(il.Case.from_dict(struck()), paths)
