@@ -19,7 +19,8 @@ from impactlab.exact.history import ContinuousHistory
 from impactlab.history.base import AbstractHistory
 from impactlab.plugins import Registry
 from impactlab.scene.problem import Scene
-from impactlab.sweeps.quantities import Asked, Sampled, asked, values
+from impactlab.sweeps.quantities import Asked, asked, values
+from impactlab.sweeps.sampled import Sampled
 from impactlab.types import Array
 
 DEFAULT = ("first_opening", "impulse", "peak_force", "restitution", "final_velocity")
