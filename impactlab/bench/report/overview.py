@@ -49,6 +49,10 @@ def profiles(scenes: Sequence[SceneRows], norm: Norm, look: Looks, clock: str = 
         axes.set_ylabel("share of scenes")
         axes.xaxis.set_major_formatter(lambda value, _: f"{value:g}")
         _curves(axes, table, look, found)
+        others = sum(bool(standing.ratios) and standing.method not in found for standing in table)
+        if others:
+            words = f"grey: {others} other method{'s' if others > 1 else ''}"
+            axes.set_title(words, loc="right", fontsize=7.5, fontweight="normal", color=MUTED)
     rows[-1][0].set_xlabel("at most this many times the time of the fastest method that meets the tolerance")
     return figure
 
