@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from impactlab.integrators.columns import write_columns
 from impactlab.numerics.addresses import call
-from impactlab.numerics.compiling import ENTRY, PART, called
+from impactlab.numerics.compiling import ENTRY, INLINE, PART, called
 from impactlab.simulate.stepping import contact_solve, event_times, loop
 from impactlab.simulate.stepping.arrays import StepArrays
 from impactlab.simulate.stepping.contact_solve import effect_of
@@ -51,33 +51,38 @@ def retime(m: StepArrays, dt: float) -> None:
 
 
 @PART
-def attempt(m: StepArrays, time: float, dt: float, watched: int, quantity: int) -> float:
-    """Take the saved step again with some length; return a contact's gap at its end, its trial force, or -gap."""
+def attempt(m: StepArrays, time: float, dt: float) -> None:
+    """Take the saved step again with some length, up to the contact forces."""
     for i in range(m.state.size):
         m.state[i] = m.backup[i]
     retime(m, dt)
     free_step(m)
     solve_contacts(m, time, dt)
-    if quantity == TRIAL:
-        return float(m.replies[watched].trial)
-    left, right = 2 * watched, 2 * watched + 1
-    gap = m.contacts[watched].initial_gap + m.faces[right].free_u - m.faces[left].free_u + m.replies[watched].offset
-    for other in range(len(m.contacts)):
-        gap += effect_of(m, right, 0, m.contacts[other], other) - effect_of(m, left, 0, m.contacts[other], other)
-    return float(-gap if quantity == PARTING else gap)
 
 
 @PART
+def gap_at_end(m: StepArrays, number: int) -> float:
+    """Return a contact's gap at the end of an attempted step."""
+    left, right = 2 * number, 2 * number + 1
+    gap = m.contacts[number].initial_gap + m.faces[right].free_u - m.faces[left].free_u + m.replies[number].offset
+    for other in range(len(m.contacts)):
+        gap += effect_of(m, right, 0, m.contacts[other], other) - effect_of(m, left, 0, m.contacts[other], other)
+    return float(gap)
+
+
+@INLINE
 def root(m: StepArrays, time: float, dt: float, watched: int, quantity: int, at_dt: float) -> float:
     """Return the step length, at most dt, at which the watched value crosses zero (false position, bisection)."""
     low, high, at_low, at_high = 0.0, dt, 0.0, at_dt
+    sign = -1.0 if quantity == PARTING else 1.0
     for turn in range(80):
         middle = 0.5 * (low + high)
         if at_low > 0.0 and turn % 3 != 2:
             margin = 1e-3 * (high - low)
             middle = low + (high - low) * at_low / (at_low - at_high)
             middle = min(max(middle, low + margin), high - margin)
-        value = attempt(m, time, middle, watched, quantity)
+        attempt(m, time, middle)
+        value = float(m.replies[watched].trial) if quantity == TRIAL else sign * gap_at_end(m, watched)
         if value > 0.0:
             low, at_low = middle, value
         else:
@@ -88,13 +93,14 @@ def root(m: StepArrays, time: float, dt: float, watched: int, quantity: int, at_
     return (0.25 if quantity == TRIAL else 0.5) * (low + high)
 
 
-@PART
+@INLINE
 def event_in_step(m: StepArrays, time: float, h: float, number: int) -> tuple[int, float]:
     """Return the quantity of a contact that crosses zero in a step of length h.
 
     It is NOTHING if there is none; its value at h is returned beside it.
     """
-    at_end = attempt(m, time, h, number, GAP)
+    attempt(m, time, h)
+    at_end = gap_at_end(m, number)
     port, reply = m.ports[number], m.replies[number]
     if port.in_contact > 0.0 and reply.in_contact == 0.0:
         if reply.trial < 0.0:
@@ -106,7 +112,7 @@ def event_in_step(m: StepArrays, time: float, h: float, number: int) -> tuple[in
     return NOTHING, 0.0
 
 
-@PART
+@INLINE
 def first_event(m: StepArrays, time: float, h: float, searched: bool) -> tuple[float, int, bool]:
     """Return time, contact (or NONE, FAILED) and kind (True: opening) of the first event in a step of length h."""
     earliest, which, opens = h, NONE, False
@@ -137,38 +143,34 @@ def located_step(m: StepArrays, dt: float, step_end: float) -> bool:
             return False
         if h - earliest <= MERGE_TOL * dt:
             earliest = h
-        attempt(m, time, earliest, 0, GAP)
-        if which == NONE:
-            correct(m)
-            write_events(m, time, h)
-            book_step(m, h, step_end)
-            return True
+        attempt(m, time, earliest)
         cuts += 1
         if earliest <= MERGE_TOL * dt and earliest < h:  # at its start: take it again in the other state
             for i in range(m.state.size):
                 m.state[i] = m.backup[i]
             earliest = 0.0
         else:
-            m.replies[which].in_contact = 1.0 if opens else 0.0  # until the cut: a touch by a rounding is no event,
-            contact = m.contacts[which]
-            given = contact.force * earliest + contact.impulse
-            if not opens and (contact.total == 0.0 or given <= TOUCH_TOL * contact.total):  # and has no force
-                contact.force, contact.impulse = 0.0, 0.0
+            if which != NONE:
+                m.replies[which].in_contact = 1.0 if opens else 0.0  # until the cut: a touch by a rounding is no event,
+                contact = m.contacts[which]
+                given = contact.force * earliest + contact.impulse
+                if not opens and (contact.total == 0.0 or given <= TOUCH_TOL * contact.total):  # and has no force
+                    contact.force, contact.impulse = 0.0, 0.0
             correct(m)
             write_events(m, time, earliest)
             book_step(m, earliest, step_end if earliest == h else time + earliest)
+        if which == NONE:
+            return True
         if opens:
             add_event(m, m.clock[0].time, which, OPEN, 0.0)
             m.ports[which].in_contact = 0.0
-            if len(m.phases) > 0:
-                change_phases(m)
         else:
             # The gap of a touch is zero except for rounding, which is taken out.
             left, right = m.faces[2 * which], m.faces[2 * which + 1]
             m.contacts[which].touching = 1.0
             m.contacts[which].initial_gap = left.u - right.u - m.ports[which].offset
-            if len(m.phases) > 0:
-                change_phases(m)
+        if len(m.phases) > 0:
+            change_phases(m)
         if clock.time >= step_end:
             return True
         if earliest > 0.0:
