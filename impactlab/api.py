@@ -80,7 +80,7 @@ class Comparison:
         return summaries.comparison(self.case, name, [(row.name, row.summary) for row in self.rows])
 
     def plot(self) -> Figure:
-        """Return a matplotlib figure of the signals of all methods over time, a panel for each place.
+        """Return a figure of all methods' signals over time, a panel for each place.
 
         Raises
         ------
@@ -167,7 +167,7 @@ def warnings_kept() -> Iterator[None]:
 
 
 def prepare(case: Case) -> Plan:
-    """Return the plan of a run; under a tolerance, that of the method which is predicted to be the cheapest.
+    """Return the plan of a run; under a tolerance, of the cheapest method by prediction.
 
     Raises
     ------
@@ -183,7 +183,7 @@ def prepare(case: Case) -> Plan:
 
 
 def physics_of(case: Case) -> Simulation:
-    """Return the scene of a case and a method with the laws of the case as written, to which its errors refer.
+    """Return the scene and the method, with the laws as written, to which errors refer.
 
     So a penalty that stands in for a hard contact is measured against the hard contact, not against itself.
     """
@@ -215,7 +215,7 @@ def compare(
     progress: Callable[[str, float], None] | None = None,
     frames: int = 0,
 ) -> Comparison:
-    """Return several methods run on one case, with their errors against the exact or converged answer.
+    """Run several methods on one case and return them with their errors.
 
     Parameters
     ----------
@@ -246,7 +246,7 @@ def compare(
 def summarised(
     case: Case, history: AbstractHistory, budget: float | None = None
 ) -> tuple[dict[str, Any], Reference | None]:
-    """Return the summary of a run of a case and the reference its errors were measured against.
+    """Return the summary of a run and the reference of its errors.
 
     ``budget`` are the seconds of predicted solving that a reference may take where no exact answer serves: by default
     so few that a run is not kept waiting.

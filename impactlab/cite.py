@@ -43,7 +43,7 @@ def cite(case: Case) -> Citations:
 
 
 def bibtex(keys: Iterable[str], remarks: Iterable[str] = (), known: Mapping[str, str] | None = None) -> Citations:
-    """Return the entries of the keys in order of key; a key without an entry is named in a remark."""
+    """Return the entries of keys, in order; a key without an entry gives a remark."""
     known = entries() if known is None else known
     found: dict[str, str] = {}
     lines = list(remarks)
@@ -79,7 +79,7 @@ def entries() -> dict[str, str]:
 
 
 def entries_for(part: type[Any]) -> dict[str, str]:
-    """Return the entries that a part may cite: ours, and those of a citations.bib in its own top-level package."""
+    """Return the entries that a part may cite: ours and those of its own package."""
     return entries() | _entries_of(part.__module__.partition(".")[0])
 
 

@@ -35,7 +35,7 @@ class ImpactlabError(Exception):
         self.others: tuple[ImpactlabError, ...] = ()  # faults of the same file that were found with this one
 
     def located(self, file: str, line: int | None) -> ImpactlabError:
-        """Return the same error with the file and line filled in (in place; kept if already known)."""
+        """Fill in file and line where they are not known, and return the error."""
         if not self.file:
             self.file = file
             self.line = line
@@ -54,11 +54,11 @@ class ImpactlabError(Exception):
 
 
 class ExtraError(ImpactlabError, ImportError):  # type: ignore[misc] # both have a path
-    """A library of an extra is not installed; the remedy is the command that installs it."""
+    """A library of an extra is missing; the remedy is the command that installs it."""
 
 
 def combined(errors: Sequence[ImpactlabError]) -> ImpactlabError:
-    """Return the first of several faults of one file, which holds the others; each place and text counts once."""
+    """Return the first of several faults of one file, which holds the others, each once."""
     found: dict[tuple[str, str], ImpactlabError] = {}
     for error in errors:
         for each in (error, *error.others):
@@ -87,7 +87,7 @@ class PluginError(ImpactlabError):
 
 
 class RunWarning(UserWarning):
-    """A warning of a run that came to its end, of one of the classes below."""
+    """A warning of a finished run, of one of the classes below."""
 
 
 class DoubtfulResult(RunWarning):
@@ -95,11 +95,11 @@ class DoubtfulResult(RunWarning):
 
 
 class UnusualValue(RunWarning):
-    """A value of the case may be a slip, as a wave speed that no solid has."""
+    """A value of the case may be a slip, such as a wrong wave speed."""
 
 
 class RunNote(RunWarning):
-    """Any other warning of a run, as a contact that barely happens; not shown unless a filter asks for it."""
+    """Any other warning of a run; shown only where a filter asks for it."""
 
 
 class SweepError(ImpactlabError):

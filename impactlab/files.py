@@ -143,7 +143,7 @@ def write_data(
     reference: Reference | None,
     texts: Mapping[str, str],
 ) -> Callable[[], None] | None:
-    """Write the tables of a run into a folder; return the call that writes history.nc if its libraries are there."""
+    """Write the tables of a run; return the call that writes history.nc, if its libraries exist."""
     write_tables(folder, history)
     if not all(find_spec(name) is not None for name in ("xarray", "h5netcdf", "h5py")):
         return None

@@ -9,7 +9,7 @@ from typing import Any
 
 
 class LazyModule:
-    """A module of the package that is imported when one of its attributes is first read."""
+    """A module that is imported when one of its attributes is first read."""
 
     def __init__(self, name: str) -> None:
         self._name = name
@@ -37,7 +37,7 @@ def above(module: str) -> Any:
 def lazy_names(
     package: str, names: Mapping[str, Iterable[str]], first: Callable[[], None] | None = None
 ) -> Callable[[str], Any]:
-    """Return the `__getattr__` of a package that imports each of its public names on first use.
+    """Return a package's `__getattr__` that imports public names on first use.
 
     Parameters
     ----------

@@ -24,7 +24,7 @@ def option(
     at_most: float | None = None,
     group: str = "",
 ) -> Any:
-    """Return a dataclass field of a part, with what a case file may give for it.
+    """Return a dataclass field of a part, with the values that a case may give.
 
     The case file room reads unit, limits and description from here; a part needs no other schema.
     Limits on a `Relative` value hold for its number. ``group`` is the entry-point group of a field that holds a part:

@@ -21,7 +21,7 @@ from impactlab.errors import PluginError
 
 
 class Group(NamedTuple):
-    """A kind of part: its entry-point group, its name in messages, and its class or the arguments of its function."""
+    """A kind of part: its entry-point group, its name in messages, its class or function."""
 
     name: str
     noun: str
@@ -68,7 +68,7 @@ def snake_case(part: type[Any] | Callable[..., Any]) -> str:
 
 
 def name_of(part: type[Any]) -> str:
-    """Return the name under which a class is registered; its name in snake case where no registry loaded it."""
+    """Return the registered name of a class, else its name in snake case."""
     return _names.get(part) or snake_case(part)
 
 
@@ -148,7 +148,7 @@ def registry() -> Registry:
 
 
 def describe(part: type[Any] | Callable[..., Any]) -> str:
-    """Return the one-line description of a part: the first line of its own docstring, empty where it wrote none."""
+    """Return the first line of a part's own docstring, empty without one."""
     written = vars(part).get("__doc__") if inspect.isclass(part) else part.__doc__
     text = inspect.cleandoc(written or "")
     line = "" if text.startswith(f"{part.__name__}(") else text.partition("\n")[0]  # text that dataclass generates
@@ -168,7 +168,7 @@ def parts_inside(part: Any) -> tuple[Any, ...]:
 
 
 def fault_of(part: Any, group: Group) -> str:
-    """Return why an object cannot serve as a part of the group, or an empty text."""
+    """Return why an object is not a part of the group, or an empty text."""
     if group.arguments:
         return _fault_of_function(part, group)
     if not inspect.isclass(part):

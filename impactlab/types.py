@@ -40,7 +40,7 @@ class Level(Enum):
 
 @record
 class Side(ctypes.Structure):
-    """One body's face at a contact. Compliances are positive: a push of 1 N moves the face inwards by so much."""
+    """One body's face at a contact; a compliance is its displacement inwards per force."""
 
     displacement: float  # m, at the start of the step
     velocity: float  # m/s, at the start of the step
@@ -53,7 +53,7 @@ class Side(ctypes.Structure):
 
 @record
 class Port(ctypes.Structure):
-    """All that a law sees of one contact in one step. Gap and rate are positive when open and opening.
+    """The input of a law in one step; gap and rate positive when open and opening.
 
     "free" is without the contact's own force; a compliance is the change per unit force, constant over the step. The
     scheme decides where in the step the force acts: a law F = f(gap, rate) takes the values there.
@@ -105,7 +105,7 @@ class Port(ctypes.Structure):
 
 @record
 class Reply(ctypes.Structure):
-    """The reply of a law for one step; before, all fields are zero, and memory is that of the port."""
+    """The reply of a law for one step: all fields zero before, memory the port's."""
 
     force: float  # N, constant over the step, positive in compression
     impulse: float  # N s, given at the start of the step
@@ -171,7 +171,7 @@ class Start(NamedTuple):
 
 
 class Noted(NamedTuple):
-    """A count in the memory of a law, reported as a warning of the run unless it is zero."""
+    """A count in the memory of a law, reported as a warning unless zero."""
 
     slot: int  # of the memory
     code: str  # of the warning
@@ -179,7 +179,7 @@ class Noted(NamedTuple):
 
 
 class Restitution(NamedTuple):
-    """Coefficients of restitution of a law between rigid bodies: as given, and as its force gives it."""
+    """Restitution of a law between rigid bodies, as given and as computed."""
 
     nominal: float
     true: float

@@ -36,7 +36,7 @@ class Event(NamedTuple):
 
 
 class ContactSpan(NamedTuple):
-    """One period of contact; for an impulse law one entry per pair, first kick to last."""
+    """One period of contact; of an impulse law, from the first kick to the last."""
 
     contact: str
     start: float  # s
@@ -86,7 +86,7 @@ END_ROUNDING = 1e-9  # of duration or length: a time outside a run, a place outs
 
 
 def within_run(t: ArrayLike, duration: float) -> Array:
-    """Return times as an array, those outside [0, duration] by rounding moved into it, same shape as t [s].
+    """Return times as an array [s], those outside the run by rounding moved into it.
 
     Raises
     ------
@@ -106,7 +106,7 @@ def within_run(t: ArrayLike, duration: float) -> Array:
 
 
 def places_on(body: Body, x: ArrayLike) -> Array:
-    """Return places on a body as an array, those outside its length by rounding moved onto it, shape (n,) [m].
+    """Return places as an array (n,) [m], those outside the body by rounding moved onto it.
 
     Raises
     ------
@@ -140,7 +140,7 @@ class Cased(Protocol):
 
 
 class AbstractHistory(Views, ABC):
-    """A run, computed or exact. To write one, supply the four abstract methods and set the fields.
+    """A run, stepped or exact: four abstract methods, and fields that are set.
 
     1. ``channels``: the names that ``evaluate`` accepts.
     2. ``evaluate``: values of a channel at any times in [0, duration]. At a jump the value after it is given. Times
@@ -167,11 +167,11 @@ class AbstractHistory(Views, ABC):
 
     @abstractmethod
     def channels(self) -> tuple[str, ...]:
-        """Return the names of the channels that were recorded (an exact history has them at any other x, too)."""
+        """Return the names of the recorded channels; an exact history has any other x, too."""
 
     @abstractmethod
     def evaluate(self, t: ArrayLike, channel: str) -> Array:
-        """Return the channel at the times t [s], same shape as t, SI units; NaN where the method gives no value.
+        """Return a channel at times t [s], same shape; NaN where it has no value.
 
         Raises
         ------
@@ -181,11 +181,11 @@ class AbstractHistory(Views, ABC):
 
     @abstractmethod
     def field(self, body: str, t: float, quantity: str, x: ArrayLike | None = None) -> Field:
-        """Return a quantity along a body at time t [s], at places x [m], shape (n,), or those of the body's own grid.
+        """Return a quantity along a body at time t [s].
 
-        Continuous rods answer at any time. Bodies in the coordinates of a mesh or of modes answer at the times in
-        `field_times`: there the state is interpolated linearly between the two ends of the step, displacements and
-        velocities each from the instants to which the scheme's own belong.
+        Places x [m] have the shape (n,); without them, those of the body's own grid. Continuous rods have fields at
+        any time, bodies in the coordinates of a mesh or of modes at `field_times`: there the state is interpolated
+        linearly between the ends of the step, displacements and velocities each from the instants of the scheme.
 
         Raises
         ------
@@ -195,15 +195,15 @@ class AbstractHistory(Views, ABC):
         """
 
     def field_times(self, body: str) -> Array | None:
-        """Return the times at which `field` answers for a body, shape (n,) [s]; None, as here, for any time."""
+        """Return the times (n,) [s] at which a body has fields; None for any time."""
         return None
 
     @abstractmethod
     def jumps(self, channel: str) -> Array:
-        """Return the instants at which the channel jumps, shape (n,) [s]; empty where it is continuous."""
+        """Return the instants (n,) [s] at which a channel jumps; empty where it is continuous."""
 
     def travelling(self, body: str, x: float, t: ArrayLike) -> tuple[Array, Array]:
-        """Return the velocities that the two waves at x [m] carry to the right and to the left, (n,) each [m/s].
+        """Return the velocities [m/s] of the two waves at x [m], (n,) each.
 
         Continuous rods have them at any x. Other bodies give them from two channels that were recorded: the velocity
         at x, and there the strain, stress or force; at an end without support the contact forces on it.
@@ -216,7 +216,7 @@ class AbstractHistory(Views, ABC):
         return separated(self.scene, body, x, self.channels(), lambda channel: self.evaluate(t, channel))
 
     def waves(self, body: str, x: float, quantity: str = "strain", t: ArrayLike | None = None) -> Waves:
-        """Return the waves to the right and to the left at x [m] of a rod or shaft, in one of its quantities.
+        """Return the waves to the right and to the left at x [m].
 
         Parameters
         ----------

@@ -55,7 +55,7 @@ def labelled(quantity: str, **more: Any) -> dict[str, Any]:
 
 
 def to_xarray(history: AbstractHistory, times: Array) -> xarray.Dataset:
-    """Return channels at times [s], fields at their frames, energies, events and periods of contact of a history."""
+    """Return a history as a dataset: channels, fields, energies, events, periods of contact."""
     library = needed("xarray")
     variables: dict[str, Any] = {}
     coordinates: dict[str, Any] = {"time": ("time", times, {"units": "s", "long_name": "time"})}
@@ -146,7 +146,7 @@ UNITS_OF_RECORDS = {"time": "s", "start": "s", "end": "s", "impulse": "N s", "fi
 
 
 def with_unit(field: str) -> str:
-    """Return the name of a column of events or periods of contact with its unit: ``start [s]``."""
+    """Return the name of a column of a table with its unit: ``start [s]``."""
     return f"{field} [{UNITS_OF_RECORDS[field]}]" if field in UNITS_OF_RECORDS else field
 
 
@@ -173,7 +173,7 @@ def _attributes(history: AbstractHistory) -> dict[str, Any]:
 
 
 def write(path: Path, dataset: xarray.Dataset, group: str | None = None) -> None:
-    """Write a dataset into a NetCDF file, or add it to the file as a group."""
+    """Write a dataset to a NetCDF file, or into a group of it."""
     needed("h5netcdf")
     encoding = {name: COMPRESSED for name, each in dataset.data_vars.items() if each.dtype == float and each.size > 1}
     mode: Any = "w" if group is None else "a"
@@ -288,7 +288,7 @@ def to_pandas(history: AbstractHistory, times: Array) -> pandas.DataFrame:
 
 
 def contacts_table(history: AbstractHistory) -> pandas.DataFrame:
-    """Return the periods of contact as a table: contact, start, end [s], impulse [N s], peak_force [N] ..."""
+    """Return the periods of contact as a table, units in its attributes."""
     table: pandas.DataFrame = needed("pandas").DataFrame(list(history.contacts), columns=ContactSpan._fields)
     table.attrs["units"] = {
         field: UNITS_OF_RECORDS[field] for field in ContactSpan._fields if field in UNITS_OF_RECORDS

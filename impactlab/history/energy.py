@@ -50,7 +50,7 @@ class EnergyBook:
 
     @cached_property
     def at_stake(self) -> float:
-        """Reference energy [J]: the larger of the energy that bodies can exchange and the work of loads; 0 if both are.
+        """Reference energy [J]: the exchangeable energy or the work of loads, whichever is larger.
 
         It is measured in the frame of the centre of mass of the interacting bodies. Bodies that only drift have none
         there; for them it is the energy of the drift.
@@ -65,7 +65,7 @@ class EnergyBook:
 
     @cached_property
     def rounding(self) -> float:
-        """Energy of all bodies and work of loads, over the scale: rounding errors of the balance grow with it."""
+        """Energy of bodies and work of loads over the scale, which bounds rounding errors."""
         whole = max(float(np.abs(self.total[0])), float(np.max(np.abs(self.work), initial=0.0)))
         return max(1.0, whole / self.scale)
 

@@ -48,12 +48,12 @@ class Reach(NamedTuple):
 
 
 def reach_of(scene: Scene, models: Models, joined: Sequence[Group] | None = None) -> Reach:
-    """Return the groups and first arrivals of the contacts of a scene; ``joined`` are its groups, if known."""
+    """Return groups and first arrivals of contacts; ``joined`` are the groups, if known."""
     return Reach(_groups_of(scene, groups(scene) if joined is None else joined), first_arrivals(scene, models))
 
 
 def share_of(steps: float) -> float:
-    """Return the share of the largest force that the rounding of a gap may make of a force in a run of some steps.
+    """Return the rounding of a force over the largest one, in a run of some steps.
 
     A gap is rounded by eps times the displacements, which grow with the duration; a force follows from the displacement
     in one step. So the force by a rounded gap is eps times the number of steps, over the largest.
@@ -69,7 +69,7 @@ def above_noise(
     steps: float = 0.0,
     reach: Reach | None = None,
 ) -> Found:
-    """Return the events and spans of a run without those that are noise, in order of time.
+    """Return events and spans of a run without noise, in order of time.
 
     Parameters
     ----------
@@ -217,7 +217,7 @@ def _groups_of(scene: Scene, joined: Sequence[Group]) -> dict[str, int]:
 
 
 def first_arrivals(scene: Scene, models: Models) -> dict[str, float]:
-    """Return for each contact the time [s] before which nothing can have reached it; 0 where faces move at once.
+    """Return the earliest time [s] at which a wave can reach each contact.
 
     Faces that rest on each other wait for a wave from a contact that moves, from a force on an end or from an initial
     displacement. Waves travel no faster than sqrt(E/rho); through a rigid body, a beam without shear or a rod that is

@@ -56,7 +56,7 @@ class Facts(NamedTuple):
 
 @final
 class SampledHistory(AbstractHistory):
-    """A history at equal instants, straight lines between them; events, contacts and energies are those of the run.
+    """A history at equal instants, linear between them, with the run's events and energies.
 
     Fields answer at the instants that were kept (`field_times`).
     """
@@ -144,7 +144,7 @@ def facts_of(history: AbstractHistory) -> Facts:
 
 
 def channels_of(history: AbstractHistory) -> list[str]:
-    """Return the channels of a history, then the motion of the faces in contact of one that has it without a probe."""
+    """Return the channels of a history, with the motion of faces in contact."""
     names = list(history.values if isinstance(history, SampledHistory) else history.channels())
     points = [point for contact in history.scene.contacts for point in (contact.left, contact.right)]
     for body, x in dict.fromkeys((p.body, p.x) for p in points if history.scene.bodies[p.body].elastic is not None):
@@ -157,7 +157,7 @@ def channels_of(history: AbstractHistory) -> list[str]:
 
 
 def body_fields(history: AbstractHistory) -> dict[str, BodyFields]:
-    """Return the fields that a history can give of each body: at the frames of a page and at its snapshots."""
+    """Return the fields of each body at the frames of a page and at snapshots."""
     fields = {}
     for name, body in history.scene.elastic.items():
         times = history.field_times(name)
@@ -186,6 +186,6 @@ def _fields_of(history: AbstractHistory, body: ElasticBody, times: Array) -> Bod
 
 
 def kept_quantities(body: ElasticBody) -> list[str]:
-    """Return the quantities of a body whose fields are kept; strain and force follow from the stress."""
+    """Return the quantities of a body that are kept; stress gives strain and force."""
     names = {read: name for name, (read, _) in reversed(list(body.quantities.items()))}
     return [names[read] for read in KEPT if read in names and not (read == "force" and "stress" in names)]

@@ -38,7 +38,7 @@ class Views:
         def channels(self) -> tuple[str, ...]: ...
 
     def to_xarray(self, points: int = HISTORY_POINTS) -> xarray.Dataset:
-        """Return the run as an xarray Dataset: channels at equal times, fields, energies, events, periods of contact.
+        """Return the run as an xarray Dataset, with units and long names.
 
         ``contact_force`` and ``gap`` have the dimensions (contact, time); a probed quantity such as ``strain`` has
         (strain_at, time); its fields ``strain_field`` (body, place, frame), with the places as ``x`` [m]. Units and
@@ -69,7 +69,7 @@ class Views:
 
     @property
     def contacts_table(self) -> pandas.DataFrame:
-        """The periods of contact as a table: contact, start, end [s], impulse [N s], peak_force [N] and kicks."""
+        """The periods of contact as a table: contact, start, end, impulse, peak_force, kicks."""
         made: pandas.DataFrame = above("history.dataset").contacts_table(self)
         return made
 
@@ -94,12 +94,12 @@ class Views:
         return made
 
     def plot(self) -> Figure:
-        """Return a matplotlib figure of the signals over time: probes first, then contact forces and displacements."""
+        """Return a figure of probes, contact forces and displacements over time."""
         made: Figure = above("report.notebook").plot(self)
         return made
 
     def plot_xt(self) -> Figure:
-        """Return the Lagrange diagram: all bodies end to end, place to the right, time upwards, load as colour.
+        """Return the Lagrange diagram: place to the right, time upwards, load as colour.
 
         Raises
         ------
@@ -110,7 +110,7 @@ class Views:
         return made
 
     def animate(self, path: str | Path | None = None, seconds: float = 8.0) -> FuncAnimation | None:
-        """Return the run as an animation, or write it: bodies coloured by their load, and the diagram of their waves.
+        """Return or write the run as an animation: bodies coloured by load, and their waves.
 
         Parameters
         ----------

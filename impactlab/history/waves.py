@@ -88,7 +88,7 @@ def wave_body(scene: Scene, name: str, x: float) -> WaveBody:
 def separated(
     scene: Scene, name: str, x: float, channels: Sequence[str], evaluate: Callable[[str], Array]
 ) -> tuple[Array, Array]:
-    """Return the velocities of the waves to the right and to the left [m/s], from recorded channels at x [m].
+    """Return the velocities [m/s] of both waves at x [m], from recorded channels.
 
     Raises
     ------

@@ -40,12 +40,12 @@ def struck_on_ends(scene: Scene) -> bool:
 
 
 def is_coupled(rod: WaveBody) -> bool:
-    """Return whether the rod has dampers between its places, which an explicit scheme does not serve."""
+    """Return whether the rod has inner dampers, which explicit schemes do not serve."""
     return rod.damping.stiffness > 0.0 or any(segment.viscosity > 0.0 for segment in rod.segments)
 
 
 def split_at_contacts(scene: Scene) -> Scene:
-    """Return the scene with segments of rods and beams cut at their inner contacts, so that meshes have nodes there.
+    """Return the scene with segments cut at inner contacts, so that meshes have nodes there.
 
     A force inside an element moves its place by too little, in a bar or by shear: the compliance that is missing is of
     the first order in the length of the element, and depends on where in it the force acts.
@@ -91,7 +91,7 @@ def bare_beam(scene: Scene, point: Point) -> bool:
 
 
 def facts_at(scene: Scene, point: Point, element_length: float, velocity_per_force: float = math.nan) -> SideFacts:
-    """Return the facts of one side of a contact, for elements of a length [m]; see `impactlab.scene.method.sides`.
+    """Return the facts of one side of a contact, for elements of a length [m].
 
     Room for a reading exists at the ends of a rod only.
     """
@@ -101,7 +101,7 @@ def facts_at(scene: Scene, point: Point, element_length: float, velocity_per_for
 
 
 def impedance_of(scene: Scene, contact: Contact) -> float:
-    """Return the impedance that a contact works against [N s/m]: of its rods in series, inf without one."""
+    """Return the impedance [N s/m] of a contact's rods in series; inf without one."""
     compliances = 0.0
     for point in (contact.left, contact.right):
         compliances += 1.0 / scene.bodies[point.body].impedance_at(point.x)
@@ -109,7 +109,7 @@ def impedance_of(scene: Scene, contact: Contact) -> float:
 
 
 def striker_of(scene: Scene, contact: Contact) -> float:
-    """Return the mass of the rigid bodies of a contact as one [kg]; inf where no mass meets it."""
+    """Return the reduced mass [kg] of a contact's rigid bodies; inf without one."""
     masses = [scene.bodies[point.body].rigid_mass for point in (contact.left, contact.right)]
     shares = sum(1.0 / mass for mass in masses if math.isfinite(mass))
     return 1.0 / shares if shares > 0.0 else math.inf

@@ -105,7 +105,7 @@ def drift(scene: Scene, name: str, t: Array, touched: Collection[str] | None = N
 
 
 def carried_energy(scene: Scene, t: Array, touched: Collection[str] | None = None) -> CarriedEnergy:
-    """Return the energy that the frames of free groups carry, with work at times t [s], shape (n,).
+    """Return the energy (n,) [J] of the frames of free groups at times t [s].
 
     In its frame a group begins with its energy less M V^2/2; the work of a load is that on the motion within the frame:
     gravity does none, a force F on an end F (u - D) with D the way of the frame.
@@ -114,7 +114,7 @@ def carried_energy(scene: Scene, t: Array, touched: Collection[str] | None = Non
 
 
 def carried_by(found: Sequence[Group], t: Array) -> CarriedEnergy:
-    """Return the energy that the frames of these groups carry, with work at times t [s], shape (n,)."""
+    """Return the energy (n,) [J] of the frames of these groups at times t [s]."""
     kinetic, work = 0.0, np.zeros_like(t)
     for group in found:
         kinetic += 0.5 * group.mass * group.velocity**2

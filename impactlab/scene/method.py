@@ -45,7 +45,7 @@ class Tolerance:
 
 @dataclass(frozen=True)
 class Method:
-    """How a scene is solved; under a tolerance, only its laws are known before the automatic choice."""
+    """How a scene is solved; under a tolerance, only laws are known before the choice."""
 
     laws: Mapping[str, AbstractContactLaw] = field(default_factory=dict)  # by name of the contact
     models: Mapping[str, AbstractRodModel] = field(default_factory=dict)  # by name of the rod or beam
@@ -64,7 +64,7 @@ class Simulation(NamedTuple):
     def but(
         self, *, model: AbstractRodModel | None = None, law: AbstractContactLaw | None = None, **changes: Any
     ) -> Simulation:
-        """Return the pair with one model for all bodies, one law for all contacts, or other fields of either."""
+        """Return the pair with one model, one law, or other fields of either."""
         if model is not None:
             elastic = self.scene.elastic
             changes["models"] = dict.fromkeys(elastic, model)
@@ -81,7 +81,7 @@ def laws_of(scene: Scene, method: Method) -> list[AbstractContactLaw]:
 
 
 def modelled(scene: Scene, method: Method) -> list[tuple[ElasticBody, AbstractRodModel]]:
-    """Return the rods and beams of a scene that have a model, each with its own."""
+    """Return the rods and beams that have a model, each with its own."""
     return [(body, method.models[name]) for name, body in scene.elastic.items() if name in method.models]
 
 
@@ -91,7 +91,7 @@ def force_jumps(scene: Scene, method: Method) -> bool:
 
 
 def is_exact(scene: Scene, method: Method) -> bool:
-    """Return whether a scene is solved from event to event: all rods continuous, all laws hard or constant springs."""
+    """Return whether all rods are continuous and all laws hard or constant springs."""
     models = [method.models.get(name) for name, body in scene.elastic.items() if body.waves is not None]
     continuous = len(models) == len(scene.elastic) > 0 and all(model is not None and model.exact for model in models)
     return continuous and all((law.hard and law.answers_force) or law.is_spring for law in laws_of(scene, method))
@@ -106,7 +106,7 @@ def theories(scene: Scene, method: Method) -> tuple[str, ...]:
 
 
 def side_facts(scene: Scene, method: Method, point: Point, velocity_per_force: float = math.nan) -> SideFacts:
-    """Return the facts of one side of a contact, elements being those of the body's model."""
+    """Return the facts of one side of a contact, by the model's elements."""
     body, length = scene.bodies[point.body].elastic, math.nan
     if body is not None:
         model = method.models.get(body.name)
@@ -120,7 +120,7 @@ def sides(scene: Scene, method: Method, contact: Contact) -> tuple[SideFacts, Si
 
 
 def stiffness_of(scene: Scene, method: Method, contact: Contact) -> float | None:
-    """Return the stiffness of a contact [N/m], inf where it is hard, None where it is no spring."""
+    """Return the stiffness [N/m] of a contact: inf of a hard one, None without a spring."""
     law = method.laws[contact.name]
     if law.hard:
         return math.inf
@@ -129,7 +129,7 @@ def stiffness_of(scene: Scene, method: Method, contact: Contact) -> float | None
 
 
 def stiffness_at(scene: Scene, method: Method, contact: Contact, overlap: float) -> float | None:
-    """Return how the force of a contact rises with an overlap [m] there [N/m]; None where it is not known."""
+    """Return the tangent stiffness [N/m] of a contact at an overlap [m], None if unknown."""
     return method.laws[contact.name].stiffness_at(overlap, *sides(scene, method, contact))
 
 

@@ -62,7 +62,7 @@ def beyond(what: str, path: str, body: Body | None = None) -> CaseError:
 
 
 def ratios(body: ElasticBody) -> Iterator[tuple[str, float, str]]:
-    """Give the ratios of loads and losses of a body to its own mass, stiffness, impedance and times, with paths."""
+    """Give ratios of loads and losses of a body to its own sizes, with paths."""
     path, piece = f"bodies.{body.name}", body.segments[0]
     whole, trip = body.length, body.round_trip
     for text, ratio, key in body.own_ratios():

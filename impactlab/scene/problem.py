@@ -28,7 +28,7 @@ class Point:
 
 @dataclass(frozen=True)
 class Contact:
-    """Two faces that may meet: ``left`` lies on the left of ``right``; gap = gap0 + u_right - u_left."""
+    """Two faces that may meet, left and right; gap = gap0 + u_right - u_left."""
 
     left: Point
     right: Point
@@ -91,13 +91,13 @@ class Scene:
         return tuple(kept)
 
     def with_frames(self, count: int) -> Scene:
-        """Return the scene with further frames: at the start, and after each of ``count`` equal parts of the run."""
+        """Return the scene with frames at the ends of ``count`` equal parts of the run."""
         more = (self.duration * number / count for number in range(count + 1))
         return replace(self, frames=tuple(sorted({*self.frames, *more})))
 
     @cached_property
     def in_order(self) -> dict[str, Body]:
-        """Bodies by their first contact, then by name: an order that does not depend on how the case is written.
+        """Bodies by first contact, then by name, whatever their order in the case.
 
         Sums over several bodies follow it, so that their bits do not change with the order of keys.
         """
@@ -111,6 +111,6 @@ class Scene:
 
     @property
     def loaded_ends(self) -> tuple[Probe, ...]:
-        """Displacements of the ends of rods and beams on which forces act: recorded like those of faces in contact."""
+        """Displacements of loaded ends, recorded like those of faces in contact."""
         ends = [(name, x, end) for name, body in self.bodies.items() for x, end in body.ends]
         return tuple(Probe(name, x, "displacement") for name, x, end in ends if end.force != 0.0)

@@ -61,7 +61,7 @@ def range_of(unit: str) -> Range:
 
 
 def check_scales(scene: Scene) -> None:
-    """Raise `CaseError` where numbers that are each in range combine to one that is not, naming the body."""
+    """Raise `CaseError` where numbers in range combine to one that is not."""
     _within(scene.duration, RANGES["s"], "the run lasts", "s", "solve.duration")
     for name, body in scene.elastic.items():
         path = f"bodies.{name}"

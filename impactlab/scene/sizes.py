@@ -41,7 +41,7 @@ def memory_limit() -> float:
 
 
 def check_memory(numbers: float, text: str, path: str, remedy: str, share: float = BUILT) -> None:
-    """Raise `CaseError` where so many numbers of 8 bytes are more than a share of the memory allowed.
+    """Raise `CaseError` where numbers of 8 bytes exceed a share of the memory.
 
     ``text`` says which they are, as in: ``400 elements of order 3``.
     """
@@ -73,7 +73,7 @@ def check_records(scene: Scene, steps: float) -> None:
 
 
 def check_fields(scene: Scene, state: int, unknowns: Mapping[str, int]) -> None:
-    """Raise `CaseError` where snapshots of so many numbers a state, or the rows of the probes, are too large."""
+    """Raise `CaseError` where snapshots or the rows of probes are too large."""
     taken = len(scene.snapshots)
     check_memory(2.0 * taken * state, f"{taken} snapshots of {state} numbers", "snapshots", "Take fewer.", 1.0 - BUILT)
     rows = float(sum(unknowns.get(probe.body, 0) for probe in scene.probes))
@@ -81,12 +81,12 @@ def check_fields(scene: Scene, state: int, unknowns: Mapping[str, int]) -> None:
 
 
 def with_room(scene: Scene, state: int) -> Scene:
-    """Return the scene with as many of its frames as fit into a tenth of the memory, for so many numbers a state."""
+    """Return the scene with as many frames as fit into a tenth of the memory."""
     room = int(FRAMES * memory_limit() / (2.0 * NUMBER * max(1, state)))
     every = math.ceil(len(scene.frames) / room) if room else len(scene.frames) + 1
     return scene if every <= 1 else dataclasses.replace(scene, frames=scene.frames[::every] if room else ())
 
 
 def check_cells(cells: float, name: str) -> None:
-    """Raise `CaseError` where a step divides a body that steps by itself into too many cells."""
+    """Raise `CaseError` where a step gives a self-stepping body too many cells."""
     check_memory(CELL * cells, f"{cells:.3g} steps in the transit of '{name}'", "solve.step", "Give a longer step.")

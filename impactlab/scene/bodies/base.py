@@ -71,7 +71,7 @@ class Segment:
         return self.density * self.area * self.length
 
     def per_velocity(self, quantity: str) -> float:
-        """Return strain, stress [Pa] or force [N] per difference [m/s] of the waves to the right and to the left."""
+        """Return strain, stress [Pa] or force [N] per velocity difference [m/s] of both waves."""
         if quantity == "strain":
             return 1.0 / self.wave_speed
         return self.density * self.wave_speed * (self.area if quantity == "force" else 1.0)
@@ -94,13 +94,13 @@ class End:
 
     @property
     def carries(self) -> str:
-        """Kind of the end as contact laws read it, or `force` where a force acts on it."""
+        """Kind of the end for contact laws, or `force` where a force acts."""
         return "force" if self.force != 0.0 else self.kind
 
 
 @dataclass(frozen=True)
 class Rayleigh:
-    """Damping of a whole rod by its own matrices: C = mass M + stiffness K."""
+    """Damping of a rod by its matrices, C = mass M + stiffness K."""
 
     mass: float = 0.0  # 1/s
     stiffness: float = 0.0  # s
@@ -108,7 +108,7 @@ class Rayleigh:
 
 @dataclass(frozen=True)
 class Body(ABC):
-    """A body of a scene: the facts of its motion that contacts, checks, warnings and reports ask for.
+    """A body of a scene: facts of its motion for contacts, checks, warnings and reports.
 
     A rigid body has no length and no waves; `ElasticBody` adds segments and ends. A new kind of body overrides the
     facts in which it differs.
@@ -131,11 +131,11 @@ class Body(ABC):
     @property
     @abstractmethod
     def moving_mass(self) -> float:
-        """Mass that its momentum moves [kg], with the masses on its ends; inf where it never moves."""
+        """Mass [kg] with the masses on its ends; inf where it never moves."""
 
     @property
     def rigid_mass(self) -> float:
-        """Mass that a contact strikes as a whole [kg]; NaN of a body that deforms, inf where it never moves."""
+        """Mass [kg] of a rigid body; NaN of one that deforms, inf where it never moves."""
         return math.nan if self.elastic is not None else self.moving_mass
 
     @property
@@ -155,11 +155,11 @@ class Body(ABC):
 
     @property
     def quantities(self) -> Mapping[str, tuple[Quantity, float]]:
-        """Quantities that can be recorded of it, each with the quantity of its model and the factor on that."""
+        """Quantities of it, each with the quantity of its model and the factor on it."""
         return plain("displacement", "velocity") if self.moves else {}
 
     def reading(self, quantity: str) -> tuple[Quantity, float]:
-        """Return the quantity of its model, and the factor on that, which give one of `quantities`.
+        """Return the quantity of its model and the factor for one of `quantities`.
 
         Raises
         ------
@@ -196,7 +196,7 @@ class Body(ABC):
 
     @property
     def slowest_period(self) -> float:
-        """First period if it were clamped at one end and free at the other [s]; 0 of a rigid body."""
+        """First period [s] of the clamped and free body; 0 of a rigid one."""
         return 0.0
 
     @property
@@ -214,18 +214,18 @@ class Body(ABC):
 
     @property
     def unbounded_first_force(self) -> bool:
-        """Whether its face, struck by a hard contact, resists with a force without bound at first."""
+        """Whether the first force of a hard contact on it has no bound."""
         return False
 
     def theory_doubts(self, contact: str, duration: float) -> tuple[str, ...]:
-        """Return why its theory may not hold, the body or its shortest soft contact considered; a sentence each.
+        """Return the reasons why its theory may not hold, a sentence each.
 
         ``contact`` is the name of that contact, ``duration`` its length [s], inf without one.
         """
         return ()
 
     def mesh_rounding(self, element_length: float) -> float:
-        """Return the energy that rounding may give its mesh, over its energy of the slowest motion."""
+        """Return the energy that rounding may give its mesh, over that of the slowest motion."""
         return 0.0
 
     def face_channel(self, x: float) -> str:
@@ -233,22 +233,22 @@ class Body(ABC):
         return f"displacement:{self.name}@{x:.6g}"
 
     def impedance_at(self, x: float) -> float:
-        """Return the wave impedance [N s/m] at x [m], of both directions together; inf without a wave equation."""
+        """Return the wave impedance [N s/m] at x [m], both directions; inf without waves."""
         return math.inf
 
     def side_facts(self, x: float, element_length: float) -> SideFacts:
-        """Return the facts of a face at x [m] for elements of a length [m], without gravity and steps."""
+        """Return the facts of a face at x [m], for elements of a length [m]."""
         nan = math.nan
         return SideFacts(self.kind, nan, nan, nan, nan, nan, mass=self.rigid_mass, gravity=0.0)
 
     def travel_time(self, x: float, other: float) -> float:
-        """Return the least time [s] of a wave between two places x [m]; 0 where its waves have no front."""
+        """Return the least travel time [s] of a wave between two x [m]; 0 without fronts."""
         return 0.0
 
 
 @dataclass(frozen=True)
 class ElasticBody(Body):
-    """A straight body of one or more uniform segments along x, which moves along its axis or across it."""
+    """A straight body of uniform segments along x that moves along or across its axis."""
 
     segments: tuple[Segment, ...]
     left: End
@@ -285,10 +285,10 @@ class ElasticBody(Body):
     @property
     @abstractmethod
     def stiffness(self) -> float:
-        """Static stiffness of its first segment taken over its whole length, EA/L of a rod [N/m]."""
+        """Static stiffness [N/m], EA/L of a rod with its first segment."""
 
     def own_ratios(self) -> tuple[tuple[str, float, str], ...]:
-        """Return its ratios of sizes that only its kind has: text, ratio, and key below the body."""
+        """Return ratios of sizes of its kind: text, ratio, and key below the body."""
         return ()
 
     @property
@@ -306,14 +306,14 @@ class ElasticBody(Body):
 
     @property
     def round_trip(self) -> float:
-        """Time of a wave to the far end and back, 2 L/c summed over the segments [s], with c = sqrt(E/rho)."""
+        """Time [s] of a wave to the far end and back, summed over segments."""
         trip = 0.0
         for segment in self.segments:  # plain sums: those of later versions of Python are compensated
             trip += 2.0 * segment.length / segment.wave_speed
         return trip
 
     def segment_at(self, x: float) -> Segment:
-        """Return the segment that holds x [m]; at a boundary the right one, at the right end the last."""
+        """Return the segment at x [m]; at a boundary the right one."""
         ends = itertools.accumulate(segment.length for segment in self.segments)
         return next((piece for piece, end in zip(self.segments, ends, strict=True) if x < end), self.segments[-1])
 
@@ -322,7 +322,7 @@ class ElasticBody(Body):
         return 0.0 < x < self.length
 
     def carries(self, x: float) -> str:
-        """Return the support of a place x [m] as contact laws read it: ``inner``, ``force``, or the kind of the end."""
+        """Return the support at x [m]: ``inner``, ``force``, or the kind of the end."""
         return "inner" if self.is_inner(x) else (self.left if x == 0.0 else self.right).carries
 
     def travel_time(self, x: float, other: float) -> float:

@@ -41,19 +41,19 @@ class BeamSegment(Segment):
 
     @property
     def shear_speed(self) -> float:
-        """Speed of the shear front sqrt(k G A/(rho A)) [m/s]; inf for a beam that does not shear."""
+        """Speed [m/s] of the shear front, sqrt(k G/rho); inf without shear."""
         return math.sqrt(self.shear_stiffness / (self.density * self.area))
 
     @property
     def shear_impedance(self) -> float:
-        """Impedance sqrt(k G A rho A) [N s/m] of a cross section in one direction; inf where nothing shears."""
+        """Impedance [N s/m] in one direction, sqrt(k G A rho A); inf without shear."""
         return math.sqrt(self.shear_stiffness * self.density * self.area)
 
 
 @final
 @dataclass(frozen=True)
 class Beam(ElasticBody):
-    """A straight elastic beam: it deflects across its axis; its round trip is that of an axial wave."""
+    """A straight elastic beam that deflects across its axis; T is that of axial waves."""
 
     segments: tuple[BeamSegment, ...]
     theory: Literal["euler_bernoulli", "timoshenko"] = "euler_bernoulli"
@@ -105,7 +105,7 @@ class Beam(ElasticBody):
         return 50.0 * float(np.finfo(float).eps) * (self.length / element_length) ** 3
 
     def theory_doubts(self, contact: str, duration: float) -> tuple[str, ...]:
-        """Return why the theory of Euler and Bernoulli may not hold: the beam is short, or its waves are."""
+        """Return why Euler-Bernoulli theory may not hold: a short beam, or short waves."""
         if self.theory != "euler_bernoulli":
             return ()
         segment = max(self.segments, key=lambda each: each.gyration)
@@ -125,7 +125,7 @@ class Beam(ElasticBody):
         return tuple(doubts)
 
     def side_facts(self, x: float, element_length: float) -> SideFacts:
-        """Return the facts of a place; it has an impedance where it shears, in each direction that goes on."""
+        """Return the facts of a place, with an impedance where the beam shears."""
         end = self.carries(x)
         segment: Any = self.segment_at(x)
         sheared = math.isfinite(segment.shear_stiffness)

@@ -45,13 +45,13 @@ def shaft_segment(
     lever_arm: float,  # m, r
     viscosity: float = 0.0,  # Pa s: shear stress = G shear strain + viscosity times its rate
 ) -> Segment:
-    """Return a uniform piece of a shaft as that of the rod at the lever arm."""
+    """Return a uniform piece of a shaft as one of the rod at its arm."""
     area, line_mass = torsion_constant / lever_arm**2, density * (polar_moment / torsion_constant)
     return Segment(length, area, shear_modulus, line_mass, viscosity)
 
 
 def shaft_end(end: End, lever_arm: float) -> End:
-    """Return an end of a shaft as that of the rod at the lever arm [m].
+    """Return an end of a shaft as one of the rod at its arm [m].
 
     It is given in N m/rad, N m s/rad, kg m2 and N m.
     """
