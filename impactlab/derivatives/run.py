@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from impactlab import api
 from impactlab.casefile import Case
+from impactlab.derivatives.differences import Difference, differences
 from impactlab.derivatives.direct import Direct
 from impactlab.derivatives.exact import Found, derivatives
 from impactlab.derivatives.parameters import Parameter, read_parameters
-from impactlab.derivatives.table import WITHHELD, Sensitivities, Sensitivity
+from impactlab.derivatives.table import DIFFERENCES, WITHHELD, Sensitivities, Sensitivity
 from impactlab.errors import CaseError
 from impactlab.exact.history import ContinuousHistory
 from impactlab.history.base import AbstractHistory
@@ -66,6 +67,9 @@ def sensitivities(
     if isinstance(history, ContinuousHistory):
         for parameter, found in zip(read, derivatives(case, history, read, flat), strict=True):
             rows += [_exact(parameter, found, flat, number, base[number]) for number in range(len(flat.names))]
+    else:
+        for parameter in read:
+            rows += _stepped(parameter, flat, differences(case, parameter.path, wanted))
     order = {(each.name, label): place for place, (each, label) in enumerate(flat.names)}
     rows.sort(key=lambda row: order[row.quantity, row.label])
     return Sensitivities(case.label, tuple(rows))
@@ -160,3 +164,15 @@ def _exact(parameter: Parameter, found: Found, flat: Flat, number: int, value: f
         each.name, label, each.unit, parameter.path, parameter.value, parameter.unit,
         value, middle, error, by, below, above, lower, upper, reason,
     )  # fmt: skip
+
+
+def _stepped(parameter: Parameter, flat: Flat, found: list[list[Difference]]) -> Iterator[Sensitivity]:
+    """Give the derivatives of a stepped run; its sequence of contacts is known as far as the differences reach."""
+    flattened = [each for row in found for each in row]
+    for (asked_for, label), each in zip(flat.names, flattened, strict=True):
+        lower, upper = (parameter.value + side * (each.reach or math.nan) for side in (-1, 1))
+        yield Sensitivity(
+            asked_for.name, label, asked_for.unit, parameter.path, parameter.value, parameter.unit, each.value,
+            each.derivative, each.error, WITHHELD if each.reason else DIFFERENCES, math.nan, math.nan, lower, upper,
+            each.reason,
+        )  # fmt: skip
