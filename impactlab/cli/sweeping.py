@@ -57,6 +57,15 @@ def sweep(
             show_default=False,
         ),
     ] = None,
+    cluster: Annotated[
+        str | None,
+        typer.Option(
+            "--cluster",
+            metavar="ADDRESS",
+            help="Compute on a Dask cluster: tcp://HOST:PORT of its scheduler, or local:2 for two processes here.",
+            show_default=False,
+        ),
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Run one case at many points: a labelled table of what each run gives. Finished points are kept in DIR."""
@@ -79,6 +88,7 @@ def sweep(
                 workers=workers,
                 out=out,
                 shard=shard,
+                cluster=cluster,
                 progress=lambda fraction: show(loaded.label, fraction),
                 repeat=command_line("run", case, sets, method, variant, None).removesuffix(" --out DIR"),
                 command=command_line("sweep", case, sets, method, variant, None, *others),

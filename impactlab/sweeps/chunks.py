@@ -10,8 +10,9 @@ import contextlib
 import json
 import os
 import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from fnmatch import fnmatch
+from itertools import chain
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -41,6 +42,13 @@ class Chunk(NamedTuple):
     reason: tuple[str, ...]  # (points,), empty where the run ended well
     values: tuple[Array, ...]  # of each quantity (points, values at a point); NaN where missing
     engine: NDArray[np.int8]  # (points,), place in `ENGINES`
+
+
+def joined(parts: Sequence[Chunk]) -> Chunk:
+    """Return chunks that follow each other as one."""
+    first, status, reason, values, engine = zip(*parts, strict=True)
+    tables = tuple(np.concatenate(each) for each in zip(*values, strict=True))
+    return Chunk(first[0], np.concatenate(status), tuple(chain(*reason)), tables, np.concatenate(engine))
 
 
 class Folder:

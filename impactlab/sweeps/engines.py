@@ -29,6 +29,11 @@ def size_of_chunk(made: Sweep, workers: int) -> int:
         start: dict[str, Any] = {"initializer": _begin, "initargs": (made,)}
         [outcome] = outcomes(_spent_in_worker, [0], limit=2.0 * POINT_LIMIT_S, **start)
         spent = outcome.value if outcome.status == "answered" else math.inf
+    return points_in(spent)
+
+
+def points_in(spent: float) -> int:
+    """Return how many points make a chunk, from the time of one [s]."""
     return max(1, min(MAX_CHUNK, int(CHUNK_SECONDS / max(spent, 1e-6))))
 
 

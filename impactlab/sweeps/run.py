@@ -6,6 +6,7 @@ import contextlib
 import json
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +17,7 @@ from impactlab.errors import CaseError, ImpactlabError, SweepError
 from impactlab.report.provenance import of_case
 from impactlab.sweeps import axes
 from impactlab.sweeps.chunks import CONTENT, DRAFT, Chunk, Folder, opened, refuse_folder
+from impactlab.sweeps.cluster import connected
 from impactlab.sweeps.engines import computed, size_of_chunk
 from impactlab.sweeps.page import write_page
 from impactlab.sweeps.points import Sweep, origin_of
@@ -28,6 +30,8 @@ if TYPE_CHECKING:
     import xarray
 
 Progress = Callable[[float], None]
+Engine = Callable[[Sequence[int], int], Iterator[Chunk]]
+"""Gives the chunks of so many points that begin at certain ones."""
 
 
 def sweep(
@@ -39,6 +43,7 @@ def sweep(
     workers: int = 0,
     out: str | Path | None = None,
     shard: str | tuple[int, int] | None = None,
+    cluster: str | None = None,
     progress: Progress | None = None,
     command: str = "",
     repeat: str = "impactlab run case.yaml",
@@ -63,6 +68,9 @@ def sweep(
     shard : str or (int, int), optional
         ``"3/40"``: only the third of 40 equal parts, whose points are kept in ``out``; several programs may compute
         other parts at the same time. A last call without it collects them.
+    cluster : str, optional
+        Where to compute, in place of ``workers``: ``"tcp://HOST:PORT"`` of a Dask scheduler, or ``"local:2"`` for two
+        processes of this machine under one. It needs the extra ``cluster``.
     progress : callable, optional
         Called with the fraction done, from 0 to 1.
     command, repeat : str
@@ -84,21 +92,28 @@ def sweep(
     path = None if out is None else Path(out)
     if path is None and part is not None:
         raise CaseError("a shard without a folder", path="--shard", remedy="Give the folder of all shards with --out.")
+    if cluster is not None and workers:
+        raise CaseError("workers beside a cluster", path="--workers", remedy="Give one of the two.")
     made = _made_of(case, over, points, quantities, path)
     content = made.content(command)
-    if path is None:
-        result = Result({**content, "chunk": size_of_chunk(made, workers)})
-        return _filled(made, result, None, None, workers, progress).dataset()
-    refuse_folder(path, content, part)
-    with (
-        kept_in(path),
-        opened(path, {**content, "chunk": _size_of(path) or size_of_chunk(made, workers)}, part) as folder,
-    ):
+    if path is not None:
+        refuse_folder(path, content, part)
+    with contextlib.ExitStack() as stack:
+        engine: Engine = partial(computed, made, workers=workers)
+        content["chunk"] = None if path is None else _size_of(path)
+        if cluster is not None:
+            reached = stack.enter_context(connected(cluster, made, content["plugins"]))
+            engine, content["chunk"] = reached.chunks, content["chunk"] or reached.size()
+        content["chunk"] = content["chunk"] or size_of_chunk(made, workers)
+        if path is None:
+            return _filled(Result(content), engine, None, None, progress).dataset()
+        stack.enter_context(kept_in(path))
+        folder = stack.enter_context(opened(path, content, part))
         result = Result(folder.content)
         for chunk in folder.chunks():
             result.add(chunk)
         missing = np.count_nonzero(result.status == 0)
-        _filled(made, result, folder, part, workers, progress)
+        _filled(result, engine, folder, part, progress)
         found = result.dataset()
         if part is None and (missing or not (path / "index.html").exists()):
             write(folder, found, made, command, repeat)
@@ -133,21 +148,24 @@ def _made_of(
 
 
 def _filled(
-    made: Sweep, result: Result, folder: Folder | None, shard: Shard | None, workers: int, progress: Progress | None
+    result: Result, engine: Engine, folder: Folder | None, shard: Shard | None, progress: Progress | None
 ) -> Result:
     """Return the result with the points that it misses, each chunk kept as soon as it is there."""
     size = result.content["chunk"]
-    chunks = [k for k in range(math.ceil(made.points.count / size)) if shard is None or shard.has(k)]
+    chunks = [k for k in range(math.ceil(result.status.size / size)) if shard is None or shard.has(k)]
     firsts = [k * size for k in chunks if not result.status[k * size]]
     done = len(chunks) - len(firsts)
     try:
-        for chunk in computed(made, firsts, size, workers):
+        for chunk in engine(firsts, size):
             _keep(chunk, result, folder)
             done += 1
             if progress is not None:
                 progress(done / len(chunks))
     except KeyboardInterrupt:
         raise KeyboardInterrupt(f"interrupted: {kept_words(result, folder)}") from None
+    except SweepError as error:
+        error.remedy = error.remedy or kept_words(result, folder)
+        raise
     return result
 
 

@@ -1,0 +1,314 @@
+"""Computes the chunks of a sweep on a Dask cluster, whose scheduler hands them to its workers.
+
+The program that calls keeps each chunk when it arrives and releases it on the cluster. A worker computes one chunk at a
+time. A chunk whose worker dies or hangs is split until single points are left, so that one point is lost and not the
+chunk.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import math
+import re
+import threading
+import time
+from collections import deque
+from collections.abc import Iterator, Mapping, Sequence
+from importlib.util import find_spec
+from queue import Empty, SimpleQueue
+from statistics import median
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from impactlab.bench.keys import code_hash, numeric_environment, tree_hash
+from impactlab.bench.pool import MAX_WARM_UP_S
+from impactlab.casefile.words import shown
+from impactlab.errors import CaseError, ExtraError, SweepError
+from impactlab.sweeps.chunks import Chunk, joined
+from impactlab.sweeps.engines import CHUNK_SECONDS, POINT_LIMIT_S, computed, points_in
+from impactlab.sweeps.points import Sweep, chunk_of, missing
+
+if TYPE_CHECKING:
+    from distributed import Client, Future
+
+ANSWER_S = 10.0  # s in which a cluster answers, and in which a lost connection comes back
+NO_WORKERS_S = 60.0  # s without any worker, after which a sweep ends
+PARTS = 32  # into which a chunk is split whose worker died
+MAX_LOCAL = 1024  # workers
+POLL_S = 0.5
+
+Job = tuple[int, int]
+"""The first point and the one after the last."""
+
+
+class Ended(NamedTuple):
+    """The outcome of a job on the cluster."""
+
+    job: Job
+    status: str  # answered | hung | crashed
+    value: Any  # the chunk, or the reason in words
+
+
+@contextlib.contextmanager
+def connected(address: str, made: Sweep, plugins: Mapping[str, str]) -> Iterator[Cluster]:
+    """Give the cluster at an address, or one of ``local:N`` processes of this machine that ends with the sweep.
+
+    Raises
+    ------
+    CaseError
+        If it does not answer, has no workers, or workers with other code or other plugins (hashes by module).
+    ExtraError
+        If Dask is not installed.
+    """
+    if find_spec("distributed") is None:
+        raise ExtraError("a cluster needs distributed (Dask), not installed", remedy="pip install 'impactlab[cluster]'")
+    local = re.fullmatch(r"local:(\d{1,4})", address)
+    if local is None and not re.fullmatch(r"(tcp|tls)://[^\s/]+:\d{1,5}", address):
+        text = f"{shown(address)} is no address of a cluster"
+        raise CaseError(text, path="--cluster", remedy="Write tcp://HOST:PORT of a Dask scheduler, or local:2.")
+    if local is not None and not 1 <= int(local[1]) <= MAX_LOCAL:
+        text = f"{local[1]} workers on this machine; allowed: 1 to {MAX_LOCAL}"
+        raise CaseError(text, path="--cluster", remedy="Write local:2.")
+    with contextlib.ExitStack() as stack:
+        stack.callback(logging.getLogger("distributed").setLevel, logging.getLogger("distributed").level)
+        logging.getLogger("distributed").setLevel(logging.CRITICAL)
+        if local is not None:
+            address = stack.enter_context(_local(int(local[1])))
+        client = stack.enter_context(_client(address))
+        expected = fingerprint(tuple(plugins))
+        _refuse_others(client, address, expected)
+        yield Cluster(client, address, made, expected)
+
+
+@contextlib.contextmanager
+def _local(count: int) -> Iterator[str]:
+    """Give the address of a cluster of processes on the loopback address; none of them writes results to disk."""
+    import dask
+    from distributed import LocalCluster
+
+    with dask.config.set({"distributed.scheduler.allowed-failures": 1}):
+        cluster = LocalCluster(
+            n_workers=count,
+            threads_per_worker=1,
+            host="127.0.0.1",
+            protocol="tcp",
+            dashboard_address=None,
+            worker_dashboard_address=None,
+            memory_limit=0,  # results stay in memory
+            silence_logs=logging.CRITICAL,
+        )
+        try:
+            yield str(cluster.scheduler_address)
+        finally:
+            with contextlib.suppress(Exception):
+                cluster.close(timeout=ANSWER_S)
+
+
+@contextlib.contextmanager
+def _client(address: str) -> Iterator[Client]:
+    from distributed import Client
+
+    try:
+        client = Client(address, timeout=ANSWER_S, set_as_default=False)
+    except (OSError, TimeoutError) as error:
+        text = f"the cluster at {address} does not answer within {ANSWER_S:g} s"
+        raise CaseError(text, path="--cluster", remedy="Start its scheduler, or give another address.") from error
+    try:
+        yield client
+    finally:
+        with contextlib.suppress(Exception):
+            client.close(timeout=ANSWER_S)
+
+
+def fingerprint(plugins: tuple[str, ...]) -> dict[str, str]:
+    """Return hashes of impactlab and of plugins, and the versions that numbers depend on, of this process."""
+    found = {"code of impactlab": code_hash(), **{f"plugin {name}": tree_hash(name) for name in plugins}}
+    return found | {f"version of {name}": version for name, version in numeric_environment().items()}
+
+
+def _refuse_others(client: Client, address: str, expected: Mapping[str, str]) -> None:
+    """Raise `CaseError` where there is no worker, or one with other code."""
+    try:
+        client.wait_for_workers(1, timeout=ANSWER_S)
+    except TimeoutError:
+        text = f"the cluster at {address} has no workers"
+        raise CaseError(text, path="--cluster", remedy="Start its workers.") from None
+    plugins = tuple(name.removeprefix("plugin ") for name in expected if name.startswith("plugin "))
+    for worker, found in client.run(fingerprint, plugins, on_error="return").items():
+        if isinstance(found, Exception):
+            raise _other(worker, f"cannot load impactlab and its plugins: {type(found).__name__}: {str(found)[:200]}")
+        for name, value in expected.items():
+            if found.get(name) != value:
+                raise _other(worker, f"has another {name}: {str(found.get(name))[:12]}, here {value[:12]}")
+
+
+def _other(worker: str, text: str) -> CaseError:
+    remedy = "Install the same impactlab, plugins and libraries on all workers."
+    return CaseError(f"the worker {worker} {text}", path="--cluster", remedy=remedy)
+
+
+class Cluster:
+    """A Dask cluster that computes the chunks of one sweep. Made by `connected`."""
+
+    def __init__(self, client: Client, address: str, made: Sweep, expected: Mapping[str, str]) -> None:
+        self.client, self.address, self.made, self.expected = client, address, made, dict(expected)
+        # A task, so that the scheduler computes it again where its last copy dies with a worker.
+        self.whole = client.submit(_whole, made, pure=False)
+
+    def size(self) -> int:
+        """Return how many points make a chunk, from the time of the first one on all workers, which load the code."""
+        workers = list(self.client.nthreads())
+        jobs = [(number, number) for number in range(len(workers))]
+        found = list(self._ended(jobs, MAX_WARM_UP_S, len(workers), dict(zip(jobs, workers, strict=True))))
+        seconds = [each.value for each in found if each.status == "answered"]
+        if self.made.batch is not None:
+            return points_in(self.made.batch.seconds)
+        return points_in(median(seconds) if len(seconds) == len(found) else math.inf)
+
+    def chunks(self, firsts: Sequence[int], size: int) -> Iterator[Chunk]:
+        """Give the chunks that begin at certain points as they arrive."""
+        count = self.made.points.count
+        jobs = [(first, min(first + size, count)) for first in firsts]
+        lost: list[Job] = []
+        for ended in self._ended(jobs, POINT_LIMIT_S + 4.0 * CHUNK_SECONDS):
+            if ended.status == "answered":
+                yield ended.value
+            else:
+                lost.append(ended.job)
+        for job in lost:  # one at a time: a worker that dies has nothing else to lose
+            yield joined(sorted(self._split(job), key=lambda chunk: chunk.first))
+
+    def _split(self, job: Job) -> Iterator[Chunk]:
+        """Give the chunks of parts of a job whose worker died or hung; a single point that it happens to is a row."""
+        first, last = job
+        step = max(1, math.ceil((last - first) / PARTS))
+        parts = [(number, min(number + step, last)) for number in range(first, last, step)]
+        for ended in self._ended(parts, POINT_LIMIT_S, 1):
+            if ended.status == "answered":
+                yield ended.value
+            elif step == 1:
+                yield chunk_of(ended.job[0], [missing(self.made, ended.status, ended.value)], self.made.wanted)
+            else:
+                yield from self._split(ended.job)
+
+    def _ended(
+        self, jobs: Sequence[Job], limit: float, at_once: int = 0, on: Mapping[Job, str] | None = None
+    ) -> Iterator[Ended]:
+        """Give the outcomes of jobs as they come; ``at_once`` of them wait or run, by default one for each worker."""
+        waiting, done = deque(jobs), SimpleQueue[str]()
+        busy: dict[str, tuple[Job, Future, float]] = {}
+        watch = Watch(self.client, self.address)
+        try:
+            while waiting or busy:
+                while waiting and len(busy) < (at_once or watch.workers()):
+                    job = waiting.popleft()
+                    future = self._submit(job, None if on is None else on[job])
+                    busy[future.key] = (job, future, time.monotonic())
+                    future.add_done_callback(lambda future: done.put(future.key))
+                try:
+                    ended = [done.get(timeout=POLL_S)]
+                except Empty:
+                    watch.check(future for _, future, _ in busy.values())
+                    ended = [key for key, (_, _, began) in busy.items() if time.monotonic() - began > limit]
+                for key in ended:
+                    if key in busy:
+                        job, future, _ = busy.pop(key)
+                        yield self._outcome(job, future, limit)
+        finally:
+            for _, future, _ in busy.values():
+                with contextlib.suppress(Exception):
+                    future.cancel()
+
+    def _submit(self, job: Job, worker: str | None) -> Future:
+        only = {} if worker is None else {"workers": [worker], "allow_other_workers": True}
+        function = _timed if job[0] == job[1] or worker is not None else _chunk
+        return self.client.submit(function, self.whole, self.expected, *job, pure=False, **only)
+
+    def _outcome(self, job: Job, future: Future, limit: float) -> Ended:
+        """Return the outcome of a job that ended, or whose time is over; its result is released."""
+        from distributed import KilledWorker
+
+        if not future.done():
+            self._restart_worker_of(future)
+            return Ended(job, "hung", f"no answer after {limit:g} s")
+        if future.status == "finished":
+            try:
+                return Ended(job, "answered", future.result(timeout=ANSWER_S))
+            except (OSError, TimeoutError) as error:  # its worker died before the result was fetched
+                return Ended(job, "crashed", f"the result was lost: {error}")
+        fault = future.exception() if future.status == "error" else None
+        if isinstance(fault, KilledWorker):
+            return Ended(job, "crashed", "the worker process ended")
+        if fault is None:
+            raise _gone(self.address)
+        raise SweepError(f"a worker of the cluster at {self.address} failed: {type(fault).__name__}: {fault}")
+
+    def _restart_worker_of(self, future: Future) -> None:
+        with contextlib.suppress(Exception):  # without a nanny it goes on with its run
+            busy = [worker for worker, keys in self.client.processing().items() if future.key in map(str, keys)]
+            future.cancel(force=True)
+            self.client.restart_workers(busy, timeout=ANSWER_S, raise_for_error=False)
+
+
+class Watch:
+    """Looks after the connection to a cluster and the number of its workers."""
+
+    def __init__(self, client: Client, address: str) -> None:
+        self.client, self.address = client, address
+        self.counted, self.count = -math.inf, 0
+        self.seen = self.lived = time.monotonic()
+
+    def workers(self) -> int:
+        """Return how many workers there are, counted once a second; at least 1."""
+        if time.monotonic() - self.counted > 1.0:
+            try:
+                self.count = len(self.client.nthreads())
+            except Exception as error:  # whatever a broken connection raises
+                raise _gone(self.address) from error
+            self.counted = time.monotonic()
+            self.lived = self.counted if self.count else self.lived
+        return max(1, self.count)
+
+    def check(self, futures: Iterator[Future]) -> None:
+        """Raise `SweepError` where the scheduler or all workers are gone."""
+        now = time.monotonic()
+        self.seen = now if self.client.status == "running" else self.seen
+        if self.client.status == "closed" or now - self.seen > ANSWER_S:
+            raise _gone(self.address)
+        if any(future.status in ("cancelled", "lost") for future in futures):
+            raise _gone(self.address)
+        if self.client.status == "running":
+            self.workers()
+        if now - self.lived > NO_WORKERS_S:
+            raise SweepError(f"the cluster at {self.address} has had no workers for {NO_WORKERS_S:g} s")
+
+
+def _gone(address: str) -> SweepError:
+    return SweepError(f"the scheduler at {address} is gone")
+
+
+def _whole(made: Sweep) -> Sweep:
+    return made
+
+
+_one_at_a_time = threading.Lock()  # of the threads of a worker
+
+
+def _chunk(made: Sweep, expected: Mapping[str, str], first: int, last: int) -> Chunk:
+    """Return a chunk, in a worker."""
+    plugins = tuple(name.removeprefix("plugin ") for name in expected if name.startswith("plugin "))
+    if fingerprint(plugins) != expected:
+        raise RuntimeError("it joined with another code of impactlab, of plugins or libraries")
+    with _one_at_a_time:
+        [chunk] = computed(made, [first], last - first, 0)
+        return chunk
+
+
+def _timed(made: Sweep, expected: Mapping[str, str], *_job: int) -> float:
+    """Return the time of the first point [s], in a worker, run again once the code is loaded."""
+    spent = math.inf
+    for _ in range(2):
+        began = time.perf_counter()
+        _chunk(made, expected, 0, 1)
+        spent = time.perf_counter() - began
+    return spent
