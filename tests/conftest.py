@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import os
+import re
+from pathlib import Path
 
+import pytest
 from hypothesis import HealthCheck, settings
 
 # In CI the same examples every time; elsewhere new ones at each run.
@@ -16,6 +19,13 @@ settings.register_profile(
     suppress_health_check=[HealthCheck.too_slow],
 )
 settings.load_profile("impactlab")
+ALL_SLOW = re.compile(r"^pytestmark = .*\bmark\.slow\b", re.MULTILINE)
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Import no module whose tests are all slow where these are left out."""
+    fast, module = config.option.markexpr == "not slow", collection_path.suffix == ".py"
+    return True if fast and module and ALL_SLOW.search(collection_path.read_text(encoding="utf-8")) else None
 
 
 def pytest_sessionstart() -> None:

@@ -77,7 +77,7 @@ def test_run_takes_settings_and_methods():
     assert summary["final"]["time"] == pytest.approx(116.37378e-6, rel=1e-6)
 
 
-def test_run_and_compare_take_a_variant(tmp_path):
+def test_run_compare_and_their_pages_take_a_variant(tmp_path):
     path = tmp_path / "pair.yaml"
     path.write_text(Path(AXIAL).read_text() + "\nvariants: {light: {bodies.hammer.mass: 1.0}}\n")
     summary = json.loads(invoke("run", str(path), "--variant", "light", "--method", "modal_10", "--json").stdout)
@@ -85,9 +85,13 @@ def test_run_and_compare_take_a_variant(tmp_path):
     # The mass alone has energy at the start: 0.5 m v0^2.
     assert summary["energy"]["initial"] == pytest.approx(0.5, rel=1e-12)
     out = tmp_path / "out"
-    result = invoke("compare", str(path), "--variant", "light", "--methods", "continuous", "--out", str(out), "--json")
+    chosen = "--variant", "light", "--methods", "modal_10,continuous"
+    result = invoke("compare", str(path), *chosen, "--out", str(out), "--json")
+    assert result.exit_code == 0, result.stderr
+    assert [row["name"] for row in json.loads(result.stdout)["rows"]] == ["modal_10", "continuous"]
     assert json.loads(result.stdout)["case"] == "pair/light"
-    assert "impactlab compare pair.yaml --variant light --methods continuous" in (out / "index.html").read_text()
+    assert f"impactlab compare pair.yaml {' '.join(chosen)}" in (out / "index.html").read_text()
+    assert {path.name for path in tmp_path.iterdir()} == {"pair.yaml", "out"}, "no temporary folder remains"
     assert "Variants of this case: base, light." in invoke("check", str(path), "--variant", "dark").stderr
 
 
@@ -98,13 +102,16 @@ def test_run_prints_a_summary_for_people():
     assert "hammer|rod.left" in result.stdout
 
 
-def test_run_writes_its_folder_whole(tmp_path):
-    out = tmp_path / "results"
-    result = invoke("run", AXIAL, "--out", str(out), "--json")
+def test_run_writes_its_folder_whole_and_the_page_repeats_it(tmp_path):
+    out, law = tmp_path / "results", "contacts.0.law={kind: penalty, stiffness: 1e9}"
+    arguments = [AXIAL, "--method", "modal_10", "--set", law, "--set", "solve.duration=1e-4"]
+    result = invoke("run", *arguments, "--out", str(out), "--json")
     assert result.exit_code == 0, result.stderr
     assert (out / "summary.json").is_file()
     assert [path.name for path in tmp_path.iterdir()] == ["results"], "no temporary folder remains"
-    again = invoke("run", AXIAL, "--out", str(out), "--json")
+    settings = f"--method modal_10 --set &#39;{law}&#39; --set solve.duration=1e-4"
+    assert f"impactlab run axial_impact.yaml {settings} --out DIR" in (out / "index.html").read_text()
+    again = invoke("run", *arguments, "--out", str(out), "--json")
     assert again.exit_code == 0, "a folder written by impactlab is replaced"
 
 
@@ -126,15 +133,6 @@ def test_compare_fails_when_every_method_does():
     result = invoke("compare", AXIAL, "--methods", "broken", "--set", "methods.broken={solve.step: {dt: -1}}", "--json")
     assert result.exit_code == 2
     assert json.loads(result.stdout)["rows"][0]["summary"]["status"] == "refused"
-
-
-def test_compare_writes_table_and_figures(tmp_path):
-    out = tmp_path / "results"
-    result = invoke("compare", AXIAL, "--methods", "modal_10,continuous", "--out", str(out))
-    assert result.exit_code == 0, result.stderr
-    assert "modal_10" in result.stdout
-    assert any(out.iterdir())
-    assert [path.name for path in tmp_path.iterdir()] == ["results"]
 
 
 def test_check_prints_values_in_si():
@@ -316,16 +314,6 @@ def test_several_settings_are_checked_once_all_are_in_place():
     result = invoke("check", AXIAL, *settings, "--json")
     assert result.exit_code == 0, result.output
     assert json.loads(result.stdout)["resolved"]["contacts"][0]["law"]["stiffness"] == 2.0e13
-
-
-def test_the_page_repeats_a_run_without_its_settings(tmp_path):
-    out, law = tmp_path / "out", "contacts.0.law={kind: penalty, stiffness: 1e9}"
-    arguments = [AXIAL, "--method", "modal_10", "--set", law, "--set", "solve.duration=1e-4"]
-    done = invoke("run", *arguments, "--out", str(out))
-    assert done.exit_code == 0, done.output
-    settings = f"--method modal_10 --set &#39;{law}&#39; --set solve.duration=1e-4"
-    expected = f"impactlab run axial_impact.yaml {settings} --out DIR"
-    assert expected in (out / "index.html").read_text()
 
 
 def test_loading_compiled_code_is_timed_as_solving(monkeypatch):

@@ -92,9 +92,8 @@ RUNS = [
     ("axial_impact", "continuous"),
     ("axial_impact", "impulse_momentum"),  # no force: NaN
     ("sphere_on_beam", "base"),
-    ("mass_ratios", "base"),
     ("rounded_ends", "continuous"),
-    ("free_rod", "base"),
+    *(pytest.param(name, "base", marks=pytest.mark.slow) for name in ("mass_ratios", "free_rod")),
 ]
 
 
@@ -210,7 +209,13 @@ def files_of(folder: Path) -> dict[str, bytes]:
 
 @pytest.mark.parametrize(
     "case",
-    [["axial_impact"], ["axial_impact", "--method", "impulse_momentum"], ["hopkinson_chain"], ["sphere_on_beam"]],
+    [
+        ["axial_impact", "--method", "impulse_momentum"],
+        *(
+            pytest.param([name], marks=pytest.mark.slow)
+            for name in ("axial_impact", "hopkinson_chain", "sphere_on_beam")
+        ),
+    ],
 )
 def test_a_file_opened_again_gives_the_same_page(tmp_path: Path, case: list[str]) -> None:
     command = ["run", str(CASES / f"{case[0]}.yaml"), *case[1:], "--out", str(tmp_path / "run")]
