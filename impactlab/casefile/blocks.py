@@ -79,16 +79,16 @@ class ElasticBlock(Block):
         """Return the checked body in SI."""
 
     def check_piece(self, piece: Any, path: str) -> None:
-        """Raise `CaseError` where section and material of a uniform piece do not make a body; ``path`` is its place."""
+        """Raise `CaseError` where section and material of a piece do not make a body."""
 
     @property
     def pieces(self) -> tuple[Any, ...]:
-        """The uniform pieces of the body: its segments, or one with the keys of the body itself."""
+        """The uniform pieces of the body: its segments, or the body itself."""
         whole = {key: getattr(self, key) for key in self.piece.model_fields}
         return getattr(self, "segments", None) or (self.piece.model_construct(**whole),)
 
     def gives(self, key: str) -> bool:
-        """Return whether one of `shape_keys`, or another way to say it, is given for the whole body."""
+        """Return whether one of `shape_keys` is given for the whole body."""
         return getattr(self, key) is not None
 
     @property
@@ -125,7 +125,7 @@ class MovingBlock(ElasticBlock):
 
 
 def end_values(end: End, names: Mapping[str, str] | None = None) -> Any:
-    """Return an end as a case gives it; ``names`` are keys for its kinds and its force, if other ones."""
+    """Return an end as a case gives it; ``names`` are other keys of its kinds."""
     held: dict[str, float] = {end.kind: end.value} if end.value > 0.0 else {}
     held |= {"rotational": end.rotational} if end.rotational > 0.0 else {}
     pushed = {"force": end.force} if end.force != 0.0 else {}

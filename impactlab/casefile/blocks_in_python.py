@@ -23,7 +23,7 @@ class BodyKeys(dict[str, Any]):
 
 
 class Rod(BodyKeys):
-    """A straight elastic rod with axial motion: a length, a section and a material, or segments with these three each.
+    """A straight elastic rod with axial motion: length, section and material, or segments.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ class Rod(BodyKeys):
 
 
 class Beam(BodyKeys):
-    """A straight elastic beam that bends: length, section and material, or segments with these three each.
+    """A straight elastic beam that bends: length, section and material, or segments.
 
     Parameters
     ----------
@@ -141,7 +141,7 @@ class Beam(BodyKeys):
 
 
 class Shaft(BodyKeys):
-    """A straight elastic shaft in torsion: length, section and material, or segments with these three each.
+    """A straight elastic shaft in torsion: length, section and material, or segments.
 
     Parameters
     ----------

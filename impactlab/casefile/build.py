@@ -101,7 +101,7 @@ def _method(
 
 
 def part_faults(data: Mapping[str, Any], registry: Registry) -> list[ImpactlabError]:
-    """Return the faults of all models, laws and integrators that a document names; other blocks may be wrong, too."""
+    """Return the faults of all models, laws and integrators that a document names."""
     contacts, solve = data.get("contacts"), data.get("solve")
     laws = enumerate(contacts if isinstance(contacts, list) else ())
     named = [(block.get("law"), f"contacts.{number}.law", LAWS) for number, block in laws if isinstance(block, dict)]

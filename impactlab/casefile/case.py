@@ -28,7 +28,7 @@ from impactlab.scene.ranges import odd_speeds
 
 @dataclass(frozen=True, init=False)
 class Case:
-    """A checked case; frozen, variants are new cases. Read from a file by `load_case`, or made in Python.
+    """A checked case, read from a file by `load_case` or made in Python; frozen.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ class Case:
 
     @classmethod
     def from_dict(cls, blocks: Mapping[str, Any], name: str = "case") -> Case:
-        """Return the case of plain values as a case file holds them; ``schema_version`` is 1 if not given.
+        """Return the case of plain values as a case file holds them.
 
         Raises
         ------
@@ -85,7 +85,7 @@ class Case:
         return case_of(name, "", Document(data, {}))
 
     def to_yaml(self) -> str:
-        """Return the case as the text of a case file, with the keys that were given; `load_case` reads it again."""
+        """Return the case as the text of a case file, with the given keys."""
         return yaml_text(self.document.data)
 
     def _with(self, **fields: Any) -> Case:
@@ -161,13 +161,13 @@ class Case:
         return variant._with(method_name=self.method_name, variant_name=self.variant_name, written=self.written)
 
     def method(self, name: str) -> Case:
-        """Return the variant that the case calls by that name; ``base`` is the case as written."""
+        """Return the case under a method by name; ``base`` is the case as written."""
         if name == "base":
             return self
         return self._solved_by(name, self._located(with_named, self.document, "methods", name, self.checked.methods))
 
     def solved_by(self, name: str, values: Mapping[str, Any]) -> Case:
-        """Return the variant that a method of the case would make of it, had the case such a method.
+        """Return the case under a method that it does not have.
 
         Parameters
         ----------
@@ -184,7 +184,7 @@ class Case:
         return variant._with(method_name=name, variant_name=self.variant_name, written=written)
 
     def variant(self, name: str) -> Case:
-        """Return another scene of the case, with the same methods; ``base`` is the scene as written.
+        """Return a variant of the scene by name; ``base`` is the scene as written.
 
         A variant changes the scene, a method its solution: so the variant is chosen first.
         """
@@ -197,7 +197,7 @@ class Case:
 
     @property
     def hints(self) -> tuple[str, ...]:
-        """Values that may be slips, as a wave speed that no solid has: a sentence each."""
+        """Values that may be slips, such as wrong wave speeds, a sentence each."""
         return tuple(odd_speeds(self.scene()))
 
     def _repr_html_(self) -> str:
@@ -214,15 +214,15 @@ class Case:
         return f"<Case '{self.label}'{method}: {bodies}; {contacts}, {scene.duration:.6g} s>"
 
     def resolved(self) -> dict[str, Any]:
-        """Return the case with every default filled in and every value in SI, and the values derived from it."""
+        """Return the case in SI, with every default and with derived values."""
         return resolve(self.checked, *self.built)
 
     def locate(self, path: str) -> int | None:
-        """Return the line where a dotted path stands in the file, or the nearest key above it; None if from outside."""
+        """Return the line of a dotted path, or of the nearest key above it."""
         return locate(self.document, path)
 
     def place(self, error: ImpactlabError) -> ImpactlabError:
-        """Return an error that was raised later, with the file, and the line of its path, filled in."""
+        """Fill in file and line of an error that was raised later, and return it."""
         return _placed(error, self.file, self.document)
 
     def _located(self, change: Any, *given: Any, **options: Any) -> Document:
@@ -260,7 +260,7 @@ def load_case(path: str | Path, *, registry: plugins.Registry | None = None) -> 
 def case_of(
     name: str, file: str, document: Document, *, registry: plugins.Registry | None = None, method: str = "base"
 ) -> Case:
-    """Return the case in a document that was read before, with the name of its method; raises as `load_case`."""
+    """Return the case in a document, with the name of its method; raises as `load_case`."""
     return _make(name, file, document, registry or plugins.registry())._with(method_name=method)
 
 

@@ -18,7 +18,7 @@ from impactlab.scene.ranges import range_of
 
 
 def check(case: CaseBlock) -> None:
-    """Raise the `CaseError` of the first rule that the case breaks; it holds those of the other rules."""
+    """Raise the `CaseError` of the first broken rule, which holds the others."""
     faults: list[CaseError] = []
 
     @contextmanager
@@ -49,7 +49,7 @@ def check(case: CaseBlock) -> None:
 
 
 def reference_rod(case: CaseBlock) -> str | None:
-    """Return the rod or beam whose round trip the case counts in: the one named, else the first, else None."""
+    """Return the body whose round trip is T: the one named, else the first."""
     if case.solve.round_trips_of is not None:
         return case.solve.round_trips_of
     return next((name for name, body in case.bodies.items() if isinstance(body, ElasticBlock)), None)

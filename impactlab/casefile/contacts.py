@@ -54,20 +54,20 @@ def faces_of(case: CaseBlock, number: int) -> Faces:
 
 
 def met(case: CaseBlock, number: int, before: Sequence[Met]) -> Met:
-    """Return a contact of the case with its faces and bodies; raise `CaseError` where it names none."""
+    """Return a contact with its faces and bodies; raise `CaseError` on a wrong name."""
     faces = faces_of(case, number)
     left, right = faces.names
     return Met(case, number, faces, (case.bodies[left], case.bodies[right]), tuple(before))
 
 
 def lever_arm_of(case: CaseBlock, name: str) -> float:
-    """Return the lever arm of the contacts of a shaft [m]; 1 m without a contact."""
+    """Return the lever arm [m] of a shaft's contacts; 1 m without one."""
     arms = (block.lever_arm for number, block in enumerate(case.contacts) if name in faces_of(case, number).names)
     return next((arm for arm in arms if arm is not None), 1.0)
 
 
 def joins_two_bodies(contact: Met) -> None:
-    """Refuse a body in contact with itself, two walls, and a pair of faces that meets twice."""
+    """Refuse a body in contact with itself, two walls, and a pair named twice."""
     left, right = contact.faces.names
     if left == right:
         raise contact.refused(f"the body {left!r} cannot be in contact with itself", "Name two different bodies.")
@@ -109,7 +109,7 @@ def held_ends_are_not_struck(contact: Met) -> None:
 
 
 def shaft_has_a_lever_arm(contact: Met) -> None:
-    """Refuse a contact of a shaft without lever arm, with another one, or with a partner that is not rigid."""
+    """Refuse a shaft's contact without lever arm, with another arm, or with no rigid partner."""
     names, arm = contact.faces.names, contact.block.lever_arm
     shafts = [name for name, body in zip(names, contact.bodies, strict=True) if isinstance(body, ShaftBlock)]
     if not shafts and arm is not None:
@@ -141,7 +141,7 @@ def shaft_has_a_lever_arm(contact: Met) -> None:
 
 
 def stops_leave_room(contact: Met) -> None:
-    """Refuse a stop below a place of a beam that would lie above the stop on its other side."""
+    """Refuse stops on both sides of a beam that leave no room between them."""
     for place in (0, 1):
         if not (isinstance(contact.bodies[place], BeamBlock) and isinstance(contact.bodies[1 - place], WallBlock)):
             continue

@@ -56,7 +56,7 @@ class Document(NamedTuple):
 
 
 def read_document(path: Path, kind: Kind = CASE) -> Document:
-    """Return the document in a file; its ending says whether it is YAML, TOML or JSON.
+    """Return the document in a file: YAML, TOML or JSON, by its ending.
 
     Raises
     ------
@@ -211,7 +211,7 @@ def _too_many(line: int | None = None) -> CaseError:
 
 
 def check_tree(data: Any) -> None:
-    """Raise `CaseError` where a case holds too many values, or a key that no message could show."""
+    """Raise `CaseError` on too many values, or a key that cannot be shown."""
     count, waiting = 0, [data]
     while waiting:
         value = waiting.pop()
@@ -335,7 +335,7 @@ def _key(key: str, line: int | None) -> str:
 
 
 def check_texts(data: Any, path: Keys = ()) -> None:
-    """Raise `CaseError` where a text holds half of a character (a lone surrogate), which no output can show."""
+    """Raise `CaseError` where a text holds a lone surrogate, which no output can show."""
     if isinstance(data, str):
         try:
             data.encode("utf-8")

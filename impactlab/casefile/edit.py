@@ -142,7 +142,7 @@ def _move_lines(lines: dict[Keys, int | None], keys: Keys, origin: Keys | None) 
 
 
 def check_name(kind: str, name: str, known: Iterable[str], file: str = "") -> None:
-    """Raise `CaseError` unless a method or variant (``kind``) of the case has the name; ``base`` is always one."""
+    """Raise `CaseError` unless a method or variant (``kind``) has the name, or it is ``base``."""
     names = list(dict.fromkeys(("base", *known)))
     if name not in names:
         raise CaseError(
@@ -153,7 +153,7 @@ def check_name(kind: str, name: str, known: Iterable[str], file: str = "") -> No
 
 
 def with_named(document: Document, block: str, name: str, known: Mapping[str, Mapping[str, Any]]) -> Document:
-    """Return the document with the values of one of its ``methods`` or ``variants`` (``block``) in place.
+    """Return the document with one of its ``methods`` or ``variants`` applied.
 
     Raises
     ------
@@ -165,7 +165,7 @@ def with_named(document: Document, block: str, name: str, known: Mapping[str, Ma
 
 
 def with_values(document: Document, block: str, name: str, values: Mapping[str, Any]) -> Document:
-    """Return the document with values in place as a method or variant of that name would put them."""
+    """Return the document with values applied as by a method or variant."""
     for path, value in values.items():
         if path.partition(".")[0] in ("methods", "variants", "schema_version"):
             raise CaseError(f"a {block[:-1]} cannot change {shown(path)}", remedy="Remove it.", path=f"{block}.{name}")
@@ -174,7 +174,7 @@ def with_values(document: Document, block: str, name: str, values: Mapping[str, 
 
 
 def read_setting(text: str) -> tuple[str, Any]:
-    """Return path and value of a setting ``PATH=VALUE`` of the command line; the value is YAML."""
+    """Return path and value of a setting ``PATH=VALUE``, whose value is YAML."""
     path, equals, value = text.partition("=")
     if not equals or not path.strip() or not path.isprintable():
         raise CaseError(f"--set {shown(text)} is not PATH=VALUE", remedy="Write it as --set solve.step.dt=1e-7.")

@@ -26,7 +26,7 @@ FIX_VALUE = "Fix the value; `impactlab schema` lists every key with its unit."
 def case_error(
     error: ValidationError, data: Any, prefix: str = "", allowed: Iterable[str] | type[BaseModel] = ()
 ) -> ImpactlabError:
-    """Return the first fault as an error of the case, which holds the others; unknown keys explain missing ones.
+    """Return the first fault as an error of the case, which holds the others.
 
     Parameters
     ----------

@@ -12,7 +12,7 @@ from impactlab.plugins import INTEGRATORS, LAWS, MODELS, Group, Registry, descri
 
 
 def case_schema(registry: Registry) -> dict[str, Any]:
-    """Return the JSON schema of the case format; a broken part is left out of it."""
+    """Return the JSON schema of the case format, without broken parts."""
     schema = CaseBlock.model_json_schema()
     blocks = schema["$defs"]
     solve = blocks["SolveBlock"]["properties"]

@@ -12,7 +12,7 @@ from impactlab.casefile.words import closest, shown
 
 
 class Constants(NamedTuple):
-    """Typical elastic constants and density at room temperature; those of a batch may differ by some percent."""
+    """Typical elastic constants and density at room temperature, within some percent."""
 
     young: float  # Pa
     poisson: float
@@ -41,7 +41,7 @@ MATERIALS = {
 
 
 class Named:
-    """A pydantic annotation: the block of a material may also be one of the names of `MATERIALS`."""
+    """A pydantic annotation: a material is a block or a name of `MATERIALS`."""
 
     def __get_pydantic_core_schema__(self, source: type[BaseModel], handler: GetCoreSchemaHandler) -> Any:
         return core_schema.no_info_before_validator_function(lambda given: _read(source, given), handler(source))

@@ -96,7 +96,7 @@ class AllowedPart:
 
 
 def group_of(field: dataclasses.Field[Any]) -> Group | None:
-    """Return the group of the part that a field holds, None where it holds plain values."""
+    """Return the group of the part in a field, None of plain values."""
     name = field.metadata.get("group", "")
     if not name:
         return None
@@ -113,7 +113,7 @@ def part_model(part: type[Any]) -> type[BaseModel]:
 
 
 def check_fields(part: type[Any]) -> None:
-    """Raise `PluginError` where a field of a part has a type, or a default, that no case could give."""
+    """Raise `PluginError` where no case can give the type or default of a field."""
     hints = typing.get_type_hints(part)
     for field in dataclasses.fields(part):
         if not field.init:
@@ -176,7 +176,7 @@ def allowed_of(part: type[Any], field: dataclasses.Field[Any], hint: Any) -> All
 
 
 def describe_part(part: Any, given: Mapping[str, Any] | str) -> dict[str, Any]:
-    """Return a part as a case would give it, every field with its value in SI.
+    """Return a part as a case gives it, every field in SI.
 
     ``given`` is the block that a case gave, or the kind alone; a part inside that it is silent about has its own name.
     """

@@ -21,7 +21,7 @@ PARTS = (
 
 
 def unit_of(case: CaseBlock, path: str, registry: Registry) -> str:
-    """Return the SI unit of the value at a dotted path, ``1`` of a pure number; empty where it has none."""
+    """Return the SI unit at a dotted path: ``1`` of a number, empty without one."""
     block, _, key = path.rpartition(".")
     place: Any = case
     for step in block.split(".") if block else ():

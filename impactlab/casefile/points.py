@@ -18,7 +18,7 @@ _REMEDY = "Write body, body.left, body.right or body.at(x)."
 
 
 class Face(NamedTuple):
-    """A face as the case names it: the point, and which end of its body it is."""
+    """A face as the case names it: the point and the end of its body."""
 
     point: Point
     end: str  # left, right, or empty for an inner point, a mass and a wall

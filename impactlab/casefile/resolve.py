@@ -16,7 +16,7 @@ from impactlab.scene.problem import Scene
 
 
 def resolve(case: CaseBlock, scene: Scene, method: Method) -> dict[str, Any]:
-    """Return the case in SI with its defaults, and under ``derived`` the values that follow from it."""
+    """Return the case in SI with its defaults, and derived values under ``derived``."""
     solve: dict[str, Any] = {"duration": scene.duration, "records": scene.records}
     if method.tolerance is not None:
         solve |= {"tolerance": method.tolerance.error, "tolerance_on": list(method.tolerance.on)}

@@ -41,7 +41,7 @@ def case_named(name: str) -> Path:
 
 
 def write_starter(name: str, folder: Path, kind: str = "hammer") -> Path:
-    """Write a commented case of a kind as ``name.yaml`` into the folder and return its path.
+    """Write a commented case of a kind as ``name.yaml`` and return its path.
 
     Raises
     ------
@@ -55,7 +55,7 @@ def write_starter(name: str, folder: Path, kind: str = "hammer") -> Path:
 
 
 def write_copy(file: Path, name: str, folder: Path) -> Path:
-    """Write a file as ``name.yaml`` into a folder and return its path; an existing file is never replaced."""
+    """Copy a file as ``name.yaml`` into a folder, replacing none, and return its path."""
     name = name.removesuffix(".yaml")
     if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_-]{0,59}", name):
         raise CaseError(

@@ -24,7 +24,7 @@ _POWER = re.compile(r"([A-Za-zµμ])(?:\^|\*\*)?(-?[1-9])")
 
 
 def takes_texts(unit: str) -> bool:
-    """Return whether a field in this unit can be given as a number and a unit.
+    """Return whether a field in this unit takes a number with a unit.
 
     It cannot where its power is an option.
     """
@@ -32,7 +32,7 @@ def takes_texts(unit: str) -> bool:
 
 
 def to_si(text: str, unit: str) -> float:
-    """Return a text such as ``210 GPa`` as a number in the SI unit asked for.
+    """Return a text such as ``210 GPa`` as a number in an SI unit.
 
     Parameters
     ----------

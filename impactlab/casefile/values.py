@@ -34,7 +34,7 @@ def refuse(text: str) -> PydanticCustomError:
 
 @dataclass(frozen=True)
 class Reader:
-    """A pydantic annotation that reads a value by one function and describes itself to the JSON schema."""
+    """A pydantic annotation: a function that reads a value, and its JSON schema."""
 
     read: Callable[[Any], Any]
     schema: dict[str, Any] = field(hash=False, compare=False)
@@ -201,7 +201,7 @@ def _positive(unit: str) -> Allowed:
 
 @dataclass(frozen=True)
 class EndReader:
-    """Reads the support of an end of a body: a word, or ``{spring: value}`` and the like."""
+    """Reads the support of an end: a word, or a block such as ``{spring: value}``."""
 
     body: str
     words: tuple[str, ...]

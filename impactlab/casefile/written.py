@@ -10,7 +10,7 @@ MAX_LINE = 110  # characters of a block that stands on one line
 
 
 def yaml_text(data: Mapping[str, Any]) -> str:
-    """Return plain values as YAML: short blocks on one line, texts in quotes, so that each is read as it was."""
+    """Return plain values as YAML: short blocks on one line, texts in quotes."""
     return "\n".join(_lines(data, "")) + "\n"
 
 

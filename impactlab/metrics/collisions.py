@@ -75,12 +75,12 @@ def collisions(scene: Scene, history: AbstractHistory) -> tuple[Collision, ...]:
 
 
 def memory(scene: Scene, pair: Sequence[str]) -> float:
-    """Return the longest opening inside a collision [s]: the slowest of their periods; 0 of rigid ones."""
+    """Return the longest opening inside a collision [s], the slowest period of the bodies."""
     return max(scene.bodies[name].slowest_period for name in pair)
 
 
 class Given(NamedTuple):
-    """Impulses that a body was given, contact after contact: arrays over its contacts in order of their starts."""
+    """Impulses on a body, arrays over its contacts in order of their starts."""
 
     starts: Array  # s
     ends: Array  # s, latest end so far; inf while one is closed at the end of the run
@@ -163,7 +163,7 @@ def _roles(scene: Scene, pair: tuple[str, str]) -> tuple[str, str]:
 def mean_velocity(
     scene: Scene, history: AbstractHistory, name: str, time: float, given: Given | None = None
 ) -> float | None:
-    """Return the momentum of a body over its mass [m/s]; 0 of a held body, None where it is not known.
+    """Return the momentum of a body over its mass [m/s], None where unknown.
 
     It is the sum of the impulses of contacts and loads until then, which is exact; inside a contact it is that of the
     record, which is kept at fewer instants.
@@ -222,7 +222,7 @@ def sentence(each: Mapping[str, Any]) -> str:
 
 
 def agreements(rows: Iterable[tuple[str, Mapping[str, Any]]]) -> list[dict[str, Any]]:
-    """Return for each pair of bodies the sub-impacts in several summaries of one case, given by name of the method.
+    """Return the sub-impacts of each pair of bodies in several summaries, by method.
 
     The count is resolved where all methods find the same number in the same number of collisions. Laws of impulses give
     a number of kicks and are left out. Each entry has ``bodies``, ``counts`` by method, ``resolved``,

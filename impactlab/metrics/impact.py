@@ -18,7 +18,7 @@ MIN_OPEN = 0.1  # T: an opening counts if the contact then stays open so long
 
 
 def free_bodies(scene: Scene, *histories: AbstractHistory) -> dict[str, float]:
-    """Return the masses [kg], riding masses included, of the bodies not held whose momentum is in all histories."""
+    """Return the masses [kg] of free bodies whose momentum all histories have."""
     return {
         name: body.moving_mass
         for name, body in scene.bodies.items()

@@ -76,7 +76,7 @@ def relative_l2(values: Array, reference: Array, drift: Array | None = None) -> 
 
 
 def largest(values: Iterable[float | None]) -> float | None:
-    """Return the largest of the values that exist; None without any, or where one is NaN."""
+    """Return the largest value; None without any, or where one is NaN."""
     known = [value for value in values if value is not None]
     return None if not known or not np.all(np.isfinite(known)) else max(known)
 
@@ -84,7 +84,7 @@ def largest(values: Iterable[float | None]) -> float | None:
 def displacement_error(
     history: AbstractHistory, reference: AbstractHistory, scene: Scene, name: str, t: Array
 ) -> float | None:
-    """Return the relative L2 error of a displacement channel at equal cells t [s], shape (cells,).
+    """Return the relative L2 error of a displacement over cells t (cells,) [s].
 
     The scale is the displacement of the reference in the frame of the bodies that interact in it, so the error is the
     same however fast they all fly along together. Where a wall or a held body interacts, or no contact was closed, it
@@ -136,7 +136,7 @@ def force_away_from_jumps(history: AbstractHistory, reference: AbstractHistory, 
 
 
 def distances(t: Array, instants: Array) -> Array:
-    """Return the distance of each time from the nearest of some instants [s], shape (n,); infinite without any."""
+    """Return the distance (n,) [s] of each time from the nearest instant; infinite without one."""
     if not len(instants):
         return np.full(len(t), np.inf)
     ordered = np.sort(instants)
@@ -192,7 +192,7 @@ def _farthest(points: Array, others: Array) -> float:
 def graph(
     history: AbstractHistory, channel: str, duration: float, units: tuple[float, float], before: float | None = None
 ) -> Array:
-    """Return points of the graph of a channel with its jumps as vertical lines, shape (n, 2), in the units given.
+    """Return points (n, 2) of the graph of a channel, its jumps as vertical lines.
 
     The graph is connected, so over a narrow column of time it takes every value between its least and its largest:
     each of the 2000 columns becomes a vertical line of points as far apart as the column is wide. A Hausdorff distance
@@ -259,7 +259,7 @@ ORDER = (
 
 
 def installed(asked: Iterable[str] = (), parts: Registry | None = None) -> dict[str, Metric]:
-    """Return impactlab's own metrics and the requested ones of plugins, by name, in the order of a summary.
+    """Return impactlab's metrics and the requested ones of plugins, by name.
 
     A plugin's metric that is not requested is not imported.
 
@@ -293,7 +293,7 @@ def errors(
     scene: Scene,
     metrics: Mapping[str, Metric] | None = None,
 ) -> dict[str, str | float | None]:
-    """Return the ``errors`` block of the summary: the name of the reference and every metric against it.
+    """Return the ``errors`` block of a summary: reference and metrics.
 
     Parameters
     ----------

@@ -44,7 +44,7 @@ class Peak(NamedTuple):
 
 
 def find_peak(history: AbstractHistory, contact: Contact, left_out: Array) -> Peak:
-    """Return the largest force of a contact outside intervals of time, shape (k, 2) [s]; 0 N where nothing is left."""
+    """Return the largest force of a contact outside intervals (k, 2) [s]."""
     name = f"force:{contact.name}"
     spans = sorted(history.spans(contact.name), key=lambda each: -each.impulse)
     # First of all the middles of steps: of all places in a step with the largest force, its middle is the peak.
@@ -70,7 +70,7 @@ def _instants(history: AbstractHistory, name: str) -> Array:
 
 
 def smooth_force(history: AbstractHistory, t: Array, contact: Contact, hard: bool) -> Array:
-    """Return a contact force at times [N]: of a hard contact in steps the line through the middles of the steps."""
+    """Return a contact force [N], of hard contacts linear between middles of steps."""
     name = f"force:{contact.name}"
     middles = _instants(history, name)
     if history.dt is None or not hard or middles.size < 2:

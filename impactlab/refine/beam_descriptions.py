@@ -65,7 +65,7 @@ def is_infinite(beam: Beam) -> bool:
 
 
 def continuous(asked: Simulation) -> Description | None:
-    """Return the continuous beams, for references under hard contacts and of infinite beams; None if not served."""
+    """Return the continuous beams, for hard contacts and infinite beams; None if not served."""
     scene, beams = asked.scene, beams_of(asked.scene)
     sheared = [beam for beam in beams if beam.theory == "timoshenko"]
     for beam in beams:

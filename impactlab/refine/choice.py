@@ -43,7 +43,7 @@ def first_guess(scene: Scene, method: Method) -> Simulation:
 
 
 def run(scene: Scene, method: Method, progress: Progress | None = None) -> AbstractHistory:
-    """Return the history of the cheapest description that keeps the tolerance; its ``choice`` has the reasons.
+    """Return the history of the cheapest description that keeps the tolerance.
 
     Where the exact solver serves and no stepped description promises to be much faster, it is taken without a trial.
     Else the descriptions are studied in order of their predicted cost: each is run at three levels of fineness, and
@@ -88,7 +88,7 @@ def run(scene: Scene, method: Method, progress: Progress | None = None) -> Abstr
 
 
 def studies_of(asked: Simulation) -> tuple[list[Study], str]:
-    """Return a study of every description that serves a scene, and why the exact solver does not ("" where it does)."""
+    """Return a study of every description, and why the exact solver does not serve."""
     descriptions, why = for_choice(asked)
     return [Study(each, each.start_for(allowed(asked.method))) for each in descriptions], why
 
@@ -101,7 +101,7 @@ def allowed(method: Method) -> float:
 def searched(
     studies: list[Study], asked: Simulation, failed: list[ImpactlabError], progress: Progress | None = None
 ) -> tuple[Study, Level] | None:
-    """Run levels, the cheapest first, until one keeps the tolerance; return the best level, None if no run ended."""
+    """Run levels, the cheapest first, until one keeps the tolerance; return the best."""
     tolerance, left = allowed(asked.method), BUDGET_S
     best: tuple[Study, Level] | None = None
     while waiting := [study for study in studies if not study.closed]:
@@ -208,7 +208,7 @@ def _tried(study: Study, asked: Simulation, progress: Progress | None) -> list[L
 
 
 def estimate_errors(study: Study, asked: Simulation) -> None:
-    """Set the error of every level, and the fineness that the tolerance needs or why no level follows."""
+    """Set the error of every level, and the next fineness or why none follows."""
     description, levels, tolerance = study.description, study.levels, allowed(asked.method)
     finest = levels[-1]
     errors, last_error = _extrapolated(levels, asked, description)
@@ -311,7 +311,7 @@ def _candidates(studies: list[Study], chosen: Study, best: Level, why: str) -> l
 
 
 def candidate(study: Study, level: Level | None, verdict: Verdict, reason: str) -> Candidate:
-    """Return the record of a level, or of the next one of a study, which was not run."""
+    """Return the record of a level, or of the next one, not run."""
     description, fineness = study.description, study.next if level is None else level.fineness
     return Candidate(
         candidate=description.words(fineness),

@@ -43,7 +43,7 @@ class Choice:
 
     @property
     def met(self) -> bool:
-        """Whether the expected error, and the measured one where there is one, lie within the tolerance."""
+        """Whether the expected and the measured error lie within the tolerance."""
         return max(self.expected_error, self.measured_error or 0.0) <= self.tolerance
 
     def document(self, described: dict[str, Any]) -> dict[str, Any]:

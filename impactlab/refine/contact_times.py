@@ -13,7 +13,7 @@ from impactlab.scene.problem import Contact, Point, Scene
 
 
 def shortest_rise(scene: Scene, method: Method) -> float:
-    """Return the shortest rise time of the contacts of a scene [s]; its duration without contacts."""
+    """Return the shortest rise time [s] of contacts; the duration without contacts."""
     return min((rise_time(scene, method, contact) for contact in scene.contacts), default=scene.duration)
 
 

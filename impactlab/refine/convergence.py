@@ -35,7 +35,7 @@ class Estimate(NamedTuple):
     shown: bool = False  # whether the declared order shows
 
     def with_safety(self, safety: float) -> float:
-        """Return the error times a safety factor, of which `SHOWN_SAFETY` is enough where the order shows."""
+        """Return the error times a safety factor, `SHOWN_SAFETY` where the order shows."""
         return self.error * (min(safety, SHOWN_SAFETY) if self.shown else safety)
 
 
@@ -116,7 +116,7 @@ def _of_three(pairs: Pairs, first: int, fineness: Sequence[float], order: float)
 
 
 def observed_order(ratio: float, coarse: float, fine: float) -> float:
-    """Return the order p of errors C n^-p that explains the distances of two levels from the finest.
+    """Return the order p of errors C n^-p from distances to the finest level.
 
     Parameters
     ----------

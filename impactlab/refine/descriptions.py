@@ -46,7 +46,7 @@ MAX_STEPS_RATIO = 20.0  # over the expected number of adaptive steps: a stiffer 
 
 @dataclasses.dataclass(frozen=True)
 class Description:
-    """Model, integrator and step rule for a scene at any fineness; facts of its class from before any run."""
+    """Model, integrator and step rule for a scene at any fineness."""
 
     name: str
     unit: str  # of the fineness; "" of the exact solver, which has none
@@ -85,7 +85,7 @@ class Description:
         return high
 
     def start_for(self, error: float) -> int:
-        """Return the first fineness: that for an error, or a finer one where it costs hardly more."""
+        """Return the first fineness for an error, finer where this costs little more."""
         needed = free = self.fineness_for(error)
         while self.seconds(2 * free) <= MAX_FREE_COST * cost.FIXED_S and free < self.max_fineness:
             free *= 2
@@ -110,7 +110,7 @@ def modelled_as(
     law: AbstractContactLaw = AdditionDeletion(),  # noqa: B008 - frozen
     events: Any = "dated",
 ) -> Simulation:
-    """Return a scene with one model for all its elastic bodies; ``law`` replaces every hard one.
+    """Return a scene with one model for all bodies; ``law`` replaces hard ones.
 
     A stiffness relative to the elements of the given models becomes one in N/m.
     """
@@ -123,7 +123,7 @@ def modelled_as(
 
 
 def exact(asked: Simulation) -> Description:
-    """Return the exact solver; raises `CaseError` or `PairingError` with the reason where it does not serve."""
+    """Return the exact solver; raise `CaseError` or `PairingError` where it does not serve."""
     seconds = predicted_s(*asked)
     waves = modelled_as(asked, Continuous(), None, StepRule(points_per_period=10.0))
     return Description(
@@ -139,7 +139,7 @@ def exact(asked: Simulation) -> Description:
 
 
 def stepped(asked: Simulation) -> Iterator[Description]:
-    """Give the descriptions that step and serve a scene of rods and rigid bodies with a unique solution."""
+    """Give the descriptions with steps for rods and rigid bodies."""
     asked = Simulation(split_at_contacts(asked.scene), asked.method)
     if not rods_of(asked.scene):
         yield _rigid(asked)
@@ -154,7 +154,7 @@ def stepped(asked: Simulation) -> Iterator[Description]:
 
 
 def without_places(scene: Scene) -> Scene:
-    """Return the scene with only those probes that ends of rods and masses have, and without snapshots."""
+    """Return the scene without inner probes and snapshots."""
     probes = tuple(
         probe
         for probe in scene.probes

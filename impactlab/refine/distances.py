@@ -28,7 +28,7 @@ def distances(
     on: Sequence[Counted],
     peak_margin: float = 1.0,
 ) -> list[Pairs]:
-    """Return the relative distances of all pairs of runs, one mapping for each quantity that counts.
+    """Return the relative distances of all pairs of runs, by quantity.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def counted(asked: Simulation) -> tuple[Scene, Laws, tuple[Counted, ...]]:
 
 
 def difference(one: AbstractHistory, other: AbstractHistory, scene: Scene, laws: Laws, on: Sequence[Counted]) -> float:
-    """Return the largest relative difference of two runs in the quantities that count, over the second one."""
+    """Return the largest relative difference of two runs in the quantities that count."""
     return max((pairs[0, 1] for pairs in distances((one, other), scene, laws, on)), default=math.inf)
 
 

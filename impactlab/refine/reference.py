@@ -160,7 +160,7 @@ def _descriptions(asked: Simulation) -> Iterator[Description]:
 
 
 def refine(description: Description, budget: float, enough: float = 0.0) -> tuple[Reference | None, float]:
-    """Return the solution at the finest level within a budget, and the predicted seconds of solving of all levels.
+    """Return the solution at the finest level within a budget, and the predicted seconds.
 
     Levels end early at an uncertainty of ``enough``, or of `TARGET_UNCERTAINTY` where the next one costs much.
     """
@@ -230,7 +230,7 @@ def checked(best: Reference, other: Reference) -> Reference:
 
 
 def differences(coarse: AbstractHistory, fine: AbstractHistory, scene: Scene) -> dict[str, float]:
-    """Return the metrics of one solution against another; inf for event times where their events differ in number."""
+    """Return the metrics of two solutions; event times inf where the events differ in number."""
     installed = norms.installed()
     found = {name: installed[name](coarse, fine, scene) for name in (*CONVERGED_BY, *STATED_BESIDE)}
     if len(coarse.events) != len(fine.events):

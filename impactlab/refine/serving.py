@@ -21,7 +21,7 @@ def stepped(asked: Simulation) -> list[Description]:
 
 
 def for_choice(asked: Simulation) -> tuple[list[Description], str]:
-    """Return the descriptions that the automatic choice compares, and why one that it prefers is not among them."""
+    """Return the descriptions that are compared, and why a preferred one is not."""
     found = [description for description in stepped(asked) if description.for_choice]
     if beams_of(asked.scene):
         if not beam_descriptions.is_singular(asked):

@@ -45,7 +45,7 @@ def measured_error(errors: Mapping[str, Any], reference: Reference, on: Sequence
 
 
 def set_measured_error(history: AbstractHistory, measured: float | None) -> None:
-    """Set the measured error of a chosen run; put a warning first where it is larger than the stated one."""
+    """Set the measured error of a chosen run; warn where it exceeds the stated one."""
     choice = history.choice
     if choice is None or measured is None or choice.measured_error == measured:
         return
