@@ -25,7 +25,7 @@ METHOD = "method"  # path of an axis whose values are names of methods of the ca
 MAX_POINTS = 10_000_000
 MAX_RANGE = 1_000_000  # values of one range
 MAX_CHECKED = 200  # numbers of an axis that are checked one by one, some milliseconds each
-SPREAD = 24  # numbers of a longer axis that are, evenly from the least to the largest
+SPREAD = 12  # numbers of a longer axis that are, evenly from the least to the largest
 RANGE = re.compile(r"(?P<first>[^:]+):(?P<last>[^:]+):(?P<count>[0-9]{1,9})(?P<log>log)?")
 
 

@@ -35,7 +35,7 @@ else:  # compiled code, needed only where a batch starts
     marcher, points = lazy("impactlab.exact.batch.marcher"), lazy("impactlab.exact.batch.points")
 
 MIN_POINTS = 250  # of a batch: fewer are run in the time that it takes to set up
-TRIED = 3  # points that are also run on their own before the others
+TRIED = 2  # points that are also run on their own before the others
 ROUNDING = 1e-12  # of a share, such as an energy gain
 TRIED_TOL = 1e-9  # of the size of a quantity: a point that was tried may not differ by more
 

@@ -23,7 +23,7 @@ else:  # compiled code, needed only where a batch starts
 
 MAX_BUILT = 20_000  # values of an axis that are built one by one, a millisecond each
 MAX_CORNERS = 16  # of a grid
-INNER_POINTS = 8  # that are built beside the corners
+INNER_POINTS = 4  # that are built beside the corners
 
 
 class NotServed(Exception):  # noqa: N818 - a reason, no fault: the points are then runs of their own
