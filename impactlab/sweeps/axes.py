@@ -116,7 +116,11 @@ def listed(case: Case, columns: Mapping[str, Iterable[Any]], known: Known | None
 
 
 def _values(path: str, values: Iterable[Any]) -> tuple[Any, ...]:
-    given = tuple(plain(value.item() if isinstance(value, np.generic) else value, path) for value in values)
+    every = values.tolist() if isinstance(values, np.ndarray) else values
+    given = tuple(
+        value if type(value) is float else plain(value.item() if isinstance(value, np.generic) else value, path)
+        for value in every
+    )
     if not given:
         raise CaseError("an axis without values", remedy="Give at least one.", path=path)
     return given

@@ -61,7 +61,7 @@ def define(python: str, names: dict[str, Any]) -> list[il.Case]:
     """Run the lines of Python that need no result of a run, and return the cases that they define."""
     before = dict(names)
     for node in ast.parse(python).body:
-        assigned = isinstance(node, ast.Assign) and not re.search(r"\b(run|subplots)\(", ast.unparse(node))
+        assigned = isinstance(node, ast.Assign) and not re.search(r"\b(run|sweep|subplots)\(", ast.unparse(node))
         if assigned or isinstance(node, (ast.Import, ast.ImportFrom, ast.FunctionDef)):
             with contextlib.suppress(NameError):  # of a result
                 exec(compile(ast.Module([node], []), "page", "exec", dont_inherit=True), names)
