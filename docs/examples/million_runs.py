@@ -14,7 +14,15 @@ from matplotlib.colors import BoundaryNorm
 
 import impactlab as il
 
-case = il.load_case("hammer_rod_wall").with_("solve.duration", {"round_trips": 6})
+rod = il.Rod(length="0.5 m", area="2.5 cm^2", material={"young": "200 GPa", "density": 8000})
+bodies = {"hammer": il.Mass("1 kg", velocity="1 m/s"), "rod": rod, "wall": il.Wall()}
+hard = {"kind": "wave_identification"}
+contacts = [
+    il.Contact("hammer", "rod.left", hard),
+    il.Contact("rod.right", "wall", hard, gap="0.07 mm"),
+]
+solve = {"duration": {"round_trips": 6}, "model": {"kind": "continuous"}}
+case = il.Case(bodies=bodies, contacts=contacts, solve=solve)
 T = case.scene().round_trip  # v0 = 1 m/s and the rod weighs 1 kg
 masses, gaps = np.geomspace(0.1, 10.0, 1000), np.linspace(0.0, 1.2 * T, 1000)
 found = il.sweep(
@@ -24,8 +32,8 @@ found = il.sweep(
     workers=2,
 )
 restitution = found["restitution"].sel(pair="hammer|rod").values.T
-contacts = found["contacts"].values.T  # of hammer and rod, of rod and wall
-both = contacts.sum(axis=0)
+touches = found["contacts"].values.T  # of hammer and rod, of rod and wall
+both = touches.sum(axis=0)
 
 fig, axes = plt.subplots(1, 2, figsize=(9.6, 4.4), sharey=True, layout="constrained")
 limit = np.nanmax(np.abs(restitution))
