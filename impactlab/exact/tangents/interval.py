@@ -41,6 +41,7 @@ from impactlab.numerics.compiling import ALLOCATING_PART
 from impactlab.types import Array
 
 RESOLVED = 1.0e-15  # of the largest coefficient: tail of a tangent that needs no more of them
+ROUNDING = 4.0e-17  # of the largest velocity, displacement or force: coefficients below are dropped
 
 
 @ALLOCATING_PART
@@ -64,10 +65,12 @@ def arriving(m: MarchArrays, d: TangentArrays, q: int, j: int, t0: float, t1: fl
             trial[k] = d.pool[at + k]
         wave = d.waves[e - junction.first_end]
         n = chopped(trial, n, 0.0)
-        if n > 1:
+        slack = 2.0 * m.state[0].tolerance / width
+        if n > 1 and (abs(low + 1.0) > slack or abs(high - 1.0) > slack):
             n = restrict(trial, n, low, high, wave)
         else:
-            wave[0] = trial[0]
+            for k in range(n):
+                wave[k] = trial[k]
         for k in range(n, ROOM):
             wave[k] = 0.0
         # The interval moves relative to the piece that arrives.
@@ -392,16 +395,17 @@ def make_tangents(m: MarchArrays, d: TangentArrays, j: int, t0: float, t1: float
     junction = m.junctions[j]
     base, nodes, ends = junction.first_node, junction.nodes, junction.ends
     half = 0.5 * (t1 - t0)
+    shortest = 1
+    for e in range(ends):
+        shortest = max(shortest, chopped(m.waves[e], ROOM, 0.0))
+    tied = group_nodes(m, j, min(shortest, ORDER))
+    for i in range(nodes):
+        shortest = max(shortest, chopped(m.rows[i], ROOM, 0.0))
+        for k in range(ROOM):
+            d.loads[i, k] = m.load[i, k]
     for q in range(len(d.apart)):
-        longest = arriving(m, d, q, j, t0, t1)
-        for i in range(nodes):
-            longest = max(longest, chopped(m.rows[i], ROOM, 0.0))
-        longest = min(longest, ORDER)
-        tied = group_nodes(m, j, longest)
+        longest = min(max(shortest, arriving(m, d, q, j, t0, t1)), ORDER)
         rows = d.rows[q]
-        for i in range(nodes):
-            for k in range(ROOM):
-                d.loads[i, k] = m.load[i, k]
         for i in range(junction.rows):
             for k in range(ROOM):
                 rows[i, k] = 0.0
@@ -426,10 +430,23 @@ def keep_tangents(m: MarchArrays, d: TangentArrays, j: int, number: int, half: f
     size = n
     for q in range(len(until)):
         later = 0.5 * (until[q] - d.clock[j, q]) / half
+        speed = 0.0
         for i in range(junction.rows):
+            row = d.rows[q, i]
             if later != 0.0 and n > 1:
-                add_moved(m.rows[i], n, later, later, d.room[0], d.rows[q, i])
-            size = max(size, chopped(d.rows[q, i], ROOM, 0.0))
+                add_moved(m.rows[i], n, later, later, d.room[0], row)
+            kept = chopped(row, ROOM, 0.0)
+            top = 0.0
+            for k in range(kept):
+                top = max(top, abs(row[k]))
+            if i < nodes or 2 * nodes <= i < 2 * nodes + ends:
+                speed = max(speed, top)
+                top = speed
+            last = kept
+            kept = chopped(row, kept, ROUNDING * top)
+            for k in range(kept, last):
+                row[k] = 0.0
+            size = max(size, kept)
     d.size[number], d.offset[number] = size, d.used[0]
     at = d.used[0]
     for q in range(len(until)):
