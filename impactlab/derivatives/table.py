@@ -43,6 +43,7 @@ class Sensitivity(NamedTuple):
         return f"{self.quantity} {self.label}".strip()
 
 
+MAX_NAMED = 3  # quantities that a note lists
 COLUMNS = ("quantity", "parameter", "value", "derivative", "d ln/d ln", "error", "found", "same contacts between")
 
 
@@ -100,8 +101,16 @@ class Sensitivities:
         lines = [
             "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in table
         ]
-        notes = dict.fromkeys(f"{row.name} by {row.parameter}: {row.reason}" for row in self.rows if row.reason)
-        return "\n".join([*lines, *notes])
+        notes: dict[str, list[str]] = {}
+        for row in self.rows:
+            if row.reason:
+                notes.setdefault(row.reason, []).append(f"{row.name} by {row.parameter}")
+        return "\n".join([*lines, *(f"{_listed(of)}: {reason}" for reason, of in notes.items())])
+
+
+def _listed(names: list[str]) -> str:
+    shown = ", ".join(names[:MAX_NAMED])
+    return shown + (f" and {len(names) - MAX_NAMED} more" if len(names) > MAX_NAMED else "")
 
 
 def _number(value: float, digits: int = 6) -> str:
@@ -113,7 +122,8 @@ def _cells(row: Sensitivity) -> tuple[str, ...]:
     derivative = f"{_number(row.derivative)} {per}"
     if math.isnan(row.derivative):
         derivative = " | ".join(_number(side) for side in (row.below, row.above) if not math.isnan(side)) or "-"
-    between = f"{_number(row.lower)} and {_number(row.upper)} {row.parameter_unit}".rstrip()
+    known = not math.isnan(row.lower)
+    between = f"{_number(row.lower)} and {_number(row.upper)} {row.parameter_unit}".rstrip() if known else ""
     return (
         row.name,
         row.parameter,
