@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, ParamSpec, TypeVar, cast
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from impactlab.history.base import AbstractHistory
 from impactlab.scene.problem import Scene
@@ -202,17 +201,27 @@ def time_axis(axes: Axes, scene: Scene, *, trips: bool = False) -> None:
     axes.set_xlim(0.0, scene.duration / unit.size)
     axes.set_xlabel(f"time  t  [{unit.label}]")
     if trips and math.isfinite(scene.round_trip):
-        trip = scene.round_trip / unit.size
-        figure = cast("Figure", axes.get_figure())
-        below = -TRIPS / (figure.get_figheight() * axes.get_position().height)
-        second = axes.secondary_xaxis(below, functions=(_over(trip), _over(1.0 / trip)))
-        second.set_xlabel("t / T", labelpad=1.0)
-        second.tick_params(pad=1.5)
-        axes.xaxis.labelpad = 0.0
+        _trip_axis(axes, scene.round_trip / unit.size, scene.duration / unit.size)
 
 
-def _over(unit: float) -> Callable[[ArrayLike], ArrayLike]:
-    return lambda values: np.asarray(values, float) / unit
+def _trip_axis(axes: Axes, trip: float, end: float) -> None:
+    """Draw an axis of round trips below that of time: lines and words, which an axis of its own draws slower."""
+    from matplotlib.lines import Line2D
+    from matplotlib.ticker import MaxNLocator
+
+    figure = cast("Figure", axes.get_figure())
+    inch = 1.0 / (figure.get_figheight() * axes.get_position().height)  # as a share of the height of the axes
+    low = -TRIPS * inch
+    ticks = [value for value in MaxNLocator(6, steps=[1, 2, 5, 10]).tick_values(0.0, end / trip) if value * trip <= end]
+    places = [value * trip for value in ticks]
+    x = [0.0, end, *(x for place in places for x in (math.nan, place, place))]
+    y = [low, low, *(y for _ in places for y in (math.nan, low, low - 0.042 * inch))]
+    across = axes.get_xaxis_transform()
+    figure.add_artist(Line2D(x, y, transform=across, color=MUTED, linewidth=0.7))
+    for place, value in zip(places, ticks, strict=True):
+        figure.text(place, low - 0.06 * inch, f"{value:g}", transform=across, ha="center", va="top", fontsize=8)
+    figure.text(0.5, low - 0.21 * inch, "t / T", transform=axes.transAxes, ha="center", va="top")
+    axes.xaxis.labelpad = 0.0
 
 
 def lower_margin(*, trips: bool) -> float:
