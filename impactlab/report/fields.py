@@ -80,8 +80,8 @@ def _row_scales(
     axis: Axes, traces: Sequence[Trace], bases: Sequence[float], extent: tuple[float, float], top: float
 ) -> None:
     """Label zero and one round value of each row at the left, and name the rows."""
-    largest = max(extent, key=abs)
-    leading = 10.0 ** math.floor(math.log10(abs(largest) or 1.0))
+    largest = max(extent, key=abs) or 1.0
+    leading = 10.0 ** math.floor(math.log10(abs(largest)))
     tick = math.copysign(max(n for n in (1, 2, 4, 5, 6, 8) if n * leading <= abs(largest) * 1.0001) * leading, largest)
     marks = [base + value for base in bases for value in (0.0, tick)]
     axis.set_yticks(marks, [f"{value:g}" for _ in bases for value in (0.0, tick)])

@@ -17,9 +17,14 @@ from impactlab.report.style import DASHES, PALETTE, Trace
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
 
-DETAIL = ((65535, 1), (16384, 1), (4096, 1), (4096, 2), (2048, 2), (2048, 3))
-"""Values that a curve may have, and of how many frames and places one is kept, the finest first."""
-MAX_DATA = 220_000  # characters, where the levels allow it
+DETAIL = (
+    *((65535, 1, 1), (16384, 1, 1), (4096, 1, 1), (4096, 2, 1), (2048, 2, 2)),
+    *((1024, 3, 4), (1024, 4, 4), (1024, 6, 8), (512, 8, 8)),
+)
+"""Values that a curve may have; of how many frames and places, and of how many instants, one is kept; finest first."""
+MAX_DATA = 260_000  # characters, where the levels allow it
+COARSER = 1.4  # times `MAX_DATA`, above which fewer values alone would not do: the next level of fewer places follows
+MANY = 4  # bodies with fields, above which each is narrow on the screen and keeps half of its places
 FEW = 30  # places along a body, none of which is left out
 MAX_EVENTS = 4000  # of a history that the page draws; chatter beyond them would fill it
 
@@ -32,9 +37,13 @@ def page_data(traces: Sequence[Trace], scene: Scene, *, compared: bool) -> str:
     histories = shown(traces)
     films = [frames(trace.history, scene) for trace in histories]
     curves = panels(histories, scene, compared=compared)
-    for levels, every in DETAIL:
-        text = _text(histories, films, curves, scene, compared, levels, every)
-        if len(text) <= MAX_DATA:
+    text, size, before = "", 0, 0
+    for levels, every, instants in DETAIL:
+        if every == before and size > COARSER * MAX_DATA:
+            continue
+        text = _text(histories, films, curves, scene, compared, levels, every, instants)
+        size, before = len(text), every
+        if size <= MAX_DATA:
             break
     return text
 
@@ -47,13 +56,14 @@ def _text(
     compared: bool,
     levels: int,
     every: int,
+    instants: int,
 ) -> str:
     packer, names = Packer(), [contact.name for contact in scene.contacts]
     data: dict[str, Any] = {
         "duration": scene.duration,
         "trip": scene.round_trip if compared and math.isfinite(scene.round_trip) else None,
         "compared": compared,
-        "points": HISTORY_POINTS,
+        "points": (HISTORY_POINTS - 1) // instants + 1,
         "frames": FRAMES + 1,
         "methods": [_method(trace) for trace in histories],
         "bodies": described(scene),
@@ -76,7 +86,7 @@ def _text(
                 "group": panel.group,
                 "unit": panel.unit,
                 "lines": [
-                    {"name": line.name, "method": line.trace, "values": packer.add(line.values, levels)}
+                    {"name": line.name, "method": line.trace, "values": packer.add(line.values[::instants], levels)}
                     for line in panel.lines
                 ],
             }
@@ -114,18 +124,20 @@ def _film(
 
 def _bodies(made: Frames, packer: Packer, levels: int, every: int) -> dict[str, Any]:
     packed = {}
+    long = sum(entry["load"] is not None for entry in made.values())
+    across = every if long <= MANY else min(2 * every, 15)  # a divisor of the steps between places; bodies are short
     for name, entry in made.items():
         u, load = entry["u"], entry["load"]
         packed[name] = {
-            "u": None if u is None else _kept(u, packer, levels, every),
-            "load": None if load is None or load is u else _kept(load, packer, COARSE, every),
+            "u": None if u is None else _kept(u, packer, levels, every, across),
+            "load": None if load is None or load is u else _kept(load, packer, COARSE, every, across),
             "largest": 0.0 if load is None else float(np.max(np.abs(load))),
             "same": load is not None and load is u,  # a beam is coloured by its deflection
         }
     return packed
 
 
-def _kept(values: Array, packer: Packer, levels: int, every: int) -> list[Any]:
+def _kept(values: Array, packer: Packer, levels: int, every: int, across: int) -> list[Any]:
     """Return frames, places and values of a field, thinned in both directions; a few places stay as they are."""
-    thin = values[::every, :: every if values.shape[1] % every == 1 and values.shape[1] > FEW else 1]
+    thin = values[::every, :: across if values.shape[1] % across == 1 and values.shape[1] > FEW else 1]
     return [*thin.shape, packer.add(thin, levels)]

@@ -13,6 +13,8 @@ from impactlab.report.style import Trace, exact_of
 from impactlab.report.summary import cell
 from impactlab.scene.problem import Scene
 
+MAX_PRINTED = 3  # contacts and bodies that have figures of their own on a page that was not asked for all
+
 
 def of_run(trace: Trace, scene: Scene) -> list[Plate]:
     """Return the figures of one run."""
@@ -99,7 +101,7 @@ def histories_of(
         words = f"The whole run, and the same near zero, where penetration and near touches show.{dark}"
         draw = partial(plots.force, shown, scene, contact.name, notes)
         plates += [
-            Plate(f"force{tail}", f"Contact force{of}", force, draw, len(shown) == 1),
+            Plate(f"force{tail}", f"Contact force{of}", force, draw, len(shown) == 1, number < MAX_PRINTED),
             Plate(f"gap{tail}", f"Gap{of}", words, partial(plots.gap, shown, scene, contact.name), True, False),
         ]
     if not scene.contacts:
@@ -122,11 +124,19 @@ def histories_of(
 def fields_at_snapshots(shown: Sequence[Trace], scene: Scene, words: str) -> list[Plate]:
     """Return the load along each rod, beam and shaft at the snapshots, where the case has some."""
     plates = []
-    for name, body in scene.elastic.items() if scene.snapshots else ():
+    for number, (name, body) in enumerate(scene.elastic.items() if scene.snapshots else ()):
         load = fields.load_of(body)
         title = f"{load.replace('_', ' ').capitalize()} in {name}"
         caption = f"Along the {body.kind} {words}"
-        plates.append(Plate(f"{load}_{name}", title, caption, partial(fields.snapshots, shown, scene, name)))
+        plates.append(
+            Plate(
+                f"{load}_{name}",
+                title,
+                caption,
+                partial(fields.snapshots, shown, scene, name),
+                is_printed=number < MAX_PRINTED,
+            )
+        )
     return plates
 
 

@@ -14,10 +14,12 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike
 
+import impactlab.api as il
 from impactlab.casefile import load_case
 from impactlab.errors import ImpactlabError
 from impactlab.history import Field
 from impactlab.history.sampling import frame_times, page_times
+from impactlab.report import plates
 from impactlab.report.compare_report import write_comparison
 from impactlab.report.figure_files import compact
 from impactlab.report.packing import MISSING, Packer
@@ -100,12 +102,27 @@ def test_the_data_hold_what_the_histories_do() -> None:
     assert data["films"][1]["events"] == [[0, 0.0, "close"], [0, 2.0, "open"]]
 
 
-def test_many_histories_stay_within_the_limit() -> None:
+def test_many_histories_stay_within_the_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     noise = np.random.default_rng(1).standard_normal(5000)
     many = {f"m{i}": history(1.0 + 0.1 * i) for i in range(20)}
     for each in many.values():
         each._fields["stress:rod"] = lambda x, t: noise[: x.size] * np.sin(t)
-    assert len(page_data(traces(many, {}), scene().scene, compared=True)) < 2 * MAX_DATA
+    assert len(page_data(traces(many, {}), scene().scene, compared=True)) <= MAX_DATA
+    monkeypatch.setattr("impactlab.report.page_data.MAX_DATA", 5_000)
+    data = json.loads(page_data(traces(many, {}), scene().scene, compared=True))
+    line = data["panels"][0]["lines"][0]["values"]
+    assert line[1] == data["points"] < page_times(1.0).size  # fewer instants, the last among them
+    values = unpacked(data["arrays"], line)
+    assert values[-1] == pytest.approx(float(many["m0"].evaluate(6.0, f"force:{PAIR}")), abs=0.01)
+
+
+def test_of_many_contacts_and_bodies_the_first_have_figures_where_not_all_are_asked_for() -> None:
+    case = case_of("chain_of_bars").with_settings([("snapshots", [1e-4])])
+    figures = plates.of_run(traces({"run": il.run(case)}, {})[0], case.scene())
+    assert [plate.name for plate in figures if plate.name.startswith("stress") and not plate.is_printed] == [
+        "stress_fourth"
+    ]
+    assert all(plate.is_printed for plate in figures if plate.name.startswith("force"))  # of three contacts
 
 
 def test_bodies_stand_end_to_end_in_the_order_of_their_contacts() -> None:
