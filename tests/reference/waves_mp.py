@@ -289,3 +289,13 @@ def log_derivative(quantity: str, parameter: str, scene: Struck) -> Any:
     """Return d ln(quantity)/d ln(parameter)."""
     with mp.workdps(DIGITS + GUARD):
         return derivative(quantity, parameter, scene) * getattr(scene, parameter) / quantities(scene)[quantity]
+
+
+def log_derivatives(parameter: str, scene: Struck) -> dict[str, Any]:
+    """Return d ln(quantity)/d ln(parameter) of all quantities, by central differences."""
+    with mp.workdps(DIGITS + GUARD):
+        at, here = getattr(scene, parameter), quantities(scene)
+        h = WIDTH * abs(at)
+        low, high = (quantities(replace(scene, **{parameter: at + n * h})) for n in (-1, 1))
+        known = [name for name, value in here.items() if value != 0 and name in low and name in high]
+        return {name: (high[name] - low[name]) / (2 * h) * at / here[name] for name in known}
