@@ -37,6 +37,7 @@ HALVINGS = 6  # of the width, at most, while the sequence of contacts changes wi
 WIDTHS, SHIFTS = (1.0, 0.75, 0.5), (-0.2, 0.0, 0.2)  # of differences, and of their middles, in half widths
 PLACES = sorted((shift + side * width for width in WIDTHS for shift in SHIFTS for side in (-1, 1)), key=abs)[::-1]
 REACH = abs(PLACES[0])
+STEP_SHARE = 0.85  # of the step of the case, where a shifted run is beyond its longest one
 COARSER = 0.5 * (1.0 + math.sqrt(5.0))  # of elements and steps of the next mesh: no step is a multiple of another
 SLOPE_SHARE = 0.5  # of the range of the derivative over three meshes
 VALUE_SHARE = 1.0  # of the range of the value over three meshes, over the larger of parameter and scale
@@ -156,15 +157,25 @@ def differences(case: Case, path: str, wanted: Sequence[Asked]) -> list[list[Dif
         raise CaseError("0, which gives no width for differences", path=path, remedy="Give a value other than 0.")
     widest = max(MAX_WIDTH * scale, min(MAX_SHARE * scale, MAX_WIDTH * usual))
     base = api.solve(*case.simulation())
-    frozen = _Frozen(case, path, wanted, base.choice.method if base.choice is not None else None, base.dt)
-    middle = frozen.run(at)
-    found = _fits(frozen, at, scale, widest, middle)
+    chosen = base.choice.method if base.choice is not None else None
+    frozen = _Frozen(case, path, wanted, chosen, base.dt)
+    own = middle = frozen.run(at)
+    for dt in (base.dt and STEP_SHARE * base.dt, None):
+        try:
+            found = _fits(frozen, at, scale, widest, middle)
+            break
+        except ImpactlabError as error:
+            found = f"a run with another value is not possible: {error.text}"
+        if dt is None:
+            break
+        frozen = dataclasses.replace(frozen, dt=dt)
+        middle = frozen.run(at)
     rows = []
     place = 0
     for each in wanted:
         row = []
         for _ in range(each.size):
-            value = float(middle.values[place])
+            value = float(own.values[place])
             if isinstance(found, str) or each.name in SWITCHES:
                 row.append(Difference(value, math.nan, math.nan, SWITCHES.get(each.name, str(found))))
             else:
@@ -206,16 +217,13 @@ def _difference(
 def _fits(frozen: _Frozen, at: float, scale: float, widest: float, middle: _Run) -> tuple[float, list[_Fit]] | str:
     """Return half of the width and the fits of the mesh and of two others, or the reason why there are none."""
     finer = "" if frozen.dt is None else ", which a smaller step would resolve better"
-    try:
-        widest, least = _width(frozen, at, scale, widest, middle)
-        for width in (max(widest / 2.0**number, least) for number in range(HALVINGS)):
-            fine = frozen.fit(at, width, middle.periods)
-            if fine is not None or width == least:
-                break
-        if fine is None:
-            return f"the sequence of contacts changes within {width / scale:.2g} of the parameter{finer}"
-    except ImpactlabError as error:
-        return f"a run with another value is not possible: {error.text}"
+    widest, least = _width(frozen, at, scale, widest, middle)
+    for width in (max(widest / 2.0**number, least) for number in range(HALVINGS)):
+        fine = frozen.fit(at, width, middle.periods)
+        if fine is not None or width == least:
+            break
+    if fine is None:
+        return f"the sequence of contacts changes within {width / scale:.2g} of the parameter{finer}"
     refused = "the sequence of contacts changes with the mesh and the step"
     fits = [fine]
     for coarser in (COARSER, COARSER**2, 1.0 / COARSER):

@@ -16,6 +16,7 @@ from tests.reference.waves_mp import Struck, derivative, log_derivative
 STRUCK = Struck(stiffness=20, gap="0.05", duration=2)
 MASS, GAP = "bodies.hammer.mass", "contacts.0.gap"
 PAPER = Path(__file__).parents[2] / "cases" / "axial_impact.yaml"
+COARSE = {"kind": "finite_element", "elements": 100, "mass": "lumped"}
 QUANTITIES = ("final_velocity", "first_opening", "impulse", "peak_force")
 
 
@@ -83,6 +84,18 @@ def test_a_parameter_that_is_zero_is_shifted_by_its_scale():
     assert each.error < 1e-3
 
 
+def test_a_step_at_the_limit_is_shortened_where_a_shifted_run_is_beyond_it():
+    case = stepped(model=COARSE, step={"courant": 0.98})
+    each = found(case, "bodies.rod.length", ["first_opening"])["first_opening"]
+    assert each.derivative == pytest.approx(float(derivative("first_opening", "length", STRUCK)), abs=3.0 * each.error)
+    with pytest.raises(il.CaseError, match="stability limit"):
+        il.run(
+            case.with_settings(
+                [("bodies.rod.length", 0.488), ("solve.step", {"dt": 0.98 * 0.5 / 100}), ("solve.duration", 2.0)]
+            )
+        )
+
+
 def test_counts_and_switches_have_no_derivative():
     given = found(stepped(), MASS, ["contacts", "near_grazing", "impulse"])
     assert math.isnan(given["contacts"].derivative)
@@ -92,7 +105,6 @@ def test_counts_and_switches_have_no_derivative():
     assert given["impulse"].reason == ""
 
 
-COARSE = {"kind": "finite_element", "elements": 100, "mass": "lumped"}
 CHATTERING = stepped({"kind": "penalty", "stiffness": {"relative": 1.0}}, model=COARSE, integrator={"kind": "newmark"})
 
 
