@@ -13,10 +13,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from typer.testing import CliRunner
 
 from impactlab import CaseError
 from impactlab.bench import worker
 from impactlab.bench.pool import outcomes
+from impactlab.cli import app
 
 ROOT = Path(__file__).resolve().parents[2]
 PAPER = ROOT / "cases" / "axial_impact.yaml"
@@ -111,11 +113,14 @@ def invoke(*arguments: str, cwd: Path, **settings: Any) -> subprocess.CompletedP
         ((str(PAPER), "--out", "somebody"), "holds files that no bench wrote, such as 'work'"),
     ],
 )
-def test_wrong_input_leaves_with_2_and_one_document(tmp_path: Path, arguments: tuple[str, ...], said: str) -> None:
+def test_wrong_input_leaves_with_2_and_one_document(
+    tmp_path: Path, arguments: tuple[str, ...], said: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
     (tmp_path / "somebody").mkdir()
     (tmp_path / "somebody" / "work").touch()
-    done = invoke(*arguments, "--json", cwd=tmp_path)
-    assert done.returncode == 2, done.stderr
+    done = CliRunner().invoke(app, ["bench", *arguments, "--json"])
+    assert done.exit_code == 2, done.stderr
     assert said in done.stderr
     assert json.loads(done.stdout)["status"] == "refused"
     assert "Traceback" not in done.stderr
