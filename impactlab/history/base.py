@@ -106,7 +106,7 @@ def within_run(t: ArrayLike, duration: float) -> Array:
 
 
 def places_on(body: Body, x: ArrayLike) -> Array:
-    """Return places as an array (n,) [m], those outside the body by rounding moved onto it.
+    """Return places (n,) [m], those outside the body by rounding moved onto it.
 
     Raises
     ------

@@ -53,7 +53,7 @@ def reach_of(scene: Scene, models: Models, joined: Sequence[Group] | None = None
 
 
 def share_of(steps: float) -> float:
-    """Return the rounding of a force over the largest one, in a run of some steps.
+    """Return the rounding of a force over the largest one, by number of steps.
 
     A gap is rounded by eps times the displacements, which grow with the duration; a force follows from the displacement
     in one step. So the force by a rounded gap is eps times the number of steps, over the largest.

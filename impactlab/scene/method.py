@@ -120,7 +120,7 @@ def sides(scene: Scene, method: Method, contact: Contact) -> tuple[SideFacts, Si
 
 
 def stiffness_of(scene: Scene, method: Method, contact: Contact) -> float | None:
-    """Return the stiffness [N/m] of a contact: inf of a hard one, None without a spring."""
+    """Return a contact's stiffness [N/m]: inf of a hard one, None without spring."""
     law = method.laws[contact.name]
     if law.hard:
         return math.inf

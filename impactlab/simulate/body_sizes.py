@@ -20,7 +20,7 @@ MAX_BEAM_MODES = 5000  # analytic ones, 0.15 ms each to find
 
 
 def check_bodies(scene: Scene, method: Method) -> None:
-    """Raise `CaseError` where the bodies of a scene in their coordinates are too large; nothing is built for it."""
+    """Raise `CaseError` where bodies in coordinates are too large, before any is built."""
     ports = [point.body for contact in scene.contacts for point in (contact.left, contact.right)]
     adaptive = isinstance(method.integrator, AbstractAdaptive)
     total = 0.0

@@ -75,7 +75,7 @@ def add_warnings(history: AbstractHistory) -> None:
 
 
 def overlapping(history: AbstractHistory) -> Iterator[Warned]:
-    """Give a warning for each hard contact whose faces overlap by a tenth of their travel, or more."""
+    """Give a warning for each hard contact with a large overlap of its faces."""
     scene, t, touched = history.scene, np.linspace(0.0, history.duration, 2001), touched_in(history)
     for contact in scene.contacts:
         if not history.method.laws[contact.name].hard:
@@ -127,7 +127,7 @@ def check_run(status: int, assembly: Assembly, history: AbstractRecordedHistory)
 
 
 def check_gain(history: AbstractHistory, bound: float, remedy: str, failure: Failure) -> None:
-    """Raise `StepError` where the energy grew beyond the bound that the parts declare, or its balance is not a number.
+    """Raise `StepError` where energy grew beyond its bound, or its balance is not finite.
 
     A run that more than doubles the energy of its bodies is not a motion of theirs, whatever its parts declare.
     """
@@ -147,7 +147,7 @@ def gain_of(history: AbstractHistory) -> float:
 
 
 def reference_energy(history: AbstractHistory) -> float:
-    """Return the reference energy of a run [J]: the initial energy or the work of loads; else the largest that occurs.
+    """Return the reference energy [J]: initial energy or work of loads, else the largest.
 
     Energy that a diverging run adds does not count. Of free bodies it is the energy in the frame of their centre of
     mass.
@@ -157,7 +157,7 @@ def reference_energy(history: AbstractHistory) -> float:
 
 
 def check_momentum(history: AbstractRecordedHistory, impulses: Sequence[float], time: float, failure: Failure) -> None:
-    """Raise `StepError` where the momentum of a free body is not that of the impulses [N s] of contacts and loads."""
+    """Raise `StepError` where the momentum of a free body does not match its impulses."""
     for name, body in history.scene.bodies.items():
         if not body.is_free or isinstance(history.built[name].model, AbstractSelfStepping):
             continue

@@ -76,7 +76,7 @@ def constraint_warnings(scene: Scene, method: Method, integrator: AbstractIntegr
 
 
 def on_continuous_beam(scene: Scene, contact: Contact, own: Own) -> bool:
-    """Return whether one face of a contact is a beam that steps by itself, whose face has no mass."""
+    """Return whether one face of a contact is a self-stepping beam, without mass."""
     names = (point.body for point in (contact.left, contact.right))
     return any(name in own and scene.bodies[name].bends for name in names)
 
@@ -107,7 +107,7 @@ def constraint_gains(
 
 
 def energy_bound(scene: Scene, method: Method, integrator: AbstractIntegrator, own: Own = ()) -> float:
-    """Return the largest energy gain, over the initial energy, that the parts of a scene declare."""
+    """Return the largest energy gain that parts declare, over the initial energy."""
     # A touch within 1e-6 of a step from its end is not cut: a hard law finds the faces that little apart.
     bound = (1e-9 if method.events == "dated" else 1e-6) + integrator.gains_energy
     bound += sum(gains_of(body, model) for body, model in modelled(scene, method))
@@ -119,7 +119,7 @@ def energy_bound(scene: Scene, method: Method, integrator: AbstractIntegrator, o
 
 
 def gains_of(body: ElasticBody, model: AbstractRodModel) -> float:
-    """Return the energy gain that a body's description declares: of the parts inside it, of a beam its rounding."""
+    """Return the energy gain that a body's description declares."""
     inside = sum(part.gains_energy for part in parts_inside(model) if isinstance(part, AbstractBasis))
     return inside + (body.mesh_rounding(model.element_length(body)) if model.has_mesh else 0.0)
 

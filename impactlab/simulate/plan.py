@@ -88,14 +88,14 @@ def resolve_step(scene: Scene, method: Method, built: dict[str, BuiltBody]) -> f
 
 
 def fitted_step(dt: float, built: dict[str, BuiltBody]) -> float:
-    """Return the step [s] with the least misfit of bodies that step by themselves; the longest of equally good ones."""
+    """Return the longest step [s] with the least misfit of self-stepping bodies."""
     own = [body.model for body in built.values() if isinstance(body.model, AbstractSelfStepping)]
     steps = sorted({float(step) for model in own for step in model.fitting(dt)} | {dt}, reverse=True)
     return min(steps, key=lambda step: sum(model.misfit(step) for model in own))
 
 
 def misfit_warnings(built: dict[str, BuiltBody], dt: float) -> Iterator[Warned]:
-    """Give a warning for each body whose places do not fit the grid of the step."""
+    """Give a warning for each body with places beside the step's grid."""
     for name, body in built.items():
         if isinstance(body.model, AbstractSelfStepping) and (misfit := body.model.misfit(dt)) > MISFIT_WARN:
             text = f"'{name}': at this step places move to the grid, or the grid to the ends, by {100 * misfit:.2g} % "
@@ -209,7 +209,7 @@ def prepare(scene: Scene, method: Method) -> Plan:
 def prepare_adaptive(
     scene: Scene, method: Method, integrator: AbstractAdaptive, unordered: dict[str, BuiltBody]
 ) -> Plan:
-    """Return the plan of an adaptive run; a step given as dt or courant is its longest."""
+    """Return the plan of an adaptive run; a given step is its longest."""
     check_smooth(scene, method, integrator, self_stepping(unordered))
     check_records(scene, scene.records)
     built = {name: unordered[name] for name in scene.in_order}

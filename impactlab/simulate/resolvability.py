@@ -20,7 +20,7 @@ INSTANTS = 2001  # of the gap of a run
 
 
 def unresolved(history: AbstractRecordedHistory) -> Iterator[Warned]:
-    """Give the warnings of contacts that closed in a run and that its method cannot resolve."""
+    """Give the warnings of closed contacts that the method cannot resolve."""
     touched = {event.contact for event in history.events}
     for contact in history.scene.contacts:
         if contact.name in touched:
@@ -29,7 +29,7 @@ def unresolved(history: AbstractRecordedHistory) -> Iterator[Warned]:
 
 
 def resolution(history: AbstractRecordedHistory, contact: Contact, *, beams: bool = False) -> float:
-    """Return the time resolution of a method at a contact [s]: its step, or half the shortest period of its bodies.
+    """Return the time resolution [s] at a contact: step or half the shortest period.
 
     Of beams the step alone counts unless ``beams``.
     """

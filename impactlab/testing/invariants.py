@@ -12,7 +12,7 @@ from impactlab.testing.trace import Trace
 
 
 def strongest_pull(history: AbstractHistory) -> float:
-    """Return the most negative contact force [N] or impulse [N s] of a run; 0.0 where contact never pulls."""
+    """Return the most negative contact force [N] or impulse [N s], 0.0 without pull."""
     lowest = 0.0
     for channel in history.channels():
         if channel.startswith("force:") and "|" in channel:
@@ -24,7 +24,7 @@ def strongest_pull(history: AbstractHistory) -> float:
 
 
 def given_impulses(traced: Trace) -> dict[str, float]:
-    """Return the impulse of each contact over the run, the sum of F dt and impulses [N s]."""
+    """Return the impulse [N s] of each contact over the run."""
     sums = (traced.forces * traced.dt + traced.impulses).sum(axis=0)
     return {contact.name: float(total) for contact, total in zip(traced.scene.contacts, sums, strict=True)}
 
@@ -48,7 +48,7 @@ def reported_impulse_error(traced: Trace) -> float:
 
 
 def exchanged_momentum_error(traced: Trace) -> float:
-    """Return how far the change of a mass's momentum is from the impulse that its contacts gave, over its momenta."""
+    """Return the error of a mass's momentum against its contacts' impulse, over its momenta."""
     worst, given = 0.0, given_impulses(traced)
     for name, body in traced.scene.bodies.items():
         if body.elastic is not None or not body.moves:
@@ -70,7 +70,7 @@ def is_free(scene: Scene) -> bool:
 
 
 def free_momentum_error(traced: Trace) -> float:
-    """Return how far the total momentum of free bodies is from the impulse of gravity, over the sum of their sizes."""
+    """Return the error of free bodies' momentum against gravity's impulse, over its size."""
     assert is_free(traced.scene)
     total, size = np.zeros(len(traced.states)), 0.0
     for name, built in traced.plan.built.items():
@@ -82,7 +82,7 @@ def free_momentum_error(traced: Trace) -> float:
 
 
 def precursor(history: RecordedHistory, body: str, speed: float, margin: float = 0.0) -> float:
-    """Return the largest velocity ahead of the wave from a rod's left end, over ``speed`` [m/s], in all snapshots.
+    """Return the largest velocity ahead of the wave, over ``speed`` [m/s].
 
     Ahead means further than c t + ``margin`` [m]. The rod must be at rest at first, uniform, and struck at t = 0.
     """
@@ -97,19 +97,19 @@ def precursor(history: RecordedHistory, body: str, speed: float, margin: float =
 
 
 def mirror_difference(history: RecordedHistory, image: RecordedHistory) -> float:
-    """Return the largest difference of contact forces and gaps of a run and its mirror image, over their sizes."""
+    """Return the largest relative difference of a run and its mirror image."""
     return records_difference(history, image, force=1.0, length=1.0, time=1.0)
 
 
 def scaling_difference(
     history: RecordedHistory, scaled: RecordedHistory, mass: float, length: float, time: float
 ) -> float:
-    """Return the largest difference of forces, gaps and times of a run and itself in other units, over their sizes."""
+    """Return the largest relative difference of a run and itself in other units."""
     return records_difference(history, scaled, force=mass * length / time**2, length=length, time=time)
 
 
 def records_difference(one: RecordedHistory, other: RecordedHistory, force: float, length: float, time: float) -> float:
-    """Return the largest difference of the records of two runs with the same contacts, over their sizes."""
+    """Return the largest relative difference of the records of two runs."""
     first, second = (history.assembly.memory.record[: history.assembly.clock.n_records] for history in (one, other))
     if len(first) != len(second):
         return float("inf")

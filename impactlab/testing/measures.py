@@ -38,7 +38,7 @@ REPEATS = 3  # of a timed run, the least of which counts
 
 
 class Measured(NamedTuple):
-    """One figure of a part; ``value`` is None where there is none, and ``remark`` says why or in what case."""
+    """One figure of a part; ``remark`` gives its case, or why it has no value."""
 
     name: str
     value: float | None
@@ -70,18 +70,18 @@ def struck(
     trips: float = 3.0,
     weight: float = 1.0,
 ) -> Simulation:
-    """Return the paper's impact: a mass of ``weight`` rods strikes a clamped rod at 1 m/s."""
+    """Return the paper's impact under a mass of ``weight`` rods at 1 m/s."""
     rule = StepRule(points_per_period=points)
     return mass_on_rod(model, law, integrator, rule, mass_ratio=weight, round_trips=trips)
 
 
 def walked(simulation: Simulation) -> AbstractHistory:
-    """Return the history of a run, also where its energy grows: the growth is measured here."""
+    """Return the history of a run, also of one whose energy grows."""
     return run_in_cuts(simulation, lambda step: step + 100_000)
 
 
 def least_ms(action: Callable[[], object]) -> float:
-    """Return the least time of an action over a few calls [ms], after one that may compile."""
+    """Return the least time [ms] of an action over a few calls after the first."""
     times = []
     for _ in range(1 + REPEATS):
         began = clock.perf_counter()
@@ -91,7 +91,7 @@ def least_ms(action: Callable[[], object]) -> float:
 
 
 def step_time(simulation: Simulation) -> tuple[float, int]:
-    """Return the cost of one more step [s], and the number of steps it was measured over.
+    """Return the cost [s] of a step, and the number of steps measured.
 
     From runs of one and of three durations, each the fastest of a few: what a run costs once does not count.
     """
@@ -185,7 +185,7 @@ def of_stepping(part: AbstractIntegrator) -> Iterator[Measured]:
 
 
 def partners(law: AbstractContactLaw) -> tuple[AbstractIntegrator, AbstractRodModel]:
-    """Return the first integrator and model of ours that take the law on; raises the last refusal where none does."""
+    """Return the first integrator and model that serve the law, or raise the last refusal."""
     refusal: ImpactlabError | None = None
     for integrator in (Newmark(), CentralDifference(), ExactModal()):
         for model in (Modal(None, 40), FiniteElement(40, "lumped")):

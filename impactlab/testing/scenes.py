@@ -59,7 +59,7 @@ def simulation(
 
 
 def face(body: Body, x: float = 0.0) -> Point:
-    """Return the face of a body at x [m], named ``rod.left`` and ``rod.right`` at its ends, by its body elsewhere."""
+    """Return the face of a body at x [m], named as ``rod.left`` at ends."""
     if body.elastic is None:
         return Point(body.name, 0.0, body.name)
     side = {0.0: ".left", body.length: ".right"}.get(x, "")
@@ -85,7 +85,7 @@ def in_a_row(
     round_trips: float = 3.0,
     **others: Any,
 ) -> Simulation:
-    """Return bodies in a row from left to right, each of which may touch the next.
+    """Return bodies in a row, each of which may touch the next.
 
     ``gaps`` [m] of all contacts, or of each; the run lasts ``round_trips`` of the first rod or beam, unless a
     ``duration`` is given. Models, laws and other fields as in `simulation`.
@@ -116,7 +116,7 @@ def struck(
     round_trips: float = 3.0,
     **others: Any,
 ) -> Simulation:
-    """Return a hammer, a rigid mass, that strikes a rod or beam at x [m]; the rest as in `in_a_row`."""
+    """Return a rigid hammer that strikes a rod or beam at x [m]; see `in_a_row`."""
     hammer = Mass("hammer", mass, velocity)
     contact = Contact(face(hammer), face(body, x), gap, overlap_allowed=gap < 0.0)
     fields = _fields((hammer, body), round_trips, others)
@@ -136,7 +136,7 @@ def mass_on_rod(
     mass_ratio: float = 1.0,
     **others: Any,
 ) -> Simulation:
-    """Return a mass that strikes the left end of a rod at rest, in steel unless other segments are given.
+    """Return a mass that strikes the left end of a rod, of steel by default.
 
     ``mass_ratio`` is the mass over that of the rod. Velocity, gap and other fields as in `struck`.
     """

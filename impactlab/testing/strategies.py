@@ -58,7 +58,7 @@ def segments() -> st.SearchStrategy[Segment]:
 
 @st.composite
 def ends(draw: st.DrawFn, segment: Segment, kinds: tuple[str, ...]) -> End:
-    """Return an end whose spring, dashpot or mass is between a hundredth and a hundred times that of the segment."""
+    """Return an end whose support is 0.01 to 100 times that of the segment."""
     kind = draw(st.sampled_from(kinds))
     share = draw(log_uniform(1e-2, 1e2))
     size = {"spring": segment.young * segment.area / segment.length, "dashpot": segment.impedance, "mass": segment.mass}
@@ -189,7 +189,7 @@ def mirrored(simulation: Simulation) -> Simulation:
 
 
 def in_other_units(simulation: Simulation, mass: float, length: float, time: float) -> Simulation:
-    """Return the same scene and method with numbers in units so many times smaller; laws must be without dimension.
+    """Return the same scene and method in smaller units; laws without dimension.
 
     With factors that are powers of 4 no digit of any number changes, only its exponent.
     """

@@ -89,7 +89,7 @@ def trace(simulation: Simulation) -> Trace:
 
 
 def run_in_cuts(simulation: Simulation, next_cut: Callable[[int], int]) -> RecordedHistory:
-    """Return the history of a run whose loop is called from cut to cut; ``next_cut(step)`` says where it stops next.
+    """Return the history of a run whose loop stops at each ``next_cut(step)``.
 
     The bits of a run must not depend on the cuts.
     """
@@ -113,7 +113,7 @@ def begun(simulation: Simulation) -> tuple[Plan, Assembly, RecordedHistory]:
 
 
 def walk_to(assembly: Assembly, history: RecordedHistory, step: int, sample_stride: int) -> None:
-    """Call the loop until it has reached a step, making room where it asks for it."""
+    """Call the loop up to a step, with more room where needed."""
     advance = advance_of(assembly)
     while assembly.clock.step < step:
         status = advance(assembly.memory, assembly.dt, step, assembly.stride, sample_stride)

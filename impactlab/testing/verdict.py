@@ -23,7 +23,7 @@ WITHIN = "it reads and writes within its memory"
 
 
 class Property(NamedTuple):
-    """One property of a part: its text, the options it was tried with, and the reason where it does not hold."""
+    """One property of a part: text, tried options, and why it does not hold."""
 
     text: str
     options: dict[str, Any]
@@ -65,7 +65,7 @@ class Verdict(NamedTuple):
 
 
 def find(name: str, registry: Registry) -> tuple[Group, str]:
-    """Return the group and the name of a part asked for as ``NAME``, or as ``law:NAME`` where two groups have it.
+    """Return group and name of a part given as ``NAME`` or ``law:NAME``.
 
     Raises
     ------
@@ -116,7 +116,7 @@ def verdict(name: str, registry: Registry) -> Verdict:
 
 
 def options_to_try(kind: type[Any]) -> tuple[dict[str, Any], ...]:
-    """Return the options that a part gives in ``examples``, required fields filled in from their limits."""
+    """Return a part's ``examples``, required fields filled in from their limits."""
     return tuple(required(kind) | dict(options) for options in kind.examples)
 
 
@@ -172,7 +172,7 @@ def tried(part: Any, group: Group, first: Iterable[tuple[str, Callable[[], None]
 
 
 def reason_of(error: Exception) -> str:
-    """Return the reason in one line: the text of the error, else the line of code that raised it."""
+    """Return the reason in one line: the error's text, else the code's line."""
     kind = "" if isinstance(error, AssertionError) else f"{type(error).__name__}: "
     text = " ".join(str(error).split())
     trace = error.__traceback__

@@ -135,7 +135,7 @@ class Body(ABC):
 
     @property
     def rigid_mass(self) -> float:
-        """Mass [kg] of a rigid body; NaN of one that deforms, inf where it never moves."""
+        """Mass [kg] of a rigid body; NaN of an elastic one, inf of a wall."""
         return math.nan if self.elastic is not None else self.moving_mass
 
     @property
@@ -242,7 +242,7 @@ class Body(ABC):
         return SideFacts(self.kind, nan, nan, nan, nan, nan, mass=self.rigid_mass, gravity=0.0)
 
     def travel_time(self, x: float, other: float) -> float:
-        """Return the least travel time [s] of a wave between two x [m]; 0 without fronts."""
+        """Return the least travel time [s] between two x [m]; 0 without fronts."""
         return 0.0
 
 

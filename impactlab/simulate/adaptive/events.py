@@ -56,7 +56,7 @@ class Watch:
 
 
 def crest(function: Callable[[float], float], times: Array, values: Array) -> tuple[float, float]:
-    """Return time and value of the largest value, sought between the samples beside the largest one."""
+    """Return time and value of a maximum, interpolated between samples."""
     from scipy.optimize import minimize_scalar
 
     i, last = int(np.argmax(values)), len(values) - 1
@@ -72,7 +72,7 @@ def crest(function: Callable[[float], float], times: Array, values: Array) -> tu
 
 
 def hidden(nears: Callable[[float], float], times: Array, values: Array) -> float | None:
-    """Return a time between samples at which a contact has changed although no sample shows it, or None."""
+    """Return a time at which a contact changed between samples, or None."""
     bulge = float(np.max(np.abs(np.diff(values, 2))))
     # A phase begins with zero: a crest there is its own beginning.
     if float(np.max(values)) + bulge <= NOISE or (np.argmax(values) == 0 and abs(values[0]) <= NOISE):
@@ -116,7 +116,7 @@ def first_change(system: System, interpolant: Any, begin: float, end: float) -> 
 
 
 def largest_force(system: System, interpolant: Any, number: int, begin: float, end: float, known: float) -> float:
-    """Return the largest force [N] of a closed contact in a step, or the one known where that is larger."""
+    """Return the largest force [N] of a closed contact in a step and before."""
     watch = Watch(system, interpolant, number)
     times = np.linspace(begin, end, SAMPLES)
     gaps, rates = system.gaps_of(interpolant(times))

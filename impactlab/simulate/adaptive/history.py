@@ -16,7 +16,7 @@ from impactlab.types import Array
 
 @final
 class AdaptiveHistory(AbstractRecordedHistory):
-    """An adaptive run, recorded at as many equal instants as the scene asks for, and at every event.
+    """An adaptive run, recorded at equal instants and at every event.
 
     Forces are means between instants, so that their sum over time is the impulse, which the solver integrates; the rest
     is linear between instants. Impulses, peaks and times of contacts do not depend on the instants.

@@ -40,7 +40,7 @@ class InstantContact:
         self._kept, self._replied = memory_of(self.port), memory_of(self.reply)
 
     def evaluate(self, gap: float, rate: float) -> Reply:
-        """Return the reply of the law at a gap [m] and its rate [m/s]; the next call overwrites the record.
+        """Return the reply at a gap [m] and rate [m/s], valid until the next call.
 
         A trial stage of a step that is far too long may reach an overlap whose force overflows: it is then `OVERFLOWN`,
         so that the solver rejects the step and takes a shorter one.

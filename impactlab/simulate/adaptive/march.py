@@ -55,7 +55,7 @@ class March:
         self._under_way: dict[int, Span] = {}
 
     def run(self, progress: Callable[[float], None] | None = None) -> AdaptiveHistory:
-        """Return the history; raises `StepError` where the solver or a law fails, or the steps exceed their limit."""
+        """Return the history; raise `StepError` where solver, law or step limit fails."""
         duration, told = self.system.scene.duration, clock.perf_counter()
         try:
             self._begin()

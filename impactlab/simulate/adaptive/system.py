@@ -173,7 +173,7 @@ class System:
         return out
 
     def lost_by(self, velocity: Array, drag: Array) -> tuple[float, float]:
-        """Return the power [W] lost in dashpots at ends and by damping inside bodies; drag [N] is C v."""
+        """Return the power [W] lost in dashpots and by damping; drag [N] is C v."""
         at_ends = self._ends * velocity
         return float((velocity * at_ends).sum()), float((velocity * (drag - at_ends)).sum())
 
@@ -193,7 +193,7 @@ class System:
         return self.inverse(self.rows.T.copy()) if len(self.rows) else np.zeros((self.n_dof, 0))
 
     def jacobian(self, time: float, state: Array) -> Array:
-        """Return the derivative of the rates by the state, dense; that of the laws by central differences."""
+        """Return the dense derivative of rates by state, laws by central differences."""
         n, matrix = self.n_dof, self._linear.copy()
         drag, at_ends = 2.0 * (self._damping @ state[n : 2 * n]), 2.0 * self._ends * state[n : 2 * n]
         matrix[-2, n : 2 * n], matrix[-1, n : 2 * n] = at_ends, drag - at_ends
@@ -253,7 +253,7 @@ class System:
         )
 
     def begin(self) -> list[int]:
-        """Close contacts whose faces meet or are pressed together at t = 0; return their numbers."""
+        """Close contacts that touch at t = 0 and return their numbers."""
         gaps, gap_rates = self.gaps_of(self.start)
         closed: list[int] = []
         n, away = self.n_dof, self.away

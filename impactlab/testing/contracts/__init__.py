@@ -52,7 +52,7 @@ SUITES: dict[plugins.Group, type[Any]] = {
 
 
 def suite_of(group: plugins.Group, kind: Any) -> type[Any]:
-    """Return the suite of a part: that of its group; an integrator that adapts its steps has its own."""
+    """Return the suite of a part's group; adaptive integrators have their own."""
     if group.arguments:
         return SUITES[group]
     return AdaptiveContract if issubclass(kind, AbstractAdaptive) else SUITES[group]

@@ -20,7 +20,7 @@ class AdaptiveContract:
     part: ClassVar[AbstractAdaptive]
 
     def problem(self) -> tuple[Problem, Array, Array]:
-        """Return half a period of a free-free rod that moves and rings in its first mode, its end, and its momentum."""
+        """Return half a period of a moving, ringing free rod, its end and momentum."""
         from scipy.linalg import eigh
 
         system = FiniteElement(6, "lumped").build(Rod("rod", (PIECE,), End("free"), End("free")), 0.0).operators()

@@ -18,7 +18,7 @@ PORTS = 200  # random ones of each test
 
 
 def described(part: object) -> None:
-    """Check the description, sources and options of a part, as listings and `impactlab cite` need them."""
+    """Check the description, sources and options of a part."""
     kind = type(part)
     assert plugins.describe(kind), f"{kind.__name__} has no docstring"
     assert len(plugins.describe(kind)) < 200

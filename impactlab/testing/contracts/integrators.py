@@ -63,7 +63,7 @@ class IntegratorContract:
             assert isinstance(fact, bool)
 
     def error(self, steps: int) -> float:
-        """Return the relative error after a quarter of the longest period under a smooth force (1 - cos)/2."""
+        """Return the relative error after a quarter period under a smooth force."""
         frequencies, shapes = self.modes()
         system = self.system()
         end = 0.5 * np.pi / frequencies[0]
@@ -79,7 +79,7 @@ class IntegratorContract:
         return float(np.linalg.norm(state[: exact.size] - exact) / np.linalg.norm(exact))
 
     def measured_order(self) -> tuple[float, list[float]]:
-        """Return the order at which errors fall, and the errors: steps are halved until it settles."""
+        """Return the order of errors, and the errors, by halved steps."""
         first = max(40, math.ceil(2.0 * 0.5 * np.pi / self.modes()[0][0] / min(self.part.limit(self.system()), 1.0)))
         errors, orders = [self.error(first)], [math.inf]
         for halvings in range(1, 7):

@@ -77,7 +77,7 @@ class ContactLawContract:
         return port
 
     def reply_to(self, port: Port, address: int | None = None) -> Reply:
-        """Return the reply of the law, called as plain Python or through a C address, as the loop calls it."""
+        """Return the reply of the law, called as plain Python or by C address."""
         reply = Reply()
         reply.memory[:] = [*port.memory]
         if address is None:
