@@ -36,6 +36,7 @@ NO_WORKERS_S = 60.0  # s without any worker, after which a sweep ends
 PARTS = 32  # into which a chunk is split whose worker died
 MAX_LOCAL = 1024  # workers
 POLL_S = 0.5
+DEAF = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"  # of a worker: Ctrl-C is for the caller
 
 Job = tuple[int, int]
 """The first point and the one after the last."""
@@ -96,6 +97,7 @@ def _local(count: int) -> Iterator[str]:
             worker_dashboard_address=None,
             memory_limit=0,  # results stay in memory
             silence_logs=logging.CRITICAL,
+            preload=[DEAF],
         )
         try:
             yield str(cluster.scheduler_address)

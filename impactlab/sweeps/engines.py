@@ -38,13 +38,13 @@ def points_in(spent: float) -> int:
 
 
 def spent_on_first(made: Sweep) -> float:
-    """Return the time of the first point [s], of a quick one run again without the loading of compiled code."""
+    """Return the time of the first point [s], run again once compiled code is loaded."""
     spent = math.inf
     for _ in range(2):
         began = time.perf_counter()
         row(made, 0)
         spent = time.perf_counter() - began
-        if spent > CHUNK_SECONDS:
+        if spent > POINT_LIMIT_S:
             break
     return spent
 
