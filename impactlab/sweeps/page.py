@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+import re
 import shlex
 import zlib
 from pathlib import Path
@@ -55,8 +56,8 @@ def write_page(folder: Path, found: xarray.Dataset, scene: Scene, origin: Proven
     plates, drawings = [], []
     for name in names if is_drawn else ():
         figure = plot_sweep(found, name)
-        title, _, more = str(found[name].attrs["long_name"]).partition(";")
-        caption = f"{more.strip().capitalize()}. " if more else ""
+        title, *more = re.split("[;:]", str(found[name].attrs["long_name"]), maxsplit=1)
+        caption = f"{more[0].strip().capitalize()}. " if more else ""
         caption += CAPTION_LINE if len(dims) == 1 else CAPTION_MAP
         plates.append({"name": name, "title": title, "caption": caption, "panels": _panels(figure)})
         drawings.append(inline(save(figure, folder / "figures", name), f"{title}. {caption}"))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import re
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -112,14 +113,18 @@ def _titled(name: str, unit: Unit) -> str:
 
 def _named(table: Any, unit: Unit) -> str:
     """Return the first clause of the description of a quantity, with its unit."""
-    return _titled(str(table.attrs.get("long_name", table.name)).partition(";")[0], unit)
+    return _titled(re.split("[;:]", str(table.attrs.get("long_name", table.name)))[0], unit)
 
 
 def _set_axis(axes: Axes, which: str, place: Places) -> None:
+    from matplotlib.ticker import LogLocator
+
     getattr(axes, f"set_{which}label")(place.title)
     if place.is_logarithmic:
         getattr(axes, f"set_{which}scale")("log")
         log_axis(getattr(axes, f"{which}axis"))
+        if place.edges[-1] < 100.0 * place.edges[0]:
+            getattr(axes, f"{which}axis").set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     if place.words:
         getattr(axes, f"set_{which}ticks")(place.x, place.words)
     getattr(axes, f"set_{which}lim")(place.edges[0], place.edges[-1])
@@ -135,14 +140,20 @@ def _sequences(found: xarray.Dataset, names: list[str]) -> NDArray[np.int64]:
 
 
 def _lines(found: xarray.Dataset, tables: list[Any], labels: list[str], axis: str) -> Figure:
+    from matplotlib.ticker import MaxNLocator
+
     place = places(found, axis)
     figure, [[axes]] = grid(1, 1, 3.2, Margins(left=0.9, right=0.2, top=0.45, bottom=0.6))
     axes.set_label(PANEL)
     unit = _scale(max(tables, key=lambda table: float(np.nanmax(np.abs(table.values), initial=0.0))))
+    is_counted = not unit.label and _whole(np.concatenate([table.values for table in tables])).size > 0
+    if is_counted:
+        axes.yaxis.set_major_locator(MaxNLocator(integer=True))
     for number, (table, label) in enumerate(zip(tables, labels, strict=True)):
         marker = "o" if len(place.x) <= 60 else ""
         colour = PALETTE[number % len(PALETTE)]
-        axes.plot(place.x, table.values / unit.size, marker=marker, markersize=3.5, color=colour, label=label)
+        axes.plot(place.x, table.values / unit.size, marker=marker, markersize=3.5, color=colour, label=label,
+                  drawstyle="steps-mid" if is_counted else "default")  # fmt: skip
     _set_axis(axes, "x", place)
     axes.set_ylabel(_named(tables[0], unit))
     missing = ~np.isin(found["status"].values, ENDED)
