@@ -30,7 +30,6 @@ STUDIES = {
     "matrix": "studies.matrix",
     "methods": "studies.comparison.study",
     "paper": "studies.paper.study",
-    "stepped_derivatives": "studies.stepped_derivatives",
 }
 
 

@@ -41,7 +41,8 @@ def chunks(out: Path) -> dict[str, int]:
 
 def tree(pid: int) -> list[int]:
     """Return the processes below one, the nearest first."""
-    found = [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+    texts = [path.read_text() for path in Path(f"/proc/{pid}/task").glob("*/children")]  # each thread may start some
+    found = [int(child) for child in " ".join(texts).split()]
     return found + [deep for child in found for deep in tree(child)]
 
 
@@ -96,6 +97,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--points", type=int, default=10_000)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--only", default="", help="trials whose names hold this text")
     asked = parser.parse_args()
     chance, failed = random.Random(asked.seed), False
     with tempfile.TemporaryDirectory() as name:
@@ -111,6 +113,8 @@ def main() -> None:
             ("cluster, caller killed", 5, ("--cluster", "local:2"), False),
             ("cluster, worker killed", 5, ("--cluster", "local:2"), True),
         ):
+            if asked.only not in trial:
+                continue
             out, began = folder / trial.replace(" ", "-"), time.perf_counter()
             hit, twice = killed(out, command(out, asked.points, *options), kills, chance, worker=worker)
             found = il.open_sweep(out)
