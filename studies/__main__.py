@@ -30,6 +30,7 @@ STUDIES = {
     "matrix": "studies.matrix",
     "methods": "studies.comparison.study",
     "paper": "studies.paper.study",
+    "stepped_derivatives": "studies.stepped_derivatives",
 }
 
 

@@ -65,7 +65,8 @@ def write_page(out_dir: Path, page: Page, scene: Scene, provenance: Provenance, 
         with figure_width(COLUMNS[files.width]):
             side_by_side([partial(_inline, plate, folder, files.formats) for plate in shown])
     formats = () if files.width else files.formats
-    from matplotlib.backends import backend_svg  # noqa: F401 - loaded once, not in each process that draws
+    from matplotlib import figure  # noqa: F401 - loaded once, not in each process that draws
+    from matplotlib.backends import backend_svg  # noqa: F401
 
     live = partial(page_data, page.traces, scene, compared=page.command == "compare") if page.traces else str
     calls: list[Callable[[], str | None]] = [*page.others, live]

@@ -78,7 +78,7 @@ def probes(shown: Sequence[Trace], scene: Scene, *, compared: bool) -> list[Plat
     words = "The recorded signals, stress and strain positive in compression."
     dark = " The dark line is the reference." if len(histories) > 1 else ""
     draw = partial(plots.signals, panels, histories, scene, compared=compared)
-    return [Plate("probes", "Probes", words + dark, draw, has_live_twin=True)]
+    return [Plate("probes", "Probes", words + dark, draw, True, not (compared and scene.contacts))]
 
 
 def histories_of(
@@ -117,7 +117,8 @@ def histories_of(
             "The largest difference of a displacement from the reference so far, in % of its largest value: a curve "
             "rises where its method goes wrong."
         )
-        plates.append(Plate("difference", "Growth of the difference", words, partial(plots.difference, shown, scene)))
+        draw = partial(plots.difference, shown, scene)
+        plates.append(Plate("difference", "Growth of the difference", words, draw, is_printed=not compared))
     return plates
 
 

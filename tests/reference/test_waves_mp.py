@@ -18,7 +18,9 @@ SCENES = {
     "sprung": SPRUNG,
     "wall": WALL,
     "stepped": STEPPED,
-    "free": Struck(mass="1.1", gap="0.2", length="0.9", area="1.3", modulus="0.7", density="2.1", wall=NEVER),
+    "free": Struck(
+        mass="1.1", gap="0.2", length="0.9", area="1.3", modulus="0.7", density="2.1", wall=NEVER, duration=5
+    ),
     "overdamped": Struck(mass=2, stiffness=9, damping="2.5", velocity="1.4", duration=7),
     "closes_overlapped": Struck(mass="0.58", stiffness="4.31", damping="3.94", wall="0.12", duration=5),
     "many_contacts": Struck(mass="3.3", velocity="1.7", gap="0.1", modulus="1.9", wall="0.2", duration=4),

@@ -163,7 +163,7 @@ def test_figures_that_the_page_shows_live_are_drawn_where_they_are_asked_for(tmp
     document, histories = three()
     write_comparison(tmp_path, document, histories, scene().scene, EXACT, provenance=ORIGIN)
     written = {path.name for path in (tmp_path / "figures").iterdir()}
-    assert written == {f"{n}.svg" for n in ("waves", "errors", "contacts", "force", "difference", "stress_rod")}
+    assert written == {f"{n}.svg" for n in ("waves", "errors", "contacts", "force", "stress_rod")}
 
 
 def test_a_page_stands_alone_and_says_what_it_must(tmp_path: Path) -> None:
@@ -176,7 +176,7 @@ def test_a_page_stands_alone_and_says_what_it_must(tmp_path: Path) -> None:
     assert "more than &lt;100&gt; kicks" in text
     assert "impactlab compare toy.yaml --methods good,poor,kicks,lost --out DIR" in text
     assert "failed: lost | at sea" in text
-    assert page.tags.count("figure") == 6
+    assert page.tags.count("figure") == 5
     assert not {"iframe", "object"} & set(page.tags)
     outside = [a for a in page.addresses if not a.startswith(("#", "data:")) and not (tmp_path / a).exists()]
     assert outside == []

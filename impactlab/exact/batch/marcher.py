@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from impactlab.exact import march
+from impactlab.exact import march, spring_systems
 from impactlab.exact.batch.pattern import Pattern, fits, numbers_of, pattern_of
 from impactlab.exact.batch.points import (
     OF_BODY,
@@ -19,6 +19,7 @@ from impactlab.exact.batch.points import (
     march_points,
     room_for,
 )
+from impactlab.exact.batch.writing import SPRING
 from impactlab.exact.build import build
 from impactlab.exact.network import Integers, Log, with_room
 from impactlab.numerics.addresses import entered
@@ -58,7 +59,10 @@ class Marcher:
     """Marches points of a batch in a memory of its own; one for each thread."""
 
     def __init__(self, run: Simulation, pattern: Pattern, numbers: Numbers) -> None:
-        self.log = march.prepared(build(*run)[1])
+        log = march.prepared(build(*run)[1])
+        if np.any(np.asarray(pattern.nodes)["support"] == SPRING):  # also where the first point has one of 0 N/m
+            log = log._replace(memory=log.memory._replace(coupled=spring_systems.address(log.memory)))
+        self.log = log
         self.pattern, self.numbers = pattern, numbers
         self.room = room_for(self.log.memory, pattern, numbers)
 
