@@ -24,6 +24,7 @@ if TYPE_CHECKING:
         UnusualValue,
     )
     from impactlab.files import open_netcdf
+    from impactlab.fits import Fit, Signal, fit, read_signals
     from impactlab.sweeps import Sampled, open_sweep, plot_sweep, sweep
 
 __version__ = "0.1.0"
@@ -36,6 +37,7 @@ __all__ = [
     "Contact",
     "DoubtfulResult",
     "ExtraError",
+    "Fit",
     "ImpactlabError",
     "Mass",
     "PairingError",
@@ -46,14 +48,17 @@ __all__ = [
     "Sampled",
     "Sensitivities",
     "Shaft",
+    "Signal",
     "StepError",
     "UnusualValue",
     "Wall",
     "compare",
+    "fit",
     "load_case",
     "open_netcdf",
     "open_sweep",
     "plot_sweep",
+    "read_signals",
     "run",
     "sensitivities",
     "sweep",
@@ -77,6 +82,7 @@ __getattr__ = lazy_names(  # `import impactlab` and `impactlab --help` stay quic
             "UnusualValue",
         ),
         "impactlab.files": ("open_netcdf",),
+        "impactlab.fits": ("Fit", "Signal", "fit", "read_signals"),
         "impactlab.derivatives": ("Sensitivities", "sensitivities"),
         "impactlab.sweeps": ("Sampled", "open_sweep", "plot_sweep", "sweep"),
     },

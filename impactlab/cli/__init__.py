@@ -12,7 +12,7 @@ from typing import Annotated
 import typer
 
 from impactlab import __version__
-from impactlab.cli import benching, cases, deriving, parts, reopening, running, starting, sweeping
+from impactlab.cli import benching, cases, deriving, fitting, parts, reopening, running, starting, sweeping
 from impactlab.cli.reporting import Left, print_failure
 from impactlab.environment import check_environment
 from impactlab.errors import CaseError, ImpactlabError
@@ -70,6 +70,13 @@ for command, examples in (
     (
         deriving.sensitivities,
         ["impactlab sensitivities axial_impact --method continuous --parameters bodies.hammer.mass,contacts.0.gap"],
+    ),
+    (
+        fitting.fit,
+        [
+            "impactlab fit my_case.yaml data.csv --signal 'force [kN]=force:hammer|rod.left' \\",
+            "    --parameters contacts.0.law.stiffness=1e8:1e10 --shift free --out out",
+        ],
     ),
     (reopening.report, ["impactlab report out/history.nc --out again"]),
     (

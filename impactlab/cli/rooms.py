@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from impactlab.lazy import lazy
 
 if TYPE_CHECKING:
-    from impactlab import api, casefile, derivatives, files, sweeps
+    from impactlab import api, casefile, derivatives, files, fits, sweeps
     from impactlab import cite as citations
     from impactlab import plugins as registries
     from impactlab.bench import cells, grid
@@ -39,6 +39,7 @@ else:
     edit = lazy("impactlab.casefile.edit")
     figure_files = lazy("impactlab.report.figure_files")
     files = lazy("impactlab.files")
+    fits = lazy("impactlab.fits")
     grid = lazy("impactlab.bench.grid")
     histories = lazy("impactlab.history.base")
     jsonschema = lazy("impactlab.casefile.jsonschema")
@@ -70,6 +71,7 @@ __all__ = [
     "edit",
     "figure_files",
     "files",
+    "fits",
     "grid",
     "histories",
     "jsonschema",

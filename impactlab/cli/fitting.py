@@ -1,0 +1,77 @@
+"""The command ``fit``: numbers of a case from measured signals."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from impactlab.casefile.document import parse_value
+from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, load
+from impactlab.cli.reporting import reporting
+from impactlab.cli.rooms import console, fits
+from impactlab.errors import CaseError
+
+
+def fit(
+    case: CaseFile,
+    data: Annotated[Path, typer.Argument(metavar="DATA.csv", help="Signals: columns headed by name and unit.")],
+    parameters: Annotated[
+        list[str],
+        typer.Option("--parameters", metavar="PATH=LOW:HIGH", help="A number to fit, with bounds.", show_default=False),
+    ],
+    signal: Annotated[
+        list[str],
+        typer.Option(
+            "--signal",
+            metavar="COLUMN=CHANNEL",
+            help="What a column measures, as 'force [kN]=force:a|b'.",
+            show_default=False,
+        ),
+    ],
+    shift: Annotated[
+        str, typer.Option("--shift", help="free where the trigger time is unknown, else fixed.")
+    ] = "fixed",
+    loss: Annotated[
+        str, typer.Option("--loss", help="linear, or huber where single samples may be far off.")
+    ] = "linear",
+    noise: Annotated[str, typer.Option("--noise", help="white, or ar1 where neighbours err alike.")] = "white",
+    sets: Sets = None,
+    method: Method = None,
+    variant: Variant = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", metavar="DIR", help="Write fitted.yaml and fit.json here.", show_default=False),
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Fit numbers of a case to measured signals, and print them with their 95 % intervals."""  # fmt: skip
+    with reporting(case, as_json):
+        loaded = load(case, sets, method, variant)
+        bounds = dict(_bounds(text) for text in parameters)
+        columns = dict(_named(text) for text in signal)
+        console.say_if_compiling()
+        found = fits.fit(loaded, fits.read_signals(data, columns), bounds, shift=shift, loss=loss, noise=noise)
+        if out is not None:
+            found.write(out)
+            console.say(f"written: {out}")
+        if as_json:
+            console.print_json(found.to_dict())
+        else:
+            print(found)
+
+
+def _bounds(text: str) -> tuple[str, tuple[Any, Any]]:
+    path, equals, ends = (part.strip() for part in text.partition("="))
+    low, colon, high = (part.strip() for part in ends.partition(":"))
+    if not equals or not colon or not path or not low or not high:
+        raise CaseError(f"--parameters {text!r} is not PATH=LOW:HIGH", remedy="Write bodies.hammer.mass=1:4 or so.")
+    return path, (parse_value(low), parse_value(high))
+
+
+def _named(text: str) -> tuple[str, str]:
+    column, equals, channel = (part.strip() for part in text.partition("="))
+    if not equals or not column or not channel:
+        raise CaseError(f"--signal {text!r} is not COLUMN=CHANNEL", remedy="Write 'force [kN]=force:a|b' or so.")
+    return column, channel

@@ -1,0 +1,7 @@
+"""Parameters of a case from measured signals, with how sure they are."""
+
+from impactlab.fits.result import Fit, Fitted
+from impactlab.fits.run import fit
+from impactlab.fits.signals import Signal, read_signals
+
+__all__ = ["Fit", "Fitted", "Signal", "fit", "read_signals"]

@@ -1,0 +1,70 @@
+"""What a run would show to the instrument: means over sampling intervals, of a channel that may be shifted in time."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from impactlab.errors import CaseError
+from impactlab.exact.history import ContinuousHistory
+from impactlab.history.base import AbstractHistory
+from impactlab.types import Array
+
+PARTS = 4  # of a sampling interval, where the mean is taken from values
+
+
+class Means:
+    """Means of a channel of a run over intervals; before the run the channel keeps its first value."""
+
+    def __init__(self, history: AbstractHistory, channel: str) -> None:
+        self.history, self.channel = history, channel
+        quantity, _, rest = channel.partition(":")
+        self.force = None
+        if (
+            isinstance(history, ContinuousHistory)
+            and quantity == "force"
+            and rest in {c.name for c in history.scene.contacts}
+        ):
+            self.force = history.force(rest)
+        self.whole = "position:" + rest if quantity == "velocity" and f"position:{rest}" in history.channels() else ""
+        self.rest = 0.0 if quantity in ("force", "stress", "strain") else float(history.evaluate([0.0], channel)[0])
+
+    def sums(self, edges: Array) -> Array:
+        """Return the integral of the channel from t = 0 to times inside the run, (n,)."""
+        if self.force is not None:
+            return self.force.integral(edges, False) - self.force.integral(np.zeros(1), False)
+        if self.whole:
+            found = self.history.evaluate(np.append(edges, 0.0), self.whole)
+            return np.asarray(found[:-1] - found[-1])
+        low, high = edges[:-1], edges[1:]
+        places = (np.arange(PARTS) + 0.5) / PARTS
+        values = self.history.evaluate(low[:, None] + (high - low)[:, None] * places, self.channel)
+        return np.concatenate([[0.0], np.cumsum(np.mean(values, axis=1) * (high - low))])
+
+    def over(self, edges: Array, shift: float) -> Array:
+        """Return the means between neighbouring edges, (n - 1,), of the channel that starts at ``shift`` [s].
+
+        NaN of intervals that reach beyond the end of the run.
+        """
+        moved = edges - shift
+        inside = np.clip(moved, 0.0, self.history.duration)
+        total = self.sums(inside) + self.rest * np.minimum(moved, 0.0)
+        means = np.diff(total) / np.diff(edges)
+        return np.where(moved[1:] > self.history.duration * (1.0 + 1e-9), np.nan, means)
+
+
+def check_channel(history: AbstractHistory, channel: str) -> None:
+    """Raise `CaseError` if a run has no such channel."""
+    try:
+        history.evaluate([0.0], channel)
+    except CaseError as error:
+        raise CaseError(error.text, path=channel, remedy=error.remedy) from None
+
+
+def smooth(values: Array, width: float) -> Array:
+    """Return values after a Gaussian filter, so many samples wide; 0 leaves them as they are."""
+    if width <= 0.0:
+        return values
+    reach = int(4.0 * width) + 1
+    weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) / width) ** 2)
+    padded = np.concatenate([np.full(reach, values[0]), values, np.full(reach, values[-1])])
+    return np.convolve(padded, weights / weights.sum(), mode="valid")

@@ -1,0 +1,177 @@
+"""Fits: known numbers found again from noisy signals, what signals cannot tell, and bad data."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import impactlab as il
+from impactlab.cli import app
+from impactlab.errors import CaseError
+from impactlab.fits.model import Means
+
+FORCE = "force:hammer|rod.left"
+MASS, YOUNG = "bodies.hammer.mass", "bodies.rod.material.young"
+STIFFNESS, DAMPING = "contacts.0.law.stiffness", "contacts.0.law.damping"
+SAMPLES = 200
+
+
+@pytest.fixture(scope="module")
+def hard() -> il.Case:
+    return il.load_case("axial_impact").method("continuous")
+
+
+@pytest.fixture(scope="module")
+def cushioned(hard) -> il.Case:
+    return hard.with_("contacts.0.law", {"kind": "penalty", "stiffness": 2e8, "damping": 2000.0})
+
+
+def measured(case: il.Case, noise: float = 0.02, shift: float = 0.0, seed: int = 0) -> il.Signal:
+    """Return the force of a run as an instrument shows it: means over intervals, noise, its own trigger time."""
+    history = il.run(case)
+    width = 1.1 * history.duration / SAMPLES
+    times = (np.arange(SAMPLES) + 0.5) * width
+    empty = il.Signal(FORCE, times, 0.0 * times)
+    shown = np.nan_to_num(Means(history, FORCE).over(empty.edges, shift * width))
+    shown += noise * shown.max() * np.random.default_rng(seed).standard_normal(SAMPLES)
+    return il.Signal(FORCE, times, shown)
+
+
+def test_a_sample_is_the_mean_over_its_interval(hard):
+    history = il.run(hard)
+    edges = np.linspace(0.0, history.duration, 31)
+    means = Means(history, FORCE).over(edges, 0.0)
+    assert np.sum(means * np.diff(edges)) == pytest.approx(sum(span.impulse for span in history.contacts), rel=1e-12)
+    shifted = Means(history, FORCE).over(edges, 0.3 * edges[1])
+    # until the first echo the force is Z v0 exp(-Z t/M)
+    z, mass = 36657.74, 2.133
+    assert shifted[0] * edges[1] == pytest.approx(mass * (1.0 - math.exp(-z / mass * 0.7 * edges[1])), rel=1e-6)
+
+
+def test_without_noise_the_numbers_come_back(cushioned):
+    start = cushioned.with_(STIFFNESS, 1.5e8).with_(DAMPING, 2500.0)
+    found = il.fit(start, measured(cushioned, 0.0), {STIFFNESS: (5e7, 8e8), DAMPING: (500.0, 8000.0)})
+    assert found[STIFFNESS].value == pytest.approx(2e8, rel=1e-6)
+    assert found[DAMPING].value == pytest.approx(2000.0, rel=1e-5)
+    assert found.noise < 1e-6
+
+
+def test_a_hard_contact_with_noise_and_an_unknown_trigger(hard):
+    start = hard.with_(MASS, 2.6).with_(YOUNG, 1.7e11)
+    signal = measured(hard, 0.02, shift=11.3, seed=3)
+    found = il.fit(start, signal, {MASS: (0.5, 10.0), YOUNG: ("50 GPa", "1000 GPa")}, shift="free")
+    level = 0.02 * 78276.57 / np.std(signal.values)
+    assert found.noise < 1.1 * level
+    for path, truth in ((MASS, 2.133), (YOUNG, 2.1e11)):
+        assert found[path].value == pytest.approx(truth, rel=0.01)
+        assert found[path].lower < found[path].value < found[path].upper
+    shift = found[f"shift of {FORCE}"]
+    assert shift.value == pytest.approx(11.3 * (signal.times[1] - signal.times[0]), abs=0.3 * signal.times[0])
+
+
+def test_what_a_force_cannot_tell_has_no_interval(cushioned):
+    paths = {MASS: (0.2, 20.0), "bodies.rod.area": (1e-4, 1e-2), STIFFNESS: (2e7, 2e9), DAMPING: (200.0, 20000.0),
+             "bodies.hammer.velocity": (0.1, 10.0)}  # fmt: skip
+    found = il.fit(cushioned, measured(cushioned), paths)
+    [told] = found.undetermined  # heavier, stiffer and slower by one factor: the same force
+    assert "velocity" in told
+    assert all(math.isinf(found[path].upper) for path in paths)
+    known = il.fit(cushioned, measured(cushioned), {MASS: (0.2, 20.0), STIFFNESS: (2e7, 2e9)})
+    assert not known.undetermined
+    assert known[MASS].upper < 2.2
+
+
+def test_outliers_under_huber(cushioned):
+    signal = measured(cushioned, 0.01)
+    wild = signal.values.copy()
+    wild[5:45:4] += 10.0 * 0.01 * wild.max()  # while the force grows
+    bounds = {STIFFNESS: (5e7, 8e8)}
+    clean, robust = (
+        il.fit(cushioned, il.Signal(FORCE, signal.times, values), bounds, loss="huber")
+        for values in (signal.values, wild)
+    )
+    plain = il.fit(cushioned, il.Signal(FORCE, signal.times, wild), bounds)
+    moved = abs(robust[STIFFNESS].value - clean[STIFFNESS].value)
+    assert moved < 0.5 * (clean[STIFFNESS].upper - clean[STIFFNESS].lower)
+    assert moved < 0.5 * abs(plain[STIFFNESS].value - clean[STIFFNESS].value)
+
+
+def test_correlated_residuals_are_told_and_widen_the_interval(cushioned):
+    signal = measured(cushioned, 0.0)
+    noise = np.random.default_rng(5).standard_normal(SAMPLES)
+    for k in range(1, SAMPLES):
+        noise[k] += 0.9 * noise[k - 1]
+    noisy = il.Signal(FORCE, signal.times, signal.values + 0.02 * signal.values.max() * noise)
+    bounds = {STIFFNESS: (5e7, 8e8)}
+    white, coloured = (il.fit(cushioned, noisy, bounds, noise=kind) for kind in ("white", "ar1"))
+    assert any("correlate" in text for text in white.warnings)
+    assert not coloured.warnings
+    assert abs(coloured.autocorrelation) < 0.3 < white.autocorrelation
+    assert coloured[STIFFNESS].lower < 2e8 < coloured[STIFFNESS].upper
+
+
+def test_a_fit_that_ends_at_a_bound_says_so(cushioned):
+    found = il.fit(cushioned.with_(STIFFNESS, 5e8), measured(cushioned), {STIFFNESS: (4e8, 8e8)})
+    assert found[STIFFNESS].note == "at its bound"
+    assert any("bound" in text for text in found.warnings)
+
+
+def test_the_command_reads_a_table_and_writes_a_case_that_runs(cushioned, tmp_path):
+    signal = measured(cushioned)
+    case, data = tmp_path / "case.yaml", tmp_path / "data.csv"
+    case.write_text(cushioned.with_(STIFFNESS, 1.6e8).to_yaml(), encoding="utf-8")
+    rows = [f"{1e6 * t:.9g},{1e-3 * f:.9g}" for t, f in zip(signal.times, signal.values, strict=True)]
+    data.write_text("\n".join(["time [us], force [kN]", *rows]), encoding="utf-8")
+    arguments = ["fit", str(case), str(data), "--signal", f"force [kN]={FORCE}"]
+    arguments += ["--parameters", f"{STIFFNESS}=5e7:8e8", "--out", str(tmp_path / "out"), "--json"]
+    done = CliRunner().invoke(app, arguments)
+    assert done.exit_code == 0, done.output
+    document = json.loads((tmp_path / "out" / "fit.json").read_text())
+    fitted = il.load_case(tmp_path / "out" / "fitted.yaml")
+    assert document["parameters"][0]["value"] == pytest.approx(2e8, rel=0.02)
+    assert fitted.resolved()["contacts"][0]["law"]["stiffness"] == pytest.approx(document["parameters"][0]["value"])
+    assert len(il.run(fitted).contacts) >= 1
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("time [us],force\n1,2\n2,3\n3,4\n4,5\n", "has no unit"),
+        ("time [us],force [kN]\n1,2\n2,3\n2,4\n4,5\n", "is not later"),
+        ('time [us],force [kN]\n1,"2,5"\n2,3\n3,4\n4,5\n', "is no number"),
+        ("time [us],force [kN]\n1,2\n2\n3,4\n4,5\n", "1 cells, 2 columns"),
+        ("time [us],force [kN]\n1,nan\n2,3\n3,4\n4,5\n", "not a finite number"),
+        ("time [us],force [kN]\n1,2\n", "1 samples"),
+        ("force [kN],time [us]\n1,2\n", "first column"),
+    ],
+)
+def test_bad_tables_are_refused(tmp_path, text, said):
+    file = tmp_path / "data.csv"
+    file.write_text(text, encoding="utf-8")
+    heading = "force" if "force\n" in text else "force [kN]"
+    with pytest.raises(CaseError, match=said):
+        il.read_signals(file, {heading: FORCE})
+
+
+@pytest.mark.parametrize(
+    ("bounds", "said"),
+    [
+        ({STIFFNESS: (8e8, 5e7)}, "lower one first"),
+        ({STIFFNESS: (5e8, 8e8)}, "lies outside"),
+        ({"contacts.0.law.stifness": (5e7, 8e8)}, "stiffness"),
+        ({STIFFNESS: 2e8}, "pair of bounds"),
+    ],
+)
+def test_bad_bounds_are_refused(cushioned, bounds, said):
+    with pytest.raises(CaseError, match=said):
+        il.fit(cushioned, measured(cushioned), bounds)
+
+
+def test_an_unknown_channel_is_refused(cushioned):
+    signal = measured(cushioned)
+    with pytest.raises(CaseError, match="not a channel"):
+        il.fit(cushioned, il.Signal("force:hammer|rod", signal.times, signal.values), {STIFFNESS: (5e7, 8e8)})
