@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import json
 import math
+import re
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -175,3 +178,13 @@ def test_an_unknown_channel_is_refused(cushioned):
     signal = measured(cushioned)
     with pytest.raises(CaseError, match="not a channel"):
         il.fit(cushioned, il.Signal("force:hammer|rod", signal.times, signal.values), {STIFFNESS: (5e7, 8e8)})
+
+
+def test_the_python_of_the_page_runs(monkeypatch):
+    root = Path(__file__).parents[2]
+    monkeypatch.chdir(root)
+    [code] = re.findall(r"```python\n(.*?)```", (root / "docs" / "fits.md").read_text(encoding="utf-8"), re.DOTALL)
+    names: dict[str, Any] = {}
+    exec(code, names)
+    stiffness = names["found"]["contacts.0.law.stiffness"]
+    assert stiffness.lower < 2e8 < stiffness.upper

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -304,3 +306,14 @@ def test_counts_have_no_derivative():
 def test_wrong_parameters_are_refused_by_name(paths, said):
     with pytest.raises(CaseError, match=said):
         il.sensitivities(il.Case.from_dict(struck()), paths)
+
+
+def test_the_python_of_the_page_runs(monkeypatch):
+    root = Path(__file__).parents[2]
+    monkeypatch.chdir(root)
+    [code] = re.findall(
+        r"```python\n(.*?)```", (root / "docs" / "sensitivities.md").read_text(encoding="utf-8"), re.DOTALL
+    )
+    names: dict[str, Any] = {}
+    exec(code, names)
+    assert names["row"].logarithmic == pytest.approx(1.328847400921, rel=1e-9)
