@@ -13,7 +13,7 @@ PARTS = 4  # of a sampling interval, where the mean is taken from values
 
 
 class Means:
-    """Means of a channel of a run over intervals; before the run the channel keeps its first value."""
+    """Means of a channel of a run over intervals; before and after the run it keeps its first and last value."""
 
     def __init__(self, history: AbstractHistory, channel: str) -> None:
         self.history, self.channel = history, channel
@@ -26,6 +26,7 @@ class Means:
         ):
             self.force = history.force(rest)
         self.whole = "position:" + rest if quantity == "velocity" and f"position:{rest}" in history.channels() else ""
+        self.last = float(history.evaluate([history.duration], channel)[0])
         self.rest = 0.0 if quantity in ("force", "stress", "strain") else float(history.evaluate([0.0], channel)[0])
 
     def sums(self, edges: Array) -> Array:
@@ -41,15 +42,12 @@ class Means:
         return np.concatenate([[0.0], np.cumsum(np.mean(values, axis=1) * (high - low))])
 
     def over(self, edges: Array, shift: float) -> Array:
-        """Return the means between neighbouring edges, (n - 1,), of the channel that starts at ``shift`` [s].
-
-        NaN of intervals that reach beyond the end of the run.
-        """
+        """Return the means between neighbouring edges, (n - 1,), of the channel that starts at ``shift`` [s]."""
         moved = edges - shift
-        inside = np.clip(moved, 0.0, self.history.duration)
-        total = self.sums(inside) + self.rest * np.minimum(moved, 0.0)
-        means = np.diff(total) / np.diff(edges)
-        return np.where(moved[1:] > self.history.duration * (1.0 + 1e-9), np.nan, means)
+        end = self.history.duration
+        total = self.sums(np.clip(moved, 0.0, end)) + self.rest * np.minimum(moved, 0.0)
+        total += self.last * np.maximum(moved - end, 0.0)
+        return np.asarray(np.diff(total) / np.diff(edges))
 
 
 def check_channel(history: AbstractHistory, channel: str) -> None:

@@ -105,7 +105,7 @@ class Problem:
         found = []
         for signal, mean, shift, scale in zip(self.signals, means, shifts, self.scales, strict=True):
             difference = mean.over(signal.edges, shift) - signal.values
-            difference = smooth(np.where(np.isnan(difference), 0.0, difference), self.smoothed) / scale
+            difference = smooth(difference, self.smoothed) / scale
             if self.correlated:
                 difference[1:] = difference[1:] - self.correlated * difference[:-1]
                 difference[0] *= math.sqrt(1.0 - self.correlated**2)

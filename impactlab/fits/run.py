@@ -152,7 +152,7 @@ def _polished(problem: Problem, found: Any) -> Any:
         spread = math.sqrt(2.0 * float(found.cost) / max(1, len(found.fun) - problem.size))
         steps = [way * min(spread / float(size), 0.1) for size, way in zip(sizes, ways, strict=True) if size > 0.0]
         tried = [_solved(problem, found.x + side * BESIDE * step) for step in steps for side in (-1.0, 1.0)]
-        best = min(tried, key=lambda each: float(each.cost))
+        best = min([found, *tried], key=lambda each: float(each.cost))
         if not best.cost < found.cost * (1.0 - 1e-9):
             break
         found = best
@@ -168,16 +168,12 @@ def _triggers(problem: Problem, start: Array, count: int) -> list[Array]:
     best: list[list[float]] = []
     for number, signal in enumerate(problem.signals):
         places = np.arange(-0.5 * len(signal.times), 0.9 * len(signal.times), 1.0)
-        shown = means[number].over(signal.edges, 0.0)
-        last = np.flatnonzero(np.isfinite(shown))[-1]
-        grid, shown = signal.times[: last + 1], shown[: last + 1]
+        mean, shown = means[number], means[number].over(signal.edges, 0.0)
         costs: Array = np.empty(len(places))
         for k, place in enumerate((places * problem.widths[number]).tolist()):
-            model = np.interp(signal.times, grid + place, shown, left=means[number].rest, right=np.nan)
-            difference = model - signal.values
-            known = np.isfinite(difference)
-            filtered = smooth(np.where(known, difference, 0.0), problem.smoothed)
-            costs[k] = float(filtered @ filtered) * len(known) / max(1, int(np.count_nonzero(known)))
+            model = np.interp(signal.times, signal.times + place, shown, left=mean.rest, right=mean.last)
+            filtered = smooth(model - signal.values, problem.smoothed)
+            costs[k] = float(filtered @ filtered)
         inner = np.flatnonzero((costs[1:-1] <= costs[:-2]) & (costs[1:-1] < costs[2:])) + 1
         ordered = inner[np.argsort(costs[inner])][:count] if len(inner) else [int(np.argmin(costs))]
         best.append(places[ordered].tolist())

@@ -39,7 +39,7 @@ def measured(case: il.Case, noise: float = 0.02, shift: float = 0.0, seed: int =
     width = 1.1 * history.duration / SAMPLES
     times = (np.arange(SAMPLES) + 0.5) * width
     empty = il.Signal(FORCE, times, 0.0 * times)
-    shown = np.nan_to_num(Means(history, FORCE).over(empty.edges, shift * width))
+    shown = Means(history, FORCE).over(empty.edges, shift * width)
     shown += noise * shown.max() * np.random.default_rng(seed).standard_normal(SAMPLES)
     return il.Signal(FORCE, times, shown)
 
