@@ -47,7 +47,10 @@ def scenes() -> list[Scene]:
     bar = {"kind": "rod", "length": 1.0, "area": 2e-4, "material": {"young": 2e11, "density": 7800.0}}
     hopkinson = il.Case.from_dict({
         "schema_version": 1,
-        "bodies": {"striker": {**bar, "length": 0.2, "velocity": 10.0}, "bar": {**bar, "ends": {"right": {"dashpot": 4e3}}}},
+        "bodies": {
+            "striker": {**bar, "length": 0.2, "velocity": 10.0},
+            "bar": {**bar, "ends": {"right": {"dashpot": 4e3}}},
+        },
         "contacts": [{"between": ["striker.right", "bar.left"], "law": hard}],
         "solve": {"duration": 6e-4, "model": {"kind": "continuous"}},
         "probes": [{"body": "bar", "at": 0.5, "quantity": "strain"}],
@@ -56,7 +59,8 @@ def scenes() -> list[Scene]:
     force, mass = "force:hammer|rod.left", "bodies.hammer.mass"
     law, toe, young = "contacts.0.law", "bodies.rod.ends.right.dashpot", "bodies.rod.material.young"
     return [
-        Scene("cushion", struck(cushion, ends={"right": "clamped"}), force, (f"{law}.stiffness", f"{law}.damping", mass)),
+        Scene("cushion", struck(cushion, ends={"right": "clamped"}), force,
+              (f"{law}.stiffness", f"{law}.damping", mass)),
         Scene("hard contact", struck(hard, ends={"right": "clamped"}), force, (mass, young)),
         Scene("pile with a dashpot toe", struck(cushion, ends={"right": {"dashpot": 1.5e4}}), force,
               (f"{law}.stiffness", toe)),
@@ -74,7 +78,7 @@ def number(case: il.Case, path: str) -> float:
 
 
 class Count(NamedTuple):
-    """Of some trials: those that reached the noise, those with a loss above that of the truth, and intervals that hold."""
+    """Of some trials: those at the noise, those with a loss above that of the truth, intervals that hold."""
 
     reached: int
     above: int

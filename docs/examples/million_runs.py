@@ -2,10 +2,11 @@
 A million exact runs
 ====================
 
-A hammer strikes a free rod that stands before a wall. Each of the 1000 x 1000 pixels is one
-exact run, over the mass of the hammer and the gap at the wall: small gaps are crossed by the
-first wave, larger ones by the flying rod. The number of contacts changes along sharp edges,
-and the speed with which the hammer leaves has a kink there.
+A hammer strikes a free rod that stands before a wall. Each pixel is one exact run, over the
+mass of the hammer and the gap at the wall: small gaps are crossed by the first wave, larger
+ones by the flying rod. The number of contacts changes along sharp edges, and the speed with
+which the hammer leaves has a kink there. The page builds 300 x 300 of them; with
+``COUNT = 1000`` it is a million runs, 40 s on two cores.
 """
 
 import numpy as np
@@ -24,7 +25,8 @@ contacts = [
 solve = {"duration": {"round_trips": 6}, "model": {"kind": "continuous"}}
 case = il.Case(bodies=bodies, contacts=contacts, solve=solve)
 T = case.scene().round_trip  # v0 = 1 m/s and the rod weighs 1 kg
-masses, gaps = np.geomspace(0.1, 10.0, 1000), np.linspace(0.0, 1.2 * T, 1000)
+COUNT = 300
+masses, gaps = np.geomspace(0.1, 10.0, COUNT), np.linspace(0.0, 1.2 * T, COUNT)
 found = il.sweep(
     case,
     {"bodies.hammer.mass": masses, "contacts.1.gap": gaps},
