@@ -129,13 +129,14 @@ def main() -> None:
     parser.add_argument("--trials", type=int, default=100)
     parser.add_argument("--kinds", default="white,ar1,outliers")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--scene", default="", help="scenes whose name holds this")
     given = parser.parse_args()
     warnings.simplefilter("ignore")
     lines = [
         "| scene | noise | trials | reach the noise | loss above the truth | intervals that hold the truth |",
         "|" + "---|" * 6,
     ]
-    for scene in scenes():
+    for scene in (each for each in scenes() if given.scene in each.name):
         for kind in given.kinds.split(","):
             found = trials(scene, kind, given.trials, given.seed)
             held = ", ".join(f"{path.rpartition('.')[2]} {count}" for path, count in found.held.items())

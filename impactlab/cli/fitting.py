@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
-from impactlab.casefile.document import parse_value
 from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, load
 from impactlab.cli.reporting import reporting
 from impactlab.cli.rooms import console, fits
@@ -49,7 +48,7 @@ def fit(
     """Fit numbers of a case to measured signals, and print them with their 95 % intervals."""  # fmt: skip
     with reporting(case, as_json):
         loaded = load(case, sets, method, variant)
-        bounds = dict(_bounds(text) for text in parameters)
+        bounds = dict(fits.read_bounds(text) for text in parameters)
         columns = dict(_named(text) for text in signal)
         console.say_if_compiling()
         found = fits.fit(loaded, fits.read_signals(data, columns), bounds, shift=shift, loss=loss, noise=noise)
@@ -60,14 +59,6 @@ def fit(
             console.print_json(found.to_dict())
         else:
             print(found)
-
-
-def _bounds(text: str) -> tuple[str, tuple[Any, Any]]:
-    path, equals, ends = (part.strip() for part in text.partition("="))
-    low, colon, high = (part.strip() for part in ends.partition(":"))
-    if not equals or not colon or not path or not low or not high:
-        raise CaseError(f"--parameters {text!r} is not PATH=LOW:HIGH", remedy="Write bodies.hammer.mass=1:4 or so.")
-    return path, (parse_value(low), parse_value(high))
 
 
 def _named(text: str) -> tuple[str, str]:

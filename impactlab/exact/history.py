@@ -218,6 +218,35 @@ class ContinuousHistory(AbstractHistory):
             right + left if quantity == "velocity" else link.segment.per_velocity(quantity) * (right - left)
         )
 
+    def integral(self, channel: str, t: Array) -> Array | None:
+        """Return the time integral of a channel from t = 0 on, (n,), exact across fronts; None where there is none.
+
+        Forces of contacts; velocity, strain, stress and force inside a rod; velocities of masses.
+        """
+        quantity, _, rest = channel.partition(":")
+        if quantity == "force" and rest in self._contact:
+            force = self.force(rest)
+            return force.integral(t, False) - force.integral(np.zeros(1), False)
+        name, at, x = rest.rpartition("@")
+        if at and name in self.layout.links and quantity in self.scene.bodies[name].quantities:
+            read, factor = self.scene.bodies[name].reading(quantity)
+            if read == "displacement":
+                return None
+            link, way = self._place(name, channel, x)
+            g, back = self.signals.gravity, link.transit - way
+            sides = []
+            for end, lag in ((link.left_end, way), (link.right_end, back)):
+                carried = self.signals.carried(end)
+                sides.append(carried(t - lag) - carried(np.zeros(1) - lag) + 0.5 * g * lag * t)
+            right, left = sides
+            whole = right + left if read == "velocity" else link.segment.per_velocity(read) * (right - left)
+            return np.asarray(factor * whole)
+        body = self.scene.bodies.get(rest)
+        if quantity == "velocity" and body is not None and rest not in self.layout.links and rest in self.layout.nodes:
+            moved = self.signals.displacement(self.layout.nodes[rest][0])
+            return np.asarray(moved(t) - moved(np.zeros(1)))
+        return None
+
     def _two_waves(self, t: Array, place: Place) -> tuple[Array, Array]:
         """Return the velocities that the waves to the right and to the left carry at a place [m/s]."""
         link, way = place

@@ -17,25 +17,15 @@ class Means:
 
     def __init__(self, history: AbstractHistory, channel: str) -> None:
         self.history, self.channel = history, channel
-        quantity, _, rest = channel.partition(":")
-        self.force = None
-        if (
-            isinstance(history, ContinuousHistory)
-            and quantity == "force"
-            and rest in {c.name for c in history.scene.contacts}
-        ):
-            self.force = history.force(rest)
-        self.whole = "position:" + rest if quantity == "velocity" and f"position:{rest}" in history.channels() else ""
+        quantity = channel.partition(":")[0]
         self.last = float(history.evaluate([history.duration], channel)[0])
         self.rest = 0.0 if quantity in ("force", "stress", "strain") else float(history.evaluate([0.0], channel)[0])
 
     def sums(self, edges: Array) -> Array:
         """Return the integral of the channel from t = 0 to times inside the run, (n,)."""
-        if self.force is not None:
-            return self.force.integral(edges, False) - self.force.integral(np.zeros(1), False)
-        if self.whole:
-            found = self.history.evaluate(np.append(edges, 0.0), self.whole)
-            return np.asarray(found[:-1] - found[-1])
+        exact = self.history.integral(self.channel, edges) if isinstance(self.history, ContinuousHistory) else None
+        if exact is not None:
+            return exact
         low, high = edges[:-1], edges[1:]
         places = (np.arange(PARTS) + 0.5) / PARTS
         values = self.history.evaluate(low[:, None] + (high - low)[:, None] * places, self.channel)

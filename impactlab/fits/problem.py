@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from impactlab import api
 from impactlab.casefile import Case
-from impactlab.errors import ImpactlabError
+from impactlab.casefile.document import parse_value
+from impactlab.casefile.words import shown
+from impactlab.errors import CaseError, ImpactlabError
 from impactlab.fits.model import Means, smooth
 from impactlab.fits.signals import Signal
 from impactlab.types import Array
@@ -41,6 +43,17 @@ class Unknown(NamedTuple):
         """Return the value of a scaled unknown."""
         found = math.exp(scaled) if self.is_positive else self.low + scaled * (self.high - self.low)
         return min(max(found, self.low), self.high)
+
+
+def read_bounds(text: str) -> tuple[str, tuple[Any, Any]]:
+    """Return path and bounds of a text such as ``bodies.hammer.mass=1 kg:4 kg``."""
+    path, equals, ends = (part.strip() for part in text.partition("="))
+    low, colon, high = (part.strip() for part in ends.partition(":"))
+    if not equals or not colon or not path or not low or not high:
+        raise CaseError(
+            f"--parameters {shown(text)} is not PATH=LOW:HIGH", remedy="Write bodies.hammer.mass=1:4 or so."
+        )
+    return path, (parse_value(low), parse_value(high))
 
 
 class Problem:

@@ -55,6 +55,16 @@ def test_a_sample_is_the_mean_over_its_interval(hard):
     assert shifted[0] * edges[1] == pytest.approx(mass * (1.0 - math.exp(-z / mass * 0.7 * edges[1])), rel=1e-6)
 
 
+@pytest.mark.parametrize("channel", ["strain:rod@0.15", "velocity:rod@0.07", "stress:rod@0.3", "velocity:hammer"])
+def test_integrals_of_channels_are_exact_across_fronts(cushioned, channel):
+    history = il.run(cushioned.with_("gravity", 9.81))
+    edges = np.linspace(0.0, history.duration, 7)
+    found = np.diff(history.integral(channel, edges))
+    fine = np.linspace(0.0, history.duration, 6 * 4000 + 1)
+    middle = history.evaluate(0.5 * (fine[1:] + fine[:-1]), channel).reshape(6, -1)
+    assert found == pytest.approx(np.mean(middle, axis=1) * (edges[1] - edges[0]), abs=1e-3 * np.max(np.abs(found)))
+
+
 def test_without_noise_the_numbers_come_back(cushioned):
     start = cushioned.with_(STIFFNESS, 1.5e8).with_(DAMPING, 2500.0)
     found = il.fit(start, measured(cushioned, 0.0), {STIFFNESS: (5e7, 8e8), DAMPING: (500.0, 8000.0)})
