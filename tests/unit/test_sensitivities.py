@@ -16,6 +16,8 @@ import impactlab as il
 from impactlab.errors import CaseError
 from tests.reference.waves_mp import Struck, log_derivatives
 
+pytestmark = pytest.mark.slow  # the march with tangents takes most of a minute to compile
+
 MASS, AREA, YOUNG = "bodies.hammer.mass", "bodies.rod.area", "bodies.rod.material.young"
 GAP, STIFFNESS, DAMPING = "contacts.0.gap", "contacts.0.law.stiffness", "contacts.0.law.damping"
 HARD = {"kind": "wave_identification"}
@@ -94,7 +96,6 @@ REFERENCES = {
     "closes_overlapped": Struck(mass="0.58", stiffness="4.31", damping="3.94", wall="0.12", duration=5),
     "many_contacts": Struck(mass="3.3", velocity="1.7", gap="0.1", modulus="1.9", wall="0.2", duration=4),
 }
-SLOW = ("closes_overlapped", "many_contacts")
 NAMES = {  # of the numbers of the reference
     MASS: "mass",
     "bodies.hammer.velocity": "velocity",
@@ -124,9 +125,7 @@ def as_case(scene: Struck) -> il.Case:
     return il.Case.from_dict(case)
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.slow if name in SLOW else ()) for name in REFERENCES]
-)
+@pytest.mark.parametrize("name", REFERENCES)
 def test_derivatives_agree_with_a_second_program_in_fifty_digits(name):
     scene = REFERENCES[name]
     paths = [path for path, field in NAMES.items() if getattr(scene, field)]

@@ -22,6 +22,8 @@ from impactlab.scene.problem import Scene
 from impactlab.sweeps import batch, counts, quantities, run
 from impactlab.sweeps.chunks import ENGINES, STATUSES
 
+pytestmark = pytest.mark.slow  # a batch takes most of a minute to compile
+
 QUANTITIES = (*points.OF_CONTACT, *points.OF_PAIR, *points.OF_BODY, *points.OF_WHOLE)
 ROUNDING = 1e-12  # of the size of a quantity
 
