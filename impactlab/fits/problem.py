@@ -69,7 +69,6 @@ class Problem:
         self.smoothed = 0.0  # samples, width of the filter of data and model
         self.correlated = 0.0  # of neighbouring residuals, taken out of them
         self.size = len(self.unknowns) + (len(self.signals) if free else 0)
-        self.runs = 0
         self._kept: dict[tuple[float, ...], list[Means] | None] = {}
 
     def bounds(self) -> tuple[Array, Array]:
@@ -92,7 +91,6 @@ class Problem:
         if key not in self._kept:
             if len(self._kept) > 4 * self.size + 8:
                 self._kept.clear()
-            self.runs += 1
             try:
                 with api.warnings_kept():
                     history = api.run(self.at(scaled))
@@ -135,7 +133,13 @@ class Problem:
             step = STEP if number < len(self.unknowns) else 1.0e-3
             if scaled[number] + step > high[number]:
                 step = -step
-            moved = scaled.copy()
-            moved[number] += step
-            columns.append((self.residuals(moved) - base) / step)
+            if self.means(self._moved(scaled, number, step)) is None:  # no such run: the other side
+                step = -step
+            columns.append((self.residuals(self._moved(scaled, number, step)) - base) / step)
         return np.stack(columns, axis=-1)
+
+    @staticmethod
+    def _moved(scaled: Array, number: int, step: float) -> Array:
+        moved = scaled.copy()
+        moved[number] += step
+        return moved
