@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from scipy.optimize import least_squares
-from scipy.stats import t as student
 
 from impactlab import api
 from impactlab.casefile import Case
 from impactlab.derivatives.parameters import read_parameters
 from impactlab.errors import CaseError
+from impactlab.fits.intervals import HUBER, Options, autocorrelation, fit_with_intervals
 from impactlab.fits.model import check_channel, smooth
 from impactlab.fits.problem import Problem, Unknown
-from impactlab.fits.result import Fit, Fitted
+from impactlab.fits.result import Fit
 from impactlab.fits.signals import Signal
 from impactlab.types import Array
 
@@ -24,16 +24,6 @@ STAGES = (0.06, 0.02, 0.0)  # widths of the low-pass, of the samples of a signal
 ROUNDS, BESIDE = 3, 2.0  # of starts beside a solution, and their distance in standard deviations
 COARSE = 1.0e-3  # of cost and unknowns, in stages that only find a start
 TRIGGERS = 2  # trigger times from which the last stage starts
-UNSEEN = 3.0  # standard deviation of a logarithm, from which the signals do not determine it
-CORRELATED = 4.0  # of the standard deviation of an autocorrelation under white noise: beyond it is told
-HUBER = 1.345  # of the noise: residuals beyond count linearly
-
-
-class Options(NamedTuple):
-    """How the noise is taken."""
-
-    loss: str  # linear or huber
-    noise: str  # white or ar1
 
 
 def fit(
@@ -84,7 +74,7 @@ def fit(
         check_channel(history, signal.channel)
     start = np.array([each.scaled(each.start) for each in unknowns] + [0.0] * (problem.size - len(unknowns)))
     found = _fitted(problem, start, chosen)
-    return _result(problem, found, chosen)
+    return fit_with_intervals(problem, found, chosen)
 
 
 def _options(shift: str, loss: str, noise: str) -> Options:
@@ -140,7 +130,7 @@ def _fitted(problem: Problem, start: Array, chosen: Options) -> Any:
     if chosen.noise == "ar1":
         for _ in range(2):
             problem.correlated = 0.0
-            problem.correlated = min(0.99, max(0.0, _autocorrelation(problem, found.x)))
+            problem.correlated = min(0.99, max(0.0, autocorrelation(problem, found.x)))
             found = _solved(problem, found.x)
     return found
 
@@ -183,80 +173,3 @@ def _triggers(problem: Problem, start: Array, count: int) -> list[Array]:
         moved[first:] = [each[min(turn, len(each) - 1)] for each in best]
         found.append(moved)
     return found
-
-
-def _autocorrelation(problem: Problem, scaled: Array) -> float:
-    """Return the autocorrelation of neighbouring residuals."""
-    means = problem.means(scaled)
-    if means is None:
-        return 0.0
-    parts = problem.parts(means, problem.shifts(scaled))
-    whole = sum((float(part @ part) for part in parts), 0.0)
-    return sum((float(part[1:] @ part[:-1]) for part in parts), 0.0) / max(whole, 1e-300)
-
-
-def _result(problem: Problem, found: Any, chosen: Options) -> Fit:
-    residuals, jacobian = problem.residuals(found.x), problem.jacobian(found.x)
-    freedom = len(residuals) - problem.size
-    spread = float(np.sqrt(residuals @ residuals / freedom))
-    if chosen.loss == "huber":
-        spread = 1.4826 * float(np.median(np.abs(residuals)))
-        kept = np.abs(residuals) <= HUBER * spread
-        jacobian = jacobian * kept[:, None]
-    _, sizes, ways = np.linalg.svd(jacobian / np.linalg.norm(jacobian, axis=0).clip(1e-300), full_matrices=False)
-    norms = np.linalg.norm(jacobian, axis=0).clip(1e-300)
-    deviations = spread / np.maximum(sizes, 1e-300)  # along each direction, in columns of unit length
-    directions = ways / norms
-    lengths = np.linalg.norm(directions[:, : len(problem.unknowns)], axis=1)
-    unseen = deviations * lengths > UNSEEN
-    covariance = (directions.T * deviations**2) @ directions
-    autocorrelation = _autocorrelation(problem, found.x)
-    warnings = []
-    widened = 1.0
-    if (
-        chosen.noise == "white"
-        and abs(autocorrelation) > CORRELATED / math.sqrt(len(residuals))
-        and autocorrelation < 1.0
-    ):
-        widened = math.sqrt(max(1.0, (1.0 + autocorrelation) / (1.0 - autocorrelation)))
-        warnings.append(
-            f"warning: neighbouring residuals correlate by {autocorrelation:.2f}: under white noise the intervals "
-            f"would be {widened:.2g} times too narrow and are widened; --noise ar1 takes it into account"
-        )
-    reach = float(student.ppf(0.975, freedom)) * widened
-    rows = []
-    for number, each in enumerate(problem.unknowns):
-        value = each.value(float(found.x[number]))
-        free = bool(np.any(unseen & (np.abs(ways[:, number]) > 0.05)))
-        half = math.inf if free else reach * math.sqrt(covariance[number, number])
-        lower, upper = (value * math.exp(-half), value * math.exp(half)) if half < 700.0 else (0.0, math.inf)
-        if not each.is_positive:
-            lower, upper = (value + sign * half * (each.high - each.low) for sign in (-1.0, 1.0))
-        at_bound = min(value - each.low, each.high - value) <= 1e-6 * (each.high - each.low)
-        note = "at its bound" if at_bound else "not determined" if free else ""
-        rows.append(Fitted(each.path, value, lower, upper, each.unit, note))
-        if at_bound:
-            warnings.append(
-                f"warning: {each.path} ended at its bound {value:.6g} {each.unit}; the interval does not hold"
-            )
-    for number, (signal, shift) in enumerate(zip(problem.signals, problem.shifts(found.x), strict=True)):
-        if problem.free:
-            place = len(problem.unknowns) + number
-            half = reach * math.sqrt(covariance[place, place]) * problem.widths[number]
-            rows.append(Fitted(f"shift of {signal.channel}", shift, shift - half, shift + half, "s"))
-    means = problem.means(found.x)
-    parts = () if means is None else tuple(problem.parts(means, problem.shifts(found.x)))
-    told = tuple(_told(problem, ways[row] / norms) for row in np.flatnonzero(unseen))
-    return Fit(problem.at(found.x), tuple(rows), covariance, parts, spread, autocorrelation, tuple(warnings), told)
-
-
-def _told(problem: Problem, direction: Array) -> str:
-    """Return a direction that the signals do not see, in words."""
-    own = direction[: len(problem.unknowns)]
-    own = own / own[int(np.argmax(np.abs(own)))]
-    powers = [
-        f"{each.path.rpartition('.')[2]}^{power:.2g}"
-        for each, power in zip(problem.unknowns, own.tolist(), strict=True)
-        if abs(power) > 0.05
-    ]
-    return f"the signals do not tell how large {' '.join(powers)} is: only other combinations are determined"
