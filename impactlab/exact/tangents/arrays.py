@@ -37,11 +37,13 @@ class Rates(NamedTuple):
     contacts: Array  # (P, contacts, 3), order of OF_CONTACTS
     first: Array  # (P, pieces, 2): start and stop of the pieces before t = 0, junction by junction
     pool: Array  # (P, coefficients) of those pieces, at their offsets
+    scale: Array  # (P,): size of a parameter, for which a change of the motion by rounding is no change
 
 
 class TangentArrays(NamedTuple):
     """All arrays of the tangents; pieces are numbered as those of the march, with the same room for each junction."""
 
+    scale: Array
     of_state: Array
     of_nodes: Array
     of_ends: Array
@@ -63,7 +65,13 @@ class TangentArrays(NamedTuple):
     rows: Array  # (P, rows, ROOM): of the piece that is being made
     waves: Array  # (ends of a junction, ROOM)
     loads: Array  # (nodes of a junction, ROOM): of the groups, without tangents
+    fronts: Array  # (ends of a junction, 2, ROOM): slopes of the waves that arrive, and x times these
+    sizes: Integers  # (ends of a junction,): coefficients of the waves that arrive
+    jumps: Array  # (ends of a junction,): of the waves at a front that arrives with the start of the interval
+    pivots: Array  # (nodes of a junction, 4, ROOM): of the equations of nodes with mass, see `series.eliminate`
+    orders: Integers  # (nodes of a junction,): for which they were made; 0 for none
     room: Array  # (4, ROOM): scratch
+    springs: int  # address of the tangents of nodes on springs; 0 without springs
 
 
 def tangent_arrays(log: Log, rates: Rates) -> TangentArrays:
@@ -74,7 +82,7 @@ def tangent_arrays(log: Log, rates: Rates) -> TangentArrays:
     rows = int(log.junctions["rows"].max())
     pieces = junctions * room
     made = TangentArrays(
-        rates.state, rates.nodes, rates.ends, rates.contacts,
+        rates.scale, rates.state, rates.nodes, rates.ends, rates.contacts,
         np.zeros((junctions, parameters)), rates.nodes[:, :, U].copy(), rates.nodes[:, :, V].copy(),
         np.zeros((parameters, rates.ends.shape[1])),
         np.zeros((pieces, 2, parameters)), np.zeros(pieces, np.int64), np.zeros(pieces, np.int64),
@@ -82,7 +90,9 @@ def tangent_arrays(log: Log, rates: Rates) -> TangentArrays:
         np.zeros((len(log.events), parameters)), np.zeros((len(log.events), 3)),
         np.zeros((len(log.events), parameters)), np.zeros(parameters),
         np.zeros((parameters, rows, ROOM)), np.zeros((max(1, ends), ROOM)), np.zeros((nodes, ROOM)),
-        np.zeros((4, ROOM)),
+        np.zeros((max(1, ends), 2, ROOM)),
+        np.zeros(max(1, ends), np.int64), np.zeros(max(1, ends)),
+        np.zeros((nodes, 4, ROOM)), np.zeros(nodes, np.int64), np.zeros((4, ROOM)), 0,
     )  # fmt: skip
     at, number = 0, 0
     for j in range(junctions):

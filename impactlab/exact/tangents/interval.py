@@ -10,6 +10,7 @@ import numpy as np
 
 from impactlab.exact.arrays import MarchArrays
 from impactlab.exact.kernel import (
+    CHOP_TOL,
     HALF_ORDER,
     MAX_LOAD_HALF,
     MAX_RATE_HALF,
@@ -17,7 +18,6 @@ from impactlab.exact.kernel import (
     ROOM,
     chopped,
     integrate,
-    relax,
     restrict,
 )
 from impactlab.exact.nodes import group_nodes, tail
@@ -34,25 +34,52 @@ from impactlab.exact.tangents.arrays import (
     TRANSIT,
     TangentArrays,
 )
-from impactlab.exact.tangents.series import add_moved, at_end
-from impactlab.exact.tangents.springs import group_rate, on_springs
-from impactlab.numerics.compiling import ALLOCATING_PART
+from impactlab.exact.tangents.series import at_end, at_start, derivative, eliminate, lever, relaxed
+from impactlab.exact.tangents.springs import group_rate
+from impactlab.numerics.addresses import call
+from impactlab.numerics.compiling import EXACT_PART
 from impactlab.types import Array
 
 RESOLVED = 1.0e-15  # of the largest coefficient: tail of a tangent that needs no more of them
-ROUNDING = 4.0e-17  # of the largest velocity, displacement or force: coefficients below are dropped
 
 
-@ALLOCATING_PART
+@EXACT_PART
+def fronts(m: MarchArrays, d: TangentArrays, j: int, t0: float) -> int:
+    """Write how the waves that arrive change with the ends of an interval; return their number of coefficients.
+
+    Also the jump of a front that arrives with the start of the interval.
+    """
+    junction = m.junctions[j]
+    room = len(m.pieces) // len(m.junctions)
+    longest = 1
+    for e in range(junction.ends):
+        end, wave = m.ends[junction.first_end + e], m.waves[e]
+        size = chopped(wave, ROOM, 0.0)
+        derivative(wave, size, d.fronts[e, 0])
+        lever(d.fronts[e, 0], size, d.fronts[e, 1])
+        d.sizes[e], d.jumps[e] = size, 0.0
+        longest = max(longest, size)
+        number = room * end.source + end.cursor
+        piece = m.pieces[number]
+        if end.cursor > 0 and abs(piece.start + end.transit - t0) <= 4.0 * m.state[0].tolerance:
+            before = m.pieces[number - 1]
+            last, next_ = before.offset + end.row * before.size, piece.offset + end.row * piece.size
+            jump = at_start(m.pool[next_ : next_ + piece.size]) - at_end(m.pool[last : last + before.size], before.size)
+            d.jumps[e] = abs(jump)
+    return longest
+
+
+@EXACT_PART
 def arriving(m: MarchArrays, d: TangentArrays, q: int, j: int, t0: float, t1: float) -> int:
     """Write the tangents of the waves that arrive on [t0, t1]; return their number of coefficients."""
     state, junction = m.state[0], m.junctions[j]
     room = len(m.pieces) // len(m.junctions)
     longest = 1
-    trial, slopes = d.room[0], d.room[1]
+    trial = d.room[0]
     start = d.clock[j, q]
-    for e in range(junction.first_end, junction.last_end):
-        end = m.ends[e]
+    for e in range(junction.ends):
+        end = m.ends[junction.first_end + e]
+        transit = d.of_ends[q, junction.first_end + e, TRANSIT]
         number = room * end.source + end.cursor
         piece = m.pieces[number]
         source = m.junctions[end.source]
@@ -60,53 +87,40 @@ def arriving(m: MarchArrays, d: TangentArrays, q: int, j: int, t0: float, t1: fl
         low, high = 2.0 * (t0 - begin) / width - 1.0, 2.0 * (t1 - begin) / width - 1.0
         n = d.size[number]
         at = d.offset[number] + (q * source.rows + end.row) * n
-        for k in range(n):
-            trial[k] = d.pool[at + k]
-        wave = d.waves[e - junction.first_end]
-        n = chopped(trial, n, 0.0)
+        wave = d.waves[e]
+        n = chopped(d.pool[at : at + n], n, 0.0)
         slack = 2.0 * m.state[0].tolerance / width
         if n > 1 and (abs(low + 1.0) > slack or abs(high - 1.0) > slack):
+            for k in range(n):
+                trial[k] = d.pool[at + k]
             n = restrict(trial, n, low, high, wave)
         else:
             for k in range(n):
-                wave[k] = trial[k]
+                wave[k] = d.pool[at + k]
         for k in range(n, ROOM):
             wave[k] = 0.0
         # The interval moves relative to the piece that arrives.
-        later = 2.0 * (start - d.of_ends[q, e, TRANSIT] - d.moves[number, 0, q]) / width
+        later = 2.0 * (start - transit - d.moves[number, 0, q]) / width
         wider = (d.moves[number, 1, q] - d.moves[number, 0, q]) / width
         of_low, of_high = later - (low + 1.0) * wider, later - (high + 1.0) * wider
-        base = m.waves[e - junction.first_end]
-        size = chopped(base, ROOM, 0.0)
-        if size > 1:
-            add_moved(base, size, (of_low + of_high) / (high - low), (of_high - of_low) / (high - low), slopes, wave)
-        wave[0] += 0.5 * (d.of_state[q, GRAVITY] * end.transit + state.gravity * d.of_ends[q, e, TRANSIT])
-        longest = max(longest, n, size)
-        meet(m, d, q, j, e, t0)
+        middle, slope = (of_low + of_high) / (high - low), (of_high - of_low) / (high - low)
+        if d.sizes[e] > 1 and (middle != 0.0 or slope != 0.0):
+            for k in range(d.sizes[e]):
+                wave[k] += middle * d.fronts[e, 0, k] + slope * d.fronts[e, 1, k]
+        wave[0] += 0.5 * (d.of_state[q, GRAVITY] * end.transit + state.gravity * transit)
+        longest = max(longest, n)
+        # a front that parts from the start of the interval is told
+        d.apart[q] = max(d.apart[q], d.jumps[e] * abs(d.moves[number, 0, q] + transit - start))
     return longest
 
 
-@ALLOCATING_PART
-def meet(m: MarchArrays, d: TangentArrays, q: int, j: int, e: int, t0: float) -> None:
-    """Note how fast a front that arrives with the start of the interval moves away from that start."""
-    end = m.ends[e]
-    room = len(m.pieces) // len(m.junctions)
-    number = room * end.source + end.cursor
-    piece = m.pieces[number]
-    if end.cursor == 0 or abs(piece.start + end.transit - t0) > 4.0 * m.state[0].tolerance:
-        return
-    before = m.pieces[number - 1]
-    jump = 0.0
-    for k in range(before.size):
-        jump -= m.pool[before.offset + end.row * before.size + k]
-    for k in range(piece.size):
-        value = m.pool[piece.offset + end.row * piece.size + k]
-        jump += value if k % 2 == 0 else -value
-    parting = abs(d.moves[number, 0, q] + d.of_ends[q, e, TRANSIT] - d.clock[j, q])
-    d.apart[q] = max(d.apart[q], abs(jump) * parting)
+@EXACT_PART
+def floor_of(m: MarchArrays, d: TangentArrays, q: int) -> float:
+    """Return the size of the tangent of a velocity below which it is rounding."""
+    return float(CHOP_TOL * m.state[0].fastest / d.scale[q])
 
 
-@ALLOCATING_PART
+@EXACT_PART
 def drive(m: MarchArrays, d: TangentArrays, q: int, j: int, longest: int) -> None:
     """Write the tangents of the loads of the groups over those of the loads, less drag' times velocity.
 
@@ -139,8 +153,8 @@ def drive(m: MarchArrays, d: TangentArrays, q: int, j: int, longest: int) -> Non
                 load[k] += own * (2.0 * m.waves[e - junction.first_end, k] - v[k])
 
 
-@ALLOCATING_PART
-def massive(m: MarchArrays, d: TangentArrays, q: int, j: int, i: int, half: float, longest: int) -> int:
+@EXACT_PART
+def massive(m: MarchArrays, d: TangentArrays, q: int, j: int, i: int, half: float, longest: int, floor: float) -> int:
     """Write the tangent of the velocity of a group with mass, that of node i; return its coefficients."""
     node, base = m.nodes[i], m.junctions[j].first_node
     g = node.group
@@ -151,21 +165,26 @@ def massive(m: MarchArrays, d: TangentArrays, q: int, j: int, i: int, half: floa
     n = min(longest, ORDER)
     for k in range(n):
         load[k] = half / mass * (load[k] - growth * (plain[k] - group.drag * v[k]))
-    for k in range(n, ROOM):
-        load[k] = 0.0
     n = chopped(load, n, 0.0)
     order = HALF_ORDER if n <= MAX_LOAD_HALF and rate <= MAX_RATE_HALF else ORDER
-    relax(rate, load, d.v[q, i], order, out, d.room)
-    largest = 0.0
-    for k in range(order):
-        largest = max(largest, abs(out[k]))
-    if order < ORDER and tail(out, order) > RESOLVED * largest:
+    while True:
+        if d.orders[g - base] != order:
+            eliminate(rate, order, d.pivots[g - base])
+            d.orders[g - base] = order
+        relaxed(d.pivots[g - base], load, n, d.v[q, i], order, out, d.room[0])
+        largest = 0.0
+        for k in range(order):
+            largest = max(largest, abs(out[k]))
+        if order == ORDER or tail(out, order) <= max(RESOLVED * largest, floor):
+            break
         order = ORDER
-        relax(rate, load, d.v[q, i], order, out, d.room)
-    return order
+    kept = chopped(out, order, floor)
+    for k in range(kept, order):
+        out[k] = 0.0
+    return kept
 
 
-@ALLOCATING_PART
+@EXACT_PART
 def contact_force(m: MarchArrays, d: TangentArrays, q: int, j: int, c: int, n: int) -> None:
     """Write the tangent of the force of a closed contact."""
     junction, contact = m.junctions[j], m.contacts[c]
@@ -205,7 +224,7 @@ def contact_force(m: MarchArrays, d: TangentArrays, q: int, j: int, c: int, n: i
                 force[k] += push * row[k]
 
 
-@ALLOCATING_PART
+@EXACT_PART
 def displace(m: MarchArrays, d: TangentArrays, q: int, j: int, half: float, used: int) -> None:
     """Write the tangents of the displacements of the nodes after those of their velocities."""
     base, nodes = m.junctions[j].first_node, m.junctions[j].nodes
@@ -222,7 +241,7 @@ def displace(m: MarchArrays, d: TangentArrays, q: int, j: int, half: float, used
             rows[nodes + i, 0] += d.u[q, base + i]
 
 
-@ALLOCATING_PART
+@EXACT_PART
 def move_nodes(m: MarchArrays, d: TangentArrays, q: int, j: int, half: float, longest: int, tied: bool) -> int:
     """Write the tangents of velocities and displacements of the nodes; return the coefficients of the velocities."""
     junction = m.junctions[j]
@@ -230,7 +249,7 @@ def move_nodes(m: MarchArrays, d: TangentArrays, q: int, j: int, half: float, lo
     rows = d.rows[q]
     used = ORDER if tied else longest
     if tied:
-        on_springs(m, d, q, j, half)
+        call(d.springs, m, d, q, j, half)
     else:
         for i in range(base, junction.last_node):
             node = m.nodes[i]
@@ -240,7 +259,7 @@ def move_nodes(m: MarchArrays, d: TangentArrays, q: int, j: int, half: float, lo
                 for k in range(longest):
                     rows[i - base, k] = m.load[i - base, k] / group.drag
             elif group.group_mass < np.inf and node.mass > 0.0:
-                used = max(used, massive(m, d, q, j, i, half, longest))
+                used = max(used, massive(m, d, q, j, i, half, longest, floor_of(m, d, q)))
     for i in range(nodes):
         source = m.nodes[base + i].group - base
         if source != i:
@@ -250,21 +269,21 @@ def move_nodes(m: MarchArrays, d: TangentArrays, q: int, j: int, half: float, lo
     return used
 
 
-@ALLOCATING_PART
-def make_tangents(m: MarchArrays, d: TangentArrays, j: int, t0: float, t1: float) -> None:
+@EXACT_PART
+def make_tangents(m: MarchArrays, d: TangentArrays, j: int, t0: float, t1: float) -> int:
     """Write all tangents of the record in m.rows on [t0, t1], whose ends move as the junction's time.
 
-    m.waves holds the waves that arrive on the same interval.
+    m.waves holds the waves that arrive on the same interval. Returned is the number of coefficients that are written.
     """
     junction = m.junctions[j]
     base, nodes, ends = junction.first_node, junction.nodes, junction.ends
     half = 0.5 * (t1 - t0)
-    shortest = 1
-    for e in range(ends):
-        shortest = max(shortest, chopped(m.waves[e], ROOM, 0.0))
+    shortest = fronts(m, d, j, t0)
+    filled = 1
     tied = group_nodes(m, j, min(shortest, ORDER))
     for i in range(nodes):
         shortest = max(shortest, chopped(m.rows[i], ROOM, 0.0))
+        d.orders[i] = 0
         for k in range(ROOM):
             d.loads[i, k] = m.load[i, k]
     for q in range(len(d.apart)):
@@ -275,6 +294,7 @@ def make_tangents(m: MarchArrays, d: TangentArrays, j: int, t0: float, t1: float
                 rows[i, k] = 0.0
         drive(m, d, q, j, longest)
         used = move_nodes(m, d, q, j, half, longest, tied)
+        filled = max(filled, used + 1)
         for e in range(ends):
             end = m.ends[junction.first_end + e]
             row, v = rows[2 * nodes + e], rows[end.node - base]
@@ -284,33 +304,32 @@ def make_tangents(m: MarchArrays, d: TangentArrays, j: int, t0: float, t1: float
         for c in range(junction.first_contact, junction.last_contact):
             if m.contacts[c].closed == 1:
                 contact_force(m, d, q, j, c, used + 1)
+    return filled
 
 
-@ALLOCATING_PART
-def keep_tangents(m: MarchArrays, d: TangentArrays, j: int, number: int, half: float, n: int, until: Array) -> None:
+@EXACT_PART
+def keep_tangents(
+    m: MarchArrays, d: TangentArrays, j: int, number: int, half: float, n: int, filled: int, until: Array
+) -> None:
     """Write the tangents of a piece that m.rows holds, its end moved by ``until`` (P,), and move the junction there."""
     junction = m.junctions[j]
     nodes, ends, first = junction.nodes, junction.ends, junction.first_end
     size = n
-    for q in range(len(until)):
-        later = 0.5 * (until[q] - d.clock[j, q]) / half
-        speed = 0.0
-        for i in range(junction.rows):
-            row = d.rows[q, i]
-            if later != 0.0 and n > 1:
-                add_moved(m.rows[i], n, later, later, d.room[0], row)
-            kept = chopped(row, ROOM, 0.0)
-            top = 0.0
-            for k in range(kept):
-                top = max(top, abs(row[k]))
-            if i < nodes or 2 * nodes <= i < 2 * nodes + ends:
-                speed = max(speed, top)
-                top = speed
-            last = kept
-            kept = chopped(row, kept, ROUNDING * top)
-            for k in range(kept, last):
-                row[k] = 0.0
-            size = max(size, kept)
+    slopes, moved = d.room[0], d.room[1]
+    for i in range(junction.rows):
+        if n > 1:
+            derivative(m.rows[i], n, slopes)
+            lever(slopes, n, moved)
+            for q in range(len(until)):
+                later = 0.5 * (until[q] - d.clock[j, q]) / half
+                if later != 0.0:
+                    row = d.rows[q, i]
+                    for k in range(n):
+                        row[k] += later * (slopes[k] + moved[k])
+        if i < nodes or 2 * nodes <= i < 2 * nodes + ends:
+            for q in range(len(until)):
+                kept = chopped(d.rows[q, i], filled, floor_of(m, d, q))
+                size = max(size, min(kept + 1, filled))
     d.size[number], d.offset[number] = size, d.used[0]
     at = d.used[0]
     for q in range(len(until)):

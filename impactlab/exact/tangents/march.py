@@ -18,14 +18,14 @@ from impactlab.exact.march import apply_event, arrivals, horizon, keep
 from impactlab.exact.nodes import fill_rows, solve_nodes
 from impactlab.exact.tangents.arrays import BY_FRONT, CROSSED, DAMPING, DURATION, GAP, STIFFNESS, TRANSIT, TangentArrays
 from impactlab.exact.tangents.interval import keep_tangents, make_tangents
-from impactlab.exact.tangents.series import add_moved, at_end, at_start, bend_at_end, derivative, slope_at_end
-from impactlab.numerics.compiling import ALLOCATING_ENTRY, ALLOCATING_PART
+from impactlab.exact.tangents.series import at_end, at_start, bend_at_end, derivative, lever, slope_at_end
+from impactlab.numerics.compiling import EXACT_ENTRY, EXACT_PART
 from impactlab.types import Array
 
 MORE_TANGENTS = 7  # status: the pool of tangents is full
 
 
-@ALLOCATING_PART
+@EXACT_PART
 def of_horizon(m: MarchArrays, d: TangentArrays, j: int, t1: float, until: Array) -> None:
     """Write the derivative of the time up to which all waves that arrive are one piece."""
     junction = m.junctions[j]
@@ -41,7 +41,7 @@ def of_horizon(m: MarchArrays, d: TangentArrays, j: int, t1: float, until: Array
             return
 
 
-@ALLOCATING_PART
+@EXACT_PART
 def of_crossing(m: MarchArrays, d: TangentArrays, j: int, n: int, half: float, until: Array) -> None:
     """Write the derivative of the time at which a force or gap crosses zero, and how it crosses.
 
@@ -91,13 +91,13 @@ def of_crossing(m: MarchArrays, d: TangentArrays, j: int, n: int, half: float, u
         until[q] = d.clock[j, q] - at_end(tangent, ROOM) / rate
 
 
-@ALLOCATING_PART
+@EXACT_PART
 def touch_later(m: MarchArrays, d: TangentArrays, j: int, half: float) -> None:
     """Move the start of a junction's march to where faces meet that touch at t = 0 and whose gap a parameter opens."""
     state, junction = m.state[0], m.junctions[j]
     base, nodes, ends = junction.first_node, junction.nodes, junction.ends
     contact = m.contacts[state.contact]
-    slopes = d.room[2]
+    slopes, moved = d.room[2], d.room[3]
     number = len(m.pieces) // len(m.junctions) * j + junction.records - 1
     piece = m.pieces[number]
     approach = at_start(m.rows[contact.left - base]) - at_start(m.rows[contact.right - base])
@@ -120,10 +120,13 @@ def touch_later(m: MarchArrays, d: TangentArrays, j: int, half: float) -> None:
                 before, tangent = m.pool[first : first + piece.size], d.pool[mine : mine + piece.size]
                 if piece.size > 1:
                     middle = 0.5 * later / (0.5 * (piece.stop - piece.start))
-                    add_moved(before, piece.size, middle, middle, slopes, tangent)
+                    derivative(before, piece.size, slopes)
+                    lever(slopes, piece.size, moved)
+                    for k in range(piece.size):
+                        tangent[k] += middle * (slopes[k] + moved[k])
 
 
-@ALLOCATING_PART
+@EXACT_PART
 def cut(m: MarchArrays, j: int, n: int, place: float) -> None:
     """Restrict the rows of a record to the part before a place in [-1, 1]."""
     trial = m.stack[MAX_DEPTH]
@@ -133,7 +136,7 @@ def cut(m: MarchArrays, j: int, n: int, place: float) -> None:
             m.rows[i, k] = trial[k] if k < kept else 0.0
 
 
-@ALLOCATING_PART
+@EXACT_PART
 def date(m: MarchArrays, d: TangentArrays, j: int, half: float, found: bool) -> None:
     """Keep the derivative of the time of the event, and of the force after a front that parts faces."""
     state, junction = m.state[0], m.junctions[j]
@@ -150,7 +153,7 @@ def date(m: MarchArrays, d: TangentArrays, j: int, half: float, found: bool) -> 
         d.dated[state.events, q] = d.clock[j, q]
 
 
-@ALLOCATING_PART
+@EXACT_PART
 def tried(m: MarchArrays, d: TangentArrays, j: int, until: Array) -> tuple[int, float]:
     """Solve junction j up to the next break, or a part of it; return the coefficients, 0 for none, and the end."""
     state, junction = m.state[0], m.junctions[j]
@@ -175,7 +178,7 @@ def tried(m: MarchArrays, d: TangentArrays, j: int, until: Array) -> tuple[int, 
     return n, t1
 
 
-@ALLOCATING_PART
+@EXACT_PART
 def interval(m: MarchArrays, d: TangentArrays, j: int, until: Array) -> int:
     """Advance junction j and its tangents to the next break or event; return a status. As `march.interval`."""
     state, junction = m.state[0], m.junctions[j]
@@ -195,7 +198,7 @@ def interval(m: MarchArrays, d: TangentArrays, j: int, until: Array) -> int:
         half = 0.5 * (t1 - t0)
         if found:
             arrivals(m, j, t0, t1)
-        make_tangents(m, d, j, t0, t1)
+        filled = make_tangents(m, d, j, t0, t1)
         if found and state.contact >= 0:
             of_crossing(m, d, j, n, half, until)
         elif found:  # only what is sought next changes there
@@ -203,7 +206,7 @@ def interval(m: MarchArrays, d: TangentArrays, j: int, until: Array) -> int:
                 until[q] = d.clock[j, q]
         room = len(m.pieces) // len(m.junctions)
         junction.broken = 1  # no piece is joined to the one before it
-        keep_tangents(m, d, j, room * j + junction.records, half, n, until)
+        keep_tangents(m, d, j, room * j + junction.records, half, n, filled, until)
         keep(m, j, t0, t1, n)
     if place <= 1.0 and state.contact >= 0:
         date(m, d, j, half, found)
@@ -213,7 +216,7 @@ def interval(m: MarchArrays, d: TangentArrays, j: int, until: Array) -> int:
     return DONE
 
 
-@ALLOCATING_ENTRY
+@EXACT_ENTRY
 def advance(m: MarchArrays, d: TangentArrays, until: Array) -> int:
     """Advance all junctions and their tangents to the end; return a status. As `march.advance`."""
     state = m.state[0]

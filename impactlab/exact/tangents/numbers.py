@@ -62,7 +62,8 @@ def rates(log: Log, at: Sequence[Callable[[float], Log]], values: Sequence[float
     every = [
         _rate(log, base, build, value, WIDTH * scale) for build, value, scale in zip(at, values, scales, strict=True)
     ]
-    return Rates(*(np.stack([each[number] for each in every]) for number in range(len(base))))
+    made = [np.stack([each[number] for each in every]) for number in range(len(base))]
+    return Rates(*made, np.abs(np.array(scales, dtype=float)))
 
 
 def _rate(log: Log, base: list[Array], build: Callable[[float], Log], value: float, width: float) -> list[Array]:

@@ -13,6 +13,7 @@ from impactlab.exact.march import prepared
 from impactlab.exact.network import Layout, Log, with_room
 from impactlab.exact.tangents.arrays import Rates, TangentArrays, tangent_arrays
 from impactlab.exact.tangents.march import MORE_TANGENTS, advance
+from impactlab.exact.tangents.springs import with_springs
 from impactlab.numerics.addresses import entered
 
 MAX_INTERVALS = 20_000  # of a run with tangents: some seconds
@@ -39,7 +40,7 @@ def solve(build: Callable[[], tuple[Layout, Log]], rates: Rates) -> Solved:
         layout, log = build()
         log = prepared(with_room(log, pieces, pool, events))
         log.state["most"] = MAX_INTERVALS
-        tangents = tangent_arrays(log, rates)
+        tangents = with_springs(log.memory, tangent_arrays(log, rates))
         status = int(entered(advance, log.memory, tangents, np.zeros(len(rates.state))))
         if status == DONE:
             return Solved(layout, log, tangents)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from impactlab.numerics.compiling import EXACT_PART
+from impactlab.numerics.compiling import EXACT_PART, PART
 from impactlab.types import Array
 
 
@@ -20,19 +20,63 @@ def derivative(a: Array, n: int, out: Array) -> None:
 
 
 @EXACT_PART
-def add_moved(a: Array, n: int, middle: float, slope: float, slopes: Array, out: Array) -> None:
-    """Add (middle + slope x) times the derivative of a[:n] to out; ``slopes`` is scratch."""
-    derivative(a, n, slopes)
+def lever(slopes: Array, n: int, out: Array) -> None:
+    """Write the n coefficients of x times the derivative of n coefficients, the last of which is zero."""
     for k in range(n):
-        out[k] += middle * slopes[k]
-    for k in range(n - 1):  # x T_k = (T_(k+1) + T_|k-1|)/2; the last slope is zero
-        half = 0.5 * slope * slopes[k]
+        out[k] = 0.0
+    for k in range(n - 1):  # x T_k = (T_(k+1) + T_|k-1|)/2
+        half = 0.5 * slopes[k]
         out[k + 1] += half if k > 0 else 2.0 * half
         if k > 0:
             out[k - 1] += half
 
 
 @EXACT_PART
+def eliminate(rate: float, order: int, pivots: Array) -> None:
+    """Write what `relaxed` needs for y' = -rate y + b on [-1, 1] with any load: y_k = p_k y_{k-1} + r_k.
+
+    Rows: p_k; the factor of the load in r_k; that of r_{k+1}; products of the p up to k. The method is that of
+    `kernel.relax`.
+    """
+    p = 0.0
+    for k in range(order - 1, 0, -1):
+        w = 0.5 / k
+        twice = 2.0 if k == 1 else 1.0
+        part = 1.0 / (1.0 - rate * w * p)
+        p = -rate * w * twice * part
+        pivots[0, k] = p
+        pivots[1, k] = w * part
+        pivots[2, k] = rate * w * part
+    g = 1.0
+    total = 1.0
+    for k in range(1, order):
+        g *= pivots[0, k]
+        total += g if k % 2 == 0 else -g
+    pivots[3, 0] = total
+
+
+@EXACT_PART
+def relaxed(pivots: Array, b: Array, n: int, first: float, order: int, y: Array, work: Array) -> None:
+    """Solve y' = -rate y + b on [-1, 1], y(-1) = first, with the pivots of the rate and a load of n coefficients."""
+    r = 0.0
+    for k in range(n + 1, order):
+        work[k] = 0.0
+    for k in range(min(n, order - 1), 0, -1):
+        after = b[k + 1] if k + 1 < n else 0.0
+        before = 2.0 * b[0] if k == 1 else b[k - 1]
+        r = (before - after) * pivots[1, k] + pivots[2, k] * r
+        work[k] = r
+    q = 0.0
+    total = 0.0
+    for k in range(1, order):
+        q = pivots[0, k] * q + work[k]
+        total += q if k % 2 == 0 else -q
+    y[0] = (first - total) / pivots[3, 0]
+    for k in range(1, order):
+        y[k] = pivots[0, k] * y[k - 1] + work[k]
+
+
+@PART
 def at_end(a: Array, n: int) -> float:
     """Return a[:n] at 1."""
     total = 0.0

@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+import numba
 import numpy as np
+from numba import types
 
 from impactlab.exact.arrays import MarchArrays
 from impactlab.exact.kernel import ORDER
 from impactlab.exact.linear import solved, table
 from impactlab.exact.spring_systems import add_row, combined, gather, number_groups
 from impactlab.exact.tangents.arrays import DAMPING, GAP, MASS, SPRING, STIFFNESS, TangentArrays
-from impactlab.numerics.compiling import ALLOCATING_PART
+from impactlab.numerics.addresses import COMPILED, kernel_address
+from impactlab.numerics.compiling import ALLOCATING_PART, EXACT_PART
 from impactlab.types import Array
 
+typeof: Any = numba.typeof
 
-@ALLOCATING_PART
+
+@EXACT_PART
 def group_rate(m: MarchArrays, d: TangentArrays, q: int, j: int, g: int) -> float:
     """Return the derivative of the mass of a group [kg per unit of the parameter]."""
     total = 0.0
@@ -95,7 +102,6 @@ def spread(
                 d.rows[q, nodes + g - base, k] = half * y[heavy + i, k]
 
 
-@ALLOCATING_PART
 def on_springs(m: MarchArrays, d: TangentArrays, q: int, j: int, half: float) -> None:
     """Write tangents of velocities and displacements of groups that springs tie, as `spring_systems.coupled` does.
 
@@ -146,3 +152,16 @@ def largest(a: Array, n: int) -> float:
         for k in range(n):
             found = max(found, abs(a[i, k]))
     return found
+
+
+_address: dict[bool, int] = {}  # one entry, as in `spring_systems`
+
+
+def with_springs(m: MarchArrays, d: TangentArrays) -> TangentArrays:
+    """Return the tangents with the address of `on_springs` where nodes are tied, compiled when first needed."""
+    if m.coupled == 0 and COMPILED:
+        return d
+    if COMPILED not in _address:
+        signature = types.void(typeof(m), typeof(d), types.int64, types.int64, types.float64) if COMPILED else None
+        _address[COMPILED] = kernel_address(on_springs, signature)
+    return d._replace(springs=_address[COMPILED])
