@@ -62,8 +62,8 @@ def rates(log: Log, at: Sequence[Callable[[float], Log]], values: Sequence[float
     every = [
         _rate(log, base, build, value, WIDTH * scale) for build, value, scale in zip(at, values, scales, strict=True)
     ]
-    made = [np.stack([each[number] for each in every]) for number in range(len(base))]
-    return Rates(*made, np.abs(np.array(scales, dtype=float)))
+    state, nodes, ends, contacts, first, pool = (np.stack(each) for each in zip(*every, strict=True))
+    return Rates(state, nodes, ends, contacts, first, pool, np.abs(np.array(scales, dtype=float)))
 
 
 def _rate(log: Log, base: list[Array], build: Callable[[float], Log], value: float, width: float) -> list[Array]:
