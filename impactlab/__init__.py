@@ -24,7 +24,7 @@ if TYPE_CHECKING:
         UnusualValue,
     )
     from impactlab.files import open_netcdf
-    from impactlab.fits import Fit, Signal, fit, read_signals
+    from impactlab.fits import Fit, Signal, fit, fit_problem, read_signals
     from impactlab.sweeps import Sampled, open_sweep, plot_sweep, sweep
 
 __version__ = "0.1.0"
@@ -54,6 +54,7 @@ __all__ = [
     "Wall",
     "compare",
     "fit",
+    "fit_problem",
     "load_case",
     "open_netcdf",
     "open_sweep",
@@ -82,7 +83,7 @@ __getattr__ = lazy_names(  # `import impactlab` and `impactlab --help` stay quic
             "UnusualValue",
         ),
         "impactlab.files": ("open_netcdf",),
-        "impactlab.fits": ("Fit", "Signal", "fit", "read_signals"),
+        "impactlab.fits": ("Fit", "Signal", "fit", "fit_problem", "read_signals"),
         "impactlab.derivatives": ("Sensitivities", "sensitivities"),
         "impactlab.sweeps": ("Sampled", "open_sweep", "plot_sweep", "sweep"),
     },

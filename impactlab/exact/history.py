@@ -164,10 +164,10 @@ class ContinuousHistory(AbstractHistory):
             record = self.log.contacts[contact]
             left, right = (self.signals.displacement(int(record[side])) for side in ("left", "right"))
             return np.asarray(record["gap"] + right(t) - left(t))
-        name, at, x = rest.rpartition("@")
+        name, at, _ = rest.rpartition("@")
         if at and name in self.layout.links and quantity in self.scene.bodies[name].quantities:
             read, factor = self.scene.bodies[name].reading(quantity)
-            return factor * self._wave(t, read, self._place(name, channel, x))
+            return factor * self._wave(t, read, self.place(channel))
         body = self.scene.bodies.get(rest)
         if rest in self.layout.links and quantity in ("momentum", "energy"):
             evaluated = rod_momentum if quantity == "momentum" else rod_energy
@@ -184,8 +184,9 @@ class ContinuousHistory(AbstractHistory):
             remedy=f"Channels: {', '.join(self.channels())}, and {anywhere}:rod@x at any x of a rod.",
         )
 
-    def _place(self, name: str, channel: str, text: str) -> Place:
-        """Return the place of a channel; of a probe not rounded as in its name."""
+    def place(self, channel: str) -> Place:
+        """Return the place of a channel of a rod; of a probe not rounded as in its name."""
+        name, _, text = channel.partition(":")[2].rpartition("@")
         length = self.scene.bodies[name].length
         try:
             x = self._exact_x[channel] if channel in self._exact_x else float(text)
@@ -227,12 +228,12 @@ class ContinuousHistory(AbstractHistory):
         if quantity == "force" and rest in self._contact:
             force = self.force(rest)
             return force.integral(t, False) - force.integral(np.zeros(1), False)
-        name, at, x = rest.rpartition("@")
+        name, at, _ = rest.rpartition("@")
         if at and name in self.layout.links and quantity in self.scene.bodies[name].quantities:
             read, factor = self.scene.bodies[name].reading(quantity)
             if read == "displacement":
                 return None
-            link, way = self._place(name, channel, x)
+            link, way = self.place(channel)
             g, back = self.signals.gravity, link.transit - way
             sides = []
             for end, lag in ((link.left_end, way), (link.right_end, back)):
@@ -296,13 +297,13 @@ class ContinuousHistory(AbstractHistory):
             contact = self._contact[rest]
             found = self.signals.force(contact).jumps(floor * float(self.log.contacts["impedance"][contact]))
             return np.asarray(found[(found >= 0.0) & (found <= self.duration)])
-        name, _, x = rest.rpartition("@")
+        name, _, _ = rest.rpartition("@")
         known = self.scene.bodies[name].quantities if name in self.layout.links else {}
         read, _ = known.get(quantity, ("displacement", 1.0))
         if read == "displacement":
             self._evaluated(np.zeros(1), channel)  # raises if there is no such channel
             return np.zeros(0)
-        place = self._place(name, channel, x)
+        place = self.place(channel)
         link, way = place
         right, left = (self.signals.wave(end).jumps(floor) for end in (link.left_end, link.right_end))
         times = np.concatenate([right + way, left + (link.transit - way)])

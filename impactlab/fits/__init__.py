@@ -1,8 +1,10 @@
 """Parameters of a case from measured signals, with how sure they are."""
 
-from impactlab.fits.problem import read_bounds
+from impactlab.fits.problem import Problem
 from impactlab.fits.result import Fit, Fitted
-from impactlab.fits.run import fit
-from impactlab.fits.signals import Signal, read_signals
+from impactlab.fits.run import fit, fit_problem
+from impactlab.fits.signals import Signal
+from impactlab.fits.tables import read_signals
+from impactlab.fits.unknowns import read_bounds, read_setting
 
-__all__ = ["Fit", "Fitted", "Signal", "fit", "read_bounds", "read_signals"]
+__all__ = ["Fit", "Fitted", "Problem", "Signal", "fit", "fit_problem", "read_bounds", "read_setting", "read_signals"]

@@ -24,21 +24,17 @@ class Options(NamedTuple):
     noise: str  # white or ar1
 
 
-def autocorrelation(problem: Problem, scaled: Array) -> float:
-    """Return the autocorrelation of neighbouring residuals."""
-    means = problem.means(scaled)
-    if means is None:
-        return 0.0
-    parts = problem.parts(means, problem.shifts(scaled))
-    whole = sum((float(part @ part) for part in parts), 0.0)
-    return sum((float(part[1:] @ part[:-1]) for part in parts), 0.0) / max(whole, 1e-300)
+def autocorrelations(problem: Problem, scaled: Array) -> list[float]:
+    """Return the autocorrelation of neighbouring residuals of each signal."""
+    parts = problem.parts(scaled) or []
+    return [float(part[1:] @ part[:-1]) / max(float(part @ part), 1e-300) for part in parts]
 
 
 def fit_with_intervals(problem: Problem, found: Any, chosen: Options) -> Fit:
     """Return the fit whose solution was found, with its intervals."""
     residuals, jacobian = problem.residuals(found.x), problem.jacobian(found.x)
     freedom = len(residuals) - problem.size
-    spread = float(np.sqrt(residuals @ residuals / freedom))
+    spread = float(np.sqrt(residuals @ residuals / freedom)) if chosen.noise != "std" else 1.0
     if chosen.loss == "huber":
         spread = 1.4826 * float(np.median(np.abs(residuals)))
         kept = np.abs(residuals) <= HUBER * spread
@@ -47,10 +43,12 @@ def fit_with_intervals(problem: Problem, found: Any, chosen: Options) -> Fit:
     norms = np.linalg.norm(jacobian, axis=0).clip(1e-300)
     deviations = spread / np.maximum(sizes, 1e-300)  # along each direction, in columns of unit length
     directions = ways / norms
-    lengths = np.linalg.norm(directions[:, : len(problem.unknowns)], axis=1)
+    told = np.array([each.unit != "s" and not each.path.startswith("offset") for each in problem.unknowns])
+    lengths = np.linalg.norm(directions * told, axis=1)
     unseen = deviations * lengths > UNSEEN
     covariance = (directions.T * deviations**2) @ directions
-    neighbours = autocorrelation(problem, found.x)
+    parts = problem.parts(found.x) or []
+    neighbours = sum(float(part[1:] @ part[:-1]) for part in parts) / max(float(residuals @ residuals), 1e-300)
     warnings = []
     widened = 1.0
     if chosen.noise == "white" and abs(neighbours) > CORRELATED / math.sqrt(len(residuals)) and neighbours < 1.0:
@@ -63,11 +61,11 @@ def fit_with_intervals(problem: Problem, found: Any, chosen: Options) -> Fit:
     rows = []
     for number, each in enumerate(problem.unknowns):
         value = each.value(float(found.x[number]))
-        free = bool(np.any(unseen & (np.abs(ways[:, number]) > 0.05)))
+        free = bool(told[number] and np.any(unseen & (np.abs(ways[:, number]) > 0.05)))
         half = math.inf if free else reach * math.sqrt(covariance[number, number])
         lower, upper = (value * math.exp(-half), value * math.exp(half)) if half < 700.0 else (0.0, math.inf)
         if not each.is_positive:
-            lower, upper = (value + sign * half * (each.high - each.low) for sign in (-1.0, 1.0))
+            lower, upper = (value + sign * half * each.scale for sign in (-1.0, 1.0))
         at_bound = min(value - each.low, each.high - value) <= 1e-6 * (each.high - each.low)
         note = "at its bound" if at_bound else "not determined" if free else ""
         rows.append(Fitted(each.path, value, lower, upper, each.unit, note))
@@ -75,24 +73,18 @@ def fit_with_intervals(problem: Problem, found: Any, chosen: Options) -> Fit:
             warnings.append(
                 f"warning: {each.path} ended at its bound {value:.6g} {each.unit}; the interval does not hold"
             )
-    for number, (signal, shift) in enumerate(zip(problem.signals, problem.shifts(found.x), strict=True)):
-        if problem.free:
-            place = len(problem.unknowns) + number
-            half = reach * math.sqrt(covariance[place, place]) * problem.widths[number]
-            rows.append(Fitted(f"shift of {signal.channel}", shift, shift - half, shift + half, "s"))
-    means = problem.means(found.x)
-    parts = () if means is None else tuple(problem.parts(means, problem.shifts(found.x)))
-    told = tuple(_told(problem, ways[row] / norms) for row in np.flatnonzero(unseen))
-    return Fit(problem.at(found.x), tuple(rows), covariance, parts, spread, neighbours, tuple(warnings), told)
+    words = tuple(_told(problem, ways[row] / norms) for row in np.flatnonzero(unseen))
+    cases = problem.cases(found.x)
+    return Fit(cases[0], tuple(rows), covariance, tuple(parts), spread, neighbours, tuple(warnings), words, cases)
 
 
 def _told(problem: Problem, direction: Array) -> str:
     """Return a direction that the signals do not see, in words."""
-    own = direction[: len(problem.unknowns)]
+    own = direction[: len(problem.parameters)]
     own = own / own[int(np.argmax(np.abs(own)))]
     powers = [
         f"{each.path.rpartition('.')[2]}^{power:.2g}"
-        for each, power in zip(problem.unknowns, own.tolist(), strict=True)
+        for each, power in zip(problem.parameters, own.tolist(), strict=True)
         if abs(power) > 0.05
     ]
     return f"the signals do not tell how large {' '.join(powers)} is: only other combinations are determined"

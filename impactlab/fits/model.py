@@ -10,19 +10,38 @@ from impactlab.history.base import AbstractHistory
 from impactlab.types import Array
 
 PARTS = 4  # of a sampling interval, where the mean is taken from values
+ENDING = ("force", "stress", "strain")  # quantities that are zero before the run
 
 
-class Means:
-    """Means of a channel of a run over intervals; before and after the run it keeps its first and last value."""
+class AbstractMeans:
+    """Means of a channel over intervals; before and after the run it keeps its first and last value."""
 
-    def __init__(self, history: AbstractHistory, channel: str) -> None:
-        self.history, self.channel = history, channel
-        quantity = channel.partition(":")[0]
-        self.last = float(history.evaluate([history.duration], channel)[0])
-        self.rest = 0.0 if quantity in ("force", "stress", "strain") else float(history.evaluate([0.0], channel)[0])
+    duration: float  # s
+    rest: float
+    last: float
 
     def sums(self, edges: Array) -> Array:
-        """Return the integral of the channel from t = 0 to times inside the run, (n,)."""
+        """Return the integral of the channel from a fixed time to increasing times in the run, (n,)."""
+        raise NotImplementedError
+
+    def over(self, edges: Array, shift: float) -> Array:
+        """Return the means between neighbouring edges, (n - 1,), of the channel that starts at ``shift`` [s]."""
+        moved = edges - shift
+        total = self.sums(np.clip(moved, 0.0, self.duration)) + self.rest * np.minimum(moved, 0.0)
+        total += self.last * np.maximum(moved - self.duration, 0.0)
+        return np.asarray(np.diff(total) / np.diff(edges))
+
+
+class Means(AbstractMeans):
+    """Means of a channel of a history."""
+
+    def __init__(self, history: AbstractHistory, channel: str) -> None:
+        self.history, self.channel, self.duration = history, channel, history.duration
+        self.last = float(history.evaluate([history.duration], channel)[0])
+        ending = channel.partition(":")[0] in ENDING
+        self.rest = 0.0 if ending else float(history.evaluate([0.0], channel)[0])
+
+    def sums(self, edges: Array) -> Array:
         exact = self.history.integral(self.channel, edges) if isinstance(self.history, ContinuousHistory) else None
         if exact is not None:
             return exact
@@ -31,14 +50,6 @@ class Means:
         values = self.history.evaluate(low[:, None] + (high - low)[:, None] * places, self.channel)
         return np.concatenate([[0.0], np.cumsum(np.mean(values, axis=1) * (high - low))])
 
-    def over(self, edges: Array, shift: float) -> Array:
-        """Return the means between neighbouring edges, (n - 1,), of the channel that starts at ``shift`` [s]."""
-        moved = edges - shift
-        end = self.history.duration
-        total = self.sums(np.clip(moved, 0.0, end)) + self.rest * np.minimum(moved, 0.0)
-        total += self.last * np.maximum(moved - end, 0.0)
-        return np.asarray(np.diff(total) / np.diff(edges))
-
 
 def check_channel(history: AbstractHistory, channel: str) -> None:
     """Raise `CaseError` if a run has no such channel."""
@@ -46,13 +57,3 @@ def check_channel(history: AbstractHistory, channel: str) -> None:
         history.evaluate([0.0], channel)
     except CaseError as error:
         raise CaseError(error.text, path=channel, remedy=error.remedy) from None
-
-
-def smooth(values: Array, width: float) -> Array:
-    """Return values after a Gaussian filter, so many samples wide; 0 leaves them as they are."""
-    if width <= 0.0:
-        return values
-    reach = int(4.0 * width) + 1
-    weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) / width) ** 2)
-    padded = np.concatenate([np.full(reach, values[0]), values, np.full(reach, values[-1])])
-    return np.convolve(padded, weights / weights.sum(), mode="valid")

@@ -1,145 +1,244 @@
-"""Residuals of a case against signals, over scaled unknowns, with their Jacobian."""
+"""Residuals of cases against signals, over scaled unknowns, with their Jacobian."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from impactlab import api
 from impactlab.casefile import Case
-from impactlab.casefile.document import parse_value
-from impactlab.casefile.words import shown
-from impactlab.errors import CaseError, ImpactlabError
-from impactlab.fits.model import Means, smooth
-from impactlab.fits.signals import Signal
+from impactlab.errors import CaseError
+from impactlab.fits.filters import LowPass, smooth
+from impactlab.fits.model import AbstractMeans, check_channel
+from impactlab.fits.signals import SETTINGS, Signal
+from impactlab.fits.trials import Trials, trials_of
+from impactlab.fits.unknowns import Unknown, settings, unknown
 from impactlab.types import Array
 
-STEP = 1.0e-6  # of a scaled unknown: differences of runs
+STEP = 1.0e-6  # of a scaled unknown of the case: differences of runs
+SETTING_STEP = 1.0e-3  # of gain, offset and shift: a shift moves a sample over a front
 WORSE = 1.0e3  # residual of a run that is not possible: the step before it is shortened
 
 
-class Unknown(NamedTuple):
-    """A number of the case that is fitted, by its logarithm where it is positive."""
+class Experiment(NamedTuple):
+    """A case, and the signals that were measured on it."""
 
-    path: str
-    start: float  # in SI
-    low: float
-    high: float
-    unit: str
+    case: Case
+    signals: Sequence[Signal]
+
+
+class Measured(NamedTuple):
+    """A signal in a problem: its filter, the scale of its residuals, and gain, offset and shift."""
+
+    signal: Signal
+    label: str
+    edges: Array
+    low_pass: LowPass | None
+    scale: Array | float
+    settings: tuple[float | int, ...]  # of `SETTINGS`: the number, or which unknown it is
 
     @property
-    def is_positive(self) -> bool:
-        """Whether the logarithm is fitted."""
-        return self.low > 0.0
-
-    def scaled(self, value: float) -> float:
-        """Return the scaled unknown of a value."""
-        return math.log(value) if self.is_positive else (value - self.low) / (self.high - self.low)
-
-    def value(self, scaled: float) -> float:
-        """Return the value of a scaled unknown."""
-        found = math.exp(scaled) if self.is_positive else self.low + scaled * (self.high - self.low)
-        return min(max(found, self.low), self.high)
-
-
-def read_bounds(text: str) -> tuple[str, tuple[Any, Any]]:
-    """Return path and bounds of a text such as ``bodies.hammer.mass=1 kg:4 kg``."""
-    path, equals, ends = (part.strip() for part in text.partition("="))
-    low, colon, high = (part.strip() for part in ends.partition(":"))
-    if not equals or not colon or not path or not low or not high:
-        raise CaseError(
-            f"--parameters {shown(text)} is not PATH=LOW:HIGH", remedy="Write bodies.hammer.mass=1:4 or so."
-        )
-    return path, (parse_value(low), parse_value(high))
+    def kept(self) -> int:
+        """Number of residuals."""
+        return len(self.signal.times) if self.low_pass is None else self.low_pass.count
 
 
 class Problem:
-    """Residuals of signals, over their noise: first the unknowns of the case, then a shift of each signal that is free.
+    """Residuals of signals, over their noise: first the unknowns of the case, then those of the instruments.
 
-    Shifts are in sampling intervals.
+    Parameters
+    ----------
+    experiments : sequence of Experiment
+        Cases with their signals; unknowns are shared by path, and start at the values of the first case.
+    parameters : mapping
+        Dotted path of each number that is fitted to its bounds.
+    given : mapping
+        Gain, offset and shift of signals that have none of their own.
+    noise : str
+        ``std`` where each sample has a standard deviation.
+    bandwidth : float
+        Of a low-pass of data and model [Hz]; 0 for none.
+
+    Raises
+    ------
+    CaseError
+        If a path, bound, signal or channel is wrong.
     """
 
-    def __init__(self, case: Case, signals: Sequence[Signal], unknowns: Sequence[Unknown], free: bool) -> None:
-        self.case, self.signals, self.unknowns, self.free = case, list(signals), list(unknowns), free
-        self.widths = [float(np.median(np.diff(signal.times))) for signal in self.signals]
-        self.scales = [float(np.std(signal.values)) or 1.0 for signal in self.signals]
-        self.smoothed = 0.0  # samples, width of the filter of data and model
-        self.correlated = 0.0  # of neighbouring residuals, taken out of them
-        self.size = len(self.unknowns) + (len(self.signals) if free else 0)
-        self._kept: dict[tuple[float, ...], list[Means] | None] = {}
+    def __init__(
+        self,
+        experiments: Sequence[Experiment],
+        parameters: Mapping[str, Any],
+        given: Mapping[str, Any] | None = None,
+        noise: str = "white",
+        bandwidth: float = 0.0,
+    ) -> None:
+        self.experiments = [Experiment(case, list(signals)) for case, signals in experiments]
+        self.signals = [signal for each in self.experiments for signal in each.signals]
+        if not self.signals or not all(each.signals for each in self.experiments):
+            raise CaseError("no signal to fit", remedy="Give at least one for each case.")
+        if not parameters:
+            raise CaseError("no parameter to fit", remedy="Name numbers of the case, with bounds.")
+        self.parameters = [unknown(self.experiments[0].case, path, bounds) for path, bounds in parameters.items()]
+        for each in self.experiments[1:]:
+            for path, bounds in parameters.items():
+                unknown(each.case.with_(path, self._start(path)), path, bounds)
+        self.unknowns = list(self.parameters)
+        self.measured = self._read(dict(given or {}), noise, bandwidth)
+        self.size = len(self.unknowns)
+        self.count = sum(each.kept for each in self.measured)
+        if self.count <= self.size:
+            raise CaseError(
+                f"{self.count} samples for {self.size} unknowns", remedy="Give more samples, or fewer parameters."
+            )
+        self.smoothed = 0.0  # width of the filter of a stage, of the residuals of a signal
+        self.correlated = [0.0] * len(self.signals)  # of neighbouring residuals, taken out of them
+        self.trials = [self._trials(each) for each in self.experiments]
+        self._check_moved()
+
+    def _start(self, path: str) -> float:
+        return next(each.start for each in self.parameters if each.path == path)
+
+    def _read(self, given: dict[str, Any], noise: str, bandwidth: float) -> list[Measured]:
+        channels = [signal.channel for signal in self.signals]
+        found = []
+        for number, signal in enumerate(self.signals):
+            label = signal.channel
+            if channels.count(label) > 1:
+                label += f" ({channels[: number + 1].count(label)})"
+            places: list[float | int] = []
+            for each in settings(signal, given, label).values():
+                places.append(len(self.unknowns) if isinstance(each, Unknown) else float(each))
+                if isinstance(each, Unknown):
+                    self.unknowns.append(each)
+            if noise == "std" and signal.std is None:
+                raise CaseError(
+                    f"signal {signal.channel} has no standard deviations",
+                    remedy="Give a column headed std and the heading of the signal, Signal(std=...), or another noise.",
+                )
+            low_pass = LowPass(signal, bandwidth) if bandwidth else None
+            scale: Array | float = signal.scale
+            if noise == "std" and signal.std is not None:
+                scale = signal.std if low_pass is None else low_pass.deviations(signal.std)
+            found.append(Measured(signal, label, signal.edges, low_pass, scale, tuple(places)))
+        return found
+
+    def _trials(self, experiment: Experiment) -> Trials:
+        case = experiment.case.with_settings([(each.path, each.start) for each in self.parameters])
+        with api.warnings_kept():
+            history = api.run(case)
+        for signal in experiment.signals:
+            check_channel(history, signal.channel)
+        return trials_of(case, self.parameters, [signal.channel for signal in experiment.signals], history)
+
+    def _check_moved(self) -> None:
+        """Raise `CaseError` for a signal that no parameter moves."""
+        start = self.start()
+        jacobian, at = self.jacobian(start), 0
+        for each in self.measured:
+            rows = jacobian[at : at + each.kept, : len(self.parameters)]
+            at += each.kept
+            if not np.any(rows):
+                raise CaseError(
+                    f"no parameter moves the signal {each.label}",
+                    remedy="Leave it out, measure longer, or fit a number on which it depends.",
+                )
+
+    def start(self) -> Array:
+        """Return the scaled unknowns from which the fit starts, (n,)."""
+        return np.array([each.scaled(each.start) for each in self.unknowns])
 
     def bounds(self) -> tuple[Array, Array]:
         """Return the bounds of the scaled unknowns, (n,) each."""
-        low = [each.scaled(each.low) for each in self.unknowns]
-        high = [each.scaled(each.high) for each in self.unknowns]
-        shifts = [len(signal.times) for signal in self.signals] if self.free else []
-        return np.array(low + [-float(n) for n in shifts]), np.array(high + [float(n) for n in shifts])
+        ends = [(each.scaled(each.low), each.scaled(each.high)) for each in self.unknowns]
+        return np.array([low for low, _ in ends]), np.array([high for _, high in ends])
 
-    def at(self, scaled: Array) -> Case:
-        """Return the case with values of the unknowns."""
-        values = [each.value(x) for each, x in zip(self.unknowns, scaled.tolist(), strict=False)]
-        return self.case.with_settings(
-            list(zip([each.path for each in self.unknowns], values, strict=True)), by="the fit"
+    def values(self, scaled: Array) -> list[float]:
+        """Return the values of all unknowns, in SI."""
+        return [each.value(x) for each, x in zip(self.unknowns, scaled.tolist(), strict=True)]
+
+    def cases(self, scaled: Array) -> tuple[Case, ...]:
+        """Return the cases with values of the unknowns."""
+        values = tuple(self.values(scaled)[: len(self.parameters)])
+        return tuple(each.at(values) for each in self.trials)
+
+    def means(self, scaled: Array) -> list[AbstractMeans] | None:
+        """Return what the runs show of each channel; None where there is no such run."""
+        values = tuple(self.values(scaled)[: len(self.parameters)])
+        found = [each.means(values) for each in self.trials]
+        return None if any(each is None for each in found) else [mean for each in found for mean in each or ()]
+
+    def setting(self, scaled: Array, number: int) -> tuple[float, float, float]:
+        """Return gain, offset and shift [s] of a signal by number."""
+        gain, offset, shift = (
+            self.unknowns[each].value(float(scaled[each])) if isinstance(each, int) else each
+            for each in self.measured[number].settings
         )
+        return gain, offset, shift
 
-    def means(self, scaled: Array) -> list[Means] | None:
-        """Return what a run shows of each channel; None where there is no such run."""
-        key = tuple(scaled[: len(self.unknowns)].tolist())
-        if key not in self._kept:
-            if len(self._kept) > 4 * self.size + 8:
-                self._kept.clear()
-            try:
-                with api.warnings_kept():
-                    history = api.run(self.at(scaled))
-                self._kept[key] = [Means(history, signal.channel) for signal in self.signals]
-            except ImpactlabError:
-                self._kept[key] = None
-        return self._kept[key]
-
-    def shifts(self, scaled: Array) -> list[float]:
-        """Return the shift of each signal [s]."""
-        given = scaled[len(self.unknowns) :].tolist() if self.free else [0.0] * len(self.signals)
-        return [each * width for each, width in zip(given, self.widths, strict=True)]
+    def place(self, number: int, name: str) -> int | None:
+        """Return which unknown the gain, offset or shift of a signal is; None where it is known."""
+        found = self.measured[number].settings[SETTINGS.index(name)]
+        return found if isinstance(found, int) else None
 
     def residuals(self, scaled: Array) -> Array:
         """Return the residuals of all signals, one after the other."""
+        parts = self.parts(scaled)
+        return np.full(self.count, WORSE) if parts is None else np.concatenate(parts)
+
+    def parts(self, scaled: Array) -> list[Array] | None:
+        """Return the residuals of each signal; None where there is no such run."""
         means = self.means(scaled)
         if means is None:
-            return np.full(sum(len(signal.times) for signal in self.signals), WORSE)
-        return np.concatenate(self.parts(means, self.shifts(scaled)))
+            return None
+        return [self.part(number, mean, self.setting(scaled, number)) for number, mean in enumerate(means)]
 
-    def parts(self, means: Sequence[Means], shifts: Sequence[float]) -> list[Array]:
-        """Return the residuals of each signal."""
-        found = []
-        for signal, mean, shift, scale in zip(self.signals, means, shifts, self.scales, strict=True):
-            difference = mean.over(signal.edges, shift) - signal.values
-            difference = smooth(difference, self.smoothed) / scale
-            if self.correlated:
-                difference[1:] = difference[1:] - self.correlated * difference[:-1]
-                difference[0] *= math.sqrt(1.0 - self.correlated**2)
-            found.append(difference)
-        return found
+    def part(self, number: int, mean: AbstractMeans, chosen: tuple[float, float, float]) -> Array:
+        """Return the residuals of a signal, for a gain, offset and shift."""
+        of = self.measured[number]
+        gain, offset, shift = chosen
+        return self.filtered(number, gain * mean.over(of.edges, shift) + offset - of.signal.values)
+
+    def filtered(self, number: int, difference: Array) -> Array:
+        """Return the residuals of a signal from differences of model and samples."""
+        of = self.measured[number]
+        found = difference if of.low_pass is None else of.low_pass(difference)
+        found = smooth(found, self.smoothed * len(found)) / of.scale
+        if correlated := self.correlated[number]:
+            first = found[0] * math.sqrt(1.0 - correlated**2)
+            found = np.concatenate([[first], found[1:] - correlated * found[:-1]])
+        return np.asarray(found)
 
     def jacobian(self, scaled: Array) -> Array:
-        """Return the derivatives of the residuals by differences of runs, (residuals, unknowns)."""
-        base = self.residuals(scaled)
-        columns = []
-        _, high = self.bounds()
-        for number in range(self.size):
-            # a shift moves a sample over a front: it is differenced over a part of a sample
-            step = STEP if number < len(self.unknowns) else 1.0e-3
-            if scaled[number] + step > high[number]:
-                step = -step
-            if self.means(self._moved(scaled, number, step)) is None:  # no such run: the other side
-                step = -step
-            columns.append((self.residuals(self._moved(scaled, number, step)) - base) / step)
-        return np.stack(columns, axis=-1)
+        """Return the derivatives of the residuals, (residuals, unknowns), by differences.
 
-    @staticmethod
-    def _moved(scaled: Array, number: int, step: float) -> Array:
-        moved = scaled.copy()
-        moved[number] += step
-        return moved
+        Samples of an exact scene are integrals, so that a difference over a millionth is right to six digits.
+        """
+        base = self.parts(scaled)
+        found = np.zeros((self.count, self.size))
+        means = self.means(scaled)
+        if base is None or means is None:
+            return found
+        whole, (_, high) = np.concatenate(base), self.bounds()
+        for number in range(len(self.parameters)):
+            for step in (-STEP, STEP) if scaled[number] + STEP > high[number] else (STEP, -STEP):
+                moved = scaled.copy()
+                moved[number] += step
+                parts = self.parts(moved)
+                if parts is not None:  # else there is no such run: the other side
+                    found[:, number] = (np.concatenate(parts) - whole) / step
+                    break
+        at = 0
+        for number, part in enumerate(base):
+            for name in SETTINGS:
+                place = self.place(number, name)
+                if place is not None:
+                    moved = scaled.copy()
+                    moved[place] += SETTING_STEP if scaled[place] + SETTING_STEP <= high[place] else -SETTING_STEP
+                    there = self.part(number, means[number], self.setting(moved, number))
+                    found[at : at + len(part), place] = (there - part) / (moved[place] - scaled[place])
+            at += len(part)
+        return found

@@ -37,6 +37,7 @@ class Fit:
     autocorrelation: float  # of neighbouring residuals
     warnings: tuple[str, ...] = ()
     undetermined: tuple[str, ...] = field(default=())  # directions that the signals do not see
+    cases: tuple[Case, ...] = ()  # of several experiments, with the fitted values; `case` is the first
 
     def __getitem__(self, path: str) -> Fitted:
         for each in self.parameters:
@@ -66,10 +67,12 @@ class Fit:
         }  # fmt: skip
 
     def write(self, folder: str | Path) -> None:
-        """Write ``fitted.yaml``, a case that runs, and ``fit.json`` into a folder."""
+        """Write ``fitted.yaml``, a case that runs (of more experiments ``fitted-2.yaml`` ...), and ``fit.json``."""
         path = Path(folder)
         path.mkdir(parents=True, exist_ok=True)
-        (path / "fitted.yaml").write_text(self.case.to_yaml(), encoding="utf-8")
+        for number, case in enumerate(self.cases or (self.case,), start=1):
+            name = "fitted.yaml" if number == 1 else f"fitted-{number}.yaml"
+            (path / name).write_text(case.to_yaml(), encoding="utf-8")
         (path / "fit.json").write_text(json.dumps(self.to_dict(), indent=1), encoding="utf-8")
 
     def __str__(self) -> str:

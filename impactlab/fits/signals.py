@@ -1,12 +1,9 @@
-"""Measured signals: read from tables with units, and checked."""
+"""Measured signals, checked, and the settings of their instruments: gain, offset and trigger time."""
 
 from __future__ import annotations
 
-import csv
-import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from pathlib import Path
+from dataclasses import InitVar, dataclass
+from typing import Any
 
 import numpy as np
 
@@ -16,32 +13,75 @@ from impactlab.errors import CaseError
 from impactlab.history.units import UNITS
 from impactlab.types import Array
 
-HEADING = re.compile(r"\s*(?P<name>[^\[\]]+?)\s*\[(?P<unit>[^\[\]]+)\]\s*")
-FRACTIONS = {"1": 1.0, "%": 1e-2, "1e-6": 1e-6, "um/m": 1e-6}  # units of a strain
+FRACTIONS = {"1": 1.0, "%": 1e-2, "1e-6": 1e-6, "um/m": 1e-6, "µm/m": 1e-6, "mm/m": 1e-3}  # units of a strain
 MIN_SAMPLES = 4
+SETTINGS = ("gain", "offset", "shift")
+
+Setting = Any
+"""A number, or a text with a unit, that is known; (lower, upper), between which it is fitted; or "free"."""
 
 
-@dataclass(frozen=True)
+def factor_of(unit: str, wanted: str) -> float:
+    """Return the factor from a unit to an SI unit; raises `CaseError` with the units that would do."""
+    if wanted == "1":
+        if unit in FRACTIONS:
+            return FRACTIONS[unit]
+        raise CaseError(f"{shown(unit)} is no unit of a strain", remedy=f"Write one of {', '.join(FRACTIONS)}.")
+    try:
+        return to_si(f"1 {unit}", wanted)
+    except ValueError as error:
+        raise CaseError(str(error), remedy=f"Give a unit of {wanted}.") from None
+
+
+def unit_of(channel: str) -> str:
+    """Return the SI unit of a channel."""
+    return UNITS.get(channel.partition(":")[0], "1")
+
+
+@dataclass(frozen=True, eq=False)
 class Signal:
     """A measured channel: each sample is the mean over its sampling interval.
+
+    The instrument shows ``gain`` times the channel plus ``offset``, from ``shift`` on.
 
     Parameters
     ----------
     channel : str
         The channel of a run that it measures, such as ``force:hammer|rod.left``.
     times : array
-        Middles of the sampling intervals [s], (n,), increasing.
+        Middles of the sampling intervals, (n,), increasing.
     values : array
-        Samples in SI units, (n,).
+        Samples, (n,).
+    std : array, optional
+        Standard deviation of each sample, (n,), for ``noise="std"``.
+    gain, offset, shift : optional
+        Gain [1], offset in the unit of the channel, and trigger time [s] of this instrument: a number (or a text with a
+        unit) where it is known, ``(lower, upper)`` or ``"free"`` where it is fitted. By default as the fit has it.
+    unit, time_unit : str, optional
+        Units of ``values`` and ``std``, and of ``times``; by default SI. They are kept in SI.
+
+    Raises
+    ------
+    CaseError
+        If times, samples or units are wrong; names the sample.
     """
 
     channel: str
     times: Array
     values: Array
+    std: Array | None = None
+    gain: Setting = None
+    offset: Setting = None
+    shift: Setting = None
+    unit: InitVar[str] = ""
+    time_unit: InitVar[str] = "s"
 
-    def __post_init__(self) -> None:
-        for name in ("times", "values"):
-            object.__setattr__(self, name, np.asarray(getattr(self, name), dtype=float))
+    def __post_init__(self, unit: str, time_unit: str) -> None:
+        own = factor_of(unit, unit_of(self.channel)) if unit else 1.0
+        factors = {"times": factor_of(time_unit, "s"), "values": own, "std": own}
+        for name, factor in factors.items():
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, factor * np.asarray(getattr(self, name), dtype=float))
         self._check()
 
     def _check(self) -> None:
@@ -65,6 +105,23 @@ class Signal:
                 f"signal {self.channel}: time {falls[0] + 2}, {self.times[falls[0] + 1]:g} s, is not later",
                 remedy="Give increasing times.",
             )
+        if self.std is not None and (
+            self.std.shape != self.values.shape or not np.all((self.std > 0) & (self.std < np.inf))
+        ):
+            raise CaseError(
+                f"signal {self.channel}: standard deviations that are not one positive number for each sample",
+                remedy="Give one above 0 for each sample.",
+            )
+
+    @property
+    def width(self) -> float:
+        """The usual sampling interval [s]."""
+        return float(np.median(np.diff(self.times)))
+
+    @property
+    def scale(self) -> float:
+        """Standard deviation of the samples; 1 where they are all the same."""
+        return float(np.std(self.values)) or 1.0
 
     @property
     def edges(self) -> Array:
@@ -72,69 +129,3 @@ class Signal:
         middle = 0.5 * (self.times[1:] + self.times[:-1])
         first, last = 2.0 * self.times[0] - middle[0], 2.0 * self.times[-1] - middle[-1]
         return np.concatenate([[first], middle, [last]])
-
-
-def read_signals(file: str | Path, channels: Mapping[str, str]) -> list[Signal]:
-    """Return signals from a CSV file with a time column and units in brackets: ``time [us], force [kN]``.
-
-    Parameters
-    ----------
-    file : str or Path
-        The file; decimal points, commas between columns.
-    channels : mapping
-        Heading of a column to the channel of a run: ``{"force [kN]": "force:hammer|rod.left"}``. Other columns are left
-        out.
-
-    Raises
-    ------
-    CaseError
-        If the file cannot be read, a heading has no unit, or a cell is no number; names file and line.
-    """
-    path = Path(file)
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as stream:
-            header, *rows = [row for row in csv.reader(stream) if row]
-    except (OSError, ValueError, csv.Error) as error:
-        raise CaseError(f"the signals cannot be read: {error}", file=str(path), remedy="Give a CSV file.") from None
-    headings = [heading.strip() for heading in header]
-    if not headings[0].lower().startswith("time"):
-        raise CaseError(
-            f"the first column is headed {shown(headings[0])}", file=str(path), line=1, remedy="Write time [us] or so."
-        )
-    times = _column(path, rows, 0, headings[0], "s", len(headings))
-    found = []
-    for heading, channel in channels.items():
-        if heading not in headings:
-            raise CaseError(
-                f"no column is headed {shown(heading)}", file=str(path), line=1,
-                remedy=f"Columns: {', '.join(headings[1:])}.",
-            )  # fmt: skip
-        unit = UNITS.get(channel.partition(":")[0], "1")
-        found.append(Signal(channel, times, _column(path, rows, headings.index(heading), heading, unit, len(headings))))
-    return found
-
-
-def _column(path: Path, rows: Sequence[Sequence[str]], number: int, heading: str, unit: str, count: int) -> Array:
-    named = HEADING.fullmatch(heading)
-    if named is None:
-        raise CaseError(
-            f"column {shown(heading)} has no unit", file=str(path), line=1, remedy=f"Write {heading} [{unit}] or so."
-        )
-    given = named["unit"].strip()
-    factor = FRACTIONS.get(given) if unit == "1" else to_si(f"1 {given}", unit)
-    if factor is None:
-        raise CaseError(f"{shown(given)} is no unit of a strain", file=str(path), line=1, remedy="Write 1, % or 1e-6.")
-    found = []
-    for line, row in enumerate(rows, start=2):
-        try:
-            if len(row) != count:
-                raise ValueError
-            found.append(float(row[number]))
-        except ValueError:
-            text = row[number] if number < len(row) else ""
-            raise CaseError(
-                f"{len(row)} cells, {count} columns" if len(row) != count else f"{shown(text)} is no number",
-                file=str(path), line=line, path=heading,
-                remedy="Write a decimal point, and commas between columns only.",
-            ) from None  # fmt: skip
-    return factor * np.array(found)

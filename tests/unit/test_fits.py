@@ -16,6 +16,7 @@ import impactlab as il
 from impactlab.cli import app
 from impactlab.errors import CaseError
 from impactlab.fits.model import Means
+from impactlab.fits.trials import MarchedMeans
 
 FORCE = "force:hammer|rod.left"
 MASS, YOUNG = "bodies.hammer.mass", "bodies.rod.material.young"
@@ -198,3 +199,17 @@ def test_the_python_of_the_page_runs(monkeypatch):
     exec(code, names)
     stiffness = names["found"]["contacts.0.law.stiffness"]
     assert stiffness.lower < 2e8 < stiffness.upper
+
+
+@pytest.mark.parametrize("channel", [FORCE, "velocity:hammer", "strain:rod@0.15", "stress:rod@0.3"])
+def test_trials_of_exact_scenes_are_those_of_runs(cushioned, channel):
+    signal = measured(cushioned)
+    paths = (STIFFNESS, YOUNG, MASS)
+    bounds = {STIFFNESS: (5e7, 8e8), YOUNG: (1e11, 4e11), MASS: (1.0, 4.0)}
+    problem = il.fit_problem(cushioned, il.Signal(channel, signal.times, signal.values), bounds)
+    for values in ((1.5e8, 2.3e11, 2.5), (3e8, 1.8e11, 1.7)):
+        [found] = problem.trials[0].means(values)
+        assert isinstance(found, MarchedMeans)
+        run = il.run(cushioned.with_settings(zip(paths, values, strict=True)))
+        wanted = Means(run, channel).over(signal.edges, 2.5e-6)
+        assert found.over(signal.edges, 2.5e-6) == pytest.approx(wanted, abs=1e-12 * np.max(np.abs(wanted)))

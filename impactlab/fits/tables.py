@@ -1,0 +1,150 @@
+"""Signals from tables: CSV files headed by name and unit, and NetCDF files with units."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from impactlab.casefile.words import closest, shown
+from impactlab.errors import CaseError
+from impactlab.fits.signals import Signal, factor_of, unit_of
+from impactlab.history import dataset
+from impactlab.types import Array
+
+HEADING = re.compile(r"\s*(?P<name>[^\[\]]+?)\s*\[(?P<unit>[^\[\]]+)\]\s*")
+NETCDF = (".nc", ".nc4", ".cdf")
+STD = "std "  # before the name of a column: its standard deviations
+
+
+def read_signals(file: str | Path, channels: Mapping[str, str]) -> list[Signal]:
+    """Return signals from a table of measured samples.
+
+    A CSV file has a time column and units in brackets: ``time [us], force [kN]``. A column ``std force [kN]`` holds the
+    standard deviations of ``force [kN]``. A NetCDF file has variables over ``time``, each with the attribute ``units``;
+    of a file that impactlab wrote, such as ``history.nc``, columns are its channels.
+
+    Parameters
+    ----------
+    file : str or Path
+        The file; a CSV file has decimal points, and commas between columns.
+    channels : mapping
+        Heading of a column, or name of a variable, to the channel of a run that it measures:
+        ``{"force [kN]": "force:hammer|rod.left"}``. Other columns are left out.
+
+    Raises
+    ------
+    CaseError
+        If the file cannot be read, a column has no unit, or a cell is no number; names file and line.
+    ExtraError
+        For a NetCDF file without xarray and h5netcdf: ``pip install 'impactlab[data]'``.
+    """
+    path = Path(file)
+    try:
+        columns = _netcdf(path) if path.suffix in NETCDF else _Csv(path)
+        return [_signal(columns, heading, channel) for heading, channel in channels.items()]
+    except CaseError as error:
+        error.located(str(path), error.line)
+        raise
+
+
+def _signal(columns: _Csv | _Variables, heading: str, channel: str) -> Signal:
+    values = columns.read(heading, unit_of(channel))
+    std = STD + heading
+    deviations = columns.read(std, unit_of(channel)) if std in columns.headings else None
+    return Signal(channel, columns.times, values, deviations)
+
+
+def _unknown(heading: str, headings: Sequence[str]) -> CaseError:
+    return CaseError(
+        f"no column is headed {shown(heading)}.{closest(heading, headings)}", line=1,
+        remedy=f"Columns: {', '.join(headings)}.",
+    )  # fmt: skip
+
+
+class _Csv:
+    def __init__(self, path: Path) -> None:
+        try:
+            with path.open(newline="", encoding="utf-8-sig") as stream:
+                rows = [row for row in csv.reader(stream) if row]
+        except (OSError, ValueError, csv.Error) as error:
+            raise CaseError(f"the signals cannot be read: {error}", remedy="Give a CSV or NetCDF file.") from None
+        if not rows:
+            raise CaseError("the file is empty", remedy="Give a line of headings, and a line for each time.")
+        header, *self.rows = rows
+        self.headings = [heading.strip() for heading in header]
+        if not self.headings[0].lower().startswith("time"):
+            text = f"the first column is headed {shown(self.headings[0])}, where times are needed"
+            if ";" in self.headings[0]:
+                text = "the columns are divided by semicolons"
+            raise CaseError(text, line=1, remedy="Write time [us], force [kN] or so, with commas between columns.")
+        self.times = self.read(self.headings[0], "s")
+
+    def read(self, heading: str, unit: str) -> Array:
+        """Return a column in SI."""
+        if heading not in self.headings:
+            raise _unknown(heading, self.headings[1:])
+        named = HEADING.fullmatch(heading)
+        if named is None:
+            raise CaseError(f"column {shown(heading)} has no unit", line=1, remedy=f"Write {heading} [{unit}] or so.")
+        factor = factor_of(named["unit"].strip(), unit)
+        number, count = self.headings.index(heading), len(self.headings)
+        found = []
+        for line, row in enumerate(self.rows, start=2):
+            try:
+                if len(row) != count:
+                    raise ValueError
+                found.append(float(row[number]))
+            except ValueError:
+                text = row[number] if number < len(row) else ""
+                why = f"{shown(text)} is no number" if len(row) == count else f"{len(row)} cells, {count} columns"
+                raise CaseError(
+                    why, line=line, path=heading, remedy="Write a decimal point, and commas between columns only."
+                ) from None
+        return factor * np.array(found)
+
+
+class _Variables:
+    """Variables of a NetCDF file over its times, each with a unit."""
+
+    def __init__(self, columns: Mapping[str, tuple[Array, str]]) -> None:
+        self._columns = dict(columns)
+        self.headings = [name for name in columns if name != "time"]
+        if "time" not in columns:
+            raise CaseError("the file has no variable 'time'", remedy="Give the times of the samples that name.")
+        self.times = self.read("time", "s")
+
+    def read(self, heading: str, unit: str) -> Array:
+        """Return a variable in SI."""
+        if heading not in self._columns:
+            raise _unknown(heading, self.headings)
+        values, given = self._columns[heading]
+        if not given:
+            raise CaseError(f"variable {shown(heading)} has no unit", remedy="Give it the attribute 'units'.")
+        return factor_of(given, unit) * np.asarray(values, dtype=float)
+
+
+def _netcdf(path: Path) -> _Variables:
+    library = dataset.needed("xarray")
+    dataset.needed("h5netcdf")
+    try:
+        with library.open_dataset(path, engine="h5netcdf", decode_times=False) as opened:
+            data = opened.load()
+    except (OSError, ValueError) as error:
+        raise CaseError(f"the signals cannot be read: {error}", remedy="Give a CSV or NetCDF file.") from None
+    columns = {name: _column(array) for name, array in data.variables.items() if array.dims == ("time",)}
+    for name, array in data.data_vars.items():  # of a run: a row for each place or contact
+        other = [each for each in array.dims if each != "time"]
+        if "time" in array.dims and len(other) == 1 and other[0] in data.coords:
+            for label in data[other[0]].values.tolist():
+                quantity = "force" if name == "contact_force" else name
+                columns[f"{quantity}:{label}"] = _column(array.sel({other[0]: label}))
+    return _Variables(columns)
+
+
+def _column(array: Any) -> tuple[Array, str]:
+    return np.asarray(array.values), str(array.attrs.get("units", ""))

@@ -1,0 +1,155 @@
+"""Runs of a case at trial values of its unknowns.
+
+Exact scenes are marched in a memory that is prepared once: a trial writes its numbers there, marches and reads its
+signals in compiled code, in a tenth of a millisecond. Every other scene is run.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from impactlab import api
+from impactlab.casefile import Case
+from impactlab.errors import ImpactlabError
+from impactlab.exact.history import ContinuousHistory
+from impactlab.fits.model import ENDING, AbstractMeans, Means
+from impactlab.fits.unknowns import Unknown
+from impactlab.history.base import AbstractHistory
+from impactlab.lazy import lazy
+from impactlab.sweeps.batch_numbers import NotServed, numbers_of
+from impactlab.types import Array
+
+if TYPE_CHECKING:
+    from impactlab.exact.batch import single
+else:  # compiled code, needed only for exact scenes
+    single = lazy("impactlab.exact.batch.single")
+
+MAX_CORNERS = 16  # of the bounds, at which the case is checked
+MAX_KEPT = 32  # runs
+ROUNDING = 1e-14  # of a value that is read as it was written
+
+Values = tuple[float, ...]
+"""Values of the unknowns of a case, in SI."""
+
+
+class Trials:
+    """Runs of a case; ``channels`` are read of each."""
+
+    def __init__(self, case: Case, unknowns: Sequence[Unknown], channels: Sequence[str]) -> None:
+        self.case, self.channels = case, list(channels)
+        self.paths = [each.path for each in unknowns]
+        self._kept: dict[Values, list[AbstractMeans] | None] = {}
+
+    def at(self, values: Values) -> Case:
+        """Return the case with values of its unknowns; raises what the case raises."""
+        return self.case.with_settings(list(zip(self.paths, values, strict=True)), by="the fit")
+
+    def means(self, values: Values) -> list[AbstractMeans] | None:
+        """Return what a run shows of each channel; None where there is no such run."""
+        if values not in self._kept:
+            while len(self._kept) >= MAX_KEPT:
+                self._kept.pop(next(iter(self._kept)))
+            try:
+                self._kept[values] = self._run(values)
+            except ImpactlabError:
+                self._kept[values] = None
+        return self._kept[values]
+
+    def _run(self, values: Values) -> list[AbstractMeans] | None:
+        with api.warnings_kept():
+            history = api.run(self.at(values))
+        return [Means(history, channel) for channel in self.channels]
+
+
+class MarchedMeans(AbstractMeans):
+    """Means of a channel of an exact scene; it is marched again where the memory holds another."""
+
+    def __init__(self, memory: single.Single, vector: Array, integral: single.Integral, ends: bool) -> None:
+        self.memory, self.vector, self.integral = memory, vector, integral
+        self.duration = memory.duration
+        first, last = integral(np.array([0.0, self.duration]), False).tolist()
+        self.rest, self.last = 0.0 if ends else first, last
+
+    def sums(self, edges: Array) -> Array:
+        self.memory.march(self.vector)
+        return self.integral(edges, True)
+
+
+class MarchedTrials(Trials):
+    """Runs of an exact scene whose numbers alone change."""
+
+    def __init__(
+        self, case: Case, unknowns: Sequence[Unknown], channels: Sequence[str], history: AbstractHistory
+    ) -> None:
+        super().__init__(case, unknowns, channels)
+        base = numbers_of(case)
+        if not isinstance(history, ContinuousHistory):
+            raise NotServed("waves that are sampled as the run goes on")
+        self.pattern, self.vector = base.pattern, base.vector
+        self._entries = self._direct(unknowns)
+        of_length = [int(first) for first in np.asarray(base.pattern.links)["segment"]]
+        lengths = self._entries is None or any(entry in of_length for each in self._entries for entry in each)
+        self.memory = single.Single(base, history)
+        self.readers = []
+        for channel in channels:
+            reader = self.memory.reader(channel, lengths)
+            if reader is None:
+                raise NotServed(f"{channel} has no exact integral")
+            self.readers.append((reader, channel.partition(":")[0] in ENDING))
+
+    def _direct(self, unknowns: Sequence[Unknown]) -> list[list[int]] | None:
+        """Return the entries of the vector that are the unknowns themselves; None where the case makes others."""
+        ends = [(each.low, each.high) for each in unknowns]
+        found: list[list[int]] = [[] for _ in unknowns]
+        corners = list(itertools.islice(itertools.product(*ends), MAX_CORNERS))
+        corners += [tuple(each.start if k != n else end for k, each in enumerate(unknowns))
+                    for n, of in enumerate(ends) for end in of]  # fmt: skip
+        try:
+            made = [(corner, numbers_of(self.at(corner))) for corner in corners]
+        except (ImpactlabError, NotServed):
+            return None  # a corner that the case refuses: it is asked at each trial
+        if not all(each.pattern.same_as(self.pattern) for _, each in made):
+            return None
+        for number, (_, each) in enumerate(made[-2 * len(unknowns) :]):
+            n = number // 2
+            changed = np.flatnonzero(each.vector != self.vector).tolist()
+            found[n] += [entry for entry in changed if entry not in found[n]]
+        for n in range(len(unknowns)):
+            if any(
+                np.any(np.abs(each.vector[found[n]] - corner[n]) > ROUNDING * abs(corner[n])) for corner, each in made
+            ):
+                return None
+        every = [entry for entries in found for entry in entries]
+        return found if len(set(every)) == len(every) else None
+
+    def _vector(self, values: Values) -> Array:
+        if self._entries is None:
+            made = numbers_of(self.at(values))
+            if not made.pattern.same_as(self.pattern):
+                raise NotServed("bodies that are connected in another way")
+            return made.vector
+        vector = self.vector.copy()
+        for entries, value in zip(self._entries, values, strict=True):
+            vector[entries] = value
+        return vector
+
+    def _run(self, values: Values) -> list[AbstractMeans] | None:
+        try:
+            vector = self._vector(values)
+        except NotServed:
+            return super()._run(values)
+        if not self.memory.march(vector):
+            return super()._run(values)
+        return [MarchedMeans(self.memory, vector, reader, ends) for reader, ends in self.readers]
+
+
+def trials_of(case: Case, unknowns: Sequence[Unknown], channels: Sequence[str], history: AbstractHistory) -> Trials:
+    """Return the quickest way to run a case at trial values; ``history`` is the run of the case itself."""
+    try:
+        return MarchedTrials(case, unknowns, channels, history)
+    except NotServed:
+        return Trials(case, unknowns, channels)

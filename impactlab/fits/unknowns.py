@@ -1,0 +1,126 @@
+"""What a fit varies: numbers of the case within bounds, and settings of instruments that are not known."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+from impactlab.casefile import Case
+from impactlab.casefile.document import parse_value
+from impactlab.casefile.units import to_si
+from impactlab.casefile.words import shown
+from impactlab.derivatives.parameters import read_parameters
+from impactlab.errors import CaseError
+from impactlab.fits.signals import SETTINGS, Signal, unit_of
+
+WIDEST = 3.0  # times the range of the samples: an offset that is free
+PLAIN = {"gain": 1.0, "offset": 0.0, "shift": 0.0}
+
+
+class Unknown(NamedTuple):
+    """A number that is fitted, by its logarithm where it is positive and of the case."""
+
+    path: str  # of the case; or ``gain of CHANNEL``
+    start: float  # in SI
+    low: float
+    high: float
+    unit: str
+    scale: float = 0.0  # of the scaled unknown; 0 where it is the logarithm
+
+    @property
+    def is_positive(self) -> bool:
+        """Whether the logarithm is fitted."""
+        return self.scale == 0.0
+
+    def scaled(self, value: float) -> float:
+        """Return the scaled unknown of a value."""
+        return math.log(value) if self.is_positive else value / self.scale
+
+    def value(self, scaled: float) -> float:
+        """Return the value of a scaled unknown."""
+        found = math.exp(scaled) if self.is_positive else scaled * self.scale
+        return min(max(found, self.low), self.high)
+
+
+def read_bounds(text: str) -> tuple[str, tuple[Any, Any]]:
+    """Return path and bounds of a text such as ``bodies.hammer.mass=1 kg:4 kg``."""
+    path, equals, ends = (part.strip() for part in text.partition("="))
+    low, colon, high = (part.strip() for part in ends.partition(":"))
+    if not equals or not colon or not path or not low or not high:
+        raise CaseError(
+            f"--parameters {shown(text)} is not PATH=LOW:HIGH", remedy="Write bodies.hammer.mass=1:4 or so."
+        )
+    return path, (parse_value(low), parse_value(high))
+
+
+def read_setting(text: str) -> Any:
+    """Return a setting of an instrument from a text: ``free``, ``fixed``, a number, or ``LOW:HIGH``."""
+    low, colon, high = (part.strip() for part in text.partition(":"))
+    return (low, high) if colon else low
+
+
+def unknown(case: Case, path: str, bounds: Any) -> Unknown:
+    """Return a number of the case that is fitted; raises `CaseError` where its bounds are wrong."""
+    (parameter,) = read_parameters(case, [path])
+    try:
+        low, high = bounds
+    except (TypeError, ValueError):
+        raise CaseError(f"{bounds!r} is no pair of bounds", path=path, remedy="Give (lower, upper).") from None
+    ends = [read_parameters(case.with_(path, end), [path])[0].value for end in (low, high)]
+    if not ends[0] < ends[1]:
+        raise CaseError(f"bounds {low} and {high}", path=path, remedy="Give the lower one first.")
+    if not ends[0] <= parameter.value <= ends[1]:
+        raise CaseError(
+            f"the start {parameter.value:g} lies outside {ends[0]:g} to {ends[1]:g} {parameter.unit}", path=path,
+            remedy="Give the case a value inside the bounds.",
+        )  # fmt: skip
+    scale = 0.0 if ends[0] > 0.0 else ends[1] - ends[0]
+    return Unknown(path, parameter.value, ends[0], ends[1], parameter.unit, scale)
+
+
+def setting(signal: Signal, name: str, given: Any, label: str) -> float | Unknown:
+    """Return gain, offset or shift of a signal: the number where it is known, else what is fitted."""
+    own = getattr(signal, name)
+    chosen = given if own is None else own
+    unit = {"gain": "1", "offset": unit_of(signal.channel), "shift": "s"}[name]
+    usual = PLAIN[name]
+    reach = {"gain": math.inf, "offset": WIDEST * float(max(signal.values) - min(signal.values)) or math.inf}
+    scale = {"gain": 1.0, "offset": signal.scale, "shift": signal.width}[name]
+    widest = reach.get(name, len(signal.times) * signal.width)
+    if chosen in (None, "fixed"):
+        return usual
+    path = f"{name} of {label}"
+    if chosen == "free":
+        low = 0.0 if name == "gain" else usual - widest
+        return Unknown(path, usual, low, usual + widest, unit, scale)
+    if isinstance(chosen, (tuple, list)) and len(chosen) == 2:
+        low, high = (_number(end, unit, path) for end in chosen)
+        if not low < high:
+            raise CaseError(f"bounds {chosen[0]} and {chosen[1]}", path=path, remedy="Give the lower one first.")
+        return Unknown(path, min(max(usual, low), high), low, high, unit, scale)
+    return _number(chosen, unit, path)
+
+
+def _number(given: Any, unit: str, path: str) -> float:
+    try:
+        found = float(given)
+    except (TypeError, ValueError):
+        try:
+            found = to_si(str(given), unit)
+        except ValueError as error:
+            raise CaseError(
+                f"{shown(str(given))}: {error}", path=path, remedy="Give a number, (lower, upper), 'free' or 'fixed'."
+            ) from None
+    if not math.isfinite(found):
+        raise CaseError(f"{given} is not finite", path=path, remedy="Give a finite number, or 'free'.")
+    return found
+
+
+def settings(signal: Signal, given: dict[str, Any], label: str) -> dict[str, float | Unknown]:
+    """Return gain, offset and shift of a signal; ``given`` are those of the fit for signals without their own."""
+    return {name: setting(signal, name, given.get(name), label) for name in SETTINGS}
+
+
+def frequency(given: float | str) -> float:
+    """Return a bandwidth [Hz] of a number, or of a text such as ``100 kHz``."""
+    return _number(given, "1/s", "bandwidth")
