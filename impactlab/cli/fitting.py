@@ -36,6 +36,16 @@ def fit(
         str, typer.Option("--loss", help="linear, or huber where single samples may be far off.")
     ] = "linear",
     noise: Annotated[str, typer.Option("--noise", help="white, or ar1 where neighbours err alike.")] = "white",
+    intervals: Annotated[
+        str,
+        typer.Option(
+            "--intervals",
+            metavar="A,B",
+            help="Beside those from the derivatives: profile (likelihood), bootstrap (in blocks).",
+        ),
+    ] = "jacobian",
+    resamples: Annotated[int, typer.Option("--resamples", help="How often the bootstrap draws residuals again.")] = 500,
+    seed: Annotated[int, typer.Option("--seed", help="Of the random numbers of the bootstrap.", min=0)] = 0,
     sets: Sets = None,
     method: Method = None,
     variant: Variant = None,
@@ -51,7 +61,10 @@ def fit(
         bounds = dict(fits.read_bounds(text) for text in parameters)
         columns = dict(_named(text) for text in signal)
         console.say_if_compiling()
-        found = fits.fit(loaded, fits.read_signals(data, columns), bounds, shift=shift, loss=loss, noise=noise)
+        found = fits.fit(
+            loaded, fits.read_signals(data, columns), bounds, shift=shift, loss=loss, noise=noise,
+            intervals=intervals, resamples=resamples, seed=seed,
+        )  # fmt: skip
         if out is not None:
             found.write(out)
             console.say(f"written: {out}")

@@ -1,27 +1,52 @@
-"""How sure a fit is: intervals from the derivatives at its solution, and what its signals do not tell."""
+"""How sure a fit is: its parameters with 95 % intervals of each kind, and the warnings that belong to them."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.stats import chi2
 from scipy.stats import t as student
 
+from impactlab.fits.bootstrap import Bootstrap, bootstrap
+from impactlab.fits.edges import change
+from impactlab.fits.loss import Loss
 from impactlab.fits.problem import Problem
-from impactlab.fits.result import Fit, Fitted
+from impactlab.fits.profiles import Profile, profile
+from impactlab.fits.result import BOOTSTRAP, JACOBIAN, PROFILE, WIDENED, Curve, Fit, Fitted, Resamples, Shown
+from impactlab.fits.seen import Seen, products, seen, short_names, told
+from impactlab.fits.unknowns import Unknown
 from impactlab.types import Array
 
-UNSEEN = 3.0  # standard deviation of a logarithm, from which the signals do not determine it
 CORRELATED = 4.0  # of the standard deviation of an autocorrelation under white noise: beyond it is told
 HUBER = 1.345  # of the noise: residuals beyond count linearly
+ABOVE_NOISE = 1.0e-3  # probability of residuals as large as that under the given noise
+RESTARTS = 3  # from a better solution that a profile has found
+MAX_LOGARITHM = 700.0  # of a float
+AT_BOUND = 1.0e-6  # of the distance between the bounds
 
 
 class Options(NamedTuple):
-    """How the noise is taken."""
+    """How the noise is taken, and which intervals are given beside those from the derivatives."""
 
     loss: str  # linear or huber
-    noise: str  # white or ar1
+    noise: str  # white, ar1 or std
+    intervals: tuple[str, ...] = ()  # profile, bootstrap
+    resamples: int = 500
+    seed: int = 0
+
+
+class Solution(NamedTuple):
+    """A solution with all that its intervals are made of."""
+
+    x: Array  # (n,), scaled
+    residuals: Array
+    spread: float  # standard deviation of the residuals that the intervals take
+    reach: float  # half an interval over a standard deviation, under the noise that is assumed
+    widened: float  # of the reach, for correlated residuals
+    seen: Seen
 
 
 def autocorrelations(problem: Problem, scaled: Array) -> list[float]:
@@ -30,61 +55,169 @@ def autocorrelations(problem: Problem, scaled: Array) -> list[float]:
     return [float(part[1:] @ part[:-1]) / max(float(part @ part), 1e-300) for part in parts]
 
 
+def _neighbours(parts: Sequence[Array]) -> float:
+    """Return the autocorrelation of neighbouring residuals of all signals."""
+    whole = sum(float(part @ part) for part in parts)
+    return sum(float(part[1:] @ part[:-1]) for part in parts) / max(whole, 1e-300)
+
+
+def _natural(each: Unknown, scaled: float) -> float:
+    """Return the value in SI of a scaled unknown, which may lie outside its bounds or be infinite."""
+    if each.is_positive:
+        return math.exp(scaled) if scaled < MAX_LOGARITHM else math.inf
+    return scaled * each.scale
+
+
 def fit_with_intervals(problem: Problem, found: Any, chosen: Options) -> Fit:
     """Return the fit whose solution was found, with its intervals."""
-    residuals, jacobian = problem.residuals(found.x), problem.jacobian(found.x)
-    freedom = len(residuals) - problem.size
-    spread = float(np.sqrt(residuals @ residuals / freedom)) if chosen.noise != "std" else 1.0
+    x = np.asarray(found.x)
+    for _ in range(RESTARTS):
+        solution, warnings = _solution(problem, x, chosen)
+        loss = _loss(problem, solution, chosen)
+        profiles = _profiles(problem, loss, solution) if PROFILE in chosen.intervals else {}
+        better = next((each.better for each in profiles.values() if each.better is not None), None)
+        if better is None:
+            break
+        x = loss.least(better).x
+    else:
+        warnings.append("warning: profiles found solutions with a smaller loss, one after the other: fit from there")
+    resampled = None
+    if BOOTSTRAP in chosen.intervals:
+        resampled = bootstrap(loss, x, [len(part) for part in problem.parts(x) or []], chosen.resamples, chosen.seed)
+    rows, said = _rows(problem, solution, profiles, resampled)
+    reach, unknowns = solution.reach * solution.widened, problem.unknowns
+    paths = [each.path for each in unknowns]
+    made = []
+    free = [each for each, is_free in zip(unknowns, solution.seen.is_free.tolist(), strict=True) if is_free]
+    if free and all(each.is_positive or each.path.startswith("gain") for each in free):
+        made = products(solution.seen, paths, problem.values(x), reach)
+    curves = [
+        Curve(each.path, each.unit, np.array([_natural(each, place) for place in profiles[number].x.tolist()]),
+              profiles[number].rise, reach**2, each.is_positive)
+        for number, each in enumerate(unknowns) if number in profiles
+    ]  # fmt: skip
+    shown = [
+        Shown(of.label, of.signal.times, of.signal.values, fitted)
+        for of, fitted in zip(problem.measured, problem.fitted(x), strict=True)
+    ]
+    parts = problem.parts(x) or []
+    cases = problem.cases(x)
+    return Fit(
+        cases[0], tuple(rows), solution.seen.covariance, tuple(parts), _size(solution.residuals, problem, chosen),
+        _neighbours(parts), (*warnings, *said), tuple(told(solution.seen, paths, made)), cases, tuple(made),
+        tuple(shown), tuple(curves),
+        None if resampled is None else Resamples(chosen.resamples, chosen.seed, resampled.blocks),
+    )  # fmt: skip
+
+
+def _size(residuals: Array, problem: Problem, chosen: Options) -> float:
+    """Return the standard deviation of residuals, from their median where some are far off."""
     if chosen.loss == "huber":
-        spread = 1.4826 * float(np.median(np.abs(residuals)))
-        kept = np.abs(residuals) <= HUBER * spread
-        jacobian = jacobian * kept[:, None]
-    _, sizes, ways = np.linalg.svd(jacobian / np.linalg.norm(jacobian, axis=0).clip(1e-300), full_matrices=False)
-    norms = np.linalg.norm(jacobian, axis=0).clip(1e-300)
-    deviations = spread / np.maximum(sizes, 1e-300)  # along each direction, in columns of unit length
-    directions = ways / norms
-    told = np.array([each.unit != "s" and not each.path.startswith("offset") for each in problem.unknowns])
-    lengths = np.linalg.norm(directions * told, axis=1)
-    unseen = deviations * lengths > UNSEEN
-    covariance = (directions.T * deviations**2) @ directions
-    parts = problem.parts(found.x) or []
-    neighbours = sum(float(part[1:] @ part[:-1]) for part in parts) / max(float(residuals @ residuals), 1e-300)
-    warnings = []
-    widened = 1.0
-    if chosen.noise == "white" and abs(neighbours) > CORRELATED / math.sqrt(len(residuals)) and neighbours < 1.0:
+        return 1.4826 * float(np.median(np.abs(residuals)))
+    return float(np.sqrt(residuals @ residuals / (len(residuals) - problem.size)))
+
+
+def _solution(problem: Problem, x: Array, chosen: Options) -> tuple[Solution, list[str]]:
+    """Return a solution with its spread, and warnings about its residuals."""
+    residuals, jacobian = problem.residuals(x), problem.jacobian(x)
+    freedom, warnings = len(residuals) - problem.size, []
+    spread = _size(residuals, problem, chosen)
+    if chosen.loss == "huber":
+        jacobian = jacobian * (np.abs(residuals) <= HUBER * spread)[:, None]
+    reach = float(student.ppf(0.975, freedom))
+    if chosen.noise == "std":
+        if chi2.sf(float(residuals @ residuals), freedom) < ABOVE_NOISE:
+            warnings.append(
+                f"warning: the fit ends above the noise: the residuals are {spread:.2g} times the given standard "
+                "deviations, and the intervals are widened by that; the case lacks something, or the noise is larger"
+            )
+        spread = max(1.0, spread) if warnings else 1.0
+        reach = reach if warnings else float(student.ppf(0.975, math.inf))
+    neighbours, widened = _neighbours(problem.parts(x) or []), 1.0
+    if chosen.noise != "ar1" and abs(neighbours) > CORRELATED / math.sqrt(len(residuals)) and neighbours < 1.0:
         widened = math.sqrt(max(1.0, (1.0 + neighbours) / (1.0 - neighbours)))
         warnings.append(
-            f"warning: neighbouring residuals correlate by {neighbours:.2f}: under white noise the intervals "
-            f"would be {widened:.2g} times too narrow and are widened; --noise ar1 takes it into account"
+            f"warning: neighbouring residuals correlate by {neighbours:.2f}: the noise is coloured, or the case lacks "
+            f"something. Under white noise the intervals are too narrow; widened ones, {widened:.2g} times as wide, "
+            "stand beside them. --noise ar1 takes the correlation into account"
         )
-    reach = float(student.ppf(0.975, freedom)) * widened
-    rows = []
+    found = seen(jacobian, spread, np.array([_weight(each, x[number]) for number, each in enumerate(problem.unknowns)]))
+    return Solution(x, residuals, spread, reach, widened, found), warnings
+
+
+def _weight(each: Unknown, scaled: float) -> float:
+    """Return the change of the logarithm of a number over that of its unknown; 0 of offsets and shifts."""
+    if each.path.startswith("gain of"):
+        return 1.0 / max(abs(scaled), 1e-9)
+    return 0.0 if " of " in each.path else 1.0
+
+
+def _loss(problem: Problem, solution: Solution, chosen: Options) -> Loss:
+    low, high = problem.bounds()
+    limit = HUBER * solution.spread if chosen.loss == "huber" else math.inf
+    return Loss(problem.residuals, problem.jacobian, low, high, limit)
+
+
+def _profiles(problem: Problem, loss: Loss, solution: Solution) -> dict[int, Profile]:
+    found = {}
+    for number in range(len(problem.parameters)):
+        is_free = bool(solution.seen.is_free[number])
+        known = math.sqrt(float(solution.seen.known[number, number]))
+        deviation = known if known > 0.0 else math.inf
+        limit = solution.reach * solution.widened
+        found[number] = profile(loss, number, solution.x, solution.spread, limit, deviation, is_seen=not is_free)
+    return found
+
+
+def _rows(
+    problem: Problem, solution: Solution, profiles: Mapping[int, Profile], resampled: Bootstrap | None
+) -> tuple[list[Fitted], list[str]]:
+    """Return the rows of the result, and warnings about single parameters."""
+    rows, warnings = [], []
+    names = short_names([each.path for each in problem.unknowns])
     for number, each in enumerate(problem.unknowns):
-        value = each.value(float(found.x[number]))
-        free = bool(told[number] and np.any(unseen & (np.abs(ways[:, number]) > 0.05)))
-        half = math.inf if free else reach * math.sqrt(covariance[number, number])
-        lower, upper = (value * math.exp(-half), value * math.exp(half)) if half < 700.0 else (0.0, math.inf)
-        if not each.is_positive:
-            lower, upper = (value + sign * half * each.scale for sign in (-1.0, 1.0))
-        at_bound = min(value - each.low, each.high - value) <= 1e-6 * (each.high - each.low)
-        note = "at its bound" if at_bound else "not determined" if free else ""
-        rows.append(Fitted(each.path, value, lower, upper, each.unit, note))
-        if at_bound:
+        x, is_free = float(solution.x[number]), bool(solution.seen.is_free[number])
+        half = math.inf if is_free else solution.reach * math.sqrt(float(solution.seen.known[number, number]))
+        ends = {JACOBIAN: (x - half, x + half)}
+        if solution.widened > 1.0:
+            ends[WIDENED] = (x - solution.widened * half, x + solution.widened * half)
+        if number in profiles:
+            ends[PROFILE] = (profiles[number].lower, profiles[number].upper)
+        if resampled is not None:
+            ends[BOOTSTRAP] = (-math.inf, math.inf) if is_free else resampled.interval(number)
+        shown = {kind: (_natural(each, low), _natural(each, high)) for kind, (low, high) in ends.items()}
+        value, notes = each.value(x), ["not determined"] if is_free else []
+        if _is_at_bound(each, value):
+            notes.insert(0, "at its bound")
             warnings.append(
-                f"warning: {each.path} ended at its bound {value:.6g} {each.unit}; the interval does not hold"
+                f"warning: {each.path} ended at its bound {value:.6g} {each.unit}; its interval does not hold"
             )
-    words = tuple(_told(problem, ways[row] / norms) for row in np.flatnonzero(unseen))
-    cases = problem.cases(found.x)
-    return Fit(cases[0], tuple(rows), covariance, tuple(parts), spread, neighbours, tuple(warnings), words, cases)
+        place = _edge(problem, solution, number) if number < len(problem.parameters) and not is_free else None
+        if place is not None:
+            notes.append("near an edge")
+            warnings.append(
+                f"warning: inside the interval of {names[number]} the sequence of contacts changes, at about "
+                f"{_natural(each, place):.6g} {each.unit}: the loss may have a kink or a second minimum there, and the "
+                "interval from the derivatives may not hold; a profile (--intervals profile) shows it"
+            )
+        lower, upper = shown.get(WIDENED, shown[JACOBIAN])
+        rows.append(Fitted(each.path, value, lower, upper, each.unit, "; ".join(notes), shown))
+    return rows, warnings
 
 
-def _told(problem: Problem, direction: Array) -> str:
-    """Return a direction that the signals do not see, in words."""
-    own = direction[: len(problem.parameters)]
-    own = own / own[int(np.argmax(np.abs(own)))]
-    powers = [
-        f"{each.path.rpartition('.')[2]}^{power:.2g}"
-        for each, power in zip(problem.parameters, own.tolist(), strict=True)
-        if abs(power) > 0.05
-    ]
-    return f"the signals do not tell how large {' '.join(powers)} is: only other combinations are determined"
+def _is_at_bound(each: Unknown, value: float) -> bool:
+    width = each.high - each.low if math.isfinite(each.high - each.low) else max(abs(value), 1e-9)
+    return min(value - each.low, each.high - value) <= AT_BOUND * width
+
+
+def _edge(problem: Problem, solution: Solution, number: int) -> float | None:
+    """Return the value of a scaled unknown nearest to the solution at which the sequence of contacts changes."""
+    low, high = problem.bounds()
+    column = solution.seen.known[:, number]
+    way = column / math.sqrt(float(column[number])) * solution.reach * solution.widened  # the others follow
+    found = []
+    for sign in (-1.0, 1.0):
+        changed = change(problem.cases, solution.x, np.clip(solution.x + sign * way, low, high))
+        if changed is not None:
+            found.append((changed.share, float(changed.x[number])))
+    return min(found)[1] if found else None

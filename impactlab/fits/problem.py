@@ -196,6 +196,17 @@ class Problem:
             return None
         return [self.part(number, mean, self.setting(scaled, number)) for number, mean in enumerate(means)]
 
+    def fitted(self, scaled: Array) -> list[Array]:
+        """Return what the cases show of each signal, (samples,) in SI, without a filter; NaN where there is no run."""
+        means = self.means(scaled)
+        if means is None:
+            return [np.full(len(signal.times), math.nan) for signal in self.signals]
+        found = []
+        for number, mean in enumerate(means):
+            gain, offset, shift = self.setting(scaled, number)
+            found.append(gain * mean.over(self.measured[number].edges, shift) + offset)
+        return found
+
     def part(self, number: int, mean: AbstractMeans, chosen: tuple[float, float, float]) -> Array:
         """Return the residuals of a signal, for a gain, offset and shift."""
         of = self.measured[number]

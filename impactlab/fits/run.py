@@ -8,10 +8,12 @@ from impactlab.casefile import Case
 from impactlab.errors import CaseError
 from impactlab.fits.intervals import Options, fit_with_intervals
 from impactlab.fits.problem import Experiment, Problem
-from impactlab.fits.result import Fit
+from impactlab.fits.result import BOOTSTRAP, JACOBIAN, PROFILE, Fit
 from impactlab.fits.search import search
 from impactlab.fits.signals import Setting, Signal
 from impactlab.fits.unknowns import frequency
+
+MIN_RESAMPLES = 40  # of the bootstrap
 
 Experiments = Case | Sequence[tuple[Case, Signal | Sequence[Signal]]]
 """A case, or pairs of a case and its signals."""
@@ -28,6 +30,9 @@ def fit(
     loss: str = "linear",
     noise: str = "white",
     bandwidth: float | str = 0.0,
+    intervals: str | Sequence[str] = JACOBIAN,
+    resamples: int = 500,
+    seed: int = 0,
 ) -> Fit:
     """Return a case whose numbers are fitted to measured signals.
 
@@ -49,6 +54,10 @@ def fit(
         ``white``; ``ar1`` where neighbouring samples err alike; ``std`` where each has a standard deviation.
     bandwidth : float or str
         Frequency [Hz, or a text as 100 kHz] of a low-pass of data and model alike, 3 dB down there; 0 for none.
+    intervals : str or sequence of str
+        Intervals beside those from the derivatives: ``profile`` (likelihood), ``bootstrap`` (in blocks), or both.
+    resamples, seed : int
+        How often the bootstrap draws the residuals again, and the seed of its random numbers.
 
     Raises
     ------
@@ -59,7 +68,12 @@ def fit(
         case, signals, parameters, gain=gain, offset=offset, shift=shift, noise=noise, bandwidth=bandwidth
     )
     _allowed("loss", loss, ("linear", "huber"))
-    chosen = Options(loss, noise)
+    kinds = [each.strip() for each in intervals.split(",")] if isinstance(intervals, str) else list(intervals)
+    for kind in kinds:
+        _allowed("intervals", kind, (JACOBIAN, PROFILE, BOOTSTRAP))
+    if resamples < MIN_RESAMPLES:
+        raise CaseError(f"{resamples} resamples", remedy=f"Give {MIN_RESAMPLES} or more: percentiles need them.")
+    chosen = Options(loss, noise, tuple(kinds), resamples, seed)
     return fit_with_intervals(problem, search(problem, chosen), chosen)
 
 

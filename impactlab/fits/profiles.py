@@ -1,0 +1,131 @@
+"""Profile likelihood: the least loss over all other unknowns while one of them is moved outward.
+
+Source: Bates and Watts, Nonlinear Regression Analysis and Its Applications (1988), section 6.1: the signed root of the
+rise of the loss over the variance is Student's t where a model is linear.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from impactlab.fits.loss import IMPOSSIBLE, Loss, Point
+from impactlab.types import Array
+
+STEPS = 4.0  # from the solution to the end of an interval
+MAX_POINTS, MAX_ROUNDS = 40, 8  # on one side; to find where the limit is passed
+GROWTH, MAX_SHARE = 2.0, 1.0 / 6.0  # of one step over the one before; of a step over the distance of the bounds
+NEAR = 1.0e-3  # of the limit: an end of an interval is found as well as that
+BETTER = 0.02  # fall of the loss, over the variance, from which the solution was not the best
+
+
+class Profile(NamedTuple):
+    """The least loss along one unknown."""
+
+    x: Array  # (points,), increasing; scaled
+    rise: Array  # (points,), of the loss over the variance of the residuals; 0 at the solution
+    lower: float  # where the rise passes the limit; minus infinity where it does not up to the bound
+    upper: float
+    better: Array | None = None  # unknowns (n,) with a loss below that of the solution
+
+
+class Walk(NamedTuple):
+    """What the steps along a profile need."""
+
+    loss: Loss
+    number: int  # of the unknown
+    base: Point  # the solution
+    spread: float  # standard deviation of the residuals
+    limit: float  # of the signed root of the rise
+    is_seen: bool  # False: stops, open, where another unknown reaches a bound
+
+    def root(self, point: Point) -> float:
+        """Return the square root of the rise of the loss over the variance."""
+        return math.sqrt(max(0.0, point.loss - self.base.loss)) / self.spread
+
+    def held(self, points: list[Point], place: float) -> Point:
+        """Return the least loss with the unknown at a place, from the straight line through the last two points."""
+        last = points[-1]
+        start = last.x.copy()
+        if len(points) > 1:
+            before = points[-2]
+            moved = last.x[self.number] - before.x[self.number]
+            start += (last.x - before.x) * ((place - last.x[self.number]) / moved)
+        start[self.number] = place
+        return self.loss.least(np.clip(start, self.loss.low, self.loss.high), self.number)
+
+
+def profile(
+    loss: Loss, number: int, solution: Array, spread: float, limit: float, deviation: float, *, is_seen: bool = True
+) -> Profile:
+    """Return the profile of one unknown around a solution.
+
+    Parameters
+    ----------
+    number : int
+        The unknown.
+    spread : float
+        Standard deviation of the residuals.
+    limit : float
+        Root of the rise at the ends of the interval: the quantile of Student's t.
+    deviation : float
+        Standard deviation of the unknown from the derivatives, for the first step.
+    is_seen : bool
+        False where the signals do not determine the unknown: bounds of others that it runs into are no information.
+    """
+    walk = Walk(loss, number, loss.at(solution), spread, limit, is_seen)
+    sides = [_side(walk, sign, deviation) for sign in (-1.0, 1.0)]
+    points = [*reversed(sides[0][0][1:]), *sides[1][0]]
+    least = min(points, key=lambda point: point.loss)
+    better = least.x if least.loss < walk.base.loss - BETTER * spread**2 else None
+    x = np.array([point.x[number] for point in points])
+    rise = np.array([(point.loss - walk.base.loss) / spread**2 for point in points])
+    return Profile(x, rise, sides[0][1], sides[1][1], better)
+
+
+def _side(walk: Walk, sign: float, deviation: float) -> tuple[list[Point], float]:
+    """Return the points outward on one side and the place where the limit is passed, infinite if it is not."""
+    number, loss = walk.number, walk.loss
+    bound = float((loss.high if sign > 0.0 else loss.low)[number])
+    largest = MAX_SHARE * float(loss.widths[number])
+    step = min(deviation * walk.limit / STEPS, largest)
+    points = [walk.base]
+    for _ in range(MAX_POINTS):
+        place = float(points[-1].x[number]) + sign * step
+        ends = sign * (place - bound) >= 0.0
+        point = walk.held(points, bound if ends else place)
+        if point.loss > IMPOSSIBLE * max(walk.base.loss, walk.spread**2):
+            return points, sign * math.inf  # the case allows no more
+        grown = walk.root(point) - walk.root(points[-1])
+        if walk.root(point) > walk.limit:
+            passed = _passed(walk, points, point)
+            return sorted([*points, *passed], key=lambda each: sign * each.x[number]), float(passed[-1].x[number])
+        points.append(point)
+        if ends or (not walk.is_seen and _meets_a_bound(walk, point)):
+            break
+        step = min(step * min(max(walk.limit / STEPS / max(grown, 1e-12), 0.5), GROWTH), largest)
+    return points, sign * math.inf
+
+
+def _passed(walk: Walk, points: list[Point], outside: Point) -> list[Point]:
+    """Return points around the place where the limit is passed, the closest one last: by secants inside a bracket."""
+    inside, found = points[-1], [outside]
+    for _ in range(MAX_ROUNDS):
+        low, high = walk.root(inside), walk.root(outside)
+        share = 0.5 if high > STEPS * walk.limit else min(max((walk.limit - low) / (high - low), 0.05), 0.95)
+        place = inside.x[walk.number] + share * (outside.x[walk.number] - inside.x[walk.number])
+        found.append(walk.held([outside, inside], float(place)))
+        root = walk.root(found[-1])
+        if abs(root - walk.limit) <= NEAR * walk.limit:
+            break
+        inside, outside = (found[-1], outside) if root < walk.limit else (inside, found[-1])
+    return found
+
+
+def _meets_a_bound(walk: Walk, point: Point) -> bool:
+    loss = walk.loss
+    near = np.minimum(point.x - loss.low, loss.high - point.x) < 1e-6 * loss.widths
+    near[walk.number] = False
+    return bool(np.any(near))
