@@ -55,7 +55,7 @@ class TangentArrays(NamedTuple):
     moves: Array  # (pieces, 2, P): of start and stop of a piece
     size: Integers  # (pieces,): coefficients of a row
     offset: Integers  # (pieces,): into the pool
-    used: Integers  # (1,): of the pool
+    used: Integers  # (2,): of the pool; coefficients of the rows that have ever been written
     pool: Array  # of a piece: parameter by parameter, row by row
     dated: Array  # (events, P): of the time of an event
     bend: Array  # (events, 3): first and second derivative in time of what crossed zero, and 1 (`CROSSED`); or the
@@ -86,7 +86,7 @@ def tangent_arrays(log: Log, rates: Rates) -> TangentArrays:
         np.zeros((junctions, parameters)), rates.nodes[:, :, U].copy(), rates.nodes[:, :, V].copy(),
         np.zeros((parameters, rates.ends.shape[1])),
         np.zeros((pieces, 2, parameters)), np.zeros(pieces, np.int64), np.zeros(pieces, np.int64),
-        np.zeros(1, np.int64), np.empty(parameters * len(log.pool)),
+        np.zeros(2, np.int64), np.empty(parameters * len(log.pool)),
         np.zeros((len(log.events), parameters)), np.zeros((len(log.events), 3)),
         np.zeros((len(log.events), parameters)), np.zeros(parameters),
         np.zeros((parameters, rows, ROOM)), np.zeros((max(1, ends), ROOM)), np.zeros((nodes, ROOM)),

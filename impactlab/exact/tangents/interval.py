@@ -290,7 +290,7 @@ def make_tangents(m: MarchArrays, d: TangentArrays, j: int, t0: float, t1: float
         longest = min(max(shortest, arriving(m, d, q, j, t0, t1)), ORDER)
         rows = d.rows[q]
         for i in range(junction.rows):
-            for k in range(ROOM):
+            for k in range(d.used[1]):
                 rows[i, k] = 0.0
         drive(m, d, q, j, longest)
         used = move_nodes(m, d, q, j, half, longest, tied)
@@ -304,6 +304,7 @@ def make_tangents(m: MarchArrays, d: TangentArrays, j: int, t0: float, t1: float
         for c in range(junction.first_contact, junction.last_contact):
             if m.contacts[c].closed == 1:
                 contact_force(m, d, q, j, c, used + 1)
+    d.used[1] = max(d.used[1], filled)
     return filled
 
 
@@ -346,4 +347,4 @@ def keep_tangents(
                 d.carried[q, first + i - 2 * nodes - ends] = at_end(row, size)
         d.moves[number, 0, q], d.moves[number, 1, q] = d.clock[j, q], until[q]
         d.clock[j, q] = until[q]
-    d.used[0] = at
+    d.used[0], d.used[1] = at, max(d.used[1], size)
