@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import Annotated
 
@@ -14,6 +15,7 @@ from impactlab.errors import CaseError
 
 
 def fit(
+    context: typer.Context,
     case: CaseFile,
     data: Annotated[Path, typer.Argument(metavar="DATA.csv", help="Signals: columns headed by name and unit.")],
     parameters: Annotated[
@@ -51,7 +53,7 @@ def fit(
     variant: Variant = None,
     out: Annotated[
         Path | None,
-        typer.Option("--out", metavar="DIR", help="Write fitted.yaml and fit.json here.", show_default=False),
+        typer.Option("--out", metavar="DIR", help="Write the fitted case, its numbers and a page here.", show_default=False),
     ] = None,
     as_json: Json = False,
 ) -> None:
@@ -66,12 +68,25 @@ def fit(
             intervals=intervals, resamples=resamples, seed=seed,
         )  # fmt: skip
         if out is not None:
-            found.write(out)
+            found.write(out, _again(context))
             console.say(f"written: {out}")
         if as_json:
             console.print_json(found.to_dict())
         else:
             print(found)
+
+
+def _again(context: typer.Context) -> str:
+    """Return the command that repeats the fit, as a shell takes it; its output folder is left to be named."""
+    words = ["impactlab", "fit"]
+    for option in context.command.params:
+        given = context.params.get(str(option.name))
+        if option.name in ("out", "as_json") or given in (None, [], ()) or given == option.default:
+            continue
+        for each in given if isinstance(given, (list, tuple)) else [given]:
+            text = each.name if isinstance(each, Path) else str(each)
+            words += [text] if option.param_type_name == "argument" else [option.opts[0], text]
+    return shlex.join(words) + " --out DIR"
 
 
 def _named(text: str) -> tuple[str, str]:

@@ -7,17 +7,22 @@ import io
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from impactlab.casefile import Case
 from impactlab.fits.seen import Product
+from impactlab.lazy import above
 from impactlab.types import Array
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 JACOBIAN, WIDENED, PROFILE, BOOTSTRAP = KINDS = ("jacobian", "widened", "profile", "bootstrap")
+DIGITS, MIN_DIGITS, MAX_DIGITS = 6, 3, 12  # of a number with an infinite interval; of others at least and at most
 SAID = {
     JACOBIAN: "from the derivatives",
     WIDENED: "widened: correlated residuals",
@@ -88,6 +93,7 @@ class Fit:
     signals: tuple[Shown, ...] = ()
     profiles: tuple[Curve, ...] = ()
     bootstrap: Resamples | None = None
+    assumed: Mapping[str, str] = field(default_factory=dict)  # noise and loss of the fit, by their words
 
     def __getitem__(self, path: str) -> Fitted:
         for each in self.parameters:
@@ -101,12 +107,18 @@ class Fit:
         size = np.sqrt(np.diag(self.covariance))
         return np.asarray(self.covariance / np.outer(size, size))
 
+    def plot(self) -> Figure:
+        """Return a figure of the signals, measured and fitted, with their residuals."""
+        figure: Figure = above("fits.plots").plot_signals(self)
+        return figure
+
     def to_dict(self) -> dict[str, Any]:
         """Return plain values: None in place of NaN and infinity."""
         made = {
             "schema_version": 1,
             "case": self.case.label,
             "parameters": [each._asdict() for each in self.parameters],
+            "assumed": self.assumed,
             "noise": self.noise,
             "autocorrelation": self.autocorrelation,
             "warnings": self.warnings,
@@ -130,11 +142,12 @@ class Fit:
                 rows.writerow((each.path, each.unit, repr(each.value), kind, *shown, each.note))
         return text.getvalue()
 
-    def write(self, folder: str | Path) -> None:
-        """Write the fitted case and its numbers into a folder.
+    def write(self, folder: str | Path, command: str = "") -> None:
+        """Write the fitted case, its numbers and a page into a folder.
 
         ``fitted.yaml`` is a case that runs (of more experiments ``fitted-2.yaml`` ...), ``fit.json`` has all numbers,
-        ``parameters.csv`` the table.
+        ``parameters.csv`` the table, ``fit.html`` the signals, residuals, profiles and correlations, with ``command``,
+        the one that repeats the fit.
         """
         path = Path(folder)
         path.mkdir(parents=True, exist_ok=True)
@@ -143,28 +156,39 @@ class Fit:
             (path / name).write_text(case.to_yaml(), encoding="utf-8")
         (path / "fit.json").write_text(json.dumps(self.to_dict(), indent=1), encoding="utf-8")
         (path / "parameters.csv").write_text(self.to_csv(), encoding="utf-8")
+        above("fits.page").write_page(path, self, command)
 
     def __str__(self) -> str:
         rows = [("parameter", "value", "95 % interval", "")]
         for each in self.parameters:
-            kinds = each.intervals or {JACOBIAN: (each.lower, each.upper)}
-            for kind, (lower, upper) in kinds.items():
-                named = (each.path, f"{each.value:.6g} {each.unit}".rstrip()) if kind == JACOBIAN else ("", "")
-                words = [each.note] if kind == JACOBIAN else []
-                words += [SAID[kind]] if len(kinds) > 1 else []
-                rows.append((*named, between(lower, upper), "; ".join(filter(None, words))))
+            kinds = dict(each.intervals) or {JACOBIAN: (each.lower, each.upper)}
+            if len({said(each.value, *ends)[1] for ends in kinds.values()}) == 1:  # all infinite
+                kinds = {JACOBIAN: kinds[JACOBIAN]}
+            for kind, ends in kinds.items():
+                value, between = said(each.value, *ends)
+                first = (
+                    (each.path, f"{value} {each.unit}".removesuffix(" 1").rstrip()) if kind == JACOBIAN else ("", "")
+                )
+                words = [each.note] * (kind == JACOBIAN) + [SAID[kind]] * (len(kinds) > 1)
+                rows.append((*first, between, "; ".join(filter(None, words))))
         for product in self.determined:
-            rows.append((product.text, f"{product.value:.6g}", between(product.lower, product.upper), "in SI units"))
+            rows.append((product.text, *said(product.value, product.lower, product.upper), "in SI units"))
         widths = [max(len(row[k]) for row in rows) for k in range(4)]
         lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
         return "\n".join([*lines, *self.warnings, *self.undetermined])
 
 
-def between(lower: float, upper: float, size: float = 1.0) -> str:
-    """Return an interval in words, its ends divided by a size: ``1.2 to 1.4``, ``above 1.2``, ``infinite``."""
+def said(value: float, lower: float, upper: float, size: float = 1.0) -> tuple[str, str]:
+    """Return a value and its interval in words, divided by a size, to a hundredth of half the interval or better."""
+    is_infinite = math.isinf(upper) and (lower == 0.0 or math.isinf(lower))
+    half = min(abs(each - value) for each in (lower, upper))
+    digits = DIGITS
+    if value and half > 0.0 and not is_infinite:
+        digits = min(max(math.ceil(math.log10(abs(value) / half)) + 3, MIN_DIGITS), MAX_DIGITS)
+    shown, low, high = (f"{each / size:.{digits}g}" for each in (value, lower, upper))
     if math.isinf(upper):
-        return f"above {lower / size:.6g}" if lower > 0.0 or -math.inf < lower < 0.0 else "infinite"
-    return f"below {upper / size:.6g}" if math.isinf(lower) else f"{lower / size:.6g} to {upper / size:.6g}"
+        return shown, "infinite" if is_infinite else f"above {low}"
+    return shown, f"below {high}" if math.isinf(lower) else f"{low} to {high}"
 
 
 def _plain(value: Any) -> Any:

@@ -68,16 +68,17 @@ def seen(jacobian: Array, spread: float, weights: Array) -> Seen:
 
 
 def short_names(paths: Sequence[str]) -> list[str]:
-    """Return the last words of dotted paths, as many as tell them apart; ``gain of CHANNEL`` stays whole."""
-    found = []
-    for path in paths:
-        if " of " in path:
-            found.append(path)
-            continue
-        words = path.split(".")
-        ends = (".".join(words[-count:]) for count in range(1, len(words) + 1))
-        found.append(next((end for end in ends if sum(f".{other}".endswith(f".{end}") for other in paths) == 1), path))
-    return found
+    """Return the last words of dotted paths, as many as tell them apart; of ``gain of CHANNEL`` the first word."""
+    ends = [_ends(path) for path in paths]
+    return [next((end for end in own if sum(end in other for other in ends) == 1), own[-1]) for own in ends]
+
+
+def _ends(path: str) -> list[str]:
+    """Return the names that a path may go by, the shortest first."""
+    if " of " in path:
+        return [path.partition(" of ")[0], path]
+    words = path.split(".")
+    return [".".join(words[-count:]) for count in range(1, len(words) + 1)]
 
 
 def powers(unseen: Array) -> NDArray[np.int64]:

@@ -1,0 +1,156 @@
+"""The page of a fit: parameters with their intervals, signals, residuals, profiles and correlations."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from impactlab.fits.plots import (
+    name_of,
+    plot_autocorrelations,
+    plot_correlations,
+    plot_profiles,
+    plot_signals,
+    unit_of,
+)
+from impactlab.fits.result import JACOBIAN, KINDS, SAID, WIDENED, Fit, Fitted, said
+from impactlab.fits.seen import Product
+from impactlab.report import facts
+from impactlab.report.figure_files import inline, save, with_classes
+from impactlab.report.page import rendered
+from impactlab.report.provenance import of_case
+from impactlab.report.sketch import sketch
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+PAGE = "fit.html"
+POWERS = "⁰¹²³⁴⁵⁶⁷⁸⁹"
+NOISE = {
+    "white": "white noise",
+    "ar1": "noise that correlates from sample to sample (ar1)",
+    "std": "the standard deviation given for each sample",
+}
+LOSS = {"linear": "least squares", "huber": "Huber's loss, in which samples far off count less"}
+
+
+class Plate(NamedTuple):
+    """A figure of the page."""
+
+    name: str
+    title: str
+    caption: str
+    figure: Figure
+
+
+def plates(fit: Fit) -> Iterator[Plate]:
+    """Give the figures of a fit."""
+    yield Plate(
+        "signals", "Signals", "Measured and fitted; below, the residuals over their standard deviation. The band is "
+        "two of them wide on each side: of white noise, 95 % of the residuals lie inside, without a pattern.",
+        plot_signals(fit),
+    )  # fmt: skip
+    yield Plate(
+        "autocorrelation", "Autocorrelation of the residuals", "How much residuals resemble those some samples before. "
+        "Beyond the band (95 % of white noise) the noise is coloured, or the case lacks something.",
+        plot_autocorrelations(fit),
+    )  # fmt: skip
+    if fit.profiles:
+        yield Plate(
+            "profiles", "Profiles", "The least sum of squares with one parameter held, all others fitted again, as its "
+            "rise over the variance of the residuals. The 95 % interval ends where the rise passes the line. Where "
+            "the profile leaves the parabola of the derivatives, their intervals do not hold.",
+            plot_profiles(fit),
+        )  # fmt: skip
+    seen = [each for each in fit.parameters if "not determined" not in each.note]
+    if len(seen) > 1:
+        without = "" if len(seen) == len(fit.parameters) else " Without those that the signals do not determine."
+        yield Plate(
+            "correlations", "Correlations", "Of the estimates: close to 1 or \N{MINUS SIGN}1, two numbers can change "
+            f"together with little change of the signals.{without}", plot_correlations(fit),
+        )  # fmt: skip
+
+
+def write_page(folder: Path, fit: Fit, command: str = "") -> None:
+    """Write ``fit.html`` and ``figures/`` of a fit into a folder that has its other files."""
+    (folder / "figures").mkdir(exist_ok=True)
+    made, drawings = [], []
+    for plate in plates(fit):
+        made.append({"name": plate.name, "title": plate.title, "caption": plate.caption})
+        drawings.append(inline(save(plate.figure, folder / "figures", plate.name), f"{plate.title}. {plate.caption}"))
+    figures, rules = with_classes(drawings)
+    kinds = [kind for kind in KINDS if any(kind in each.intervals for each in fit.parameters)]
+    scene, origin = fit.case.scene(), of_case(fit.case, command)
+    text = rendered(
+        "impactlab.fits",
+        "page.html.j2",
+        title=origin.title or fit.case.label,
+        kicker=f"impactlab · a fit of {len(fit.parameters)} number{'s' * (len(fit.parameters) != 1)}",
+        origin=origin,
+        sketch=sketch(scene),
+        facts=[*_facts(fit), *facts.scene_facts(scene)],
+        findings=[_raised(text[:1].upper() + text[1:]) + "." for text in fit.undetermined],
+        warnings=[text.removeprefix("warning: ") for text in fit.warnings],
+        headings=[f"95 %, {SAID[kind]}" for kind in kinds],
+        rows=[_row(each, name_of(fit, each.path), kinds) for each in fit.parameters],
+        products=[_product(each, kinds) for each in fit.determined],
+        plates=[{**plate, "svg": svg} for plate, svg in zip(made, figures, strict=True)],
+        rules=rules,
+        files=[
+            ("fitted.yaml", "the fitted case: it runs"),
+            ("parameters.csv", "the table"),
+            ("fit.json", "all numbers"),
+            ("figures/", "SVG, PNG"),
+        ],
+    )
+    draft = folder / f"{PAGE}.part"
+    draft.write_text(text, encoding="utf-8")
+    draft.replace(folder / PAGE)
+
+
+def _row(each: Fitted, name: str, kinds: list[str]) -> dict[str, Any]:
+    """Return a number as a row of the table, in the unit that suits its value."""
+    unit = unit_of(each.unit, each.value)
+    ends = [each.intervals.get(kind) for kind in kinds]
+    cells = ["" if end is None else _raised(said(each.value, *end, unit.size)[1]) for end in ends]
+    value = said(each.value, *each.intervals[JACOBIAN], unit.size)[0]
+    value = _raised(f"{value}\N{NO-BREAK SPACE}{unit.label}".rstrip())
+    return {
+        "name": name,
+        "under": each.path if each.path != name else "",
+        "note": each.note,
+        "value": value,
+        "cells": cells,
+    }
+
+
+def _product(each: Product, kinds: list[str]) -> dict[str, Any]:
+    """Return a product as a row of the table: its interval is widened where those of the numbers are."""
+    value, between = said(each.value, each.lower, each.upper)
+    own = WIDENED if WIDENED in kinds else JACOBIAN
+    cells = [_raised(between) if kind == own else "" for kind in kinds]
+    return {"name": _raised(each.text), "under": "in SI units", "note": "", "value": _raised(value), "cells": cells}
+
+
+def _raised(text: str) -> str:
+    """Return a text with raised powers and true minus signs."""
+    text = re.sub(r"\^(\d)|(?<=\bm)([23])\b", lambda found: POWERS[int(found[1] or found[2])], text)
+    return re.sub(r"(?<![\w)])-(?=\d)|(?<=\de)-(?=\d)", "\N{MINUS SIGN}", text)
+
+
+def _facts(fit: Fit) -> list[tuple[str, str]]:
+    """Return signals, noise and bootstrap as names and words."""
+    found = [("signal", f"{each.channel}, {len(each.times):,} samples") for each in fit.signals]
+    size = f"{100.0 * fit.noise:.3g} % of the signal's"
+    if fit.assumed["noise"] == "std":
+        size = f"{fit.noise:.3g} of that given"
+    words = f"standard deviation {size}; neighbours correlate by {fit.autocorrelation:.2f}"
+    found.append(("residuals", words.replace("-", "\N{MINUS SIGN}")))
+    found.append(("assumed", f"{NOISE[fit.assumed['noise']]}, {LOSS[fit.assumed['loss']]}"))
+    if fit.bootstrap:
+        count, seed, blocks = fit.bootstrap
+        each = " and ".join(f"{block} sample{'s' * (block > 1)}" for block in blocks)
+        found.append(("bootstrap", f"{count} resamples in blocks of {each}, seed {seed}"))
+    return found

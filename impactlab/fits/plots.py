@@ -1,0 +1,184 @@
+"""Figures of a fit: its signals with their residuals, autocorrelations, profiles and correlations."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from impactlab.fits.bootstrap import autocorrelations
+from impactlab.fits.result import JACOBIAN, PROFILE, WIDENED, Curve, Fit, Shown
+from impactlab.fits.seen import short_names
+from impactlab.history.units import UNITS
+from impactlab.report.style import GRID, INK, MUTED, PALETTE, PAPER, Margins, Unit, across, drawn, grid, scaled
+from impactlab.sweeps.plots import fitted as prefixed
+from impactlab.types import Array
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+MEASURED, FITTED = MUTED, PALETTE[0]
+NOISE = 2.0  # standard deviations that a band of residuals shows
+MAX_LAGS = 40
+HEADROOM = 2.0  # of a profile over the rise at the ends of its interval
+ENDS = PALETTE[1]
+MAX_NUMBERS = 12  # parameters of a matrix whose cells have numbers
+DARK, LIGHT, DARK_CELL = "#10151c", "#fbfcfd", 0.55  # numbers in cells, and the correlation from which they are light
+
+
+def name_of(fit: Fit, path: str) -> str:
+    """Return the last words of a path that tell it apart from those of the other parameters."""
+    paths = [each.path for each in fit.parameters]
+    return short_names(paths)[paths.index(path)]
+
+
+def unit_of(unit: str, value: float) -> Unit:
+    """Return the unit with the prefix that suits a value."""
+    return prefixed("" if unit == "1" else unit, abs(value))
+
+
+@drawn
+def plot_signals(fit: Fit) -> Figure:
+    """Return a figure of each signal, measured and fitted, above its residuals over their standard deviation."""
+    count = len(fit.signals)
+    margins = Margins(top=0.45, down=0.3)
+    figure, panels = grid(2 * count, 1, 1.75, margins)
+    for number, (shown, residuals) in enumerate(zip(fit.signals, fit.residuals, strict=True)):
+        upper, lower = panels[2 * number][0], panels[2 * number + 1][0]
+        _taller(upper, lower)
+        clock = scaled("s", float(np.max(np.abs(shown.times))))
+        _signal(upper, shown, clock, has_legend=number == 0)
+        times = np.linspace(shown.times[0], shown.times[-1], len(residuals)) / clock.size
+        lower.axhspan(-NOISE, NOISE, color=GRID, linewidth=0.0)
+        lower.plot(times, residuals / fit.noise, ".", color=FITTED, markersize=3.0)
+        lower.axhline(0.0, color=INK, linewidth=0.7)
+        lower.set_ylabel("residual / noise")
+        lower.set_xlim(upper.get_xlim())
+        if number == count - 1:
+            lower.set_xlabel(f"time  t  [{clock.label}]")
+    return figure
+
+
+def _taller(upper: Axes, lower: Axes) -> None:
+    """Give the signal three fifths of the height of both panels, the residuals two."""
+    top, bottom = upper.get_position(), lower.get_position()
+    space, both = top.y0 - bottom.y1, top.y1 - bottom.y0
+    small = 0.36 * (both - space)
+    lower.set_position((bottom.x0, bottom.y0, bottom.width, small))
+    upper.set_position((top.x0, bottom.y0 + small + space, top.width, both - space - small))
+
+
+def _signal(axes: Axes, shown: Shown, clock: Unit, *, has_legend: bool) -> None:
+    quantity, _, place = shown.channel.partition(":")
+    unit = unit_of(UNITS.get(quantity, "1"), float(np.max(np.abs(shown.measured))))
+    times = shown.times / clock.size
+    axes.plot(times, shown.measured / unit.size, ".", color=MEASURED, markersize=4.0, label="measured")
+    axes.plot(times, shown.fitted / unit.size, color=FITTED, label="fitted")
+    axes.set_ylabel(f"{quantity}  [{unit.label}]" if unit.label else quantity)
+    axes.set_title(place.replace("|", " | "), loc="right", color=MUTED, fontweight="normal")
+    axes.tick_params(labelbottom=False)
+    axes.margins(x=0.01)
+    if has_legend:
+        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False, borderaxespad=0.2)
+
+
+def _panels(count: int, height: float, margins: Margins) -> tuple[Figure, list[Axes]]:
+    columns = min(count, across(3))
+    figure, rows = grid(-(-count // columns), columns, height, margins)
+    flat = [axes for row in rows for axes in row]
+    for axes in flat[count:]:
+        axes.set_visible(False)
+    return figure, flat[:count]
+
+
+@drawn
+def plot_autocorrelations(fit: Fit) -> Figure:
+    """Return a figure of the autocorrelation of the residuals of each signal, with the 95 % band of white noise."""
+    figure, panels = _panels(len(fit.residuals), 1.7, Margins())
+    for axes, shown, residuals in zip(panels, fit.signals, fit.residuals, strict=True):
+        lags = min(MAX_LAGS, len(residuals) // 3)
+        found, band = autocorrelations(residuals, lags), 1.96 / math.sqrt(len(residuals))
+        axes.axhspan(-band, band, color=GRID, linewidth=0.0)
+        axes.vlines(np.arange(lags + 1), 0.0, found, color=FITTED, linewidth=2.0)
+        axes.axhline(0.0, color=INK, linewidth=0.7)
+        axes.set_ylim(min(-0.3, 1.1 * float(found.min())), 1.05)
+        axes.set_xlabel("lag  [samples]")
+        axes.set_title(shown.channel.replace("|", " | "), color=MUTED, fontweight="normal")
+    panels[0].set_ylabel("autocorrelation")
+    return figure
+
+
+@drawn
+def plot_profiles(fit: Fit) -> Figure:
+    """Return a figure of the profile of each parameter, with the parabola of the derivatives and the 95 % interval."""
+    figure, panels = _panels(len(fit.profiles), 1.9, Margins(top=0.55, down=1.0))
+    for number, (axes, curve) in enumerate(zip(panels, fit.profiles, strict=True)):
+        _profile(axes, curve, fit)
+        if number == 0:
+            axes.legend(loc="lower left", bbox_to_anchor=(-0.02, 1.12), ncols=3, frameon=False, borderaxespad=0.0)
+    panels[0].set_ylabel("rise of the loss / variance")
+    return figure
+
+
+def _profile(axes: Axes, curve: Curve, fit: Fit) -> None:
+    parameter = fit[curve.path]
+    unit, top = unit_of(curve.unit, parameter.value), HEADROOM * curve.limit
+    scale = np.log if curve.is_logarithmic else np.asarray
+    near = curve.rise <= 4.0 * top
+    values, root = curve.values[near], np.sqrt(np.maximum(curve.rise[near], 0.0))
+    least = int(np.argmin(np.abs(values - parameter.value)))
+    root[:least] *= -1.0
+    places = np.linspace(values[0], values[-1], 300)
+    line = np.interp(places, values, root) if len(values) < 3 else PchipInterpolator(values, root)(places)
+    axes.plot(places / unit.size, line**2, color=FITTED, label="profile")
+    axes.plot(values / unit.size, root**2, "o", color=FITTED, markersize=3.5)
+    lower, upper = parameter.intervals.get(WIDENED, parameter.intervals[JACOBIAN])
+    if math.isfinite(upper):
+        half = 0.5 * (scale(upper) - scale(lower))
+        parabola = curve.limit * ((scale(places) - scale(parameter.value)) / half) ** 2
+        axes.plot(places / unit.size, parabola, color=MUTED, linewidth=1.0, linestyle=(0, (4, 2)), label="parabola")
+    axes.axhline(curve.limit, color=ENDS, linewidth=0.8, label="95 %")
+    for end in parameter.intervals[PROFILE]:
+        if values[0] <= end <= values[-1]:
+            axes.plot([end / unit.size] * 2, [0.0, curve.limit], color=ENDS, linewidth=0.8)
+    inside = values[root**2 <= top] / unit.size
+    reach = 0.06 * (inside[-1] - inside[0])
+    axes.set_xlim(inside[0] - reach, inside[-1] + reach)
+    axes.set_ylim(0.0, top)
+    axes.locator_params(axis="x", nbins=5)
+    name = name_of(fit, curve.path)
+    axes.set_xlabel(f"{name}  [{unit.label}]" if unit.label else name)
+
+
+@drawn
+def plot_correlations(fit: Fit) -> Figure:
+    """Return a figure of the correlations of the parameters that the signals determine, a matrix with numbers."""
+    names = [name_of(fit, each.path).replace("|", " | ") for each in fit.parameters]
+    rows = [number for number, each in enumerate(fit.parameters) if "not determined" not in each.note]
+    values: Array = fit.correlations[np.ix_(rows, rows)]
+    shown, letters = [names[row] for row in rows], 0.075 * max(len(names[row]) for row in rows)
+    side = min(0.75, 6.0 / len(rows)) * len(rows)
+    whole = 8.6
+    left = min(letters + 0.3, 3.2)
+    margins = Margins(left=left, right=max(0.9, whole - left - 1.45 * side), top=0.1, bottom=0.2 + 0.72 * letters)
+    figure, [[axes]] = grid(1, 1, side, margins)
+    image = axes.pcolormesh(values[::-1], cmap="RdBu_r", vmin=-1.0, vmax=1.0, edgecolor=PAPER, linewidth=2.0)
+    axes.grid(visible=False)
+    places = np.arange(len(rows)) + 0.5
+    axes.set_xticks(places, shown, rotation=35, ha="right", rotation_mode="anchor")
+    axes.set_yticks(places, shown[::-1])
+    axes.tick_params(length=0.0)
+    for side_line in axes.spines.values():
+        side_line.set_visible(False)
+    if len(rows) <= MAX_NUMBERS:
+        for (row, column), value in np.ndenumerate(values[::-1]):
+            colour = LIGHT if abs(value) > DARK_CELL else DARK
+            text = f"{value:.2f}".replace("-", "\N{MINUS SIGN}")
+            axes.text(column + 0.5, row + 0.5, text, ha="center", va="center", color=colour, fontsize=8.5)
+    bar: Any = figure.colorbar(image, ax=axes, fraction=0.05, pad=0.03, label="correlation")
+    bar.set_ticks([-1.0, -0.5, 0.0, 0.5, 1.0])
+    bar.outline.set_visible(False)
+    return figure
