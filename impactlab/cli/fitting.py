@@ -53,7 +53,9 @@ def fit(
     variant: Variant = None,
     out: Annotated[
         Path | None,
-        typer.Option("--out", metavar="DIR", help="Write the fitted case, its numbers and a page here.", show_default=False),
+        typer.Option(
+            "--out", metavar="DIR", help="Write the fitted case, numbers and a page here.", show_default=False
+        ),
     ] = None,
     as_json: Json = False,
 ) -> None:
