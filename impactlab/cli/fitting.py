@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -12,6 +12,12 @@ from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, load
 from impactlab.cli.reporting import reporting
 from impactlab.cli.rooms import console, fits
 from impactlab.errors import CaseError
+
+
+def _of_instruments(name: str, words: str) -> Any:
+    """Return the option of a setting of the instruments."""
+    forms = "free, VALUE or LOW:HIGH; of one signal COLUMN=..."
+    return typer.Option(f"--{name}", metavar="SETTING", help=f"{words}: {forms}.", show_default=False)
 
 
 def fit(
@@ -31,13 +37,33 @@ def fit(
             show_default=False,
         ),
     ],
-    shift: Annotated[
-        str, typer.Option("--shift", help="free where the trigger time is unknown, else fixed.")
-    ] = "fixed",
+    experiment: Annotated[
+        list[tuple[Path, Path]] | None,
+        typer.Option(
+            "--experiment",
+            metavar="CASE DATA",
+            help="Another case with its signals, fitted together with the first.",
+            show_default=False,
+        ),
+    ] = None,
+    gain: Annotated[list[str] | None, _of_instruments("gain", "Gain of the instruments")] = None,
+    offset: Annotated[
+        list[str] | None, _of_instruments("offset", "Offset of the instruments, in the unit of the channel")
+    ] = None,
+    shift: Annotated[list[str] | None, _of_instruments("shift", "Trigger time of the instruments")] = None,
     loss: Annotated[
         str, typer.Option("--loss", help="linear, or huber where single samples may be far off.")
     ] = "linear",
-    noise: Annotated[str, typer.Option("--noise", help="white, or ar1 where neighbours err alike.")] = "white",
+    noise: Annotated[
+        str,
+        typer.Option(
+            "--noise",
+            help="white, ar1 where neighbours err alike, or std: columns headed std and the heading of the signal.",
+        ),
+    ] = "white",
+    bandwidth: Annotated[
+        str, typer.Option("--bandwidth", metavar="FREQUENCY", help="Low-pass of data and model, as 100 kHz; 0: none.")
+    ] = "0",
     intervals: Annotated[
         str,
         typer.Option(
@@ -61,12 +87,16 @@ def fit(
 ) -> None:
     """Fit numbers of a case to measured signals, and print them with their 95 % intervals."""  # fmt: skip
     with reporting(case, as_json):
-        loaded = load(case, sets, method, variant)
+        pairs = [(case, data), *(experiment or [])]
+        cases = [load(each, sets, method, variant) for each, _ in pairs]
         bounds = dict(fits.read_bounds(text) for text in parameters)
         columns = dict(_named(text) for text in signal)
+        tables = [file for _, file in pairs]
+        instruments = {"gain": gain, "offset": offset, "shift": shift}
+        signals = fits.read_tables(tables, columns, {name: texts or [] for name, texts in instruments.items()})
         console.say_if_compiling()
         found = fits.fit(
-            loaded, fits.read_signals(data, columns), bounds, shift=shift, loss=loss, noise=noise,
+            list(zip(cases, signals, strict=True)), parameters=bounds, loss=loss, noise=noise, bandwidth=bandwidth,
             intervals=intervals, resamples=resamples, seed=seed,
         )  # fmt: skip
         if out is not None:
@@ -86,8 +116,9 @@ def _again(context: typer.Context) -> str:
         if option.name in ("out", "as_json") or given in (None, [], ()) or given == option.default:
             continue
         for each in given if isinstance(given, (list, tuple)) else [given]:
-            text = each.name if isinstance(each, Path) else str(each)
-            words += [text] if option.param_type_name == "argument" else [option.opts[0], text]
+            parts = each if isinstance(each, tuple) else (each,)
+            texts = [part.name if isinstance(part, Path) else str(part) for part in parts]
+            words += texts if option.param_type_name == "argument" else [option.opts[0], *texts]
     return shlex.join(words) + " --out DIR"
 
 

@@ -14,7 +14,7 @@ from impactlab.errors import CaseError
 from impactlab.fits.filters import LowPass, smooth
 from impactlab.fits.model import AbstractMeans, check_channel
 from impactlab.fits.signals import SETTINGS, Signal
-from impactlab.fits.trials import Trials, trials_of
+from impactlab.fits.trials import MarchedTrials, Trials, trials_of
 from impactlab.fits.unknowns import Unknown, settings, unknown
 from impactlab.types import Array
 
@@ -98,6 +98,11 @@ class Problem:
         self.correlated = [0.0] * len(self.signals)  # of neighbouring residuals, taken out of them
         self.trials = [self._trials(each) for each in self.experiments]
         self._check_moved()
+
+    @property
+    def is_quick(self) -> bool:
+        """Whether a trial takes a fraction of a millisecond, as that of exact scenes."""
+        return all(isinstance(each, MarchedTrials) for each in self.trials)
 
     def _start(self, path: str) -> float:
         return next(each.start for each in self.parameters if each.path == path)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import Any
 
@@ -14,9 +15,15 @@ from impactlab.fits.problem import Problem
 from impactlab.types import Array
 
 STAGES = (0.06, 0.02)  # widths of the low-pass, of the samples of a signal, before the stage without
-ROUNDS, BESIDE = 3, 2.0  # of starts beside a solution, and their distance in standard deviations
-COARSE = 1.0e-3  # of cost and unknowns, in stages that only find a start
+KEPT = 2  # solutions of a stage that the next one starts from
+ASIDE = 0.3  # of a logarithm, by which parameters are tried about the start
+MAX_FULL = 3  # parameters that are tried in all combinations, more one by one
+BESIDE = (2.0, 8.0)  # standard deviations: starts beside a solution
+ROUNDS = 3  # of such starts
+COARSE = 1.0e-3  # of the cost, in stages that only find a start
+XTOL = 1.0e-6  # of the unknowns, of which shifts are in samples
 TRIGGERS = 2  # trigger times from which a stage starts
+STRIDE = 3.0  # a scan looks at so many samples and shifts in the width of the low-pass
 INSIDE = 1.0e-9  # of the bounds, by which a start is moved inside them
 
 
@@ -27,18 +34,21 @@ def solved(problem: Problem, start: Array, loss: str = "linear", scale: float = 
     inner = np.clip(start, low + INSIDE * wide, high - INSIDE * wide)
     return least_squares(
         problem.residuals, inner, problem.jacobian, (low, high),
-        x_scale="jac", loss=loss, f_scale=scale, ftol=tolerance, xtol=tolerance,
+        x_scale="jac", loss=loss, f_scale=scale, ftol=tolerance, xtol=min(tolerance, XTOL),
     )  # fmt: skip
 
 
 def search(problem: Problem, chosen: Options) -> Any:
     """Return the solution of a fit as scipy gives it."""
-    start = problem.start()
+    problem.smoothed = STAGES[0]
+    starts = aside(problem)
     for stage in STAGES:
         problem.smoothed = stage
-        start = _best(solved(problem, each, tolerance=COARSE) for each in triggers(problem, start, TRIGGERS)).x
+        tried = [solved(problem, each, tolerance=COARSE) for each in starts]
+        kept = sorted(tried, key=lambda each: float(each.cost))[:KEPT]
+        starts = [place for each in kept for place in triggers(problem, each.x, TRIGGERS)]
     problem.smoothed = 0.0
-    starts = [start, *triggers(problem, start, TRIGGERS)]
+    starts = [*(each.x for each in kept), *triggers(problem, kept[0].x, TRIGGERS)]
     found = polished(problem, solved(problem, _best(solved(problem, each, tolerance=COARSE) for each in starts).x))
     if chosen.loss == "huber":
         for _ in range(2):
@@ -61,41 +71,82 @@ def polished(problem: Problem, found: Any) -> Any:
     for _ in range(ROUNDS):
         sizes, ways = np.linalg.svd(found.jac, full_matrices=False)[1:]
         spread = math.sqrt(2.0 * float(found.cost) / max(1, len(found.fun) - problem.size))
-        steps = [way * min(spread / float(size), 0.1) for size, way in zip(sizes, ways, strict=True) if size > 0.0]
-        tried = [solved(problem, found.x + side * BESIDE * step) for step in steps for side in (-1.0, 1.0)]
-        best = _best([found, *tried])
+        steps = [
+            way * min(far * spread / float(size), 0.1 * far)
+            for size, way in zip(sizes, ways, strict=True)
+            if size > 0.0
+            for far in BESIDE
+        ]
+        best = _best([found, *(solved(problem, found.x + side * step) for step in steps for side in (-1.0, 1.0))])
         if not best.cost < found.cost * (1.0 - 1e-9):
             break
         found = best
     return found
 
 
+def aside(problem: Problem) -> list[Array]:
+    """Return the best starts among those with parameters to both sides of the given ones, with their trigger times.
+
+    Where a trial takes a run of its own, the given start alone.
+    """
+    start, (low, high) = problem.start(), problem.bounds()
+    if not problem.is_quick:
+        return triggers(problem, start, TRIGGERS)
+    count = len(problem.parameters)
+    signs = list(itertools.product((0.0, -1.0, 1.0), repeat=count)) if count <= MAX_FULL else [
+        tuple(sign * (k == n) for k in range(count)) for n in range(count) for sign in (-1.0, 1.0)
+    ]  # fmt: skip
+    found = []
+    for each in signs:
+        place = start.copy()
+        for number, sign in enumerate(each):
+            room = (high if sign > 0.0 else low)[number] - start[number]
+            place[number] += sign * min(ASIDE, 0.5 * abs(room))
+        found += scanned(problem, place, TRIGGERS)
+    found.sort(key=lambda each: each[0])
+    return [place for _, place in found[: 2 * KEPT]]
+
+
 def triggers(problem: Problem, start: Array, count: int) -> list[Array]:
     """Return starts with the trigger times at which the signals fit best, the best first; the start if none is free."""
+    return [place for _, place in scanned(problem, start, count)]
+
+
+def scanned(problem: Problem, start: Array, count: int) -> list[tuple[float, Array]]:
+    """Return the squares that are left with the best trigger times, and the starts that have these; the best first."""
     means = problem.means(start)
     free = [number for number in range(len(problem.signals)) if problem.place(number, "shift") is not None]
     if means is None or not free:
-        return [start]
+        left = problem.residuals(start)
+        return [(float(left @ left), start)]
     low, high = problem.bounds()
-    best: dict[int, list[float]] = {}
-    for number in free:
+    best: dict[int, list[tuple[float, float]]] = {}
+    fixed = 0.0
+    for number in range(len(problem.signals)):
+        place = problem.place(number, "shift")
+        if place is None:
+            left = problem.part(number, means[number], problem.setting(start, number))
+            fixed += float(left @ left)
+            continue
         signal, mean = problem.signals[number], means[number]
-        place = int(problem.place(number, "shift") or 0)
-        every = np.arange(max(-0.5 * len(signal.times), low[place]), min(0.9 * len(signal.times), high[place]), 1.0)
         width = problem.smoothed * len(signal.times)
+        stride = max(1, int(width / STRIDE))
+        every = np.arange(max(-0.5 * len(signal.times), low[place]), min(0.9 * len(signal.times), high[place]), stride)
         shown = smooth(mean.over(problem.measured[number].edges, 0.0), width)
-        moved = signal.times - every[:, None] * signal.width
+        moved = signal.times[::stride] - every[:, None] * signal.width
         model = np.interp(moved, signal.times, shown, left=mean.rest, right=mean.last)
-        costs = _costs(problem, number, start, model, smooth(signal.values, width))
+        costs = _costs(problem, number, start, model, smooth(signal.values, width)[::stride])
+        costs *= stride / signal.scale**2
         inner = np.flatnonzero((costs[1:-1] <= costs[:-2]) & (costs[1:-1] < costs[2:])) + 1
-        ordered = inner[np.argsort(costs[inner])][:count] if len(inner) else [int(np.argmin(costs))]
-        best[place] = every[ordered].tolist()
+        ordered = inner[np.argsort(costs[inner])][:count] if len(inner) else np.array([np.argmin(costs)])
+        best[place] = list(zip(costs[ordered].tolist(), every[ordered].tolist(), strict=True))
     found = []
     for turn in range(max(map(len, best.values()))):
-        moved = start.copy()
+        moved, total = start.copy(), fixed
         for place, each in best.items():
-            moved[place] = each[min(turn, len(each) - 1)]
-        found.append(moved)
+            cost, moved[place] = each[min(turn, len(each) - 1)]
+            total += cost
+        found.append((total, moved))
     return found
 
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +14,8 @@ import numpy as np
 
 from impactlab.casefile.words import closest, shown
 from impactlab.errors import CaseError
-from impactlab.fits.signals import Signal, factor_of, unit_of
+from impactlab.fits.signals import Setting, Signal, factor_of, unit_of
+from impactlab.fits.unknowns import read_setting
 from impactlab.history import dataset
 from impactlab.types import Array
 
@@ -43,13 +46,65 @@ def read_signals(file: str | Path, channels: Mapping[str, str]) -> list[Signal]:
     ExtraError
         For a NetCDF file without xarray and h5netcdf: ``pip install 'impactlab[data]'``.
     """
-    path = Path(file)
-    try:
-        columns = _netcdf(path) if path.suffix in NETCDF else _Csv(path)
+    columns = _columns(Path(file))
+    with _in(file):
         return [_signal(columns, heading, channel) for heading, channel in channels.items()]
+
+
+def read_tables(
+    files: Sequence[str | Path], channels: Mapping[str, str], settings: Mapping[str, Sequence[str]]
+) -> list[list[Signal]]:
+    """Return the signals of several tables, as the command names them.
+
+    Parameters
+    ----------
+    files : sequence of str or Path
+        Tables; each is read for the columns that it has, one of ``channels`` at least.
+    channels : mapping
+        As of `read_signals`.
+    settings : mapping
+        Of ``gain``, ``offset`` and ``shift``: texts such as ``free`` or ``0.9:1.1`` for all signals, and
+        ``force [kN]=0.9:1.1`` for those of one column.
+
+    Raises
+    ------
+    CaseError, ExtraError
+        As `read_signals`; or if a column is in no table.
+    """
+    chosen: dict[str, dict[str, Setting]] = {heading: {} for heading in channels}
+    for name, texts in settings.items():
+        for text in sorted(texts, key=lambda each: "=" in each):
+            heading, _, given = (part.strip() for part in text.rpartition("="))
+            if heading and heading not in channels:
+                raise CaseError(f"--{name} {shown(text)}: no --signal {shown(heading)}", remedy="Name a --signal.")
+            for each in [heading] if heading else channels:
+                chosen[each][name] = read_setting(given)
+    found, left = [], set(channels)
+    for file in files:
+        columns = _columns(Path(file))
+        there = [heading for heading in channels if heading in columns.headings] or list(channels)
+        left -= set(there)
+        with _in(file):
+            found.append([replace(_signal(columns, each, channels[each]), **chosen[each]) for each in there])
+    if left:
+        with _in(files[0]):
+            raise _unknown(min(left), _columns(Path(files[0])).headings)
+    return found
+
+
+@contextlib.contextmanager
+def _in(file: str | Path) -> Iterator[None]:
+    """Name the file in errors."""
+    try:
+        yield
     except CaseError as error:
-        error.located(str(path), error.line)
+        error.located(str(file), error.line)
         raise
+
+
+def _columns(path: Path) -> _Csv | _Variables:
+    with _in(path):
+        return _netcdf(path) if path.suffix in NETCDF else _Csv(path)
 
 
 def _signal(columns: _Csv | _Variables, heading: str, channel: str) -> Signal:
@@ -76,23 +131,24 @@ class _Csv:
         if not rows:
             raise CaseError("the file is empty", remedy="Give a line of headings, and a line for each time.")
         header, *self.rows = rows
-        self.headings = [heading.strip() for heading in header]
-        if not self.headings[0].lower().startswith("time"):
-            text = f"the first column is headed {shown(self.headings[0])}, where times are needed"
-            if ";" in self.headings[0]:
+        named = [heading.strip() for heading in header]
+        self._named, self.headings = named, named[1:]
+        if not named[0].lower().startswith("time"):
+            text = f"the first column is headed {shown(named[0])}, where times are needed"
+            if ";" in named[0]:
                 text = "the columns are divided by semicolons"
             raise CaseError(text, line=1, remedy="Write time [us], force [kN] or so, with commas between columns.")
-        self.times = self.read(self.headings[0], "s")
+        self.times = self.read(named[0], "s")
 
     def read(self, heading: str, unit: str) -> Array:
         """Return a column in SI."""
-        if heading not in self.headings:
-            raise _unknown(heading, self.headings[1:])
+        if heading not in self._named:
+            raise _unknown(heading, self.headings)
         named = HEADING.fullmatch(heading)
         if named is None:
             raise CaseError(f"column {shown(heading)} has no unit", line=1, remedy=f"Write {heading} [{unit}] or so.")
         factor = factor_of(named["unit"].strip(), unit)
-        number, count = self.headings.index(heading), len(self.headings)
+        number, count = self._named.index(heading), len(self._named)
         found = []
         for line, row in enumerate(self.rows, start=2):
             try:

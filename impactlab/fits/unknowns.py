@@ -18,7 +18,7 @@ PLAIN = {"gain": 1.0, "offset": 0.0, "shift": 0.0}
 
 
 class Unknown(NamedTuple):
-    """A number that is fitted, by its logarithm where it is positive and of the case."""
+    """A number that is fitted, by the logarithm of its ratio to the start where it is positive and of the case."""
 
     path: str  # of the case; or ``gain of CHANNEL``
     start: float  # in SI
@@ -34,11 +34,11 @@ class Unknown(NamedTuple):
 
     def scaled(self, value: float) -> float:
         """Return the scaled unknown of a value."""
-        return math.log(value) if self.is_positive else value / self.scale
+        return math.log(value / self.start) if self.is_positive else value / self.scale
 
     def value(self, scaled: float) -> float:
         """Return the value of a scaled unknown."""
-        found = math.exp(scaled) if self.is_positive else scaled * self.scale
+        found = self.start * math.exp(scaled) if self.is_positive else scaled * self.scale
         return min(max(found, self.low), self.high)
 
 
