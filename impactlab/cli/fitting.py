@@ -38,10 +38,10 @@ def fit(
         ),
     ],
     experiment: Annotated[
-        list[tuple[Path, Path]] | None,
+        list[str] | None,
         typer.Option(
             "--experiment",
-            metavar="CASE DATA",
+            metavar="CASE=DATA.csv",
             help="Another case with its signals, fitted together with the first.",
             show_default=False,
         ),
@@ -87,7 +87,7 @@ def fit(
 ) -> None:
     """Fit numbers of a case to measured signals, and print them with their 95 % intervals."""  # fmt: skip
     with reporting(case, as_json):
-        pairs = [(case, data), *(experiment or [])]
+        pairs = [(case, data), *(_pair(text) for text in experiment or [])]
         cases = [load(each, sets, method, variant) for each, _ in pairs]
         bounds = dict(fits.read_bounds(text) for text in parameters)
         columns = dict(_named(text) for text in signal)
@@ -116,10 +116,16 @@ def _again(context: typer.Context) -> str:
         if option.name in ("out", "as_json") or given in (None, [], ()) or given == option.default:
             continue
         for each in given if isinstance(given, (list, tuple)) else [given]:
-            parts = each if isinstance(each, tuple) else (each,)
-            texts = [part.name if isinstance(part, Path) else str(part) for part in parts]
-            words += texts if option.param_type_name == "argument" else [option.opts[0], *texts]
+            text = each.name if isinstance(each, Path) else str(each)
+            words += [text] if option.param_type_name == "argument" else [option.opts[0], text]
     return shlex.join(words) + " --out DIR"
+
+
+def _pair(text: str) -> tuple[Path, Path]:
+    case, equals, data = (part.strip() for part in text.rpartition("="))
+    if not equals or not case or not data:
+        raise CaseError(f"--experiment {text!r} is not CASE=DATA", remedy="Write second.yaml=second.csv or so.")
+    return Path(case), Path(data)
 
 
 def _named(text: str) -> tuple[str, str]:

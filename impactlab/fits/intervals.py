@@ -64,7 +64,7 @@ def _neighbours(parts: Sequence[Array]) -> float:
 def _natural(each: Unknown, scaled: float) -> float:
     """Return the value in SI of a scaled unknown, which may lie outside its bounds or be infinite."""
     if each.is_positive:
-        return math.exp(scaled) if scaled < MAX_LOGARITHM else math.inf
+        return each.start * math.exp(scaled) if scaled < MAX_LOGARITHM else math.inf
     return scaled * each.scale
 
 
