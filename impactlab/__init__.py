@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from impactlab.files import open_netcdf
     from impactlab.fits import Fit, Signal, fit, fit_problem, read_signals
     from impactlab.sweeps import Sampled, open_sweep, plot_sweep, sweep
+    from impactlab.uncertainties import Uncertainty, uncertainty
 
 __version__ = "0.1.0"
 
@@ -50,6 +51,7 @@ __all__ = [
     "Shaft",
     "Signal",
     "StepError",
+    "Uncertainty",
     "UnusualValue",
     "Wall",
     "compare",
@@ -63,6 +65,7 @@ __all__ = [
     "run",
     "sensitivities",
     "sweep",
+    "uncertainty",
 ]
 
 __getattr__ = lazy_names(  # `import impactlab` and `impactlab --help` stay quick
@@ -86,6 +89,7 @@ __getattr__ = lazy_names(  # `import impactlab` and `impactlab --help` stay quic
         "impactlab.fits": ("Fit", "Signal", "fit", "fit_problem", "read_signals"),
         "impactlab.derivatives": ("Sensitivities", "sensitivities"),
         "impactlab.sweeps": ("Sampled", "open_sweep", "plot_sweep", "sweep"),
+        "impactlab.uncertainties": ("Uncertainty", "uncertainty"),
     },
     check_environment,
 )

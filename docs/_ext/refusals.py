@@ -21,6 +21,7 @@ ROOMS = {
     "The exact solver": ("exact",),
     "Results and reports": ("history", "report", "metrics", "files", "animation"),
     "Benches and sweeps": ("bench", "sweeps"),
+    "Sensitivities, fits and uncertainties": ("derivatives", "fits", "uncertainties"),
     "Parts and plugins": ("plugins", "testing", "cite", "cli"),
 }
 

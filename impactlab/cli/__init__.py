@@ -12,7 +12,7 @@ from typing import Annotated
 import typer
 
 from impactlab import __version__
-from impactlab.cli import benching, cases, deriving, fitting, parts, reopening, running, starting, sweeping
+from impactlab.cli import benching, cases, deriving, fitting, parts, reopening, running, starting, sweeping, varying
 from impactlab.cli.reporting import Left, print_failure
 from impactlab.environment import check_environment
 from impactlab.errors import CaseError, ImpactlabError
@@ -76,6 +76,13 @@ for command, examples in (
         [
             "impactlab fit my_case.yaml data.csv --signal 'force [kN]=force:hammer|rod.left' \\",
             "    --parameters contacts.0.law.stiffness=1e8:1e10 --shift free --out out",
+        ],
+    ),
+    (
+        varying.uncertainty,
+        [
+            "impactlab uncertainty axial_impact --method continuous --vary 'bodies.hammer.mass=normal(2.133 kg, 1 %)'",
+            "impactlab uncertainty my_case.yaml --vary 'contacts.0.gap=uniform(0 mm, 0.1 mm)' --samples 1024 --out out",
         ],
     ),
     (reopening.report, ["impactlab report out/history.nc --out again"]),

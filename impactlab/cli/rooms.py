@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from impactlab.lazy import lazy
 
 if TYPE_CHECKING:
-    from impactlab import api, casefile, derivatives, files, fits, sweeps
+    from impactlab import api, casefile, derivatives, files, fits, sweeps, uncertainties
     from impactlab import cite as citations
     from impactlab import plugins as registries
     from impactlab.bench import cells, grid
@@ -53,6 +53,7 @@ else:
     stability_report = lazy("impactlab.bench.report.stability")
     starter = lazy("impactlab.casefile.starter")
     sweeps = lazy("impactlab.sweeps")
+    uncertainties = lazy("impactlab.uncertainties")
     verdicts = lazy("impactlab.testing.verdict")
 
 __all__ = [
@@ -85,5 +86,6 @@ __all__ = [
     "stability_report",
     "starter",
     "sweeps",
+    "uncertainties",
     "verdicts",
 ]

@@ -11,6 +11,36 @@ from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, command
 from impactlab.cli.reporting import Left, reporting
 from impactlab.cli.rooms import axes, console, sweeps
 
+Quantities = Annotated[
+    str | None,
+    typer.Option("--quantities", metavar="A,B,...", help="What each run gives (see plugins).", show_default=False),
+]
+Workers = Annotated[int, typer.Option("--workers", metavar="N", min=0, max=1024, help="Processes; 0 runs in this one.")]
+Kept = Annotated[
+    Path | None,
+    typer.Option(
+        "--out", metavar="DIR", help="Keep finished points here, and the result; go on there.", show_default=False
+    ),
+]
+Shard = Annotated[
+    str | None,
+    typer.Option(
+        "--shard",
+        metavar="K/N",
+        help="Compute part K of N only; a last call without it collects all parts in DIR.",
+        show_default=False,
+    ),
+]
+Cluster = Annotated[
+    str | None,
+    typer.Option(
+        "--cluster",
+        metavar="ADDRESS",
+        help="Compute on a Dask cluster: tcp://HOST:PORT of its scheduler, or local:2 for two processes here.",
+        show_default=False,
+    ),
+]
+
 
 def sweep(
     case: CaseFile,
@@ -32,40 +62,14 @@ def sweep(
             show_default=False,
         ),
     ] = None,
-    quantities: Annotated[
-        str | None,
-        typer.Option("--quantities", metavar="A,B,...", help="What each run gives (see plugins).", show_default=False),
-    ] = None,
+    quantities: Quantities = None,
     sets: Sets = None,
     method: Method = None,
     variant: Variant = None,
-    workers: Annotated[
-        int, typer.Option("--workers", metavar="N", min=0, max=1024, help="Processes; 0 runs in this one.")
-    ] = 0,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            "--out", metavar="DIR", help="Keep finished points here, and the result; go on there.", show_default=False
-        ),
-    ] = None,
-    shard: Annotated[
-        str | None,
-        typer.Option(
-            "--shard",
-            metavar="K/N",
-            help="Compute part K of N only; a last call without it collects all parts in DIR.",
-            show_default=False,
-        ),
-    ] = None,
-    cluster: Annotated[
-        str | None,
-        typer.Option(
-            "--cluster",
-            metavar="ADDRESS",
-            help="Compute on a Dask cluster: tcp://HOST:PORT of its scheduler, or local:2 for two processes here.",
-            show_default=False,
-        ),
-    ] = None,
+    workers: Workers = 0,
+    out: Kept = None,
+    shard: Shard = None,
+    cluster: Cluster = None,
     as_json: Json = False,
 ) -> None:
     """Run one case at many points: a labelled table of what each run gives. Finished points are kept in DIR."""

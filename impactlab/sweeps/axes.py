@@ -6,7 +6,7 @@ import csv
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -53,6 +53,7 @@ class Points:
 
     axes: tuple[Axis, ...]
     listed: bool = False
+    design: Mapping[str, Any] = field(default_factory=dict)  # how listed points were drawn, as attributes of the result
 
     @property
     def shape(self) -> tuple[int, ...]:

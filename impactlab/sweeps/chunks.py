@@ -25,7 +25,7 @@ from impactlab.sweeps.shards import LOCK, SHARD_LOCKS, Shard, held
 from impactlab.types import Array
 
 CONTENT, CHUNKS, DRAFT = "sweep.json", "chunks", ".part"
-RESULTS = ("sweep.nc", "table.csv", "figures", "index.html", "case.yaml", "citations.bib")
+RESULTS = ("sweep.nc", "table.csv", "uncertainty.json", "figures", "index.html", "case.yaml", "citations.bib")
 OURS = (LOCK, SHARD_LOCKS, CONTENT, CHUNKS, *RESULTS, f"*{DRAFT}")
 MAY_DIFFER = ("command", "date", "chunk")  # of two sweeps with the same results
 STATUSES = ("missing", "completed", "tolerance_not_met", "refused", "failed", "hung", "crashed")

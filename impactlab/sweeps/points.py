@@ -64,6 +64,7 @@ class Sweep:
             **origin_of(self.case),
             "axes": found,
             "listed": self.points.listed,
+            **({"design": dict(self.points.design)} if self.points.design else {}),
             "quantities": [each._asdict() for each in self.wanted],
             "plugins": {name: tree_hash(name) for name in sorted(self._modules())},
             "version": impactlab.__version__,

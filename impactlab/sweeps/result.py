@@ -114,6 +114,7 @@ class Result:
             "command": content["command"],
             "source": f"impactlab {content['version']}",
             "date": content["date"],
+            **content.get("design", {}),
         }
         return xarray.Dataset(variables, coordinates, attributes)
 

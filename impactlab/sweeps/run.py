@@ -16,6 +16,7 @@ from impactlab.casefile import Case
 from impactlab.errors import CaseError, ImpactlabError, SweepError
 from impactlab.report.provenance import of_case
 from impactlab.sweeps import axes
+from impactlab.sweeps.axes import Points
 from impactlab.sweeps.chunks import CONTENT, DRAFT, Chunk, Folder, opened, refuse_folder
 from impactlab.sweeps.cluster import connected
 from impactlab.sweeps.engines import computed, size_of_chunk
@@ -38,7 +39,7 @@ def sweep(
     case: Case,
     over: Mapping[str, Iterable[Any]] | None = None,
     *,
-    points: Mapping[str, Iterable[Any]] | None = None,
+    points: Mapping[str, Iterable[Any]] | Points | None = None,
     quantities: Sequence[str | Sampled] = DEFAULT,
     workers: int = 0,
     out: str | Path | None = None,
@@ -57,7 +58,8 @@ def sweep(
     over : mapping
         Axes of a grid: dotted path to values, as a case file would hold them; ``method`` takes names of methods.
     points : mapping, optional
-        In place of ``over``: columns of listed points, dotted path to one value per point.
+        In place of ``over``: columns of listed points, dotted path to one value per point. `Points` are taken as they
+        are: one that the case refuses has the status ``refused``.
     quantities : sequence
         Names of quantities (`impactlab plugins` lists them), and `Sampled` channels.
     workers : int
@@ -123,7 +125,7 @@ def sweep(
 def _made_of(
     case: Case,
     over: Mapping[str, Iterable[Any]] | None,
-    points: Mapping[str, Iterable[Any]] | None,
+    points: Mapping[str, Iterable[Any]] | Points | None,
     quantities: Sequence[str | Sampled],
     path: Path | None,
 ) -> Sweep:
@@ -133,7 +135,10 @@ def _made_of(
         before, now = Folder(path).content, json.loads(json.dumps(origin_of(case)))
         if all(before.get(name) == value for name, value in now.items()):
             known = {axis["path"]: axis for axis in before["axes"]}
-    grid = axes.grid(case, over, known) if over is not None else axes.listed(case, points or {}, known)
+    if isinstance(points, Points):
+        grid = points
+    else:
+        grid = axes.grid(case, over, known) if over is not None else axes.listed(case, points or {}, known)
     ends = []
     for number in {0, grid.count - 1}:
         with contextlib.suppress(ImpactlabError):

@@ -1,0 +1,98 @@
+"""The command ``uncertainty``: what uncertain numbers of a case do to its results."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from impactlab.cli.options import CaseFile, Json, Method, Sets, Variant, command_line, load
+from impactlab.cli.reporting import Left, reporting
+from impactlab.cli.rooms import axes, console, sweeps, uncertainties
+from impactlab.cli.sweeping import Cluster, Kept, Quantities, Shard, Workers
+from impactlab.errors import CaseError
+
+
+def uncertainty(
+    case: CaseFile,
+    vary: Annotated[
+        list[str],
+        typer.Option(
+            "--vary",
+            metavar="PATH=DISTRIBUTION",
+            help="An uncertain number: normal(MEAN, DEVIATION), lognormal(MEAN, DEVIATION), uniform(LOW, HIGH), "
+            "table(VALUE: WEIGHT, ...) or table(FILE.csv, COLUMN).",
+            show_default=False,
+        ),
+    ],
+    samples: Annotated[int, typer.Option("--samples", metavar="N", help="A power of two.")] = 4096,
+    seed: Annotated[int, typer.Option("--seed", metavar="N", help="Of the samples.")] = 1,
+    quantities: Quantities = None,
+    percentiles: Annotated[
+        str, typer.Option("--percentiles", metavar="A,B,...", help="Between 0 and 100.")
+    ] = "5,50,95",
+    indices: Annotated[
+        bool,
+        typer.Option("--indices/--no-indices", help="Sobol indices; d numbers take d + 2 times the runs."),
+    ] = True,
+    failed: Annotated[
+        str, typer.Option("--failed", help="Points without values stop the indices, or leave_out.")
+    ] = "stop",
+    sets: Sets = None,
+    method: Method = None,
+    variant: Variant = None,
+    workers: Workers = 0,
+    out: Kept = None,
+    shard: Shard = None,
+    cluster: Cluster = None,
+    as_json: Json = False,
+) -> None:
+    """Run one case at samples of its uncertain numbers: percentiles, probabilities of contacts and Sobol indices."""
+    with reporting(case, as_json):
+        loaded = load(case, sets, method, variant)
+        read = [uncertainties.read_vary(text) for text in vary]
+        axes.refuse_twice(loaded, [path for path, _ in read])
+        names = uncertainties.DEFAULT if quantities is None else _listed(quantities)
+        options = [*(f"--vary={text}" for text in vary), f"--samples={samples}", f"--seed={seed}"]
+        options += [f"--quantities={','.join(names)}", f"--percentiles={percentiles}", f"--failed={failed}"]
+        options += [] if indices else ["--no-indices"]
+        console.say_if_compiling()
+        with console.progress() as show:
+            found = uncertainties.uncertainty(
+                loaded,
+                dict(read),
+                names,
+                samples=samples,
+                seed=seed,
+                percentiles=[_percent(text) for text in _listed(percentiles)],
+                indices=indices,
+                failed=failed,
+                workers=workers,
+                out=out,
+                shard=shard,
+                cluster=cluster,
+                progress=lambda fraction: show(loaded.label, fraction),
+                repeat=command_line("run", case, sets, method, variant, None).removesuffix(" --out DIR"),
+                command=command_line("uncertainty", case, sets, method, variant, None, *options),
+            )
+        if out is not None:
+            console.say(f"written: {out}" if shard is None else f"shard {shard} is kept in {out}")
+        if as_json:
+            console.print_json(found.to_dict())
+        else:
+            print(found)
+        if not sweeps.counts(found.data).keys() & {"missing", "completed", "tolerance_not_met"}:
+            raise Left(1)
+
+
+def _listed(text: str) -> list[str]:
+    return [name.strip() for name in text.split(",") if name.strip()]
+
+
+def _percent(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise CaseError(
+            f"the percentile {text!r} is no number", path="--percentiles", remedy="Write 5,50,95 or so."
+        ) from None

@@ -1,0 +1,52 @@
+"""The linear estimate of an uncertainty: values at the means, and the variances that derivatives there carry over."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from impactlab.casefile import Case
+from impactlab.derivatives import Sensitivities, Sensitivity, sensitivities
+from impactlab.errors import ImpactlabError
+from impactlab.sweeps.sampled import Sampled
+from impactlab.uncertainties.distributions import Uncertain
+
+
+class Linear(NamedTuple):
+    """The linear estimate of a quantity; NaN where there is none."""
+
+    mean: float = math.nan
+    deviation: float = math.nan
+    shares: Mapping[str, float] = {}  # of the variance, by path
+
+
+def at_means(case: Case, uncertain: Sequence[Uncertain]) -> Case:
+    """Return the case with each number at its mean."""
+    return case.with_settings([(each.path, each.mean) for each in uncertain], by="the means")
+
+
+def linear(
+    case: Case, uncertain: Sequence[Uncertain], quantities: Sequence[str | Sampled]
+) -> Sensitivities | ImpactlabError:
+    """Return the sensitivities at the means, or why there are none."""
+    try:
+        return sensitivities(at_means(case, uncertain), [each.path for each in uncertain], quantities)
+    except ImpactlabError as error:
+        return error
+
+
+def estimates(found: Sensitivities, uncertain: Sequence[Uncertain]) -> dict[tuple[str, str], Linear]:
+    """Return the linear estimate of each quantity and label."""
+    rows: dict[tuple[str, str], list[Sensitivity]] = {}
+    for row in found:
+        rows.setdefault((row.quantity, row.label), []).append(row)
+    return {key: _of(own, uncertain) for key, own in rows.items()}
+
+
+def _of(rows: Sequence[Sensitivity], uncertain: Sequence[Uncertain]) -> Linear:
+    slopes = {row.parameter: row.derivative for row in rows}
+    parts = {each.path: (slopes[each.path] * each.deviation) ** 2 for each in uncertain}
+    variance = sum(parts.values())
+    shares = {path: part / variance if variance > 0.0 else math.nan for path, part in parts.items()}
+    return Linear(rows[0].value, math.sqrt(variance), shares)

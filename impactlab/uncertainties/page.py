@@ -1,0 +1,96 @@
+"""The page of an uncertainty: distributions of its quantities, probabilities of contacts, Sobol indices."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+from impactlab.report import facts
+from impactlab.report.figure_files import inline, save, with_classes
+from impactlab.report.page import rendered
+from impactlab.report.provenance import Provenance
+from impactlab.report.sketch import sketch
+from impactlab.scene.problem import Scene
+from impactlab.sweeps import counts
+from impactlab.uncertainties.result import Uncertainty
+
+CAPTION = (
+    "Left the samples, right the probability of a smaller value; dots are percentiles with their 95 % intervals. "
+    "Dashed: a normal distribution with mean and deviation of the linear estimate."
+)
+BAND = "Between the outer percentiles, with the mean; dashed: the run at the means."
+COUNTS = "Bars are shares of the samples, lines their 95 % intervals."
+INDICES = (
+    "First: the share of the variance that the number explains alone. Total: the share that it takes part in. Lines "
+    "are 95 % intervals."
+)
+
+
+def write_page(folder: Path, found: Uncertainty, scene: Scene, origin: Provenance) -> None:
+    """Write ``index.html`` and ``figures/`` of an uncertainty into its folder."""
+    (folder / "figures").mkdir(exist_ok=True)
+    plates, drawings = [], []
+    for name, title, caption, figure in _figures(found):
+        plates.append({"name": name, "title": title, "caption": caption})
+        drawings.append(inline(save(figure, folder / "figures", name), f"{title}. {caption}".strip()))
+    figures, rules = with_classes(drawings)
+    for plate, svg in zip(plates, figures, strict=True):
+        plate["svg"] = svg
+    header, *rows = found.tables[0] if found.tables else [()]
+    text = rendered(
+        "impactlab.uncertainties",
+        "page.html.j2",
+        title=origin.title or f"Uncertainty of {found.case}",
+        kicker=f"impactlab · {found.samples:,} samples of {_numbers(len(found.uncertain))}",
+        origin=origin,
+        sketch=sketch(scene),
+        facts=[*_facts(found), *facts.scene_facts(scene)],
+        plates=plates,
+        rules=rules,
+        header=header,
+        rows=rows,
+        warnings=found.warnings,
+        commands=[origin.command] if origin.command else [],
+        files=[
+            ("uncertainty.json", "all estimates with their intervals"),
+            ("table.csv", "a row for each point"),
+            ("sweep.nc", "labelled data, for xarray"),
+            ("case.yaml", "the case"),
+            ("citations.bib", "what to cite"),
+            *([("figures/", "SVG, PNG")] if plates else []),
+        ],
+    )
+    draft = folder / "index.html.part"
+    draft.write_text(text, encoding="utf-8")
+    draft.replace(folder / "index.html")
+
+
+def _figures(found: Uncertainty) -> list[tuple[str, str, str, Any]]:
+    """Return name, title, caption and figure of each plate of the page."""
+    plates = []
+    if found.shares:
+        plates.append(("contacts", "Number of periods of contact", COUNTS, found.plot("contacts")))
+    if any(not math.isnan(each.total.value) for each in found.indices):
+        plates.append(("indices", "Sobol indices", INDICES, found.plot_indices()))
+    captions = {True: BAND, False: CAPTION}
+    for name in dict.fromkeys(each.quantity for each in found.spreads if each.varies and each.quantity != "contacts"):
+        sampled = ":" in name
+        title = name if sampled else re.split("[;:]", str(found.data[name].attrs["long_name"]))[0]
+        plates.append((re.sub(r"\W+", "_", name), title, captions.get(sampled, ""), found.plot(name)))
+        captions.pop(sampled, None)  # the first figure of a kind explains it
+    return plates
+
+
+def _facts(found: Uncertainty) -> list[tuple[str, str]]:
+    points = ", ".join(f"{count:,} {status}" for status, count in counts(found.data).items())
+    return [
+        *((each.path, each.text) for each in found.uncertain),
+        ("samples", f"{found.samples:,} scrambled Sobol points, seed {found.seed}"),
+        ("points", points),
+    ]
+
+
+def _numbers(count: int) -> str:
+    return "one number" if count == 1 else f"{count} numbers"

@@ -1,0 +1,213 @@
+"""The result of an uncertainty: estimates with their intervals, as text, tables and figures."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from impactlab.errors import CaseError
+from impactlab.uncertainties.distributions import Uncertain
+from impactlab.uncertainties.plots import plot_counts, plot_indices, plot_spreads
+from impactlab.uncertainties.records import Estimate, Index, Share, Spread
+from impactlab.uncertainties.statistics import unseen
+
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+    from matplotlib.figure import Figure
+
+MAX_PRINTED = 12  # numbers of contacts that are printed
+MAX_PLACES = 4  # decimals of a probability or an index
+
+Rows = list[tuple[str, ...]]
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """What uncertain numbers of a case do to its quantities."""
+
+    case: str
+    uncertain: tuple[Uncertain, ...]
+    samples: int
+    seed: int
+    percents: tuple[float, ...]  # of the percentiles
+    spreads: tuple[Spread, ...]
+    shares: tuple[Share, ...]
+    indices: tuple[Index, ...]
+    warnings: tuple[str, ...]
+    data: xarray.Dataset  # all points that were run; `block` 0 holds the samples
+
+    def find(self, quantity: str, label: str = "") -> Spread:
+        """Return the distribution of a quantity; ``label`` where the quantity has several values.
+
+        Raises
+        ------
+        KeyError
+            If there is none.
+        """
+        for each in self.spreads:
+            if each.quantity == quantity and label in ("", each.label):
+                return each
+        raise KeyError(f"{quantity} {label}".strip())
+
+    def probability(self, number: int, contact: str = "") -> Estimate:
+        """Return the probability that a contact has so many periods; ``contact`` where there are several.
+
+        Raises
+        ------
+        KeyError
+            If there is no such contact.
+        """
+        of = [each for each in self.shares if contact in ("", each.contact)]
+        if not of:
+            raise KeyError(contact)
+        same = [each.probability for each in of if each.number == number and each.contact == of[0].contact]
+        return same[0] if same else unseen(self.samples)
+
+    def index(self, quantity: str, parameter: str, label: str = "") -> Index:
+        """Return the Sobol indices of a quantity by an uncertain number.
+
+        Raises
+        ------
+        KeyError
+            If there are none.
+        """
+        for each in self.indices:
+            if each.quantity == quantity and each.parameter == parameter and label in ("", each.label):
+                return each
+        raise KeyError(f"{quantity} {label} by {parameter}")
+
+    def plot(self, quantity: str) -> Figure:
+        """Return a figure: histogram and distribution of each value of a quantity, or a band of a sampled channel.
+
+        Of ``contacts`` the probability of each number of periods.
+
+        Raises
+        ------
+        CaseError
+            If there is no such quantity.
+        """
+        if quantity == "contacts" and self.shares:
+            return plot_counts(self.shares)
+        spreads = [each for each in self.spreads if each.quantity == quantity]
+        if not spreads:
+            names = dict.fromkeys(["contacts", *(each.quantity for each in self.spreads)])
+            raise CaseError(f"no quantity {quantity!r} to draw", remedy=f"It has {', '.join(names)}.")
+        return plot_spreads(self.data, spreads, self.percents)
+
+    def plot_indices(self) -> Figure:
+        """Return a figure of the Sobol indices with their intervals, and of the shares of the linear estimate.
+
+        Raises
+        ------
+        CaseError
+            If there are none.
+        """
+        known = [each for each in self.indices if not math.isnan(each.total.value)]
+        if not known:
+            raise CaseError("no indices to draw", remedy="Vary two numbers or more; see the warnings.")
+        return plot_indices(known)
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return a data frame with a row for each value of each quantity."""
+        from pandas import DataFrame
+
+        return DataFrame([self._row(each) for each in self.spreads])
+
+    def _row(self, of: Spread) -> dict[str, Any]:
+        row: dict[str, Any] = {"quantity": of.quantity, "label": of.label, "unit": of.unit, "samples": of.samples}
+        named = {f"{percent:g} %": each for percent, each in zip(self.percents, of.percentiles, strict=True)}
+        for name, each in {"mean": of.mean, "deviation": of.deviation, **named}.items():
+            row |= {name: each.value, f"{name} lower": each.lower, f"{name} upper": each.upper}
+        return row | {"linear mean": of.linear_mean, "linear deviation": of.linear_deviation}
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain values: None in place of NaN and infinity."""
+        names = ("path", "distribution", "unit", "mean", "deviation")
+        vary = [
+            dict(zip(names, (each.path, each.text, each.unit, each.mean, each.deviation), strict=True))
+            for each in self.uncertain
+        ]
+        found = {
+            "schema_version": 1, "case": self.case, "samples": self.samples, "seed": self.seed, "vary": vary,
+            "percents": self.percents, "quantities": self.spreads, "contacts": self.shares, "indices": self.indices,
+            "warnings": self.warnings,
+        }  # fmt: skip
+        plain: dict[str, Any] = _plain(found)
+        return plain
+
+    @property
+    def tables(self) -> list[Rows]:
+        """The printed tables, each with its header first: quantities, probabilities, indices."""
+        return [rows for rows in (self._spread_rows(), self._share_rows(), self._index_rows()) if len(rows) > 1]
+
+    def __str__(self) -> str:
+        counted = f"{self.samples} samples, seed {self.seed}; ± and intervals: 95 %"
+        lines = [counted, *(f"{each.path} = {each.text}" for each in self.uncertain)]
+        for rows in self.tables:
+            widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+            cells = [[cell.ljust(width) for cell, width in zip(row, widths, strict=True)] for row in rows]
+            lines += ["", *("  ".join(row).rstrip() for row in cells)]
+        return "\n".join([*lines, *(f"\n{text}" for text in self.warnings)])
+
+    def _spread_rows(self) -> Rows:
+        percents = [f"{percent:g} %" for percent in self.percents]
+        rows: Rows = [("quantity", "unit", "mean", "deviation", *percents, "linear: mean", "deviation")]
+        for each in filter(_is_printed, self.spreads):
+            numbers = [_with_error(of) for of in (each.mean, each.deviation, *each.percentiles)]
+            linear = [_number(value, 4) for value in (each.linear_mean, each.linear_deviation)]
+            rows.append((each.name, each.unit, *numbers, *linear))
+        return rows
+
+    def _share_rows(self) -> Rows:
+        rows: Rows = [("periods of contact", "number", "probability", "95 % between")]
+        ordered = sorted(self.shares, key=lambda each: -each.probability.value)[:MAX_PRINTED]
+        rows += [(each.contact, str(each.number), *_between(each.probability)) for each in sorted(ordered)]
+        return rows
+
+    def _index_rows(self) -> Rows:
+        rows: Rows = [("Sobol indices", "by", "first", "95 % between", "total", "95 % between", "linear")]
+        for each in (each for each in self.indices if _is_printed(each) and not math.isnan(each.total.value)):
+            linear = _between(Estimate(each.linear))[0]
+            rows.append((each.name, each.parameter, *_between(each.first), *_between(each.total), linear))
+        return rows
+
+
+def _is_printed(of: Spread | Index) -> bool:
+    """Return whether a value stands in the printed tables: those of sampled channels are too many."""
+    return ":" not in of.quantity
+
+
+def _plain(value: Any) -> Any:
+    """Return records as mappings, NaN as None."""
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if hasattr(value, "_asdict"):
+        return {name: _plain(each) for name, each in value._asdict().items()}
+    if isinstance(value, dict):
+        return {name: _plain(each) for name, each in value.items()}
+    return [_plain(each) for each in value] if isinstance(value, (list, tuple)) else value
+
+
+def _number(value: float, digits: int) -> str:
+    return "-" if math.isnan(value) else f"{value:.{digits}g}"
+
+
+def _digits(of: Estimate) -> int:
+    """Return the significant digits of an estimate: as many as its error leaves, with one more of the error."""
+    if not (of.error > 0.0 and math.isfinite(of.value) and of.value):
+        return 6
+    return min(6, max(1, 2 + math.floor(math.log10(abs(of.value))) - math.floor(math.log10(of.error))))
+
+
+def _with_error(of: Estimate) -> str:
+    return _number(of.value, _digits(of)) + (f" ± {float(f'{of.error:.1g}'):g}" if of.error > 0.0 else "")
+
+
+def _between(of: Estimate) -> tuple[str, str]:
+    if math.isnan(of.value):
+        return "-", ""
+    places = MAX_PLACES if not of.error > 0.0 else min(MAX_PLACES, max(1, 1 - math.floor(math.log10(of.error))))
+    value, lower, upper = (f"{round(number, places) + 0.0:.{places}f}" for number in of)
+    return value, f"{lower} and {upper}"

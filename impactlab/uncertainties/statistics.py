@@ -1,0 +1,120 @@
+"""Randomised quasi-Monte Carlo: estimates from sets of scrambled Sobol points, whose scatter is the sampling error.
+
+Sources: A. B. Owen, *Monte Carlo theory, methods and examples*, chapter 17; the estimators of the indices are those of
+A. Saltelli and others, *Computer Physics Communications* 181 (2010) 259-270, table 2 (b) and (f), as in
+`scipy.stats.sobol_indices`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impactlab.types import Array
+from impactlab.uncertainties.records import CONSTANT, NOTHING, Estimate
+
+LEVEL = 0.95  # of all intervals
+MIN_SEEN = 2  # marked points of each set, on average: of fewer the interval is the binomial one
+
+Sets = Sequence[Array]
+"""Values of each scrambling, (..., points of it)."""
+
+
+def estimate(statistic: Callable[[Array], float], sets: Sets) -> Estimate:
+    """Return a statistic of all values, with Student's interval from the scatter of the sets."""
+    own = [each for each in sets if each.shape[-1] > 1]
+    if len(own) < 2:
+        return NOTHING
+    value = statistic(np.concatenate(sets, axis=-1))
+    error = _student(len(own)) * float(np.std([statistic(each) for each in own], ddof=1)) / math.sqrt(len(own))
+    return Estimate(float(value), float(value - error), float(value + error))
+
+
+def probability(marked: Sequence[NDArray[np.bool_]]) -> Estimate:
+    """Return the share of marked points, with its interval.
+
+    The interval is Student's, from the scatter of the sets, not below the rounding of a share to whole points. Of a
+    handful of marked points, or of all but a handful, it is that of Clopper and Pearson for independent points.
+    """
+    own = [each for each in marked if each.size]
+    if len(own) < 2:
+        return NOTHING
+    seen, count = int(sum(each.sum() for each in own)), sum(each.size for each in own)
+    value = seen / count
+    if min(seen, count - seen) < MIN_SEEN * len(own):
+        return Estimate(value, *binomial(seen, count))
+    scatter = float(np.std([each.mean() for each in own], ddof=1))
+    error = _student(len(own)) * max(scatter, len(own) / count / math.sqrt(12.0)) / math.sqrt(len(own))
+    return Estimate(value, max(0.0, value - error), min(1.0, value + error))
+
+
+def percentile(percent: float, sets: Sets) -> Estimate:
+    """Return a percentile; its interval is that of the share of values up to it, read as percentiles."""
+    every = np.concatenate(sets)
+    if every.size < 2:
+        return NOTHING
+    share = 0.01 * percent
+    value = float(np.quantile(every, share, method="inverted_cdf"))
+    found = probability([each <= value for each in sets])
+    ends = np.clip([share - (found.value - found.lower), share + (found.upper - found.value)], 0.0, 1.0)
+    if not np.all(np.isfinite(ends)):
+        return NOTHING
+    lower, upper = np.quantile(every, ends, method="inverted_cdf").tolist()
+    return Estimate(value, lower, upper)
+
+
+def sobol_indices(sets: Sequence[Array]) -> list[tuple[Estimate, Estimate]]:
+    """Return first and total index of each number from sets of Saltelli's design, (2 + numbers, points) each.
+
+    Not known where the values do not vary.
+    """
+    size = sets[0].shape[0] - 2
+    every = np.concatenate(sets, axis=-1)[:2]
+    if every.shape[1] < 2 or not np.ptp(every) > CONSTANT * np.max(np.abs(every)):
+        return [(NOTHING, NOTHING)] * size
+    rows = [[each[[0, 1, 2 + k]] for each in sets] for k in range(size)]
+    return [(estimate(first_index, own), estimate(total_index, own)) for own in rows]
+
+
+def first_index(rows: Array) -> float:
+    """Return the share of the variance that a number explains alone.
+
+    Parameters
+    ----------
+    rows : array (3, points)
+        Values at A, at B, and at A with the number taken from B.
+    """
+    a, b, mixed = rows
+    return float(np.mean((b - rows[:2].mean()) * (mixed - a))) / _variance(rows)
+
+
+def total_index(rows: Array) -> float:
+    """Return the share of the variance that a number takes part in; ``rows`` as of `first_index`."""
+    return 0.5 * float(np.mean((rows[0] - rows[2]) ** 2)) / _variance(rows)
+
+
+def _variance(rows: Array) -> float:
+    return float(np.var(rows[:2])) or math.nan
+
+
+def _student(sets: int) -> float:
+    from scipy.stats import t
+
+    return float(t.ppf(0.5 * (1.0 + LEVEL), sets - 1))
+
+
+def unseen(count: int) -> Estimate:
+    """Return the probability of what none of so many points shows."""
+    return Estimate(0.0, *binomial(0, count))
+
+
+def binomial(seen: int, count: int) -> tuple[float, float]:
+    """Return the interval of Clopper and Pearson for a share of independent points."""
+    from scipy.stats import beta
+
+    tail = 0.5 * (1.0 - LEVEL)
+    lower = float(beta.ppf(tail, seen, count - seen + 1)) if seen else 0.0
+    return lower, float(beta.ppf(1.0 - tail, seen + 1, count - seen)) if seen < count else 1.0
