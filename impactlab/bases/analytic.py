@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import final
 
 import numpy as np
@@ -18,7 +19,8 @@ MAX_PLACES = 4096  # of a quadrature at once: a thousand modes then take 100 MB
 class AnalyticBasis(Coordinates):
     """The first modes of a uniform rod, mass-normalised, the rigid one (free-free) first and not counted.
 
-    With wave numbers k: cos(k x) where the left end is free, sin(k x) where it is clamped.
+    With wave numbers k: cos(k x) where the left end is free, sin(k x) where it is clamped. A rod that turns has the
+    same shapes at the frequencies omega^2 = (c k)^2 - Omega^2.
 
     Attributes
     ----------
@@ -45,7 +47,9 @@ class AnalyticBasis(Coordinates):
         if not any(self._clamped):
             self._numbers = np.concatenate(([0.0], self._numbers))
             self._scale = np.concatenate(([1.0 / np.sqrt(self._segment.mass)], self._scale))
-        self.frequencies: Array = np.asarray(self._numbers * self._segment.wave_speed, np.float64)
+        softest = self._softest = math.sqrt(rod.softening) / self._segment.wave_speed
+        numbers = np.sqrt((self._numbers - softest) * (self._numbers + softest)) if softest else self._numbers
+        self.frequencies: Array = np.asarray(numbers * self._segment.wave_speed, np.float64)
 
     def _shape(self, x: Array) -> Array:
         phase = np.multiply.outer(x, self._numbers)
@@ -61,6 +65,8 @@ class AnalyticBasis(Coordinates):
         return np.asarray(-factor * self._scale * self._numbers * slope)
 
     def static(self, x: float, quantity: Quantity, face: float) -> float:
+        if self._softest:
+            return self._static_turning(x, quantity, face)
         young, area, length = self._segment.young, self._segment.area, self._length
         behind = 1.0 if x > face or (x == face and face == 0.0) else 0.0
         left, right = self._clamped
@@ -81,6 +87,24 @@ class AnalyticBasis(Coordinates):
         if quantity == "velocity":
             return 0.0
         return force / {"strain": young * area, "stress": area, "force": 1.0}[quantity]
+
+    def _static_turning(self, x: float, quantity: Quantity, face: float) -> float:
+        """Return `static` of a rod that turns: circular functions of the wave number Omega/c beside the force."""
+        if quantity == "velocity":
+            return 0.0
+        number, length, segment = self._softest, self._length, self._segment
+        behind = x > face or (x == face and face == 0.0)
+        left, right = (face, length - x) if behind else (x, length - face)
+        (u, du), (w, dw) = (
+            (math.sin(number * at), math.cos(number * at)) if held else (math.cos(number * at), -math.sin(number * at))
+            for at, held in ((left, self._clamped[0]), (right, self._clamped[1]))
+        )
+        whole = math.sin(number * length) if all(self._clamped) else math.cos(number * length)
+        stiff = segment.young * segment.area
+        if quantity == "displacement":
+            return u * w / (stiff * number * whole)
+        slope = -u * dw if behind else du * w
+        return -slope / whole / {"strain": stiff, "stress": segment.area, "force": 1.0}[quantity]
 
     def project(self, profile: Profile) -> Array:
         x, weight = quadrature(self._length, self._numbers.size)

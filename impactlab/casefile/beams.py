@@ -10,6 +10,7 @@ from pydantic import Field
 
 from impactlab.casefile.blocks import PIECES, POISSON, Area, Block, Inertia, Length, Material, MovingBlock
 from impactlab.casefile.materials import NAMED
+from impactlab.casefile.rotation import RotationBlock, rotation_of
 from impactlab.casefile.values import BEAM_END, Allowed, quantity, words
 from impactlab.casefile.words import listed
 from impactlab.errors import CaseError
@@ -76,6 +77,7 @@ class BeamBlock(MovingBlock):
     material: Annotated[BeamMaterial, NAMED] | None = Field(default=None, description="material: a name, or constants")
     segments: Annotated[tuple[BeamSegmentBlock, ...] | None, PIECES] = None
     ends: BeamEndsBlock = Field(default=BeamEndsBlock(), description="supports of the ends; free if not given")
+    rotation: RotationBlock | None = Field(default=None, description="steady rotation; none if not given")
     tension: Annotated[float, quantity("N")] = Field(default=0.0, description="axial preload [N], positive in tension")
 
     piece: ClassVar[type[Block]] = BeamSegmentBlock
@@ -100,6 +102,7 @@ class BeamBlock(MovingBlock):
             damping=self.rayleigh,
             theory=self.theory,  # type: ignore[arg-type] # one of two words
             tension=self.tension,
+            rotation=rotation_of(self.rotation, "beam", f"bodies.{name}"),
         )
 
 

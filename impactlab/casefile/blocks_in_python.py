@@ -43,6 +43,8 @@ class Rod(BodyKeys):
         Uniform pieces from left to right.
     damping : mapping
         Rayleigh damping ``{"mass": ..., "stiffness": ...}`` [1/s, s].
+    rotation : mapping
+        Steady rotation, such as ``{"rate": "600 rpm", "axis_at": 0.0}``.
     **others
         Other keys of a case file; unknown ones are refused by `Case`.
     """
@@ -61,6 +63,7 @@ class Rod(BodyKeys):
         displacement: Shape | None = None,
         segments: Sequence[Mapping[str, Any]] | None = None,
         damping: Mapping[str, Value] | None = None,
+        rotation: Mapping[str, Any] | None = None,
         **others: Any,
     ) -> None:
         super().__init__(
@@ -76,6 +79,7 @@ class Rod(BodyKeys):
             displacement=displacement,
             segments=segments,
             damping=damping,
+            rotation=rotation,
             **others,
         )
 
@@ -105,6 +109,8 @@ class Beam(BodyKeys):
         Axial preload [N].
     damping : mapping
         Rayleigh damping ``{"mass": ..., "stiffness": ...}`` [1/s, s].
+    rotation : mapping
+        Steady rotation, such as ``{"rate": "600 rpm", "axis_at": 0.0, "plane": "flap"}``.
     **others
         Other keys of a case file; unknown ones are refused by `Case`.
     """
@@ -122,6 +128,7 @@ class Beam(BodyKeys):
         segments: Sequence[Mapping[str, Any]] | None = None,
         tension: Value | None = None,
         damping: Mapping[str, Value] | None = None,
+        rotation: Mapping[str, Any] | None = None,
         **others: Any,
     ) -> None:
         super().__init__(
@@ -136,6 +143,7 @@ class Beam(BodyKeys):
             segments=segments,
             tension=tension,
             damping=damping,
+            rotation=rotation,
             **others,
         )
 
@@ -193,10 +201,17 @@ class Shaft(BodyKeys):
 
 
 class Mass(BodyKeys):
-    """A rigid body: mass [kg], and velocity at t = 0 [m/s]."""
+    """A rigid body: mass [kg], velocity at t = 0 [m/s], and steady rotation, such as ``{"rate": 60.0}``."""
 
-    def __init__(self, mass: Value | None = None, *, velocity: Value | None = None, **others: Any) -> None:
-        super().__init__(kind="mass", mass=mass, velocity=velocity, **others)
+    def __init__(
+        self,
+        mass: Value | None = None,
+        *,
+        velocity: Value | None = None,
+        rotation: Mapping[str, Any] | None = None,
+        **others: Any,
+    ) -> None:
+        super().__init__(kind="mass", mass=mass, velocity=velocity, rotation=rotation, **others)
 
 
 class Wall(BodyKeys):

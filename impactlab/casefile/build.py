@@ -11,6 +11,7 @@ from impactlab.casefile.check import reference_rod
 from impactlab.casefile.contacts import faces_of, lever_arm_of
 from impactlab.casefile.parts import read_part
 from impactlab.casefile.schema import CaseBlock, Frames, MassBlock, RoundTrips
+from impactlab.casefile.turning import turning
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import CaseError, ImpactlabError, PluginError
 from impactlab.models.base import AbstractRodModel
@@ -36,8 +37,8 @@ def build(case: CaseBlock, name: str, registry: Registry) -> Simulation:
         If a parameter of a part is wrong, or a snapshot lies outside the run.
     """
     models = _models(case, registry)
-    bodies = {label: _body(case, label) for label in case.bodies}
     contacts = tuple(_contact(case, number) for number in range(len(case.contacts)))
+    bodies = turning(case, {label: _body(case, label) for label in case.bodies}, contacts)
     laws = {contact.name: _law(case, number, registry) for number, contact in enumerate(contacts)}
     rod = reference_rod(case)
     counted = bodies[rod] if rod is not None else None

@@ -11,6 +11,7 @@ from impactlab.casefile.parts import describe_part
 from impactlab.casefile.schema import BodyBlock, CaseBlock, Frames
 from impactlab.casefile.shafts import ShaftBlock, described
 from impactlab.scene.bodies import Beam, BeamSegment, Body, ElasticBody, Mass, Segment
+from impactlab.scene.facts import steady_facts
 from impactlab.scene.method import Method, modelled
 from impactlab.scene.problem import Scene
 
@@ -66,7 +67,7 @@ def _described(case: CaseBlock, scene: Scene, method: Method) -> dict[str, Any]:
 
 def _body(body: Body, block: BodyBlock) -> dict[str, Any]:
     if isinstance(body, Mass):
-        return {"kind": "mass", "mass": body.mass, "velocity": body.velocity}
+        return {"kind": "mass", "mass": body.mass, "velocity": body.velocity, **_rotation(body)}
     if not isinstance(body, ElasticBody):
         return {"kind": "wall"}
     if isinstance(block, ShaftBlock):
@@ -78,7 +79,16 @@ def _body(body: Body, block: BodyBlock) -> dict[str, Any]:
         values |= {"theory": body.theory, "tension": body.tension}
     values["damping"] = {"mass": body.damping.mass, "stiffness": body.damping.stiffness}
     values["velocity"] = body.velocity
+    values |= _rotation(body)
     return values | profile_values("displacement", body.displacement)
+
+
+def _rotation(body: Body) -> dict[str, Any]:
+    """Return the rotation of a body as a case gives it; no key of a body at rest."""
+    if body.rotation is None:
+        return {}
+    given = {"rate": body.rotation.rate, "axis_at": body.rotation.axis_at}
+    return {"rotation": given if body.rotation.plane == "axial" else given | {"plane": body.rotation.plane}}
 
 
 def _piece(piece: Segment) -> dict[str, Any]:
@@ -110,4 +120,6 @@ def _derived(scene: Scene) -> dict[str, Any]:
             else:
                 known["impedance"] = [piece.impedance for piece in body.segments]
             derived.setdefault(f"{body.kind}s", {})[name] = known
+    if steady := steady_facts(scene):
+        derived["rotation"] = dict(steady)
     return {**derived, "contacts": [contact.name for contact in scene.contacts]}

@@ -9,6 +9,7 @@ from pydantic import Field
 
 from impactlab.casefile.blocks import PIECES, Area, Block, Length, Material, MovingBlock
 from impactlab.casefile.materials import NAMED
+from impactlab.casefile.rotation import RotationBlock, rotation_of
 from impactlab.casefile.values import END
 from impactlab.casefile.words import listed
 from impactlab.errors import CaseError
@@ -52,6 +53,7 @@ class RodBlock(CrossSection, MovingBlock):
     kind: Literal["rod"] = Field(description="rod")
     segments: Annotated[tuple[SegmentBlock, ...] | None, PIECES] = None
     ends: EndsBlock = Field(default=EndsBlock(), description="supports of the ends; free if not given")
+    rotation: RotationBlock | None = Field(default=None, description="steady rotation; none if not given")
 
     piece: ClassVar[type[Block]] = SegmentBlock
     quantities: ClassVar[tuple[str, ...]] = QUANTITIES_OF_ROD
@@ -75,7 +77,8 @@ class RodBlock(CrossSection, MovingBlock):
     def body(self, name: str, lever_arm: float) -> Rod:
         pieces = tuple(_segment(piece) for piece in self.pieces)
         left, right = bounded(self.ends.left, pieces[0]), bounded(self.ends.right, pieces[-1])
-        return Rod(name, pieces, left, right, self.velocity, self.profile, damping=self.rayleigh)
+        rotation = rotation_of(self.rotation, "rod", f"bodies.{name}")
+        return Rod(name, pieces, left, right, self.velocity, self.profile, damping=self.rayleigh, rotation=rotation)
 
 
 def _given(section: CrossSection) -> tuple[str, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Discriminator, Field, Tag
+from pydantic import Discriminator, Field, Tag, model_validator
 
 from impactlab.casefile.beams import BeamBlock
 from impactlab.casefile.blocks import (
@@ -21,6 +21,7 @@ from impactlab.casefile.blocks import (
     Velocity,
 )
 from impactlab.casefile.rods import RodBlock
+from impactlab.casefile.rotation import RotationBlock
 from impactlab.casefile.shafts import ShaftBlock
 from impactlab.casefile.values import Allowed, object_schema, quantity, refuse, words
 from impactlab.casefile.values import Reader as Reader
@@ -53,12 +54,20 @@ class MassBlock(Block):
     kind: Literal["mass"] = Field(description="mass")
     mass: MassValue = Field(description="mass [kg]")
     velocity: Velocity = Field(default=0.0, description="velocity at t = 0 [m/s]")
+    rotation: RotationBlock | None = Field(default=None, description="steady rotation; none if not given")
 
 
 class WallBlock(Block):
     """A rigid body that never moves."""
 
     kind: Literal["wall"] = Field(description="wall")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _turns_with_the_frame(cls, given: Any) -> Any:
+        if isinstance(given, dict) and "rotation" in given:
+            raise refuse("a wall has no rotation of its own: it turns with the bodies that it meets. Remove the key")
+        return given
 
 
 BodyBlock = Annotated[RodBlock | BeamBlock | ShaftBlock | MassBlock | WallBlock, Field(discriminator="kind")]

@@ -62,6 +62,14 @@ def check(scene: Scene, method: Method) -> list[Bond]:
         raise CaseError(
             "the scene has no rod, and the exact solution is one of waves in rods", path="bodies", remedy="Add a rod."
         )
+    for any_body in scene.bodies.values():
+        if any_body.rotation is not None:
+            raise CaseError(
+                f"'{any_body.name}' turns at {any_body.rotation.rate:.6g} rad/s, which disperses its waves, and the "
+                "exact solution is one of waves that keep their shape",
+                path=f"bodies.{any_body.name}.rotation",
+                remedy="Use finite_element or modal.",
+            )
     for body in rods_of(scene):
         if scene.gravity and not body.falls:
             raise CaseError(

@@ -19,7 +19,10 @@ N, LOADED, LOAD = range(3)  # places in the parameters, which go on with the arr
 
 @UNPACK
 def split(parameters: Array) -> tuple[Array, Array, Array, Array, Array, Array, Array, Array]:
-    """Return load, mass, frequency, then the step's cosine, sine, turn, and its displacement and velocity per load."""
+    """Return load, mass, frequency, then the step's cosine, sine, turn, and its displacement and velocity per load.
+
+    A frequency below zero is minus the rate at which an unstable mode grows.
+    """
     n, arrays = int(parameters[N]), parameters[LOAD:]
     return (
         arrays[:n],
@@ -58,7 +61,8 @@ def measure(parameters: Array, state: Array, out: Array) -> None:
     energy, work = 0.0, 0.0
     for i in range(n):
         spin = frequency[i] * state[i]
-        energy += 0.5 * mass[i] * (state[n + i] * state[n + i] + spin * spin)
+        strain = spin * spin if frequency[i] >= 0.0 else -spin * spin
+        energy += 0.5 * mass[i] * (state[n + i] * state[n + i] + strain)
         work += load[i] * state[i]
     out[0], out[1] = energy, work
 
@@ -73,9 +77,13 @@ def retime(parameters: Array, dt: float) -> None:
             half = math.sin(0.5 * frequency * dt) / frequency
             cosine, sine = math.cos(frequency * dt), math.sin(frequency * dt) / frequency
             moved = 2.0 * half * half
+        elif frequency < 0.0:
+            half = math.sinh(0.5 * frequency * dt) / frequency
+            cosine, sine = math.cosh(frequency * dt), math.sinh(frequency * dt) / frequency
+            moved = 2.0 * half * half
         else:
             cosine, sine, moved = 1.0, dt, 0.5 * dt * dt
-        cosines[i], sines[i], turn[i] = cosine, sine, frequency * frequency * sine
+        cosines[i], sines[i], turn[i] = cosine, sine, frequency * abs(frequency) * sine
         lift[i], push[i] = moved / mass, sine / mass
 
 
@@ -83,6 +91,8 @@ def retime(parameters: Array, dt: float) -> None:
 @dataclass(frozen=True)
 class ExactModal(AbstractIntegrator):
     """Each mode moves by its exact solution, the contact force constant over the step; a step of any length.
+
+    A coordinate of negative stiffness, as that of a mass that turns, moves by hyperbolic functions.
 
     References
     ----------
@@ -103,7 +113,8 @@ class ExactModal(AbstractIntegrator):
                 path="solve.integrator",
             )
         n_dof, mass = system.load.size, system.mass[0]
-        frequency = np.sqrt(system.stiffness[0] / mass)
+        squared = system.stiffness[0] / mass
+        frequency = np.copysign(np.sqrt(np.abs(squared)), squared)
         head = [float(n_dof), float(np.any(system.load))]
         parameters = np.concatenate((head, system.load, mass, frequency, np.zeros(5 * n_dof)))
         retime(parameters, dt)

@@ -116,6 +116,7 @@ class AbstractRodModel(ABC):
     """A description of a rod or a beam, as a case file chooses it: a frozen dataclass of options."""
 
     exact: ClassVar[bool] = False  # True: its rods are solved from event to event where contacts are hard or springs
+    serves_rotation: ClassVar[bool] = False  # its bodies may turn (`Body.rotation`)
     theory: ClassVar[str] = ""  # of waves, if not the body's own: no reference is of it
     citations: ClassVar[tuple[str, ...]] = ()
     examples: ClassVar[tuple[Mapping[str, Any], ...]] = ({},)  # options that its contract suite tries, one by one

@@ -5,6 +5,7 @@ from __future__ import annotations
 from impactlab.errors import CaseError, PairingError
 from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Face
 from impactlab.models.rigid import RigidBody
+from impactlab.plugins import kind_of
 from impactlab.scene.bodies import Beam, Body, Rod
 
 
@@ -21,9 +22,18 @@ def build_body(
         If the model has a theory of rods, and the body is of another kind.
     """
     if body.elastic is None:
-        return RigidBody(body.rigid_mass if body.moves else None, body.velocity, gravity if body.moves else 0.0)
+        mass = body.rigid_mass if body.moves else None
+        distance = 0.0 if body.rotation is None else -body.rotation.axis_at
+        return RigidBody(mass, body.velocity, gravity if body.moves else 0.0, body.softening, distance)
     if model is None:
         raise CaseError(f"'{body.name}' has no model", path="solve.model", remedy="Give solve.model.")
+    if body.rotation is not None and not model.serves_rotation:
+        raise PairingError(
+            f"model '{kind_of(model)}' describes bodies that do not turn, and '{body.name}' turns at "
+            f"{body.rotation.rate:.6g} rad/s",
+            remedy="Use finite_element or modal for this body.",
+            path=f"solve.models.{body.name}",
+        )
     if isinstance(body, Beam):
         return model.build_beam(body, gravity, faces)
     if model.theory and not isinstance(body, Rod):

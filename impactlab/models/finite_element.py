@@ -31,6 +31,7 @@ class FiniteElement(AbstractRodModel):
     (spectral elements); KhenousLabordeRenard2008 and HagerHueeberWohlmuth2008 (redistributed mass).
     """
 
+    serves_rotation = True
     citations = (
         "Bathe1982",
         "HagerHueeberWohlmuth2008",

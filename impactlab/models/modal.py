@@ -37,6 +37,7 @@ class Modal(AbstractRodModel):
     EscalonaMayoDominguez1999, Section 5.
     """
 
+    serves_rotation = True
     citations = ("EscalonaMayoDominguez1999",)
     examples = (
         {"modes": 20},

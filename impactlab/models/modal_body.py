@@ -100,6 +100,13 @@ class ModalBody(AbstractDiscreteModel):
         return self._basis.grid()
 
     def arriving(self, face: float, delay: float, speed: Literal["phase", "group"]) -> Array:
+        if self._rod.rotation is not None:
+            raise PairingError(
+                f"messengers of single modes serve bodies that do not turn, and '{self._rod.name}' turns at "
+                f"{self._rod.rotation.rate:.6g} rad/s",
+                remedy="Use wave_identification (rods), addition_deletion or penalty.",
+                path=f"bodies.{self._rod.name}.rotation",
+            )
         waves = self._waves or waves_at(self._rod, face, self._basis.frequencies)
         return arriving_row(self._rod, waves, self.row, face, delay, speed)
 
@@ -140,19 +147,20 @@ def projections(given: ReducedMesh, wanted: ReducedMesh) -> Array:
 
 
 def proportional_damping(rod: ElasticBody) -> tuple[float, float]:
-    """Return a [1/s] and b [s] of a damping C = a M + b K.
+    """Return a [1/s] and b [s] of a damping C = a M + b K; K is that of the rotating frame of a body that turns.
 
     Raise `PairingError` where the damping of the rod is another.
 
     Only then do its undamped modes stay uncoupled.
     """
     times = {segment.viscosity / segment.young for segment in rod.segments}
-    spring = any(end.kind == "spring" for end in (rod.left, rod.right))
+    spring = any(end.kind == "spring" for end in (rod.left, rod.right)) or (rod.bends and rod.rotation is not None)
     if len(times) > 1 or (spring and times != {0.0}):
-        what = "a spring that is not" if len(times) == 1 else "segments of other viscosity over young"
+        what = "a spring or a rotation that is not" if len(times) == 1 else "segments of other viscosity over young"
         raise PairingError(
             f"model 'modal' cannot hold the viscosity of '{rod.name}': beside {what}, it couples the modes",
             remedy="Use finite_element, or damping of the whole rod: damping: {mass: 1/s, stiffness: s}.",
             path="solve.model",
         )
-    return rod.damping.mass, rod.damping.stiffness + times.pop()
+    viscous = times.pop()  # of the elastic stiffness, K + Omega^2 M
+    return rod.damping.mass + viscous * rod.softening, rod.damping.stiffness + viscous

@@ -12,20 +12,27 @@ from impactlab.types import Array, Quantity
 
 @final
 class RigidBody(AbstractDiscreteModel):
-    """A mass (one coordinate: its displacement) or, with ``mass`` None, a wall (no coordinate)."""
+    """A mass (one coordinate: its displacement) or, with ``mass`` None, a wall (no coordinate).
 
-    def __init__(self, mass: float | None, velocity: float, gravity: float) -> None:
+    A mass that turns is pulled outwards by m Omega^2 times its distance from the axis: a constant force where it
+    stands, and a stiffness -m Omega^2.
+    """
+
+    def __init__(
+        self, mass: float | None, velocity: float, gravity: float, softening: float = 0.0, distance: float = 0.0
+    ) -> None:
         self._mass = np.zeros((1, 0)) if mass is None else np.array([[mass]])
         self._velocity = velocity
         self._gravity = gravity
+        self._softening, self._distance = softening, distance  # 1/s2 along the motion, m from the axis at u = 0
 
     def operators(self) -> Operators:
         n_dof = self._mass.shape[1]
         return Operators(
             mass=self._mass,
             damping=np.zeros((1, n_dof)),
-            stiffness=np.zeros((1, n_dof)),
-            load=self._mass[0] * self._gravity,
+            stiffness=-self._softening * self._mass,
+            load=self._mass[0] * (self._gravity + self._softening * self._distance),
             displacement=np.zeros(n_dof),
             velocity=np.full(n_dof, self._velocity),
             highest_frequency=0.0,

@@ -123,7 +123,7 @@ def _are_delay_lines(scene: Scene) -> bool:
     places: list[Point | Probe] = [*scene.probes]
     places += [point for contact in scene.contacts for point in (contact.left, contact.right)]
     on_ends = all(place.x in (0.0, rods[place.body].length) for place in places if place.body in rods)
-    plain = not any(rod.is_damped or len(rod.segments) > 1 for rod in rods.values())
+    plain = not any(rod.is_damped or len(rod.segments) > 1 or rod.rotation for rod in rods.values())
     return not rods or (plain and on_ends and not scene.gravity)
 
 

@@ -23,6 +23,14 @@ else:  # they load numba or the drivers, which `check` and the listings need not
     choice, loop = lazy("impactlab.report.choice"), lazy("impactlab.simulate.stepping.loop")
 
 MAX_LINES = 12  # of events, contacts or collisions that are printed; an impulse law may have thousands
+STEADY = (
+    ("rate", "rad/s", ""),
+    ("tip_radius", "m", " tip radius"),
+    ("stretch", "m", " steady stretch"),
+    ("root_stress", "Pa", " root stress"),
+    ("radius", "m", " from the axis"),
+)
+"""Facts of a steady rotation: key, unit and words."""
 FIRST_LINES, LAST_LINES = 5, 2  # of a longer list
 
 
@@ -74,6 +82,10 @@ def summary_text(summary: Mapping[str, Any]) -> str:
     )
     for name, body in summary["final"]["bodies"].items():
         lines.append(f"  at end    {name}: " + ", ".join(f"{key} {_number(value)}" for key, value in body.items()))
+    for name, turn in summary.get("rotation", {}).items():
+        facts = [f"{_number(turn[key])} {unit}{words}" for key, unit, words in STEADY if key in turn]
+        unchecked = "; not checked: its momentum, which the centrifugal force changes"
+        lines.append(f"  rotating  {name}: " + ", ".join(facts) + unchecked * turn["momentum_unchecked"])
     energy = summary["energy"]
     lines.append(
         f"  energy    {_number(energy['initial'])} J to {_number(energy['final'])} J, "

@@ -40,7 +40,8 @@ def scene_facts(scene: Scene) -> list[tuple[str, str]]:
 
 def _body(body: Body) -> str:
     if isinstance(body, Mass):
-        return f"rigid mass, {si(body.mass, 'kg')}, {si(body.velocity, 'm/s') if body.velocity else 'at rest'}"
+        moving = si(body.velocity, "m/s") if body.velocity else "at rest"
+        return f"rigid mass, {si(body.mass, 'kg')}, {moving}{_turning(body)}"
     if isinstance(body, Wall):
         return "rigid wall"
     if isinstance(body, Beam):
@@ -52,7 +53,7 @@ def _body(body: Body) -> str:
     )
     moving = f", {si(body.velocity, 'm/s')}" if body.velocity else ""
     at = f" as the rod at its lever arm of {si(body.lever_arm, 'm')}" if isinstance(body, Shaft) else ""
-    ends = f"left {_end(body.left)}, right {_end(body.right)}"
+    ends = f"left {_end(body.left)}, right {_end(body.right)}{_turning(body)}"
     return f"elastic {body.kind}{at}, {pieces}, {si(body.mass, 'kg')}{moving}; {ends}"
 
 
@@ -65,8 +66,17 @@ def _beam(beam: Beam) -> str:
     )
     pulled = f", under {si(beam.tension, 'N')} of tension" if beam.tension else ""
     moving = f", {si(beam.velocity, 'm/s')}" if beam.velocity else ""
-    ends = f"left {_end(beam.left)}, right {_end(beam.right)}"
+    ends = f"left {_end(beam.left)}, right {_end(beam.right)}{_turning(beam)}"
     return f"{theory} beam, {pieces}, {si(beam.mass, 'kg')}{pulled}{moving}; {ends}"
+
+
+def _turning(body: Body) -> str:
+    """Return the rotation of a body in words; nothing at rest."""
+    if body.rotation is None:
+        return ""
+    moves = {"axial": "", "chord": ", moving in the plane of rotation", "flap": ", moving across the plane of rotation"}
+    radius = "" if body.elastic or not body.softening else f", {si(abs(body.rotation.axis_at), 'm')} from the axis"
+    return f"; turns at {body.rotation.rate:.4g}\N{NO-BREAK SPACE}rad/s{radius}{moves[body.rotation.plane]}"
 
 
 def _end(end: End) -> str:

@@ -19,6 +19,7 @@ from impactlab.metrics.collisions import agreements, collisions
 from impactlab.plugins import kind_of
 from impactlab.refine.reference import Reference
 from impactlab.refine.stated_error import measured_error, set_measured_error
+from impactlab.scene.facts import steady_facts
 from impactlab.scene.method import laws_of, modelled
 from impactlab.scene.problem import Scene
 from impactlab.types import Relative
@@ -88,6 +89,7 @@ def summarise(
         "collisions": [dataclasses.asdict(each) for each in collisions(scene, history)],
         "final": final(scene, history),
         "energy": energy(history),
+        "rotation": rotation(scene),
         "probes": {probe.channel: extremes(history, probe.channel) for probe in scene.probes},
         "errors": found,
         "cost": dataclasses.asdict(history.cost),
@@ -175,6 +177,14 @@ def energy(history: AbstractHistory) -> dict[str, Any]:
         "largest_loss": book.largest_loss,
         "final_error": book.final_error,
         "booked": dict.fromkeys(BOOKED, 0.0) | booked,
+    }
+
+
+def rotation(scene: Scene) -> dict[str, Any]:
+    """Return the steady state of each body that turns, and whether its momentum is not checked for that; else empty."""
+    return {
+        name: {**facts, "momentum_unchecked": scene.bodies[name].softening > 0.0}
+        for name, facts in steady_facts(scene).items()
     }
 
 

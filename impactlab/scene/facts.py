@@ -79,7 +79,7 @@ def shortest_transit(scene: Scene) -> float:
 def is_a_delay_line(scene: Scene) -> bool:
     """Return whether the stepped delay line serves the rods of a scene."""
     rods = rods_of(scene)
-    plain = not scene.gravity and not any(rod.is_damped or len(rod.segments) > 1 for rod in rods)
+    plain = not scene.gravity and not any(rod.is_damped or len(rod.segments) > 1 or rod.rotation for rod in rods)
     return bool(rods) and plain and struck_on_ends(scene)
 
 
@@ -98,6 +98,21 @@ def facts_at(scene: Scene, point: Point, element_length: float, velocity_per_for
     body = scene.bodies[point.body]
     facts = body.side_facts(point.x, element_length)
     return facts._replace(gravity=scene.gravity if body.falls else 0.0, velocity_per_force=velocity_per_force)
+
+
+def steady_facts(scene: Scene) -> dict[str, dict[str, Any]]:
+    """Return the steady state of each body that turns, by name, ready for JSON: rad/s, m and Pa."""
+    facts: dict[str, dict[str, Any]] = {}
+    for name, body in scene.bodies.items():
+        if body.rotation is None:
+            continue
+        facts[name] = {"rate": body.rotation.rate, "plane": body.rotation.plane}
+        if (state := body.steady) is not None:
+            tip = max(map(abs, state.radii))
+            facts[name] |= {"tip_radius": tip, "stretch": state.stretch, "root_stress": state.root_stress}
+        elif body.softening:
+            facts[name] |= {"radius": abs(body.rotation.axis_at)}
+    return facts
 
 
 def impedance_of(scene: Scene, contact: Contact) -> float:

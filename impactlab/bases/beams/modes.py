@@ -133,6 +133,13 @@ def rigid_motions(kinds: tuple[Held, Held], rotary: float) -> Array:
 def _check(beam: Beam) -> None:
     """Raise `CaseError` where the modes of the beam are not known without a mesh."""
     ends = [end.kind for end in (beam.left, beam.right)]
+    if beam.rotation is not None:
+        raise CaseError(
+            f"the modes of a beam that turns have no closed form, and '{beam.name}' turns at "
+            f"{beam.rotation.rate:.6g} rad/s",
+            remedy="Give 'elements' for the eigenvectors of a mesh.",
+            path="solve.model",
+        )
     if len(beam.segments) == 1 and beam.tension == 0.0 and all(kind in ("clamped", "pinned", "free") for kind in ends):
         return
     raise CaseError(

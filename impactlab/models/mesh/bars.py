@@ -9,7 +9,7 @@ import numpy as np
 from impactlab.errors import CaseError
 from impactlab.models.base import Face, Operators
 from impactlab.models.mesh.bar_elements import Ints, MassMatrix, assembled, polynomials, reference, spread
-from impactlab.models.mesh.base import AbstractMesh, sums_without
+from impactlab.models.mesh.base import AbstractMesh, quadratic_forms, sums_without
 from impactlab.models.mesh.massless import MasslessNodes, redistribute, struck_nodes
 from impactlab.numerics.banded import multiply
 from impactlab.scene.bodies import End, Profile, WaveBody
@@ -25,7 +25,7 @@ class Mesh(AbstractMesh):
     Displacement and velocity are polynomials of degree ``order`` in an element; strain and stress, one degree lower,
     jump between elements: at a node shared by two the right one gives them. Damping is Rayleigh's (C = mass M +
     stiffness K of the whole body, its ends' springs and masses included), that of the material (Kelvin and Voigt), and
-    the dashpots at the ends.
+    the dashpots at the ends. Of a rod that turns the stiffness is that of the rotating frame, K - Omega^2 M.
 
     Parameters
     ----------
@@ -82,6 +82,11 @@ class Mesh(AbstractMesh):
             struck = struck_nodes(rod, [(face.x, self.nodal_row(face.x, "displacement")) for face in faces])
             redistribute(matrices[0], struck + first)
         self._nodal_mass = multiply(matrices[0], np.ones(len(self.nodes)))
+        if rod.softening:
+            softened = rod.softening, rod.softening * rod.damping.stiffness  # of stiffness, and of its damping
+            for matrix, sums, factor in zip(matrices[:0:-1], (springs, dashpots), softened, strict=True):
+                matrix -= factor * matrices[0]
+                sums -= factor * self._nodal_mass
         held = np.delete(np.arange(len(self.nodes)), slice(first, last))
         ground = [
             sums_without(held, sums, matrix)[self.free_nodes]
@@ -159,6 +164,8 @@ class Mesh(AbstractMesh):
         for node, end in self.ends:
             if end.kind == "spring":
                 squares += end.value * nodal[node] ** 2
+        if self.rod.softening:
+            squares -= self.rod.softening * quadratic_forms(self.mass, shapes)
         return np.asarray(squares)
 
     def element_matrices(self, number: int) -> tuple[Array, Array]:

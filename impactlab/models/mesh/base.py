@@ -59,7 +59,7 @@ class AbstractMesh(AbstractDiscreteModel):
 
     @abstractmethod
     def quotients(self, shapes: Array) -> Array:
-        """Return u K u (n,) of shapes (n_dof, n), as a sum of squares.
+        """Return u K u (n,) of shapes (n_dof, n), as a sum of squares, less the centrifugal part of a body that turns.
 
         That keeps low frequencies, where the eigenvalues are lost in the rounding of the highest.
         """
@@ -173,6 +173,12 @@ def part(matrix: Array, inside: Ints) -> Array:
         coupled = apart < len(matrix)  # coordinates left out lie between others, which a band may then not join
         cut[offset, : columns.size][coupled] = matrix[apart[coupled], columns[coupled]]
     return cut
+
+
+def quadratic_forms(matrix: Array, shapes: Array) -> Array:
+    """Return u A u (n,) of shapes (n_dof, n) under a banded matrix."""
+    products = np.column_stack([multiply(matrix, shape) for shape in shapes.T])
+    return np.asarray(np.einsum("ij,ij->j", shapes, products))
 
 
 def null_space(rows: Array) -> Array:

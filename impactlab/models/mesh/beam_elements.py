@@ -17,6 +17,7 @@ from impactlab.types import Array
 
 PLACES = 0.5 * (1.0 + np.array([-1.0, 1.0]) / np.sqrt(3.0))  # Gauss, exact for the square of a line
 GAUSS = np.polynomial.legendre.leggauss(4)  # exact for the square of a cubic
+GAUSS_PLACES = 0.5 * (1.0 + GAUSS[0])
 
 
 class BeamElements(NamedTuple):
@@ -84,6 +85,16 @@ def shear_strain(h: float, phi: float) -> Array:
     return -phi / (1.0 + phi) * np.array([1.0 / h, 0.5, -1.0 / h, 0.5])
 
 
+def stretched(segment: BeamSegment, h: float, tensions: Array) -> Array:
+    """Return the stiffness (n, 4, 4) of elements under a tension, given at the four points of Gauss (n, 4) [N].
+
+    It is the integral of N w'^2, exact for a tension that is a quadratic in x.
+    """
+    phi = shear_ratio(segment, h)
+    slopes = np.array([rotations(place, h, phi) for place in GAUSS_PLACES]) + shear_strain(h, phi)
+    return np.asarray(np.einsum("eg,gi,gj->eij", 0.5 * h * GAUSS[1] * tensions, slopes, slopes))
+
+
 def matrices(segment: BeamSegment, h: float) -> ElementMatrices:
     """Return the matrices of an element of length h [m], integrated exactly.
 
@@ -97,9 +108,9 @@ def matrices(segment: BeamSegment, h: float) -> ElementMatrices:
     if phi > 0.0:
         sheared = shear_strain(h, phi)
         stiffness += h * segment.shear_stiffness * np.outer(sheared, sheared)
-    places, weights = 0.5 * (1.0 + GAUSS[0]), 0.5 * h * GAUSS[1]
-    w = np.array([deflections(place, h, phi) for place in places])
-    theta = np.array([rotations(place, h, phi) for place in places])
+    weights = 0.5 * h * GAUSS[1]
+    w = np.array([deflections(place, h, phi) for place in GAUSS_PLACES])
+    theta = np.array([rotations(place, h, phi) for place in GAUSS_PLACES])
     slope = theta + shear_strain(h, phi)
     mass = segment.density * segment.area * (weights * w.T) @ w
     mass += segment.rotary_inertia * (weights * theta.T) @ theta

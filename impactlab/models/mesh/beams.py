@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
 from typing import final
 
 import numpy as np
@@ -10,8 +12,9 @@ from impactlab.errors import CaseError
 from impactlab.models.base import Operators
 from impactlab.models.mesh.absorbing import laid_out
 from impactlab.models.mesh.bar_elements import MassMatrix
-from impactlab.models.mesh.base import AbstractMesh, null_space, part
+from impactlab.models.mesh.base import AbstractMesh, null_space, part, quadratic_forms
 from impactlab.models.mesh.beam_elements import (
+    GAUSS_PLACES,
     PLACES,
     BeamElements,
     curvatures,
@@ -22,12 +25,14 @@ from impactlab.models.mesh.beam_elements import (
     shear_ratio,
     shear_strain,
     slope_of_curvature,
+    stretched,
 )
-from impactlab.numerics.banded import multiply
-from impactlab.scene.bodies import Beam, End, Profile
+from impactlab.numerics.banded import grounded, multiply
+from impactlab.scene.bodies import Beam, BeamSegment, End, Profile
 from impactlab.types import QUANTITIES_OF_BEAM, Array, Quantity
 
 NODE_TOL = 1e-9  # of an element: a place so near to a node is that node
+MIN_STEADY = 1e-6  # of the rate squared, squared frequency of a beam that turns: a lower one is rounding
 STEP = 1e-4  # of an element, over which the slope of an initial deflection is taken
 
 
@@ -38,7 +43,8 @@ class BeamMesh(AbstractMesh):
     Deflection and rotation are those of elements without load between their nodes (`beam_elements`); bending moment and
     shear force jump between elements: at a node shared by two the right one gives them. Damping is Rayleigh's, that of
     the material, which here damps shear and bending alike, and the dashpots at the ends. At an infinite end the mesh
-    goes on in an absorbing layer (`absorbing`).
+    goes on in an absorbing layer (`absorbing`). Of a beam that turns the stiffness is K + K_N - Omega^2 M, with K_N by
+    the centrifugal tension and M the mass that the centrifugal force pulls along the motion.
 
     Parameters
     ----------
@@ -79,6 +85,7 @@ class BeamMesh(AbstractMesh):
         held = [2 * node for node, end in self.ends if end.kind in ("clamped", "pinned")]
         held += [2 * node + 1 for node, end in self.ends if end.kind == "clamped"]
         self._kept = np.setdiff1d(np.arange(2 * len(self.nodes)), held)
+        self._tensions = self._centrifugal_tensions()
         whole = self._assembled()
         uniform = np.tile([1.0, 0.0], len(self.nodes))
         self._uniform, self._momentum = uniform[self._kept], multiply(whole[0], uniform)[self._kept]
@@ -86,6 +93,7 @@ class BeamMesh(AbstractMesh):
         self.mass: Array = cut[0][:1] if self.lumped else cut[0]
         self.damping: Array = cut[1] if np.any(cut[1][1:]) else cut[1][:1]
         self.stiffness: Array = cut[2]
+        self._softness = cut[3]
         self.rigid, self.pins = self._rigid_motions()
         self._check_preload()
 
@@ -93,13 +101,20 @@ class BeamMesh(AbstractMesh):
         stated = self.stated(
             self.highest_of_elements(), self._uniform, self._gravity, self.at_ends("dashpot")[self._kept]
         )
+        if self.beam.rotation is not None:  # the centrifugal part of a row's sum would be lost beside the bending part
+            softness = self.beam.rotation.squared * self._softness
+            ground = grounded(self.stiffness + softness) - multiply(softness, np.ones(softness.shape[1]))
+            return stated._replace(ground_springs=ground)
         return stated._replace(beam_elements=self._elements())
 
     def element_matrices(self, number: int) -> tuple[Array, Array]:
         segment, h = self.beam.segments[self.of_segment[number]], float(self.lengths[number])
         each = matrices(segment, h)
         mass = np.diag(lumped(segment, h)) if self.lumped else each.mass
-        return each.stiffness + max(0.0, self.beam.tension) * each.tension, mass
+        pulled = self.beam.tension
+        if self._tensions is not None:
+            pulled += float(self._tensions[number].max())
+        return each.stiffness + max(0.0, pulled) * each.tension, mass
 
     def row(self, x: float, quantity: Quantity) -> Array:
         element = int(np.searchsorted(self.nodes, x + NODE_TOL * float(self.lengths.min()), side="right")) - 1
@@ -158,15 +173,41 @@ class BeamMesh(AbstractMesh):
                 pulled = matrices(segment, h).tension * self.beam.tension
                 local = np.stack([nodal[2 * at] - nodal[2 * at], nodal[2 * at + 1], turn * h, nodal[2 * at + 3]])
                 squares += np.einsum("ikj,il,lkj->j", local, pulled, local)
+            if self._tensions is not None:
+                pulled = stretched(segment, h, self._tensions[at])
+                local = np.stack([np.zeros_like(turn), nodal[2 * at + 1], turn * h, nodal[2 * at + 3]])
+                squares += np.einsum("ikj,kil,lkj->j", local, pulled, local)
         for node, end in self.ends:
             if end.kind == "spring":
                 squares += end.value * nodal[2 * node] ** 2 + end.rotational * nodal[2 * node + 1] ** 2
+        if self.beam.rotation is not None:
+            squares -= self.beam.rotation.squared * quadratic_forms(self._softness, shapes)
         return squares
 
-    def _assembled(self) -> tuple[Array, Array, Array]:
-        """Return mass, damping and stiffness of all nodes, ends included, (4, 2 n_nodes) each."""
+    def _centrifugal_tensions(self) -> Array | None:
+        """Return the tension at the points of Gauss of each element, (n_elements, 4) [N]; None of a beam at rest."""
+        if self.beam.rotation is None:
+            return None
+        return self.beam.steady_beam(self.beam.rotation).tension(
+            self.nodes[:-1, None] + self.lengths[:, None] * GAUSS_PLACES
+        )
+
+    def _softening(self, segment: BeamSegment, h: float) -> Array:
+        """Return the part (4, 4) of an element's mass that the centrifugal force pulls along the motion.
+
+        In the plane of rotation that of the deflection: a section that rotates keeps its distances from the axis.
+        Across it that of the rotation, by which the section's fibres move along the radius.
+        """
+        whole, moved = (
+            np.diag(lumped(each, h)) if self.lumped else matrices(each, h).mass
+            for each in (segment, replace(segment, rotary_inertia=0.0))
+        )
+        return moved if self.beam.softening else whole - moved
+
+    def _assembled(self) -> tuple[Array, Array, Array, Array]:
+        """Return mass, damping, stiffness and mass that softens, of all nodes, ends included, (4, 2 n_nodes) each."""
         n, beam = 2 * len(self.nodes), self.beam
-        mass, damping, stiffness = np.zeros((4, n)), np.zeros((4, n)), np.zeros((4, n))
+        mass, damping, stiffness, softness = np.zeros((4, n)), np.zeros((4, n)), np.zeros((4, n)), np.zeros((4, n))
         self._elastic = np.zeros((len(self.lengths), 4, 4))  # stiffness of each element
         for at in self._layout.alike:
             h, segment = float(self.lengths[at[0]]), beam.segments[self.of_segment[at[0]]]
@@ -174,14 +215,21 @@ class BeamMesh(AbstractMesh):
             own = np.diag(lumped(segment, h)) if self.lumped else each.mass
             self._elastic[at] = elastic = each.stiffness + beam.tension * each.tension
             viscous = self._layout.retardation[at[0]] * each.stiffness + self._layout.drag[at[0]] * own
-            for matrix, element in ((mass, own), (damping, viscous), (stiffness, elastic)):
+            blocks = [(mass, own), (damping, viscous), (stiffness, elastic)]
+            if self._tensions is not None:
+                blocks.append((stiffness, np.moveaxis(stretched(segment, h, self._tensions[at]), 0, -1)))
+                blocks.append((softness, self._softening(segment, h)))
+            for matrix, element in blocks:
                 for i in range(4):
                     for j in range(i + 1):
                         matrix[i - j, 2 * at + j] += element[i, j]
         for matrix, kind in ((mass, "mass"), (damping, "dashpot"), (stiffness, "spring")):
             matrix[0] += self.at_ends(kind)
+        if beam.rotation is not None:
+            softness[0] += self.at_ends("mass") * bool(beam.softening)
+            stiffness -= beam.rotation.squared * softness
         damping += beam.damping.mass * mass + beam.damping.stiffness * stiffness
-        return mass, damping, stiffness
+        return mass, damping, stiffness, softness
 
     def _elements(self) -> BeamElements | None:
         """Return the stiffness as runs of beam elements between whole nodes; None with less than two of these.
@@ -220,7 +268,8 @@ class BeamMesh(AbstractMesh):
 
     def _rigid_motions(self) -> tuple[Array, tuple[int, ...]]:
         """Return the motions a + b x without strain or support, mass-normalised, and coordinates that stop them."""
-        rows = [] if self.beam.tension == 0.0 else [[0.0, 1.0]]  # a string under tension resists its rotation
+        strained = self.beam.tension != 0.0 or self.beam.rotation is not None
+        rows = [[0.0, 1.0]] if strained else []  # a string under tension resists its rotation
         for node, end in self.ends:
             x = float(self.nodes[node]) / self.beam.length
             if end.kind in ("clamped", "pinned") or (end.kind == "spring" and end.value > 0.0):
@@ -245,21 +294,37 @@ class BeamMesh(AbstractMesh):
         return rigid, ()
 
     def _check_preload(self) -> None:
-        """Raise `CaseError` where the preload buckles the beam: its stiffness is then not positive."""
-        if self.beam.tension >= 0.0:
+        """Raise `CaseError` where preload or rotation buckle the beam: its stiffness is then not positive."""
+        rotation = self.beam.rotation
+        if self.beam.tension >= 0.0 and rotation is None:
             return
         from scipy.linalg import LinAlgError, cholesky_banded
 
         grounded = self.stiffness.copy()
         grounded[0, list(self.pins)] *= 2.0
+        if rotation is not None:
+            grounded[: len(self.mass)] -= MIN_STEADY * rotation.squared * self.mass
         try:
             cholesky_banded(grounded, lower=True)
         except LinAlgError:
+            if rotation is not None:
+                raise buckled(self.beam) from None
             raise CaseError(
                 f"the preload of {-self.beam.tension:.6g} N buckles '{self.beam.name}': its stiffness is not positive",
                 remedy="Give a smaller compression, or hold the beam better.",
                 path=f"bodies.{self.beam.name}.tension",
             ) from None
+
+
+def buckled(beam: Beam) -> CaseError:
+    """Return the error of a beam that has no stable steady state under rotation."""
+    rate = math.nan if beam.rotation is None else beam.rotation.rate
+    return CaseError(
+        f"at {rate:.6g} rad/s '{beam.name}' buckles under its own centrifugal force, or turns about its support: its "
+        "stiffness is not positive",
+        remedy="Give a lower rate, or clamp the end nearer to the axis.",
+        path=f"bodies.{beam.name}.rotation",
+    )
 
 
 def no_such(quantity: str) -> CaseError:

@@ -1,10 +1,13 @@
 """Bodies in SI and in plain frozen records, one kind a file: rods, beams, shafts, masses, walls."""
 
-from impactlab.scene.bodies.base import Body, ElasticBody, End, Profile, Rayleigh, Segment, Table, WaveBody
+from impactlab.scene.bodies.base import Body, ElasticBody, WaveBody
 from impactlab.scene.bodies.beam import Beam, BeamSegment, beams_among
+from impactlab.scene.bodies.pieces import End, Profile, Rayleigh, Segment, Table
 from impactlab.scene.bodies.rigid import Mass, Wall
 from impactlab.scene.bodies.rod import Rod
+from impactlab.scene.bodies.rotation import Rotation
 from impactlab.scene.bodies.shaft import Shaft, shaft_end, shaft_segment
+from impactlab.scene.bodies.steady import SteadyState
 
 __all__ = [
     "Beam",
@@ -16,8 +19,10 @@ __all__ = [
     "Profile",
     "Rayleigh",
     "Rod",
+    "Rotation",
     "Segment",
     "Shaft",
+    "SteadyState",
     "Table",
     "Wall",
     "WaveBody",

@@ -1,4 +1,4 @@
-"""The facts of every body, and of those that deform: segments, ends, damping, in SI and in plain frozen records.
+"""The facts of every body, and of those that deform, in SI and in plain frozen records.
 
 x runs from a body's left end to its right end; displacements and velocities are positive to the right. Of a beam the
 displacement is the deflection, positive up.
@@ -9,101 +9,15 @@ from __future__ import annotations
 import itertools
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import ClassVar, Literal
-
-import numpy as np
-from numpy import float64
-from numpy.typing import NDArray
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import ClassVar
 
 from impactlab.errors import CaseError
+from impactlab.scene.bodies.pieces import UNDAMPED, End, Profile, Rayleigh, Segment
+from impactlab.scene.bodies.rotation import Rotation
+from impactlab.scene.bodies.steady import SteadyRod, SteadyState
 from impactlab.types import QUANTITIES_OF_ROD, Quantity, SideFacts
-
-Profile = Callable[[NDArray[float64]], NDArray[float64]]
-"""A quantity as a function of x [m], shape (n,) to shape (n,)."""
-
-
-@dataclass(frozen=True)
-class Table:
-    """A quantity given at places x [m], rising; straight lines between them."""
-
-    x: tuple[float, ...]
-    u: tuple[float, ...]
-
-    def __call__(self, x: NDArray[float64]) -> NDArray[float64]:
-        return np.asarray(np.interp(x, self.x, self.u), dtype=float)
-
-
-@dataclass(frozen=True)
-class Segment:
-    """A uniform piece of a rod or a beam."""
-
-    length: float  # m
-    area: float  # m2
-    young: float  # Pa
-    density: float  # kg/m3
-    viscosity: float = 0.0  # Pa s: stress = E strain + viscosity times strain rate (Kelvin and Voigt)
-
-    @property
-    def wave_speed(self) -> float:
-        """Speed of axial waves sqrt(E/rho) [m/s]."""
-        return math.sqrt(self.young / self.density)
-
-    @property
-    def front_speed(self) -> float:
-        """Speed of its fastest front [m/s]."""
-        return self.wave_speed
-
-    @property
-    def impedance(self) -> float:
-        """Impedance rho c A [N s/m]."""
-        return self.density * self.wave_speed * self.area
-
-    @property
-    def bending_stiffness(self) -> float:
-        """Bending stiffness E I [N m2]; NaN where nothing bends."""
-        return math.nan
-
-    @property
-    def mass(self) -> float:
-        """Mass rho A L [kg]."""
-        return self.density * self.area * self.length
-
-    def per_velocity(self, quantity: str) -> float:
-        """Return strain, stress [Pa] or force [N] per velocity difference [m/s] of both waves."""
-        if quantity == "strain":
-            return 1.0 / self.wave_speed
-        return self.density * self.wave_speed * (self.area if quantity == "force" else 1.0)
-
-
-@dataclass(frozen=True)
-class End:
-    """The support of an end of a body.
-
-    It is none, a clamp, a grounded spring or dashpot, or a mass that moves with the end.
-
-    A beam may be pinned (no deflection, free rotation), its spring may resist rotation too, and it may be infinite.
-    A force may act on an end that is not clamped or pinned.
-    """
-
-    kind: Literal["free", "clamped", "spring", "dashpot", "mass", "pinned", "infinite"]
-    value: float = 0.0  # N/m, N s/m or kg
-    force: float = 0.0  # N, along +x (of a beam along +u), constant from t = 0 on
-    rotational: float = 0.0  # N m/rad, of a spring against rotation at the end of a beam
-
-    @property
-    def carries(self) -> str:
-        """Kind of the end for contact laws, or `force` where a force acts."""
-        return "force" if self.force != 0.0 else self.kind
-
-
-@dataclass(frozen=True)
-class Rayleigh:
-    """Damping of a rod by its matrices, C = mass M + stiffness K."""
-
-    mass: float = 0.0  # 1/s
-    stiffness: float = 0.0  # s
 
 
 @dataclass(frozen=True)
@@ -115,6 +29,7 @@ class Body(ABC):
     """
 
     name: str
+    rotation: Rotation | None = field(default=None, kw_only=True)  # None: the body does not turn
 
     kind: ClassVar[str]  # its name in a case, as ``rod``
     moves: ClassVar[bool] = True  # False: nothing can move it
@@ -191,8 +106,16 @@ class Body(ABC):
 
     @property
     def is_free(self) -> bool:
-        """Whether only contacts and loads change its momentum; damping by its mass holds it, too."""
-        return self.moves
+        """Whether only contacts and loads change its momentum; damping by its mass holds it, too.
+
+        The centrifugal force changes that of a body that turns and moves in the plane of rotation.
+        """
+        return self.moves and self.softening == 0.0
+
+    @property
+    def softening(self) -> float:
+        """Centrifugal force per mass and displacement along its motion [1/s2]; 0 of a body that does not turn."""
+        return 0.0 if self.rotation is None else self.rotation.softening
 
     @property
     def slowest_period(self) -> float:
@@ -228,6 +151,18 @@ class Body(ABC):
         """Return the energy that rounding may give its mesh, over that of the slowest motion."""
         return 0.0
 
+    @property
+    def steady(self) -> SteadyState | None:
+        """Steady state of a body that deforms and turns; None of any other."""
+        return None
+
+    def steady_place(self, x: float) -> float:
+        """Return the place [m] of x along the body's motion in its steady state, counted from the axis.
+
+        It is the radius of a body that moves along the radius; of a mass minus ``axis_at``, of a beam 0.
+        """
+        return 0.0 if self.rotation is None else -self.rotation.axis_at
+
     def face_channel(self, x: float) -> str:
         """Return the name of the channel of the displacement at x [m]: ``displacement:rod@0.15``."""
         return f"displacement:{self.name}@{x:.6g}"
@@ -255,7 +190,7 @@ class ElasticBody(Body):
     right: End
     velocity: float = 0.0  # m/s, uniform at t = 0
     displacement: Profile | None = None  # m, at t = 0
-    damping: Rayleigh = Rayleigh()
+    damping: Rayleigh = UNDAMPED
 
     @property
     def elastic(self) -> ElasticBody:
@@ -294,15 +229,25 @@ class ElasticBody(Body):
     @property
     def is_damped(self) -> bool:
         """Whether the body itself loses energy; dashpots at its ends do not count."""
-        return self.damping != Rayleigh() or any(segment.viscosity > 0.0 for segment in self.segments)
+        return self.damping != UNDAMPED or any(segment.viscosity > 0.0 for segment in self.segments)
 
     @property
     def is_held(self) -> bool:
         return any(end.kind not in ("free", "mass") for end in (self.left, self.right))
 
     @property
+    @abstractmethod
+    def is_held_along(self) -> bool:
+        """Whether an end holds the body along its axis, so that it has a steady state under rotation."""
+
+    @property
+    def limit_rate(self) -> float:
+        """Rate [rad/s] from which on its stiffness does not hold it under rotation; inf where a mesh tells it."""
+        return math.inf
+
+    @property
     def is_free(self) -> bool:
-        return not self.is_held and self.damping.mass == 0.0
+        return not self.is_held and self.damping.mass == 0.0 and self.softening == 0.0
 
     @property
     def round_trip(self) -> float:
@@ -366,6 +311,24 @@ class WaveBody(ElasticBody):
     @property
     def has_fronts(self) -> bool:
         return not self.is_damped
+
+    @property
+    def is_held_along(self) -> bool:
+        return any(end.kind in ("clamped", "spring") for _, end in self.ends)
+
+    @property
+    def limit_rate(self) -> float:
+        return SteadyRod(self.segments, self.left, self.right).limit_rate()
+
+    @property
+    def steady(self) -> SteadyState | None:
+        return None if self.rotation is None else self._steady_rod(self.rotation).state()
+
+    def steady_place(self, x: float) -> float:
+        return 0.0 if self.rotation is None else self._steady_rod(self.rotation).section(x)[0]
+
+    def _steady_rod(self, rotation: Rotation) -> SteadyRod:
+        return SteadyRod(self.segments, self.left, self.right, rotation.rate, rotation.axis_at)
 
     def impedance_at(self, x: float) -> float:
         ends = 1.0 if x in (0.0, self.length) else 2.0

@@ -9,7 +9,10 @@ from typing import Any, Literal, final
 
 import numpy as np
 
-from impactlab.scene.bodies.base import Body, ElasticBody, Segment, plain
+from impactlab.scene.bodies.base import Body, ElasticBody, plain
+from impactlab.scene.bodies.pieces import Segment
+from impactlab.scene.bodies.rotation import Rotation
+from impactlab.scene.bodies.steady import SteadyBeam, SteadyState
 from impactlab.types import QUANTITIES_OF_BEAM, Quantity, SideFacts
 
 CANTILEVER = 2.0 * math.pi / 1.8751040687119611**2  # period of a cantilever over L2 sqrt(rho A/EI)
@@ -75,6 +78,21 @@ class Beam(ElasticBody):
     @property
     def static_compliance(self) -> float:
         return math.nan
+
+    @property
+    def is_held_along(self) -> bool:
+        return any(end.kind in ("clamped", "pinned") for _, end in self.ends)
+
+    @property
+    def steady(self) -> SteadyState | None:
+        return None if self.rotation is None else self.steady_beam(self.rotation).state()
+
+    def steady_beam(self, rotation: Rotation) -> SteadyBeam:
+        """Return the tension of the beam as it turns; its preload is not in it."""
+        return SteadyBeam(self.segments, self.left, self.right, rotation.rate, rotation.axis_at)
+
+    def steady_place(self, x: float) -> float:
+        return 0.0
 
     @property
     def has_fronts(self) -> bool:

@@ -12,7 +12,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import final
 
-from impactlab.scene.bodies.base import End, Segment, WaveBody, plain
+from impactlab.scene.bodies.base import WaveBody, plain
+from impactlab.scene.bodies.pieces import End, Segment
 from impactlab.types import Quantity
 
 

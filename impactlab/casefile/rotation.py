@@ -1,0 +1,67 @@
+"""The block of a steady rotation, and the rotation that it gives a rod or a beam."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from impactlab.casefile.blocks import Block, Place
+from impactlab.casefile.values import Allowed, Reader, refuse
+from impactlab.casefile.words import shown
+from impactlab.errors import CaseError
+from impactlab.scene.bodies import Rotation
+
+_RATE = Allowed("rad/s", number=True)
+
+
+def _read_rate(value: Any) -> Any:
+    if isinstance(value, str) and value.rstrip().endswith("Hz"):
+        raise refuse(f"{shown(value)} may count turns or radians. Allowed: a number in rad/s, or a text as '600 rpm'")
+    return _RATE.read(value)
+
+
+class RotationBlock(Block):
+    """A steady rotation about a fixed axis; all quantities of the body count from its steady state."""
+
+    rate: Annotated[float, Reader(_read_rate, _RATE.json_schema())] = Field(description="angular velocity [rad/s]")
+    axis_at: Place | None = Field(
+        default=None,
+        description="place of the axis in the body's own x [m]; a mass without it takes its distance from the face "
+        "that it meets",
+    )
+    plane: Annotated[str | None, Allowed(words=("chord", "flap"), nothing=True).reader()] = Field(
+        default=None,
+        description="of a beam and of masses that strike it: chord, in the plane of rotation, or flap, across it",
+    )
+
+
+def rotation_of(block: RotationBlock | None, kind: str, path: str) -> Rotation | None:
+    """Return the rotation of a rod or a beam, None at rest.
+
+    Raise `CaseError` where a key is missing or one too many.
+    """
+    if block is None:
+        return None
+    path = f"{path}.rotation"
+    if block.axis_at is None:
+        raise CaseError(
+            "this key is missing",
+            remedy="Give the place of the axis in the body's own x [m]: 0 at its left end, L at its right end.",
+            path=f"{path}.axis_at",
+        )
+    if kind == "rod":
+        if block.plane is not None:
+            raise CaseError(
+                f"plane {block.plane!r} is one of beams, and a rod that turns moves along the radius only",
+                remedy="Remove it, or describe the body as a beam.",
+                path=f"{path}.plane",
+            )
+        return Rotation(block.rate, block.axis_at) if block.rate else None
+    if block.plane is None:
+        raise CaseError(
+            "this key is missing",
+            remedy="Give chord (the beam bends in the plane of rotation) or flap (across it).",
+            path=f"{path}.plane",
+        )
+    return Rotation(block.rate, block.axis_at, block.plane) if block.rate else None  # type: ignore[arg-type]

@@ -1,0 +1,100 @@
+"""Parts of bodies that deform: uniform segments, supports of ends, damping, tables of a quantity over x."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy import float64
+from numpy.typing import NDArray
+
+Profile = Callable[[NDArray[float64]], NDArray[float64]]
+"""A quantity as a function of x [m], shape (n,) to shape (n,)."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """A quantity given at places x [m], rising; straight lines between them."""
+
+    x: tuple[float, ...]
+    u: tuple[float, ...]
+
+    def __call__(self, x: NDArray[float64]) -> NDArray[float64]:
+        return np.asarray(np.interp(x, self.x, self.u), dtype=float)
+
+
+@dataclass(frozen=True)
+class Segment:
+    """A uniform piece of a rod or a beam."""
+
+    length: float  # m
+    area: float  # m2
+    young: float  # Pa
+    density: float  # kg/m3
+    viscosity: float = 0.0  # Pa s: stress = E strain + viscosity times strain rate (Kelvin and Voigt)
+
+    @property
+    def wave_speed(self) -> float:
+        """Speed of axial waves sqrt(E/rho) [m/s]."""
+        return math.sqrt(self.young / self.density)
+
+    @property
+    def front_speed(self) -> float:
+        """Speed of its fastest front [m/s]."""
+        return self.wave_speed
+
+    @property
+    def impedance(self) -> float:
+        """Impedance rho c A [N s/m]."""
+        return self.density * self.wave_speed * self.area
+
+    @property
+    def bending_stiffness(self) -> float:
+        """Bending stiffness E I [N m2]; NaN where nothing bends."""
+        return math.nan
+
+    @property
+    def mass(self) -> float:
+        """Mass rho A L [kg]."""
+        return self.density * self.area * self.length
+
+    def per_velocity(self, quantity: str) -> float:
+        """Return strain, stress [Pa] or force [N] per velocity difference [m/s] of both waves."""
+        if quantity == "strain":
+            return 1.0 / self.wave_speed
+        return self.density * self.wave_speed * (self.area if quantity == "force" else 1.0)
+
+
+@dataclass(frozen=True)
+class End:
+    """The support of an end of a body.
+
+    It is none, a clamp, a grounded spring or dashpot, or a mass that moves with the end.
+
+    A beam may be pinned (no deflection, free rotation), its spring may resist rotation too, and it may be infinite.
+    A force may act on an end that is not clamped or pinned.
+    """
+
+    kind: Literal["free", "clamped", "spring", "dashpot", "mass", "pinned", "infinite"]
+    value: float = 0.0  # N/m, N s/m or kg
+    force: float = 0.0  # N, along +x (of a beam along +u), constant from t = 0 on
+    rotational: float = 0.0  # N m/rad, of a spring against rotation at the end of a beam
+
+    @property
+    def carries(self) -> str:
+        """Kind of the end for contact laws, or `force` where a force acts."""
+        return "force" if self.force != 0.0 else self.kind
+
+
+@dataclass(frozen=True)
+class Rayleigh:
+    """Damping of a rod by its matrices, C = mass M + stiffness K."""
+
+    mass: float = 0.0  # 1/s
+    stiffness: float = 0.0  # s
+
+
+UNDAMPED = Rayleigh()
