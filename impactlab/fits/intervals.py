@@ -218,7 +218,7 @@ def _edge(problem: Problem, solution: Solution, number: int) -> float | None:
     way = column / math.sqrt(float(column[number])) * solution.reach * solution.widened  # the others follow
     found = []
     for sign in (-1.0, 1.0):
-        changed = change(problem.cases, solution.x, np.clip(solution.x + sign * way, low, high))
+        changed = change(problem.closings, solution.x, np.clip(solution.x + sign * way, low, high))
         if changed is not None:
             found.append((changed.share, float(changed.x[number])))
     return min(found)[1] if found else None

@@ -176,6 +176,13 @@ class Problem:
         found = [each.means(values) for each in self.trials]
         return None if any(each is None for each in found) else [mean for each in found for mean in each or ()]
 
+    def closings(self, scaled: Array) -> list[tuple[str, ...]] | None:
+        """Return the contacts that close in each experiment, in order; None where there is no such run."""
+        values = tuple(self.values(scaled)[: len(self.parameters)])
+        found = [each.closings(values) for each in self.trials]
+        whole = [each for each in found if each is not None]
+        return whole if len(whole) == len(found) else None
+
     def setting(self, scaled: Array, number: int) -> tuple[float, float, float]:
         """Return gain, offset and shift [s] of a signal by number."""
         gain, offset, shift = (

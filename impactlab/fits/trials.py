@@ -14,6 +14,7 @@ import numpy as np
 
 from impactlab import api
 from impactlab.casefile import Case
+from impactlab.derivatives.exact import sequence
 from impactlab.errors import ImpactlabError
 from impactlab.exact.history import ContinuousHistory
 from impactlab.fits.model import ENDING, AbstractMeans, Means
@@ -58,6 +59,15 @@ class Trials:
             except ImpactlabError:
                 self._kept[values] = None
         return self._kept[values]
+
+    def closings(self, values: Values) -> tuple[str, ...] | None:
+        """Return the contacts that close, in order; None where there is no such run."""
+        try:
+            with api.warnings_kept():
+                history = api.run(self.at(values))
+        except ImpactlabError:
+            return None
+        return tuple(contact for contact, kind in sequence(history) if kind == "close")
 
     def _run(self, values: Values) -> list[AbstractMeans] | None:
         with api.warnings_kept():
@@ -136,6 +146,13 @@ class MarchedTrials(Trials):
         for entries, value in zip(self._entries, values, strict=True):
             vector[entries] = value
         return vector
+
+    def closings(self, values: Values) -> tuple[str, ...] | None:
+        try:
+            marched = self.memory.march(self._vector(values))
+        except (ImpactlabError, NotServed):
+            marched = False
+        return self.memory.closings if marched else super().closings(values)
 
     def _run(self, values: Values) -> list[AbstractMeans] | None:
         try:

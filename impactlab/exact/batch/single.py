@@ -17,6 +17,7 @@ from impactlab.exact.arrays import DONE, MORE_EVENTS, MORE_POOL, MORE_RECORDS, M
 from impactlab.exact.batch.marcher import MAX_POOL, Built
 from impactlab.exact.batch.pattern import Pattern
 from impactlab.exact.batch.writing import SPRING, write
+from impactlab.exact.crossings import CLOSE
 from impactlab.exact.history import ContinuousHistory, Place
 from impactlab.exact.kernel import MAX_DEPTH, integrate, value
 from impactlab.exact.network import grown
@@ -95,6 +96,13 @@ class Single:
     def duration(self) -> float:
         """Duration of the scene that was marched last [s]."""
         return float(self.log.state["duration"])
+
+    @property
+    def closings(self) -> tuple[str, ...]:
+        """Names of the contacts that closed in the scene that was marched last, in order."""
+        events = self.log.events[: int(self.log.state["events"])]
+        places = self.base.layout.places[events["contact"][events["kind"] == CLOSE]]
+        return tuple(self.base.scene.contacts[place].name for place in places.tolist())
 
     def row(self, j: int, row: int, times: Array, summed: bool) -> Array:
         """Return a row of the records of junction j at increasing times (n,), or its integral from its first piece."""
