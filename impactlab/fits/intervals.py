@@ -16,6 +16,7 @@ from impactlab.fits.loss import Loss
 from impactlab.fits.problem import Problem
 from impactlab.fits.profiles import Profile, profile
 from impactlab.fits.result import BOOTSTRAP, JACOBIAN, PROFILE, WIDENED, Curve, Fit, Fitted, Resamples, Shown
+from impactlab.fits.secants import secants
 from impactlab.fits.seen import Seen, products, seen, short_names, told
 from impactlab.fits.unknowns import Unknown
 from impactlab.types import Array
@@ -47,12 +48,6 @@ class Solution(NamedTuple):
     reach: float  # half an interval over a standard deviation, under the noise that is assumed
     widened: float  # of the reach, for correlated residuals
     seen: Seen
-
-
-def autocorrelations(problem: Problem, scaled: Array) -> list[float]:
-    """Return the autocorrelation of neighbouring residuals of each signal."""
-    parts = problem.parts(scaled) or []
-    return [float(part[1:] @ part[:-1]) / max(float(part @ part), 1e-300) for part in parts]
 
 
 def _neighbours(parts: Sequence[Array]) -> float:
@@ -120,9 +115,9 @@ def _size(residuals: Array, problem: Problem, chosen: Options) -> float:
 
 def _solution(problem: Problem, x: Array, chosen: Options) -> tuple[Solution, list[str]]:
     """Return a solution with its spread, and warnings about its residuals."""
-    residuals, jacobian = problem.residuals(x), problem.jacobian(x)
-    freedom, warnings = len(residuals) - problem.size, []
+    residuals, freedom, warnings = problem.residuals(x), problem.count - problem.size, []
     spread = _size(residuals, problem, chosen)
+    jacobian = secants(problem.residuals, x, problem.bounds(), problem.jacobian(x), spread)
     if chosen.loss == "huber":
         jacobian = jacobian * (np.abs(residuals) <= HUBER * spread)[:, None]
     reach = float(student.ppf(0.975, freedom))

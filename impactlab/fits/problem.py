@@ -46,6 +46,13 @@ class Measured(NamedTuple):
         return len(self.signal.times) if self.low_pass is None else self.low_pass.count
 
 
+def whitened(errors: Array, correlated: float) -> Array:
+    """Return errors without the part that follows from the one before; along the first axis."""
+    if not correlated:
+        return errors
+    return np.concatenate([errors[:1] * math.sqrt(1.0 - correlated**2), errors[1:] - correlated * errors[:-1]])
+
+
 class Problem:
     """Residuals of signals, over their noise: first the unknowns of the case, then those of the instruments.
 
@@ -103,6 +110,11 @@ class Problem:
     def is_quick(self) -> bool:
         """Whether a trial takes a fraction of a millisecond, as that of exact scenes."""
         return all(isinstance(each, MarchedTrials) for each in self.trials)
+
+    @property
+    def has_shifts(self) -> bool:
+        """Whether the trigger time of a signal is fitted."""
+        return any(self.place(number, "shift") is not None for number in range(len(self.signals)))
 
     def _start(self, path: str) -> float:
         return next(each.start for each in self.parameters if each.path == path)
@@ -230,10 +242,7 @@ class Problem:
         of = self.measured[number]
         found = difference if of.low_pass is None else of.low_pass(difference)
         found = smooth(found, self.smoothed * len(found)) / of.scale
-        if correlated := self.correlated[number]:
-            first = found[0] * math.sqrt(1.0 - correlated**2)
-            found = np.concatenate([[first], found[1:] - correlated * found[:-1]])
-        return np.asarray(found)
+        return whitened(np.asarray(found), self.correlated[number])
 
     def jacobian(self, scaled: Array) -> Array:
         """Return the derivatives of the residuals, (residuals, unknowns), by differences.

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 from scipy.optimize import least_squares
 
+from impactlab.fits.correlation import correlations
 from impactlab.fits.filters import smooth
-from impactlab.fits.intervals import HUBER, Options, autocorrelations
+from impactlab.fits.intervals import HUBER, Options
 from impactlab.fits.problem import Problem
 from impactlab.types import Array
 
@@ -19,7 +20,10 @@ KEPT = 2  # solutions of a stage that the next one starts from
 ASIDE = 0.3  # of a logarithm, by which parameters are tried about the start
 MAX_FULL = 3  # parameters that are tried in all combinations, more one by one
 BESIDE = (2.0, 8.0)  # standard deviations: starts beside a solution
+MAX_BESIDE = 0.1  # of a scaled unknown: the same
 ROUNDS = 3  # of such starts
+NEAR = 1.0e-5  # of the cost, in these: what is better by more is another solution
+RESCALED = 3  # times that the size of the noise, or its correlation, is found again
 COARSE = 1.0e-3  # of the cost, in stages that only find a start
 XTOL = 1.0e-6  # of the unknowns, of which shifts are in samples
 TRIGGERS = 2  # trigger times from which a stage starts
@@ -48,17 +52,18 @@ def search(problem: Problem, chosen: Options) -> Any:
         kept = sorted(tried, key=lambda each: float(each.cost))[:KEPT]
         starts = [place for each in kept for place in triggers(problem, each.x, TRIGGERS)]
     problem.smoothed = 0.0
-    starts = [*(each.x for each in kept), *triggers(problem, kept[0].x, TRIGGERS)]
-    found = polished(problem, solved(problem, _best(solved(problem, each, tolerance=COARSE) for each in starts).x))
+    starts = [each.x for each in kept]
+    if problem.has_shifts:
+        starts += triggers(problem, kept[0].x, TRIGGERS)
+    found = polished(problem, _best(solved(problem, each, tolerance=COARSE) for each in starts).x)
     if chosen.loss == "huber":
-        for _ in range(2):
+        for _ in range(RESCALED):
             size = 1.4826 * float(np.median(np.abs(problem.residuals(found.x))))
-            found = solved(problem, found.x, "huber", HUBER * max(size, 1e-12))
+            found = polished(problem, found.x, "huber", HUBER * max(size, 1e-12))
     if chosen.noise == "ar1":
-        for _ in range(2):
-            problem.correlated = [0.0] * len(problem.signals)
-            problem.correlated = [min(0.99, max(0.0, each)) for each in autocorrelations(problem, found.x)]
-            found = solved(problem, found.x)
+        for _ in range(RESCALED):
+            problem.correlated = correlations(problem, found.x)
+            found = polished(problem, found.x)
     return found
 
 
@@ -66,21 +71,26 @@ def _best(found: Any) -> Any:
     return min(found, key=lambda each: float(each.cost))
 
 
-def polished(problem: Problem, found: Any) -> Any:
-    """Return the best of solutions from starts beside one: a front that enters another sample leaves a kink there."""
+def polished(problem: Problem, start: Array, loss: str = "linear", scale: float = 1.0) -> Any:
+    """Return the best of solutions from a start and from places beside its solution.
+
+    A front that enters another sample leaves a kink there, and may leave a minimum to each side.
+    """
+    found = solved(problem, start, loss, scale)
     for _ in range(ROUNDS):
         sizes, ways = np.linalg.svd(found.jac, full_matrices=False)[1:]
         spread = math.sqrt(2.0 * float(found.cost) / max(1, len(found.fun) - problem.size))
         steps = [
-            way * min(far * spread / float(size), 0.1 * far)
-            for size, way in zip(sizes, ways, strict=True)
+            side * way * far * min(spread / size, MAX_BESIDE)
+            for size, way in zip(sizes.tolist(), ways, strict=True)
             if size > 0.0
             for far in BESIDE
+            for side in (-1.0, 1.0)
         ]
-        best = _best([found, *(solved(problem, found.x + side * step) for step in steps for side in (-1.0, 1.0))])
-        if not best.cost < found.cost * (1.0 - 1e-9):
+        best = _best(solved(problem, found.x + step, loss, scale, NEAR) for step in steps)
+        if not best.cost < found.cost * (1.0 - NEAR):
             break
-        found = best
+        found = solved(problem, best.x, loss, scale)
     return found
 
 

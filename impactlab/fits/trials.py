@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 else:  # compiled code, needed only for exact scenes
     single = lazy("impactlab.exact.batch.single")
 
-MAX_CORNERS = 16  # of the bounds, at which the case is checked
+MAX_BITS = 4  # unknowns whose bounds are all combined to check the case; of more there are as many corners
 MAX_KEPT = 32  # runs
 ROUNDING = 1e-14  # of a value that is read as it was written
 
@@ -89,6 +89,15 @@ class MarchedMeans(AbstractMeans):
         return self.integral(edges, True)
 
 
+def corners_of(unknowns: Sequence[Unknown]) -> Array:
+    """Return corners of the bounds, (corners, unknowns): all, or some where there are many."""
+    count = len(unknowns)
+    sides = np.array(list(itertools.product((False, True), repeat=min(count, MAX_BITS))))
+    if count > MAX_BITS:
+        sides = np.random.default_rng(0).random((len(sides), count)) < 0.5
+    return np.where(sides, [each.high for each in unknowns], [each.low for each in unknowns])
+
+
 class MarchedTrials(Trials):
     """Runs of an exact scene whose numbers alone change."""
 
@@ -112,29 +121,26 @@ class MarchedTrials(Trials):
             self.readers.append((reader, channel.partition(":")[0] in ENDING))
 
     def _direct(self, unknowns: Sequence[Unknown]) -> list[list[int]] | None:
-        """Return the entries of the vector that are the unknowns themselves; None where the case makes others."""
-        ends = [(each.low, each.high) for each in unknowns]
-        found: list[list[int]] = [[] for _ in unknowns]
-        corners = list(itertools.islice(itertools.product(*ends), MAX_CORNERS))
-        corners += [tuple(each.start if k != n else end for k, each in enumerate(unknowns))
-                    for n, of in enumerate(ends) for end in of]  # fmt: skip
+        """Return the entries of the vector that are the unknowns themselves; None where the case makes others.
+
+        The case is built at corners of the bounds: where it refuses one, it is asked at each trial.
+        """
+        corners = corners_of(unknowns)
         try:
-            made = [(corner, numbers_of(self.at(corner))) for corner in corners]
+            made = [numbers_of(self.at(tuple(corner))) for corner in corners.tolist()]
         except (ImpactlabError, NotServed):
-            return None  # a corner that the case refuses: it is asked at each trial
-        if not all(each.pattern.same_as(self.pattern) for _, each in made):
             return None
-        for number, (_, each) in enumerate(made[-2 * len(unknowns) :]):
-            n = number // 2
-            changed = np.flatnonzero(each.vector != self.vector).tolist()
-            found[n] += [entry for entry in changed if entry not in found[n]]
-        for n in range(len(unknowns)):
-            if any(
-                np.any(np.abs(each.vector[found[n]] - corner[n]) > ROUNDING * abs(corner[n])) for corner, each in made
-            ):
+        if not all(each.pattern.same_as(self.pattern) for each in made):
+            return None
+        vectors = np.array([each.vector for each in made])
+        found: list[list[int]] = [[] for _ in unknowns]
+        for entry in np.flatnonzero(np.any(vectors != self.vector, axis=0)).tolist():
+            error = np.abs(vectors[:, entry, None] - corners) - ROUNDING * np.abs(corners)
+            own = np.flatnonzero(np.all(error <= 0.0, axis=0))
+            if len(own) != 1:
                 return None
-        every = [entry for entries in found for entry in entries]
-        return found if len(set(every)) == len(every) else None
+            found[int(own[0])].append(entry)
+        return found
 
     def _vector(self, values: Values) -> Array:
         if self._entries is None:

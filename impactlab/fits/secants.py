@@ -1,0 +1,49 @@
+"""Derivatives of residuals over a standard deviation, in place of those at a point.
+
+A wave front that enters another sample leaves a kink of the loss. Where one lies within a standard deviation of the
+solution, the derivatives to one side of it promise intervals that are too narrow.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from impactlab.types import Array
+
+MAX_STEP = 0.1  # of a scaled unknown: directions that need more keep their derivatives
+MAX_STEEPER = 2.0  # times a derivative: a secant beyond comes from another solution, or there is no run
+
+
+def secants(
+    residuals: Callable[[Array], Array], x: Array, bounds: tuple[Array, Array], jacobian: Array, spread: float
+) -> Array:
+    """Return derivatives as differences over a standard deviation to both sides, along the directions of the ellipsoid.
+
+    Parameters
+    ----------
+    residuals : callable
+        From unknowns (n,) to residuals (m,).
+    x, bounds : array
+        The solution and the bounds of the unknowns, (n,) each.
+    jacobian : array
+        Derivatives there, (m, n).
+    spread : float
+        Standard deviation of the residuals.
+    """
+    norms = np.linalg.norm(jacobian, axis=0)
+    if not np.all(norms > 0.0):
+        return jacobian
+    _, sizes, ways = np.linalg.svd(jacobian / norms, full_matrices=False)
+    along = jacobian @ (ways / norms).T  # (m, n): by the directions
+    for number, (size, way) in enumerate(zip(sizes.tolist(), ways / norms, strict=True)):
+        if size <= 0.0 or not np.max(np.abs(spread / size * way)) <= MAX_STEP:
+            continue
+        step = spread / size * way
+        if np.any((x - np.abs(step) < bounds[0]) | (x + np.abs(step) > bounds[1])):
+            continue
+        secant = (residuals(x + step) - residuals(x - step)) * (0.5 * size / spread)
+        if np.linalg.norm(secant) <= MAX_STEEPER * size:
+            along[:, number] = secant
+    return np.asarray(along @ ways * norms)
