@@ -133,7 +133,7 @@ class _Csv:
         header, *self.rows = rows
         named = [heading.strip() for heading in header]
         self._named, self.headings = named, named[1:]
-        if not named[0].lower().startswith("time"):
+        if ";" in named[0] or not named[0].lower().startswith("time"):
             text = f"the first column is headed {shown(named[0])}, where times are needed"
             if ";" in named[0]:
                 text = "the columns are divided by semicolons"

@@ -66,7 +66,7 @@ def unknown(case: Case, path: str, bounds: Any) -> Unknown:
         low, high = bounds
     except (TypeError, ValueError):
         raise CaseError(f"{bounds!r} is no pair of bounds", path=path, remedy="Give (lower, upper).") from None
-    ends = [read_parameters(case.with_(path, end), [path])[0].value for end in (low, high)]
+    ends = [_number(end, parameter.unit, path) for end in (low, high)]
     if not ends[0] < ends[1]:
         raise CaseError(f"bounds {low} and {high}", path=path, remedy="Give the lower one first.")
     if not ends[0] <= parameter.value <= ends[1]:
@@ -98,7 +98,10 @@ def setting(signal: Signal, name: str, given: Any, label: str) -> float | Unknow
         if not low < high:
             raise CaseError(f"bounds {chosen[0]} and {chosen[1]}", path=path, remedy="Give the lower one first.")
         return Unknown(path, min(max(usual, low), high), low, high, unit, scale)
-    return _number(chosen, unit, path)
+    try:
+        return _number(chosen, unit, path)
+    except CaseError as error:
+        raise CaseError(error.text, path=path, remedy="Give a number, (lower, upper), 'free' or 'fixed'.") from None
 
 
 def _number(given: Any, unit: str, path: str) -> float:
@@ -109,7 +112,7 @@ def _number(given: Any, unit: str, path: str) -> float:
             found = to_si(str(given), unit)
         except ValueError as error:
             raise CaseError(
-                f"{shown(str(given))}: {error}", path=path, remedy="Give a number, (lower, upper), 'free' or 'fixed'."
+                f"{shown(str(given))}: {error}", path=path, remedy="Give a number, or a text such as 10 us."
             ) from None
     if not math.isfinite(found):
         raise CaseError(f"{given} is not finite", path=path, remedy="Give a finite number, or 'free'.")

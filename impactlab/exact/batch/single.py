@@ -101,7 +101,8 @@ class Single:
     def closings(self) -> tuple[str, ...]:
         """Names of the contacts that closed in the scene that was marched last, in order."""
         events = self.log.events[: int(self.log.state["events"])]
-        places = self.base.layout.places[events["contact"][events["kind"] == CLOSE]]
+        closed = np.sort(events[(events["kind"] == CLOSE) & (events["time"] <= self.duration)], order="time")
+        places = self.base.layout.places[closed["contact"]]
         return tuple(self.base.scene.contacts[place].name for place in places.tolist())
 
     def row(self, j: int, row: int, times: Array, summed: bool) -> Array:
