@@ -105,10 +105,11 @@ class Sensitivities:
         for row in self.rows:
             if row.reason:
                 notes.setdefault(row.reason, []).append(f"{row.name} by {row.parameter}")
-        return "\n".join([*lines, *(f"{_listed(of)}: {reason}" for reason, of in notes.items())])
+        return "\n".join([*lines, *(f"{few(of)}: {reason}" for reason, of in notes.items())])
 
 
-def _listed(names: list[str]) -> str:
+def few(names: list[str]) -> str:
+    """Return the first of some names, and how many more there are."""
     shown = ", ".join(names[:MAX_NAMED])
     return shown + (f" and {len(names) - MAX_NAMED} more" if len(names) > MAX_NAMED else "")
 

@@ -6,6 +6,8 @@ import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
+import numpy as np
+
 from impactlab import api
 from impactlab.casefile import Case
 from impactlab.derivatives import Sensitivities
@@ -16,7 +18,8 @@ from impactlab.uncertainties.linear import at_means
 
 MIN_BEYOND = 1e-3  # probability beyond an edge that is worth a warning
 BEYOND = 1.25  # of the estimated distance to an edge: a run there tells whether it is one
-HALVINGS = 14
+PLACES = 8  # at which runs look for an edge, on each side: a sequence that holds for a shorter way may be missed
+HALVINGS = 11
 
 Contacts = list[tuple[str, str]] | None
 """The contacts that close and open, in order; None where there is no run."""
@@ -52,10 +55,12 @@ def edges_within(case: Case, uncertain: Sequence[Uncertain], found: Sensitivitie
         for share, estimated in ((MIN_BEYOND, row.lower), (1.0 - MIN_BEYOND, row.upper)):
             end = float(number.shape.ppf(share))
             likely = number.mean + BEYOND * (estimated - number.mean)
-            places = [end, *([likely] if abs(likely - number.mean) < abs(end - number.mean) else [])]
-            apart = [place for place in places if place != number.mean and runs.differ(place)]
+            places = np.linspace(number.mean, end, PLACES + 1)[1:].tolist()
+            places += [likely] if abs(likely - number.mean) < abs(end - number.mean) else []
+            places = [number.mean, *sorted(places, key=lambda place: abs(place - number.mean))]
+            apart = next((k for k, place in enumerate(places) if place != number.mean and runs.differ(place)), 0)
             if apart:
-                value = _bisected(runs.differ, number.mean, min(apart, key=lambda place: abs(place - number.mean)))
+                value = _bisected(runs.differ, places[apart - 1], places[apart])
                 below = float(number.shape.cdf(value))
                 edges.append(Edge(number, value, below if value < number.mean else 1.0 - below))
     return edges

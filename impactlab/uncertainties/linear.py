@@ -19,6 +19,7 @@ class Linear(NamedTuple):
     mean: float = math.nan
     deviation: float = math.nan
     shares: Mapping[str, float] = {}  # of the variance, by path
+    reason: str = ""  # why there is none
 
 
 def at_means(case: Case, uncertain: Sequence[Uncertain]) -> Case:
@@ -49,4 +50,5 @@ def _of(rows: Sequence[Sensitivity], uncertain: Sequence[Uncertain]) -> Linear:
     parts = {each.path: (slopes[each.path] * each.deviation) ** 2 for each in uncertain}
     variance = sum(parts.values())
     shares = {path: part / variance if variance > 0.0 else math.nan for path, part in parts.items()}
-    return Linear(rows[0].value, math.sqrt(variance), shares)
+    reason = next((row.reason for row in rows if math.isnan(row.derivative) and row.reason), "")
+    return Linear(rows[0].value, math.sqrt(variance), shares, reason)

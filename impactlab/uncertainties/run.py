@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import contextlib
 import json
-import math
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from impactlab import derivatives
 from impactlab.casefile import Case
@@ -19,25 +17,16 @@ from impactlab.errors import CaseError, ImpactlabError
 from impactlab.report.provenance import of_case
 from impactlab.sweeps import Sampled, sweep
 from impactlab.sweeps.chunks import DRAFT
-from impactlab.sweeps.plots import ENDED
 from impactlab.sweeps.run import kept_in
-from impactlab.types import Array
-from impactlab.uncertainties.design import Design, check_samples, design
-from impactlab.uncertainties.distributions import Uncertain, read_uncertain
-from impactlab.uncertainties.edges import edges_within
-from impactlab.uncertainties.failures import failed_words
-from impactlab.uncertainties.linear import Linear, at_means, estimates, linear
+from impactlab.uncertainties.design import check_samples, design
+from impactlab.uncertainties.distributions import read_uncertain
+from impactlab.uncertainties.evaluation import COUNTED, evaluated
+from impactlab.uncertainties.linear import at_means
 from impactlab.uncertainties.page import write_page
-from impactlab.uncertainties.records import Index, Share, Spread
 from impactlab.uncertainties.result import Uncertainty
-from impactlab.uncertainties.statistics import estimate, percentile, probability, sobol_indices
-
-if TYPE_CHECKING:
-    import xarray
 
 DEFAULT = derivatives.DEFAULT
 PERCENTS = (5.0, 50.0, 95.0)
-COUNTED = "contacts"
 STOP, LEAVE_OUT = "stop", "leave_out"  # what failed points do to the indices
 
 
@@ -111,7 +100,7 @@ def uncertainty(
     if (missing := int(np.count_nonzero(data["status"].values == 0))) > 0:
         words = f"{missing:,} of {data.sizes['point']:,} points are missing. A call without the shard computes them."
         return Uncertainty(case.label, uncertain, samples, seed, percents, (), (), (), (words,), data)
-    found = _estimated(case, uncertain, data, made, list(quantities), percents, seed, leave_out=failed == LEAVE_OUT)
+    found = evaluated(case, uncertain, data, made, list(quantities), percents, seed, leave_out=failed == LEAVE_OUT)
     if out is not None:
         with kept_in(Path(out)):
             _write(Path(out), found, case, command)
@@ -124,91 +113,6 @@ def _percents(given: Sequence[float]) -> tuple[float, ...]:
         text = f"the percentiles {shown(', '.join(f'{percent:g}' for percent in percents))}"
         raise CaseError(text, path="--percentiles", remedy="Give numbers between 0 and 100, such as 5,50,95.")
     return percents
-
-
-def _estimated(
-    case: Case,
-    uncertain: tuple[Uncertain, ...],
-    data: xarray.Dataset,
-    made: Design,
-    quantities: Sequence[str | Sampled],
-    percents: tuple[float, ...],
-    seed: int,
-    *,
-    leave_out: bool,
-) -> Uncertainty:
-    """Return the estimates of a sweep that is complete."""
-    ended = np.isin(data["status"].values, ENDED)
-    warnings = [] if ended.all() else [failed_words(data, ended, uncertain)]
-    slopes, lines = linear(case, uncertain, quantities), dict[tuple[str, str], Linear]()
-    if isinstance(slopes, ImpactlabError):
-        warnings.append(f"No linear estimate: {slopes.text}.")
-    else:
-        lines = estimates(slopes, uncertain)
-        warnings += [edge.words for edge in edges_within(case, uncertain, slopes)]
-    shares = _shares(data, made)
-    spreads, found, lacking = [], list[Index](), list[str]()
-    for name in [each.channel if isinstance(each, Sampled) else each for each in quantities]:
-        for label, values in _values(data, name, made):
-            line = lines.get((name, label), Linear())
-            spread = _spread(name, label, data, values[0], percents, line)
-            spreads.append(spread)
-            if spread.samples < np.count_nonzero(ended[: made.samples]):
-                lacking.append(spread.name)
-            if made.shape[0] > 1:
-                found += _indices(spread, values, uncertain, line, leave_out=leave_out)
-    if lacking:
-        warnings.append(f"No value at some samples: {', '.join(lacking)}. Estimates are those of the other samples.")
-    if any(math.isnan(each.total.value) for each in found) and (lacking or not ended.all()) and not leave_out:
-        text = "Points without values stop the Sobol indices."
-        warnings.append(f"{text} To leave them out: failed='leave_out', or --failed leave_out.")
-    return Uncertainty(
-        case.label, uncertain, made.samples, seed, percents, tuple(spreads), tuple(shares), tuple(found),
-        tuple(warnings), data,
-    )  # fmt: skip
-
-
-def _values(data: xarray.Dataset, name: str, made: Design) -> list[tuple[str, Array]]:
-    """Return label and values, (blocks, scramblings, points), of each value of a quantity."""
-    values = data[name].transpose("point", ...).values.reshape(*made.shape, -1)
-    others = [dim for dim in data[name].dims if dim != "point"]
-    labels = [str(label) for label in data[others[0]].values.tolist()] if others else [""]
-    return [(label, values[..., number]) for number, label in enumerate(labels)]
-
-
-def _spread(
-    name: str, label: str, data: xarray.Dataset, values: Array, percents: tuple[float, ...], line: Linear
-) -> Spread:
-    sets = [each[np.isfinite(each)] for each in values]
-    unit = str(data[name].attrs["units"])
-    return Spread(
-        name, label, "" if unit == "1" else unit, sum(each.size for each in sets),
-        estimate(lambda of: float(np.mean(of)), sets), estimate(lambda of: float(np.std(of)), sets),
-        tuple(percentile(percent, sets) for percent in percents), line.mean, line.deviation,
-    )  # fmt: skip
-
-
-def _shares(data: xarray.Dataset, made: Design) -> list[Share]:
-    """Return the probability of each number of periods of contact."""
-    found = []
-    for label, values in _values(data, COUNTED, made):
-        sets = [each[np.isfinite(each)] for each in values[0]]
-        for number in np.unique(np.concatenate(sets)).tolist():
-            found.append(Share(label, int(number), probability([each == number for each in sets])))
-    return found
-
-
-def _indices(
-    spread: Spread, values: Array, uncertain: Sequence[Uncertain], line: Linear, *, leave_out: bool
-) -> list[Index]:
-    """Return the Sobol indices of a value by each number; not known where points are missing, unless left out."""
-    known: NDArray[np.bool_] = np.asarray(np.isfinite(values).all(axis=0))
-    sets = [values[:, k, known[k]] for k in range(values.shape[1])] if known.all() or leave_out else []
-    blocks = sets or [np.full((len(values), 1), np.nan)]
-    return [
-        Index(spread.quantity, spread.label, each.path, first, total, line.shares.get(each.path, math.nan))
-        for each, (first, total) in zip(uncertain, sobol_indices(blocks), strict=True)
-    ]
 
 
 def _write(folder: Path, found: Uncertainty, case: Case, command: str) -> None:
