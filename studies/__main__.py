@@ -23,6 +23,7 @@ STUDIES = {
     "bounds": "studies.bounds",
     "cases": "studies.cases",
     "dispersive": "studies.beams.dispersive",
+    "fit_profiles": "studies.fit_profiles",
     "first_force": "studies.beams.first_force",
     "hard": "studies.hard",
     "how_to_choose": "studies.how_to_choose",

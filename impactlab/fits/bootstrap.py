@@ -13,6 +13,7 @@ from impactlab.fits.loss import Loss
 from impactlab.types import Array
 
 PERCENT = (2.5, 97.5)
+AT_BOUND = 1.0e-3  # of the distance between the bounds
 TOLERANCE = 1.0e-5  # of the loss: some hundredths of a standard deviation of an unknown
 
 
@@ -23,10 +24,14 @@ class Bootstrap(NamedTuple):
     blocks: tuple[int, ...]  # samples of a block, of each signal
     seed: int
 
-    def interval(self, number: int) -> tuple[float, float]:
-        """Return the 2.5 % and the 97.5 % percentile of an unknown."""
-        low, high = np.percentile(self.solutions[:, number], PERCENT)
-        return float(low), float(high)
+    def interval(self, number: int, loss: Loss) -> tuple[float, float]:
+        """Return the 2.5 % and the 97.5 % percentile of an unknown, infinite where resamples end at its bound."""
+        low, high = np.percentile(self.solutions[:, number], PERCENT).tolist()
+        near = AT_BOUND * float(loss.widths[number])
+        return (
+            low if low > loss.low[number] + near else -math.inf,
+            high if high < loss.high[number] - near else math.inf,
+        )
 
 
 def autocorrelations(values: Array, lags: int) -> Array:

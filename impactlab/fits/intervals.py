@@ -79,7 +79,7 @@ def fit_with_intervals(problem: Problem, found: Any, chosen: Options) -> Fit:
     resampled = None
     if BOOTSTRAP in chosen.intervals:
         resampled = bootstrap(loss, x, [len(part) for part in problem.parts(x) or []], chosen.resamples, chosen.seed)
-    rows, said = _rows(problem, solution, profiles, resampled)
+    rows, said = _rows(problem, loss, solution, profiles, resampled)
     reach, unknowns = solution.reach * solution.widened, problem.unknowns
     paths = [each.path for each in unknowns]
     made = []
@@ -166,7 +166,7 @@ def _profiles(problem: Problem, loss: Loss, solution: Solution) -> dict[int, Pro
 
 
 def _rows(
-    problem: Problem, solution: Solution, profiles: Mapping[int, Profile], resampled: Bootstrap | None
+    problem: Problem, loss: Loss, solution: Solution, profiles: Mapping[int, Profile], resampled: Bootstrap | None
 ) -> tuple[list[Fitted], list[str]]:
     """Return the rows of the result, and warnings about single parameters."""
     rows, warnings = [], []
@@ -180,7 +180,7 @@ def _rows(
         if number in profiles:
             ends[PROFILE] = (profiles[number].lower, profiles[number].upper)
         if resampled is not None:
-            ends[BOOTSTRAP] = (-math.inf, math.inf) if is_free else resampled.interval(number)
+            ends[BOOTSTRAP] = (-math.inf, math.inf) if is_free else resampled.interval(number, loss)
         shown = {kind: (_natural(each, low), _natural(each, high)) for kind, (low, high) in ends.items()}
         value, notes = each.value(x), ["not determined"] if is_free else []
         if _is_at_bound(each, value):

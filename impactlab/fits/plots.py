@@ -3,16 +3,31 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
+from impactlab.errors import CaseError
 from impactlab.fits.bootstrap import autocorrelations
 from impactlab.fits.result import JACOBIAN, PROFILE, WIDENED, Curve, Fit, Shown
 from impactlab.fits.seen import short_names
 from impactlab.history.units import UNITS
-from impactlab.report.style import GRID, INK, MUTED, PALETTE, PAPER, Margins, Unit, across, drawn, grid, scaled
+from impactlab.report.style import (
+    GRID,
+    INK,
+    MUTED,
+    PALETTE,
+    PAPER,
+    Margins,
+    Unit,
+    across,
+    drawn,
+    grid,
+    log_axis,
+    scaled,
+)
 from impactlab.sweeps.plots import fitted as prefixed
 from impactlab.types import Array
 
@@ -22,11 +37,27 @@ if TYPE_CHECKING:
 
 MEASURED, FITTED = MUTED, PALETTE[0]
 NOISE = 2.0  # standard deviations that a band of residuals shows
+DECADE = 10.0  # of values, from which their axis is logarithmic
 MAX_LAGS = 40
 HEADROOM = 2.0  # of a profile over the rise at the ends of its interval
 ENDS = PALETTE[1]
 MAX_NUMBERS = 12  # parameters of a matrix whose cells have numbers
 DARK, LIGHT, DARK_CELL = "#10151c", "#fbfcfd", 0.55  # numbers in cells, and the correlation from which they are light
+
+
+def plot(fit: Fit, name: str = "signals") -> Figure:
+    """Return a figure of a fit by its name: signals, autocorrelation, profiles or correlations.
+
+    Raises
+    ------
+    CaseError
+        If there is no such figure of it.
+    """
+    if name not in FIGURES:
+        raise CaseError(f"figure {name!r} of a fit", remedy=f"Allowed: {', '.join(FIGURES)}.")
+    if name == "profiles" and not fit.profiles:
+        raise CaseError("a fit without profiles", remedy='Fit with intervals="profile".')
+    return FIGURES[name](fit)
 
 
 def name_of(fit: Fit, path: str) -> str:
@@ -126,13 +157,13 @@ def plot_profiles(fit: Fit) -> Figure:
 def _profile(axes: Axes, curve: Curve, fit: Fit) -> None:
     parameter = fit[curve.path]
     unit, top = unit_of(curve.unit, parameter.value), HEADROOM * curve.limit
-    scale = np.log if curve.is_logarithmic else np.asarray
     near = curve.rise <= 4.0 * top
     values, root = curve.values[near], np.sqrt(np.maximum(curve.rise[near], 0.0))
-    least = int(np.argmin(np.abs(values - parameter.value)))
-    root[:least] *= -1.0
-    places = np.linspace(values[0], values[-1], 300)
-    line = np.interp(places, values, root) if len(values) < 3 else PchipInterpolator(values, root)(places)
+    root[: int(np.argmin(np.abs(values - parameter.value)))] *= -1.0
+    is_wide = curve.is_logarithmic and values[-1] > DECADE * values[0]
+    scale = np.log if curve.is_logarithmic else np.asarray
+    places = (np.geomspace if is_wide else np.linspace)(values[0], values[-1], 300)
+    line = PchipInterpolator(scale(values), root)(scale(places)) if len(values) > 2 else np.interp(places, values, root)
     axes.plot(places / unit.size, line**2, color=FITTED, label="profile")
     axes.plot(values / unit.size, root**2, "o", color=FITTED, markersize=3.5)
     lower, upper = parameter.intervals.get(WIDENED, parameter.intervals[JACOBIAN])
@@ -144,11 +175,16 @@ def _profile(axes: Axes, curve: Curve, fit: Fit) -> None:
     for end in parameter.intervals[PROFILE]:
         if values[0] <= end <= values[-1]:
             axes.plot([end / unit.size] * 2, [0.0, curve.limit], color=ENDS, linewidth=0.8)
-    inside = values[root**2 <= top] / unit.size
+    inside = scale(values[root**2 <= top] / unit.size)
     reach = 0.06 * (inside[-1] - inside[0])
-    axes.set_xlim(inside[0] - reach, inside[-1] + reach)
+    ends = inside[0] - reach, inside[-1] + reach
     axes.set_ylim(0.0, top)
-    axes.locator_params(axis="x", nbins=5)
+    if is_wide:
+        axes.set_xscale("log")
+        log_axis(axes.xaxis)
+    else:
+        axes.locator_params(axis="x", nbins=5)
+    axes.set_xlim(*(np.exp(ends) if curve.is_logarithmic else ends))
     name = name_of(fit, curve.path)
     axes.set_xlabel(f"{name}  [{unit.label}]" if unit.label else name)
 
@@ -182,3 +218,11 @@ def plot_correlations(fit: Fit) -> Figure:
     bar.set_ticks([-1.0, -0.5, 0.0, 0.5, 1.0])
     bar.outline.set_visible(False)
     return figure
+
+
+FIGURES: dict[str, Callable[[Fit], Figure]] = {
+    "signals": plot_signals,
+    "autocorrelation": plot_autocorrelations,
+    "profiles": plot_profiles,
+    "correlations": plot_correlations,
+}

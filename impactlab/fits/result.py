@@ -107,9 +107,9 @@ class Fit:
         size = np.sqrt(np.diag(self.covariance))
         return np.asarray(self.covariance / np.outer(size, size))
 
-    def plot(self) -> Figure:
-        """Return a figure of the signals, measured and fitted, with their residuals."""
-        figure: Figure = above("fits.plots").plot_signals(self)
+    def plot(self, name: str = "signals") -> Figure:
+        """Return a figure: ``signals`` with their residuals, ``autocorrelation``, ``profiles`` or ``correlations``."""
+        figure: Figure = above("fits.plots").plot(self, name)
         return figure
 
     def to_dict(self) -> dict[str, Any]:
@@ -180,15 +180,17 @@ class Fit:
 
 def said(value: float, lower: float, upper: float, size: float = 1.0) -> tuple[str, str]:
     """Return a value and its interval in words, divided by a size, to a hundredth of half the interval or better."""
-    is_infinite = math.isinf(upper) and (lower == 0.0 or math.isinf(lower))
-    half = min(abs(each - value) for each in (lower, upper))
+    is_open = lower == 0.0 or math.isinf(lower), math.isinf(upper)  # 0 is the exponential of minus infinity
+    half = min(
+        (abs(end - value) for end, without in zip((lower, upper), is_open, strict=True) if not without), default=0.0
+    )
     digits = DIGITS
-    if value and half > 0.0 and not is_infinite:
+    if value and half > 0.0:
         digits = min(max(math.ceil(math.log10(abs(value) / half)) + 3, MIN_DIGITS), MAX_DIGITS)
     shown, low, high = (f"{each / size:.{digits}g}" for each in (value, lower, upper))
-    if math.isinf(upper):
-        return shown, "infinite" if is_infinite else f"above {low}"
-    return shown, f"below {high}" if math.isinf(lower) else f"{low} to {high}"
+    if all(is_open):
+        return shown, "infinite"
+    return shown, f"below {high}" if is_open[0] else f"above {low}" if is_open[1] else f"{low} to {high}"
 
 
 def _plain(value: Any) -> Any:

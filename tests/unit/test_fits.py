@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import math
 import re
+import shlex
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -191,14 +193,30 @@ def test_an_unknown_channel_is_refused(cushioned):
         il.fit(cushioned, il.Signal("force:hammer|rod", signal.times, signal.values), {STIFFNESS: (5e7, 8e8)})
 
 
-def test_the_python_of_the_page_runs(monkeypatch):
+def test_the_page_runs_in_both_forms(monkeypatch, tmp_path):
     root = Path(__file__).parents[2]
-    monkeypatch.chdir(root)
-    [code] = re.findall(r"```python\n(.*?)```", (root / "docs" / "fits.md").read_text(encoding="utf-8"), re.DOTALL)
+    (tmp_path / "cases").mkdir()
+    shutil.copy(root / "cases" / "axial_impact.yaml", tmp_path / "cases")
+    monkeypatch.chdir(tmp_path)
+    page = (root / "docs" / "fits.md").read_text(encoding="utf-8")
     names: dict[str, Any] = {}
-    exec(code, names)
-    stiffness = names["found"]["contacts.0.law.stiffness"]
-    assert stiffness.lower < 2e8 < stiffness.upper
+    for code in re.findall(r"```python\n(.*?)```", page, re.DOTALL):
+        exec(code, names)
+    found = names["found"]
+    assert found[STIFFNESS].lower < 2e8 < found[STIFFNESS].upper
+    assert (tmp_path / "out" / "fit.html").exists()
+    Path("my_case.yaml").write_text(names["case"].to_yaml(), encoding="utf-8")
+    rows = [f"{1e6 * t!r},{1e-3 * f!r}" for t, f in zip(names["times"].tolist(), names["force"].tolist(), strict=True)]
+    Path("data.csv").write_text("\n".join(["time [us], force [kN]", *rows]), encoding="utf-8")
+    made = []
+    for command in re.findall(r"^impactlab (fit .*)$", page, re.MULTILINE):
+        done = CliRunner().invoke(app, shlex.split(command))
+        assert done.exit_code == 0, done.output
+        made.append(json.loads(Path("out", "fit.json").read_text())["parameters"])
+    rows = next(each for each in made if "bootstrap" in each[0]["intervals"])
+    for row, fitted in zip(rows, found.parameters, strict=True):
+        for kind, ends in fitted.intervals.items():
+            assert row["intervals"][kind] == pytest.approx(ends, rel=1e-6)
 
 
 @pytest.mark.parametrize("channel", [FORCE, "velocity:hammer", "strain:rod@0.15", "stress:rod@0.3"])
