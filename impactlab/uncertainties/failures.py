@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -22,7 +23,7 @@ def failed_words(data: xarray.Dataset, ended: NDArray[np.bool_], uncertain: Sequ
     """Return how many points of a sweep failed, where, and the first reason."""
     names = ", ".join(sorted({STATUSES[status] for status in data["status"].values[~ended].tolist()}))
     reason = next((text for text in data["reason"].values[~ended].tolist() if text), "")
-    reason = reason if len(reason) <= MAX_WORDS else f"{reason[:MAX_WORDS]} ..."
+    reason = textwrap.shorten(reason, MAX_WORDS, placeholder=" ...")
     count = f"{np.count_nonzero(~ended):,} of {ended.size:,} points have no values ({names})"
     text = f"{count}, {where(data, ~ended, uncertain)}"
     return f"{text}. The first: {reason}" if reason else f"{text}."

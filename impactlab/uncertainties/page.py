@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from pathlib import Path
 from typing import Any
@@ -38,7 +37,6 @@ def write_page(folder: Path, found: Uncertainty, scene: Scene, origin: Provenanc
     figures, rules = with_classes(drawings)
     for plate, svg in zip(plates, figures, strict=True):
         plate["svg"] = svg
-    header, *rows = found.tables[0] if found.tables else [()]
     text = rendered(
         "impactlab.uncertainties",
         "page.html.j2",
@@ -49,8 +47,7 @@ def write_page(folder: Path, found: Uncertainty, scene: Scene, origin: Provenanc
         facts=[*_facts(found), *facts.scene_facts(scene)],
         plates=plates,
         rules=rules,
-        header=header,
-        rows=rows,
+        tables=found.tables,
         warnings=found.warnings,
         commands=[origin.command] if origin.command else [],
         files=[
@@ -72,7 +69,7 @@ def _figures(found: Uncertainty) -> list[tuple[str, str, str, Any]]:
     plates = []
     if found.shares:
         plates.append(("contacts", "Number of periods of contact", COUNTS, found.plot("contacts")))
-    if any(not math.isnan(each.total.value) for each in found.indices):
+    if found.known_indices:
         plates.append(("indices", "Sobol indices", INDICES, found.plot_indices()))
     captions = {True: BAND, False: CAPTION}
     for name in dict.fromkeys(each.quantity for each in found.spreads if each.varies and each.quantity != "contacts"):

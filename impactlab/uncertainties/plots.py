@@ -178,7 +178,7 @@ def plot_indices(found: Sequence[Index]) -> Figure:
         axes.set_title(" ".join(name), color=MUTED, loc="left")
         axes.set_yticks(range(len(paths)), paths if number % columns == 0 else [""] * len(paths))
         axes.set_ylim(len(paths) - 0.4, -0.6)
-        axes.set_xlim(0.0, 1.05)
+        axes.set_xlim(0.0, min(1.5, max(1.05, *(1.02 * each.total.upper for each in own))))
         axes.grid(visible=False, axis="y")
         axes.set_xlabel("Sobol index" if number + columns >= len(names) else "")
     for axes in flat[len(names) :]:

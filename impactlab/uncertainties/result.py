@@ -23,7 +23,7 @@ MAX_PLACES = 4  # decimals of a probability or an index
 Rows = list[tuple[str, ...]]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False, eq=False)
 class Uncertainty:
     """What uncertain numbers of a case do to its quantities."""
 
@@ -96,6 +96,11 @@ class Uncertainty:
             raise CaseError(f"no quantity {quantity!r} to draw", remedy=f"It has {', '.join(names)}.")
         return plot_spreads(self.data, spreads, self.percents)
 
+    @property
+    def known_indices(self) -> list[Index]:
+        """The Sobol indices that are known, without those of sampled channels."""
+        return [each for each in self.indices if _is_printed(each) and not math.isnan(each.total.value)]
+
     def plot_indices(self) -> Figure:
         """Return a figure of the Sobol indices with their intervals, and of the shares of the linear estimate.
 
@@ -104,7 +109,7 @@ class Uncertainty:
         CaseError
             If there are none.
         """
-        known = [each for each in self.indices if not math.isnan(each.total.value)]
+        known = self.known_indices
         if not known:
             raise CaseError("no indices to draw", remedy="Vary two numbers or more; see the warnings.")
         return plot_indices(known)
@@ -151,6 +156,9 @@ class Uncertainty:
             lines += ["", *("  ".join(row).rstrip() for row in cells)]
         return "\n".join([*lines, *(f"\n{text}" for text in self.warnings)])
 
+    def __repr__(self) -> str:
+        return str(self)
+
     def _spread_rows(self) -> Rows:
         percents = [f"{percent:g} %" for percent in self.percents]
         rows: Rows = [("quantity", "unit", "mean", "deviation", *percents, "linear: mean", "deviation")]
@@ -168,7 +176,7 @@ class Uncertainty:
 
     def _index_rows(self) -> Rows:
         rows: Rows = [("Sobol indices", "by", "first", "95 % between", "total", "95 % between", "linear")]
-        for each in (each for each in self.indices if _is_printed(each) and not math.isnan(each.total.value)):
+        for each in self.known_indices:
             linear = _between(Estimate(each.linear))[0]
             rows.append((each.name, each.parameter, *_between(each.first), *_between(each.total), linear))
         return rows
@@ -191,7 +199,7 @@ def _plain(value: Any) -> Any:
 
 
 def _number(value: float, digits: int) -> str:
-    return "-" if math.isnan(value) else f"{value:.{digits}g}"
+    return "-" if math.isnan(value) else f"{float(f'{value:.{digits}g}'):.10g}"
 
 
 def _digits(of: Estimate) -> int:

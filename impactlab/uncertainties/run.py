@@ -97,8 +97,9 @@ def uncertainty(
     blocks, sets, size = made.shape
     data = data.assign_coords(block=("point", np.repeat(np.arange(blocks), sets * size)))
     data = data.assign_coords(scrambling=("point", np.tile(np.repeat(np.arange(sets), size), blocks)))
-    if (missing := int(np.count_nonzero(data["status"].values == 0))) > 0:
-        words = f"{missing:,} of {data.sizes['point']:,} points are missing. A call without the shard computes them."
+    if shard is not None:
+        there = np.count_nonzero(data["status"].values)
+        words = f"{there:,} of {data.sizes['point']:,} points are there. A call without the shard gives the estimates."
         return Uncertainty(case.label, uncertain, samples, seed, percents, (), (), (), (words,), data)
     found = evaluated(case, uncertain, data, made, list(quantities), percents, seed, leave_out=failed == LEAVE_OUT)
     if out is not None:

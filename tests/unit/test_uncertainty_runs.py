@@ -171,12 +171,14 @@ def test_a_folder_keeps_points_and_gives_the_same_again(case, tmp_path, monkeypa
         with pytest.raises(KeyboardInterrupt, match="100 of 256 points are kept"):
             il.uncertainty(case, vary, **options)
     part = il.uncertainty(case, vary, shard="2/2", **options)
-    assert "points are missing" in part.warnings[0]
+    assert part.warnings == ("200 of 256 points are there. A call without the shard gives the estimates.",)
+    assert not (tmp_path / "out" / "uncertainty.json").exists()
     assert part.spreads == ()
     found = il.uncertainty(case, vary, **options)
     assert found.to_dict() == whole.to_dict()
     written = json.loads((tmp_path / "out" / "uncertainty.json").read_text(encoding="utf-8"))
     assert written == json.loads(json.dumps(whole.to_dict()))
+    assert {"sweep.nc", "table.csv", "case.yaml"} < {path.name for path in (tmp_path / "out").iterdir()}
     kept = il.open_sweep(tmp_path / "out")
     assert (kept.attrs["seed"], kept.attrs["samples"]) == (1, 64)
     assert json.loads(kept.attrs["distributions"]) == vary
