@@ -86,7 +86,8 @@ def bootstrap(loss: Loss, solution: Array, lengths: Sequence[int], count: int, s
     lost = math.sqrt(len(base) / max(1, len(base) - len(solution)))  # by the fit itself
     parts = np.split(base, np.cumsum(lengths)[:-1])
     blocks = tuple(map(block_length, parts))
-    centred = [(part - part.mean()) * lost for part in parts]
+    middle = np.median if math.isfinite(loss.limit) else np.mean  # samples far off are no offset of all
+    centred = [(part - middle(part)) * lost for part in parts]
 
     def fitted(drawn: Array) -> Array:
         again = replace(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,7 +16,7 @@ from impactlab.fits.plots import (
     plot_signals,
     unit_of,
 )
-from impactlab.fits.result import JACOBIAN, KINDS, SAID, WIDENED, Fit, Fitted, said
+from impactlab.fits.result import JACOBIAN, KINDS, SAID, WIDENED, Fit, Fitted, case_files, said
 from impactlab.fits.seen import Product
 from impactlab.report import facts
 from impactlab.report.figure_files import inline, save, with_classes
@@ -99,7 +100,7 @@ def write_page(folder: Path, fit: Fit, command: str = "") -> None:
         plates=[{**plate, "svg": svg} for plate, svg in zip(made, figures, strict=True)],
         rules=rules,
         files=[
-            ("fitted.yaml", "the fitted case: it runs"),
+            *((name, "a fitted case: it runs") for name in case_files(fit)),
             ("parameters.csv", "the table"),
             ("fit.json", "all numbers"),
             ("figures/", "SVG, PNG"),
@@ -112,7 +113,8 @@ def write_page(folder: Path, fit: Fit, command: str = "") -> None:
 
 def _row(each: Fitted, name: str, kinds: list[str]) -> dict[str, Any]:
     """Return a number as a row of the table, in the unit that suits its value."""
-    unit = unit_of(each.unit, each.value)
+    known = [abs(end) for end in each.intervals[JACOBIAN] if math.isfinite(end)]
+    unit = unit_of(each.unit, max([abs(each.value), *known]))
     ends = [each.intervals.get(kind) for kind in kinds]
     cells = ["" if end is None else _raised(said(each.value, *end, unit.size)[1]) for end in ends]
     value = said(each.value, *each.intervals[JACOBIAN], unit.size)[0]
@@ -142,7 +144,8 @@ def _raised(text: str) -> str:
 
 def _facts(fit: Fit) -> list[tuple[str, str]]:
     """Return signals, noise and bootstrap as names and words."""
-    found = [("signal", f"{each.channel}, {len(each.times):,} samples") for each in fit.signals]
+    several = [("experiments", f"{len(fit.cases)}, of which the first is described here")] * (len(fit.cases) > 1)
+    found = several + [("signal", f"{each.channel}, {len(each.times):,} samples") for each in fit.signals]
     size = f"{100.0 * fit.noise:.3g} % of the signal's"
     if fit.assumed["noise"] == "std":
         size = f"{fit.noise:.3g} of that given"

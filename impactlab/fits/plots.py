@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 
 MEASURED, FITTED = MUTED, PALETTE[0]
 NOISE = 2.0  # standard deviations that a band of residuals shows
+BETWEEN = 0.18  # inches, a signal and its residuals
 DECADE = 10.0  # of values, from which their axis is logarithmic
 MAX_LAGS = 40
 HEADROOM = 2.0  # of a profile over the rise at the ends of its interval
@@ -75,8 +76,7 @@ def unit_of(unit: str, value: float) -> Unit:
 def plot_signals(fit: Fit) -> Figure:
     """Return a figure of each signal, measured and fitted, above its residuals over their standard deviation."""
     count = len(fit.signals)
-    margins = Margins(top=0.45, down=0.3)
-    figure, panels = grid(2 * count, 1, 1.75, margins)
+    figure, panels = grid(2 * count, 1, 1.6, Margins(top=0.45))
     for number, (shown, residuals) in enumerate(zip(fit.signals, fit.residuals, strict=True)):
         upper, lower = panels[2 * number][0], panels[2 * number + 1][0]
         _taller(upper, lower)
@@ -88,18 +88,17 @@ def plot_signals(fit: Fit) -> Figure:
         lower.axhline(0.0, color=INK, linewidth=0.7)
         lower.set_ylabel("residual / noise")
         lower.set_xlim(upper.get_xlim())
-        if number == count - 1:
-            lower.set_xlabel(f"time  t  [{clock.label}]")
+        lower.set_xlabel(f"time  t  [{clock.label}]" if number == count - 1 else "")
     return figure
 
 
 def _taller(upper: Axes, lower: Axes) -> None:
-    """Give the signal three fifths of the height of both panels, the residuals two."""
+    """Give the signal two thirds of the height of both panels, close to the residuals below."""
     top, bottom = upper.get_position(), lower.get_position()
-    space, both = top.y0 - bottom.y1, top.y1 - bottom.y0
-    small = 0.36 * (both - space)
+    both, apart = top.y1 - bottom.y0, BETWEEN / cast("Figure", upper.get_figure()).get_figheight()
+    small = 0.34 * (both - apart)
     lower.set_position((bottom.x0, bottom.y0, bottom.width, small))
-    upper.set_position((top.x0, bottom.y0 + small + space, top.width, both - space - small))
+    upper.set_position((top.x0, bottom.y0 + small + apart, top.width, both - small - apart))
 
 
 def _signal(axes: Axes, shown: Shown, clock: Unit, *, has_legend: bool) -> None:

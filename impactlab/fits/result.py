@@ -151,8 +151,7 @@ class Fit:
         """
         path = Path(folder)
         path.mkdir(parents=True, exist_ok=True)
-        for number, case in enumerate(self.cases or (self.case,), start=1):
-            name = "fitted.yaml" if number == 1 else f"fitted-{number}.yaml"
+        for name, case in zip(case_files(self), self.cases or (self.case,), strict=True):
             (path / name).write_text(case.to_yaml(), encoding="utf-8")
         (path / "fit.json").write_text(json.dumps(self.to_dict(), indent=1), encoding="utf-8")
         (path / "parameters.csv").write_text(self.to_csv(), encoding="utf-8")
@@ -176,6 +175,11 @@ class Fit:
         widths = [max(len(row[k]) for row in rows) for k in range(4)]
         lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
         return "\n".join([*lines, *self.warnings, *self.undetermined])
+
+
+def case_files(fit: Fit) -> list[str]:
+    """Return the names of the files of the fitted cases."""
+    return ["fitted.yaml", *(f"fitted-{number}.yaml" for number in range(2, len(fit.cases) + 1))]
 
 
 def said(value: float, lower: float, upper: float, size: float = 1.0) -> tuple[str, str]:

@@ -75,8 +75,10 @@ def short_names(paths: Sequence[str]) -> list[str]:
 
 def _ends(path: str) -> list[str]:
     """Return the names that a path may go by, the shortest first."""
-    if " of " in path:
-        return [path.partition(" of ")[0], path]
+    name, of, channel = path.partition(" of ")
+    if of:
+        number = channel[channel.rfind(" (") :] if channel.endswith(")") else ""
+        return [name, name + number, path]
     words = path.split(".")
     return [".".join(words[-count:]) for count in range(1, len(words) + 1)]
 
