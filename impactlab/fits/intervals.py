@@ -17,11 +17,11 @@ from impactlab.fits.problem import Problem
 from impactlab.fits.profiles import Profile, profile
 from impactlab.fits.result import BOOTSTRAP, JACOBIAN, PROFILE, WIDENED, Curve, Fit, Fitted, Resamples, Shown
 from impactlab.fits.secants import secants
-from impactlab.fits.seen import Seen, products, seen, short_names, told
+from impactlab.fits.seen import Seen, products, seen, short_names, undetermined
 from impactlab.fits.unknowns import Unknown
 from impactlab.types import Array
 
-CORRELATED = 4.0  # of the standard deviation of an autocorrelation under white noise: beyond it is told
+CORRELATED = 4.0  # of the standard deviation of an autocorrelation under white noise: beyond it a warning is given
 HUBER = 1.345  # of the noise: residuals beyond count linearly
 ABOVE_NOISE = 1.0e-3  # probability of residuals as large as that under the given noise
 RESTARTS = 3  # from a better solution that a profile has found
@@ -75,7 +75,11 @@ def fit_with_intervals(problem: Problem, found: Any, chosen: Options) -> Fit:
             break
         x = loss.least(better).x
     else:
-        warnings.append("warning: profiles found solutions with a smaller loss, one after the other: fit from there")
+        x = solution.x
+        warnings.append(
+            "warning: profiles found solutions with a smaller loss, one after the other: the intervals are "
+            "not those of one minimum; start from other values, or fit fewer parameters"
+        )
     resampled = None
     if BOOTSTRAP in chosen.intervals:
         resampled = bootstrap(loss, x, [len(part) for part in problem.parts(x) or []], chosen.resamples, chosen.seed)
@@ -99,7 +103,7 @@ def fit_with_intervals(problem: Problem, found: Any, chosen: Options) -> Fit:
     cases = problem.cases(x)
     return Fit(
         cases[0], tuple(rows), solution.seen.covariance, tuple(parts), _size(solution.residuals, problem, chosen),
-        _neighbours(parts), (*warnings, *said), tuple(told(solution.seen, paths, made)), cases, tuple(made),
+        _neighbours(parts), (*warnings, *said), tuple(undetermined(solution.seen, paths, made)), cases, tuple(made),
         tuple(shown), tuple(curves),
         None if resampled is None else Resamples(chosen.resamples, chosen.seed, resampled.blocks),
         {"noise": chosen.noise, "loss": chosen.loss},
@@ -135,7 +139,7 @@ def _solution(problem: Problem, x: Array, chosen: Options) -> tuple[Solution, li
         warnings.append(
             f"warning: neighbouring residuals correlate by {neighbours:.2f}: the noise is coloured, or the case lacks "
             f"something. Under white noise the intervals are too narrow; widened ones, {widened:.2g} times as wide, "
-            "stand beside them. --noise ar1 takes the correlation into account"
+            "stand beside them. noise ar1 takes the correlation into account"
         )
     found = seen(jacobian, spread, np.array([_weight(each, x[number]) for number, each in enumerate(problem.unknowns)]))
     return Solution(x, residuals, spread, reach, widened, found), warnings
@@ -194,7 +198,7 @@ def _rows(
             warnings.append(
                 f"warning: inside the interval of {names[number]} the sequence of contacts changes, at about "
                 f"{_natural(each, place):.6g} {each.unit}: the loss may have a kink or a second minimum there, and the "
-                "interval from the derivatives may not hold; a profile (--intervals profile) shows it"
+                "interval from the derivatives may not hold; a profile (intervals profile) shows it"
             )
         lower, upper = shown.get(WIDENED, shown[JACOBIAN])
         rows.append(Fitted(each.path, value, lower, upper, each.unit, "; ".join(notes), shown))

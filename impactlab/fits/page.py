@@ -16,7 +16,7 @@ from impactlab.fits.plots import (
     plot_signals,
     unit_of,
 )
-from impactlab.fits.result import JACOBIAN, KINDS, SAID, WIDENED, Fit, Fitted, case_files, said
+from impactlab.fits.result import JACOBIAN, KINDS, SAID, WIDENED, Fit, Fitted, case_files, in_words
 from impactlab.fits.seen import Product
 from impactlab.report import facts
 from impactlab.report.figure_files import inline, save, with_classes
@@ -116,8 +116,8 @@ def _row(each: Fitted, name: str, kinds: list[str]) -> dict[str, Any]:
     known = [abs(end) for end in each.intervals[JACOBIAN] if math.isfinite(end)]
     unit = unit_of(each.unit, max([abs(each.value), *known]))
     ends = [each.intervals.get(kind) for kind in kinds]
-    cells = ["" if end is None else _raised(said(each.value, *end, unit.size)[1]) for end in ends]
-    value = said(each.value, *each.intervals[JACOBIAN], unit.size)[0]
+    cells = ["" if end is None else _raised(in_words(each.value, *end, unit.size)[1]) for end in ends]
+    value = in_words(each.value, *each.intervals[JACOBIAN], unit.size)[0]
     value = _raised(f"{value}\N{NO-BREAK SPACE}{unit.label}".rstrip())
     return {
         "name": name,
@@ -130,7 +130,7 @@ def _row(each: Fitted, name: str, kinds: list[str]) -> dict[str, Any]:
 
 def _product(each: Product, kinds: list[str]) -> dict[str, Any]:
     """Return a product as a row of the table: its interval is widened where those of the numbers are."""
-    value, between = said(each.value, each.lower, each.upper)
+    value, between = in_words(each.value, each.lower, each.upper)
     own = WIDENED if WIDENED in kinds else JACOBIAN
     cells = [_raised(between) if kind == own else "" for kind in kinds]
     return {"name": _raised(each.text), "under": "in SI units", "note": "", "value": _raised(value), "cells": cells}

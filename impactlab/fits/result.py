@@ -132,7 +132,7 @@ class Fit:
         return found
 
     def to_csv(self) -> str:
-        """Return a table with a row for each interval of each parameter: in SI, ends that do not exist are empty."""
+        """Return a table of parameters, a row for each interval, and of products that are determined, in SI."""
         text = io.StringIO()
         rows = csv.writer(text, lineterminator="\n")
         rows.writerow(("parameter", "unit", "value", "interval", "lower", "upper", "note"))
@@ -140,6 +140,9 @@ class Fit:
             for kind, ends in each.intervals.items():
                 shown = [repr(end) if math.isfinite(end) else "" for end in ends]
                 rows.writerow((each.path, each.unit, repr(each.value), kind, *shown, each.note))
+        for product in self.determined:
+            numbers = [repr(each) for each in (product.value, product.lower, product.upper)]
+            rows.writerow((product.text, "SI", numbers[0], "determined", *numbers[1:], ""))
         return text.getvalue()
 
     def write(self, folder: str | Path, command: str = "") -> None:
@@ -161,17 +164,17 @@ class Fit:
         rows = [("parameter", "value", "95 % interval", "")]
         for each in self.parameters:
             kinds = dict(each.intervals) or {JACOBIAN: (each.lower, each.upper)}
-            if len({said(each.value, *ends)[1] for ends in kinds.values()}) == 1:  # all infinite
+            if len({in_words(each.value, *ends)[1] for ends in kinds.values()}) == 1:  # all infinite
                 kinds = {JACOBIAN: kinds[JACOBIAN]}
             for kind, ends in kinds.items():
-                value, between = said(each.value, *ends)
+                value, between = in_words(each.value, *ends)
                 first = (
                     (each.path, f"{value} {each.unit}".removesuffix(" 1").rstrip()) if kind == JACOBIAN else ("", "")
                 )
                 words = [each.note] * (kind == JACOBIAN) + [SAID[kind]] * (len(kinds) > 1)
                 rows.append((*first, between, "; ".join(filter(None, words))))
         for product in self.determined:
-            rows.append((product.text, *said(product.value, product.lower, product.upper), "in SI units"))
+            rows.append((product.text, *in_words(product.value, product.lower, product.upper), "in SI units"))
         widths = [max(len(row[k]) for row in rows) for k in range(4)]
         lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
         return "\n".join([*lines, *self.warnings, *self.undetermined])
@@ -182,7 +185,7 @@ def case_files(fit: Fit) -> list[str]:
     return ["fitted.yaml", *(f"fitted-{number}.yaml" for number in range(2, len(fit.cases) + 1))]
 
 
-def said(value: float, lower: float, upper: float, size: float = 1.0) -> tuple[str, str]:
+def in_words(value: float, lower: float, upper: float, size: float = 1.0) -> tuple[str, str]:
     """Return a value and its interval in words, divided by a size, to a hundredth of half the interval or better."""
     is_open = lower == 0.0 or math.isinf(lower), math.isinf(upper)  # 0 is the exponential of minus infinity
     half = min(

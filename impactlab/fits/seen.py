@@ -1,4 +1,4 @@
-"""Directions of the unknowns that signals see and do not see, from singular values, and the products that they see."""
+"""Directions of the unknowns that signals determine or not, from singular values, and products that they determine."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ MAX_POWERS = ((8, 2), (11, 1))  # parameters, and the largest power that is trie
 
 
 class Seen(NamedTuple):
-    """What the derivatives of the residuals say of the unknowns."""
+    """Covariance of the unknowns, along the directions that signals determine and the others."""
 
     covariance: Array  # (n, n), along all directions
-    known: Array  # (n, n), along the directions that are seen
-    unseen: Array  # (k, n): orthonormal directions of the logarithms that are not seen
+    known: Array  # (n, n), along the directions that are determined
+    unseen: Array  # (k, n): orthonormal directions of the logarithms that are not determined
     is_free: NDArray[np.bool_]  # (n,): whether an unknown takes part in one
     weights: Array  # (n,): change of a logarithm over that of the unknown; 0 of those that are left out
 
@@ -40,7 +40,7 @@ class Product(NamedTuple):
 
 
 def seen(jacobian: Array, spread: float, weights: Array) -> Seen:
-    """Return which directions signals see.
+    """Return which directions of the unknowns signals determine.
 
     Parameters
     ----------
@@ -150,7 +150,7 @@ def products(found: Seen, paths: Sequence[str], values: Sequence[float], reach: 
     return made
 
 
-def told(found: Seen, paths: Sequence[str], made: Sequence[Product]) -> list[str]:
+def undetermined(found: Seen, paths: Sequence[str], made: Sequence[Product]) -> list[str]:
     """Return what signals do not determine, in words; empty where they determine all."""
     if not len(found.unseen):
         return []
