@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 MAX_PANELS = 6  # values of a quantity, or of the indices, that have a panel
 MAX_BARS = 16  # numbers of contacts that have a bar
 BINS = 60
+MIN_APART = 0.08  # of the width of a panel: percentiles that are nearer share the name of the first
 SAMPLED, LINEAR = PALETTE[0], PALETTE[1]
 WHISKER: dict[str, Any] = {"color": INK, "linewidth": 1.1}
 
@@ -72,8 +73,12 @@ def _histogram(axes: Axes, values: Array, spread: Spread, percents: Sequence[flo
         axes.plot(x, 100.0 * width * bell, color=LINEAR, linestyle=(0, (4, 2)), linewidth=1.3)
     axes.set_ylim(0.0, 1.18 * heights.max())
     axes.set_ylabel("samples in each bin [%]")
+    before, room = -math.inf, MIN_APART * float(np.diff(axes.get_xlim())[0])
     for percent, each in zip(percents, spread.percentiles, strict=True):
         axes.axvline(each.value / unit.size, color=MUTED, linewidth=0.8)
+        if each.value / unit.size - before < room:
+            continue
+        before = each.value / unit.size
         axes.annotate(f"{percent:g} %", (each.value / unit.size, 1.0), (0, 2), xycoords=("data", "axes fraction"),
                       textcoords="offset points", ha="center", va="bottom", fontsize=7, color=MUTED)  # fmt: skip
 

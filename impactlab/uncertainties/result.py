@@ -218,4 +218,4 @@ def _between(of: Estimate) -> tuple[str, str]:
         return "-", ""
     places = MAX_PLACES if not of.error > 0.0 else min(MAX_PLACES, max(1, 1 - math.floor(math.log10(of.error))))
     value, lower, upper = (f"{round(number, places) + 0.0:.{places}f}" for number in of)
-    return value, f"{lower} and {upper}"
+    return value, "" if math.isnan(of.lower) else f"{lower} and {upper}"

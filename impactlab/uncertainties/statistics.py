@@ -24,12 +24,16 @@ Sets = Sequence[Array]
 
 
 def estimate(statistic: Callable[[Array], float], sets: Sets) -> Estimate:
-    """Return a statistic of all values, with Student's interval from the scatter of the sets."""
-    own = [each for each in sets if each.shape[-1] > 1]
+    """Return a statistic of all values, with Student's interval from the scatter of the sets.
+
+    The scatter is that of the statistic without one set at a time (jackknife), which holds for ratios, too.
+    """
+    own = [each for each in sets if each.shape[-1]]
     if len(own) < 2:
         return NOTHING
-    value = statistic(np.concatenate(sets, axis=-1))
-    error = _student(len(own)) * float(np.std([statistic(each) for each in own], ddof=1)) / math.sqrt(len(own))
+    value = statistic(np.concatenate(own, axis=-1))
+    without = [statistic(np.concatenate([*own[:k], *own[k + 1 :]], axis=-1)) for k in range(len(own))]
+    error = _student(len(own)) * math.sqrt(len(own) - 1) * float(np.std(without))
     return Estimate(float(value), float(value - error), float(value + error))
 
 
