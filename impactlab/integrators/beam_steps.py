@@ -15,18 +15,29 @@ from impactlab.numerics.compiling import HELPER, UNPACK
 from impactlab.types import Array
 
 # Places in the header: size, step, marks of damping and of rotations held, coordinates before the first whole node,
-# number of whole nodes, of runs, stiffness of the ends (12), mark of the load.
+# number of whole nodes, of runs, stiffness of the ends (12), softening, mark of the load.
 N, DT, DAMPED, RESTED, LEAD, NODES, RUNS, ENDS = range(8)
-LOADED, LOAD = 20, 21
+SOFT, LOADED, LOAD = 20, 21, 22
 
 
 @UNPACK
 def split(parameters: Array) -> tuple[Array, Array, Array, Array, Array, Array]:
-    """Return load, gain dt/(M + dt C/2), share kept of v, mass, springs at rotations, and the runs, flat."""
+    """Return load, gain dt/(M + dt C/2), share kept of v, mass, springs at rotations, and runs or elements, flat."""
     n, arrays = int(parameters[N]), parameters[LOAD:]
     rest = 4 * n + int(parameters[NODES])
     load, gain, keep, mass = arrays[:n], arrays[n : 2 * n], arrays[2 * n : 3 * n], arrays[3 * n : 4 * n]
     return load, gain, keep, mass, arrays[4 * n : rest], arrays[rest:]
+
+
+@HELPER
+def soften(n: int, soft: float, damped: bool, dt: float, gain: Array, mass: Array, u: Array, v: Array) -> None:
+    """Add the centrifugal force, softening times mass and displacement, to the velocities."""
+    if damped:
+        for i in range(n):
+            v[i] += soft * gain[i] * mass[i] * u[i]
+        return
+    for i in range(n):  # gain times mass is the step
+        v[i] += soft * dt * u[i]
 
 
 @HELPER
@@ -47,11 +58,27 @@ def along(
     return before, turn
 
 
+@HELPER
+def along_each(count: int, table: Array, x: Array, gain: Array, rate: Array) -> None:
+    """Add the forces of elements that differ to the rates; ``table`` holds a, l1, 0 and l2, b, each along the row."""
+    before, turn = 0.0, 0.0
+    for e in range(count):
+        near, far = table[count + e], table[2 * count + e + 1]
+        w, theta, next_w, next_theta = x[2 * e], x[2 * e + 1], x[2 * e + 2], x[2 * e + 3]
+        force = table[e] * (next_w - w - near * theta - far * next_theta)
+        moment = table[3 * count + 1 + e] * (next_theta - theta)
+        rate[2 * e] += gain[2 * e] * (force - before)
+        rate[2 * e + 1] += gain[2 * e + 1] * (near * force + table[2 * count + e] * before + moment - turn)
+        before, turn = force, moment
+    rate[2 * count] -= gain[2 * count] * before
+    rate[2 * count + 1] += gain[2 * count + 1] * (table[3 * count] * before - turn)
+
+
 def free(parameters: Array, state: Array) -> None:
     """Step without contact: v += dt M^-1 (load - K u - C (v_old + v_new)/2), then u += dt v."""
     n, lead, runs = int(parameters[N]), int(parameters[LEAD]), int(parameters[RUNS])
-    ends, dt = parameters[ENDS:LOADED], parameters[DT]
-    load, gain, keep, _, rest, table = split(parameters)
+    ends, dt, soft = parameters[ENDS:SOFT], parameters[DT], parameters[SOFT]
+    load, gain, keep, mass, rest, table = split(parameters)
     u, v = state[:n], state[n : 2 * n]
     if parameters[DAMPED] != 0.0:
         for i in range(n):
@@ -62,6 +89,10 @@ def free(parameters: Array, state: Array) -> None:
         v[done + 1] += gain[done + 1] * (lever - arm) * before
         lever = arm
         before, turn = along(count, a, arm, b, u[done:], gain[done:], v[done:], before, turn)
+        done += 2 * count
+    if runs == 0:
+        count = int(parameters[NODES]) - 1
+        along_each(count, table, u[lead:], gain[lead:], v[lead:])
         done += 2 * count
     v[done] -= gain[done] * before
     v[done + 1] += gain[done + 1] * (lever * before - turn)
@@ -82,6 +113,8 @@ def free(parameters: Array, state: Array) -> None:
     if parameters[LOADED] != 0.0:
         for i in range(n):
             v[i] += gain[i] * load[i]
+    if soft != 0.0:
+        soften(n, soft, parameters[DAMPED] != 0.0, dt, gain, mass, u, v)
     for i in range(n):
         u[i] += dt * v[i]
 
@@ -89,7 +122,7 @@ def free(parameters: Array, state: Array) -> None:
 def measure(parameters: Array, state: Array, out: Array) -> None:
     """Write the energy that leapfrog conserves, v M v/2 + u_old K u/2 [J], and its work of the load [J]."""
     n, lead, runs = int(parameters[N]), int(parameters[LEAD]), int(parameters[RUNS])
-    ends, dt = parameters[ENDS:LOADED], parameters[DT]
+    ends, dt, soft = parameters[ENDS:SOFT], parameters[DT], parameters[SOFT]
     load, _, _, mass, rest, table = split(parameters)
     u, v = state[:n], state[n : 2 * n]
     energy, work, done = 0.0, 0.0, lead
@@ -105,6 +138,20 @@ def measure(parameters: Array, state: Array, out: Array) -> None:
             bending = rate[2 * e + 3] - rate[2 * e + 1]
             energy += a * sheared * (sheared - dt * shearing) + b * bent * (bent - dt * bending)
         done += 2 * count
+    if runs == 0:
+        x, rate, count = u[lead:], v[lead:], int(parameters[NODES]) - 1
+        for e in range(count):
+            a, near = table[e], table[count + e]
+            far, b = table[2 * count + 1 + e], table[3 * count + 1 + e]
+            sheared = x[2 * e + 2] - x[2 * e] - near * x[2 * e + 1] - far * x[2 * e + 3]
+            bent = x[2 * e + 3] - x[2 * e + 1]
+            shearing = rate[2 * e + 2] - rate[2 * e] - near * rate[2 * e + 1] - far * rate[2 * e + 3]
+            bending = rate[2 * e + 3] - rate[2 * e + 1]
+            energy += a * sheared * (sheared - dt * shearing) + b * bent * (bent - dt * bending)
+        done += 2 * count
+    if soft != 0.0:
+        for i in range(n):
+            energy -= soft * mass[i] * u[i] * (u[i] - dt * v[i])
     if parameters[RESTED] != 0.0:
         x, rate = u[lead:], v[lead:]
         for k in range(rest.size):
@@ -131,5 +178,7 @@ def packed(row: BeamElements, dt: float, each: Array, damped: bool, loaded: bool
     header = np.zeros(LOAD)
     header[:ENDS] = (each.shape[1], dt, damped, np.any(row.rest), row.lead, row.nodes, len(row.runs))
     header[ENDS : ENDS + 12] = row.ends
-    header[LOADED] = loaded
-    return np.concatenate((header, each.ravel(), row.rest, row.runs.ravel()))
+    header[SOFT], header[LOADED] = row.softening, loaded
+    stiff, near, far, bent = row.each.T
+    table = row.runs.ravel() if len(row.runs) else np.concatenate((stiff, near, [0.0], far, bent))
+    return np.concatenate((header, each.ravel(), row.rest, table))

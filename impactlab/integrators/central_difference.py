@@ -11,13 +11,15 @@ import numpy as np
 from impactlab.errors import PairingError
 from impactlab.integrators import beam_steps
 from impactlab.integrators.base import AbstractIntegrator, Step
+from impactlab.integrators.beam_steps import soften
 from impactlab.integrators.packing import has_coupled_damping
 from impactlab.models.base import Operators
 from impactlab.numerics.banded import multiply
-from impactlab.numerics.compiling import UNPACK
+from impactlab.numerics.compiling import HELPER, UNPACK
 from impactlab.types import Array
 
-N, BANDWIDTH, DT, DAMPED, GROUNDED, LOADED, LOAD = range(7)  # places in the parameters, then the arrays of `split`
+N, BANDWIDTH, DT, DAMPED, GROUNDED, SOFT, LOADED, LOAD = range(8)
+"""Places in the parameters, which go on with the arrays of `split`."""
 
 
 @UNPACK
@@ -32,19 +34,31 @@ def split(parameters: Array) -> tuple[Array, Array, Array, Array, Array, Array, 
     return arrays[:n], arrays[n : 2 * n], chain, rest[:n], rest[n : 2 * n], rest[2 * n : 3 * n], rest[3 * n :]
 
 
+@HELPER
+def along_bands(n: int, bandwidth: int, bands: Array, gain: Array, u: Array, v: Array) -> None:
+    """Add the forces of springs between coordinates to the velocities, band by band."""
+    for offset in range(1, bandwidth + 1):
+        band = bands[(offset - 1) * n : offset * n]
+        for i in range(n - offset):
+            v[i] -= gain[i] * band[i] * (u[i + offset] - u[i])
+        for i in range(offset, n):
+            v[i] -= gain[i] * band[i - offset] * (u[i - offset] - u[i])
+
+
 def free(parameters: Array, state: Array) -> None:
     """Step without contact: v += dt M^-1 (load - K u - C (v_old + v_new)/2), then u += dt v.
 
-    A tridiagonal stiffness is walked as a chain of springs, tied to the ground at its ends (and, rarely, inside); a
+    Of a body that turns the centrifugal force, softening times the mass, is added to the load. A tridiagonal stiffness
+    is walked as a chain of springs, tied to the ground at its ends (and, rarely, inside); a
     wider one band by band, as springs too.
     """
     n, bandwidth, dt = int(parameters[N]), int(parameters[BANDWIDTH]), parameters[DT]
-    damped, grounded, loaded = parameters[DAMPED], parameters[GROUNDED], parameters[LOADED]
+    damped, grounded, loaded, soft = parameters[DAMPED], parameters[GROUNDED], parameters[LOADED], parameters[SOFT]
     if n == 1 and damped == 0.0 and grounded == 0.0:  # a rigid body, in a third of the time: gain times load
-        state[1] += parameters[LOAD + 1] * parameters[LOAD]
+        state[1] += parameters[LOAD + 1] * parameters[LOAD] + soft * dt * state[0]
         state[0] += dt * state[1]
         return
-    load, gain, chain, keep, ground, _, bands = split(parameters)
+    load, gain, chain, keep, ground, mass, bands = split(parameters)
     u, v = state[:n], state[n : 2 * n]
     if damped != 0.0:
         for i in range(n):
@@ -55,18 +69,15 @@ def free(parameters: Array, state: Array) -> None:
             v[i] += gain[i] * (chain[i] * (u[i - 1] - u[i]) - chain[i + 1] * (u[i] - u[i + 1]))
         v[n - 1] += gain[n - 1] * (chain[n - 1] * (u[n - 2] - u[n - 1]) - chain[n] * u[n - 1])
     else:
-        for offset in range(1, bandwidth + 1):
-            band = bands[(offset - 1) * n : offset * n]
-            for i in range(n - offset):
-                v[i] -= gain[i] * band[i] * (u[i + offset] - u[i])
-            for i in range(offset, n):
-                v[i] -= gain[i] * band[i - offset] * (u[i - offset] - u[i])
+        along_bands(n, bandwidth, bands, gain, u, v)
     if grounded != 0.0:
         for i in range(n):
             v[i] -= gain[i] * ground[i] * u[i]
     if loaded != 0.0:
         for i in range(n):
             v[i] += gain[i] * load[i]
+    if soft != 0.0:
+        soften(n, soft, damped != 0.0, dt, gain, mass, u, v)
     for i in range(n):
         u[i] += dt * v[i]
 
@@ -79,6 +90,9 @@ def measure(parameters: Array, state: Array, out: Array) -> None:
     energy, work = 0.0, 0.0
     for i in range(n):
         energy += 0.5 * mass[i] * v[i] * v[i]
+    if parameters[SOFT] != 0.0:
+        for i in range(n):
+            energy -= 0.5 * parameters[SOFT] * mass[i] * (u[i] - dt * v[i]) * u[i]
     if parameters[GROUNDED] != 0.0:
         for i in range(n):
             energy += 0.5 * ground[i] * (u[i] - dt * v[i]) * u[i]
@@ -148,13 +162,13 @@ class CentralDifference(AbstractIntegrator):
                 state=state,
             )
         bandwidth = system.stiffness.shape[0] - 1
-        chain, ground = np.zeros(n_dof + 1), system.springs_to_ground().copy()
+        chain, ground = np.zeros(n_dof + 1), system.supports().copy()
         if bandwidth == 1:
             chain[1:-1] = -system.stiffness[1, :-1]
             if n_dof > 1:
                 chain[0], chain[-1] = ground[0], ground[-1]
                 ground[0] = ground[-1] = 0.0
-        header = np.array([n_dof, bandwidth, dt, damped, np.any(ground), loaded], float)
+        header = np.array([n_dof, bandwidth, dt, damped, np.any(ground), system.softening, loaded], float)
         bands = system.stiffness[1:].ravel() if bandwidth > 1 else np.zeros(0)
         return Step(
             free=free,

@@ -10,7 +10,7 @@ import numpy as np
 
 from impactlab.errors import PairingError
 from impactlab.models.mesh.beam_elements import BeamElements
-from impactlab.numerics.banded import grounded
+from impactlab.numerics.banded import grounded, multiply
 from impactlab.scene.bodies import Beam, ElasticBody, WaveBody
 from impactlab.types import Array, Quantity
 
@@ -57,10 +57,17 @@ class Operators(NamedTuple):
     ground_dashpots: Array | None = None  # (n_dof,) N s/m, those of the damping inside the body; None: to be added up
     end_dashpots: Array | None = None  # (n_dof,) N s/m, of dashpots at the ends, part of the damping; None: zero
     beam_elements: BeamElements | None = None  # the stiffness, where it is that of a row of beam elements
+    softening: float = 0.0  # 1/s2, of a body that turns: -softening M is in the stiffness, not in stated ground_springs
     momentum: Array | None = None  # (n_dof,) the model's momentum row, set where the stepper is prepared
 
     def springs_to_ground(self) -> Array:
         """Return the springs to the ground, shape (n_dof,) [N/m]."""
+        if self.softening == 0.0:
+            return self.supports()
+        return self.supports() - self.softening * multiply(self.mass, np.ones(self.load.size))
+
+    def supports(self) -> Array:
+        """Return the springs to the ground without the centrifugal part of a body that turns, shape (n_dof,) [N/m]."""
         return grounded(self.stiffness) if self.ground_springs is None else self.ground_springs
 
     def dashpots_at_ends(self) -> Array:

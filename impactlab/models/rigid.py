@@ -39,6 +39,8 @@ class RigidBody(AbstractDiscreteModel):
             rule_frequency=0.0,
             diagonal_mass=True,
             modes=True,
+            ground_springs=np.zeros(n_dof),
+            softening=self._softening,
         )
 
     def row(self, x: float, quantity: Quantity) -> Array:

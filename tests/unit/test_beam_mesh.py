@@ -20,7 +20,7 @@ from impactlab.models.finite_element import FiniteElement
 from impactlab.models.mesh.beams import BeamMesh
 from impactlab.models.modal import Modal
 from impactlab.numerics.banded import full, solve
-from impactlab.scene import Beam, BeamSegment, End, Probe, Rayleigh
+from impactlab.scene import Beam, BeamSegment, End, Probe, Rayleigh, Rotation
 from impactlab.scene.method import StepRule
 from impactlab.testing.scenes import simulation
 from tests.reference.beam_scenes import STEEL, sheared, sphere_on_beam
@@ -208,8 +208,10 @@ ENDS = {"free": End("free"), "clamped": End("clamped"), "pinned": End("pinned"),
 TWO = (sheared(STEEL), replace(STEEL, length=0.07, young=7e10, inertia=4e-10))
 
 
-def stepped_mesh(left, right, segments, tension=0.0, mass="lumped", damping=0.0):
-    beam = Beam("beam", segments, ENDS[left], ENDS[right], tension=tension, damping=Rayleigh(mass=damping))
+def stepped_mesh(left, right, segments, tension=0.0, mass="lumped", damping=0.0, rotation=None):
+    beam = Beam(
+        "beam", segments, ENDS[left], ENDS[right], tension=tension, damping=Rayleigh(mass=damping), rotation=rotation
+    )
     return BeamMesh(beam, 12, mass, 9.81)
 
 
@@ -219,6 +221,26 @@ def stepped_mesh(left, right, segments, tension=0.0, mass="lumped", damping=0.0)
 def test_a_leapfrog_step_is_the_matrix_product(left, right, tension, segments):
     system = stepped_mesh(left, right, segments, tension, damping=30.0).operators()
     assert len(system.beam_elements.runs) == len(segments)
+    check_leapfrog(system)
+
+
+HELD = [ends for ends in product(ENDS, ENDS) if "clamped" in ends or (ends == ("pinned", "spring"))]
+
+
+@pytest.mark.parametrize("damping", [0.0, 30.0])
+@pytest.mark.parametrize("plane", ["chord", "flap"])
+@pytest.mark.parametrize(("left", "right"), HELD)
+def test_a_leapfrog_step_of_a_beam_that_turns_is_the_matrix_product(left, right, plane, damping):
+    """Of slender segments and sheared ones, far enough from the axis that the centrifugal part is a large one."""
+    rotation = Rotation(2000.0, 0.25 if right == "clamped" else 0.01, plane)
+    system = stepped_mesh(left, right, TWO, damping=damping, rotation=rotation).operators()
+    assert len(system.beam_elements.each) > 0
+    still = stepped_mesh(left, right, TWO, damping=damping).operators()
+    assert np.abs(system.stiffness - still.stiffness).max() > 1e-4 * np.abs(still.stiffness).max()
+    check_leapfrog(system)
+
+
+def check_leapfrog(system):
     n, dt = system.load.size, 0.3 / system.highest_frequency
     stepper = CentralDifference().prepare(system, np.eye(n)[:1], dt)
     u, v = np.sin(1.0 + np.arange(n) ** 1.2), np.cos(np.arange(n) ** 1.3) / dt

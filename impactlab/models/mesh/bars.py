@@ -82,11 +82,6 @@ class Mesh(AbstractMesh):
             struck = struck_nodes(rod, [(face.x, self.nodal_row(face.x, "displacement")) for face in faces])
             redistribute(matrices[0], struck + first)
         self._nodal_mass = multiply(matrices[0], np.ones(len(self.nodes)))
-        if rod.softening:
-            softened = rod.softening, rod.softening * rod.damping.stiffness  # of stiffness, and of its damping
-            for matrix, sums, factor in zip(matrices[:0:-1], (springs, dashpots), softened, strict=True):
-                matrix -= factor * matrices[0]
-                sums -= factor * self._nodal_mass
         held = np.delete(np.arange(len(self.nodes)), slice(first, last))
         ground = [
             sums_without(held, sums, matrix)[self.free_nodes]
@@ -97,6 +92,10 @@ class Mesh(AbstractMesh):
         if self._massless is not None:
             ground = [self._massless.sums(*each, ground[1]) for each in zip(ground, cut[1:], strict=True)]
             cut = [cut[0][:, self._massless.kept], *(self._massless.condensed(matrix) for matrix in cut[1:])]
+        if rod.softening:
+            damping = rod.damping.stiffness * rod.softening
+            cut[2], cut[1] = cut[2] - rod.softening * cut[0], cut[1] - damping * cut[0]
+            ground[0] = ground[0] - damping * multiply(cut[0], np.ones(cut[0].shape[1]))
         self.mass: Array = cut[0][:1] if self.lumped else cut[0]
         self.damping: Array = narrowed(cut[1])
         self._ground_dashpots, self._ground_springs = ground
@@ -114,6 +113,7 @@ class Mesh(AbstractMesh):
         return stated._replace(
             ground_springs=self._ground_springs,
             ground_dashpots=self._ground_dashpots,
+            softening=self.rod.softening,
             massless=tuple((x, self.left_out(x, "displacement", x)) for x in self.places),
         )
 

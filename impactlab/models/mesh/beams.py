@@ -104,7 +104,7 @@ class BeamMesh(AbstractMesh):
         if self.beam.rotation is not None:  # the centrifugal part of a row's sum would be lost beside the bending part
             softness = self.beam.rotation.squared * self._softness
             ground = grounded(self.stiffness + softness) - multiply(softness, np.ones(softness.shape[1]))
-            return stated._replace(ground_springs=ground)
+            stated = stated._replace(ground_springs=ground)
         return stated._replace(beam_elements=self._elements())
 
     def element_matrices(self, number: int) -> tuple[Array, Array]:
@@ -214,10 +214,13 @@ class BeamMesh(AbstractMesh):
             each = matrices(segment, h)
             own = np.diag(lumped(segment, h)) if self.lumped else each.mass
             self._elastic[at] = elastic = each.stiffness + beam.tension * each.tension
+            if self._tensions is not None:
+                pulled = stretched(segment, h, self._tensions[at])
+                self._elastic[at] += pulled
             viscous = self._layout.retardation[at[0]] * each.stiffness + self._layout.drag[at[0]] * own
             blocks = [(mass, own), (damping, viscous), (stiffness, elastic)]
             if self._tensions is not None:
-                blocks.append((stiffness, np.moveaxis(stretched(segment, h, self._tensions[at]), 0, -1)))
+                blocks.append((stiffness, np.moveaxis(pulled, 0, -1)))
                 blocks.append((softness, self._softening(segment, h)))
             for matrix, element in blocks:
                 for i in range(4):
@@ -242,29 +245,39 @@ class BeamMesh(AbstractMesh):
         if nodes < 2 or not self.lumped:
             return None
         k = self._elastic
-        a, arm = -k[:, 2, 0], k[:, 2, 1] / k[:, 2, 0]
-        b = a * arm**2 - k[:, 3, 1]
-        own = (k[:, 1, 1] - a * arm**2 - b)[first:last] if self.beam.tension else np.zeros(last - first)  # of rotations
-        rest, ends = np.zeros(nodes), np.zeros((4, 3))
-        rest[:-1] += own
-        rest[1:] += own
+        a, near, far = -k[:, 2, 0], k[:, 2, 1] / k[:, 2, 0], k[:, 2, 3] / k[:, 2, 0]
+        far = near if self.beam.rotation is None else far
+        b = a * near * far - k[:, 3, 1]
+        rest, ends, lead = np.zeros(nodes), np.zeros((4, 3)), int(self.ends[0][1].kind == "pinned")
+        if self.beam.tension or self.beam.rotation is not None:  # springs at rotations
+            rest[:-1] += (k[:, 1, 1] - a * near**2 - b)[first:last]
+            rest[1:] += ((k[:, 1, 1] if self.beam.rotation is None else k[:, 3, 3]) - a * far**2 - b)[first:last]
+        if self.beam.rotation is not None:
+            turned = self.beam.softening * self.mass[0] - self.beam.rotation.squared * self._softness[0]
+            rest += turned[lead + 1 : lead + 2 * nodes : 2]
+            ends[2:, 0] = turned[[0, -1]]  # of lone rotations; those of whole nodes are set below
         ends[:2, 2] = rest[[0, -1]]
         rest[[0, -1]] = 0.0
         for side, (_, end) in enumerate(self.ends):
             beyond = k[-1 if side else 0]
-            near, far = (slice(0, 2), slice(2, 4)) if side else (slice(2, 4), slice(0, 2))
+            inner, outer = (slice(0, 2), slice(2, 4)) if side else (slice(2, 4), slice(0, 2))
             if end.kind == "spring":
                 ends[side] += end.value, 0.0, end.rotational
             elif end.kind in ("clamped", "pinned"):
-                block = beyond[near, near]
+                block = beyond[inner, inner]
                 ends[side] += block[0, 0], block[0, 1], block[1, 1]
             if end.kind == "pinned":
-                ends[2 + side] = beyond[far, far][1, 1], *beyond[far, near][1]
-        runs = np.column_stack((a, arm, b))[first:last]
+                ends[2 + side] = ends[2 + side, 0] + beyond[outer, outer][1, 1], *beyond[outer, inner][1]
+            else:
+                ends[2 + side] = 0.0
+        if self.beam.rotation is not None:
+            each = np.column_stack((a, near, far, b))[first:last]
+            return BeamElements(lead, nodes, ends.ravel(), rest, np.zeros((0, 4)), each, self.beam.softening)
+        runs = np.column_stack((a, near, b))[first:last]
         heads = np.concatenate(([0], np.flatnonzero(np.any(np.diff(runs, axis=0) != 0.0, axis=1)) + 1))
         counts = np.diff(np.append(heads, len(runs)))
-        lead = int(self.ends[0][1].kind == "pinned")
-        return BeamElements(lead, nodes, ends.ravel(), rest, np.column_stack((counts, runs[heads])))
+        table = np.column_stack((counts, runs[heads]))
+        return BeamElements(lead, nodes, ends.ravel(), rest, table, np.zeros((0, 4)), 0.0)
 
     def _rigid_motions(self) -> tuple[Array, tuple[int, ...]]:
         """Return the motions a + b x without strain or support, mass-normalised, and coordinates that stop them."""
