@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from impactlab.errors import CaseError
 from impactlab.exact.history import ContinuousHistory
 from impactlab.history.base import AbstractHistory
 from impactlab.types import Array
@@ -49,11 +48,3 @@ class Means(AbstractMeans):
         places = (np.arange(PARTS) + 0.5) / PARTS
         values = self.history.evaluate(low[:, None] + (high - low)[:, None] * places, self.channel)
         return np.concatenate([[0.0], np.cumsum(np.mean(values, axis=1) * (high - low))])
-
-
-def check_channel(history: AbstractHistory, channel: str) -> None:
-    """Raise `CaseError` if a run has no such channel."""
-    try:
-        history.evaluate([0.0], channel)
-    except CaseError as error:
-        raise CaseError(error.text, path=channel, remedy=error.remedy) from None

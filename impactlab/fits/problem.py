@@ -12,10 +12,11 @@ from impactlab import api
 from impactlab.casefile import Case
 from impactlab.errors import CaseError
 from impactlab.fits.filters import LowPass, smooth
-from impactlab.fits.model import AbstractMeans, check_channel
+from impactlab.fits.model import AbstractMeans
 from impactlab.fits.signals import SETTINGS, Signal
 from impactlab.fits.trials import MarchedTrials, Trials, trials_of
 from impactlab.fits.unknowns import Unknown, settings, unknown
+from impactlab.sweeps.sampled import Sampled, check_sampled
 from impactlab.types import Array
 
 STEP = 1.0e-6  # of a scaled unknown of the case: differences of runs
@@ -145,10 +146,10 @@ class Problem:
 
     def _trials(self, experiment: Experiment) -> Trials:
         case = experiment.case.with_settings([(each.path, each.start) for each in self.parameters])
+        for signal in experiment.signals:
+            check_sampled(Sampled(signal.channel, (0.0,)), *case.simulation(), math.inf)
         with api.warnings_kept():
             history = api.run(case)
-        for signal in experiment.signals:
-            check_channel(history, signal.channel)
         return trials_of(case, self.parameters, [signal.channel for signal in experiment.signals], history)
 
     def _check_moved(self) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from impactlab.casefile.units import to_si
-from impactlab.casefile.words import shown
+from impactlab.casefile.words import closest, listed, shown
 from impactlab.errors import CaseError
 from impactlab.history.units import UNITS
 from impactlab.types import Array
@@ -35,7 +35,13 @@ def factor_of(unit: str, wanted: str) -> float:
 
 def unit_of(channel: str) -> str:
     """Return the SI unit of a channel."""
-    return UNITS.get(channel.partition(":")[0], "1")
+    quantity = channel.partition(":")[0]
+    if quantity not in UNITS:
+        raise CaseError(
+            f"{shown(channel)} is not a channel.{closest(quantity, UNITS)}",
+            remedy=f"A channel begins with one of: {listed(UNITS)}.",
+        )
+    return UNITS[quantity]
 
 
 @dataclass(frozen=True, eq=False)

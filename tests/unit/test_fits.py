@@ -189,7 +189,7 @@ def test_bad_bounds_are_refused(cushioned, bounds, said):
 
 def test_an_unknown_channel_is_refused(cushioned):
     signal = measured(cushioned)
-    with pytest.raises(CaseError, match="not a channel"):
+    with pytest.raises(CaseError, match="no run has the channel"):
         il.fit(cushioned, il.Signal("force:hammer|rod", signal.times, signal.values), {STIFFNESS: (5e7, 8e8)})
 
 
