@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import math
 import warnings
+from concurrent.futures import ProcessPoolExecutor
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -138,11 +139,20 @@ def trials(scene: Scene, kind: str, count: int, seed: int) -> Count:
     return Count(reached, above, still, held)
 
 
+def line(scene: Scene, kind: str, count: int, found: Count) -> str:
+    """Return a line of the table."""
+    held = ", ".join(f"{path.rpartition('.')[2]} {number}" for path, number in found.held.items())
+    white = (found.reached, found.above) if kind == "white" else ("", "")
+    still = found.still if kind == "outliers" else ""
+    return f"| {' | '.join(map(str, (scene.name, kind, count, *white, still, held)))} |"
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--trials", type=int, default=100)
     parser.add_argument("--kinds", default="white,ar1,outliers")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--scene", default="", help="scenes whose name holds this")
     given = parser.parse_args()
     warnings.simplefilter("ignore")
@@ -150,13 +160,11 @@ def main() -> None:
         "| scene | noise | trials | reach the noise | loss above the truth | no estimate moved | intervals that hold |",
         "|" + "---|" * 7,
     ]
-    for scene in (each for each in scenes() if given.scene in each.name):
-        for kind in given.kinds.split(","):
-            found = trials(scene, kind, given.trials, given.seed)
-            held = ", ".join(f"{path.rpartition('.')[2]} {count}" for path, count in found.held.items())
-            first = f"{found.reached} | {found.above} |" if kind == "white" else " | | "
-            first += f" {found.still}" if kind == "outliers" else ""
-            lines.append(f"| {scene.name} | {kind} | {given.trials} | {first} | {held} |")
+    chosen = [(scene, kind) for scene in scenes() if given.scene in scene.name for kind in given.kinds.split(",")]
+    with ProcessPoolExecutor(given.workers) as pool:
+        waiting = [pool.submit(trials, scene, kind, given.trials, given.seed) for scene, kind in chosen]
+        for (scene, kind), each in zip(chosen, waiting, strict=True):
+            lines.append(line(scene, kind, given.trials, each.result()))
             print(lines[-1], flush=True)
     page = DOCS / "fits.md"
     text = page.read_text(encoding="utf-8")

@@ -113,7 +113,7 @@ def fit_with_intervals(problem: Problem, found: Any, chosen: Options) -> Fit:
 def _size(residuals: Array, problem: Problem, chosen: Options) -> float:
     """Return the standard deviation of residuals, from their median where some are far off."""
     if chosen.loss == "huber":
-        return 1.4826 * float(np.median(np.abs(residuals)))
+        return 1.4826 * float(np.median(np.abs(residuals[residuals != 0.0])))  # those left out are 0
     return float(np.sqrt(residuals @ residuals / (len(residuals) - problem.size)))
 
 
@@ -124,6 +124,9 @@ def _solution(problem: Problem, x: Array, chosen: Options) -> tuple[Solution, li
     jacobian = secants(problem.residuals, x, problem.bounds(), problem.jacobian(x), spread)
     if chosen.loss == "huber":
         jacobian = jacobian * (np.abs(residuals) <= HUBER * spread)[:, None]
+    left_out = sum(int(np.sum(each)) for each in problem.left_out)
+    if left_out:
+        warnings.append(f"note: {left_out} of {problem.count} samples lie far off and are left out")
     reach = float(student.ppf(0.975, freedom))
     if chosen.noise == "std":
         if chi2.sf(float(residuals @ residuals), freedom) < ABOVE_NOISE:

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from impactlab import api
 from impactlab.casefile import Case
@@ -104,6 +105,7 @@ class Problem:
             )
         self.smoothed = 0.0  # width of the filter of a stage, of the residuals of a signal
         self.correlated = [0.0] * len(self.signals)  # of neighbouring residuals, taken out of them
+        self.left_out: list[NDArray[np.bool_]] = []  # samples of each signal whose residuals count as 0
         self.trials = [self._trials(each) for each in self.experiments]
         self._check_moved()
 
@@ -232,6 +234,10 @@ class Problem:
             found.append(gain * mean.over(self.measured[number].edges, shift) + offset)
         return found
 
+    def leave_out(self, scaled: Array, limit: float) -> None:
+        """Leave samples out, from now on, whose residuals are larger than a limit."""
+        self.left_out = [np.abs(part) > limit for part in self.parts(scaled) or []]
+
     def part(self, number: int, mean: AbstractMeans, chosen: tuple[float, float, float]) -> Array:
         """Return the residuals of a signal, for a gain, offset and shift."""
         of = self.measured[number]
@@ -243,7 +249,10 @@ class Problem:
         of = self.measured[number]
         found = difference if of.low_pass is None else of.low_pass(difference)
         found = smooth(found, self.smoothed * len(found)) / of.scale
-        return whitened(np.asarray(found), self.correlated[number])
+        found = whitened(np.asarray(found), self.correlated[number])
+        if self.left_out:
+            found[self.left_out[number]] = 0.0
+        return found
 
     def jacobian(self, scaled: Array) -> Array:
         """Return the derivatives of the residuals, (residuals, unknowns), by differences.

@@ -23,7 +23,8 @@ BESIDE = (2.0, 8.0)  # standard deviations: starts beside a solution
 MAX_BESIDE = 0.1  # of a scaled unknown: the same
 ROUNDS = 3  # of such starts
 NEAR = 1.0e-5  # of the cost, in these: what is better by more is another solution
-RESCALED = 3  # times that the size of the noise, or its correlation, is found again
+MAX_FAR = 4.685  # standard deviations of a residual: samples beyond are left out under huber (95 % efficient)
+RESCALED = 2  # times that the size of the noise, or its correlation, is found again
 COARSE = 1.0e-3  # of the cost, in stages that only find a start
 XTOL = 1.0e-6  # of the unknowns, of which shifts are in samples
 TRIGGERS = 2  # trigger times from which a stage starts
@@ -31,7 +32,7 @@ STRIDE = 3.0  # a scan looks at so many samples and shifts in the width of the l
 INSIDE = 1.0e-9  # of the bounds, by which a start is moved inside them
 
 
-def solved(problem: Problem, start: Array, loss: str = "linear", scale: float = 1.0, tolerance: float = 1e-8) -> Any:
+def solved(problem: Problem, start: Array, loss: Any = "linear", scale: float = 1.0, tolerance: float = 1e-8) -> Any:
     """Return the solution of least squares from a start."""
     low, high = problem.bounds()
     wide = np.where(np.isfinite(high - low), high - low, 0.0)
@@ -56,22 +57,40 @@ def search(problem: Problem, chosen: Options) -> Any:
     if problem.has_shifts:
         starts += triggers(problem, kept[0].x, TRIGGERS)
     found = polished(problem, _best(solved(problem, each, tolerance=COARSE) for each in starts).x)
-    if chosen.loss == "huber":
-        for _ in range(RESCALED):
-            size = 1.4826 * float(np.median(np.abs(problem.residuals(found.x))))
-            found = polished(problem, found.x, "huber", HUBER * max(size, 1e-12))
-    if chosen.noise == "ar1":
-        for _ in range(RESCALED):
+    for _ in range(RESCALED if chosen.loss == "huber" or chosen.noise == "ar1" else 0):
+        if chosen.noise == "ar1":
             problem.correlated = correlations(problem, found.x)
-            found = polished(problem, found.x)
+        found = polished(problem, found.x, *_loss(problem, found.x, chosen))
+    if chosen.loss == "huber":  # a front that bends to one sample far off is found by a loss that forgets this sample
+        limit = MAX_FAR * _size(problem, found.x)
+        found = polished(problem, found.x, biweight, limit)
+        problem.leave_out(found.x, limit)
+        found = polished(problem, found.x, *_loss(problem, found.x, chosen))
     return found
+
+
+def _loss(problem: Problem, x: Array, chosen: Options) -> tuple[str, float]:
+    """Return the loss as scipy names it, and its scale."""
+    return ("huber", HUBER * _size(problem, x)) if chosen.loss == "huber" else ("linear", 1.0)
+
+
+def _size(problem: Problem, x: Array) -> float:
+    """Return the standard deviation of the residuals, from their median."""
+    found = np.abs(problem.residuals(x))
+    return max(1.4826 * float(np.median(found[found > 0.0])) if np.any(found) else 0.0, 1e-12)
+
+
+def biweight(squares: Array) -> Array:
+    """Return Tukey's loss of squares over that of the limit, and its two derivatives, (3, n); constant from 1 on."""
+    left = np.maximum(0.0, 1.0 - squares)
+    return np.stack([(1.0 - left**3) / 3.0, left**2, -2.0 * left])
 
 
 def _best(found: Any) -> Any:
     return min(found, key=lambda each: float(each.cost))
 
 
-def polished(problem: Problem, start: Array, loss: str = "linear", scale: float = 1.0) -> Any:
+def polished(problem: Problem, start: Array, loss: Any = "linear", scale: float = 1.0) -> Any:
     """Return the best of solutions from a start and from places beside its solution.
 
     A front that enters another sample leaves a kink there, and may leave a minimum to each side.
