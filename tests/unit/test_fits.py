@@ -204,6 +204,7 @@ def test_the_page_runs_in_both_forms(monkeypatch, tmp_path):
         exec(code, names)
     found = names["found"]
     assert found[STIFFNESS].lower < 2e8 < found[STIFFNESS].upper
+    assert names["together"][STIFFNESS].value == pytest.approx(2e8, rel=0.01)
     assert (tmp_path / "out" / "fit.html").exists()
     Path("my_case.yaml").write_text(names["case"].to_yaml(), encoding="utf-8")
     rows = [f"{1e6 * t!r},{1e-3 * f!r}" for t, f in zip(names["times"].tolist(), names["force"].tolist(), strict=True)]
