@@ -1,4 +1,4 @@
-"""The command ``uncertainty``: what uncertain numbers of a case do to its results."""
+"""The command ``uncertainty``: one case at samples of its uncertain numbers."""
 
 from __future__ import annotations
 

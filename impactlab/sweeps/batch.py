@@ -24,7 +24,7 @@ from impactlab.plugins import QUANTITIES, Registry
 from impactlab.scene.method import Simulation
 from impactlab.sweeps import quantities as ours
 from impactlab.sweeps.axes import Points
-from impactlab.sweeps.batch_numbers import NotServed, inner_points, numbers_of, over_all, prove
+from impactlab.sweeps.batch_numbers import NotServed, inner_points, numbers_of, over_all, prove, within_limits
 from impactlab.sweeps.quantities import Asked
 from impactlab.types import Array
 
@@ -59,7 +59,16 @@ class Found(NamedTuple):
 class Batch:
     """The points of a sweep, ready to march."""
 
-    def __init__(self, run: Simulation, grid: Points, base: marcher.Built, case: Case, wanted: Sequence[Asked]) -> None:
+    def __init__(
+        self,
+        run: Simulation,
+        grid: Points,
+        base: marcher.Built,
+        case: Case,
+        wanted: Sequence[Asked],
+        refused: NDArray[np.bool_],
+    ) -> None:
+        self.refused = refused  # (points,), by the case: left to runs of their own
         self.run, self.pattern, self.numbers = run, base.pattern, over_all(case, grid, base)
         self.count = grid.count
         self.asked = sum({points.ASKED[each.name] for each in wanted if each.name in points.ASKED})
@@ -78,7 +87,7 @@ class Batch:
     def at(self, numbers: Sequence[int] | range) -> tuple[tuple[Array, ...], NDArray[np.bool_]]:
         """Return the values of each quantity at points, and which points are served."""
         table, states = self.marcher.results(np.array(numbers, np.int64), self.asked)
-        served = states == points.SERVED
+        served = (states == points.SERVED) & ~self.refused[np.asarray(numbers)]
         table[~served] = np.nan
         return tuple(table[:, columns] for columns in self.columns), served
 
@@ -131,9 +140,10 @@ def _batch(case: Case, grid: Points, wanted: Sequence[Asked], single: Callable[[
     others = [each.name for each in wanted if not is_ours(each, case.registry)]
     if others:
         raise NotServed(f"{others[0]} is a quantity of whole histories")
+    grid, refused = within_limits(case, grid)
     first = grid.case(case, 0)
     base = numbers_of(first)
-    batch = Batch(first.simulation(), grid, base, case, wanted)
+    batch = Batch(first.simulation(), grid, base, case, wanted, refused)
     prove(case, grid, base, batch.marcher)
     _try(batch, grid.count, wanted, single)
     return batch

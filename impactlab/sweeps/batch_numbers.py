@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from impactlab.casefile import Case
 from impactlab.casefile.check import reference_rod
 from impactlab.casefile.schema import RoundTrips
+from impactlab.errors import ImpactlabError
 from impactlab.lazy import lazy
 from impactlab.scene.method import is_exact, theories
 from impactlab.sweeps.axes import Axis, Points, at_point, spread
@@ -98,6 +100,48 @@ def over_all(case: Case, grid: Points, base: marcher.Built) -> points.Numbers:
         ends[:-1].astype(np.int64),
         np.concatenate([axis.values.ravel() for axis in axes]),
     )
+
+
+def within_limits(case: Case, grid: Points) -> tuple[Points, NDArray[np.bool_]]:
+    """Return a sweep with the median in place of values that the case refuses, and which points had one.
+
+    Values of a grid are checked before; listed points may be samples of a distribution whose tail the case refuses. The
+    case allows intervals of numbers, whose ends are found by bisection.
+    """
+    refused = np.zeros(grid.count, bool)
+    if not grid.listed:
+        return grid, refused
+    made = []
+    for axis in grid.axes:
+        order = np.argsort(np.array(axis.si, dtype=float), kind="stable").tolist()
+        middle = len(order) // 2
+
+        def allows(place: int, axis: Axis = axis, order: Sequence[int] = order) -> bool:
+            try:
+                at_point(case, {axis.path: axis.values[order[place]]}).resolved()
+            except ImpactlabError:
+                return False
+            return True
+
+        # place of the first value that is allowed, and of the last one
+        first, last = (bisected(allows, middle, end) for end in (0, len(order) - 1))
+        outside = [*order[:first], *order[last + 1 :]]
+        refused[outside] = True
+        values, si = list(axis.values), list(axis.si)
+        for place in outside:
+            values[place], si[place] = values[order[middle]], si[order[middle]]
+        made.append(Axis(axis.path, tuple(values), tuple(si), axis.unit) if outside else axis)
+    return Points(tuple(made), listed=True), refused
+
+
+def bisected(allows: Callable[[int], bool], good: int, end: int) -> int:
+    """Return the place next to ``end`` that is allowed, between a good one and that."""
+    if allows(end):
+        return end
+    while abs(end - good) > 1:
+        middle = (good + end) // 2
+        good, end = (middle, end) if allows(middle) else (good, middle)
+    return good
 
 
 def corners(grid: Points) -> list[dict[str, Any]]:

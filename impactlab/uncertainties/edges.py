@@ -17,7 +17,7 @@ from impactlab.uncertainties.distributions import Uncertain
 from impactlab.uncertainties.linear import at_means
 
 MIN_BEYOND = 1e-3  # probability beyond an edge that is worth a warning
-BEYOND = 1.25  # of the estimated distance to an edge: a run there tells whether it is one
+BEYOND = 1.25  # of the estimated distance to an edge: a run there confirms it
 PLACES = 8  # at which runs look for an edge, on each side: a sequence that holds for a shorter way may be missed
 HALVINGS = 11
 

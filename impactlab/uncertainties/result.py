@@ -25,7 +25,7 @@ Rows = list[tuple[str, ...]]
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Uncertainty:
-    """What uncertain numbers of a case do to its quantities."""
+    """How the quantities of a case with uncertain numbers spread."""
 
     case: str
     uncertain: tuple[Uncertain, ...]
@@ -86,11 +86,13 @@ class Uncertainty:
         Raises
         ------
         CaseError
-            If there is no such quantity.
+            If there is no such quantity, or it does not vary.
         """
         if quantity == "contacts" and self.shares:
             return plot_counts(self.shares)
         spreads = [each for each in self.spreads if each.quantity == quantity]
+        if spreads and not any(each.varies for each in spreads):
+            raise CaseError(f"{quantity} does not vary", remedy="Draw another quantity.")
         if not spreads:
             names = dict.fromkeys(["contacts", *(each.quantity for each in self.spreads)])
             raise CaseError(f"no quantity {quantity!r} to draw", remedy=f"It has {', '.join(names)}.")

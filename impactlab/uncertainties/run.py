@@ -1,4 +1,4 @@
-"""Runs a case at samples of its uncertain numbers, through a sweep, and estimates what they do to its quantities."""
+"""Runs a case at samples of its uncertain numbers, through a sweep, and estimates how its quantities spread."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def uncertainty(
     command: str = "",
     repeat: str = "impactlab run case.yaml",
 ) -> Uncertainty:
-    """Return what uncertain numbers of a case do to its quantities: percentiles, probabilities and Sobol indices.
+    """Return how quantities of a case with uncertain numbers spread: percentiles, probabilities, Sobol indices.
 
     The case is run at scrambled Sobol points by `impactlab.sweep`. The points are 16 sets that are scrambled
     independently; from their scatter come the 95 % intervals of all estimates.

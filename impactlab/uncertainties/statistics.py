@@ -111,7 +111,7 @@ def _student(sets: int) -> float:
 
 
 def unseen(count: int) -> Estimate:
-    """Return the probability of what none of so many points shows."""
+    """Return the probability of an event that none of so many points shows."""
     return Estimate(0.0, *binomial(0, count))
 
 

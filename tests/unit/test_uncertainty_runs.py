@@ -29,6 +29,7 @@ MASS, SPEED, AREA, YOUNG = (
     "bodies.rod.area",
     "bodies.rod.material.young",
 )
+GAP = "contacts.0.gap"
 SIDES = ("below", "above")
 
 
@@ -143,6 +144,19 @@ def test_points_without_values_stop_the_indices_and_say_where_they_are(case):
     assert all(math.isfinite(index.total.lower) for index in left.indices)
     assert left.index("peak_force", SPEED).total.value > 0.8
     assert left.warnings == found.warnings[:-1]
+
+
+def test_samples_that_the_case_refuses_leave_the_others_in_a_batch(case):
+    found = il.uncertainty(case, {GAP: "normal(0.1 mm, 0.05 mm)"}, ["final_momentum"], samples=256)
+    gaps, engine = found.data[GAP].values, found.data["engine"].values
+    assert np.array_equal(found.data["status"].values == chunks.STATUSES.index("completed"), gaps >= 0.0)
+    assert np.array_equal(engine == chunks.ENGINES.index("batch"), gaps >= 0.0)
+    assert np.any(gaps < 0.0)
+    momentum = found.data["final_momentum"].sel(body="hammer").values
+    for number in (int(np.nanargmax(gaps)), int(np.argmin(np.where(gaps < 0.0, np.inf, gaps)))):
+        history = il.run(case.with_(GAP, float(gaps[number])))
+        own = history.evaluate(np.array([history.duration]), "momentum:hammer")[0]
+        assert momentum[number] == pytest.approx(own, rel=1e-12)
 
 
 def test_a_quantity_without_a_value_is_missed_by_name(case):
