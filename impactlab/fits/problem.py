@@ -22,6 +22,7 @@ from impactlab.types import Array
 
 STEP = 1.0e-6  # of a scaled unknown of the case: differences of runs
 SETTING_STEP = 1.0e-3  # of gain, offset and shift: a shift moves a sample over a front
+MIN_NOISE = 0.01  # of the noise of the noisiest signal: a signal is not taken for cleaner
 WORSE = 1.0e3  # residual of a run that is not possible: the step before it is shortened
 
 
@@ -233,6 +234,15 @@ class Problem:
             gain, offset, shift = self.setting(scaled, number)
             found.append(gain * mean.over(self.measured[number].edges, shift) + offset)
         return found
+
+    def weigh(self, scaled: Array) -> None:
+        """Scale the residuals of each signal by its own noise, so that a noisy signal does not hide a clean one."""
+        sizes = np.array([1.4826 * float(np.median(np.abs(part))) for part in self.parts(scaled) or []])
+        sizes = np.maximum(sizes, MIN_NOISE * np.max(sizes, initial=1e-300))
+        whole = math.sqrt(float(np.mean(sizes**2)))
+        for number, size in enumerate(sizes.tolist()):
+            of = self.measured[number]
+            self.measured[number] = of._replace(scale=of.scale * size / whole)
 
     def leave_out(self, scaled: Array, limit: float) -> None:
         """Leave samples out, from now on, whose residuals are larger than a limit."""

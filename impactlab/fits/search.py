@@ -24,7 +24,7 @@ MAX_BESIDE = 0.1  # of a scaled unknown: the same
 ROUNDS = 3  # of such starts
 NEAR = 1.0e-5  # of the cost, in these: what is better by more is another solution
 MAX_FAR = 4.685  # standard deviations of a residual: samples beyond are left out under huber (95 % efficient)
-RESCALED = 2  # times that the size of the noise, or its correlation, is found again
+RESCALED = 2  # times that the size of the noise of each signal, or its correlation, is found again
 COARSE = 1.0e-3  # of the cost, in stages that only find a start
 XTOL = 1.0e-6  # of the unknowns, of which shifts are in samples
 TRIGGERS = 2  # trigger times from which a stage starts
@@ -57,6 +57,9 @@ def search(problem: Problem, chosen: Options) -> Any:
     if problem.has_shifts:
         starts += triggers(problem, kept[0].x, TRIGGERS)
     found = polished(problem, _best(solved(problem, each, tolerance=COARSE) for each in starts).x)
+    for _ in range(RESCALED if len(problem.signals) > 1 and chosen.noise != "std" else 0):
+        problem.weigh(found.x)
+        found = polished(problem, found.x)
     for _ in range(RESCALED if chosen.loss == "huber" or chosen.noise == "ar1" else 0):
         if chosen.noise == "ar1":
             problem.correlated = correlations(problem, found.x)
@@ -103,7 +106,7 @@ def polished(problem: Problem, start: Array, loss: Any = "linear", scale: float 
             side * way * far * min(spread / size, MAX_BESIDE)
             for size, way in zip(sizes.tolist(), ways, strict=True)
             if size > 0.0
-            for far in BESIDE
+            for far in (BESIDE if problem.is_quick else BESIDE[:1])
             for side in (-1.0, 1.0)
         ]
         best = _best(solved(problem, found.x + step, loss, scale, NEAR) for step in steps)
@@ -123,7 +126,7 @@ def aside(problem: Problem) -> list[Array]:
         return triggers(problem, start, TRIGGERS)
     count = len(problem.parameters)
     signs = list(itertools.product((0.0, -1.0, 1.0), repeat=count)) if count <= MAX_FULL else [
-        tuple(sign * (k == n) for k in range(count)) for n in range(count) for sign in (-1.0, 1.0)
+        (0.0,) * count, *(tuple(sign * (k == n) for k in range(count)) for n in range(count) for sign in (-1.0, 1.0))
     ]  # fmt: skip
     found = []
     for each in signs:
@@ -160,7 +163,8 @@ def scanned(problem: Problem, start: Array, count: int) -> list[tuple[float, Arr
         signal, mean = problem.signals[number], means[number]
         width = problem.smoothed * len(signal.times)
         stride = max(1, int(width / STRIDE))
-        every = np.arange(max(-0.5 * len(signal.times), low[place]), min(0.9 * len(signal.times), high[place]), stride)
+        first, last = max(-0.5 * len(signal.times), low[place]), min(0.9 * len(signal.times), high[place])
+        every = np.arange(first, max(last, first + 0.5), stride)
         shown = smooth(mean.over(problem.measured[number].edges, 0.0), width)
         moved = signal.times[::stride] - every[:, None] * signal.width
         model = np.interp(moved, signal.times, shown, left=mean.rest, right=mean.last)

@@ -281,3 +281,13 @@ def test_numbers_of_ends_have_units(case):
     assert found[toe].unit == "N s/m"
     with pytest.raises(CaseError, match="another dimension"):
         il.fit(pile, measured(pile), {toe: ("3 kg", "70 kg")})
+
+
+def test_a_noisy_signal_does_not_hide_a_clean_one(case):
+    force, speed = measured(case), measured(case, SPEED)
+    force = replace(force, values=force.values + 0.2 * noise(force))
+    speed = replace(speed, values=speed.values + 20.0 * noise(speed, 1))
+    start = case.with_(STIFFNESS, 1.5e8)
+    alone, both = (il.fit(start, signals, BOUNDS)[STIFFNESS] for signals in (force, [force, speed]))
+    assert both.lower < 2e8 < both.upper
+    assert both.upper - both.lower < 1.2 * (alone.upper - alone.lower)
