@@ -105,11 +105,11 @@ def over_all(case: Case, grid: Points, base: marcher.Built) -> points.Numbers:
 def within_limits(case: Case, grid: Points) -> tuple[Points, NDArray[np.bool_]]:
     """Return a sweep with the median in place of values that the case refuses, and which points had one.
 
-    Values of a grid are checked before; listed points may be samples of a distribution whose tail the case refuses. The
-    case allows intervals of numbers, whose ends are found by bisection.
+    Points by a design are not checked before: the case may refuse the tail of a distribution. It allows intervals of
+    numbers, whose ends are found by bisection.
     """
     refused = np.zeros(grid.count, bool)
-    if not grid.listed:
+    if not grid.design:
         return grid, refused
     made = []
     for axis in grid.axes:
