@@ -24,6 +24,7 @@ from impactlab.types import Array
 CORRELATED = 4.0  # of the standard deviation of an autocorrelation under white noise: beyond it a warning is given
 HUBER = 1.345  # of the noise: residuals beyond count linearly
 ABOVE_NOISE = 1.0e-3  # probability of residuals as large as that under the given noise
+MIN_SPREAD = 1.0e-7  # of the scale of a signal: smaller residuals are rounding of runs, not noise
 RESTARTS = 3  # from a better solution that a profile has found
 MAX_LOGARITHM = 700.0  # of a float
 AT_BOUND = 1.0e-6  # of the distance between the bounds
@@ -120,7 +121,7 @@ def _size(residuals: Array, problem: Problem, chosen: Options) -> float:
 def _solution(problem: Problem, x: Array, chosen: Options) -> tuple[Solution, list[str]]:
     """Return a solution with its spread, and warnings about its residuals."""
     residuals, freedom, warnings = problem.residuals(x), problem.count - problem.size, []
-    spread = _size(residuals, problem, chosen)
+    spread = max(_size(residuals, problem, chosen), MIN_SPREAD)
     jacobian = secants(problem.residuals, x, problem.bounds(), problem.jacobian(x), spread)
     if chosen.loss == "huber":
         jacobian = jacobian * (np.abs(residuals) <= HUBER * spread)[:, None]
@@ -137,8 +138,8 @@ def _solution(problem: Problem, x: Array, chosen: Options) -> tuple[Solution, li
         spread = max(1.0, spread) if warnings else 1.0
         reach = reach if warnings else float(student.ppf(0.975, math.inf))
     neighbours, widened = _neighbours(problem.parts(x) or []), 1.0
-    if chosen.noise != "ar1" and abs(neighbours) > CORRELATED / math.sqrt(len(residuals)) and neighbours < 1.0:
-        widened = math.sqrt(max(1.0, (1.0 + neighbours) / (1.0 - neighbours)))
+    if chosen.noise != "ar1" and CORRELATED / math.sqrt(len(residuals)) < neighbours < 1.0:
+        widened = math.sqrt((1.0 + neighbours) / (1.0 - neighbours))
         warnings.append(
             f"warning: neighbouring residuals correlate by {neighbours:.2f}: the noise is coloured, or the case lacks "
             f"something. Under white noise the intervals are too narrow; widened ones, {widened:.2g} times as wide, "

@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from impactlab.fits.plots import (
+    MIN_CORRELATED,
+    determined,
     name_of,
     plot_autocorrelations,
     plot_correlations,
@@ -65,9 +67,9 @@ def plates(fit: Fit) -> Iterator[Plate]:
             "the profile leaves the parabola of the derivatives, their intervals do not hold.",
             plot_profiles(fit),
         )  # fmt: skip
-    seen = [each for each in fit.parameters if "not determined" not in each.note]
-    if len(seen) > 1:
-        without = "" if len(seen) == len(fit.parameters) else " Without those that the signals do not determine."
+    known = determined(fit)
+    if len(known) >= MIN_CORRELATED:
+        without = "" if len(known) == len(fit.parameters) else " Without those that the signals do not determine."
         yield Plate(
             "correlations", "Correlations", "Of the estimates: close to 1 or \N{MINUS SIGN}1, two numbers can change "
             f"together with little change of the signals.{without}", plot_correlations(fit),

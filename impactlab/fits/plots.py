@@ -39,6 +39,8 @@ MEASURED, FITTED = MUTED, PALETTE[0]
 NOISE = 2.0  # standard deviations that a band of residuals shows
 BETWEEN = 0.18  # inches, a signal and its residuals
 DECADE = 10.0  # of values, from which their axis is logarithmic
+MIN_CORRELATED = 2  # numbers
+MAX_DOTS = 3000  # of a signal that are drawn one by one; more of them as a picture
 MAX_LAGS = 40
 HEADROOM = 2.0  # of a profile over the rise at the ends of its interval
 ENDS = PALETTE[1]
@@ -56,9 +58,16 @@ def plot(fit: Fit, name: str = "signals") -> Figure:
     """
     if name not in FIGURES:
         raise CaseError(f"figure {name!r} of a fit", remedy=f"Allowed: {', '.join(FIGURES)}.")
+    if name == "correlations" and len(determined(fit)) < MIN_CORRELATED:
+        raise CaseError("correlations of fewer than two determined numbers", remedy="Fit more, or measure more.")
     if name == "profiles" and not fit.profiles:
         raise CaseError("a fit without profiles", remedy='Fit with intervals="profile".')
     return FIGURES[name](fit)
+
+
+def determined(fit: Fit) -> list[int]:
+    """Return which parameters the signals determine."""
+    return [number for number, each in enumerate(fit.parameters) if "not determined" not in each.note]
 
 
 def name_of(fit: Fit, path: str) -> str:
@@ -83,8 +92,9 @@ def plot_signals(fit: Fit) -> Figure:
         clock = scaled("s", float(np.max(np.abs(shown.times))))
         _signal(upper, shown, clock, has_legend=number == 0)
         times = np.linspace(shown.times[0], shown.times[-1], len(residuals)) / clock.size
+        is_long = len(residuals) > MAX_DOTS
         lower.axhspan(-NOISE, NOISE, color=GRID, linewidth=0.0)
-        lower.plot(times, residuals / fit.noise, ".", color=FITTED, markersize=3.0)
+        lower.plot(times, residuals / (fit.noise or 1.0), ".", color=FITTED, markersize=3.0, rasterized=is_long)
         lower.axhline(0.0, color=INK, linewidth=0.7)
         lower.set_ylabel("residual / noise")
         lower.set_xlim(upper.get_xlim())
@@ -105,7 +115,10 @@ def _signal(axes: Axes, shown: Shown, clock: Unit, *, has_legend: bool) -> None:
     quantity, _, place = shown.channel.partition(":")
     unit = unit_of(UNITS.get(quantity, "1"), float(np.max(np.abs(shown.measured))))
     times = shown.times / clock.size
-    axes.plot(times, shown.measured / unit.size, ".", color=MEASURED, markersize=4.0, label="measured")
+    is_long = len(times) > MAX_DOTS
+    axes.plot(
+        times, shown.measured / unit.size, ".", color=MEASURED, markersize=4.0, label="measured", rasterized=is_long
+    )
     axes.plot(times, shown.fitted / unit.size, color=FITTED, label="fitted")
     axes.set_ylabel(f"{quantity}  [{unit.label}]" if unit.label else quantity)
     axes.set_title(place.replace("|", " | "), loc="right", color=MUTED, fontweight="normal")
@@ -156,11 +169,12 @@ def plot_profiles(fit: Fit) -> Figure:
 def _profile(axes: Axes, curve: Curve, fit: Fit) -> None:
     parameter = fit[curve.path]
     unit, top = unit_of(curve.unit, parameter.value), HEADROOM * curve.limit
-    near = curve.rise <= 4.0 * top
-    values, root = curve.values[near], np.sqrt(np.maximum(curve.rise[near], 0.0))
+    scale = np.log if curve.is_logarithmic else np.asarray
+    kept = np.unique(scale(curve.values), return_index=True)[1]
+    values, rise = curve.values[kept], np.maximum(curve.rise[kept], 0.0)
+    values, root = values[rise <= 4.0 * top], np.sqrt(rise[rise <= 4.0 * top])
     root[: int(np.argmin(np.abs(values - parameter.value)))] *= -1.0
     is_wide = curve.is_logarithmic and values[-1] > DECADE * values[0]
-    scale = np.log if curve.is_logarithmic else np.asarray
     places = (np.geomspace if is_wide else np.linspace)(values[0], values[-1], 300)
     line = PchipInterpolator(scale(values), root)(scale(places)) if len(values) > 2 else np.interp(places, values, root)
     axes.plot(places / unit.size, line**2, color=FITTED, label="profile")
@@ -192,7 +206,7 @@ def _profile(axes: Axes, curve: Curve, fit: Fit) -> None:
 def plot_correlations(fit: Fit) -> Figure:
     """Return a figure of the correlations of the parameters that the signals determine, a matrix with numbers."""
     names = [name_of(fit, each.path).replace("|", " | ") for each in fit.parameters]
-    rows = [number for number, each in enumerate(fit.parameters) if "not determined" not in each.note]
+    rows = determined(fit)
     values: Array = fit.correlations[np.ix_(rows, rows)]
     shown, letters = [names[row] for row in rows], 0.075 * max(len(names[row]) for row in rows)
     side = min(0.75, 6.0 / len(rows)) * len(rows)

@@ -12,12 +12,14 @@ from typing import NamedTuple
 import numpy as np
 
 from impactlab.fits.loss import IMPOSSIBLE, Loss, Point
+from impactlab.fits.seen import MIN_SINGULAR
 from impactlab.types import Array
 
 STEPS = 4.0  # from the solution to the end of an interval
 MAX_POINTS, MAX_ROUNDS = 40, 8  # on one side; to find where the limit is passed
 GROWTH, MAX_SHARE = 2.0, 1.0 / 6.0  # of one step over the one before; of a step over the distance of the bounds
 NEAR = 1.0e-3  # of the limit: an end of an interval is found as well as that
+AT_BOUND = 1.0e-3  # of the distance of the bounds
 BETTER = 0.02  # fall of the loss, over the variance, from which the solution was not the best
 
 
@@ -40,21 +42,29 @@ class Walk(NamedTuple):
     spread: float  # standard deviation of the residuals
     limit: float  # of the signed root of the rise
     is_seen: bool  # False: stops, open, where another unknown reaches a bound
+    slope: Array  # (n,): change of the other unknowns over that of this one, from the derivatives at the solution
 
     def root(self, point: Point) -> float:
         """Return the square root of the rise of the loss over the variance."""
         return math.sqrt(max(0.0, point.loss - self.base.loss)) / self.spread
 
     def held(self, points: list[Point], place: float) -> Point:
-        """Return the least loss with the unknown at a place, from the straight line through the last two points."""
-        last = points[-1]
-        start = last.x.copy()
-        if len(points) > 1:
-            before = points[-2]
-            moved = last.x[self.number] - before.x[self.number]
-            start += (last.x - before.x) * ((place - last.x[self.number]) / moved)
-        start[self.number] = place
-        return self.loss.least(np.clip(start, self.loss.low, self.loss.high), self.number)
+        """Return the least loss with the unknown at a place.
+
+        It starts from the better of two places: on the line through the last two points, and on the one along which the
+        loss does not change where the derivatives are right, so that no direction is missed that signals do not
+        determine.
+        """
+        last, before = points[-1].x, points[-2].x if len(points) > 1 else points[-1].x
+        moved = last[self.number] - before[self.number]
+        lines = [self.base.x + self.slope * (place - self.base.x[self.number])]
+        if moved:
+            lines.append(last + (last - before) * ((place - last[self.number]) / moved))
+        starts = []
+        for x in lines:
+            x[self.number] = place
+            starts.append(self.loss.at(np.clip(x, self.loss.low, self.loss.high)))
+        return self.loss.least(min(starts, key=lambda start: start.loss).x, self.number)
 
 
 def profile(
@@ -75,14 +85,22 @@ def profile(
     is_seen : bool
         False where the signals do not determine the unknown: bounds of others that it runs into are no information.
     """
-    walk = Walk(loss, number, loss.at(solution), spread, limit, is_seen)
+    walk = Walk(loss, number, loss.at(solution), spread, limit, is_seen, _slope(loss.jacobian(solution), number))
     sides = [_side(walk, sign, deviation) for sign in (-1.0, 1.0)]
     points = [*reversed(sides[0][0][1:]), *sides[1][0]]
     least = min(points, key=lambda point: point.loss)
     better = least.x if least.loss < walk.base.loss - BETTER * spread**2 else None
-    x = np.array([point.x[number] for point in points])
-    rise = np.array([(point.loss - walk.base.loss) / spread**2 for point in points])
+    x, kept = np.unique([point.x[number] for point in points], return_index=True)
+    rise = (np.array([point.loss for point in points])[kept] - walk.base.loss) / spread**2
     return Profile(x, rise, sides[0][1], sides[1][1], better)
+
+
+def _slope(jacobian: Array, number: int) -> Array:
+    """Return the changes of all unknowns, over that of one, with the least change of the residuals, (n,)."""
+    norms = np.linalg.norm(jacobian, axis=0).clip(1e-300)
+    others = np.delete(jacobian / norms, number, axis=1)
+    found = np.linalg.lstsq(others, -jacobian[:, number], rcond=MIN_SINGULAR)[0] / np.delete(norms, number)
+    return np.insert(found, number, 1.0)
 
 
 def _side(walk: Walk, sign: float, deviation: float) -> tuple[list[Point], float]:
@@ -96,14 +114,15 @@ def _side(walk: Walk, sign: float, deviation: float) -> tuple[list[Point], float
         place = float(points[-1].x[number]) + sign * step
         ends = sign * (place - bound) >= 0.0
         point = walk.held(points, bound if ends else place)
-        if point.loss > IMPOSSIBLE * max(walk.base.loss, walk.spread**2):
-            return points, sign * math.inf  # the case allows no more
+        stops = not walk.is_seen and _meets_a_bound(walk, point)
+        if point.loss > IMPOSSIBLE * max(walk.base.loss, walk.spread**2) or (stops and walk.root(point) > walk.limit):
+            break  # the case, or the bound of another unknown, allows no more
         grown = walk.root(point) - walk.root(points[-1])
         if walk.root(point) > walk.limit:
             passed = _passed(walk, points, point)
             return sorted([*points, *passed], key=lambda each: sign * each.x[number]), float(passed[-1].x[number])
         points.append(point)
-        if ends or (not walk.is_seen and _meets_a_bound(walk, point)):
+        if ends or stops:
             break
         step = min(step * min(max(walk.limit / STEPS / max(grown, 1e-12), 0.5), GROWTH), largest)
     return points, sign * math.inf
@@ -125,7 +144,9 @@ def _passed(walk: Walk, points: list[Point], outside: Point) -> list[Point]:
 
 
 def _meets_a_bound(walk: Walk, point: Point) -> bool:
-    loss = walk.loss
-    near = np.minimum(point.x - loss.low, loss.high - point.x) < 1e-6 * loss.widths
+    """Return whether another unknown is at a bound, or would be beyond it on the line of the derivatives."""
+    line = walk.base.x + walk.slope * (point.x[walk.number] - walk.base.x[walk.number])
+    x = np.stack([point.x, line])
+    near = np.min(np.minimum(x - walk.loss.low, walk.loss.high - x), axis=0) < AT_BOUND * walk.loss.widths
     near[walk.number] = False
     return bool(np.any(near))

@@ -107,6 +107,17 @@ def test_a_profile_is_one_sided_where_the_effect_vanishes():
     assert found.x[-1] == 40.0
 
 
+def test_a_fit_without_noise_has_narrow_intervals(cushioned, tmp_path):
+    signal = measured(cushioned, 0.0)
+    found = il.fit(cushioned.with_(MASS, 2.3), signal, {MASS: (1.0, 4.0)}, intervals="profile,bootstrap", resamples=40)
+    for lower, upper in found[MASS].intervals.values():
+        assert lower == pytest.approx(2.133, rel=1e-6)
+        assert upper == pytest.approx(2.133, rel=1e-6)
+    found.write(tmp_path)
+    with pytest.raises(il.CaseError, match="fewer than two"):
+        found.plot("correlations")
+
+
 def test_a_profile_finds_a_better_solution():
     loss = Loss(
         lambda x: np.array([(x[0] ** 2 - 1.0), 0.3 * (x[0] - 1.0)]),
@@ -159,8 +170,9 @@ def test_a_bootstrap_is_the_same_for_the_same_seed(cushioned):
 
 def test_products_that_one_force_determines(hard):
     bounds = {path: (value / 5.0, 5.0 * value) for path, value in zip(ALL, VALUES, strict=True)}
-    found = il.fit(hard.with_(MASS, 2.4), measured(hard), bounds)
-    assert all((found[path].lower, found[path].upper) == (0.0, math.inf) for path in ALL)
+    found = il.fit(hard.with_(MASS, 2.4), measured(hard), bounds, intervals="profile,bootstrap", resamples=40)
+    assert all(ends == (0.0, math.inf) for path in ALL for ends in found[path].intervals.values())
+    assert all(len(curve.values) > 4 and curve.rise.max() < 1.0 for curve in found.profiles)  # flat
     rows = np.array([[product.powers.get(path, 0) for path in ALL] for product in found.determined])
     # A^2 E rho v0^2, L^2 rho/E and rho A L/M span the same products
     expected = np.array([[0, 0, 2, 1, 1, 2], [0, 2, 0, -1, 1, 0], [-1, 1, 1, 0, 1, 0]])
