@@ -75,7 +75,8 @@ def _turning(body: Body) -> str:
     if body.rotation is None:
         return ""
     moves = {"axial": "", "chord": ", moving in the plane of rotation", "flap": ", moving across the plane of rotation"}
-    radius = "" if body.elastic or not body.softening else f", {si(abs(body.rotation.axis_at), 'm')} from the axis"
+    along = body.elastic is None and body.rotation.plane == "axial"
+    radius = f", {si(abs(body.rotation.axis_at), 'm')} from the axis" if along else ""
     return f"; turns at {body.rotation.rate:.4g}\N{NO-BREAK SPACE}rad/s{radius}{moves[body.rotation.plane]}"
 
 

@@ -182,10 +182,8 @@ def energy(history: AbstractHistory) -> dict[str, Any]:
 
 def rotation(scene: Scene) -> dict[str, Any]:
     """Return the steady state of each body that turns, and whether its momentum is not checked for that; else empty."""
-    return {
-        name: {**facts, "momentum_unchecked": scene.bodies[name].softening > 0.0}
-        for name, facts in steady_facts(scene).items()
-    }
+    free = {name: not body.is_held and body.softening > 0.0 for name, body in scene.bodies.items()}
+    return {name: {**facts, "momentum_unchecked": free[name]} for name, facts in steady_facts(scene).items()}
 
 
 def extremes(history: AbstractHistory, channel: str) -> dict[str, float]:

@@ -110,7 +110,7 @@ def steady_facts(scene: Scene) -> dict[str, dict[str, Any]]:
         if (state := body.steady) is not None:
             tip = max(map(abs, state.radii))
             facts[name] |= {"tip_radius": tip, "stretch": state.stretch, "root_stress": state.root_stress}
-        elif body.softening:
+        elif body.rotation.plane == "axial":
             facts[name] |= {"radius": abs(body.rotation.axis_at)}
     return facts
 

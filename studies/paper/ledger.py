@@ -10,6 +10,7 @@ from studies.paper import (
     claims_dispersive,  # noqa: F401 - registers its rows
     claims_method,  # noqa: F401
     claims_results,  # noqa: F401
+    claims_rotation,  # noqa: F401
     claims_theory,  # noqa: F401
     claims_waves,  # noqa: F401
 )

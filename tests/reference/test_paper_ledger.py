@@ -181,3 +181,12 @@ def test_every_figure_is_there_with_its_caption() -> None:
         assert f"figure_{number:02d}.svg" in page
         for ending in ("svg", "png"):
             assert (PAPER / "figures" / f"figure_{number:02d}.{ending}").stat().st_size > 5000
+
+
+def test_rotation_disperses_by_half_the_square_of_its_reach(found: Any) -> None:
+    # (Omega/(c k))^2/2 of the longest wave of the paper's rod, k = pi/2L, at 100 rad/s; and mass matrices bound by 1.
+    reach = 100.0 * 0.3 / math.sqrt(2.1e11 / 7900.0) / (0.5 * math.pi)
+    assert found["rotation_alone_disperses"].values["turned"] == pytest.approx(0.5 * reach**2, rel=1e-4)
+    assert found["elements_show_less"].values["consistent_10"] < 0.95
+    assert found["elements_show_less"].values["lumped_10"] > 1.05
+    assert found["similar_enough"].values["first_turned"] == pytest.approx(0.953207, abs=1e-6)
