@@ -164,7 +164,7 @@ def _loss(problem: Problem, solution: Solution, chosen: Options) -> Loss:
 
 def _profiles(problem: Problem, loss: Loss, solution: Solution) -> dict[int, Profile]:
     found = {}
-    for number in range(len(problem.parameters)):
+    for number in range(problem.size):
         is_free = bool(solution.seen.is_free[number])
         known = math.sqrt(float(solution.seen.known[number, number]))
         deviation = known if known > 0.0 else math.inf

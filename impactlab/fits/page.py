@@ -8,6 +8,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+
 from impactlab.fits.plots import (
     MIN_CORRELATED,
     determined,
@@ -18,8 +20,9 @@ from impactlab.fits.plots import (
     plot_signals,
     unit_of,
 )
-from impactlab.fits.result import JACOBIAN, KINDS, SAID, WIDENED, Fit, Fitted, case_files, in_words
+from impactlab.fits.result import JACOBIAN, KINDS, SAID, WIDENED, Fit, Fitted, Shown, case_files, in_words
 from impactlab.fits.seen import Product
+from impactlab.history.units import UNITS
 from impactlab.report import facts
 from impactlab.report.figure_files import inline, save, with_classes
 from impactlab.report.page import rendered
@@ -30,6 +33,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 PAGE = "fit.html"
+MEDIAN_TO_DEVIATION = 1.4826  # of normal noise: standard deviation over median of the size
 POWERS = "⁰¹²³⁴⁵⁶⁷⁸⁹"
 NOISE = {
     "white": "white noise",
@@ -95,7 +99,7 @@ def write_page(folder: Path, fit: Fit, command: str = "") -> None:
         sketch=sketch(scene),
         facts=[*_facts(fit), *facts.scene_facts(scene)],
         findings=[_raised(text[:1].upper() + text[1:]) + "." for text in fit.undetermined],
-        warnings=[text.removeprefix("warning: ") for text in fit.warnings],
+        warnings=[text.partition(": ")[2] for text in fit.warnings],
         headings=[f"95 %, {SAID[kind]}" for kind in kinds],
         rows=[_row(each, name_of(fit, each.path), kinds) for each in fit.parameters],
         products=[_product(each, kinds) for each in fit.determined],
@@ -146,12 +150,10 @@ def _raised(text: str) -> str:
 
 def _facts(fit: Fit) -> list[tuple[str, str]]:
     """Return signals, noise and bootstrap as names and words."""
-    several = [("experiments", f"{len(fit.cases)}, of which the first is described here")] * (len(fit.cases) > 1)
-    found = several + [("signal", f"{each.channel}, {len(each.times):,} samples") for each in fit.signals]
-    size = f"{100.0 * fit.noise:.3g} % of the signal's"
-    if fit.assumed["noise"] == "std":
-        size = f"{fit.noise:.3g} of that given"
-    words = f"standard deviation {size}; neighbours correlate by {fit.autocorrelation:.2f}"
+    found = [("experiments", f"{len(fit.cases)}, of which the first is described here")] * (len(fit.cases) > 1)
+    found += [("signal", _signal(each)) for each in fit.signals]
+    size = f"; {fit.noise:.3g} of the standard deviation that was given" if fit.assumed["noise"] == "std" else ""
+    words = f"neighbours correlate by {fit.autocorrelation:.2f}{size}"
     found.append(("residuals", words.replace("-", "\N{MINUS SIGN}")))
     found.append(("assumed", f"{NOISE[fit.assumed['noise']]}, {LOSS[fit.assumed['loss']]}"))
     if fit.bootstrap:
@@ -159,3 +161,12 @@ def _facts(fit: Fit) -> list[tuple[str, str]]:
         each = " and ".join(f"{block} sample{'s' * (block > 1)}" for block in blocks)
         found.append(("bootstrap", f"{count} resamples in blocks of {each}, seed {seed}"))
     return found
+
+
+def _signal(shown: Shown) -> str:
+    """Return a signal in words, with the size of its residuals (half of them are smaller than 0.67 of it)."""
+    off = shown.fitted - shown.measured
+    size = MEDIAN_TO_DEVIATION * float(np.median(np.abs(off - np.median(off))))
+    unit = unit_of(UNITS.get(shown.channel.partition(":")[0], "1"), size)
+    name = shown.channel.replace("|", " | ")
+    return f"{name}: {len(off):,} samples, noise {size / unit.size:.3g}\N{NO-BREAK SPACE}{unit.label}".rstrip()

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 MEASURED, FITTED = MUTED, PALETTE[0]
 NOISE = 2.0  # standard deviations that a band of residuals shows
 BETWEEN = 0.18  # inches, a signal and its residuals
-DECADE = 10.0  # of values, from which their axis is logarithmic
+DECADE, MANY_DECADES = 10.0, 100.0  # of values: their axis is logarithmic, and shows decades alone
 MIN_CORRELATED = 2  # numbers
 MAX_DOTS = 3000  # of a signal that are drawn one by one; more of them as a picture
 MAX_LAGS = 40
@@ -94,7 +94,8 @@ def plot_signals(fit: Fit) -> Figure:
         times = np.linspace(shown.times[0], shown.times[-1], len(residuals)) / clock.size
         is_long = len(residuals) > MAX_DOTS
         lower.axhspan(-NOISE, NOISE, color=GRID, linewidth=0.0)
-        lower.plot(times, residuals / (fit.noise or 1.0), ".", color=FITTED, markersize=3.0, rasterized=is_long)
+        kept = np.where(residuals == 0.0, np.nan, residuals) / (fit.noise or 1.0)  # without those left out
+        lower.plot(times, kept, ".", color=FITTED, markersize=3.0, rasterized=is_long)
         lower.axhline(0.0, color=INK, linewidth=0.7)
         lower.set_ylabel("residual / noise")
         lower.set_xlim(upper.get_xlim())
@@ -167,6 +168,8 @@ def plot_profiles(fit: Fit) -> Figure:
 
 
 def _profile(axes: Axes, curve: Curve, fit: Fit) -> None:
+    from matplotlib.ticker import LogLocator
+
     parameter = fit[curve.path]
     unit, top = unit_of(curve.unit, parameter.value), HEADROOM * curve.limit
     scale = np.log if curve.is_logarithmic else np.asarray
@@ -195,6 +198,8 @@ def _profile(axes: Axes, curve: Curve, fit: Fit) -> None:
     if is_wide:
         axes.set_xscale("log")
         log_axis(axes.xaxis)
+        if values[-1] < MANY_DECADES * values[0]:
+            axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     else:
         axes.locator_params(axis="x", nbins=5)
     axes.set_xlim(*(np.exp(ends) if curve.is_logarithmic else ends))
