@@ -130,7 +130,7 @@ def _signal(axes: Axes, shown: Shown, clock: Unit, *, has_legend: bool) -> None:
 
 
 def _panels(count: int, height: float, margins: Margins) -> tuple[Figure, list[Axes]]:
-    columns = min(count, across(3))
+    columns = min(count, across(2 if count == 4 else 3))
     figure, rows = grid(-(-count // columns), columns, height, margins)
     flat = [axes for row in rows for axes in row]
     for axes in flat[count:]:
@@ -171,11 +171,12 @@ def _profile(axes: Axes, curve: Curve, fit: Fit) -> None:
     from matplotlib.ticker import LogLocator
 
     parameter = fit[curve.path]
-    unit, top = unit_of(curve.unit, parameter.value), HEADROOM * curve.limit
+    top = HEADROOM * curve.limit
     scale = np.log if curve.is_logarithmic else np.asarray
     kept = np.unique(scale(curve.values), return_index=True)[1]
     values, rise = curve.values[kept], np.maximum(curve.rise[kept], 0.0)
     values, root = values[rise <= 4.0 * top], np.sqrt(rise[rise <= 4.0 * top])
+    unit = unit_of(curve.unit, parameter.value if curve.is_logarithmic else float(np.max(np.abs(values))))
     root[: int(np.argmin(np.abs(values - parameter.value)))] *= -1.0
     is_wide = curve.is_logarithmic and values[-1] > DECADE * values[0]
     places = (np.geomspace if is_wide else np.linspace)(values[0], values[-1], 300)
