@@ -316,3 +316,13 @@ def test_the_python_of_the_page_runs(monkeypatch):
     names: dict[str, Any] = {}
     exec(code, names)
     assert names["row"].logarithmic == pytest.approx(1.328847400921, rel=1e-9)
+
+
+def test_a_delay_of_the_whole_impact_brings_no_edge():
+    """A gap that is closed later moves all events alike: only the end of the run cuts the sequence of contacts."""
+    case = il.Case.from_dict(struck(duration=3.5)).with_(GAP, 0.05)
+    row = il.sensitivities(case, [GAP], ["first_opening"]).rows[0]
+    last = il.run(case).contacts[-1].end
+    assert last is not None
+    assert row.upper == pytest.approx(0.05 + (3.5 - last), rel=1e-6)
+    assert row.lower == -math.inf

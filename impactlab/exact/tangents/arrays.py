@@ -61,6 +61,7 @@ class TangentArrays(NamedTuple):
     bend: Array  # (events, 3): first and second derivative in time of what crossed zero, and 1 (`CROSSED`); or the
     # force after the front that parts the faces, 0 and 2 (`BY_FRONT`); or zeros, of faces that touch at once
     pull: Array  # (events, P): of that force
+    steeper: Array  # (events, P): of the rate at which it crosses zero, at the event
     apart: Array  # (P,): largest jump of a wave times the speed at which it parts from another front, over its scale
     rows: Array  # (P, rows, ROOM): of the piece that is being made
     waves: Array  # (ends of a junction, ROOM)
@@ -88,7 +89,7 @@ def tangent_arrays(log: Log, rates: Rates) -> TangentArrays:
         np.zeros((pieces, 2, parameters)), np.zeros(pieces, np.int64), np.zeros(pieces, np.int64),
         np.zeros(2, np.int64), np.empty(parameters * len(log.pool)),
         np.zeros((len(log.events), parameters)), np.zeros((len(log.events), 3)),
-        np.zeros((len(log.events), parameters)), np.zeros(parameters),
+        np.zeros((len(log.events), parameters)), np.zeros((len(log.events), parameters)), np.zeros(parameters),
         np.zeros((parameters, rows, ROOM)), np.zeros((max(1, ends), ROOM)), np.zeros((nodes, ROOM)),
         np.zeros((max(1, ends), 2, ROOM)),
         np.zeros(max(1, ends), np.int64), np.zeros(max(1, ends)),

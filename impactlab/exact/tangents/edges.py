@@ -1,8 +1,9 @@
 """How far a parameter is from a change of the sequence of contacts, from the tangents of one run.
 
 A contact that nearly opens or closes has a least force or gap f > 0, which reaches zero after a change -f/(df/dp). One
-that closes at the rate g' < 0 with g'' > 0 would have had the least gap -g'^2/(2 g''): it stays open from the change
-|g'|/(2 g'' dt/dp) on.
+that closes at the rate g' < 0 with g'' > 0 would have had the least gap -g'^2/(2 g''), whose derivative is
+-(g'/g'') dg'/dp, with the rate at the event: it stays open from the change -g'/(2 dg'/dp) on. A parameter that only
+delays the event leaves its rate, and no edge comes.
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ from impactlab.exact.tangents.arrays import BY_FRONT, CROSSED, GAP
 from impactlab.exact.tangents.run import Solved
 from impactlab.types import Array
 
+SAME_RATE = 1.0e-9  # of g'' dt/dp: a smaller derivative of the rate is rounding
+FAR = 1.0e8  # of the size of a parameter: an edge beyond is one of rounding
 NOTHING = 1.0e-11  # of the largest force or gap: smaller values are rounding, or those of an event
 
 
@@ -45,7 +48,8 @@ def edges(solved: Solved, parameter: int) -> list[Edge]:
     found = [*_events(solved, parameter)]
     for contact in range(len(solved.log.contacts)):
         found += _misses(solved, parameter, contact)
-    return sorted((edge for edge in found if np.isfinite(edge.distance)), key=lambda edge: abs(edge.distance))
+    reach = FAR * float(solved.tangents.scale[parameter])
+    return sorted((edge for edge in found if abs(edge.distance) < reach), key=lambda edge: abs(edge.distance))
 
 
 def _change(f: float, tangent: float) -> float:
@@ -61,7 +65,9 @@ def _events(solved: Solved, parameter: int) -> Iterator[Edge]:
         time, contact, later = float(event["time"]), int(event["contact"]), float(tangents.dated[number, parameter])
         kind = "closing" if event["kind"] == CLOSE else "opening"
         if how == CROSSED and bend > 0.0:
-            yield Edge(_change(-rate * rate / (2.0 * bend), -rate * later), contact, time, f"{kind} vanishes")
+            steeper = float(tangents.steeper[number, parameter])
+            if abs(steeper) > SAME_RATE * abs(bend * later):
+                yield Edge(_change(0.5 * rate, steeper), contact, time, f"{kind} vanishes")
         if how == BY_FRONT:
             yield Edge(_change(rate, float(tangents.pull[number, parameter])), contact, time, f"{kind} vanishes")
         if time > 0.0:

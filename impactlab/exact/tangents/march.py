@@ -89,6 +89,7 @@ def of_crossing(m: MarchArrays, d: TangentArrays, j: int, n: int, half: float, u
                 tangent[k] = rows[nodes + b, k] - rows[nodes + a, k]
             tangent[0] += d.of_contacts[q, state.contact, GAP]
         until[q] = d.clock[j, q] - at_end(tangent, ROOM) / rate
+        d.steeper[state.events, q] = slope_at_end(tangent, ROOM) / half + bend[1] * (until[q] - d.clock[j, q])
 
 
 @EXACT_PART
