@@ -22,6 +22,7 @@ from impactlab.types import Array
 
 STEP = 1.0e-6  # of a scaled unknown of the case: differences of runs
 SETTING_STEP = 1.0e-3  # of gain, offset and shift: a shift moves a sample over a front
+MIN_EFFECT = 1.0e-6  # of a signal: a logarithm that changes it by less does not move it; differences have this rounding
 MIN_NOISE = 0.01  # of the noise of the noisiest signal: a signal is not taken for cleaner
 WORSE = 1.0e3  # residual of a run that is not possible: the step before it is shortened
 
@@ -159,10 +160,11 @@ class Problem:
         """Raise `CaseError` for a signal that no parameter moves."""
         start = self.start()
         jacobian, at = self.jacobian(start), 0
-        for each in self.measured:
+        for number, (each, mean) in enumerate(zip(self.measured, self.means(start) or [], strict=True)):
             rows = jacobian[at : at + each.kept, : len(self.parameters)]
             at += each.kept
-            if not np.any(rows):
+            shown = self.filtered(number, mean.over(each.edges, self.setting(start, number)[2]))
+            if np.max(np.abs(rows)) <= MIN_EFFECT * np.max(np.abs(shown)):
                 raise CaseError(
                     f"no parameter moves the signal {each.label}",
                     remedy="Leave it out, measure longer, or fit a number on which it depends.",

@@ -122,15 +122,18 @@ def _unknown(heading: str, headings: Sequence[str]) -> CaseError:
 
 
 class _Csv:
+    """Columns of a CSV file, headed by name and unit; the first one is the time."""
+
     def __init__(self, path: Path) -> None:
         try:
             with path.open(newline="", encoding="utf-8-sig") as stream:
-                rows = [row for row in csv.reader(stream) if row]
+                reader = csv.reader(stream)
+                rows = [(reader.line_num, row) for row in reader if row]
         except (OSError, ValueError, csv.Error) as error:
             raise CaseError(f"the signals cannot be read: {error}", remedy="Give a CSV or NetCDF file.") from None
         if not rows:
             raise CaseError("the file is empty", remedy="Give a line of headings, and a line for each time.")
-        header, *self.rows = rows
+        (_, header), *self._rows = rows
         named = [heading.strip() for heading in header]
         self._named, self.headings = named, named[1:]
         if ";" in named[0] or not named[0].lower().startswith("time"):
@@ -138,6 +141,9 @@ class _Csv:
             if ";" in named[0]:
                 text = "the columns are divided by semicolons"
             raise CaseError(text, line=1, remedy="Write time [us], force [kN] or so, with commas between columns.")
+        twice = next((name for name in named if named.count(name) > 1), None)
+        if twice is not None:
+            raise CaseError(f"two columns are headed {shown(twice)}", line=1, remedy="Give each its own name.")
         self.times = self.read(named[0], "s")
 
     def read(self, heading: str, unit: str) -> Array:
@@ -150,7 +156,7 @@ class _Csv:
         factor = factor_of(named["unit"].strip(), unit)
         number, count = self._named.index(heading), len(self._named)
         found = []
-        for line, row in enumerate(self.rows, start=2):
+        for line, row in self._rows:
             try:
                 if len(row) != count:
                     raise ValueError

@@ -236,6 +236,8 @@ GOOD = "time [us],force [kN]\n" + "".join(f"{k},{k % 7}\n" for k in range(1, 40)
         (GOOD.replace("\n9,", "\n,"), {}, "is no number"),
         (GOOD.replace("\n9,", "\nnan,"), {}, "not a finite number"),
         (GOOD.replace("\n9,", "\n7,"), {}, "is not later"),
+        (GOOD.replace("force [kN]", "force [kN],force [kN]"), {}, "two columns are headed"),
+        (GOOD.replace("\n9,2", "\n\n9,two"), {}, "data.csv:11:"),
         ("", {}, "the file is empty"),
         (GOOD[: GOOD.index("\n5,")], FREE, "4 samples for 4 unknowns"),
         (GOOD, {"--signal": f"froce [kN]={FORCE}"}, "no column is headed"),
