@@ -11,6 +11,9 @@ from impactlab.types import Array
 
 HALVINGS = 8  # of the distance between two different sequences
 
+Closings = Sequence[tuple[str, ...]]
+"""The contacts that close in each experiment, in order."""
+
 
 class Change(NamedTuple):
     """A place between the solution and the end of an interval where the sequence of contacts changes."""
@@ -19,15 +22,17 @@ class Change(NamedTuple):
     share: float  # of the way to the end
 
 
-def change(closings: Callable[[Array], Sequence[tuple[str, ...]] | None], solution: Array, end: Array) -> Change | None:
+def change(closings: Callable[[Array], Closings | None], here: Closings, solution: Array, end: Array) -> Change | None:
     """Return where the sequence of contacts changes on the way from a solution to an end, None if it is the same.
 
     Parameters
     ----------
     closings : callable
-        From scaled unknowns to the contacts that close, in order; None where there is no such run.
+        From scaled unknowns to the contacts that close; None where there is no such run.
+    here : sequence
+        Those at the solution.
     """
-    here, there = closings(solution), closings(end)
+    there = closings(end)
     if there is None or here == there:
         return None
     same, other = 0.0, 1.0

@@ -11,7 +11,7 @@ from scipy.stats import chi2
 from scipy.stats import t as student
 
 from impactlab.fits.bootstrap import Bootstrap, bootstrap
-from impactlab.fits.edges import change
+from impactlab.fits.edges import Closings, change
 from impactlab.fits.loss import Loss
 from impactlab.fits.problem import Problem
 from impactlab.fits.profiles import Profile, profile
@@ -179,6 +179,7 @@ def _rows(
     """Return the rows of the result, and warnings about single parameters."""
     rows, warnings = [], []
     names = short_names([each.path for each in problem.unknowns])
+    here = problem.closings(solution.x)
     for number, each in enumerate(problem.unknowns):
         x, is_free = float(solution.x[number]), bool(solution.seen.is_free[number])
         half = math.inf if is_free else solution.reach * math.sqrt(float(solution.seen.known[number, number]))
@@ -196,7 +197,9 @@ def _rows(
             warnings.append(
                 f"warning: {each.path} ended at its bound {value:.6g} {each.unit}; its interval does not hold"
             )
-        place = _edge(problem, solution, number) if number < len(problem.parameters) and not is_free else None
+        place = None
+        if here is not None and number < len(problem.parameters) and not is_free:
+            place = _edge(problem, solution, here, number)
         if place is not None:
             notes.append("near an edge")
             warnings.append(
@@ -214,14 +217,14 @@ def _is_at_bound(each: Unknown, value: float) -> bool:
     return min(value - each.low, each.high - value) <= AT_BOUND * width
 
 
-def _edge(problem: Problem, solution: Solution, number: int) -> float | None:
+def _edge(problem: Problem, solution: Solution, here: Closings, number: int) -> float | None:
     """Return the value of a scaled unknown nearest to the solution at which the sequence of contacts changes."""
     low, high = problem.bounds()
     column = solution.seen.known[:, number]
     way = column / math.sqrt(float(column[number])) * solution.reach * solution.widened  # the others follow
     found = []
     for sign in (-1.0, 1.0):
-        changed = change(problem.closings, solution.x, np.clip(solution.x + sign * way, low, high))
+        changed = change(problem.closings, here, solution.x, np.clip(solution.x + sign * way, low, high))
         if changed is not None:
             found.append((changed.share, float(changed.x[number])))
     return min(found)[1] if found else None
