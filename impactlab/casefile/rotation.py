@@ -12,7 +12,7 @@ from impactlab.casefile.words import shown
 from impactlab.errors import CaseError
 from impactlab.scene.bodies import Rotation
 
-_RATE = Allowed("rad/s", number=True)
+_RATE = Allowed("rad/s", number=True, nothing=True)
 
 
 def _read_rate(value: Any) -> Any:
@@ -24,7 +24,9 @@ def _read_rate(value: Any) -> Any:
 class RotationBlock(Block):
     """A steady rotation about a fixed axis; all quantities of the body count from its steady state."""
 
-    rate: Annotated[float, Reader(_read_rate, _RATE.json_schema())] = Field(description="angular velocity [rad/s]")
+    rate: Annotated[float | None, Reader(_read_rate, _RATE.json_schema())] = Field(
+        default=None, description="angular velocity [rad/s]; a mass without it takes that of the body that it meets"
+    )
     axis_at: Place | None = Field(
         default=None,
         description="place of the axis in the body's own x [m]; a mass without it takes its distance from the face "
@@ -44,6 +46,12 @@ def rotation_of(block: RotationBlock | None, kind: str, path: str) -> Rotation |
     if block is None:
         return None
     path = f"{path}.rotation"
+    if block.rate is None:
+        raise CaseError(
+            "this key is missing",
+            remedy="Give the rate in rad/s, or as a text such as '600 rpm'.",
+            path=f"{path}.rate",
+        )
     if block.axis_at is None:
         raise CaseError(
             "this key is missing",

@@ -41,8 +41,9 @@ def turning(case: CaseBlock, bodies: Mapping[str, Body], contacts: tuple[Contact
         return bodies
     for name in blocks:
         _check_steady(bodies[name], case.bodies[name])
-    _check_rates(bodies, contacts, {name: block.rate for name, block in blocks.items()})
-    found = _with_masses(bodies, contacts, blocks)
+    rates = _rates(bodies, contacts, blocks)
+    _check_rates(bodies, contacts, rates)
+    found = _with_masses(bodies, contacts, blocks, rates)
     for number, contact in enumerate(contacts):
         _check_contact(found, contact, number)
     for name, body in found.items():
@@ -85,6 +86,32 @@ def _check_steady(body: Body, block: object) -> None:
         meshes.BeamMesh(elastic, ELEMENTS, "consistent", 0.0)  # raises where the stiffness is not positive
 
 
+def _rates(
+    bodies: Mapping[str, Body], contacts: tuple[Contact, ...], blocks: Mapping[str, RotationBlock]
+) -> dict[str, float]:
+    """Return the rates [rad/s] of the bodies with a rotation; a mass without one takes that of a body that it meets."""
+    rates = {name: block.rate for name, block in blocks.items() if block.rate is not None}
+    waiting = [name for name in blocks if name not in rates]
+    pairs = [(contact.left.body, contact.right.body) for contact in contacts]
+    pairs = [pair for pair in pairs if all(bodies[name].moves for name in pair)]
+    while waiting:
+        met = {
+            own: rates.get(other, 0.0)
+            for pair in pairs
+            for own, other in (pair, pair[::-1])
+            if own in waiting and other not in waiting
+        }
+        if not met:
+            raise CaseError(
+                f"this key is missing: '{waiting[0]}' meets no body whose rate is known",
+                remedy="Give the rate in rad/s, or as a text such as '600 rpm'.",
+                path=f"bodies.{waiting[0]}.rotation.rate",
+            )
+        rates |= met
+        waiting = [name for name in waiting if name not in rates]
+    return rates
+
+
 def _check_rates(bodies: Mapping[str, Body], contacts: tuple[Contact, ...], rates: Mapping[str, float]) -> None:
     """Raise `CaseError` where two bodies that meet turn at different rates [rad/s]; walls turn with the frame."""
     for number, contact in enumerate(contacts):
@@ -100,43 +127,40 @@ def _check_rates(bodies: Mapping[str, Body], contacts: tuple[Contact, ...], rate
 
 
 def _with_masses(
-    bodies: Mapping[str, Body], contacts: tuple[Contact, ...], blocks: Mapping[str, RotationBlock]
+    bodies: Mapping[str, Body],
+    contacts: tuple[Contact, ...],
+    blocks: Mapping[str, RotationBlock],
+    rates: Mapping[str, float],
 ) -> dict[str, Body]:
-    """Return the bodies with the rotations of masses, found from face to face."""
+    """Return the bodies with the rotations of masses: first those that state their place, then from face to face."""
     found = dict(bodies)
-    waiting = {name: block for name, block in blocks.items() if isinstance(bodies[name], Mass) and block.rate}
+    waiting = {name: block for name, block in blocks.items() if isinstance(bodies[name], Mass) and rates[name]}
     while waiting:
-        known = {name: _met(name, block, found, contacts) for name, block in waiting.items()}
-        for name, block in list(waiting.items()):
-            # Where no mass meets a body that is known by now, those that state their place are next.
-            rotation = known[name] or (None if any(known.values()) else _alone(name, block))
-            if rotation is not None:
-                found[name] = dataclasses.replace(found[name], rotation=rotation)
-                del waiting[name]
+        placed = [name for name in waiting if _met(name, found, contacts) is not None]
+        stated = [name for name, block in waiting.items() if block.axis_at is not None or block.plane == "flap"]
+        name = next(iter([*placed, *stated]), "")
+        if not name:
+            name = next(iter(waiting))
+            raise CaseError(
+                f"this key is missing: '{name}' meets no body whose distance from the axis is known",
+                remedy="Give the place of the axis in its own x [m]: -0.3 for a mass 0.3 m from it towards +x.",
+                path=f"bodies.{name}.rotation.axis_at",
+            )
+        block = waiting.pop(name)
+        met = _met(name, found, contacts) or (0.0, "axial")
+        axis, plane = met[0] if block.axis_at is None else block.axis_at, block.plane or met[1]
+        rotation = Rotation(rates[name], axis, plane)  # type: ignore[arg-type] # one of three words
+        found[name] = dataclasses.replace(found[name], rotation=rotation)
     return found
 
 
-def _alone(name: str, block: RotationBlock) -> Rotation:
-    """Return the rotation of a mass that meets no face of known place."""
-    if block.axis_at is None and block.plane != "flap":
-        raise CaseError(
-            f"this key is missing: '{name}' meets no body whose distance from the axis is known",
-            remedy="Give the place of the axis in its own x [m]: -0.3 for a mass that lies 0.3 m from it towards +x.",
-            path=f"bodies.{name}.rotation.axis_at",
-        )
-    return Rotation(block.rate, block.axis_at or 0.0, block.plane or "axial")  # type: ignore[arg-type]
-
-
-def _met(name: str, block: RotationBlock, bodies: Mapping[str, Body], contacts: tuple[Contact, ...]) -> Rotation | None:
-    """Return the rotation of a mass by the first face that it meets whose place is known; None without one."""
+def _met(name: str, bodies: Mapping[str, Body], contacts: tuple[Contact, ...]) -> tuple[float, str] | None:
+    """Return ``axis_at`` [m] and the plane of a mass by the first face that it meets whose place is known."""
     for contact in contacts:
         for own, other, sign in ((contact.left, contact.right, -1.0), (contact.right, contact.left, 1.0)):
             rotation = bodies[other.body].rotation
-            if own.body != name or rotation is None:
-                continue
-            plane = block.plane or rotation.plane
-            axis = -(bodies[other.body].steady_place(other.x) + sign * contact.gap)
-            return Rotation(block.rate, axis if block.axis_at is None else block.axis_at, plane)  # type: ignore[arg-type]
+            if own.body == name and rotation is not None:
+                return -(bodies[other.body].steady_place(other.x) + sign * contact.gap), rotation.plane
     return None
 
 

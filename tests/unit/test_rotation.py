@@ -98,6 +98,25 @@ def test_a_mass_takes_its_distance_from_the_face_that_it_meets() -> None:
     assert flap.bodies["sphere"].softening == 0.0
 
 
+def test_a_mass_turns_with_the_body_that_it_meets() -> None:
+    given, left_out = case(ROD).scene(), case(ROD, ("-1.0, rotation: {rate: 100.0}", "-1.0, rotation: {}")).scene()
+    assert left_out.bodies["hammer"] == given.bodies["hammer"]
+    chain = ("stop: {kind: wall}", "stop: {kind: mass, mass: 1.0, rotation: {}}")
+    bodies = case(ROD, ("-1.0, rotation: {rate: 100.0}", "-1.0, rotation: {}"), chain).scene().bodies
+    assert bodies["stop"].rotation.rate == 100.0
+
+
+def test_masses_that_state_their_place_come_first() -> None:
+    """A stack of two masses without rod: the second takes its distance from the first."""
+    stated = "stop: {kind: wall}\n  first: {kind: mass, mass: 1.0, rotation: {rate: 5.0, axis_at: -0.2}}"
+    text = ROD.replace("stop: {kind: wall}", stated + "\n  second: {kind: mass, mass: 1.0, rotation: {}}")
+    text = text.replace(
+        "solve:", "  - {between: [first, second], gap: 0.1, law: {kind: penalty, stiffness: 1.0e9}}\nsolve:"
+    )
+    bodies = case(text).scene().bodies
+    assert bodies["second"].rotation == Rotation(5.0, pytest.approx(-0.3))
+
+
 def test_distances_go_from_mass_to_mass() -> None:
     text = ROD.replace("stop: {kind: wall}", "stop: {kind: mass, mass: 1.0, rotation: {rate: 100.0}}")
     bodies = case(text).scene().bodies
@@ -235,6 +254,10 @@ OTHER = "stop: {kind: wall}\n  other: {kind: mass, mass: 1.0, rotation: {rate: 5
          ["nothing holds it along its axis", "Only masses may be free", "clamped or on a spring"]),
         (ROD, [("ends: {left: clamped}", "ends: {left: {mass: 2.0}}")], "bodies.rod.ends", ["nothing holds it"]),
         (ROD, [("ends: {left: clamped}", "ends: {left: infinite}")], "bodies.rod.ends", ["has an infinite end"]),
+        (ROD, [("rate: 100.0, axis_at: 0.0", "axis_at: 0.0")], "bodies.rod.rotation.rate",
+         ["this key is missing", "'600 rpm'"]),
+        (ROD, [("[hammer, stop]", "[other, stop]"), ("stop: {kind: wall}", OTHER.replace("rate: 5.0", ""))],
+         "bodies.other.rotation.rate", ["'other' meets no body whose rate is known"]),
         (ROD, [(", axis_at: 0.0}", "}")], "bodies.rod.rotation.axis_at", ["this key is missing", "0 at its left end"]),
         (ROD, [("solve:", "gravity: 9.81\nsolve:")], "gravity",
          ["gravity acts along the motion of 'rod'", "plane of rotation"]),
