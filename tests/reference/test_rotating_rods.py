@@ -19,6 +19,8 @@ from typing import Any
 import mpmath as mp
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from impactlab.bases.analytic import AnalyticBasis
@@ -36,7 +38,7 @@ from impactlab.integrators.newmark import Newmark
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.mesh.bars import Mesh
 from impactlab.models.modal import Modal
-from impactlab.scene.bodies import End, Mass, Rod, Rotation, Segment
+from impactlab.scene.bodies import End, Mass, Rayleigh, Rod, Rotation, Segment
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import run
 from impactlab.testing.scenes import in_a_row, simulation
@@ -265,3 +267,58 @@ def test_results_scale_with_units() -> None:
     t = np.linspace(0.0, one.duration, 51)
     moved = one.evaluate(t, "position:hammer")
     assert_allclose(other.evaluate(1e3 * t, "position:hammer"), 1e3 * moved, atol=1e-8 * np.abs(moved).max() * 1e3)
+
+
+# --- damping and condensed faces
+
+
+def coasting(model: Any, integrator: Any, rate: float, **given: Any) -> AbstractHistory:
+    """A rod of viscous steel that swings freely while it turns, let go stretched."""
+    piece = replace(STEEL, viscosity=given.pop("viscosity", 0.0))
+    rod = Rod(
+        "rod", (piece,), CLAMPED, FREE, displacement=lambda x: 1e-5 * x / L, rotation=Rotation(rate) if rate else None,
+        **given,
+    )  # fmt: skip
+    made = simulation("coasting", {"rod": rod}, (), 4.0 * T, integrator, StepRule(dt=T / 2000.0), model=model)
+    return run(*made)
+
+
+@pytest.mark.parametrize(
+    "damping", [{"viscosity": 4e5}, {"damping": Rayleigh(800.0, 2e-6)}], ids=["viscous", "rayleigh"]
+)
+def test_damping_of_meshes_and_modes_is_the_same_in_the_turning_frame(damping: dict[str, Any]) -> None:
+    """At a rate near the limit, where the stiffness of the turning frame and the elastic one are far apart."""
+    mesh = coasting(FiniteElement(60), Newmark(), 20_000.0, **dict(damping))
+    modes = coasting(Modal(elements=60), Newmark(), 20_000.0, **dict(damping))
+    analytic = coasting(Modal(modes=40), Newmark(), 20_000.0, **dict(damping))
+    for other, within in ((modes, 1e-6), (analytic, 2e-3)):
+        assert other.energy.bodies["rod"][-1] == pytest.approx(mesh.energy.bodies["rod"][-1], rel=within)
+    still = coasting(FiniteElement(60), Newmark(), 0.0, **dict(damping))
+    shares = [h.energy.bodies["rod"][-1] / h.energy.bodies["rod"][0] for h in (mesh, still)]
+    assert abs(shares[0] - shares[1]) > 1e-3  # the rotation matters
+
+
+@pytest.mark.parametrize("elements", [60, 240])
+def test_a_massless_face_of_a_rod_that_turns_follows_without_inertia(elements: int) -> None:
+    made = struck(100.0, FiniteElement(elements, "redistributed"), Newmark(), StepRule(courant=0.5), Penalty(1e9))
+    plain = struck(100.0, FiniteElement(elements, "lumped"), Newmark(), StepRule(courant=0.5), Penalty(1e9))
+    one, other = run(*made), run(*plain)
+    assert one.contacts[0].impulse == pytest.approx(other.contacts[0].impulse, rel=0.2 / elements)
+    assert one.energy.largest_gain < 1e-6
+
+
+@given(
+    rate=st.floats(1.0, 5e3), axis=st.floats(-1.0, 0.2), ratio=st.floats(0.1, 10.0), stiffness=st.floats(1e6, 1e10)
+)  # fmt: skip
+@settings(max_examples=12)
+def test_energy_of_the_turning_frame_stays_within_the_bound(
+    rate: float, axis: float, ratio: float, stiffness: float
+) -> None:
+    """Whatever rate, hub, striker and stiffness: relative kinetic and elastic energy, less the centrifugal part."""
+    rod = turning(rate, axis=axis)
+    hammer = Mass("hammer", ratio * M, -1.0, rotation=Rotation(rate, -rod.steady.radii[1]))
+    for model, integrator in ((FiniteElement(20), Midpoint()), (Modal(elements=20), ExactModal())):
+        made = in_a_row([rod, hammer], model, Penalty(stiffness), integrator, StepRule(courant=0.2), round_trips=2.0)
+        history = run(*made)
+        assert history.energy.largest_gain < 1e-6
+        assert history.energy.largest_loss < 1e-6

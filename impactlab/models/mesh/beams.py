@@ -247,7 +247,7 @@ class BeamMesh(AbstractMesh):
         k = self._elastic
         a, near, far = -k[:, 2, 0], k[:, 2, 1] / k[:, 2, 0], k[:, 2, 3] / k[:, 2, 0]
         far = near if self.beam.rotation is None else far
-        b = a * near * far - k[:, 3, 1]
+        b = a * (near * far) - k[:, 3, 1]
         rest, ends, lead = np.zeros(nodes), np.zeros((4, 3)), int(self.ends[0][1].kind == "pinned")
         if self.beam.tension or self.beam.rotation is not None:  # springs at rotations
             rest[:-1] += (k[:, 1, 1] - a * near**2 - b)[first:last]
