@@ -15,8 +15,9 @@ from impactlab.fits.intervals import HUBER, Options
 from impactlab.fits.problem import Problem
 from impactlab.types import Array
 
-STAGES = (0.06, 0.02)  # widths of the low-pass, of the samples of a signal, before the stage without
-KEPT = 2  # solutions of a stage that the next one starts from
+STAGES = (0.06, 0.02, 0.007)  # widths of the low-pass, of the samples of a signal, before the stage without
+KEPT = 3  # solutions of a stage that the next one starts from
+SAME = 0.02  # of a scaled unknown: solutions that differ by less are one
 ASIDE = 0.3  # of a logarithm, by which parameters are tried about the start
 MAX_FULL = 3  # parameters that are tried in all combinations, more one by one
 BESIDE = (2.0, 8.0)  # standard deviations: starts beside a solution
@@ -49,8 +50,7 @@ def search(problem: Problem, chosen: Options) -> Any:
     starts = aside(problem)
     for stage in STAGES:
         problem.smoothed = stage
-        tried = [solved(problem, each, tolerance=COARSE) for each in starts]
-        kept = sorted(tried, key=lambda each: float(each.cost))[:KEPT]
+        kept = _apart(solved(problem, each, tolerance=COARSE) for each in starts)
         starts = [place for each in kept for place in triggers(problem, each.x, TRIGGERS)]
     problem.smoothed = 0.0
     starts = [each.x for each in kept]
@@ -87,6 +87,15 @@ def biweight(squares: Array) -> Array:
     """Return Tukey's loss of squares over that of the limit, and its two derivatives, (3, n); constant from 1 on."""
     left = np.maximum(0.0, 1.0 - squares)
     return np.stack([(1.0 - left**3) / 3.0, left**2, -2.0 * left])
+
+
+def _apart(found: Any) -> list[Any]:
+    """Return the best solutions, no two of which are the same."""
+    kept: list[Any] = []
+    for each in sorted(found, key=lambda solution: float(solution.cost)):
+        if len(kept) < KEPT and all(np.max(np.abs(each.x - other.x)) > SAME for other in kept):
+            kept.append(each)
+    return kept
 
 
 def _best(found: Any) -> Any:
