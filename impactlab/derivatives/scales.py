@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from impactlab.derivatives.parameters import Parameter
+from impactlab.scene.facts import field_acceleration
 from impactlab.scene.problem import Scene
 
 
@@ -29,4 +30,4 @@ def _scales(scene: Scene) -> tuple[float, float, float]:
     time = scene.round_trip if scene.round_trip > 0.0 else scene.duration
     force = max((abs(end.force) for body in bodies for _, end in body.ends), default=0.0)
     speeds = [abs(body.velocity) for body in bodies]
-    return mass, max([*speeds, abs(scene.gravity) * time, force * time / mass]), time
+    return mass, max([*speeds, field_acceleration(scene) * time, force * time / mass]), time

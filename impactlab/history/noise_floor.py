@@ -247,7 +247,8 @@ def _moves(scene: Scene, contact: Contact) -> bool:
     still = bodies[0].velocity == bodies[1].velocity
     # A clamped body that moves at the start strikes its own clamp.
     held = any(body.is_held and body.velocity != 0.0 for body in bodies)
-    return not still or held or scene.gravity != 0.0 or contact.gap != 0.0
+    turning = any(body.softening for body in bodies)
+    return not still or held or scene.gravity != 0.0 or turning or contact.gap != 0.0
 
 
 def _from_sources(scene: Scene, models: Models, point: Point) -> float:

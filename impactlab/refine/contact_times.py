@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from impactlab.contact.power_law import AbstractHystereticLaw, Hertz
-from impactlab.scene.facts import impedance_of, rods_of
+from impactlab.scene.facts import field_acceleration, impedance_of, rods_of
 from impactlab.scene.method import Method, stiffness_of
 from impactlab.scene.problem import Contact, Point, Scene
 
@@ -56,7 +56,7 @@ def _meeting_speed(scene: Scene) -> float:
         if rod.displacement is not None:
             u = rod.displacement(np.linspace(0.0, rod.length, 21))
             strained.append(2.0 * float(np.ptp(u)) / rod.round_trip)
-    return max(given, abs(scene.gravity) * scene.duration, *pushed, *strained, 0.0)
+    return max(given, field_acceleration(scene) * scene.duration, *pushed, *strained, 0.0)
 
 
 def _mass_at(scene: Scene, point: Point) -> float:

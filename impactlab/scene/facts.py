@@ -100,6 +100,15 @@ def facts_at(scene: Scene, point: Point, element_length: float, velocity_per_for
     return facts._replace(gravity=scene.gravity if body.falls else 0.0, velocity_per_force=velocity_per_force)
 
 
+def field_acceleration(scene: Scene) -> float:
+    """Return the largest acceleration by gravity, or of masses that turn by the centrifugal force [m/s2]."""
+    found = [abs(scene.gravity)]
+    for body in scene.bodies.values():
+        if body.rotation is not None and body.elastic is None:
+            found.append(body.softening * abs(body.rotation.axis_at))
+    return max(found)
+
+
 def steady_facts(scene: Scene) -> dict[str, dict[str, Any]]:
     """Return the steady state of each body that turns, by name, ready for JSON: rad/s, m and Pa."""
     facts: dict[str, dict[str, Any]] = {}

@@ -322,3 +322,27 @@ def test_energy_of_the_turning_frame_stays_within_the_bound(
         history = run(*made)
         assert history.energy.largest_gain < 1e-6
         assert history.energy.largest_loss < 1e-6
+
+
+# --- a mass that the centrifugal force presses on a rod
+
+
+@pytest.mark.parametrize("integrator", [ExactModal(), Adaptive(relative_tolerance=1e-9)], ids=["modes", "adaptive"])
+def test_a_mass_is_pressed_on_by_the_centrifugal_force_alone(integrator: Any) -> None:
+    """A rod held at the rim points inwards; a mass that rests on its tip is let go, and bounces on a soft spring.
+
+    With stiffness k and Omega^2 << k/m it sinks by 2 m Omega^2 r/k at most, in half a period; the rod hardly moves.
+    """
+    rate, stiffness, mass = 200.0, 1e5, 0.1
+    rod = Rod("rod", (STEEL,), FREE, CLAMPED, rotation=Rotation(rate, -0.2))
+    radius = rod.steady.radii[0]
+    hammer = Mass("hammer", mass, 0.0, rotation=Rotation(rate, -radius))
+    made = in_a_row(
+        [hammer, rod], Modal(elements=10), Penalty(stiffness), integrator, StepRule(dt=1e-6), duration=1.2e-2
+    )  # fmt: skip
+    history = run(*made)
+    t = np.linspace(0.0, history.duration, 400)
+    squared = stiffness / mass - rate**2
+    wanted = rate**2 * radius / squared * (1.0 - np.cos(np.sqrt(squared) * t))
+    assert_allclose(history.evaluate(t, "position:hammer"), wanted, atol=1e-3 * wanted.max())
+    assert history.contacts[0].start == pytest.approx(0.0, abs=1e-6)

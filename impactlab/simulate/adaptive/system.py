@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from impactlab.numerics.banded import multiply, widened
+from impactlab.scene.facts import field_acceleration
 from impactlab.scene.frame import drift_velocities
 from impactlab.scene.method import Method
 from impactlab.scene.problem import Point, Scene
@@ -114,14 +115,14 @@ class System:
         """Set the scales of this scene: speed, time, force, and that of every entry of the state.
 
         The speed is the largest of: a body's own in the frame of the bodies that may interact, that of its strain
-        energy at the start, gravity over the run, that of the wave that an end force sends. A coordinate's share of it
-        is the root mean square over the coordinates of a body that moves with it. Travels are those within the shortest
-        period of the bodies, or the run.
+        energy at the start, gravity or centrifugal force over the run, that of the wave that an end force sends. A
+        coordinate's share of it is the root mean square over the coordinates of a body that moves with it. Travels are
+        those within the shortest period of the bodies, or the run.
         """
         scene, n = self.scene, self.n_dof
         masses = {name: body.moving_mass for name, body in scene.bodies.items() if body.moves}
         at_start = self.energies(self.start)
-        speeds = [abs(scene.gravity) * scene.duration]
+        speeds = [field_acceleration(scene) * scene.duration]
         for body in scene.elastic.values():
             speeds.append(abs(body.left.force) / body.segments[0].impedance)
             speeds.append(abs(body.right.force) / body.segments[-1].impedance)
