@@ -19,7 +19,9 @@ from impactlab.options import Relative as Relative
 from impactlab.options import option as option
 
 Array = NDArray[float64]
-Quantity = Literal["displacement", "velocity", "strain", "stress", "force", "rotation", "bending_moment", "shear_force"]
+Quantity = Literal[
+    "displacement", "velocity", "strain", "stress", "force", "rotation", "bending_moment", "shear_force", "moment"
+]
 
 QUANTITIES_OF_ROD: tuple[Quantity, ...] = ("displacement", "velocity", "strain", "stress", "force")
 QUANTITIES_OF_BEAM: tuple[Quantity, ...] = ("displacement", "velocity", "rotation", "bending_moment", "shear_force")

@@ -64,10 +64,10 @@ def without_load(step: Step, kernel: Kernel, states: Array) -> Array:
 
 @dataclass(frozen=True)
 class Stepper:
-    """A prepared step with its response columns: linear, so that the columns are the same in every step.
+    """A prepared step with its response columns: those of a linear body are the same in every step.
 
-    A body whose columns change with its state (a mechanism) needs two more kernels here: one that rewrites the columns,
-    called after `free`, and one that evaluates the rows of its faces again, called after the correction.
+    A body whose columns change with its state, such as a mechanism, gives ``columns``: the loop calls it after `free`,
+    and `derive` after the correction.
     """
 
     free: Kernel  # these as in `Step`
@@ -81,7 +81,8 @@ class Stepper:
     face_rows: Array  # (n_ports, n_dof) rows of the contacts over the displacements, as given to `prepare`
     derive: Kernel | None = None
     retime: Kernel | None = None
-    load: slice | None = None  # set where a step may be cut
+    load: slice | None = None  # set where the columns of a linear body are derived again for a step that is cut
+    columns: Kernel | None = None  # columns(parameters, state, jump, responses): rewrite them, flat
 
 
 class AbstractScheme(ABC):

@@ -43,6 +43,8 @@ FREE = types.void(VECTOR, VECTOR)
 MEASURE = types.void(VECTOR, VECTOR, VECTOR)
 DERIVE = FREE
 RETIME = types.void(VECTOR, types.float64)
+COLUMNS = types.void(VECTOR, VECTOR, VECTOR, VECTOR)
+TERMS = types.void(VECTOR, types.float64, VECTOR, VECTOR, VECTOR, VECTOR, VECTOR, VECTOR, VECTOR)
 RESPOND = types.void(from_dtype(np.dtype(Port)), from_dtype(np.dtype(Reply)))
 
 # Sums may be reordered, so that they run in vector registers; nothing may be assumed about NaN or infinity.

@@ -47,8 +47,8 @@ def probed(scene: Scene) -> Iterator[Probed]:
     for probe in (*scene.probes, *scene.loaded_ends):
         yield Probed(probe.channel, probe.body, probe.x, *scene.bodies[probe.body].reading(probe.quantity))
     for name, body in scene.bodies.items():
-        for own, quantity in body.own_channels:
-            yield Probed(f"{own}:{name}", name, 0.0, quantity, 1.0)
+        for channel, x, quantity in body.recorded:
+            yield Probed(channel, name, x, quantity, 1.0)
 
 
 ADD_IT = "Add the time to 'snapshots', or ask for equal ones: snapshots: {count: 200}."

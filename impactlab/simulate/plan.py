@@ -12,6 +12,7 @@ from impactlab.history.base import Warned
 from impactlab.integrators.base import AbstractAdaptive, AbstractIntegrator, Stepper
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
+from impactlab.mechanisms.model import MechanismModel
 from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.plugins import kind_of
 from impactlab.scene.method import Method, is_exact, laws_of, modelled
@@ -121,6 +122,8 @@ def chosen_step(scene: Scene, method: Method, integrator: AbstractIntegrator, bu
     for name, body in built.items():
         if isinstance(body.model, AbstractSelfStepping):
             limits[name] = body.model.longest_step
+        elif isinstance(body.model, MechanismModel):
+            body.model.check(integrator)
         else:
             check_system(integrator, name, body.system)
             with in_precision(f"the longest stable step of '{name}'", f"bodies.{name}", body.body):
@@ -130,8 +133,8 @@ def chosen_step(scene: Scene, method: Method, integrator: AbstractIntegrator, bu
         count = scene.duration / dt
     if not 0.0 < dt < math.inf:
         raise beyond("the step", "solve.step")
-    name = min(limits, key=lambda key: limits[key])
-    if dt > limits[name] * (1.0 + 1e-9):
+    name = min(limits, key=lambda key: limits[key], default="")
+    if name and dt > limits[name] * (1.0 + 1e-9):
         raise CaseError(
             f"a step of {dt:.6g} s is beyond the stability limit {limits[name]:.6g} s of integrator "
             f"'{kind_of(integrator)}' for body '{name}'",

@@ -39,6 +39,11 @@ class Body(ABC):
     own_channels: ClassVar[tuple[tuple[str, Quantity], ...]] = ()  # recorded in every run: name and quantity at x = 0
 
     @property
+    def recorded(self) -> tuple[tuple[str, float, Quantity], ...]:
+        """Channels that every run records: name, place x [m] and quantity."""
+        return tuple((f"{own}:{self.name}", 0.0, quantity) for own, quantity in self.own_channels)
+
+    @property
     def velocity(self) -> float:
         """Velocity at t = 0 [m/s]."""
         return 0.0

@@ -27,6 +27,7 @@ class BodyRecord(ctypes.Structure):
     measure: int
     retime: int
     derive: int
+    columns: int  # 0 where the columns are the same in every step
     parameter_start: int
     parameter_end: int
     state_start: int

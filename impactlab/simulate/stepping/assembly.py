@@ -13,7 +13,7 @@ from impactlab.integrators.base import AbstractIntegrator, Stepper, loads_of
 from impactlab.models.base import AbstractDiscreteModel, Phases
 from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.models.continuous.delay_line import DelayLine
-from impactlab.numerics.addresses import DERIVE, FREE, MEASURE, RETIME, LawAddress, kernel_address
+from impactlab.numerics.addresses import COLUMNS, DERIVE, FREE, MEASURE, RETIME, LawAddress, kernel_address
 from impactlab.numerics.records import records
 from impactlab.scene.method import laws_of
 from impactlab.scene.problem import Contact
@@ -228,6 +228,7 @@ class Assembly:
         for number, (body, (name, stepper)) in enumerate(zip(by_name, self._plan.steppers.items(), strict=True)):
             body.free, body.measure = kernel_address(stepper.free, FREE), kernel_address(stepper.measure, MEASURE)
             body.retime, body.derive = kernel_address(stepper.retime, RETIME), kernel_address(stepper.derive, DERIVE)
+            body.columns = kernel_address(stepper.columns, COLUMNS)
             body.parameter_start, body.parameter_end = parameters[number : number + 2]
             body.state_start, body.state_end = self._shift[name], self._shift[name] + stepper.state.size
             body.n_dof, body.n_ports = stepper.jump.shape[1], len(stepper.jump)
@@ -292,8 +293,9 @@ class Assembly:
         n_dof = system.load.size
         for part, first in enumerate((0, n_dof, 2 * n_dof)):
             size = np.abs(response[first : response.size if part == 2 else first + n_dof])
-            # In a body with phases the response changes with its coordinates.
-            least = RESPONSE_TOL * size.max(initial=0.0) if system.phases is None else -1.0
+            # In a body with phases, and in a mechanism, the response changes within the run.
+            changes = system.phases is not None or self._plan.steppers[body].columns is not None
+            least = -1.0 if changes else RESPONSE_TOL * size.max(initial=0.0)
             moved = (size > least).nonzero()[0]
             if moved.size:
                 record.low[at + part], record.high[at + part] = first + int(moved[0]), first + int(moved[-1]) + 1

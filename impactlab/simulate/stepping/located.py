@@ -44,7 +44,7 @@ def retime(m: StepArrays, dt: float) -> None:
         start, length = body.response_start, body.n_ports * size
         force, impulse = m.responses[start : start + length], m.responses[start + length : start + 2 * length]
         call(body.retime, parameters, dt)
-        if jump.size > 0:
+        if jump.size > 0 and body.columns == 0:
             loads = m.jump[body.jump_end : body.loads_end]
             write_columns(body.free, body.derive, parameters, body.load_at, body.n_dof, loads, jump, force, impulse)
     fill_influence(m)

@@ -12,10 +12,11 @@ import numpy as np
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import CaseError, PairingError
 from impactlab.integrators.base import AbstractIntegrator, Stepper
+from impactlab.mechanisms.model import MechanismModel
 from impactlab.models.base import AbstractDiscreteModel, Face, Operators
 from impactlab.models.building import build_body
 from impactlab.models.continuous.base import AbstractSelfStepping
-from impactlab.scene.bodies import Body
+from impactlab.scene.bodies import Body, Mechanism
 from impactlab.scene.facts import facts_at
 from impactlab.scene.method import Method, side_facts
 from impactlab.scene.precision import beyond, check_finite, in_precision
@@ -50,7 +51,10 @@ def build_bodies(scene: Scene, method: Method) -> dict[str, BuiltBody]:
     built = {}
     for name, body in scene.bodies.items():
         with in_precision(f"the description of '{name}'", f"bodies.{name}", body):
-            model = build_body(body, method.models.get(name), scene.gravity, faces_of(scene, name))
+            if isinstance(body, Mechanism):
+                model: AbstractDiscreteModel = MechanismModel(body, method.models)
+            else:
+                model = build_body(body, method.models.get(name), scene.gravity, faces_of(scene, name))
             if isinstance(model, AbstractSelfStepping):
                 probes = tuple(probe for probe in (*scene.probes, *scene.loaded_ends) if probe.body == name)
                 model = model.recorded(probes, scene.duration, bool(scene.field_times))
@@ -95,7 +99,7 @@ def prepare_steppers(
         ports = np.array(rows).reshape(len(rows), system.load.size)
         subject, path = f"the steps of '{name}'", f"bodies.{name}"
         with in_precision(subject, path, body):
-            if isinstance(model, AbstractSelfStepping):
+            if isinstance(model, (AbstractSelfStepping, MechanismModel)):
                 stepper = model.stepper(ports, dt)
             else:
                 stepper = integrator.prepare(system._replace(momentum=model.momentum_row()), ports, dt)

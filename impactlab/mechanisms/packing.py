@@ -1,0 +1,108 @@
+"""A chain of links as the flat numbers that `terms` reads."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from impactlab.errors import CaseError
+from impactlab.mechanisms import layout as at
+from impactlab.mechanisms.integrals import Integrals, rigid_link
+from impactlab.mechanisms.shapes import FlexibleLink
+from impactlab.scene.bodies import Link, Mechanism
+from impactlab.types import Array
+
+
+class Packed(NamedTuple):
+    """A chain in numbers: its coordinates are, link by link, the angle where it is free or driven, psi's, then phi's."""
+
+    parameters: Array  # of `terms`
+    stiffness: Array  # (n, n) N/m, of the shapes
+    position: Array  # (n,) at t = 0
+    velocity: Array  # (n,) at t = 0
+    angles: tuple[int, ...]  # coordinate of the angle of each link; -1 where it follows from the others
+
+
+def angle_kind(mechanism: Mechanism, number: int) -> int:
+    """Return how the angle of a link is given: `OWN`, `FIXED` or `SLIDING`."""
+    if mechanism.slide is not None and number == len(mechanism.links) - 1:
+        return at.SLIDING
+    clamped = mechanism.links[number].joint == "clamped" and number > 0
+    return at.FIXED if clamped else at.OWN
+
+
+def packed(mechanism: Mechanism, flexible: Sequence[FlexibleLink | None]) -> Packed:
+    """Return a chain in numbers; raise `CaseError` where its slide is out of reach at t = 0."""
+    links = mechanism.links
+    kinds = [angle_kind(mechanism, number) for number in range(len(links))]
+    each = [integrals_of(link, shapes) for link, shapes in zip(links, flexible, strict=True)]
+    angles, firsts, n = [], [], 0
+    for kind, own in zip(kinds, each, strict=True):
+        angles.append(n if kind == at.OWN else -1)
+        n += kind == at.OWN
+        firsts.append(n)
+        n += own.a0.size + own.b0.size
+    head, out, place = np.zeros(at.CHAIN), [], at.CHAIN
+    stiffness, position, velocity = np.zeros((n, n)), np.zeros(n), np.zeros(n)
+    room = 0
+    before = 0.0
+    for number, (link, own, kind) in enumerate(zip(links, each, kinds, strict=True)):
+        na, nb, header = own.a0.size, own.b0.size, np.zeros(at.LINK)
+        header[at.AXIAL], header[at.BENDING], header[at.FIRST] = na, nb, firsts[number]
+        header[at.ANGLE], header[at.ANGLE_AT], header[at.LENGTH] = kind, angles[number], link.length
+        header[at.END_MASS], header[at.TORQUE] = link.end_mass, link.torque
+        header[at.MASS : at.LINK] = own.moments
+        angle = link.angle
+        if kind == at.SLIDING:
+            angle = reached(mechanism)
+            header[at.SLIDE], header[at.SIDE] = mechanism.slide or 0.0, math.cos(angle)
+        header[at.TURN] = angle - before if kind == at.FIXED else 0.0
+        before = angle
+        if kind == at.OWN:
+            position[angles[number]] = angle
+            velocity[angles[number]] = link.rate if link.drive is None or link.drive.within else link.drive.rate
+        numbers = np.concatenate([array.ravel() for array in own[1:]])
+        place += header.size + numbers.size
+        header[at.NEXT] = place
+        out += [header, numbers]
+        first, m = firsts[number], na + nb
+        stiffness[first : first + na, first : first + na] = own.ka
+        stiffness[first + na : first + m, first + na : first + m] = own.kb
+        room = max(room, at.room_of(na, nb, n))
+    head[at.READINGS_AT], head[at.LINKS_AT], head[at.LINKS] = place, at.CHAIN, len(links)
+    head[at.COORDINATES], head[at.READINGS] = n, len(mechanism.marks) + len(links)
+    head[at.GRAVITY_X], head[at.GRAVITY_Y] = mechanism.gravity
+    for mark in mechanism.marks:
+        shapes = flexible[mark.link]
+        out += [
+            np.array([0.0, mark.link, *mark.along, mark.x]),
+            np.zeros(0) if shapes is None else shapes.place(mark.x),
+        ]
+    out += [np.array([1.0, number, 0.0, 0.0, 0.0]) for number in range(len(links))]
+    head[at.ROOM_AT] = at.CHAIN + sum(array.size for array in out)
+    parameters = np.concatenate([head, *out, np.zeros(len(links) * (at.ROWS + 3 * n) + room)])
+    return Packed(parameters, stiffness, position, velocity, tuple(angles))
+
+
+def integrals_of(link: Link, shapes: FlexibleLink | None) -> Integrals:
+    """Return the integrals of a rigid or flexible link."""
+    return rigid_link(link.mass, link.length, link.inertia) if shapes is None else shapes.integrals
+
+
+def reached(mechanism: Mechanism) -> float:
+    """Return the angle of the last link that leaves its end on the slide, straight: on the side of its own angle."""
+    y = sum(link.length * math.sin(link.angle) for link in mechanism.links[:-1])
+    last = mechanism.links[-1]
+    height = ((mechanism.slide or 0.0) - y) / last.length
+    if abs(height) >= 1.0:
+        raise CaseError(
+            f"the slide at y = {mechanism.slide:g} m is out of reach: link '{last.name}' begins at y = {y:.6g} m and is "
+            f"{last.length:g} m long",
+            remedy="Give another slide or angle, or a longer link.",
+            path=f"mechanisms.{mechanism.name}.end",
+        )
+    tilt = math.asin(height)
+    return tilt if math.cos(last.angle) >= 0.0 else math.pi - tilt

@@ -1,0 +1,112 @@
+"""Places of a link, compiled: in the frame of the link, over the coordinates of the chain, and on a slide."""
+
+from __future__ import annotations
+
+import math
+
+from impactlab.mechanisms.layout import (
+    ACROSS,
+    ACROSS1,
+    ACROSS2,
+    ALONG2,
+    AXIAL,
+    BENDING,
+    FIRST,
+    ROWS,
+    SIDE,
+    SLIDE,
+    TH,
+    TH1,
+    TH2,
+    X2,
+    XI,
+    XI1,
+    Y2,
+    Spot,
+    X,
+    Y,
+    add,
+    dot,
+    times,
+)
+from impactlab.numerics.compiling import PART
+from impactlab.types import Array
+
+
+@PART
+def write_place(
+    P: Array, link: int, shapes: Array, s: Array, x: float, p: Array, v: Array, room: int, to: Spot
+) -> None:
+    """Write a place of a link, at x [m] along it, where psi and phi are ``shapes`` and S is ``s``, flat."""
+    na, nb, first = int(P[link + AXIAL]), int(P[link + BENDING]), int(P[link + FIRST])
+    a, a1, q, q1 = p[first : first + na], v[first : first + na], p[first + na :][:nb], v[first + na :][:nb]
+    psi, phi = shapes[:na], shapes[na : na + nb]
+    sq = to.along[na:]
+    times(s, q, sq)
+    shorter2 = 0.0
+    for i in range(nb):
+        shorter2 += q1[i] * dot(s[i * nb : (i + 1) * nb], q1)
+    xi, xi1 = x + dot(psi, a) - 0.5 * dot(sq, q), dot(psi, a1) - dot(sq, q1)
+    d, d1 = dot(phi, q), dot(phi, q1)
+    for k in range(na):
+        to.along[k], to.across[k] = psi[k], 0.0
+    for i in range(nb):
+        to.along[na + i], to.across[na + i] = -sq[i], phi[i]
+    th1, th2 = P[room + TH1], P[room + TH2]
+    to.at[XI], to.at[ACROSS], to.at[XI1], to.at[ACROSS1] = xi, d, xi1, d1
+    to.at[ALONG2] = -shorter2 - 2.0 * th1 * d1 - th1 * th1 * xi - th2 * d
+    to.at[ACROSS2] = 2.0 * th1 * xi1 - th1 * th1 * d + th2 * xi
+
+
+@PART
+def write_row(P: Array, link: int, room: int, place: Spot, to_x: float, to_y: float, out: Array) -> None:
+    """Write the row of a place along a direction, over the coordinates of the chain."""
+    n, m, first = out.size, place.along.size, int(P[link + FIRST])
+    c, s = math.cos(P[room + TH]), math.sin(P[room + TH])
+    along, across = to_x * c + to_y * s, to_y * c - to_x * s
+    turn = across * place.at[XI] - along * place.at[ACROSS]
+    rows = room + ROWS
+    for i in range(n):
+        out[i] = 0.0
+    add(out, to_x, P[rows : rows + n])
+    add(out, to_y, P[rows + n : rows + 2 * n])
+    add(out, turn, P[rows + 2 * n : rows + 3 * n])
+    add(out[first : first + m], along, place.along)
+    add(out[first : first + m], across, place.across)
+
+
+@PART
+def slide(P: Array, link: int, room: int, n: int, end: Spot, v: Array) -> None:
+    """Give the last link the angle that leaves its end on the slide, with its row and its acceleration.
+
+    The end is that with no rate and no acceleration of the link; it is written again after this.
+    """
+    m, first = end.along.size, int(P[link + FIRST])
+    xi, d, xi1, d1 = end.at[XI], end.at[ACROSS], end.at[XI1], end.at[ACROSS1]
+    tilt = math.asin((P[link + SLIDE] - P[room + Y]) / math.sqrt(xi * xi + d * d))  # NaN out of reach
+    angle = (tilt if P[link + SIDE] > 0.0 else math.pi - tilt) - math.atan2(d, xi)
+    c, s = math.cos(angle), math.sin(angle)
+    lever = xi * c - d * s
+    rows = room + ROWS
+    turn = P[rows + 2 * n : rows + 3 * n]
+    add(turn, -1.0 / lever, P[rows + n : rows + 2 * n])
+    add(turn[first : first + m], -s / lever, end.along)
+    add(turn[first : first + m], -c / lever, end.across)
+    rate = dot(turn, v)
+    along = end.at[ALONG2] - 2.0 * rate * d1 - rate * rate * xi
+    across = end.at[ACROSS2] + 2.0 * rate * xi1 - rate * rate * d
+    P[room + TH], P[room + TH1] = angle, rate
+    P[room + TH2] = -(P[room + Y2] + along * s + across * c) / lever
+
+
+@PART
+def follow(P: Array, before: int, old: int, room: int, n: int, end: Spot) -> None:
+    """Give a link its origin: the end of the link before it."""
+    c, s = math.cos(P[old + TH]), math.sin(P[old + TH])
+    P[room + X] = P[old + X] + c * end.at[XI] - s * end.at[ACROSS]
+    P[room + Y] = P[old + Y] + s * end.at[XI] + c * end.at[ACROSS]
+    P[room + X2] = P[old + X2] + c * end.at[ALONG2] - s * end.at[ACROSS2]
+    P[room + Y2] = P[old + Y2] + s * end.at[ALONG2] + c * end.at[ACROSS2]
+    rows = room + ROWS
+    write_row(P, before, old, end, 1.0, 0.0, P[rows : rows + n])
+    write_row(P, before, old, end, 0.0, 1.0, P[rows + n : rows + 2 * n])

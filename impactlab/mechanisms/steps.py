@@ -1,0 +1,263 @@
+"""The midpoint rule for a mechanism, compiled: free step, columns of contact forces, readings, energy.
+
+A step of length dt predicts its middle with the acceleration of the step before, contact forces included, and takes all
+terms there. Only the elastic forces are taken at the true middle: with S = M + dt^2 K/4 the acceleration is linear in
+the contact forces. The state holds p (n), readings (r), v (n), rates of the readings (r), then the acceleration (n),
+moments of the drives (d), work of drives and loads [J], and the time.
+
+References
+----------
+SimoTarnow1992.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from impactlab.mechanisms.layout import add, dot, times
+from impactlab.numerics.addresses import call
+from impactlab.numerics.compiling import PART
+from impactlab.types import Array
+
+# Numbers of a mechanism before those of its `terms`.
+TERMS, COORDINATES, READINGS, DRIVES, STEP, DRIVES_AT, STIFFNESS_AT, OWN_AT, ROOM_AT, PORTS_AT, HEAD = range(11)
+DRIVEN, RATE, WITHIN, DRIVE = range(4)  # of a drive: coordinate, rate, time within which it is reached; their number
+
+
+class Middle(NamedTuple):
+    """Views of the numbers of a mechanism: what belongs to the middle of a step."""
+
+    drives: Array  # (d, DRIVE) flat
+    stiffness: Array  # (n n,)
+    mass: Array  # (n n,)
+    force: Array  # (n,)
+    rows: Array  # (r n,)
+    values: Array  # (r + 1,)
+    rates: Array  # (r,)
+    factor: Array  # (n n,) of M + dt^2 K/4, drives held
+    bare: Array  # (n n,) of M, drives held
+    x: Array  # (n,)
+    y: Array  # (n,)
+    a: Array  # (n,) accelerations
+
+
+@PART
+def middle_of(P: Array) -> Middle:
+    """Return the views of the numbers of a mechanism."""
+    n, r = int(P[COORDINATES]), int(P[READINGS])
+    drives, stiffness, mass = int(P[DRIVES_AT]), int(P[STIFFNESS_AT]), int(P[ROOM_AT])
+    square = n * n
+    force = mass + square
+    rows = force + n
+    values = rows + r * n
+    rates = values + r + 1
+    factor = rates + r
+    x = factor + 2 * square
+    return Middle(
+        P[drives:stiffness], P[stiffness : stiffness + square], P[mass:force], P[force:rows], P[rows:values],
+        P[values:rates], P[rates:factor], P[factor : factor + square], P[factor + square : x],
+        P[x : x + n], P[x + n : x + 2 * n], P[x + 2 * n : x + 3 * n],
+    )  # fmt: skip
+
+
+@PART
+def evaluate(P: Array, m: Middle, time: float, p: Array, v: Array, with_mass: bool) -> None:
+    """Take the terms at a state; without the mass, readings only."""
+    mass = m.mass if with_mass else m.mass[:0]
+    own = P[int(P[OWN_AT]) : int(P[ROOM_AT])]
+    call(int(P[TERMS]), own, time, p, v, mass, m.force, m.rows, m.values, m.rates)
+
+
+@PART
+def driven(drives: Array, number: int) -> int:
+    """Return the coordinate of a drive."""
+    return int(drives[number * DRIVE + DRIVEN])
+
+
+@PART
+def driven_acceleration(drives: Array, number: int, time: float) -> float:
+    """Return the angular acceleration of a drive [rad/s2]."""
+    rate, within = drives[number * DRIVE + RATE], drives[number * DRIVE + WITHIN]
+    if within <= 0.0 or time >= within:
+        return 0.0
+    return float(rate / within * (1.0 - math.cos(2.0 * math.pi * time / within)))
+
+
+@PART
+def factorise(m: Middle, factor: Array, weight: float) -> None:
+    """Write the Cholesky factor of M + weight K, with the coordinates of drives held."""
+    n = m.force.size
+    for i in range(n):
+        row, mass, stiffness = factor[i * n : i * n + i + 1], m.mass[i * n : i * n + n], m.stiffness[i * n : i * n + n]
+        for j in range(row.size):
+            row[j] = mass[j] + weight * stiffness[j]
+    for number in range(m.drives.size // DRIVE):
+        d = driven(m.drives, number)
+        for j in range(d):
+            factor[d * n + j] = 0.0
+        for i in range(d, n):
+            factor[i * n + d] = 1.0 if i == d else 0.0
+    for i in range(n):
+        row = factor[i * n : i * n + i + 1]
+        for j in range(i):
+            other = factor[j * n : j * n + j + 1]
+            row[j] = (row[j] - dot(other[:j], row[:j])) / other[j]
+        row[i] = math.sqrt(row[i] - dot(row[:i], row[:i]))
+
+
+@PART
+def solve(factor: Array, x: Array) -> None:
+    """Solve with a Cholesky factor, in place; held coordinates keep their values."""
+    n = x.size
+    for i in range(n):
+        row = factor[i * n : i * n + i + 1]
+        x[i] = (x[i] - dot(row[:i], x[:i])) / row[i]
+    for i in range(n - 1, -1, -1):
+        row = factor[i * n : i * n + i + 1]
+        x[i] /= row[i]
+        add(x[:i], -x[i], row[:i])
+
+
+@PART
+def hold(drives: Array, x: Array) -> None:
+    """Let the coordinates of drives stay."""
+    for number in range(drives.size // DRIVE):
+        x[driven(drives, number)] = 0.0
+
+
+def free(P: Array, state: Array) -> None:
+    """Take a step without contact; the terms and factor of its middle stay for `columns`."""
+    m = middle_of(P)
+    n, r, dt, n_drives = m.force.size, m.rates.size, P[STEP], m.drives.size // DRIVE
+    weight, end = 0.25 * dt * dt, 2 * (n + r) + n
+    p, v, before = state[:n], state[n + r : 2 * n + r], state[2 * (n + r) : end]
+    for i in range(n):
+        m.x[i] = p[i] + 0.5 * dt * v[i] + weight * before[i]
+        m.y[i] = v[i] + 0.5 * dt * before[i]
+    now = state[end + n_drives + 1] + 0.5 * dt
+    evaluate(P, m, now, m.x, m.y, True)
+    factorise(m, m.factor, weight)
+    times(m.stiffness, before, m.a)
+    for i in range(n):
+        m.force[i] += weight * m.a[i]
+        m.a[i] = m.force[i]
+    for number in range(n_drives):
+        given = driven_acceleration(m.drives, number, now)
+        d = driven(m.drives, number)
+        add(m.a, -given, m.mass[d * n : (d + 1) * n])
+        add(m.a, -given * weight, m.stiffness[d * n : (d + 1) * n])
+    for number in range(n_drives):
+        m.a[driven(m.drives, number)] = driven_acceleration(m.drives, number, now)
+    solve(m.factor, m.a)
+    for number in range(n_drives):
+        d = driven(m.drives, number)
+        moment = moment_of(m, d, weight, m.a) - m.force[d]
+        state[end + number] = moment
+        state[end + n_drives] += moment * dt * (v[d] + 0.5 * dt * m.a[d])
+    for i in range(n):
+        m.x[i] = dt * v[i] + 0.5 * dt * dt * m.a[i]  # moved in the step
+    for k in range(r):
+        row = m.rows[k * n : (k + 1) * n]
+        state[n + k] += dot(row, m.x)
+        state[2 * n + r + k] += dt * dot(row, m.a)
+    for i in range(n):
+        p[i] += m.x[i]
+        v[i] += dt * m.a[i]
+        before[i] = m.a[i]
+    state[end + n_drives + 1] += dt
+
+
+@PART
+def moment_of(m: Middle, d: int, weight: float, a: Array) -> float:
+    """Return the inertia force on the coordinate of a drive, of accelerations."""
+    n = a.size
+    return dot(m.mass[d * n : (d + 1) * n], a) + weight * dot(m.stiffness[d * n : (d + 1) * n], a)
+
+
+@PART
+def write_response(m: Middle, moved: Array, displacement: float, velocity: float, a: Array, keep: float) -> None:
+    """Add the state that an acceleration, or a jump of the velocities, leaves at the end of the step."""
+    n, r = a.size, m.rates.size
+    add(moved[:n], displacement, a)
+    add(moved[n + r : 2 * n + r], velocity, a)
+    add(moved[2 * (n + r) : 2 * (n + r) + n], keep, a)
+    for k in range(r):
+        total = dot(m.rows[k * n : (k + 1) * n], a)
+        moved[n + k] += displacement * total
+        moved[2 * n + r + k] += velocity * total
+
+
+def columns(P: Array, state: Array, jump: Array, responses: Array) -> None:
+    """Write velocities per impulse, and the state per unit force, impulse and projection at each port of the body.
+
+    Called after `free`, whose middle they belong to; ``state`` is that at the end of the free step.
+    """
+    m = middle_of(P)
+    n, r, dt, n_drives = m.force.size, m.rates.size, P[STEP], m.drives.size // DRIVE
+    weight, n_dof, size = 0.25 * dt * dt, n + r, state.size
+    ports, end, ports_at = jump.size // n_dof, 2 * n_dof + n, int(P[PORTS_AT])
+    factorise(m, m.bare, 0.0)
+    for i in range(responses.size):
+        responses[i] = 0.0
+    for port in range(ports):
+        number = int(P[ports_at + port])
+        row = m.rows[number * n : (number + 1) * n]
+        force = responses[port * size : (port + 1) * size]
+        impulse = responses[(ports + port) * size : (ports + port + 1) * size]
+        projection = responses[(2 * ports + port) * size : (2 * ports + port + 1) * size]
+        for i in range(n):
+            m.x[i] = m.y[i] = row[i]
+        hold(m.drives, m.x)
+        hold(m.drives, m.y)
+        solve(m.factor, m.x)
+        solve(m.bare, m.y)
+        write_response(m, force, 0.5 * dt * dt, dt, m.x, 1.0)
+        write_response(m, impulse, dt, 1.0, m.y, 0.0)
+        write_response(m, projection, 1.0, 0.0, m.y, 0.0)
+        for number in range(n_drives):
+            d = driven(m.drives, number)
+            turning = state[n_dof + d] - 0.5 * dt * state[2 * n_dof + d]  # in the middle
+            force[end + number] = moment_of(m, d, weight, m.x) - row[d]
+            force[end + n_drives] += force[end + number] * dt * turning
+            impulse[end + n_drives] += (dot(m.mass[d * n : (d + 1) * n], m.y) - row[d]) * turning
+        out = jump[port * n_dof : (port + 1) * n_dof]
+        for i in range(n):
+            out[i] = m.y[i]
+        for k in range(r):
+            out[n + k] = dot(m.rows[k * n : (k + 1) * n], m.y)
+        # an impulse acts at the start of the step: what it moves is pulled back within it
+        times(m.stiffness, m.y, m.x)
+        for i in range(n):
+            m.x[i] *= -0.5 * dt
+        hold(m.drives, m.x)
+        solve(m.factor, m.x)
+        write_response(m, impulse, 0.5 * dt * dt, dt, m.x, 1.0)
+
+
+def derive(P: Array, state: Array) -> None:
+    """Take the readings and their rates again at the state, so that nothing drifts."""
+    m = middle_of(P)
+    n, r = m.force.size, m.rates.size
+    time = state[2 * (n + r) + n + m.drives.size // DRIVE + 1]
+    evaluate(P, m, time, state[:n], state[n + r : 2 * n + r], False)
+    for k in range(r):
+        state[n + k], state[2 * n + r + k] = m.values[k], m.rates[k]
+
+
+def measure(P: Array, state: Array, out: Array) -> None:
+    """Write the energy of a mechanism [J], and the work of its loads and drives [J]."""
+    m = middle_of(P)
+    n, r = m.force.size, m.rates.size
+    p, v = state[:n], state[n + r : 2 * n + r]
+    work = 2 * (n + r) + n + m.drives.size // DRIVE
+    evaluate(P, m, state[work + 1], p, v, True)
+    times(m.mass, v, m.x)
+    times(m.stiffness, p, m.y)
+    out[0] = 0.5 * (dot(v, m.x) + dot(p, m.y))
+    out[1] = m.values[r] + state[work]
+
+
+def retime(P: Array, dt: float) -> None:
+    """Prepare for another step length."""
+    P[STEP] = dt

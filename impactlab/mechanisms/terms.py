@@ -1,0 +1,151 @@
+"""Equations of motion of a planar chain of links at one state, compiled: mass matrix, forces, readings.
+
+M(p) p'' = force + rows^T F. Link by link: the integrals of a link give mass and inertia forces in its frame; the rows of
+its origin and of its angle carry them to the coordinates of the chain. Its end is the origin of the next link.
+
+References
+----------
+KaneRyanBanerjee1987. The derivation is in docs/mechanisms.md.
+"""
+
+from __future__ import annotations
+
+import math
+
+from impactlab.mechanisms.inertia import add_link, twist
+from impactlab.mechanisms.layout import (
+    ACROSS,
+    ANGLE,
+    ANGLE_AT,
+    AXIAL,
+    BENDING,
+    COORDINATES,
+    FIRST,
+    FIXED,
+    KIND,
+    LENGTH,
+    LINKS,
+    LINKS_AT,
+    NEXT,
+    OF_LINK,
+    OWN,
+    PLACE,
+    READING,
+    READINGS,
+    READINGS_AT,
+    ROOM_AT,
+    ROWS,
+    SLIDING,
+    TH,
+    TH1,
+    TH2,
+    TO_X,
+    TO_Y,
+    TORQUE,
+    TURN,
+    XI,
+    X,
+    Y,
+    add,
+    constants,
+    dot,
+    spot,
+    work_of,
+)
+from impactlab.mechanisms.places import follow, slide, write_place, write_row
+from impactlab.numerics.compiling import PART
+from impactlab.types import Array
+
+
+@PART
+def turn_link(P: Array, link: int, before: int, room: int, old: int, n: int, p: Array, v: Array) -> None:
+    """Give a link the angle that is a coordinate, or that of the end before it; one on a slide gets it later."""
+    turn = P[room + ROWS + 2 * n : room + ROWS + 3 * n]
+    if P[link + ANGLE] == OWN:
+        at = int(P[link + ANGLE_AT])
+        P[room + TH], P[room + TH1] = p[at], v[at]
+        turn[at] = 1.0
+    elif P[link + ANGLE] == FIXED:
+        na, nb, first = int(P[before + AXIAL]), int(P[before + BENDING]), int(P[before + FIRST])
+        slopes = constants(P, before).slopes
+        add(turn, 1.0, P[old + ROWS + 2 * n : old + ROWS + 3 * n])
+        add(turn[first + na : first + na + nb], 1.0, slopes)
+        P[room + TH] = P[old + TH] + P[link + TURN] + dot(slopes, p[first + na : first + na + nb])
+        P[room + TH1] = dot(turn, v)
+        P[room + TH2] = P[old + TH2]
+
+
+@PART
+def read(P: Array, n: int, p: Array, v: Array, rows: Array, values: Array, rates: Array) -> None:
+    """Write rows, values and rates of all readings."""
+    size, first_room = ROWS + 3 * n, int(P[ROOM_AT])
+    place_at = first_room + int(P[LINKS]) * size
+    reading = int(P[READINGS_AT])
+    for number in range(int(P[READINGS])):
+        link = int(P[LINKS_AT])
+        for _ in range(int(P[reading + OF_LINK])):
+            link = int(P[link + NEXT])
+        room, row = first_room + int(P[reading + OF_LINK]) * size, rows[number * n : (number + 1) * n]
+        if P[reading + KIND] == 1.0:
+            values[number] = P[room + TH]
+            turn = P[room + ROWS + 2 * n : room + ROWS + 3 * n]
+            for i in range(n):
+                row[i] = turn[i]
+            reading += READING
+        else:
+            m, bb = int(P[link + AXIAL]) + int(P[link + BENDING]), int(P[link + BENDING]) ** 2
+            shapes = reading + READING
+            place = spot(P, place_at, m)
+            s = P[shapes + m : shapes + m + bb]
+            write_place(P, link, P[shapes : shapes + m], s, P[reading + PLACE], p, v, room, place)
+            write_row(P, link, room, place, P[reading + TO_X], P[reading + TO_Y], row)
+            c, s0 = math.cos(P[room + TH]), math.sin(P[room + TH])
+            here_x = P[room + X] + c * place.at[XI] - s0 * place.at[ACROSS]
+            here_y = P[room + Y] + s0 * place.at[XI] + c * place.at[ACROSS]
+            values[number] = P[reading + TO_X] * here_x + P[reading + TO_Y] * here_y
+            reading = shapes + m + bb
+        rates[number] = dot(row, v)
+
+
+def terms(
+    P: Array, t: float, p: Array, v: Array, mass: Array, force: Array, rows: Array, values: Array, rates: Array
+) -> None:  # fmt: skip
+    """Write mass matrix (n n,), force (n,), and rows (n_readings n,), values and rates of the readings at a state.
+
+    After the values stands the work of loads that follow from the position [J]. With an empty mass matrix only the
+    readings are written. The time ``t`` [s] is for mechanisms whose loads change with it; here none does.
+    """
+    n, links = int(P[COORDINATES]), int(P[LINKS])
+    size, first_room = ROWS + 3 * n, int(P[ROOM_AT])
+    place_at = first_room + links * size
+    for i in range(mass.size):
+        mass[i] = 0.0
+    for i in range(n):
+        force[i] = 0.0
+    for i in range(first_room, place_at):
+        P[i] = 0.0
+    done = 0.0
+    link, before = int(P[LINKS_AT]), int(P[LINKS_AT])
+    for number in range(links):
+        room = first_room + number * size
+        old = room - size if number > 0 else room
+        na, nb = int(P[link + AXIAL]), int(P[link + BENDING])
+        k = constants(P, link)
+        if number > 0:  # its place still holds the end of the link before
+            follow(P, before, old, room, n, spot(P, place_at, int(P[before + AXIAL]) + int(P[before + BENDING])))
+            ma, mb, at = int(P[before + AXIAL]), int(P[before + BENDING]), int(P[before + FIRST])
+            turn, q = P[old + ROWS + 2 * n : old + ROWS + 3 * n], p[at + ma : at + ma + mb]
+            done += twist(-P[link + TORQUE], constants(P, before).slopes, P[old + TH], turn, q, at + ma, force)
+        turn_link(P, link, before, room, old, n, p, v)
+        end = spot(P, place_at, na + nb)
+        write_place(P, link, k.end, k.s_end, P[link + LENGTH], p, v, room, end)
+        if P[link + ANGLE] == SLIDING:
+            slide(P, link, room, n, end, v)
+            write_place(P, link, k.end, k.s_end, P[link + LENGTH], p, v, room, end)
+        if mass.size > 0:
+            w = work_of(P, place_at + 6 + 2 * (na + nb), na, nb, n)
+            done += add_link(P, link, room, k, w, end, p, v, mass, force)
+        before = link
+        link = int(P[link + NEXT])
+    read(P, n, p, v, rows, values, rates)
+    values[int(P[READINGS])] = done

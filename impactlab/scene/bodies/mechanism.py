@@ -1,0 +1,126 @@
+"""Mechanisms: planar chains of rigid and flexible links, each hinged to the end of the one before."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal, NamedTuple, final
+
+from impactlab.scene.bodies.base import Body, plain
+from impactlab.scene.bodies.beam import Beam
+from impactlab.types import Quantity, SideFacts
+
+
+class Drive(NamedTuple):
+    """A hinge whose angular rate is given: constant, or reached smoothly within a time.
+
+    Within it the rate is rate (t/T - sin(2 pi t/T)/(2 pi)), which starts and ends without a jump of the acceleration
+    (Kane, Ryan and Banerjee 1987).
+    """
+
+    rate: float  # rad/s, absolute
+    within: float = 0.0  # s; 0: from the start
+
+
+@dataclass(frozen=True)
+class Link:
+    """A link of a mechanism: a rigid bar, or a beam that bends and, with axial modes, stretches.
+
+    Angles are absolute, from +x, positive counterclockwise; a torque acts on the link from the one before it, or from
+    the ground.
+    """
+
+    name: str
+    length: float  # m
+    mass: float = 0.0  # kg, of a rigid link
+    inertia: float = 0.0  # kg m2 about the middle of a rigid link
+    beam: Beam | None = None  # of a flexible link
+    joint: Literal["hinge", "clamped"] = "hinge"
+    angle: float = 0.0  # rad at t = 0
+    rate: float = 0.0  # rad/s at t = 0
+    torque: float = 0.0  # N m, constant
+    drive: Drive | None = None
+    end_mass: float = 0.0  # kg, a point at its end
+    axial_modes: int = 0
+
+    @property
+    def total_mass(self) -> float:
+        """Mass with the one at the end [kg]."""
+        return (self.mass if self.beam is None else self.beam.mass) + self.end_mass
+
+
+class Mark(NamedTuple):
+    """A place of a link with a direction fixed in space: what a contact or a probe follows."""
+
+    link: int
+    x: float  # m along the link
+    along: tuple[float, float]  # of length 1
+    label: str  # as the case names it: ``rod.right``
+
+
+@final
+@dataclass(frozen=True)
+class Mechanism(Body):
+    """A planar chain of links from the ground on, the last end free or on a slide along x.
+
+    Its places, the ``x`` of points and probes, are the numbers of its ``marks``.
+    """
+
+    links: tuple[Link, ...]
+    slide: float | None = None  # m, y of the slide of the last end
+    marks: tuple[Mark, ...] = ()
+    gravity: tuple[float, float] = (0.0, 0.0)  # m/s2
+
+    kind = "mechanism"
+    falls = False  # its gravity is its own
+
+    @property
+    def moving_mass(self) -> float:
+        return sum(link.total_mass for link in self.links)
+
+    @property
+    def rigid_mass(self) -> float:
+        return math.nan
+
+    @property
+    def is_held(self) -> bool:
+        return True
+
+    @property
+    def is_free(self) -> bool:
+        return False
+
+    @property
+    def length(self) -> float:
+        return float(max(0, len(self.marks) - 1))
+
+    @property
+    def quantities(self) -> Mapping[str, tuple[Quantity, float]]:
+        return plain("displacement", "velocity")
+
+    @cached_property
+    def driven(self) -> tuple[int, ...]:
+        """Numbers of the links whose hinge is driven."""
+        return tuple(number for number, link in enumerate(self.links) if link.drive is not None)
+
+    @property
+    def recorded(self) -> tuple[tuple[str, float, Quantity], ...]:
+        found: list[tuple[str, float, Quantity]] = []
+        for number, mark in enumerate(self.marks):
+            found += [
+                (f"position:{mark.label}", number, "displacement"),
+                (f"velocity:{mark.label}", number, "velocity"),
+            ]
+        for number, link in enumerate(self.links, start=len(self.marks)):
+            found += [(f"angle:{link.name}", number, "displacement"), (f"rate:{link.name}", number, "velocity")]
+        found += [(f"drive:{self.links[at].name}", number, "moment") for number, at in enumerate(self.driven)]
+        return tuple(found)
+
+    def face_channel(self, x: float) -> str:
+        return f"position:{self.marks[int(x)].label}"
+
+    def side_facts(self, x: float, element_length: float) -> SideFacts:
+        nan = math.nan
+        return SideFacts(self.kind, nan, nan, nan, nan, nan, mass=nan, gravity=0.0)
