@@ -8,7 +8,8 @@ from typing import Any
 
 from impactlab.casefile.blocks import ElasticBlock
 from impactlab.casefile.check import reference_rod
-from impactlab.casefile.contacts import faces_of, lever_arm_of
+from impactlab.casefile.contacts import faces_of, lever_arm_of, marks_of
+from impactlab.casefile.mechanisms import links_of, mechanism_body
 from impactlab.casefile.parts import read_part
 from impactlab.casefile.schema import CaseBlock, Frames, MassBlock, RoundTrips
 from impactlab.casefile.turning import turning
@@ -38,7 +39,9 @@ def build(case: CaseBlock, name: str, registry: Registry) -> Simulation:
     """
     models = _models(case, registry)
     contacts = tuple(_contact(case, number) for number in range(len(case.contacts)))
-    bodies = turning(case, {label: _body(case, label) for label in case.bodies}, contacts)
+    links = links_of(case)
+    bodies = turning(case, {label: _body(case, label) for label in case.bodies if label not in links}, contacts)
+    bodies = {**bodies, **{name: mechanism_body(case, name, marks_of(case, name)) for name in case.mechanisms}}
     laws = {contact.name: _law(case, number, registry) for number, contact in enumerate(contacts)}
     rod = reference_rod(case)
     counted = bodies[rod] if rod is not None else None
@@ -65,7 +68,7 @@ def build(case: CaseBlock, name: str, registry: Registry) -> Simulation:
         contacts=contacts,
         duration=duration,
         records=case.solve.records,
-        gravity=case.gravity,
+        gravity=0.0 if isinstance(case.gravity, tuple) else case.gravity,
         probes=tuple(Probe(probe.body, probe.at, probe.quantity) for probe in case.probes),
         snapshots=snapshots,
         frames=frames,
@@ -169,6 +172,8 @@ def _integrator(case: CaseBlock, models: Mapping[str, AbstractRodModel], registr
     """Return the integrator; None where it was not given and no rod or beam may need it."""
     if case.solve.integrator is not None:
         return read_part(case.solve.integrator, "solve.integrator", INTEGRATORS, registry)
+    if case.mechanisms:
+        return read_part({"kind": "midpoint"}, "solve.integrator", INTEGRATORS, registry)
     if models and all(model.exact for model in models.values()):
         return None
     return read_part(DEFAULT_INTEGRATOR, "solve.integrator", INTEGRATORS, registry)

@@ -9,6 +9,7 @@ import numpy as np
 
 from impactlab.casefile.blocks import ElasticBlock
 from impactlab.casefile.contacts import RULES_OF_CONTACTS, Met, met
+from impactlab.casefile.mechanisms import check_mechanisms, links_of
 from impactlab.casefile.points import check_place, find_body
 from impactlab.casefile.schema import CHOSEN, CaseBlock, Frames, RoundTrips, WallBlock
 from impactlab.casefile.words import listed, shown
@@ -33,6 +34,10 @@ def check(case: CaseBlock) -> None:
             if isinstance(body, ElasticBlock):
                 with gathered():
                     rule(body, f"bodies.{name}")
+    with gathered():
+        check_mechanisms(case)
+    if faults:
+        raise combined(faults)
     contacts: list[Met] = []
     for number in range(len(case.contacts)):
         with gathered():
@@ -52,7 +57,9 @@ def reference_rod(case: CaseBlock) -> str | None:
     """Return the body whose round trip is T: the one named, else the first."""
     if case.solve.round_trips_of is not None:
         return case.solve.round_trips_of
-    return next((name for name, body in case.bodies.items() if isinstance(body, ElasticBlock)), None)
+    links = links_of(case)
+    bodies = ((name, body) for name, body in case.bodies.items() if name not in links)
+    return next((name for name, body in bodies if isinstance(body, ElasticBlock)), None)
 
 
 def _has_a_shape(body: ElasticBlock, path: str) -> None:

@@ -9,10 +9,13 @@ import numpy as np
 
 from impactlab.casefile.beams import BeamBlock
 from impactlab.casefile.blocks import ElasticBlock
-from impactlab.casefile.points import Face, read_face
+from impactlab.casefile.mechanisms import direction, links_of
+from impactlab.casefile.points import Face, name_in, read_face
 from impactlab.casefile.schema import BodyBlock, CaseBlock, ContactBlock, WallBlock
 from impactlab.casefile.shafts import ShaftBlock
 from impactlab.errors import CaseError
+from impactlab.scene.bodies import Mark
+from impactlab.scene.problem import Point
 
 
 class Faces(NamedTuple):
@@ -24,7 +27,7 @@ class Faces(NamedTuple):
     @property
     def names(self) -> tuple[str, str]:
         """Names of the two bodies."""
-        return self.left.point.body, self.right.point.body
+        return self.left.body, self.right.body
 
 
 class Met(NamedTuple):
@@ -50,7 +53,45 @@ def faces_of(case: CaseBlock, number: int) -> Faces:
     """Return the faces of a contact of the case."""
     left, right = case.contacts[number].between
     path = f"contacts.{number}.between"
-    return Faces(read_face(case, left, f"{path}.0"), read_face(case, right, f"{path}.1"))
+    found = Faces(read_face(case, left, f"{path}.0"), read_face(case, right, f"{path}.1"))
+    return Faces(*(_on_link(case, number, place, face) for place, face in enumerate(found)))
+
+
+def _on_link(case: CaseBlock, number: int, place: int, face: Face) -> Face:
+    """Return a face of a link as a place of its mechanism: the number among the faces of the contacts."""
+    link = links_of(case).get(face.body)
+    if link is None:
+        return face
+    texts = [(at, side, text) for at, block in enumerate(case.contacts) for side, text in enumerate(block.between)]
+    before = [text for at, side, text in texts if (at, side) < (number, place)]
+    links = links_of(case)
+    count = sum(getattr(links.get(name_in(text)), "mechanism", None) == link.mechanism for text in before)
+    return face._replace(point=Point(link.mechanism, float(count), face.point.label))
+
+
+def marks_of(case: CaseBlock, mechanism: str) -> tuple[Mark, ...]:
+    """Return the faces of a mechanism in the order of the contacts."""
+    links, found = links_of(case), []
+    for number, block in enumerate(case.contacts):
+        for place, text in enumerate(block.between):
+            face = read_face(case, text, f"contacts.{number}.between.{place}")
+            link = links.get(face.body)
+            if link is not None and link.mechanism == mechanism:
+                found.append(Mark(link.number, face.point.x, direction(block.along), face.point.label))
+    return tuple(found)
+
+
+def along_is_given(contact: Met) -> None:
+    """Refuse a contact on a mechanism without a direction, and a direction where nothing turns."""
+    linked = any(name in links_of(contact.case) for name in contact.faces.names)
+    if linked and contact.block.along is None:
+        raise contact.refused(
+            "this key is missing: the contact lies on a mechanism",
+            "Give along: x, y or [cos, sin], the direction in which the faces meet.",
+            "along",
+        )
+    if not linked and contact.block.along is not None:
+        raise contact.refused("along is one of contacts on mechanisms", "Remove it.", "along")
 
 
 def met(case: CaseBlock, number: int, before: Sequence[Met]) -> Met:
@@ -201,7 +242,8 @@ def _orders(contact: Met) -> bool:
 
     It does not with a wall, or at an inner point.
     """
-    inner = any("at(" in face.point.label for face in contact.faces)
+    linked = any(name in links_of(contact.case) for name in contact.faces.names)
+    inner = linked or any("at(" in face.point.label for face in contact.faces)
     return not inner and not any(isinstance(body, WallBlock) for body in contact.bodies)
 
 
@@ -213,6 +255,7 @@ def has_a_law(contact: Met) -> None:
 
 
 RULES_OF_CONTACTS = (
+    along_is_given,
     joins_two_bodies,
     faces_look_at_each_other,
     held_ends_are_not_struck,

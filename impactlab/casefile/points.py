@@ -6,6 +6,7 @@ import re
 from typing import NamedTuple
 
 from impactlab.casefile.blocks import ElasticBlock
+from impactlab.casefile.mechanisms import LinkBlock
 from impactlab.casefile.schema import BodyBlock, CaseBlock, MassBlock
 from impactlab.casefile.units import to_si
 from impactlab.casefile.words import closest, listed, shown
@@ -22,6 +23,7 @@ class Face(NamedTuple):
 
     point: Point
     end: str  # left, right, or empty for an inner point, a mass and a wall
+    body: str  # its name in the case; a link is part of the body that its mechanism is
 
 
 def read_face(case: CaseBlock, text: str, path: str) -> Face:
@@ -37,13 +39,13 @@ def read_face(case: CaseBlock, text: str, path: str) -> Face:
         raise CaseError(f"{shown(text)} does not name a face", remedy=_REMEDY, path=path)
     name, side, place = match.groups()
     body = find_body(case, name, path)
-    if not isinstance(body, ElasticBlock):
+    if not isinstance(body, (ElasticBlock, LinkBlock)):
         if side is not None:
             kind = "a mass" if isinstance(body, MassBlock) else "a wall"
             raise CaseError(
                 f"{shown(text)}: {name!r} is {kind} and has no ends", remedy=f"Write {name!r} alone.", path=path
             )
-        return Face(Point(name, 0.0, name), "")
+        return Face(Point(name, 0.0, name), "", name)
     if side is None:
         raise CaseError(
             f"{name!r} is a {body.kind}, so the face must be named. Allowed: {name}.left, {name}.right, {name}.at(x)",
@@ -61,7 +63,13 @@ def read_face(case: CaseBlock, text: str, path: str) -> Face:
             remedy="Name one of its two ends, or a place x on it.",
             path=path,
         )
-    return Face(Point(name, 0.0 if side == "left" else length, f"{name}.{side}"), side)
+    return Face(Point(name, 0.0 if side == "left" else length, f"{name}.{side}"), side, name)
+
+
+def name_in(text: str) -> str:
+    """Return the body that the text of a face names; empty where it names none."""
+    match = _FACE.fullmatch(text.strip())
+    return "" if match is None else match[1]
 
 
 def find_body(case: CaseBlock, name: str, path: str) -> BodyBlock:
@@ -82,7 +90,7 @@ def _inner(name: str, place: str, length: float, text: str, path: str) -> Face:
         raise CaseError(f"{shown(text)}: {error}", remedy=_REMEDY, path=path) from error
     check_place(x, name, length, path)
     end = "left" if x == 0.0 else "right" if x == length else ""
-    return Face(Point(name, x, f"{name}.at({x:.6g})"), end)
+    return Face(Point(name, x, f"{name}.at({x:.6g})"), end, name)
 
 
 def check_place(x: float, name: str, length: float, path: str) -> None:

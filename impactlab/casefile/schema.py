@@ -20,10 +20,11 @@ from impactlab.casefile.blocks import (
     Time,
     Velocity,
 )
+from impactlab.casefile.mechanisms import ALONG, LinkBlock, MechanismBlock
 from impactlab.casefile.rods import RodBlock
 from impactlab.casefile.rotation import RotationBlock
 from impactlab.casefile.shafts import ShaftBlock
-from impactlab.casefile.values import Allowed, object_schema, quantity, refuse, words
+from impactlab.casefile.values import Allowed, object_schema, refuse, words
 from impactlab.casefile.values import Reader as Reader
 from impactlab.casefile.words import shown
 from impactlab.errors import CaseError
@@ -70,7 +71,9 @@ class WallBlock(Block):
         return given
 
 
-BodyBlock = Annotated[RodBlock | BeamBlock | ShaftBlock | MassBlock | WallBlock, Field(discriminator="kind")]
+BodyBlock = Annotated[
+    RodBlock | BeamBlock | ShaftBlock | MassBlock | WallBlock | LinkBlock, Field(discriminator="kind")
+]
 
 
 class ContactBlock(Block):
@@ -80,6 +83,9 @@ class ContactBlock(Block):
     gap: Place = Field(default=0.0, description="gap at t = 0 [m], positive when open")
     lever_arm: Length | None = Field(
         default=None, description="distance of the contact from the axis of the shaft that it turns [m]"
+    )
+    along: Annotated[Any, ALONG] = Field(
+        default=None, description="direction of a contact on a mechanism: x, y or [cos, sin], fixed in space"
     )
     overlap: Annotated[str | None, Allowed(words=("allowed",), nothing=True).reader()] = Field(
         default=None, description="'allowed' lets a gap be negative"
@@ -192,6 +198,14 @@ class Frames(Block):
         return tuple(min(self.every * number, duration) for number in range(int(parts) + 1))
 
 
+_G = Allowed("m/s2", number=True)
+GRAVITY = Reader(
+    lambda value: tuple(_G.read(each) for each in value) if isinstance(value, (list, tuple)) and len(value) == 2
+    else _G.read(value),
+    {"anyOf": [_G.json_schema(), {"type": "array", "items": _G.json_schema(), "minItems": 2, "maxItems": 2}]},
+)  # fmt: skip
+
+
 class CaseBlock(Block):
     """A case: bodies, contacts, how to solve them, quantities to record."""
 
@@ -201,8 +215,9 @@ class CaseBlock(Block):
     bodies: dict[Name, BodyBlock] = Field(min_length=1, max_length=100, description="bodies by name")
     contacts: tuple[ContactBlock, ...] = Field(default=(), max_length=100, description="pairs of faces that may meet")
     solve: SolveBlock = Field(description="how to solve")
-    gravity: Annotated[float, quantity("m/s2")] = Field(
-        default=0.0, description="gravity [m/s2], along +x, of beams along +u"
+    mechanisms: dict[Name, MechanismBlock] = Field(default={}, max_length=100, description="chains of links by name")
+    gravity: Annotated[Any, GRAVITY] = Field(
+        default=0.0, description="gravity [m/s2], along +x, of beams along +u; [x, y] with mechanisms"
     )
     probes: tuple[ProbeBlock, ...] = Field(default=(), max_length=1000, description="quantities to record")
     snapshots: Annotated[

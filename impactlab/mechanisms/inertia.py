@@ -39,21 +39,31 @@ from impactlab.types import Array
 
 
 @PART
+def contracted(tensor: Array, q: Array, out: Array) -> None:
+    """Write the sum of the slices of a tensor times amplitudes, two slices at a time: each is read once."""
+    n, pairs = out.size, q.size // 2
+    for i in range(n):
+        out[i] = 0.0
+    for pair in range(pairs):
+        at, one, two = 2 * pair * n, q[2 * pair], q[2 * pair + 1]
+        first, second = tensor[at : at + n], tensor[at + n : at + 2 * n]
+        for i in range(first.size):
+            out[i] += first[i] * one + second[i] * two
+    if 2 * pairs < q.size:
+        add(out, q[2 * pairs], tensor[2 * pairs * n : (2 * pairs + 1) * n])
+
+
+@PART
 def contract(k: Constants, w: Work, p: Array, v: Array, na: int) -> None:
     """Write the products of the integrals with the shapes' amplitudes p and rates v, psi's before phi's."""
     a, a1, q, q1 = p[:na], v[:na], p[na:], v[na:]
     nb = q.size
     times(k.s0, q, w.y0)
     times(k.s1, q, w.y1)
-    times(k.sa, q, w.z)
-    times(k.sa, q1, w.zd)
-    for i in range(nb * nb):
-        row = k.sb[i * nb : (i + 1) * nb]
-        one, two = 0.0, 0.0
-        for j in range(row.size):
-            one += row[j] * q[j]
-            two += row[j] * q1[j]
-        w.w[i], w.wd[i] = one, two
+    contracted(k.sa, q, w.z)
+    contracted(k.sa, q1, w.zd)
+    contracted(k.sb, q, w.w)
+    contracted(k.sb, q1, w.wd)
     times(k.bb, q, w.bq)
     times(k.bb, q1, w.bd)
     times(k.ab, q, w.aq)
@@ -203,7 +213,7 @@ def add_link(
     g_x, g_y = P[GRAVITY_X], P[GRAVITY_Y]
     fallen = total * (g_x * P[room + X] + g_y * P[room + Y])
     fallen += (c * g_x + s * g_y) * of_n - (c * g_y - s * g_x) * of_e
-    return fallen + twist(P[link + TORQUE], k.root, P[room + TH], turn, q, first + na, force)
+    return float(fallen) + twist(P[link + TORQUE], k.root, P[room + TH], turn, q, first + na, force)
 
 
 @PART
@@ -213,4 +223,4 @@ def twist(torque: float, slopes: Array, angle: float, turn: Array, q: Array, at:
         return 0.0
     add(force, torque, turn)
     add(force[at : at + q.size], torque, slopes)
-    return torque * (angle + dot(slopes, q))
+    return float(torque * (angle + dot(slopes, q)))

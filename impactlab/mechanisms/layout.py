@@ -97,7 +97,7 @@ def constants(P: Array, link: int) -> Constants:
 @PART
 def spot(P: Array, at: int, m: int) -> Spot:
     """Return a place that is written from a number on."""
-    return Spot(P[at : at + SPOT - 1], P[at + 6 : at + 6 + m], P[at + 6 + m : at + 6 + 2 * m])
+    return Spot(P[at : at + SPOT], P[at + SPOT : at + SPOT + m], P[at + SPOT + m : at + SPOT + 2 * m])
 
 
 @PART

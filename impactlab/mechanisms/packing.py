@@ -17,7 +17,7 @@ from impactlab.types import Array
 
 
 class Packed(NamedTuple):
-    """A chain in numbers: its coordinates are, link by link, the angle where it is free or driven, psi's, then phi's."""
+    """A chain in numbers. Its coordinates: link by link the angle where it is free or driven, psi's, then phi's."""
 
     parameters: Array  # of `terms`
     stiffness: Array  # (n, n) N/m, of the shapes
@@ -99,8 +99,8 @@ def reached(mechanism: Mechanism) -> float:
     height = ((mechanism.slide or 0.0) - y) / last.length
     if abs(height) >= 1.0:
         raise CaseError(
-            f"the slide at y = {mechanism.slide:g} m is out of reach: link '{last.name}' begins at y = {y:.6g} m and is "
-            f"{last.length:g} m long",
+            f"the slide at y = {mechanism.slide:g} m is out of reach of link '{last.name}', which begins at "
+            f"y = {y:.6g} m and is {last.length:g} m long",
             remedy="Give another slide or angle, or a longer link.",
             path=f"mechanisms.{mechanism.name}.end",
         )

@@ -126,7 +126,8 @@ def hold(drives: Array, x: Array) -> None:
         x[driven(drives, number)] = 0.0
 
 
-def free(P: Array, state: Array) -> None:
+@PART
+def take_step(P: Array, state: Array) -> None:
     """Take a step without contact; the terms and factor of its middle stay for `columns`."""
     m = middle_of(P)
     n, r, dt, n_drives = m.force.size, m.rates.size, P[STEP], m.drives.size // DRIVE
@@ -188,7 +189,8 @@ def write_response(m: Middle, moved: Array, displacement: float, velocity: float
         moved[2 * n + r + k] += velocity * total
 
 
-def columns(P: Array, state: Array, jump: Array, responses: Array) -> None:
+@PART
+def write_columns(P: Array, state: Array, jump: Array, responses: Array) -> None:
     """Write velocities per impulse, and the state per unit force, impulse and projection at each port of the body.
 
     Called after `free`, whose middle they belong to; ``state`` is that at the end of the free step.
@@ -235,7 +237,8 @@ def columns(P: Array, state: Array, jump: Array, responses: Array) -> None:
         write_response(m, impulse, 0.5 * dt * dt, dt, m.x, 1.0)
 
 
-def derive(P: Array, state: Array) -> None:
+@PART
+def take_readings(P: Array, state: Array) -> None:
     """Take the readings and their rates again at the state, so that nothing drifts."""
     m = middle_of(P)
     n, r = m.force.size, m.rates.size
@@ -245,7 +248,8 @@ def derive(P: Array, state: Array) -> None:
         state[n + k], state[2 * n + r + k] = m.values[k], m.rates[k]
 
 
-def measure(P: Array, state: Array, out: Array) -> None:
+@PART
+def take_energy(P: Array, state: Array, out: Array) -> None:
     """Write the energy of a mechanism [J], and the work of its loads and drives [J]."""
     m = middle_of(P)
     n, r = m.force.size, m.rates.size
@@ -261,3 +265,23 @@ def measure(P: Array, state: Array, out: Array) -> None:
 def retime(P: Array, dt: float) -> None:
     """Prepare for another step length."""
     P[STEP] = dt
+
+
+def free(P: Array, state: Array) -> None:
+    """Take a step without contact; the terms and factor of its middle stay for `columns`."""
+    take_step(P, state)
+
+
+def columns(P: Array, state: Array, jump: Array, responses: Array) -> None:
+    """Write velocities per impulse, and the state per unit force, impulse and projection at each port of the body."""
+    write_columns(P, state, jump, responses)
+
+
+def derive(P: Array, state: Array) -> None:
+    """Take the readings and their rates again at the state, so that nothing drifts."""
+    take_readings(P, state)
+
+
+def measure(P: Array, state: Array, out: Array) -> None:
+    """Write the energy of a mechanism [J], and the work of its loads and drives [J]."""
+    take_energy(P, state, out)

@@ -1,7 +1,7 @@
 """Equations of motion of a planar chain of links at one state, compiled: mass matrix, forces, readings.
 
-M(p) p'' = force + rows^T F. Link by link: the integrals of a link give mass and inertia forces in its frame; the rows of
-its origin and of its angle carry them to the coordinates of the chain. Its end is the origin of the next link.
+M(p) p'' = force + rows^T F. Link by link: the integrals of a link give mass and inertia forces in its frame; the rows
+of its origin and of its angle carry them to the coordinates of the chain. Its end is the origin of the next link.
 
 References
 ----------
@@ -107,13 +107,14 @@ def read(P: Array, n: int, p: Array, v: Array, rows: Array, values: Array, rates
         rates[number] = dot(row, v)
 
 
-def terms(
-    P: Array, t: float, p: Array, v: Array, mass: Array, force: Array, rows: Array, values: Array, rates: Array
+@PART
+def chain_terms(
+    P: Array, _t: float, p: Array, v: Array, mass: Array, force: Array, rows: Array, values: Array, rates: Array
 ) -> None:  # fmt: skip
     """Write mass matrix (n n,), force (n,), and rows (n_readings n,), values and rates of the readings at a state.
 
     After the values stands the work of loads that follow from the position [J]. With an empty mass matrix only the
-    readings are written. The time ``t`` [s] is for mechanisms whose loads change with it; here none does.
+    readings are written. The time ``_t`` [s] is for mechanisms whose loads change with it; here none does.
     """
     n, links = int(P[COORDINATES]), int(P[LINKS])
     size, first_room = ROWS + 3 * n, int(P[ROOM_AT])
@@ -149,3 +150,10 @@ def terms(
         link = int(P[link + NEXT])
     read(P, n, p, v, rows, values, rates)
     values[int(P[READINGS])] = done
+
+
+def terms(
+    P: Array, t: float, p: Array, v: Array, mass: Array, force: Array, rows: Array, values: Array, rates: Array
+) -> None:  # fmt: skip
+    """Write the terms of a chain: see `chain_terms`, which is compiled without the runtime that counts references."""
+    chain_terms(P, t, p, v, mass, force, rows, values, rates)

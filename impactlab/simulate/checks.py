@@ -9,6 +9,7 @@ import numpy as np
 
 from impactlab.errors import StepError, raised_at
 from impactlab.history.base import AbstractHistory, Warned
+from impactlab.mechanisms.model import MechanismModel
 from impactlab.metrics.grazing import grazing_kick, near_grazing
 from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.plugins import kind_of
@@ -25,6 +26,7 @@ from impactlab.simulate.stepping import loop
 from impactlab.simulate.stepping.assembly import Assembly
 from impactlab.simulate.stepping.preparation import self_stepping
 from impactlab.simulate.touch_times import unplaced
+from impactlab.types import Level
 
 LOSS_WARN = 0.1  # of the reference energy, that nothing booked: damping schemes lose some, a mesh never so much
 GAIN_WARN = 0.02  # of the reference energy: a larger gain is reported, also where the parts declare more
@@ -120,6 +122,9 @@ def check_run(status: int, assembly: Assembly, history: AbstractRecordedHistory)
     if clock.step == assembly.steps and clock.n_samples > 1:
         check_momentum(history, [contact.total for contact in assembly.contacts], clock.time, failure)
     bound = energy_bound(assembly.scene, assembly.acting, assembly.integrator, own)
+    impulses = any(Level.IMPULSE in law.needs or Level.CLOSING in law.needs for law in laws)
+    models = [body.model for body in assembly.built.values() if isinstance(body.model, MechanismModel)]
+    bound += sum(model.gains_energy(assembly.dt, impulses) for model in models)
     cut = assembly.method.events == "dated" and assembly.integrator.any_dt
     remedies = dict.fromkeys(law.gain_remedy for law in laws if law.gain_remedy)
     remedy = " ".join(remedies) or f"Give a smaller step, or a softer contact{', or events: located' if cut else ''}."

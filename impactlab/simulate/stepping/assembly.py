@@ -16,7 +16,7 @@ from impactlab.models.continuous.delay_line import DelayLine
 from impactlab.numerics.addresses import COLUMNS, DERIVE, FREE, MEASURE, RETIME, LawAddress, kernel_address
 from impactlab.numerics.records import records
 from impactlab.scene.method import laws_of
-from impactlab.scene.problem import Contact
+from impactlab.scene.problem import Contact, Point
 from impactlab.simulate.channels import Probed, probed
 from impactlab.simulate.plan import Plan
 from impactlab.simulate.stepping.arrays import (
@@ -319,9 +319,15 @@ class Assembly:
             record.dates, record.smooth = int(law.answers_force), int(law.smooth)
             record.projects_first, record.load_point = int(self.integrator.projects_first), self.integrator.load_point
             record.trial_point = 1.0 if law.trial_at_end else self.integrator.load_point
-            record.initial_gap = record.old_gap = contact.gap
+            record.initial_gap = contact.gap - self._placed(contact.right) + self._placed(contact.left)
+            record.old_gap = contact.gap
             record.left_share = static[0] / sum(static) if sum(static) > 0.0 else 0.0
         return ports, contacts, replies
+
+    def _placed(self, point: Point) -> float:
+        """Return where a face of a mechanism is at t = 0 [m]; 0 of other bodies, whose faces count from there."""
+        stepper, row = self._plan.steppers[point.body], self.built[point.body].model.row(point.x, "displacement")
+        return 0.0 if stepper.columns is None else float(row @ stepper.state[: row.size])
 
     def _static_compliance(self, body: str, x: float) -> float:
         """Return the static compliance of a face beyond that of its coordinates [m/N]."""

@@ -1,0 +1,230 @@
+"""The blocks of mechanisms: links, hinges and drives; the faces of links, and the mechanisms that they describe."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, NamedTuple
+
+from pydantic import Field
+
+from impactlab.casefile.beams import BeamBlock
+from impactlab.casefile.blocks import Block, Length, MassValue, Name, Time
+from impactlab.casefile.values import Allowed, Reader, quantity, refuse, words
+from impactlab.casefile.words import closest, listed, shown
+from impactlab.errors import CaseError
+from impactlab.scene.bodies import Drive, Link, Mark, Mechanism
+
+if TYPE_CHECKING:
+    from impactlab.casefile.schema import CaseBlock
+
+MAX_LINKS, MAX_AXIAL = 100, 200
+_RATE = Allowed("rad/s", number=True)
+Rate = Annotated[float, Reader(_RATE.read, _RATE.json_schema())]
+Angle = Annotated[float, quantity("rad")]
+
+
+class LinkBlock(Block):
+    """A rigid link of a mechanism: a straight bar whose centre of mass is its middle."""
+
+    kind: Literal["link"] = Field(description="link")
+    length: Length = Field(description="length [m]")
+    mass: MassValue = Field(description="mass [kg]")
+    inertia: Annotated[float | None, Allowed("kg m2", (("gt", 0.0),), number=True, nothing=True).reader()] = Field(
+        default=None, description="moment of inertia about the middle [kg m2]; that of a uniform bar if not given"
+    )
+
+    quantities: ClassVar[tuple[str, ...]] = ()
+
+    @property
+    def total_length(self) -> float:
+        """Its length [m]."""
+        return self.length
+
+
+class DriveBlock(Block):
+    """A hinge whose angular rate is given."""
+
+    rate: Rate = Field(description="angular rate of the link [rad/s]")
+    within: Time | None = Field(
+        default=None, description="time within which it is reached smoothly [s]; at once without"
+    )
+
+
+class JointBlock(Block):
+    """A link of a mechanism and the joint that ties it to the end of the link before it, or to the ground."""
+
+    body: Name = Field(description="name of the link: a body of kind link or beam")
+    joint: Annotated[str, words("hinge", "clamped")] = Field(
+        default="hinge", description="hinge, or clamped to the end before it; to a driven hub if the hinge is driven"
+    )
+    angle: Angle = Field(default=0.0, description="angle at t = 0 [rad], from +x, counterclockwise")
+    rate: Rate = Field(default=0.0, description="angular rate at t = 0 [rad/s]")
+    torque: Annotated[float, quantity("N m")] = Field(
+        default=0.0, description="torque on the link from the one before it [N m]"
+    )
+    drive: DriveBlock | None = Field(default=None, description="given angular rate of the hinge")
+    end_mass: Annotated[float, quantity("kg", ge=0.0)] = Field(default=0.0, description="point mass at its end [kg]")
+    axial_modes: Annotated[int, Allowed("1", (("ge", 0), ("le", MAX_AXIAL)), whole=True).reader()] = Field(
+        default=0, description="axial shapes of a beam; without one it keeps its length"
+    )
+
+
+def _read_end(value: Any) -> Any:
+    if value == "free":
+        return value
+    if isinstance(value, dict) and set(value) == {"slide"}:
+        return {"slide": Allowed("m", number=True).read(value["slide"])}
+    raise refuse(f"{shown(value)} is no end of a mechanism. Allowed: free, or {{slide: y}} along x at the height y [m]")
+
+
+END = Reader(
+    _read_end,
+    {"anyOf": [{"const": "free"}, {"type": "object", "properties": {"slide": {}}, "required": ["slide"]}]},
+)
+
+
+class MechanismBlock(Block):
+    """A planar chain of links, each tied to the end of the one before, the first to the ground at x = y = 0."""
+
+    links: tuple[JointBlock, ...] = Field(min_length=1, max_length=MAX_LINKS, description="links from the ground on")
+    end: Annotated[Any, END] = Field(default="free", description="free, or {slide: y}: the end moves along x at y [m]")
+
+
+def _read_along(value: Any) -> Any:
+    if value is None or value in ("x", "y"):
+        return value
+    if isinstance(value, (list, tuple)) and len(value) == 2:
+        x, y = (Allowed("1", number=True).read(each) for each in value)
+        if math.hypot(x, y) > 0.0:
+            return (x, y)
+        raise refuse("the direction [0, 0] has no length")
+    raise refuse(f"{shown(value)} is no direction. Allowed: x, y, or [cos, sin]")
+
+
+ALONG = Reader(
+    _read_along,
+    {"anyOf": [{"enum": ["x", "y"]}, {"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2}]},
+)
+
+
+class LinkOf(NamedTuple):
+    """A body of the case as a link."""
+
+    mechanism: str
+    number: int
+
+
+def links_of(case: CaseBlock) -> dict[str, LinkOf]:
+    """Return the bodies that are links of mechanisms, by name."""
+    return {
+        link.body: LinkOf(name, number)
+        for name, mechanism in case.mechanisms.items()
+        for number, link in enumerate(mechanism.links)
+    }
+
+
+def direction(along: Any) -> tuple[float, float]:
+    """Return the direction of a contact as a vector of length 1."""
+    if along in ("x", "y"):
+        return (1.0, 0.0) if along == "x" else (0.0, 1.0)
+    size = math.hypot(*along)
+    return along[0] / size, along[1] / size
+
+
+def vector(gravity: Any) -> tuple[float, float]:
+    """Return gravity as (x, y) [m/s2]; a number acts along +x."""
+    return tuple(gravity) if isinstance(gravity, (list, tuple)) else (gravity, 0.0)
+
+
+def mechanism_body(case: CaseBlock, name: str, marks: tuple[Mark, ...]) -> Mechanism:
+    """Return a mechanism of a checked case in SI."""
+    block = case.mechanisms[name]
+    links = tuple(_link(case, joint) for joint in block.links)
+    slide = None if block.end == "free" else block.end["slide"]
+    return Mechanism(name, links, slide, marks, vector(case.gravity))
+
+
+def _link(case: CaseBlock, joint: JointBlock) -> Link:
+    block: Any = case.bodies[joint.body]
+    drive = None if joint.drive is None else Drive(joint.drive.rate, joint.drive.within or 0.0)
+    given: dict[str, Any] = {
+        "joint": joint.joint, "angle": joint.angle, "rate": joint.rate, "torque": joint.torque, "drive": drive,
+        "end_mass": joint.end_mass, "axial_modes": joint.axial_modes,
+    }  # fmt: skip
+    if isinstance(block, BeamBlock):
+        return Link(joint.body, block.total_length, beam=block.body(joint.body, 1.0), **given)
+    inertia = block.mass * block.length**2 / 12.0 if block.inertia is None else block.inertia
+    return Link(joint.body, block.length, block.mass, inertia, **given)
+
+
+def check_mechanisms(case: CaseBlock) -> None:
+    """Raise `CaseError` where links are missing, repeated or of a wrong kind, or hinges are given twice."""
+    seen: dict[str, str] = {}
+    for name, mechanism in case.mechanisms.items():
+        if name in case.bodies:
+            raise CaseError(
+                f"{name!r} is a body, too", remedy="Give the mechanism another name.", path=f"mechanisms.{name}"
+            )
+        for number, joint in enumerate(mechanism.links):
+            path = f"mechanisms.{name}.links.{number}"
+            for fault in _faults(case, joint, number, number == len(mechanism.links) - 1 and mechanism.end != "free"):
+                raise CaseError(fault[0], remedy=fault[1], path=f"{path}.{fault[2]}")
+            if joint.body in seen:
+                raise CaseError(
+                    f"{joint.body!r} is a link of {seen[joint.body]!r} already",
+                    remedy="Give each link a body of its own.",
+                    path=f"{path}.body",
+                )
+            seen[joint.body] = name
+        if mechanism.end != "free" and len(mechanism.links) < 2:
+            raise CaseError(
+                "one link on a slide cannot move",
+                remedy="Give two links or more, or end: free.",
+                path=f"mechanisms.{name}.end",
+            )
+    loose = [name for name, body in case.bodies.items() if isinstance(body, LinkBlock) and name not in seen]
+    if loose:
+        raise CaseError(
+            f"{loose[0]!r} is a link of no mechanism",
+            remedy="Name it in the links of a mechanism, or remove it.",
+            path=f"bodies.{loose[0]}",
+        )
+
+
+def _faults(case: CaseBlock, joint: JointBlock, number: int, slides: bool) -> Iterator[tuple[str, str, str]]:
+    """Give the faults of a link: text, remedy and key."""
+    body = case.bodies.get(joint.body)
+    if body is None:
+        links = [name for name, each in case.bodies.items() if isinstance(each, (LinkBlock, BeamBlock))]
+        yield f"there is no body {shown(joint.body)}.{closest(joint.body, links)}", f"Links: {listed(links)}.", "body"
+        return
+    if not isinstance(body, (LinkBlock, BeamBlock)):
+        yield f"{joint.body!r} is a {body.kind}. Allowed: link (rigid), beam", "Name a body of one of the two.", "body"
+        return
+    if joint.drive is not None and joint.torque != 0.0:
+        yield "a hinge is driven or bears a torque, and here both are given", "Keep one of the two.", "drive"
+    if joint.drive is not None and joint.rate != 0.0:
+        yield "the rate of a driven hinge is that of its drive", "Remove one of the two.", "rate"
+    if slides and (joint.drive is not None or joint.rate != 0.0 or joint.joint == "clamped"):
+        yield "the motion of the last link follows from the slide", "Drive or turn another link.", "joint"
+    if joint.joint == "clamped" and number > 0 and (joint.drive is not None or joint.torque or joint.rate):
+        yield "a link clamped to the one before it turns with it", "Give joint: hinge.", "joint"
+    if isinstance(body, LinkBlock):
+        if joint.axial_modes:
+            yield f"{joint.body!r} is rigid", "Remove it, or describe the link as a beam.", "axial_modes"
+        return
+    held = [end for end in (body.ends.left, body.ends.right) if end.kind != "free" or end.force != 0.0]
+    if held:
+        yield "the ends of a link are its joints, and its beam has ends of its own", "Leave `ends` out.", "body"
+    if joint.drive is not None and joint.joint == "hinge":
+        yield (
+            "a drive turns the root section of a beam, which a hinge leaves free",
+            "Give joint: clamped: the beam stands on a driven hub.",
+            "joint",
+        )
+    if body.tension != 0.0 or body.theory != "euler_bernoulli" or body.velocity != 0.0 or body.profile is not None:
+        text = "a link bends by the theory of Euler and Bernoulli, straight and without preload at t = 0"
+        yield text, "Remove tension, theory, velocity and displacement from the beam.", "body"
+    if body.rayleigh.mass or body.rayleigh.stiffness or body.rotation is not None:
+        yield "a link has no damping, and turns by its joints", "Remove damping and rotation from the beam.", "body"
