@@ -7,12 +7,13 @@ from typing import Any
 
 from impactlab.casefile.blocks import end_values, profile_values
 from impactlab.casefile.build import DEFAULT_INTEGRATOR
+from impactlab.casefile.mechanisms import direction
 from impactlab.casefile.parts import describe_part
 from impactlab.casefile.schema import BodyBlock, CaseBlock, Frames
 from impactlab.casefile.shafts import ShaftBlock, described
-from impactlab.scene.bodies import Beam, BeamSegment, Body, ElasticBody, Mass, Segment
+from impactlab.scene.bodies import Beam, BeamSegment, Body, ElasticBody, Link, Mass, Mechanism, Segment
 from impactlab.scene.facts import steady_facts
-from impactlab.scene.method import Method, modelled
+from impactlab.scene.method import Method, models_of
 from impactlab.scene.problem import Scene
 
 
@@ -23,15 +24,20 @@ def resolve(case: CaseBlock, scene: Scene, method: Method) -> dict[str, Any]:
         solve |= {"tolerance": method.tolerance.error, "tolerance_on": list(method.tolerance.on)}
     else:
         solve |= _described(case, scene, method)
+    mechanisms = [body for body in scene.bodies.values() if isinstance(body, Mechanism)]
+    links = {link.name: link for mechanism in mechanisms for link in mechanism.links}
     return {
         "schema_version": 1,
         "title": case.title,
         "source": case.source,
-        "bodies": {name: _body(body, case.bodies[name]) for name, body in scene.bodies.items()},
+        "bodies": {name: _body(scene.bodies[name], block) for name, block in case.bodies.items() if name not in links}
+        | {name: _link(link) for name, link in links.items()},
+        **({"mechanisms": {each.name: _mechanism(each) for each in mechanisms}} if mechanisms else {}),
         "contacts": [
             {
                 "between": [contact.left.label, contact.right.label],
                 "gap": contact.gap,
+                **({} if block.along is None else {"along": list(direction(block.along))}),
                 **({} if block.lever_arm is None else {"lever_arm": block.lever_arm}),
                 **({"overlap": "allowed"} if contact.overlap_allowed else {}),
                 **({} if block.law is None else {"law": describe_part(method.laws[contact.name], block.law)}),
@@ -39,7 +45,7 @@ def resolve(case: CaseBlock, scene: Scene, method: Method) -> dict[str, Any]:
             for contact, block in zip(scene.contacts, case.contacts, strict=True)
         ],
         "solve": solve,
-        "gravity": scene.gravity,
+        "gravity": list(mechanisms[0].gravity) if mechanisms else scene.gravity,
         "probes": [{"body": probe.body, "at": probe.x, "quantity": probe.quantity} for probe in scene.probes],
         "snapshots": case.snapshots.model_dump(exclude_none=True)
         if isinstance(case.snapshots, Frames)
@@ -55,7 +61,7 @@ def _described(case: CaseBlock, scene: Scene, method: Method) -> dict[str, Any]:
     """Return the keys of ``solve`` that say how the scene is described and stepped."""
     solve: dict[str, Any] = {}
     blocks = {name: case.solve.models.get(name, case.solve.model) for name in method.models}
-    solve["models"] = {body.name: describe_part(model, blocks[body.name]) for body, model in modelled(scene, method)}
+    solve["models"] = {name: describe_part(model, blocks[name]) for name, model in models_of(scene, method).items()}
     if method.integrator is not None:
         solve["integrator"] = describe_part(method.integrator, case.solve.integrator or DEFAULT_INTEGRATOR)
     rule = method.step
@@ -81,6 +87,24 @@ def _body(body: Body, block: BodyBlock) -> dict[str, Any]:
     values["velocity"] = body.velocity
     values |= _rotation(body)
     return values | profile_values("displacement", body.displacement)
+
+
+def _link(link: Link) -> dict[str, Any]:
+    if link.beam is None:
+        return {"kind": "link", "length": link.length, "mass": link.mass, "inertia": link.inertia}
+    segments = [_piece(piece) for piece in link.beam.segments]
+    return {"kind": "beam", **(segments[0] if len(segments) == 1 else {"segments": segments})}
+
+
+def _mechanism(mechanism: Mechanism) -> dict[str, Any]:
+    links = []
+    for link in mechanism.links:
+        values = {"body": link.name, "joint": link.joint, "angle": link.angle, "rate": link.rate}
+        values |= {"torque": link.torque, "end_mass": link.end_mass, "axial_modes": link.axial_modes}
+        if link.drive is not None:
+            values["drive"] = {"rate": link.drive.rate, **({"within": link.drive.within} if link.drive.within else {})}
+        links.append(values)
+    return {"links": links, "end": "free" if mechanism.slide is None else {"slide": mechanism.slide}}
 
 
 def _rotation(body: Body) -> dict[str, Any]:

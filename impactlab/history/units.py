@@ -17,6 +17,9 @@ UNITS = {
     "position": "m",
     "momentum": "N s",
     "energy": "J",
+    "angle": "rad",
+    "rate": "rad/s",
+    "drive": "N m",
     "gap": "m",
     "contact_force": "N",
 }
@@ -27,5 +30,8 @@ LONG_NAMES = {name: name.replace("_", " ") for name in UNITS} | {
     "force": "force inside the body, positive in compression",
     "contact_force": "contact force, positive in compression",
     "gap": "gap, positive when open",
-    "position": "displacement of a mass",
+    "position": "displacement of a mass, or position of a face of a mechanism",
+    "angle": "angle of a link, from +x",
+    "rate": "angular rate of a link",
+    "drive": "moment of the drive of a link",
 }

@@ -191,7 +191,7 @@ def _energy_change(
     body = scene.bodies[name]
     if not body.moves:
         return 0.0
-    if body.elastic is None:
+    if math.isfinite(body.rigid_mass):
         speeds = [mean_velocity(scene, history, name, t, given) for t in (end, start)]
         return _difference([None if v is None else v**2 for v in speeds], 0.5 * body.moving_mass)
     if f"energy:{name}" not in history.channels():

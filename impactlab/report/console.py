@@ -81,7 +81,7 @@ def summary_text(summary: Mapping[str, Any]) -> str:
         collisions, lambda each: f"  collision {sentence(each)}", "collisions", lambda each: each["impulse"]
     )
     for name, body in summary["final"]["bodies"].items():
-        lines.append(f"  at end    {name}: " + ", ".join(f"{key} {_number(value)}" for key, value in body.items()))
+        lines.append(f"  at end    {name}: " + ", ".join(_state(key, value) for key, value in body.items()))
     for name, turn in summary.get("rotation", {}).items():
         facts = [f"{_number(turn[key])} {unit}{words}" for key, unit, words in STEADY if key in turn]
         unchecked = "; not checked: its momentum, which the centrifugal force changes"
@@ -204,6 +204,13 @@ def _plain(value: Any) -> str:
     if isinstance(value, str):
         return value or '""'
     return json.dumps(value)
+
+
+def _state(key: str, value: Any) -> str:
+    """Return a quantity of a body at the end, or those of its links."""
+    if isinstance(value, Mapping):
+        return f"{key} " + ", ".join(f"{name} {_number(each)}" for name, each in value.items())
+    return f"{key} {_number(value)}"
 
 
 def _number(value: Any) -> str:

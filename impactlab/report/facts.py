@@ -9,7 +9,7 @@ from typing import Any
 
 from impactlab.report.style import scaled
 from impactlab.report.summary import cell, has_numbers, in_round_trips, model_label
-from impactlab.scene.bodies import Beam, Body, End, Mass, Shaft, Wall, WaveBody
+from impactlab.scene.bodies import Beam, Body, End, Mass, Mechanism, Shaft, Wall, WaveBody
 from impactlab.scene.problem import Scene
 
 MIN_GAP = 1e-12  # m, below which a gap between sub-impacts is rounding
@@ -44,6 +44,8 @@ def _body(body: Body) -> str:
         return f"rigid mass, {si(body.mass, 'kg')}, {moving}{_turning(body)}"
     if isinstance(body, Wall):
         return "rigid wall"
+    if isinstance(body, Mechanism):
+        return _mechanism(body)
     if isinstance(body, Beam):
         return _beam(body)
     if not isinstance(body, WaveBody):
@@ -55,6 +57,18 @@ def _body(body: Body) -> str:
     at = f" as the rod at its lever arm of {si(body.lever_arm, 'm')}" if isinstance(body, Shaft) else ""
     ends = f"left {_end(body.left)}, right {_end(body.right)}{_turning(body)}"
     return f"elastic {body.kind}{at}, {pieces}, {si(body.mass, 'kg')}{moving}; {ends}"
+
+
+def _mechanism(mechanism: Mechanism) -> str:
+    links = []
+    for link in mechanism.links:
+        kind = "rigid" if link.beam is None else "flexible"
+        turned = f", driven at {link.drive.rate:.4g} rad/s" if link.drive is not None else ""
+        turned += f", torque {si(link.torque, 'N m')}" if link.torque else ""
+        loaded = f", {si(link.end_mass, 'kg')} at its end" if link.end_mass else ""
+        links.append(f"{link.name} ({kind}, {si(link.length, 'm')}, {si(link.total_mass, 'kg')}{turned}{loaded})")
+    end = "" if mechanism.slide is None else f"; its end on a slide at y = {si(mechanism.slide, 'm')}"
+    return f"mechanism of {', '.join(links)}{end}"
 
 
 def _beam(beam: Beam) -> str:

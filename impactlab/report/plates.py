@@ -7,10 +7,11 @@ from functools import partial
 from typing import Any
 
 from impactlab.history.base import AbstractHistory
-from impactlab.report import balance, diagram, fields, overview, plots, signals
+from impactlab.report import balance, diagram, fields, mechanism, overview, plots, signals
 from impactlab.report.page import Plate
 from impactlab.report.style import Trace, exact_of
 from impactlab.report.summary import cell
+from impactlab.scene.bodies import Mechanism
 from impactlab.scene.problem import Scene
 
 MAX_PRINTED = 3  # contacts and bodies that have figures of their own on a page that was not asked for all
@@ -29,8 +30,14 @@ def of_run(trace: Trace, scene: Scene) -> list[Plate]:
     )
     along = fields_at_snapshots([trace], scene, f"at the snapshots.{dark if answer == 'exact' else ''}")
     over_time = histories_of([trace], scene, f"Positive in compression.{dark}", dark)
+    chains = [name for name, body in scene.bodies.items() if isinstance(body, Mechanism)]
+    words = "To scale, links drawn straight: at the start, where contacts begin, and at the end."
+    moved = [
+        Plate(f"mechanism_{name}", f"Mechanism {name}", words, partial(mechanism.positions, trace.history, scene, name))
+        for name in chains
+    ]
     own = [trace.history, *([trace.reference] if trace.reference is not None else [])]
-    return [*probes([trace], scene, compared=False), *waves(own, scene), *over_time, shares, *along]
+    return [*moved, *probes([trace], scene, compared=False), *waves(own, scene), *over_time, shares, *along]
 
 
 def of_comparison(comparison: Mapping[str, Any], shown: Sequence[Trace], scene: Scene) -> list[Plate]:

@@ -19,8 +19,9 @@ from impactlab.metrics.collisions import agreements, collisions
 from impactlab.plugins import kind_of
 from impactlab.refine.reference import Reference
 from impactlab.refine.stated_error import measured_error, set_measured_error
+from impactlab.scene.bodies import Body, Mechanism
 from impactlab.scene.facts import steady_facts
-from impactlab.scene.method import laws_of, modelled
+from impactlab.scene.method import laws_of, models_of
 from impactlab.scene.problem import Scene
 from impactlab.types import Relative
 
@@ -126,7 +127,7 @@ def method(history: AbstractHistory) -> dict[str, Any]:
     """Return the models, laws and integrator of the history, and its step [s]; None where it does not use one."""
     used = history.method if history.choice is None else history.choice.method
     return {
-        "models": {body.name: describe(model) for body, model in modelled(history.scene, used)},
+        "models": {name: describe(model) for name, model in models_of(history.scene, used).items()},
         "laws": [_law(law) for law in laws_of(history.scene, used)],
         "integrator": describe(used.integrator) if used.integrator and history.integrator_used else None,
         "dt": history.dt,
@@ -150,15 +151,19 @@ def _contact(span: ContactSpan) -> dict[str, Any]:
 
 def final(scene: Scene, history: AbstractHistory) -> dict[str, Any]:
     """Return the state of the bodies at the end: position [m] and velocity of rigid ones, momentum, energy [J]."""
-    bodies = {
-        name: {
-            quantity: _at_end(history, f"{quantity}:{name}")
-            for quantity in (("momentum", "energy") if body.elastic else ("position", "velocity"))
-        }
-        for name, body in scene.bodies.items()
-        if body.moves
-    }
+    bodies = {name: _final(history, body) for name, body in scene.bodies.items() if body.moves}
     return {"time": history.duration, "bodies": bodies}
+
+
+def _final(history: AbstractHistory, body: Body) -> dict[str, Any]:
+    if isinstance(body, Mechanism):
+        turned = {
+            key: {link.name: _at_end(history, f"{quantity}:{link.name}") for link in body.links}
+            for key, quantity in (("angles", "angle"), ("rates", "rate"))
+        }
+        return turned | {"energy": _at_end(history, f"energy:{body.name}")}
+    quantities = ("momentum", "energy") if body.elastic else ("position", "velocity")
+    return {quantity: _at_end(history, f"{quantity}:{body.name}") for quantity in quantities}
 
 
 def _at_end(history: AbstractHistory, channel: str) -> float:

@@ -93,10 +93,6 @@ class Mechanism(Body):
         return False
 
     @property
-    def length(self) -> float:
-        return float(max(0, len(self.marks) - 1))
-
-    @property
     def quantities(self) -> Mapping[str, tuple[Quantity, float]]:
         return plain("displacement", "velocity")
 
