@@ -184,9 +184,16 @@ def _one_spacing_of_snapshots(case: CaseBlock) -> None:
 
 
 def _probes_lie_on_bodies(case: CaseBlock) -> None:
+    links = links_of(case)
     for number, probe in enumerate(case.probes):
         path = f"probes.{number}"
         body = find_body(case, probe.body, f"{path}.body")
+        if probe.body in links:
+            raise CaseError(
+                f"{probe.body!r} is a link, and a place of it moves in two directions",
+                remedy="Remove it: angle and rate of links, and places of contacts, are recorded in every run.",
+                path=f"{path}.body",
+            )
         if isinstance(body, ElasticBlock):
             check_place(probe.at, probe.body, body.total_length, f"{path}.at")
             known = body.quantities

@@ -6,7 +6,7 @@ import re
 from typing import NamedTuple
 
 from impactlab.casefile.blocks import ElasticBlock
-from impactlab.casefile.mechanisms import LinkBlock
+from impactlab.casefile.links import LinkBlock
 from impactlab.casefile.schema import BodyBlock, CaseBlock, MassBlock
 from impactlab.casefile.units import to_si
 from impactlab.casefile.words import closest, listed, shown

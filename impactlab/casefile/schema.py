@@ -20,7 +20,7 @@ from impactlab.casefile.blocks import (
     Time,
     Velocity,
 )
-from impactlab.casefile.mechanisms import ALONG, LinkBlock, MechanismBlock
+from impactlab.casefile.links import ALONG, LinkBlock, MechanismBlock
 from impactlab.casefile.rods import RodBlock
 from impactlab.casefile.rotation import RotationBlock
 from impactlab.casefile.shafts import ShaftBlock

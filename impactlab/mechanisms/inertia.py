@@ -57,24 +57,16 @@ def contracted(tensor: Array, q: Array, out: Array) -> None:
 def contract(k: Constants, w: Work, p: Array, v: Array, na: int) -> None:
     """Write the products of the integrals with the shapes' amplitudes p and rates v, psi's before phi's."""
     a, a1, q, q1 = p[:na], v[:na], p[na:], v[na:]
-    nb = q.size
     times(k.s0, q, w.y0)
     times(k.s1, q, w.y1)
     contracted(k.sa, q, w.z)
     contracted(k.sa, q1, w.zd)
-    contracted(k.sb, q, w.w)
-    contracted(k.sb, q1, w.wd)
     times(k.bb, q, w.bq)
     times(k.bb, q1, w.bd)
     times(k.ab, q, w.aq)
     times(k.ab, q1, w.ad)
     times(k.aa, a, w.ea)
     times(k.aa, a1, w.ed)
-    for i in range(nb):
-        w.turned[i], w.twisted[i] = 0.0, 0.0
-    for j in range(nb):
-        add(w.turned, q[j], w.w[j * nb : (j + 1) * nb])
-        add(w.twisted, q1[j], w.w[j * nb : (j + 1) * nb])
 
 
 @PART
@@ -91,27 +83,24 @@ def stretching(k: Constants, w: Work, p: Array, v: Array, na: int, th1: float, t
 
 
 @PART
-def bending(k: Constants, w: Work, p: Array, v: Array, na: int, th1: float, th2: float) -> float:
-    """Write the rows of the bending shapes; return the part of them in the moment of the frame."""
-    a, a1, q, q1 = p[:na], v[:na], p[na:], v[na:]
+def bending(k: Constants, w: Work, p: Array, v: Array, na: int, th1: float, th2: float) -> None:
+    """Write the rows of the bending shapes.
+
+    Kinetic energy of third order in them is left out, as is the stiffness of the same order.
+    """
+    a, a1, q = p[:na], v[:na], p[na:]
     nb = q.size
-    moment = 0.0
     for i in range(nb):
-        of_w = w.w[i * nb : (i + 1) * nb]
-        shorter, shorter1 = 0.5 * dot(of_w, q), dot(of_w, q1)  # integrals of phi s and of phi s'
         stretched, stretched1, thrown = 0.0, 0.0, 0.0
         for j in range(na):
             stretched += a[j] * k.ab[j * nb + i]
             stretched1 += a1[j] * k.ab[j * nb + i]
             thrown += a[j] * w.z[j * nb + i]
-        coupling = w.turned[i] + k.b1[i] + stretched - shorter
+        coupling = k.b1[i] + stretched
         w.i_e[na + i], w.i_n[na + i] = -w.y0[i], k.b0[i]
         w.mt[na + i] = coupling
-        inertia = 2.0 * th1 * (w.twisted[i] + stretched1 - shorter1) + th2 * coupling
-        inertia += th1 * th1 * (w.y1[i] + thrown - w.bq[i])
+        inertia = 2.0 * th1 * stretched1 + th2 * coupling + th1 * th1 * (w.y1[i] + thrown - w.bq[i])
         w.hf[na + i] = inertia + dot(k.kb[i * nb : (i + 1) * nb], q)
-        moment += q[i] * dot(w.wd[i * nb : (i + 1) * nb], q1)
-    return moment
 
 
 @PART
@@ -157,7 +146,7 @@ def add_link(
     th1, th2, heavy = P[room + TH1], P[room + TH2], P[link + END_MASS]
     contract(k, w, own, own1, na)
     stretching(k, w, own, own1, na, th1, th2)
-    moment = bending(k, w, own, own1, na, th1, th2)
+    bending(k, w, own, own1, na, th1, th2)
     square, change = spun(k, w, own, own1, na)
     a, a1, q, q1 = own[:na], own1[:na], own[na:], own1[na:]
     v0, v01 = dot(k.b0, q), dot(k.b0, q1)
@@ -170,7 +159,7 @@ def add_link(
     # forces along e, across it and about the origin, of rates and of the acceleration of the angle
     f_e = -shorter2 - 2.0 * th1 * v01 - th1 * th1 * x1 - th2 * v0
     f_n = 2.0 * th1 * x11 - th1 * th1 * v0 + th2 * x1
-    moment += 2.0 * th1 * (vv1 + change) + th2 * (vv + xx)
+    moment = 2.0 * th1 * (vv1 + change) + th2 * (vv + xx)
     # the mass at the end, at its exact place
     xi, d, e2, n2 = end.at[XI], end.at[ACROSS], end.at[ALONG2], end.at[ACROSS2]
     total = P[link + MASS] + heavy

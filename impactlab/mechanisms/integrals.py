@@ -52,7 +52,6 @@ class Integrals(NamedTuple):
     s0: Array  # (nb, nb) S
     s1: Array  # (nb, nb) x S
     sa: Array  # (nb, na, nb) psi S: amplitude that it is contracted with, psi, row
-    sb: Array  # (nb, nb, nb) phi S, in the same order
     axial_end: Array  # (na,)
     bending_end: Array  # (nb,)
     root_slopes: Array  # (nb,)
@@ -95,7 +94,7 @@ def integrals(shapes: Shapes) -> Integrals:
         a0=heavy_psi.sum(axis=0), a1=x @ heavy_psi, aa=heavy_psi.T @ psi, ka=shapes.axial_stiffness,
         b0=heavy_phi.sum(axis=0), b1=x @ heavy_phi, bb=heavy_phi.T @ phi, kb=shapes.bending_stiffness,
         ab=heavy_psi.T @ phi, s0=np.tensordot(weights, inside, 1), s1=np.tensordot(weights * x, inside, 1),
-        sa=np.einsum("gk,gij->jki", heavy_psi, inside), sb=np.einsum("gk,gij->jki", heavy_phi, inside),
+        sa=np.einsum("gk,gij->jki", heavy_psi, inside),
         axial_end=shapes.axial_end, bending_end=shapes.bending_end,
         root_slopes=shapes.root_slopes, end_slopes=shapes.end_slopes, s_end=at_nodes[-1],
     )  # fmt: skip
@@ -106,6 +105,6 @@ def rigid_link(mass: float, length: float, inertia: float) -> Integrals:
     none, square, cube = np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0, 0))
     moments = np.array([mass, 0.5 * mass * length, inertia + 0.25 * mass * length**2])
     return Integrals(
-        moments, none, none, square, square, none, none, square, square, square, square, square, cube, cube,
+        moments, none, none, square, square, none, none, square, square, square, square, square, cube,
         none, none, none, none, square,
     )  # fmt: skip

@@ -32,7 +32,6 @@ class Constants(NamedTuple):
     s0: Array
     s1: Array
     sa: Array
-    sb: Array
     end: Array  # psi and phi at the end
     root: Array  # slopes at the root
     slopes: Array  # at the end
@@ -54,16 +53,12 @@ class Work(NamedTuple):
     y1: Array  # S1 q
     z: Array  # (na, nb) integral of psi S q
     zd: Array  # the same with q'
-    w: Array  # (nb, nb) integral of phi S q
-    wd: Array
     bq: Array  # integral of phi phi.q
     bd: Array
     aq: Array  # integral of psi phi.q
     ad: Array
     ea: Array  # integral of psi psi.a
     ed: Array
-    turned: Array  # (nb,) integral of v S q
-    twisted: Array  # (nb,) integral of v' S q
     i_e: Array  # (m,) integrals of the rows along e
     i_n: Array  # (m,) and across it
     mt: Array  # (m,) coupling of the angle and the shapes
@@ -84,11 +79,11 @@ def constants(P: Array, link: int) -> Constants:
     c = b + 2 * nb + 2 * bb
     s = c + ab
     t = s + 2 * bb
-    e = t + na * bb + nb * bb
+    e = t + na * bb
     return Constants(
         P[a : a + na], P[a + na : a + 2 * na], P[a + 2 * na : a + 2 * na + aa], P[a + 2 * na + aa : b],
         P[b : b + nb], P[b + nb : b + 2 * nb], P[b + 2 * nb : b + 2 * nb + bb], P[b + 2 * nb + bb : c],
-        P[c:s], P[s : s + bb], P[s + bb : t], P[t : t + na * bb], P[t + na * bb : e],
+        P[c:s], P[s : s + bb], P[s + bb : t], P[t:e],
         P[e : e + na + nb], P[e + na + nb : e + na + 2 * nb], P[e + na + 2 * nb : e + na + 3 * nb],
         P[e + na + 3 * nb : e + na + 3 * nb + bb],
     )  # fmt: skip
@@ -103,19 +98,16 @@ def spot(P: Array, at: int, m: int) -> Spot:
 @PART
 def work_of(P: Array, at: int, na: int, nb: int, n: int) -> Work:
     """Return the work of a link from a number on."""
-    m, bb, ab = na + nb, nb * nb, na * nb
+    m, ab = na + nb, na * nb
     z = at + 2 * nb
-    w = z + 2 * ab
-    b = w + 2 * bb
+    b = z + 2 * ab
     a = b + 2 * nb
-    t = a + 4 * na
-    i = t + 2 * nb
+    i = a + 4 * na
     r = i + 4 * m
     return Work(
-        P[at : at + nb], P[at + nb : z], P[z : z + ab], P[z + ab : w], P[w : w + bb], P[w + bb : b],
-        P[b : b + nb], P[b + nb : a], P[a : a + na], P[a + na : a + 2 * na], P[a + 2 * na : a + 3 * na],
-        P[a + 3 * na : t], P[t : t + nb], P[t + nb : i], P[i : i + m], P[i + m : i + 2 * m],
-        P[i + 2 * m : i + 3 * m], P[i + 3 * m : r],
+        P[at : at + nb], P[at + nb : z], P[z : z + ab], P[z + ab : b], P[b : b + nb], P[b + nb : a],
+        P[a : a + na], P[a + na : a + 2 * na], P[a + 2 * na : a + 3 * na], P[a + 3 * na : i],
+        P[i : i + m], P[i + m : i + 2 * m], P[i + 2 * m : i + 3 * m], P[i + 3 * m : r],
         P[r : r + n], P[r + n : r + 2 * n], P[r + 2 * n : r + 3 * n], P[r + 3 * n : r + 4 * n],
     )  # fmt: skip
 
@@ -123,7 +115,7 @@ def work_of(P: Array, at: int, na: int, nb: int, n: int) -> Work:
 def room_of(na: int, nb: int, n: int) -> int:
     """Return the numbers that a link takes in the room: its end, then its work."""
     m = na + nb
-    return 6 + 2 * m + 6 * nb + 2 * na * nb + 2 * nb * nb + 4 * na + 4 * m + 4 * n
+    return SPOT + 2 * m + max(4 * nb + 2 * na * nb + 4 * na + 4 * m + 4 * n, m + nb * nb)
 
 
 @PART

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import final
 
@@ -21,7 +22,8 @@ from impactlab.plugins import kind_of
 from impactlab.scene.bodies import Link, Mechanism
 from impactlab.types import Array, Quantity
 
-GAIN, IMPULSE_GAIN = 1.0e-4, 1.0e-2  # of the highest frequency times dt; measured 1e-6 to 3e-6 in arms and cranks
+GAIN, TURN_GAIN, IMPULSE_GAIN = 1.0e-4, 20.0, 1.0e-2  # of the highest frequency, rate and frequency times dt;
+# measured: 1e-6 to 1e-5 in arms and cranks, 2 in swinging bars
 RIGID = 1.0  # rad/s, a bound for links that do not deform: their rates change slowly
 KERNELS = ((steps.derive, DERIVE), (steps.free, FREE), (steps.columns, COLUMNS))
 OWN_READINGS: tuple[Quantity, ...] = ("displacement", "velocity", "moment")
@@ -112,8 +114,12 @@ class MechanismModel(AbstractDiscreteModel):
 
         Where a law gives impulses, terms are taken with the rates before them: the bound is of first order.
         """
-        phase = self.operators().highest_frequency * dt
-        return GAIN * phase * phase + (IMPULSE_GAIN * phase if impulses else 0.0)
+        highest = max([0.0, *(each.frequency for each in self.flexible if each is not None)])
+        links, gravity = self.mechanism.links, math.hypot(*self.mechanism.gravity)
+        rates = [abs(link.rate) + abs(link.drive.rate if link.drive is not None else 0.0) for link in links]
+        swing = math.sqrt(gravity / min(link.length for link in links))
+        bound = GAIN * (highest * dt) ** 2 + TURN_GAIN * ((max(rates) + swing) * dt) ** 2
+        return bound + (IMPULSE_GAIN * max(highest, RIGID) * dt if impulses else 0.0)
 
     def stepper(self, ports: Array, dt: float) -> Stepper:
         """Return the step of the midpoint rule; ``ports`` are rows of readings."""

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from impactlab.errors import CaseError, PairingError
+from impactlab.mechanisms.model import MechanismModel
 from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Face
 from impactlab.models.rigid import RigidBody
 from impactlab.plugins import kind_of
-from impactlab.scene.bodies import Beam, Body, Rod
+from impactlab.scene.bodies import Beam, Body, Mechanism, Rod
 
 
 def build_body(
-    body: Body, model: AbstractRodModel | None, gravity: float, faces: tuple[Face, ...]
+    body: Body, models: Mapping[str, AbstractRodModel], gravity: float, faces: tuple[Face, ...]
 ) -> AbstractDiscreteModel:
-    """Return a body in coordinates, for gravity [m/s2] and the faces of its contacts.
+    """Return a body in coordinates, for the models by name, gravity [m/s2] and the faces of its contacts.
 
     Raises
     ------
@@ -21,10 +24,13 @@ def build_body(
     PairingError
         If the model has a theory of rods, and the body is of another kind.
     """
+    if isinstance(body, Mechanism):
+        return MechanismModel(body, models)
     if body.elastic is None:
         mass = body.rigid_mass if body.moves else None
         distance = 0.0 if body.rotation is None else -body.rotation.axis_at
         return RigidBody(mass, body.velocity, gravity if body.moves else 0.0, body.softening, distance)
+    model = models.get(body.name)
     if model is None:
         raise CaseError(f"'{body.name}' has no model", path="solve.model", remedy="Give solve.model.")
     if body.rotation is not None and not model.serves_rotation:

@@ -15,7 +15,7 @@ from typing import Any, Literal, NamedTuple
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.integrators.base import AbstractScheme
 from impactlab.models.base import AbstractRodModel
-from impactlab.scene.bodies import ElasticBody, Mechanism
+from impactlab.scene.bodies import ElasticBody
 from impactlab.scene.facts import facts_at
 from impactlab.scene.problem import Contact, Point, Scene
 from impactlab.types import Relative, SideFacts
@@ -87,10 +87,9 @@ def modelled(scene: Scene, method: Method) -> list[tuple[ElasticBody, AbstractRo
 
 def models_of(scene: Scene, method: Method) -> dict[str, AbstractRodModel]:
     """Return the models of rods, beams and flexible links by name."""
-    chains = [body.links for body in scene.bodies.values() if isinstance(body, Mechanism)]
-    flexible = [link.name for links in chains for link in links if link.beam is not None]
+    parts = [name for body in scene.bodies.values() for name in body.modelled_parts]
     own = {body.name: model for body, model in modelled(scene, method)}
-    return own | {name: method.models[name] for name in flexible if name in method.models}
+    return own | {name: method.models[name] for name in parts if name in method.models}
 
 
 def force_jumps(scene: Scene, method: Method) -> bool:
@@ -101,7 +100,7 @@ def force_jumps(scene: Scene, method: Method) -> bool:
 def is_exact(scene: Scene, method: Method) -> bool:
     """Return whether all rods are continuous and all laws hard or constant springs."""
     models = [method.models.get(name) for name, body in scene.elastic.items() if body.waves is not None]
-    if any(isinstance(body, Mechanism) for body in scene.bodies.values()):
+    if any(body.changes for body in scene.bodies.values()):
         return False
     continuous = len(models) == len(scene.elastic) > 0 and all(model is not None and model.exact for model in models)
     return continuous and all((law.hard and law.answers_force) or law.is_spring for law in laws_of(scene, method))

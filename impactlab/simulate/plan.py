@@ -15,7 +15,6 @@ from impactlab.integrators.newmark import Newmark
 from impactlab.mechanisms.model import MechanismModel
 from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.plugins import kind_of
-from impactlab.scene.bodies import Mechanism
 from impactlab.scene.method import Method, is_exact, laws_of, modelled
 from impactlab.scene.precision import beyond, in_precision
 from impactlab.scene.problem import Scene
@@ -106,7 +105,7 @@ def misfit_warnings(built: dict[str, BuiltBody], dt: float) -> Iterator[Warned]:
 
 def is_stepped(scene: Scene, own: Collection[str]) -> bool:
     """Return whether an integrator steps anything but rigid masses beside bodies that step by themselves (``own``)."""
-    turning = any(isinstance(body, Mechanism) for body in scene.bodies.values())
+    turning = any(body.changes for body in scene.bodies.values())
     return turning or not scene.elastic or any(name not in own for name in scene.elastic)
 
 

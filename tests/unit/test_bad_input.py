@@ -38,7 +38,7 @@ EDITS = [
         "kind: rod",
         "kind: rodd",
         6,
-        "'rodd' is not a kind of body. Did you mean 'rod'? Allowed: beam, mass, rod, shaft, wall",
+        "'rodd' is not a kind of body. Did you mean 'rod'? Allowed: beam, link, mass, rod, shaft, wall",
     ),
     (
         "kind: rod",

@@ -226,4 +226,4 @@ def test_a_theory_of_rods_does_not_describe_a_shaft() -> None:
             raise AssertionError
 
     with pytest.raises(ImpactlabError, match="theory 'lateral' is one of rods, and 'shaft' is a shaft"):
-        build_body(shaft(), Lateral(), 0.0, ())
+        build_body(shaft(), {"shaft": Lateral()}, 0.0, ())

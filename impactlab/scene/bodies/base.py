@@ -35,6 +35,7 @@ class Body(ABC):
     moves: ClassVar[bool] = True  # False: nothing can move it
     falls: ClassVar[bool] = True  # False: gravity does not act along its motion
     bends: ClassVar[bool] = False  # True: it moves across its axis, and has a face on either side everywhere
+    changes: ClassVar[bool] = False  # True: its matrices change as it moves
     coordinates_per_node: ClassVar[int] = 1  # of a finite element mesh
     own_channels: ClassVar[tuple[tuple[str, Quantity], ...]] = ()  # recorded in every run: name and quantity at x = 0
 
@@ -62,6 +63,11 @@ class Body(ABC):
     def length(self) -> float:
         """Whole length [m]; 0 of a rigid body."""
         return 0.0
+
+    @property
+    def modelled_parts(self) -> tuple[str, ...]:
+        """Names of its parts that have a model each; none of a body that is one part."""
+        return ()
 
     @property
     def elastic(self) -> ElasticBody | None:

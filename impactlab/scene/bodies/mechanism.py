@@ -74,6 +74,7 @@ class Mechanism(Body):
     gravity: tuple[float, float] = (0.0, 0.0)  # m/s2
 
     kind = "mechanism"
+    changes = True
     falls = False  # its gravity is its own
 
     @property
@@ -96,6 +97,10 @@ class Mechanism(Body):
     def quantities(self) -> Mapping[str, tuple[Quantity, float]]:
         return plain("displacement", "velocity")
 
+    @property
+    def modelled_parts(self) -> tuple[str, ...]:
+        return tuple(link.name for link in self.links if link.beam is not None)
+
     @cached_property
     def driven(self) -> tuple[int, ...]:
         """Numbers of the links whose hinge is driven."""
@@ -104,18 +109,23 @@ class Mechanism(Body):
     @property
     def recorded(self) -> tuple[tuple[str, float, Quantity], ...]:
         found: list[tuple[str, float, Quantity]] = []
-        for number, mark in enumerate(self.marks):
-            found += [
-                (f"position:{mark.label}", number, "displacement"),
-                (f"velocity:{mark.label}", number, "velocity"),
-            ]
+        for number in range(len(self.marks)):
+            place = self._place(number)
+            found += [(f"position:{place}", number, "displacement"), (f"velocity:{place}", number, "velocity")]
         for number, link in enumerate(self.links, start=len(self.marks)):
             found += [(f"angle:{link.name}", number, "displacement"), (f"rate:{link.name}", number, "velocity")]
         found += [(f"drive:{self.links[at].name}", number, "moment") for number, at in enumerate(self.driven)]
         return tuple(found)
 
     def face_channel(self, x: float) -> str:
-        return f"position:{self.marks[int(x)].label}"
+        return f"position:{self._place(int(x))}"
+
+    def _place(self, number: int) -> str:
+        """Return the name of a place in channels: that of the face, with the direction where it meets in several."""
+        mark = self.marks[number]
+        along = {(1.0, 0.0): "x", (0.0, 1.0): "y"}.get(mark.along, f"{mark.along[0]:.4g} {mark.along[1]:.4g}")
+        same = {each.along for each in self.marks if each.label == mark.label}
+        return mark.label if len(same) == 1 else f"{mark.label} along {along}"
 
     def side_facts(self, x: float, element_length: float) -> SideFacts:
         nan = math.nan

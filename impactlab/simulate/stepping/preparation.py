@@ -16,7 +16,7 @@ from impactlab.mechanisms.model import MechanismModel
 from impactlab.models.base import AbstractDiscreteModel, Face, Operators
 from impactlab.models.building import build_body
 from impactlab.models.continuous.base import AbstractSelfStepping
-from impactlab.scene.bodies import Body, Mechanism
+from impactlab.scene.bodies import Body
 from impactlab.scene.facts import facts_at
 from impactlab.scene.method import Method, side_facts
 from impactlab.scene.precision import beyond, check_finite, in_precision
@@ -51,10 +51,7 @@ def build_bodies(scene: Scene, method: Method) -> dict[str, BuiltBody]:
     built = {}
     for name, body in scene.bodies.items():
         with in_precision(f"the description of '{name}'", f"bodies.{name}", body):
-            if isinstance(body, Mechanism):
-                model: AbstractDiscreteModel = MechanismModel(body, method.models)
-            else:
-                model = build_body(body, method.models.get(name), scene.gravity, faces_of(scene, name))
+            model = build_body(body, method.models, scene.gravity, faces_of(scene, name))
             if isinstance(model, AbstractSelfStepping):
                 probes = tuple(probe for probe in (*scene.probes, *scene.loaded_ends) if probe.body == name)
                 model = model.recorded(probes, scene.duration, bool(scene.field_times))

@@ -1,0 +1,274 @@
+"""Mechanisms against textbook equations, closed forms and impacts found by independent programs."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.special import ellipk
+
+import impactlab as il
+from impactlab.mechanisms.model import MechanismModel
+from impactlab.mechanisms.terms import terms as of_chain
+from impactlab.numerics.compiling import njit
+from impactlab.scene.bodies import Mechanism
+
+ALUMINIUM = {"young": 7.0e10, "density": 2700.0}
+terms: Any = njit(of_chain)
+
+
+def document(bodies: dict[str, Any], links: list[dict[str, Any]], duration: float, dt: float, **more: Any) -> il.Case:
+    """Return a case of one mechanism."""
+    end, modes = more.pop("end", "free"), more.pop("modes", 20)
+    return il.Case.from_dict(
+        {
+            "schema_version": 1,
+            "bodies": bodies,
+            "mechanisms": {"chain": {"links": links, "end": end}},
+            "solve": {
+                "duration": duration,
+                "model": {"kind": "modal", "elements": 160, "modes": modes},
+                "integrator": {"kind": "midpoint"},
+                "step": {"dt": dt},
+            },
+            **more,
+        }
+    )
+
+
+def flat(length: float, width: float, height: float, material: dict[str, float]) -> dict[str, Any]:
+    return {"kind": "beam", "length": length, "section": {"width": width, "height": height}, "material": material}
+
+
+class Chain:
+    """Mass matrix and force of the mechanism of a case at any state."""
+
+    def __init__(self, case: il.Case) -> None:
+        simulation = case.simulation()
+        mechanism = simulation.scene.bodies["chain"]
+        assert isinstance(mechanism, Mechanism)
+        self.model = MechanismModel(mechanism, simulation.method.models)
+        self.n, self.readings = self.model.count, self.model.readings
+        self.stiffness = self.model.packed.stiffness
+
+    def at(self, p: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        n, r = self.n, self.readings
+        mass, force, rows = np.zeros(n * n), np.zeros(n), np.zeros(n * r)
+        terms(self.model.packed.parameters, 0.0, p, v, mass, force, rows, np.zeros(r + 1), np.zeros(r))
+        return mass.reshape(n, n), force
+
+
+BARS = {"one": {"kind": "link", "length": 0.5, "mass": 0.7}, "two": {"kind": "link", "length": 0.8, "mass": 0.4}}
+TURNED = [{"body": "one", "angle": 0.3, "rate": 1.0}, {"body": "two", "angle": -0.4, "rate": 2.0, "end_mass": 0.3}]
+
+
+def double_pendulum(duration: float) -> np.ndarray:
+    """Return the angles of two bars under gravity after a time, from the textbook's equations."""
+    (l1, m1), (l2, m2), end, g = (0.5, 0.7), (0.8, 0.4), 0.3, 9.81
+    coupling, first = (m2 / 2.0 + end) * l1 * l2, m1 / 2.0 + m2 + end
+
+    def rates(_t: float, y: np.ndarray) -> np.ndarray:
+        a, b, va, vb = y
+        mixed = coupling * math.cos(a - b)
+        mass = np.array([[m1 * l1**2 / 3.0 + (m2 + end) * l1**2, mixed], [mixed, m2 * l2**2 / 3.0 + end * l2**2]])
+        swing = coupling * math.sin(a - b)
+        force = np.array(
+            [-swing * vb**2 - first * g * l1 * math.cos(a), swing * va**2 - (m2 / 2.0 + end) * g * l2 * math.cos(b)]
+        )
+        return np.concatenate((y[2:], np.linalg.solve(mass, force)))
+
+    return solve_ivp(rates, (0.0, duration), [0.3, -0.4, 1.0, 2.0], method="DOP853", rtol=1e-12, atol=1e-12).y[:2, -1]
+
+
+def test_two_rigid_links_swing_as_the_textbook_says_at_second_order():
+    exact, errors = double_pendulum(1.0), []
+    for dt in (5e-4, 2.5e-4):
+        history = il.run(document(BARS, TURNED, 1.0, dt, gravity=[0.0, -9.81]))
+        found = [float(history.evaluate(1.0, f"angle:{name}")) for name in BARS]
+        errors.append(float(np.abs(found - exact).max()))
+    assert errors[1] < 1e-5
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
+
+
+def test_a_pendulum_has_the_period_of_the_elliptic_integral():
+    swing = 1.2  # rad, from the lowest position
+    bar = {"bar": {"kind": "link", "length": 0.6, "mass": 1.0}}
+    period = 4.0 * math.sqrt(2.0 * 0.6 / (3.0 * 9.81)) * ellipk(math.sin(swing / 2.0) ** 2)
+    links = [{"body": "bar", "angle": swing - math.pi / 2.0}]
+    history = il.run(document(bar, links, float(period), 2e-4, gravity=[0.0, -9.81]))
+    assert float(history.evaluate(history.duration, "angle:bar")) == pytest.approx(swing - math.pi / 2.0, abs=1e-6)
+    assert float(history.evaluate(history.duration / 2.0, "angle:bar")) == pytest.approx(-swing - math.pi / 2, abs=1e-6)
+
+
+def test_a_slider_stands_where_crank_and_rod_put_it():
+    bodies = {"crank": BARS["one"] | {"length": 0.1}, "rod": BARS["two"] | {"length": 0.3}, "stop": {"kind": "wall"}}
+    links = [{"body": "crank", "angle": -1.9, "drive": {"rate": 30.0}}, {"body": "rod", "end_mass": 0.5}]
+    contacts = [
+        {"between": ["rod.right", "stop"], "along": "x", "gap": 1.0, "law": {"kind": "hertz", "stiffness": 1e9}}
+    ]
+    case = document(bodies, links, 0.1, 1e-4, end={"slide": 0.02}, contacts=contacts)
+    history = il.run(case)
+    t = np.linspace(0.0, 0.1, 41)
+    crank = -1.9 + 30.0 * t
+    place = 0.1 * np.cos(crank) + np.sqrt(0.3**2 - (0.02 - 0.1 * np.sin(crank)) ** 2)
+    assert history.evaluate(t, "position:rod.right") == pytest.approx(place, abs=1e-6)
+
+
+def arm(modes: int, dt: float, duration: float = 18e-3) -> il.Case:
+    bodies = {"arm": flat(1.0, 0.02, 0.01, ALUMINIUM), "stop": {"kind": "wall"}}
+    links = [{"body": "arm", "torque": 0.5, "rate": 0.1, "end_mass": 0.1}]
+    contacts = [{"between": ["arm.right", "stop"], "along": "y", "law": {"kind": "hertz", "stiffness": 3e9}}]
+    return document(bodies, links, duration, dt, contacts=contacts, modes=modes)
+
+
+def test_an_arm_on_a_stop_has_three_sub_impacts():
+    found = il.run(arm(26, 1e-6)).contacts
+    assert len(found) == 3
+    for span, (start, end, peak, impulse), within in zip(
+        found,
+        [
+            (0.0, 0.3562e-3, 118.51, 0.022734),
+            (13.369e-3, 13.781e-3, 74.11, 0.016062),
+            (16.119e-3, 16.584e-3, 50.0, 0.01220),
+        ],
+        (1e-4, 5e-4, 3e-3),
+        strict=True,
+    ):
+        assert span.impulse == pytest.approx(impulse, rel=within)
+        assert span.peak_force == pytest.approx(peak, rel=within)
+        assert (span.start, span.end) == pytest.approx((start, end), abs=2e-6)
+
+
+def test_a_rigid_arm_strikes_as_a_mass_on_a_hertz_spring():
+    """The closed form of Hertz impact: effective mass 0.28 kg at the tip, 0.1 m/s."""
+    bodies = {"bar": {"kind": "link", "length": 1.0, "mass": 0.54}, "stop": {"kind": "wall"}}
+    contacts = [{"between": ["bar.right", "stop"], "along": "y", "law": {"kind": "hertz", "stiffness": 3e9}}]
+    links = [{"body": "bar", "rate": 0.1, "end_mass": 0.1}]
+    (span,) = il.run(document(bodies, links, 1e-3, 5e-7, contacts=contacts)).contacts
+    depth = (1.25 * 0.28 * 0.1**2 / 3e9) ** 0.4
+    assert span.peak_force == pytest.approx(3e9 * depth**1.5, rel=1e-5)
+    assert span.peak_force == pytest.approx(207.63, rel=1e-4)
+    assert span.end == pytest.approx(2.9432 * depth / 0.1, rel=1e-4)
+    assert span.impulse == pytest.approx(0.056, rel=1e-5)
+
+
+def test_a_two_link_arm_strikes_twice():
+    bodies = {
+        "upper": {"kind": "link", "length": 0.5, "mass": 0.5},
+        "fore": flat(0.8, 0.02, 0.01, ALUMINIUM),
+        "stop": {"kind": "wall"},
+    }
+    links = [
+        {"body": "upper", "angle": math.pi / 3.0, "rate": 1.0},
+        {"body": "fore", "rate": 1.0, "end_mass": 0.1, "axial_modes": 6},
+    ]
+    contacts = [{"between": ["fore.right", "stop"], "along": "y", "law": {"kind": "hertz", "stiffness": 1e9}}]
+    first, second = il.run(document(bodies, links, 11e-3, 1e-6, contacts=contacts)).contacts
+    assert first.impulse == pytest.approx(0.238245, rel=1e-4)
+    assert first.peak_force == pytest.approx(1282.3, rel=1e-4)
+    assert first.end == pytest.approx(0.3450e-3, rel=1e-4)
+    assert second.impulse == pytest.approx(0.18549, rel=1e-3)
+    assert second.peak_force == pytest.approx(964.5, rel=1e-3)
+    assert (second.start, second.end) == pytest.approx((9.665e-3, 10.019e-3), abs=2e-6)
+
+
+def slider_crank(dt: float) -> il.Case:
+    bodies = {
+        "crank": {"kind": "link", "length": 0.1, "mass": 0.2},
+        "rod": flat(0.3, 0.01, 0.004, {"young": 2.1e11, "density": 7850.0}),
+        "block": {"kind": "mass", "mass": 0.25},
+    }
+    links = [
+        {"body": "crank", "angle": -1.9, "drive": {"rate": 30.0}},
+        {"body": "rod", "axial_modes": 12, "end_mass": 0.5},
+    ]
+    contacts = [
+        {"between": ["rod.right", "block"], "along": "x", "gap": 0.02, "law": {"kind": "hertz", "stiffness": 1e9}}
+    ]
+    return document(bodies, links, 9e-3, dt, end={"slide": 0.0}, contacts=contacts, modes=10)
+
+
+def test_a_slider_crank_strikes_a_block():
+    history = il.run(slider_crank(1e-6))
+    (span,) = history.contacts
+    assert (span.start, span.end) == pytest.approx((7.4036e-3, 7.7558e-3), abs=1e-7)
+    assert span.peak_force == pytest.approx(5620.7, rel=5e-4)
+    assert span.impulse == pytest.approx(1.03821, rel=1e-4)
+    assert float(history.evaluate(history.duration, "velocity:block")) == pytest.approx(4.1528, rel=1e-4)
+
+
+def test_energy_and_work_of_the_drive_balance_at_second_order():
+    errors = []
+    for dt in (2e-6, 1e-6):
+        book = il.run(slider_crank(dt)).energy
+        total = sum(book.bodies.values()) + book.stored - book.work
+        errors.append(float(np.abs(total - total[0]).max() / np.abs(total[0])))
+    assert errors[1] < 2e-6
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
+
+
+@pytest.mark.parametrize(("gamma", "expected"), [(2.0, 3.6195), (4.0, 3.8880), (6.0, 4.2393)])
+def test_a_beam_on_a_driven_hub_has_the_frequencies_of_the_literature(gamma, expected):
+    """First chordwise frequency over sqrt(EI/rho A L^4) at slenderness 70 (Hamza Cherif and Houmat 2004, Table 2).
+
+    As there, linear about the beam without its steady stretch.
+    """
+    slender, length, area, young, density = 70.0, 1.0, 1e-4, 1.0e9, 1.0e3
+    inertia = area * (length / slender) ** 2
+    unit = math.sqrt(young * inertia / (density * area * length**4))
+    beam = {
+        "kind": "beam", "length": length, "section": {"area": area, "inertia": inertia},
+        "material": {"young": young, "density": density},
+    }  # fmt: skip
+    rate = gamma * unit
+    links = [{"body": "beam", "joint": "clamped", "drive": {"rate": rate}, "axial_modes": 6}]
+    chain = Chain(document({"beam": beam}, links, 1e-3, 1e-5, modes=10))
+    n = chain.n
+    still, v = np.zeros(n), np.zeros(n)
+    v[0], step = rate, 1e-7
+
+    def elastic(p: np.ndarray, w: np.ndarray) -> np.ndarray:
+        return chain.at(p, w)[1][1:]
+
+    mass = chain.at(still, v)[0][1:, 1:]
+    tangent, gyroscopic = np.zeros((n - 1, n - 1)), np.zeros((n - 1, n - 1))
+    for k in range(1, n):
+        moved, turned = np.zeros(n), np.zeros(n)
+        moved[k], turned[k] = step, step
+        tangent[:, k - 1] = -(elastic(moved, v) - elastic(-moved, v)) / (2.0 * step)
+        gyroscopic[:, k - 1] = -(elastic(still, v + turned) - elastic(still, v - turned)) / (2.0 * step)
+    inverse = np.linalg.inv(mass)
+    system = np.block([[np.zeros((n - 1, n - 1)), np.eye(n - 1)], [-inverse @ tangent, -inverse @ gyroscopic]])
+    frequencies = np.sort(np.abs(np.linalg.eigvals(system).imag))
+    assert frequencies[frequencies > 0.0][0] / unit == pytest.approx(expected, abs=1e-4)
+
+
+def test_a_beam_that_spins_up_lags_and_stretches_as_published():
+    """Kane, Ryan and Banerjee 1987; Simo and Vu-Quoc 1986: to 6 rad/s within 15 s."""
+    section, material = {"area": 1e-3, "inertia": 5e-7}, {"young": 2.8e10, "density": 1200.0}
+    beam = {"kind": "beam", "length": 10.0, "section": section, "material": material}
+    links = [{"body": "beam", "joint": "clamped", "drive": {"rate": 6.0, "within": 15.0}, "axial_modes": 2}]
+    law = {"kind": "hertz", "stiffness": 1.0}
+    contacts = [
+        {"between": ["beam.right", wall], "along": along, "gap": 50.0, "law": law}
+        for wall, along in (("east", "x"), ("north", "y"))
+    ]
+    bodies = {"beam": beam, "east": {"kind": "wall"}, "north": {"kind": "wall"}}
+    history = il.run(document(bodies, links, 20.0, 2e-3, contacts=contacts, modes=5))
+    t = np.arange(0.0, 20.0, 4e-3)  # ends of steps, as chords of the circle cut it by more than the stretch
+    hub = history.evaluate(t, "angle:beam")
+    x, y = (history.evaluate(t, f"position:beam.right along {along}") for along in "xy")
+    lag = np.sin(hub) * x - np.cos(hub) * y
+    assert hub[-1] == pytest.approx(6.0 * (t[-1] - 7.5), abs=1e-5)
+    assert lag.max() == pytest.approx(0.574, rel=2e-3)
+    assert t[np.argmax(lag)] == pytest.approx(6.76, abs=0.02)
+    straight = (t > 18.0) & (np.abs(lag) < 2e-4)  # between the last small swings
+    stretch = (np.cos(hub) * x + np.sin(hub) * y)[straight] - 10.0
+    assert len(stretch) > 3
+    assert float(np.mean(stretch)) == pytest.approx(5.14e-4, rel=2e-2)
+    book = history.energy
+    total = book.bodies["chain"] - book.work
+    assert float(np.abs(total - total[0]).max() / np.abs(book.bodies["chain"]).max()) < 1e-6
