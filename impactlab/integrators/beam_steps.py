@@ -30,14 +30,18 @@ def split(parameters: Array) -> tuple[Array, Array, Array, Array, Array, Array]:
 
 
 @HELPER
-def soften(n: int, soft: float, damped: bool, dt: float, gain: Array, mass: Array, u: Array, v: Array) -> None:
-    """Add the centrifugal force, softening times mass and displacement, to the velocities."""
-    if damped:
+def move(n: int, soft: float, damped: bool, dt: float, gain: Array, mass: Array, u: Array, v: Array) -> None:
+    """Add the centrifugal force, softening times mass and displacement, to the velocities; then u += dt v."""
+    if soft != 0.0 and not damped:  # gain times mass is the step
+        for i in range(n):
+            v[i] += soft * dt * u[i]
+            u[i] += dt * v[i]
+        return
+    if soft != 0.0:
         for i in range(n):
             v[i] += soft * gain[i] * mass[i] * u[i]
-        return
-    for i in range(n):  # gain times mass is the step
-        v[i] += soft * dt * u[i]
+    for i in range(n):
+        u[i] += dt * v[i]
 
 
 @HELPER
@@ -59,8 +63,11 @@ def along(
 
 
 @HELPER
-def along_each(count: int, table: Array, x: Array, gain: Array, rate: Array) -> None:
-    """Add the forces of elements that differ to the rates; ``table`` holds a, l1, 0 and l2, b, each along the row."""
+def along_each(count: int, table: Array, rest: Array, x: Array, gain: Array, rate: Array) -> None:
+    """Add the forces of elements that differ, and of springs at rotations (``rest``), to the rates.
+
+    ``table`` holds a, l1, 0 and l2, b, each along the row.
+    """
     before, turn = 0.0, 0.0
     for e in range(count):
         near, far = table[count + e], table[2 * count + e + 1]
@@ -68,7 +75,9 @@ def along_each(count: int, table: Array, x: Array, gain: Array, rate: Array) -> 
         force = table[e] * (next_w - w - near * theta - far * next_theta)
         moment = table[3 * count + 1 + e] * (next_theta - theta)
         rate[2 * e] += gain[2 * e] * (force - before)
-        rate[2 * e + 1] += gain[2 * e + 1] * (near * force + table[2 * count + e] * before + moment - turn)
+        rate[2 * e + 1] += gain[2 * e + 1] * (
+            near * force + table[2 * count + e] * before + moment - turn - rest[e] * theta
+        )
         before, turn = force, moment
     rate[2 * count] -= gain[2 * count] * before
     rate[2 * count + 1] += gain[2 * count + 1] * (table[3 * count] * before - turn)
@@ -92,11 +101,11 @@ def free(parameters: Array, state: Array) -> None:
         done += 2 * count
     if runs == 0:
         count = int(parameters[NODES]) - 1
-        along_each(count, table, u[lead:], gain[lead:], v[lead:])
+        along_each(count, table, rest, u[lead:], gain[lead:], v[lead:])
         done += 2 * count
     v[done] -= gain[done] * before
     v[done + 1] += gain[done + 1] * (lever * before - turn)
-    if parameters[RESTED] != 0.0:
+    if runs > 0 and parameters[RESTED] != 0.0:
         x, rate, push_of = u[lead:], v[lead:], gain[lead:]
         for k in range(rest.size):
             rate[2 * k + 1] -= push_of[2 * k + 1] * rest[k] * x[2 * k + 1]
@@ -113,10 +122,7 @@ def free(parameters: Array, state: Array) -> None:
     if parameters[LOADED] != 0.0:
         for i in range(n):
             v[i] += gain[i] * load[i]
-    if soft != 0.0:
-        soften(n, soft, parameters[DAMPED] != 0.0, dt, gain, mass, u, v)
-    for i in range(n):
-        u[i] += dt * v[i]
+    move(n, soft, parameters[DAMPED] != 0.0, dt, gain, mass, u, v)
 
 
 def measure(parameters: Array, state: Array, out: Array) -> None:

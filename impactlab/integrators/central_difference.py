@@ -11,7 +11,7 @@ import numpy as np
 from impactlab.errors import PairingError
 from impactlab.integrators import beam_steps
 from impactlab.integrators.base import AbstractIntegrator, Step
-from impactlab.integrators.beam_steps import soften
+from impactlab.integrators.beam_steps import move
 from impactlab.integrators.packing import has_coupled_damping
 from impactlab.models.base import Operators
 from impactlab.numerics.banded import multiply
@@ -76,10 +76,7 @@ def free(parameters: Array, state: Array) -> None:
     if loaded != 0.0:
         for i in range(n):
             v[i] += gain[i] * load[i]
-    if soft != 0.0:
-        soften(n, soft, damped != 0.0, dt, gain, mass, u, v)
-    for i in range(n):
-        u[i] += dt * v[i]
+    move(n, soft, damped != 0.0, dt, gain, mass, u, v)
 
 
 def measure(parameters: Array, state: Array, out: Array) -> None:
