@@ -21,6 +21,10 @@ from studies.pages import DOCS
 
 SAMPLES, NOISE, OFF, LATE = 300, 0.02, 0.22, 40.0
 START, END = "<!-- trials -->", "<!-- end -->"
+HEAD = (
+    "| scene | noise | trials | reach the noise | loss above the truth | no estimate moved | intervals that hold |",
+    "|" + "---|" * 7,
+)
 
 
 class Scene(NamedTuple):
@@ -156,23 +160,29 @@ def main() -> None:
     parser.add_argument("--scene", default="", help="scenes whose name holds this")
     given = parser.parse_args()
     warnings.simplefilter("ignore")
-    lines = [
-        "| scene | noise | trials | reach the noise | loss above the truth | no estimate moved | intervals that hold |",
-        "|" + "---|" * 7,
-    ]
     chosen = [(scene, kind) for scene in scenes() if given.scene in scene.name for kind in given.kinds.split(",")]
+    found = {}
     with ProcessPoolExecutor(given.workers) as pool:
         waiting = [pool.submit(trials, scene, kind, given.trials, given.seed) for scene, kind in chosen]
         for (scene, kind), each in zip(chosen, waiting, strict=True):
-            lines.append(line(scene, kind, given.trials, each.result()))
-            print(lines[-1], flush=True)
+            found[scene.name, kind] = line(scene, kind, given.trials, each.result())
+            print(found[scene.name, kind], flush=True)
+    write(found)
+
+
+def write(found: dict[tuple[str, str], str]) -> None:
+    """Write lines of the table by scene and noise; lines that were not made again stay."""
     page = DOCS / "fits.md"
-    text = page.read_text(encoding="utf-8")
-    if START in text:
-        before, _, rest = text.partition(START)
-        page.write_text(
-            before + START + "\n" + "\n".join(lines) + "\n" + END + rest.partition(END)[2], encoding="utf-8"
-        )
+    before, _, rest = page.read_text(encoding="utf-8").partition(START)
+    table, _, after = rest.partition(END)
+    known = {
+        (row[1].strip(), row[2].strip()): "|".join(row)
+        for row in (each.split("|") for each in table.splitlines())
+        if len(row) > 2
+    }
+    order = [(scene.name, kind) for scene in scenes() for kind in ("white", "ar1", "outliers")]
+    lines = [(known | found)[key] for key in order if key in known or key in found]
+    page.write_text(before + "\n".join([START, *HEAD, *lines, END]) + after, encoding="utf-8")
 
 
 if __name__ == "__main__":
