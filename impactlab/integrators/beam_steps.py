@@ -29,7 +29,7 @@ def split(parameters: Array) -> tuple[Array, Array, Array, Array, Array, Array]:
     return load, gain, keep, mass, arrays[4 * n : rest], arrays[rest:]
 
 
-@HELPER
+@UNPACK
 def move(n: int, soft: float, damped: bool, dt: float, gain: Array, mass: Array, u: Array, v: Array) -> None:
     """Add the centrifugal force, softening times mass and displacement, to the velocities; then u += dt v."""
     if soft != 0.0 and not damped:  # gain times mass is the step

@@ -15,7 +15,7 @@ from impactlab.integrators.beam_steps import move
 from impactlab.integrators.packing import has_coupled_damping
 from impactlab.models.base import Operators
 from impactlab.numerics.banded import multiply
-from impactlab.numerics.compiling import HELPER, UNPACK
+from impactlab.numerics.compiling import UNPACK
 from impactlab.types import Array
 
 N, BANDWIDTH, DT, DAMPED, GROUNDED, SOFT, LOADED, LOAD = range(8)
@@ -34,7 +34,7 @@ def split(parameters: Array) -> tuple[Array, Array, Array, Array, Array, Array, 
     return arrays[:n], arrays[n : 2 * n], chain, rest[:n], rest[n : 2 * n], rest[2 * n : 3 * n], rest[3 * n :]
 
 
-@HELPER
+@UNPACK
 def along_bands(n: int, bandwidth: int, bands: Array, gain: Array, u: Array, v: Array) -> None:
     """Add the forces of springs between coordinates to the velocities, band by band."""
     for offset in range(1, bandwidth + 1):
