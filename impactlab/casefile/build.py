@@ -9,7 +9,7 @@ from typing import Any
 from impactlab.casefile.blocks import ElasticBlock
 from impactlab.casefile.check import reference_rod
 from impactlab.casefile.contacts import faces_of, lever_arm_of, marks_of
-from impactlab.casefile.mechanisms import links_of, mechanism_body
+from impactlab.casefile.mechanisms import gravity_of, links_of, mechanism_body
 from impactlab.casefile.parts import read_part
 from impactlab.casefile.schema import CaseBlock, Frames, MassBlock, RoundTrips
 from impactlab.casefile.turning import turning
@@ -68,7 +68,7 @@ def build(case: CaseBlock, name: str, registry: Registry) -> Simulation:
         contacts=contacts,
         duration=duration,
         records=case.solve.records,
-        gravity=0.0 if isinstance(case.gravity, tuple) else case.gravity,
+        gravity=gravity_of(case),
         probes=tuple(Probe(probe.body, probe.at, probe.quantity) for probe in case.probes),
         snapshots=snapshots,
         frames=frames,

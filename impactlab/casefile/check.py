@@ -9,7 +9,7 @@ import numpy as np
 
 from impactlab.casefile.blocks import ElasticBlock
 from impactlab.casefile.contacts import RULES_OF_CONTACTS, Met, met
-from impactlab.casefile.mechanisms import check_mechanisms, links_of
+from impactlab.casefile.mechanisms import check_mechanisms, gravity_is_one, links_of, tolerance_serves
 from impactlab.casefile.points import check_place, find_body
 from impactlab.casefile.schema import CHOSEN, CaseBlock, Frames, RoundTrips, WallBlock
 from impactlab.casefile.words import listed, shown
@@ -118,12 +118,13 @@ def _profile_is_finite(body: ElasticBlock, path: str) -> None:
 
 def _round_trips_have_a_rod(case: CaseBlock) -> None:
     named = case.solve.round_trips_of
-    rods = [name for name, body in case.bodies.items() if isinstance(body, ElasticBlock)]
+    links = links_of(case)
+    rods = [name for name, body in case.bodies.items() if isinstance(body, ElasticBlock) and name not in links]
     if named is not None:
         find_body(case, named, "solve.round_trips_of")
         if named not in rods:
             raise CaseError(
-                f"{named!r} is a {case.bodies[named].kind} and has no round trip",
+                f"{named!r} is a {'link' if named in links else case.bodies[named].kind} and has no round trip",
                 remedy=f"Rods, beams and shafts of this case: {listed(rods)}.",
                 path="solve.round_trips_of",
             )
@@ -225,6 +226,8 @@ RULES_OF_BODIES: tuple[Callable[[ElasticBlock, str], None], ...] = (
     _profile_is_finite,
 )
 RULES: tuple[Callable[[CaseBlock], None], ...] = (
+    tolerance_serves,
+    gravity_is_one,
     _round_trips_have_a_rod,
     _models_name_rods,
     _tolerance_stands_alone,

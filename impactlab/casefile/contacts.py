@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -9,13 +10,15 @@ import numpy as np
 
 from impactlab.casefile.beams import BeamBlock
 from impactlab.casefile.blocks import ElasticBlock
-from impactlab.casefile.mechanisms import direction, links_of
+from impactlab.casefile.mechanisms import direction, directions, links_of
 from impactlab.casefile.points import Face, name_in, read_face
 from impactlab.casefile.schema import BodyBlock, CaseBlock, ContactBlock, WallBlock
 from impactlab.casefile.shafts import ShaftBlock
 from impactlab.errors import CaseError
 from impactlab.scene.bodies import Mark
 from impactlab.scene.problem import Point
+
+SAME_DIRECTION = 1e-9  # between two directions of length 1
 
 
 class Faces(NamedTuple):
@@ -91,7 +94,34 @@ def along_is_given(contact: Met) -> None:
             "along",
         )
     if not linked and contact.block.along is not None:
-        raise contact.refused("along is one of contacts on mechanisms", "Remove it.", "along")
+        raise contact.refused(
+            "a contact has a direction on mechanisms only, and no link meets here", "Remove along.", "along"
+        )
+
+
+def links_meet_others(contact: Met) -> None:
+    """Refuse links of one mechanism that meet, and bodies that would turn or move in two directions."""
+    links = links_of(contact.case)
+    own = [links[name].mechanism for name in contact.faces.names if name in links]
+    if len(own) == 2 and own[0] == own[1]:
+        raise contact.refused(
+            f"both are links of the mechanism {own[0]!r}, which cannot strike itself", "Let a link meet another body."
+        )
+    for name, block in zip(contact.faces.names, contact.bodies, strict=True):
+        if not own or name in links or isinstance(block, WallBlock) or contact.block.along is None:
+            continue
+        if getattr(block, "rotation", None) is not None:
+            raise contact.refused(
+                f"{name!r} turns steadily, and a mechanism moves in a frame that rests", "Remove its rotation."
+            )
+        first, here = directions(contact.case)[name], direction(contact.block.along)
+        if math.hypot(first[0] - here[0], first[1] - here[1]) > SAME_DIRECTION:
+            raise contact.refused(
+                f"{name!r} moves along one line, [{first[0]:.6g}, {first[1]:.6g}] by its first contact with a "
+                f"mechanism, and here it meets one along [{here[0]:.6g}, {here[1]:.6g}]",
+                "Give all its contacts one direction, or add another body.",
+                "along",
+            )
 
 
 def met(case: CaseBlock, number: int, before: Sequence[Met]) -> Met:
@@ -256,6 +286,7 @@ def has_a_law(contact: Met) -> None:
 
 RULES_OF_CONTACTS = (
     along_is_given,
+    links_meet_others,
     joins_two_bodies,
     faces_look_at_each_other,
     held_ends_are_not_struck,

@@ -8,10 +8,13 @@ from typing import Any, NamedTuple
 
 from impactlab.casefile.beams import BeamBlock
 from impactlab.casefile.links import JointBlock, LinkBlock
-from impactlab.casefile.schema import CaseBlock
+from impactlab.casefile.points import name_in
+from impactlab.casefile.schema import CaseBlock, WallBlock
 from impactlab.casefile.words import closest, listed, shown
 from impactlab.errors import CaseError
 from impactlab.scene.bodies import Drive, Link, Mark, Mechanism
+
+SAME_GRAVITY = 1e-12  # of gravity: components nearer than this agree
 
 
 class LinkOf(NamedTuple):
@@ -41,6 +44,48 @@ def direction(along: Any) -> tuple[float, float]:
 def vector(gravity: Any) -> tuple[float, float]:
     """Return gravity as (x, y) [m/s2]; a number acts along +x."""
     return tuple(gravity) if isinstance(gravity, (list, tuple)) else (gravity, 0.0)
+
+
+def directions(case: CaseBlock) -> dict[str, tuple[float, float]]:
+    """Return the directions in which bodies move that meet a mechanism, by name; the first of each."""
+    found: dict[str, tuple[float, float]] = {}
+    for contact in case.contacts:
+        for text in contact.between:
+            if contact.along is not None and name_in(text) not in links_of(case):
+                found.setdefault(name_in(text), direction(contact.along))
+    return found
+
+
+def gravity_of(case: CaseBlock) -> float:
+    """Return the gravity of all bodies but links [m/s2], along the motion of each; raise `CaseError` where it differs.
+
+    A body that meets a mechanism moves along its contact; a number acts on any other, and a vector on none.
+    """
+    x, y = vector(case.gravity)
+    links, along, on = links_of(case), directions(case), dict[str, float]()
+    for name, block in case.bodies.items():
+        if isinstance(block, WallBlock) or name in links:
+            continue
+        if name in along:
+            on[name] = along[name][0] * x + along[name][1] * y
+        elif not isinstance(case.gravity, tuple) or (x, y) == (0.0, 0.0):
+            on[name] = x
+        else:
+            raise CaseError(
+                f"gravity as [x, y] acts on mechanisms, and {name!r} moves along a line of no known direction",
+                remedy="Give gravity as a number, or remove the body.",
+                path="gravity",
+            )
+    first = next(iter(on.values()), 0.0)
+    for name, value in on.items():
+        if not math.isclose(value, first, abs_tol=SAME_GRAVITY * math.hypot(x, y)):
+            raise CaseError(
+                f"along its motion gravity acts with {value:.6g} m/s2 on {name!r}, and with {first:.6g} m/s2 on "
+                f"{next(iter(on))!r}. Allowed: one value for all bodies beside mechanisms",
+                remedy="Leave gravity out, or let them meet the mechanism in one direction.",
+                path="gravity",
+            )
+    return first
 
 
 def mechanism_body(case: CaseBlock, name: str, marks: tuple[Mark, ...]) -> Mechanism:
@@ -132,5 +177,31 @@ def _faults(case: CaseBlock, joint: JointBlock, number: int, slides: bool) -> It
     if body.tension != 0.0 or body.theory != "euler_bernoulli" or body.velocity != 0.0 or body.profile is not None:
         text = "a link bends by the theory of Euler and Bernoulli, straight and without preload at t = 0"
         yield text, "Remove tension, theory, velocity and displacement from the beam.", "body"
-    if body.rayleigh.mass or body.rayleigh.stiffness or body.rotation is not None:
-        yield "a link has no damping, and turns by its joints", "Remove damping and rotation from the beam.", "body"
+    if body.rayleigh.mass or body.rayleigh.stiffness or body.rotation is not None or viscous(body):
+        yield "a link has no damping, and turns by its joints", "Remove damping, viscosity and rotation.", "body"
+
+
+def viscous(beam: BeamBlock) -> bool:
+    """Return whether the material of a beam has a viscosity."""
+    return any(segment.viscosity > 0.0 for segment in beam.body("", 1.0).segments)
+
+
+def tolerance_serves(case: CaseBlock) -> None:
+    """Refuse a tolerance where a mechanism moves."""
+    if case.mechanisms and case.solve.tolerance is not None:
+        raise CaseError(
+            f"the automatic choice does not serve mechanisms, and {next(iter(case.mechanisms))!r} is one",
+            remedy="Give model, integrator midpoint and step instead, and compare with half the step.",
+            path="solve.tolerance",
+        )
+
+
+def gravity_is_one(case: CaseBlock) -> None:
+    """Refuse gravity that is a vector without mechanisms, or differs between the bodies beside them."""
+    if isinstance(case.gravity, tuple) and not case.mechanisms:
+        raise CaseError(
+            "gravity as [x, y] acts on mechanisms, and this case has none",
+            remedy="Give a number: gravity along +x, of beams along +u.",
+            path="gravity",
+        )
+    gravity_of(case)

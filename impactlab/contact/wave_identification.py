@@ -51,6 +51,12 @@ class WaveIdentification(AbstractContactLaw):
                     "wave length travels at a speed of its own",
                     remedy="Use law dispersive_identification, or modal_messengers with model modal.",
                 )
+            if facts.kind == "mechanism":
+                raise PairingError(
+                    f"wave_identification reads the wave that runs along a rod to its face, and the {side} face is one "
+                    "of a mechanism, which all its links move",
+                    remedy="Use law hertz, velocity_complementarity or energy_conserving.",
+                )
             if facts.kind != "rod":
                 # No messenger: velocity and compliance are the stepper's own.
                 parameters += [0.0, 0.0, 0.0]

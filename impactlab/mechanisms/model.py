@@ -9,7 +9,7 @@ from typing import final
 import numpy as np
 
 from impactlab.errors import CaseError, PairingError
-from impactlab.integrators.base import AbstractIntegrator, Stepper
+from impactlab.integrators.base import AbstractScheme, Stepper
 from impactlab.integrators.midpoint import Midpoint
 from impactlab.mechanisms import steps, terms
 from impactlab.mechanisms.packing import Packed, packed
@@ -99,7 +99,7 @@ class MechanismModel(AbstractDiscreteModel):
     def grid(self) -> Array:
         return np.arange(float(len(self.mechanism.marks)))
 
-    def check(self, integrator: AbstractIntegrator) -> None:
+    def check(self, integrator: AbstractScheme) -> None:
         """Raise `PairingError` where a scheme counts on constant matrices."""
         if not isinstance(integrator, Midpoint):
             raise PairingError(
@@ -190,4 +190,15 @@ def shapes_of(link: Link, models: Mapping[str, AbstractRodModel]) -> FlexibleLin
             remedy="Give {kind: modal, elements: 160, modes: 20}, for example.",
             path=f"solve.models.{link.name}",
         )
+    for name, given, served in (
+        ("basis", kind_of(model.basis), "eigenvectors"),
+        ("mass", model.mass, "consistent"),
+        ("order", model.order, 1),
+    ):
+        if given != served:
+            raise CaseError(
+                f"link '{link.name}' bends in eigenvectors of a consistent mesh, and {name} {given} is asked for",
+                remedy=f"Remove {name}.",
+                path=f"solve.models.{link.name}.{name}",
+            )
     return flexible_link(link, model.elements, model.modes or model.elements)

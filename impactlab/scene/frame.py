@@ -101,7 +101,8 @@ def drift(scene: Scene, name: str, t: Array, touched: Collection[str] | None = N
     """
     place = name.partition(":")[2] or name
     body = place.rpartition("@")[0] or place
-    return next(group.displacement(t) for group in groups(scene, touched) if body in group.bodies)
+    moved = (group.displacement(t) for group in groups(scene, touched) if body in group.bodies)
+    return next(moved, np.zeros(np.shape(t)))  # a face of a mechanism, which its ground holds
 
 
 def carried_energy(scene: Scene, t: Array, touched: Collection[str] | None = None) -> CarriedEnergy:

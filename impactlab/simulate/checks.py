@@ -36,6 +36,7 @@ ROUNDING_TOL = 1e-9  # of the energy of all bodies: the rounding of thousands of
 OVERLAP_WARN = 0.1  # of the travel of the faces, under a law that says that they do not overlap
 NEGATIVE_LOSS_TOL = 1e-6  # of the reference energy: losses below zero that no rounding leaves
 MOMENTUM_TOL = 1e-9  # of the reference momentum: schemes and solvers keep linear sums to rounding
+ACROSS = 0.9  # sine of the angle of a link to its slide, from which a lost run is laid to its reach
 KICKS_WARN = 100  # of an impulse law, from which their number means nothing
 
 Failure = Callable[..., StepError]  # of a text and a remedy; time, step and history are set
@@ -107,6 +108,8 @@ def check_run(status: int, assembly: Assembly, history: AbstractRecordedHistory)
         if raised is not None:
             text, remedy = f"a contact law raised {raised_at(raised)}", "This is a fault of the law."
         raise failure(text, remedy=remedy) from raised
+    if (stuck := out_of_reach(history)) is not None:
+        raise failure(stuck, remedy="Move the slide, or give longer links or a shorter run.")
     if status == loop.NOT_FINITE:
         text = "the energy is not a finite number: the run diverged"
         raise failure(text, remedy="Give a smaller step, or a softer contact.")
@@ -129,6 +132,25 @@ def check_run(status: int, assembly: Assembly, history: AbstractRecordedHistory)
     remedies = dict.fromkeys(law.gain_remedy for law in laws if law.gain_remedy)
     remedy = " ".join(remedies) or f"Give a smaller step, or a softer contact{', or events: located' if cut else ''}."
     check_gain(history, bound, remedy, failure)
+
+
+def out_of_reach(history: AbstractRecordedHistory) -> str | None:
+    """Return when and at which angle a link of a mechanism reached no further to its slide; None where none did."""
+    for name, built in history.built.items():
+        if not isinstance(built.model, MechanismModel) or built.model.mechanism.slide is None:
+            continue
+        last = built.model.mechanism.links[-1].name
+        angles = history.recorded[f"angle:{last}"]
+        known = np.isfinite(angles.values)
+        if not known.all() and known.any():
+            number = int(np.argmin(known)) - 1
+            angle = float(angles.values[number])
+            if abs(np.sin(angle)) > ACROSS:
+                return (
+                    f"the slide of '{name}' is out of reach: link '{last}' stood across it, at {angle:.6g} rad, "
+                    f"at t = {angles.times[number]:.6g} s"
+                )
+    return None
 
 
 def check_gain(history: AbstractHistory, bound: float, remedy: str, failure: Failure) -> None:

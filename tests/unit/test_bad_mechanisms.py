@@ -1,0 +1,242 @@
+"""Errors in cases with mechanisms, and their messages: place, value given, values allowed, fix."""
+
+from __future__ import annotations
+
+import copy
+import math
+import re
+from typing import Any
+
+import pytest
+
+import impactlab as il
+from impactlab.errors import CaseError, PairingError, StepError
+
+HERTZ = {"kind": "hertz", "stiffness": 1.0e9}
+CASE: dict[str, Any] = {
+    "schema_version": 1,
+    "bodies": {
+        "crank": {"kind": "link", "length": 0.1, "mass": 0.2},
+        "rod": {
+            "kind": "beam",
+            "length": 0.3,
+            "section": {"width": 0.01, "height": 0.004},
+            "material": {"young": 2.1e11, "density": 7850.0},
+        },
+        "block": {"kind": "mass", "mass": 0.25},
+    },
+    "mechanisms": {
+        "press": {
+            "links": [
+                {"body": "crank", "angle": -1.9, "drive": {"rate": 30.0}},
+                {"body": "rod", "axial_modes": 2, "end_mass": 0.5},
+            ],
+            "end": {"slide": 0.0},
+        }
+    },
+    "contacts": [{"between": ["rod.right", "block"], "along": "x", "gap": 0.02, "law": HERTZ}],
+    "solve": {
+        "duration": 2.0e-4,
+        "model": {"kind": "modal", "elements": 40, "modes": 6},
+        "integrator": {"kind": "midpoint"},
+        "step": {"dt": 1.0e-5},
+    },
+}
+LINKS, LAST = "mechanisms.press.links", "mechanisms.press.links.1"
+GONE = object()
+FINE = {"kind": "modal", "elements": 40, "modes": 6}
+SIDEWAYS = {"between": ["rod.at(0.1)", "block"], "along": "y", "gap": 1.0, "law": HERTZ}
+ITSELF = {"between": ["rod.at(0.1)", "crank.right"], "along": "y", "gap": 1.0, "law": HERTZ}
+ALONE = {LINKS: [{"body": "rod"}], "bodies.crank": GONE}
+NO_MECHANISM = {"mechanisms": {}, "bodies.crank": {"kind": "wall"}, "contacts.0.along": GONE}
+
+
+def case_with(changes: dict[str, Any]) -> il.Case:
+    """Return the case with other values at dotted paths."""
+    document = copy.deepcopy(CASE)
+    for path, given in changes.items():
+        value = given if given is GONE else copy.deepcopy(given)
+        *keys, last = path.split(".")
+        at: Any = document
+        for key in keys:
+            at = at[int(key)] if isinstance(at, list) else at.setdefault(key, {})
+        if value is GONE:
+            del at[last]
+        elif isinstance(at, list):
+            at[int(last) : int(last) + 1] = [value]
+        else:
+            at[last] = value
+    return il.Case.from_dict(document)
+
+
+FAULTS = [  # changes of the case, the path of the fault, and words of its message and remedy
+    ({f"{LAST}.body": "rot"}, f"{LAST}.body", "no body 'rot'. Did you mean 'rod'?", "Links: crank, rod."),
+    ({LINKS: []}, LINKS, "Allowed: at least 1", "Fix the value"),
+    ({LINKS: [{"body": "crank"}] * 1000}, LINKS, "a list of 1000 has the wrong length", "Fix the value"),
+    ({LAST: {"body": "crank"}}, f"{LAST}.body", "a link of 'press' already", "a body of its own"),
+    (
+        {"mechanisms.other": {"links": [{"body": "crank"}]}},
+        "mechanisms.other.links.0.body",
+        "'crank' is a link of 'press' already",
+        "a body of its own",
+    ),
+    ({"mechanisms": {}}, "bodies.crank", "a link of no mechanism", "Name it in the links"),
+    ({"mechanisms": {"block": CASE["mechanisms"]["press"]}}, "mechanisms.block", "is a body, too", "another name"),
+    ({f"{LAST}.body": "block"}, f"{LAST}.body", "'block' is a mass. Allowed: link (rigid), beam", "Name a body"),
+    ({f"{LINKS}.0.torque": 1.0}, f"{LINKS}.0.drive", "driven or bears a torque", "Keep one of the two"),
+    ({f"{LINKS}.0.rate": 1.0}, f"{LINKS}.0.rate", "that of its drive", "Remove one of the two"),
+    ({f"{LAST}.rate": 1.0}, f"{LAST}.joint", "follows from the slide", "Drive or turn another link"),
+    (
+        {**ALONE, f"{LINKS}.0.drive": {"rate": 1.0}, "mechanisms.press.end": "free"},
+        f"{LINKS}.0.joint",
+        "turns the root section of a beam",
+        "joint: clamped",
+    ),
+    ({f"{LINKS}.0.axial_modes": 2}, f"{LINKS}.0.axial_modes", "'crank' is rigid", "describe the link as a beam"),
+    ({"bodies.rod.ends": {"left": "clamped"}}, f"{LAST}.body", "the ends of a link are its joints", "Leave `ends`"),
+    ({"bodies.rod.damping": {"mass": 1.0}}, f"{LAST}.body", "a link has no damping", "Remove damping"),
+    ({"bodies.rod.material.viscosity": 1.0e3}, f"{LAST}.body", "a link has no damping", "viscosity"),
+    ({"bodies.rod.tension": 10.0}, f"{LAST}.body", "straight and without preload", "Remove tension"),
+    (ALONE, "mechanisms.press.end", "one link on a slide cannot move", "two links or more"),
+    ({"mechanisms.press.end": {"slide": 5.0}}, "mechanisms.press.end", "out of reach of link 'rod'", "another"),
+    ({"mechanisms.press.end": "fixed"}, "mechanisms.press.end", "Allowed: free, or {slide: y}", "Fix the value"),
+    ({"contacts.0.along": GONE}, "contacts.0.along", "this key is missing", "along: x, y or [cos, sin]"),
+    ({"contacts.0.along": [0.0, 0.0]}, "contacts.0.along", "the direction [0, 0] has no length", "Fix the value"),
+    ({"contacts.0.along": [math.nan, 1.0]}, "contacts.0.along", "nan is not a finite number", "Fix the value"),
+    (
+        {**NO_MECHANISM, "contacts.0.along": "x", "bodies.crank": GONE},
+        "contacts.0.along",
+        "no link",
+        "Remove along",
+    ),
+    ({"contacts.1": SIDEWAYS}, "contacts.1.along", "'block' moves along one line", "one direction"),
+    ({"contacts.1": ITSELF}, "contacts.1.between", "cannot strike itself", "Let a link meet another body"),
+    ({"bodies.block.rotation": {}}, "contacts.0.between", "'block' turns steadily", "Remove its rotation"),
+    ({"bodies.crank.length": 0.0}, "bodies.crank.length", "0 m is out of range", "Fix the value"),
+    ({"bodies.crank.mass": math.nan}, "bodies.crank.mass", "nan is not a finite number", "Fix the value"),
+    ({f"{LAST}.end_mass": -1.0}, f"{LAST}.end_mass", "-1 kg is out of range", "Fix the value"),
+    ({f"{LINKS}.0.drive.rate": math.inf}, f"{LINKS}.0.drive.rate", "inf is not a finite number", "Fix the value"),
+    ({"gravity": [0.0, 0.0, -9.81]}, "gravity", "a list of 3", "Fix the value"),
+    ({**NO_MECHANISM, "gravity": [0.0, -9.81]}, "gravity", "and this case has none", "Give a number"),
+    (
+        {"bodies.idle": {"kind": "mass", "mass": 1.0}, "gravity": [0.0, -9.81]},
+        "gravity",
+        "'idle' moves along a line of no known direction",
+        "Give gravity as a number",
+    ),
+    (
+        {"bodies.idle": {"kind": "mass", "mass": 1.0}, "gravity": 9.81, "contacts.0.along": [0.6, 0.8]},
+        "gravity",
+        "5.886 m/s2 on 'block'",
+        "in one direction",
+    ),
+    (
+        {"probes": [{"body": "rod", "at": 0.1, "quantity": "displacement"}]},
+        "probes.0.body",
+        "'rod' is a link",
+        "recorded in every run",
+    ),
+    ({"solve.models": {"crank": FINE}}, "solve.models.crank", "'crank' is a link", "Remove it"),
+    ({"solve.duration": {"round_trips": 2}}, "solve.duration", "this case has none", "in seconds"),
+    ({"solve.round_trips_of": "rod"}, "solve.round_trips_of", "is a link and has no round trip", "this case"),
+    ({"solve.step": {"courant": 1.0}}, "solve.step", "courant needs a rod with a mesh", "Give dt"),
+    (
+        {"solve": {"duration": 1.0e-3, "tolerance": 1.0e-2}},
+        "solve.tolerance",
+        "the automatic choice does not serve mechanisms, and 'press' is one",
+        "half the step",
+    ),
+    *(
+        ({"solve.model": model}, "solve.models.rod", "needs modes of a mesh", "{kind: modal, elements: 160")
+        for model in (
+            {"kind": "continuous"},
+            {"kind": "finite_element", "elements": 20},
+            {"kind": "modal", "modes": 10},
+        )
+    ),
+    *(
+        ({"solve.model": {**FINE, key: value}}, f"solve.models.rod.{key}", f"{key} {word} is", f"Remove {key}")
+        for key, value, word in (
+            ("mass", "lumped", "lumped"),
+            ("order", 2, "2"),
+            ("basis", {"kind": "craig_bampton"}, "craig_bampton"),
+        )
+    ),
+    (
+        {"solve.model": {**FINE, "elements": 4, "modes": 40}},
+        "solve.models.rod",
+        "40 modes of link 'rod', and its mesh of 4 elements has 8",
+        "Give fewer",
+    ),
+    (
+        {"solve.model": {**FINE, "elements": 3}, f"{LAST}.axial_modes": 12},
+        "solve.models.rod",
+        "12 axial_modes of link 'rod', and its mesh of 3 elements has 3",
+        "Give fewer",
+    ),
+]
+
+
+@pytest.mark.parametrize(("changes", "path", "text", "remedy"), FAULTS)
+def test_a_wrong_mechanism_is_refused_with_its_place_and_a_fix(
+    changes: dict[str, Any], path: str, text: str, remedy: str
+) -> None:
+    with pytest.raises(CaseError) as raised:
+        il.run(case_with(changes))
+    assert raised.value.path == path
+    assert text in raised.value.text
+    assert remedy in raised.value.remedy
+
+
+@pytest.mark.parametrize("kind", ["newmark", "exact_modal", "central_difference", "adaptive", "hht_alpha"])
+def test_a_scheme_for_constant_matrices_is_refused(kind: str) -> None:
+    with pytest.raises(PairingError, match=f"'{kind}' counts on constant matrices.*Allowed: midpoint") as raised:
+        il.run(case_with({"solve.integrator": {"kind": kind}}))
+    assert raised.value.path == "solve.integrator"
+
+
+@pytest.mark.parametrize(
+    ("law", "text"),
+    [
+        ({"kind": "wave_identification"}, "which all its links move"),
+        ({"kind": "wave_initialised"}, "needs the impedance of a rod's end"),
+        ({"kind": "nitsche"}, "nitsche needs a rod"),
+        ({"kind": "impedance_residual"}, "no body of this contact leaves any out"),
+        ({"kind": "modal_messengers"}, "needs a body in modes"),
+    ],
+)
+def test_a_law_of_waves_is_refused(law: dict[str, Any], text: str) -> None:
+    with pytest.raises(PairingError, match=text) as raised:
+        il.run(case_with({"contacts.0.law": law}))
+    assert raised.value.path == "contacts.0.law"
+    assert raised.value.remedy
+
+
+def short(crank: dict[str, Any]) -> dict[str, Any]:
+    """Return a mechanism whose slide comes out of reach: a rod shorter than its lowest joint is high."""
+    return {
+        "bodies.rod": {"kind": "link", "length": 0.105, "mass": 0.1},
+        LINKS: [{"body": "crank", **crank}, {"body": "rod"}],
+        "mechanisms.press.end": {"slide": -0.02},
+        "contacts.0.gap": 1.0,
+        "solve.duration": 0.2,
+    }
+
+
+@pytest.mark.parametrize("crank", [{"drive": {"rate": 30.0}}, {"rate": 30.0}], ids=["driven", "free"])
+def test_a_slide_that_comes_out_of_reach_ends_the_run_with_time_and_angle(crank: dict[str, Any]) -> None:
+    with pytest.raises(StepError, match=r"slide of 'press' is out of reach: link 'rod' .* rad, at t = ") as raised:
+        il.run(case_with(short(crank)))
+    assert raised.value.time is not None
+    assert raised.value.remedy.startswith("Move the slide")
+    angle, time = (float(word) for word in re.findall(r"at (?:t = )?(-?[\d.]+)", raised.value.text))
+    assert angle == pytest.approx(-0.5 * math.pi, abs=0.02)
+    if "drive" in crank:  # the joint is 0.105 m above the slide
+        assert time == pytest.approx(math.asin(0.85) / 30.0, abs=1.1e-5)
+
+
+def test_the_weight_of_a_body_acts_along_its_contact() -> None:
+    """A block that moves along y falls, one that moves along x does not."""
+    for along, speed in (("x", 0.0), ("y", -9.81 * 2.0e-4)):
+        history = il.run(case_with({"contacts.0.along": along, "gravity": [0.0, -9.81]}))
+        assert float(history.evaluate(history.duration, "velocity:block")) == pytest.approx(speed, abs=1e-12)
