@@ -13,6 +13,7 @@ from impactlab.history.advice import warning_lines
 from impactlab.history.base import SERIOUS
 from impactlab.lazy import lazy
 from impactlab.metrics.collisions import sentence
+from impactlab.scene.method import Simulation, is_exact
 
 if TYPE_CHECKING:
     from impactlab.numerics import addresses
@@ -217,6 +218,10 @@ def _number(value: Any) -> str:
     return "none" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
-def say_if_compiling() -> None:
-    """Log, on standard error, that kernels are compiled first, if they are not on disk."""
-    addresses.say_if_compiling(loop.advance_dated)
+def say_if_compiling(*simulations: Simulation) -> None:
+    """Log, on standard error, that kernels are compiled first, if they are not on disk.
+
+    Exact runs alone never need the step loop; the march says so itself where it is compiled.
+    """
+    if not simulations or not all(is_exact(*each) for each in simulations):
+        addresses.say_if_compiling(loop.advance_dated)
