@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
 ANSWER_S = 10.0  # s in which a cluster answers, and in which a lost connection comes back
 NO_WORKERS_S = 60.0  # s without any worker, after which a sweep ends
+MAX_SENT = 100  # times that a sweep is sent again
 PARTS = 32  # into which a chunk is split whose worker died
 MAX_LOCAL = 1024  # workers
 POLL_S = 0.5
@@ -46,7 +47,7 @@ class Ended(NamedTuple):
     """The outcome of a job on the cluster."""
 
     job: Job
-    status: str  # answered | hung | crashed
+    status: str  # answered | hung | crashed | again, where the job itself is not to blame
     value: Any  # the chunk, or the reason in words
 
 
@@ -154,8 +155,14 @@ class Cluster:
 
     def __init__(self, client: Client, address: str, made: Sweep, expected: Mapping[str, str]) -> None:
         self.client, self.address, self.made, self.expected = client, address, made, dict(expected)
-        # A task, so that the scheduler computes it again where its last copy dies with a worker.
-        self.whole = client.submit(_whole, made, pure=False)
+        self.sent: set[str] = set()  # keys of these tasks
+        self.whole = self._send()
+
+    def _send(self) -> Future:
+        """Send the sweep as a task, which the scheduler computes again where its last copy dies with a worker."""
+        sent = self.client.submit(_whole, self.made, pure=False)
+        self.sent.add(str(sent.key))
+        return sent
 
     def size(self) -> int:
         """Return how many points make a chunk, from the time of the first one on all workers, which load the code."""
@@ -215,7 +222,11 @@ class Cluster:
                 for key in ended:
                     if key in busy:
                         job, future, _ = busy.pop(key)
-                        yield self._outcome(job, future, limit)
+                        outcome = self._outcome(job, future, limit)
+                        if outcome.status == "again":
+                            waiting.append(job)
+                        else:
+                            yield outcome
         finally:
             for _, future, _ in busy.values():
                 with contextlib.suppress(Exception):
@@ -239,6 +250,11 @@ class Cluster:
             except (OSError, TimeoutError) as error:  # its worker died before the result was fetched
                 return Ended(job, "crashed", f"the result was lost: {error}")
         fault = future.exception() if future.status == "error" else None
+        if isinstance(fault, KilledWorker) and str(fault.task) in self.sent and len(self.sent) < MAX_SENT:
+            # Workers died while they received the sweep: the scheduler gives it up, and with it all jobs.
+            if self.whole.status == "error":
+                self.whole = self._send()
+            return Ended(job, "again", "")
         if isinstance(fault, KilledWorker):
             return Ended(job, "crashed", "the worker process ended")
         if fault is None:

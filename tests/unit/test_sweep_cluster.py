@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from distributed import KilledWorker
 
 import impactlab as il
 from impactlab.errors import ExtraError, SweepError
@@ -122,6 +123,24 @@ def test_a_point_that_kills_its_worker_is_one_row_and_all_others_are_completed(m
     assert [number for number, each in enumerate(status) if each != "completed"] == [17]
     assert status[17] == "crashed"
     assert str(found["reason"].values[17]) == "the worker process ended"
+
+
+@pytest.mark.slow
+def test_a_sweep_that_dies_with_the_workers_that_receive_it_is_sent_again(case, monkeypatch):
+    """The scheduler gives up a task whose workers died; the points that wait for it are not to blame."""
+    seen: list[cluster.Cluster] = []
+
+    def lose(self: cluster.Cluster) -> int:
+        lost = self.client.submit(os._exit, 1, pure=False)
+        assert isinstance(lost.exception(timeout=60), KilledWorker)
+        self.whole, self.sent = lost, {str(lost.key)}
+        seen.append(self)
+        return 2
+
+    monkeypatch.setattr(cluster.Cluster, "size", lose)
+    found = il.sweep(case, {MASS: [1.0, 2.0, 3.0, 4.0]}, quantities=["impulse"], cluster="local:2")
+    assert [chunks.STATUSES[each] for each in found["status"].values] == ["completed"] * 4
+    assert len(seen[0].sent) == 2
 
 
 @pytest.mark.slow
