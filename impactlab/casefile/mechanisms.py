@@ -93,7 +93,7 @@ def mechanism_body(case: CaseBlock, name: str, marks: tuple[Mark, ...]) -> Mecha
     block = case.mechanisms[name]
     links = tuple(_link(case, joint) for joint in block.links)
     slide = None if block.end == "free" else block.end["slide"]
-    return Mechanism(name, links, slide, marks, vector(case.gravity))
+    return Mechanism(name, links, slide, marks, gravity=vector(case.gravity))
 
 
 def _link(case: CaseBlock, joint: JointBlock) -> Link:

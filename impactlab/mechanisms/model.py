@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import final
 
@@ -11,15 +10,14 @@ import numpy as np
 from impactlab.errors import CaseError, PairingError
 from impactlab.integrators.base import AbstractScheme, Stepper
 from impactlab.integrators.midpoint import Midpoint
-from impactlab.mechanisms import steps, terms
-from impactlab.mechanisms.packing import Packed, packed
-from impactlab.mechanisms.shapes import FlexibleLink, flexible_link
+from impactlab.mechanisms import steps
+from impactlab.mechanisms.base import AbstractMechanism, Motion
+from impactlab.mechanisms.chain import Chain
 from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Operators
-from impactlab.models.modal import Modal
 from impactlab.numerics.addresses import COLUMNS, DERIVE, FREE, TERMS, call, entered, kernel_address
 from impactlab.numerics.compiling import ENTRY
 from impactlab.plugins import kind_of
-from impactlab.scene.bodies import Link, Mechanism
+from impactlab.scene.bodies import Mechanism, MechanismBody, PartMechanism
 from impactlab.types import Array, Quantity
 
 GAIN, TURN_GAIN, IMPULSE_GAIN = 1.0e-4, 20.0, 1.0e-2  # of the highest frequency, rate and frequency times dt;
@@ -43,34 +41,32 @@ def prepare_columns(
 
 @final
 class MechanismModel(AbstractDiscreteModel):
-    """A mechanism with its links in shapes. Its coordinates are those of the chain, then its readings.
-
-    Readings are the marks of the mechanism in their order, then the angle of each link.
+    """A mechanism in coordinates: its own, then its readings.
 
     Parameters
     ----------
-    mechanism : Mechanism
+    mechanism : MechanismBody
     models : mapping
-        Descriptions of flexible links by name: modal with elements.
+        Descriptions of the flexible links of a chain by name: modal with elements.
 
     Raises
     ------
     CaseError
-        If the description of a link is not modal, or the slide is out of reach.
+        If the mechanism cannot be built: the slide of a chain is out of reach, the description of a link not modal.
     """
 
-    def __init__(self, mechanism: Mechanism, models: Mapping[str, AbstractRodModel]) -> None:
+    def __init__(self, mechanism: MechanismBody, models: Mapping[str, AbstractRodModel]) -> None:
         self.mechanism = mechanism
-        self.flexible = [shapes_of(link, models) for link in mechanism.links]
-        self.packed: Packed = packed(mechanism, self.flexible)
+        self.part = mechanism_of(mechanism, models)
+        self.packed: Motion = self.part.motion(mechanism.gravity)
         self.count = self.packed.position.size
-        self.readings = len(mechanism.marks) + len(mechanism.links)
-        self.drives = len(mechanism.driven)
+        self.readings = len(self.part.readings)
+        self.drives = len(self.packed.drives)
 
     def operators(self) -> Operators:
         n_dof = self.count + self.readings
         still = np.zeros(self.readings)
-        highest = max([RIGID, *(each.frequency for each in self.flexible if each is not None)])
+        highest = max(RIGID, self.packed.frequency)
         return Operators(
             mass=np.ones((1, n_dof)),
             damping=np.zeros((1, n_dof)),
@@ -97,7 +93,7 @@ class MechanismModel(AbstractDiscreteModel):
         return np.zeros(self.count + self.readings)
 
     def grid(self) -> Array:
-        return np.arange(float(len(self.mechanism.marks)))
+        return np.arange(float(self.readings))
 
     def check(self, integrator: AbstractScheme) -> None:
         """Raise `PairingError` where a scheme counts on constant matrices."""
@@ -114,17 +110,14 @@ class MechanismModel(AbstractDiscreteModel):
 
         Where a law gives impulses, terms are taken with the rates before them: the bound is of first order.
         """
-        highest = max([0.0, *(each.frequency for each in self.flexible if each is not None)])
-        links, gravity = self.mechanism.links, math.hypot(*self.mechanism.gravity)
-        rates = [abs(link.rate) + abs(link.drive.rate if link.drive is not None else 0.0) for link in links]
-        swing = math.sqrt(gravity / min(link.length for link in links))
-        bound = GAIN * (highest * dt) ** 2 + TURN_GAIN * ((max(rates) + swing) * dt) ** 2
+        highest = self.packed.frequency
+        bound = GAIN * (highest * dt) ** 2 + TURN_GAIN * (self.packed.rate * dt) ** 2
         return bound + (IMPULSE_GAIN * max(highest, RIGID) * dt if impulses else 0.0)
 
     def stepper(self, ports: Array, dt: float) -> Stepper:
         """Return the step of the midpoint rule; ``ports`` are rows of readings."""
         n, r = self.count, self.readings
-        drives = self._drives()
+        drives = np.array(self.packed.drives, dtype=float).ravel()
         at_drives = steps.HEAD
         at_stiffness = at_drives + drives.size
         at_ports = at_stiffness + n * n
@@ -132,7 +125,7 @@ class MechanismModel(AbstractDiscreteModel):
         own = self.packed.parameters
         at_room = at_own + own.size
         head = np.zeros(steps.HEAD)
-        head[steps.TERMS] = kernel_address(terms.terms, TERMS)
+        head[steps.TERMS] = kernel_address(type(self.part).terms, TERMS)
         head[steps.COORDINATES], head[steps.READINGS], head[steps.DRIVES] = n, r, self.drives
         head[steps.STEP], head[steps.DRIVES_AT], head[steps.STIFFNESS_AT] = dt, at_drives, at_stiffness
         head[steps.OWN_AT], head[steps.ROOM_AT], head[steps.PORTS_AT] = at_own, at_room, at_ports
@@ -170,35 +163,12 @@ class MechanismModel(AbstractDiscreteModel):
             columns=steps.columns,
         )
 
-    def _drives(self) -> Array:
-        found = []
-        for number in self.mechanism.driven:
-            drive = self.mechanism.links[number].drive
-            if drive is not None:
-                found.append([self.packed.angles[number], drive.rate, drive.within])
-        return np.array(found, dtype=float).ravel()
 
 
-def shapes_of(link: Link, models: Mapping[str, AbstractRodModel]) -> FlexibleLink | None:
-    """Return a link in shapes, None of a rigid one; raise `CaseError` where its description has no mesh and modes."""
-    if link.beam is None:
-        return None
-    model = models.get(link.name)
-    if not isinstance(model, Modal) or model.elements is None:
-        raise CaseError(
-            f"link '{link.name}' needs modes of a mesh",
-            remedy="Give {kind: modal, elements: 160, modes: 20}, for example.",
-            path=f"solve.models.{link.name}",
-        )
-    for name, given, served in (
-        ("basis", kind_of(model.basis), "eigenvectors"),
-        ("mass", model.mass, "consistent"),
-        ("order", model.order, 1),
-    ):
-        if given != served:
-            raise CaseError(
-                f"link '{link.name}' bends in eigenvectors of a consistent mesh, and {name} {given} is asked for",
-                remedy=f"Remove {name}.",
-                path=f"solve.models.{link.name}.{name}",
-            )
-    return flexible_link(link, model.elements, model.modes or model.elements)
+def mechanism_of(mechanism: MechanismBody, models: Mapping[str, AbstractRodModel]) -> AbstractMechanism:
+    """Return the equations of motion of a body: those of a chain of links, or the part that a case names."""
+    if isinstance(mechanism, Mechanism):
+        return Chain(mechanism, models)
+    if isinstance(mechanism, PartMechanism):
+        return mechanism.part
+    raise TypeError(f"{type(mechanism).__name__} has no equations of motion")

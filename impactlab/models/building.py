@@ -9,7 +9,7 @@ from impactlab.mechanisms.model import MechanismModel
 from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Face
 from impactlab.models.rigid import RigidBody
 from impactlab.plugins import kind_of
-from impactlab.scene.bodies import Beam, Body, Mechanism, Rod
+from impactlab.scene.bodies import Beam, Body, MechanismBody, Rod
 
 
 def build_body(
@@ -24,7 +24,7 @@ def build_body(
     PairingError
         If the model has a theory of rods, and the body is of another kind.
     """
-    if isinstance(body, Mechanism):
+    if isinstance(body, MechanismBody):
         return MechanismModel(body, models)
     if body.elastic is None:
         mass = body.rigid_mass if body.moves else None

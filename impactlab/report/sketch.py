@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from impactlab.report.beam_sketch import beam_sketch
-from impactlab.scene.bodies import Body, Mass, Mechanism, WaveBody
+from impactlab.scene.bodies import Body, Mass, MechanismBody, WaveBody
 from impactlab.scene.problem import Scene
 
 HEIGHT, MIDDLE = 120.0, 52.0  # of the drawing, and of the axis of the bodies
@@ -14,7 +14,7 @@ MASS, WALL, ROD, GAP, MARGIN = 52.0, 14.0, 420.0, 26.0, 56.0  # widths
 
 def sketch(scene: Scene) -> str:
     """Return the drawing, or nothing for a scene whose bodies neither stand end to end nor strike beams."""
-    if any(isinstance(body, Mechanism) for body in scene.bodies.values()):
+    if any(isinstance(body, MechanismBody) for body in scene.bodies.values()):
         return ""
     if drawn := beam_sketch(scene):
         return drawn

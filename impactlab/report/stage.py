@@ -14,7 +14,7 @@ from impactlab.history.base import AbstractHistory
 from impactlab.history.sampling import frame_times
 from impactlab.report.fields import load_of
 from impactlab.report.signals import UNITS, sampled
-from impactlab.scene.bodies import Beam, Body, ElasticBody, Mechanism, Wall
+from impactlab.scene.bodies import Beam, Body, ElasticBody, MechanismBody, Wall
 from impactlab.scene.problem import Contact, Scene
 from impactlab.types import Array
 
@@ -145,7 +145,7 @@ def _frames(history: AbstractHistory, scene: Scene) -> Frames:
             load = u if isinstance(body, Beam) else _field(history, body, times, shown_load(body), PLACES)
             made[name] = {"u": _faces(history, body, times) if u is None else u, "load": load}
         else:
-            u = None if isinstance(body, Mechanism) else sampled(history, body.face_channel(0.0), times)
+            u = None if isinstance(body, MechanismBody) else sampled(history, body.face_channel(0.0), times)
             made[name] = {"u": None if u is None else u[:, None], "load": None}
     return made
 

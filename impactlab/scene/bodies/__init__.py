@@ -2,7 +2,7 @@
 
 from impactlab.scene.bodies.base import Body, ElasticBody, WaveBody
 from impactlab.scene.bodies.beam import Beam, BeamSegment, beams_among
-from impactlab.scene.bodies.mechanism import Drive, Link, Mark, Mechanism
+from impactlab.scene.bodies.mechanism import Drive, Link, Mark, Mechanism, MechanismBody, PartMechanism
 from impactlab.scene.bodies.pieces import End, Profile, Rayleigh, Segment, Table
 from impactlab.scene.bodies.rigid import Mass, Wall
 from impactlab.scene.bodies.rod import Rod
@@ -21,6 +21,8 @@ __all__ = [
     "Mark",
     "Mass",
     "Mechanism",
+    "MechanismBody",
+    "PartMechanism",
     "Profile",
     "Rayleigh",
     "Rod",

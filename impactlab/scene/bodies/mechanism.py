@@ -4,21 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal, NamedTuple, final
 
+from impactlab.mechanisms.base import AbstractMechanism, Reading
 from impactlab.scene.bodies.base import Body, plain
 from impactlab.scene.bodies.beam import Beam
 from impactlab.types import Quantity, SideFacts
 
 
 class Drive(NamedTuple):
-    """A hinge whose angular rate is given: constant, or reached smoothly within a time.
-
-    Within it the rate is rate (t/T - sin(2 pi t/T)/(2 pi)), which starts and ends without a jump of the acceleration
-    (Kane, Ryan and Banerjee 1987).
-    """
+    """A hinge whose angular rate is given: constant, or reached smoothly within a time (`mechanisms.base.Drive`)."""
 
     rate: float  # rad/s, absolute
     within: float = 0.0  # s; 0: from the start
@@ -60,18 +57,14 @@ class Mark(NamedTuple):
     label: str  # as the case names it: ``rod.right``
 
 
-@final
 @dataclass(frozen=True)
-class Mechanism(Body):
-    """A planar chain of links from the ground on, the last end free or on a slide along x.
+class MechanismBody(Body):
+    """A body with a mass matrix of its own at each position.
 
-    Its places, the ``x`` of points and probes, are the numbers of its ``marks``.
+    Its places, the ``x`` of points and probes, are the numbers of its readings.
     """
 
-    links: tuple[Link, ...]
-    slide: float | None = None  # m, y of the slide of the last end
-    marks: tuple[Mark, ...] = ()
-    gravity: tuple[float, float] = (0.0, 0.0)  # m/s2
+    gravity: tuple[float, float] = field(default=(0.0, 0.0), kw_only=True)  # m/s2
 
     kind = "mechanism"
     changes = True
@@ -79,7 +72,7 @@ class Mechanism(Body):
 
     @property
     def moving_mass(self) -> float:
-        return sum(link.total_mass for link in self.links)
+        return math.nan
 
     @property
     def rigid_mass(self) -> float:
@@ -96,6 +89,52 @@ class Mechanism(Body):
     @property
     def quantities(self) -> Mapping[str, tuple[Quantity, float]]:
         return plain("displacement", "velocity")
+
+    def side_facts(self, x: float, element_length: float) -> SideFacts:
+        nan = math.nan
+        return SideFacts(self.kind, nan, nan, nan, nan, nan, mass=nan, gravity=0.0)
+
+
+@final
+@dataclass(frozen=True)
+class PartMechanism(MechanismBody):
+    """A mechanism that a class describes, by its name in a case."""
+
+    part: AbstractMechanism
+
+    @property
+    def readings(self) -> tuple[Reading, ...]:
+        """What its class reads, in order."""
+        return self.part.readings
+
+    @property
+    def recorded(self) -> tuple[tuple[str, float, Quantity], ...]:
+        found: list[tuple[str, float, Quantity]] = []
+        for number, reading in enumerate(self.readings):
+            value, rate = ("angle", "rate") if reading.is_angle else ("position", "velocity")
+            place = f"{self.name}.{reading.name}"
+            found += [(f"{value}:{place}", number, "displacement"), (f"{rate}:{place}", number, "velocity")]
+        return tuple(found)
+
+    def face_channel(self, x: float) -> str:
+        return f"position:{self.name}.{self.readings[int(x)].name}"
+
+
+@final
+@dataclass(frozen=True)
+class Mechanism(MechanismBody):
+    """A planar chain of links from the ground on, the last end free or on a slide along x.
+
+    Its places, the ``x`` of points and probes, are the numbers of its ``marks``.
+    """
+
+    links: tuple[Link, ...]
+    slide: float | None = None  # m, y of the slide of the last end
+    marks: tuple[Mark, ...] = ()
+
+    @property
+    def moving_mass(self) -> float:
+        return sum(link.total_mass for link in self.links)
 
     @property
     def modelled_parts(self) -> tuple[str, ...]:
@@ -126,7 +165,3 @@ class Mechanism(Body):
         along = {(1.0, 0.0): "x", (0.0, 1.0): "y"}.get(mark.along, f"{mark.along[0]:.4g} {mark.along[1]:.4g}")
         same = {each.along for each in self.marks if each.label == mark.label}
         return mark.label if len(same) == 1 else f"{mark.label} along {along}"
-
-    def side_facts(self, x: float, element_length: float) -> SideFacts:
-        nan = math.nan
-        return SideFacts(self.kind, nan, nan, nan, nan, nan, mass=nan, gravity=0.0)

@@ -1,0 +1,75 @@
+"""Base class of mechanisms: bodies whose mass matrix and forces follow from their position."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import Any, ClassVar, NamedTuple
+
+from impactlab.types import Array
+
+
+class Reading(NamedTuple):
+    """A number that `terms` gives beside the equations of motion, recorded in every run with its rate.
+
+    A position [m] is a face that contacts name, ``press.slider``; an angle [rad] is recorded only.
+    """
+
+    name: str
+    is_angle: bool = False
+
+
+class Drive(NamedTuple):
+    """A coordinate whose rate is given: constant, or reached smoothly within a time.
+
+    Within it the rate is rate (t/T - sin(2 pi t/T)/(2 pi)), which starts and ends without a jump of the acceleration
+    (Kane, Ryan and Banerjee 1987).
+    """
+
+    coordinate: int
+    rate: float  # rad/s or m/s
+    within: float = 0.0  # s; 0: from the start
+
+
+class Motion(NamedTuple):
+    """A mechanism in numbers, at t = 0."""
+
+    parameters: Array  # whatever `terms` reads; it may keep intermediate numbers there, too
+    position: Array  # (n,) of the coordinates p
+    velocity: Array  # (n,)
+    stiffness: Array  # (n, n) N/m, constant; its forces -K p are not part of those of `terms`; zero if nothing deforms
+    rate: float  # rad/s, bound on the rates of turning: (rate dt)^2 scales the declared error of the energy
+    frequency: float = 0.0  # rad/s, the highest of what deforms
+    drives: tuple[Drive, ...] = ()
+
+
+class AbstractMechanism(ABC):
+    """A mechanism, as a case file chooses it: a frozen dataclass of options.
+
+    M(p) p'' = force(t, p, v) - K p + rows^T F with the coordinates p, their rates v and the contact forces F.
+    """
+
+    citations: ClassVar[tuple[str, ...]] = ()
+    examples: ClassVar[tuple[Mapping[str, Any], ...]] = ({},)  # options that its contract suite tries, one by one
+
+    @property
+    @abstractmethod
+    def readings(self) -> tuple[Reading, ...]:
+        """Readings in the order in which `terms` writes them; one at least is a position."""
+
+    @abstractmethod
+    def motion(self, gravity: tuple[float, float]) -> Motion:
+        """Return the mechanism in numbers, for gravity (x, y) [m/s2]; raise `CaseError` where it cannot be built."""
+
+    @staticmethod
+    @abstractmethod
+    def terms(
+        parameters: Array, t: float, p: Array, v: Array, mass: Array, force: Array, rows: Array, values: Array,
+        rates: Array, /,
+    ) -> None:  # fmt: skip
+        """Write the equations of motion at one state; compiled by numba, so loops, floats and `math` only.
+
+        Written are the mass matrix (n n,), the force (n,) and, of r readings, rows (r n,), values (r + 1,) and rates
+        (r,). The last of the values is the work of loads that follow from the position, such as gravity [J]. Where
+        ``mass`` is empty only the readings are asked for. Everything is written, nothing added.
+        """
