@@ -33,9 +33,10 @@ MODELS = Group("impactlab.models", "a model", "impactlab.models.base:AbstractRod
 BASES = Group("impactlab.bases", "a basis", "impactlab.bases.base:AbstractBasis")
 LAWS = Group("impactlab.contact_laws", "a contact law", "impactlab.contact.base:AbstractContactLaw")
 INTEGRATORS = Group("impactlab.integrators", "an integrator", "impactlab.integrators.base:AbstractScheme")
+MECHANISMS = Group("impactlab.mechanisms", "a mechanism", "impactlab.mechanisms.base:AbstractMechanism")
 METRICS = Group("impactlab.metrics", "a metric", arguments=("history", "reference", "scene"))
 QUANTITIES = Group("impactlab.quantities", "a quantity", arguments=("scene", "history"))
-GROUPS = (MODELS, BASES, LAWS, INTEGRATORS, METRICS, QUANTITIES)
+GROUPS = (MODELS, BASES, LAWS, INTEGRATORS, MECHANISMS, METRICS, QUANTITIES)
 
 
 class Entry(NamedTuple):

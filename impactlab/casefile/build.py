@@ -9,15 +9,16 @@ from typing import Any
 from impactlab.casefile.blocks import ElasticBlock
 from impactlab.casefile.check import reference_rod
 from impactlab.casefile.contacts import faces_of, lever_arm_of, marks_of
-from impactlab.casefile.mechanisms import gravity_of, links_of, mechanism_body
+from impactlab.casefile.mechanism_parts import chains_of, parts_of, placed
+from impactlab.casefile.mechanisms import gravity_of, links_of, mechanism_body, vector
 from impactlab.casefile.parts import read_part
 from impactlab.casefile.schema import CaseBlock, Frames, MassBlock, RoundTrips
 from impactlab.casefile.turning import turning
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import CaseError, ImpactlabError, PluginError
 from impactlab.models.base import AbstractRodModel
-from impactlab.plugins import INTEGRATORS, LAWS, METRICS, MODELS, Registry
-from impactlab.scene.bodies import Body, ElasticBody, Mass, Wall
+from impactlab.plugins import INTEGRATORS, LAWS, MECHANISMS, METRICS, MODELS, Registry
+from impactlab.scene.bodies import Body, ElasticBody, Mass, PartMechanism, Wall
 from impactlab.scene.method import Method, Simulation, StepRule, Tolerance
 from impactlab.scene.problem import Contact, Probe, Scene
 from impactlab.scene.ranges import check_scales
@@ -38,10 +39,11 @@ def build(case: CaseBlock, name: str, registry: Registry) -> Simulation:
         If a parameter of a part is wrong, or a snapshot lies outside the run.
     """
     models = _models(case, registry)
-    contacts = tuple(_contact(case, number) for number in range(len(case.contacts)))
+    parts = parts_of(case, vector(case.gravity), registry)
+    contacts = tuple(_contact(case, number, parts) for number in range(len(case.contacts)))
     links = links_of(case)
     bodies = turning(case, {label: _body(case, label) for label in case.bodies if label not in links}, contacts)
-    bodies = {**bodies, **{name: mechanism_body(case, name, marks_of(case, name)) for name in case.mechanisms}}
+    bodies = {**bodies, **{name: mechanism_body(case, name, marks_of(case, name)) for name in chains_of(case)}, **parts}
     laws = {contact.name: _law(case, number, registry) for number, contact in enumerate(contacts)}
     rod = reference_rod(case)
     counted = bodies[rod] if rod is not None else None
@@ -106,9 +108,11 @@ def _method(
 
 def part_faults(data: Mapping[str, Any], registry: Registry) -> list[ImpactlabError]:
     """Return the faults of all models, laws and integrators that a document names."""
-    contacts, solve = data.get("contacts"), data.get("solve")
+    contacts, solve, mechanisms = data.get("contacts"), data.get("solve"), data.get("mechanisms")
     laws = enumerate(contacts if isinstance(contacts, list) else ())
     named = [(block.get("law"), f"contacts.{number}.law", LAWS) for number, block in laws if isinstance(block, dict)]
+    given = mechanisms.items() if isinstance(mechanisms, dict) else ()
+    named += [(block, f"mechanisms.{name}", MECHANISMS) for name, block in given]
     if isinstance(solve, dict) and solve.get("tolerance") is None:
         named += [(solve.get("model"), "solve.model", MODELS)]
         named += [(solve.get("integrator"), "solve.integrator", INTEGRATORS)]
@@ -146,9 +150,11 @@ def _body(case: CaseBlock, name: str) -> Body:
     return block.body(name, lever_arm_of(case, name))
 
 
-def _contact(case: CaseBlock, number: int) -> Contact:
+def _contact(case: CaseBlock, number: int, parts: Mapping[str, PartMechanism]) -> Contact:
     block, faces = case.contacts[number], faces_of(case, number)
-    return Contact(faces.left.point, faces.right.point, block.gap, block.overlap is not None)
+    paths = (f"contacts.{number}.between.{side}" for side in (0, 1))
+    left, right = (placed(face.point, parts, path) for face, path in zip(faces, paths, strict=True))
+    return Contact(left, right, block.gap, block.overlap is not None)
 
 
 def _law(case: CaseBlock, number: int, registry: Registry) -> AbstractContactLaw:

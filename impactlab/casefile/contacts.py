@@ -12,7 +12,7 @@ from impactlab.casefile.beams import BeamBlock
 from impactlab.casefile.blocks import ElasticBlock
 from impactlab.casefile.mechanisms import direction, directions, links_of
 from impactlab.casefile.points import Face, name_in, read_face
-from impactlab.casefile.schema import BodyBlock, CaseBlock, ContactBlock, WallBlock
+from impactlab.casefile.schema import CaseBlock, ContactBlock, WallBlock
 from impactlab.casefile.shafts import ShaftBlock
 from impactlab.errors import CaseError
 from impactlab.scene.bodies import Mark
@@ -39,7 +39,7 @@ class Met(NamedTuple):
     case: CaseBlock
     number: int
     faces: Faces
-    bodies: tuple[BodyBlock, BodyBlock]
+    bodies: tuple[Any, Any]  # their blocks: of a body, or of a mechanism
     before: tuple[Any, ...]  # (Met, ...), the contacts before it
 
     @property
@@ -95,7 +95,7 @@ def along_is_given(contact: Met) -> None:
         )
     if not linked and contact.block.along is not None:
         raise contact.refused(
-            "a contact has a direction on mechanisms only, and no link meets here", "Remove along.", "along"
+            "a contact has a direction on chains of links only, and no link meets here", "Remove along.", "along"
         )
 
 
@@ -127,8 +127,9 @@ def links_meet_others(contact: Met) -> None:
 def met(case: CaseBlock, number: int, before: Sequence[Met]) -> Met:
     """Return a contact with its faces and bodies; raise `CaseError` on a wrong name."""
     faces = faces_of(case, number)
-    left, right = faces.names
-    return Met(case, number, faces, (case.bodies[left], case.bodies[right]), tuple(before))
+    blocks = {**case.mechanisms, **case.bodies}
+    left, right = (blocks[name] for name in faces.names)
+    return Met(case, number, faces, (left, right), tuple(before))
 
 
 def lever_arm_of(case: CaseBlock, name: str) -> float:
@@ -272,7 +273,8 @@ def _orders(contact: Met) -> bool:
 
     It does not with a wall, or at an inner point.
     """
-    linked = any(name in links_of(contact.case) for name in contact.faces.names)
+    turning = {**links_of(contact.case), **contact.case.mechanisms}
+    linked = any(name in turning for name in contact.faces.names)
     inner = linked or any("at(" in face.point.label for face in contact.faces)
     return not inner and not any(isinstance(body, WallBlock) for body in contact.bodies)
 

@@ -8,7 +8,7 @@ from typing import Any
 from impactlab.casefile.parts import group_of, part_model
 from impactlab.casefile.schema import CaseBlock
 from impactlab.errors import PluginError
-from impactlab.plugins import INTEGRATORS, LAWS, MODELS, Group, Registry, describe, kind_of
+from impactlab.plugins import INTEGRATORS, LAWS, MECHANISMS, MODELS, Group, Registry, describe, kind_of
 
 
 def case_schema(registry: Registry) -> dict[str, Any]:
@@ -17,6 +17,7 @@ def case_schema(registry: Registry) -> dict[str, Any]:
     blocks = schema["$defs"]
     solve = blocks["SolveBlock"]["properties"]
     _put(blocks["ContactBlock"]["properties"], "law", LAWS, registry)
+    _put_parts(schema["properties"]["mechanisms"], registry)
     _put(solve, "model", MODELS, registry)
     _put(solve, "integrator", INTEGRATORS, registry)
     described = solve["models"].get("description", "")
@@ -28,6 +29,12 @@ def _put(properties: dict[str, Any], key: str, group: Group, registry: Registry)
     old = properties[key]
     kept = {name: old[name] for name in ("description", "default") if name in old}
     properties[key] = {**_choices(group, registry), **kept}
+
+
+def _put_parts(mechanisms: dict[str, Any], registry: Registry) -> None:
+    """Describe mechanisms: chains of links, and the parts that are installed."""
+    chain = {"$ref": "#/$defs/MechanismBlock"}
+    mechanisms["additionalProperties"] = {"anyOf": [chain, *_choices(MECHANISMS, registry)["oneOf"]]}
 
 
 def _put_inside(properties: dict[str, Any], part: type[Any], registry: Registry) -> None:

@@ -38,6 +38,8 @@ def read_face(case: CaseBlock, text: str, path: str) -> Face:
     if match is None:
         raise CaseError(f"{shown(text)} does not name a face", remedy=_REMEDY, path=path)
     name, side, place = match.groups()
+    if isinstance(case.mechanisms.get(name), dict):
+        return _of_part(name, side, place, path)
     body = find_body(case, name, path)
     if not isinstance(body, (ElasticBlock, LinkBlock)):
         if side is not None:
@@ -64,6 +66,17 @@ def read_face(case: CaseBlock, text: str, path: str) -> Face:
             path=path,
         )
     return Face(Point(name, 0.0 if side == "left" else length, f"{name}.{side}"), side, name)
+
+
+def _of_part(name: str, face: str | None, place: str | None, path: str) -> Face:
+    """Return a face of a mechanism that a class describes, which says later whether it has one of that name."""
+    if face is None or place is not None:
+        raise CaseError(
+            f"{name!r} is a mechanism, so its face must be named: {name}.face",
+            remedy="`impactlab run` of the case without contacts lists its positions.",
+            path=path,
+        )
+    return Face(Point(name, 0.0, f"{name}.{face}"), "", name)
 
 
 def name_in(text: str) -> str:

@@ -11,7 +11,18 @@ from impactlab.casefile.mechanisms import direction
 from impactlab.casefile.parts import describe_part
 from impactlab.casefile.schema import BodyBlock, CaseBlock, Frames
 from impactlab.casefile.shafts import ShaftBlock, described
-from impactlab.scene.bodies import Beam, BeamSegment, Body, ElasticBody, Link, Mass, Mechanism, Segment
+from impactlab.scene.bodies import (
+    Beam,
+    BeamSegment,
+    Body,
+    ElasticBody,
+    Link,
+    Mass,
+    Mechanism,
+    MechanismBody,
+    PartMechanism,
+    Segment,
+)
 from impactlab.scene.facts import steady_facts
 from impactlab.scene.method import Method, models_of
 from impactlab.scene.problem import Scene
@@ -24,15 +35,15 @@ def resolve(case: CaseBlock, scene: Scene, method: Method) -> dict[str, Any]:
         solve |= {"tolerance": method.tolerance.error, "tolerance_on": list(method.tolerance.on)}
     else:
         solve |= _described(case, scene, method)
-    mechanisms = [body for body in scene.bodies.values() if isinstance(body, Mechanism)]
-    links = {link.name: link for mechanism in mechanisms for link in mechanism.links}
+    mechanisms = [body for body in scene.bodies.values() if isinstance(body, MechanismBody)]
+    links = {link.name: link for each in mechanisms if isinstance(each, Mechanism) for link in each.links}
     return {
         "schema_version": 1,
         "title": case.title,
         "source": case.source,
         "bodies": {name: _body(scene.bodies[name], block) for name, block in case.bodies.items() if name not in links}
         | {name: _link(link) for name, link in links.items()},
-        **({"mechanisms": {each.name: _mechanism(each) for each in mechanisms}} if mechanisms else {}),
+        **({"mechanisms": {each.name: _mechanism(each, case) for each in mechanisms}} if mechanisms else {}),
         "contacts": [
             {
                 "between": [contact.left.label, contact.right.label],
@@ -96,7 +107,11 @@ def _link(link: Link) -> dict[str, Any]:
     return {"kind": "beam", **(segments[0] if len(segments) == 1 else {"segments": segments})}
 
 
-def _mechanism(mechanism: Mechanism) -> dict[str, Any]:
+def _mechanism(mechanism: MechanismBody, case: CaseBlock) -> dict[str, Any]:
+    if isinstance(mechanism, PartMechanism):
+        return describe_part(mechanism.part, case.mechanisms[mechanism.name])  # type: ignore[arg-type] # a part's block
+    if not isinstance(mechanism, Mechanism):
+        raise TypeError(f"a case gives no {type(mechanism).__name__}")
     links = []
     for link in mechanism.links:
         values = {"body": link.name, "joint": link.joint, "angle": link.angle, "rate": link.rate}

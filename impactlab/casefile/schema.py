@@ -215,7 +215,15 @@ class CaseBlock(Block):
     bodies: dict[Name, BodyBlock] = Field(min_length=1, max_length=100, description="bodies by name")
     contacts: tuple[ContactBlock, ...] = Field(default=(), max_length=100, description="pairs of faces that may meet")
     solve: SolveBlock = Field(description="how to solve")
-    mechanisms: dict[Name, MechanismBlock] = Field(default={}, max_length=100, description="chains of links by name")
+    mechanisms: dict[
+        Name,
+        Annotated[
+            Annotated[MechanismBlock, Tag("chain")] | Annotated[PartBlock, Tag("part")],
+            Discriminator(lambda value: "part" if isinstance(value, dict) and "kind" in value else "chain"),
+        ],
+    ] = Field(
+        default={}, max_length=100, description="chains of links, or parts with their kind and parameters, by name"
+    )
     gravity: Annotated[Any, GRAVITY] = Field(
         default=0.0, description="gravity [m/s2], along +x, of beams along +u; [x, y] with mechanisms"
     )

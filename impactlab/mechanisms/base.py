@@ -57,6 +57,11 @@ class AbstractMechanism(ABC):
     def readings(self) -> tuple[Reading, ...]:
         """Readings in the order in which `terms` writes them; one at least is a position."""
 
+    @property
+    @abstractmethod
+    def mass(self) -> float:
+        """Mass of all that moves [kg], by which warnings scale an impulse."""
+
     @abstractmethod
     def motion(self, gravity: tuple[float, float]) -> Motion:
         """Return the mechanism in numbers, for gravity (x, y) [m/s2]; raise `CaseError` where it cannot be built."""

@@ -44,6 +44,10 @@ class Chain(AbstractMechanism):
         marks = tuple(Reading(mark.label) for mark in self.mechanism.marks)
         return (*marks, *(Reading(link.name, is_angle=True) for link in self.mechanism.links))
 
+    @property
+    def mass(self) -> float:
+        return self.mechanism.moving_mass
+
     def motion(self, gravity: tuple[float, float]) -> Motion:
         links = self.mechanism.links
         numbers = packed(self.mechanism, self.flexible)

@@ -110,58 +110,68 @@ class MechanismModel(AbstractDiscreteModel):
 
         Where a law gives impulses, terms are taken with the rates before them: the bound is of first order.
         """
-        highest = self.packed.frequency
-        bound = GAIN * (highest * dt) ** 2 + TURN_GAIN * (self.packed.rate * dt) ** 2
-        return bound + (IMPULSE_GAIN * max(highest, RIGID) * dt if impulses else 0.0)
+        return energy_bound(self.packed, dt, impulses)
 
     def stepper(self, ports: Array, dt: float) -> Stepper:
         """Return the step of the midpoint rule; ``ports`` are rows of readings."""
-        n, r = self.count, self.readings
-        drives = np.array(self.packed.drives, dtype=float).ravel()
-        at_drives = steps.HEAD
-        at_stiffness = at_drives + drives.size
-        at_ports = at_stiffness + n * n
-        at_own = at_ports + len(ports)
-        own = self.packed.parameters
-        at_room = at_own + own.size
-        head = np.zeros(steps.HEAD)
-        head[steps.TERMS] = kernel_address(type(self.part).terms, TERMS)
-        head[steps.COORDINATES], head[steps.READINGS], head[steps.DRIVES] = n, r, self.drives
-        head[steps.STEP], head[steps.DRIVES_AT], head[steps.STIFFNESS_AT] = dt, at_drives, at_stiffness
-        head[steps.OWN_AT], head[steps.ROOM_AT], head[steps.PORTS_AT] = at_own, at_room, at_ports
-        numbers = np.flatnonzero(ports)  # a port is the row of a reading
-        places = np.array([float(np.argmax(row)) - n for row in ports])
-        assert numbers.size == len(ports)  # noqa: S101
-        room = np.zeros(3 * n * n + 4 * n + r * n + 2 * r + 1)
-        parameters = np.concatenate((head, drives, self.packed.stiffness.ravel(), places, own, room))
-        size = 2 * (n + r) + n + self.drives + 2
-        state = np.zeros(size)
-        state[:n], state[n + r : 2 * n + r] = self.packed.position, self.packed.velocity
-        jump, responses = np.zeros(len(ports) * (n + r)), np.zeros(3 * len(ports) * size)
-        entered(
-            prepare_columns,
-            *(kernel_address(*each) for each in KERNELS),
-            parameters,
-            state,
-            0.0 * state,
-            jump,
-            responses,
-        )
-        force, impulse, projection = responses.reshape(3, len(ports), size)
-        return Stepper(
-            free=steps.free,
-            measure=steps.measure,
-            parameters=parameters,
-            state=state,
-            force_response=force,
-            impulse_response=impulse,
-            projection_response=projection,
-            jump=jump.reshape(len(ports), n + r),
-            face_rows=ports,
-            derive=steps.derive,
-            retime=steps.retime,
-            columns=steps.columns,
-        )
+        return stepper_of(self.part, self.packed, ports, dt)
+
+
+def stepper_of(part: AbstractMechanism, motion: Motion, ports: Array, dt: float) -> Stepper:
+    """Return the step of the midpoint rule for a mechanism; ``ports`` (n_ports, n + r) are rows of readings."""
+    n, r, d = motion.position.size, len(part.readings), len(motion.drives)
+    drives = np.array(motion.drives, dtype=float).ravel()
+    at_drives = steps.HEAD
+    at_stiffness = at_drives + drives.size
+    at_ports = at_stiffness + n * n
+    at_own = at_ports + len(ports)
+    own = motion.parameters
+    at_room = at_own + own.size
+    head = np.zeros(steps.HEAD)
+    head[steps.TERMS] = kernel_address(type(part).terms, TERMS)
+    head[steps.COORDINATES], head[steps.READINGS], head[steps.DRIVES] = n, r, d
+    head[steps.STEP], head[steps.DRIVES_AT], head[steps.STIFFNESS_AT] = dt, at_drives, at_stiffness
+    head[steps.OWN_AT], head[steps.ROOM_AT], head[steps.PORTS_AT] = at_own, at_room, at_ports
+    numbers = np.flatnonzero(ports)  # a port is the row of a reading
+    places = np.array([float(np.argmax(row)) - n for row in ports])
+    assert numbers.size == len(ports)  # noqa: S101
+    room = np.zeros(3 * n * n + 4 * n + r * n + 2 * r + 1)
+    parameters = np.concatenate((head, drives, motion.stiffness.ravel(), places, own, room))
+    size = 2 * (n + r) + n + d + 2
+    state = np.zeros(size)
+    state[:n], state[n + r : 2 * n + r] = motion.position, motion.velocity
+    jump, responses = np.zeros(len(ports) * (n + r)), np.zeros(3 * len(ports) * size)
+    entered(
+        prepare_columns,
+        *(kernel_address(*each) for each in KERNELS),
+        parameters,
+        state,
+        0.0 * state,
+        jump,
+        responses,
+    )
+    force, impulse, projection = responses.reshape(3, len(ports), size)
+    return Stepper(
+        free=steps.free,
+        measure=steps.measure,
+        parameters=parameters,
+        state=state,
+        force_response=force,
+        impulse_response=impulse,
+        projection_response=projection,
+        jump=jump.reshape(len(ports), n + r),
+        face_rows=ports,
+        derive=steps.derive,
+        retime=steps.retime,
+        columns=steps.columns,
+    )
+
+
+def energy_bound(motion: Motion, dt: float, impulses: bool) -> float:
+    """Return the bound on the energy that a step of the midpoint rule may add: see `MechanismModel.gains_energy`."""
+    highest = motion.frequency
+    bound = GAIN * (highest * dt) ** 2 + TURN_GAIN * (motion.rate * dt) ** 2
+    return bound + (IMPULSE_GAIN * max(highest, RIGID) * dt if impulses else 0.0)
 
 
 

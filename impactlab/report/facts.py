@@ -7,9 +7,10 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from impactlab.plugins import kind_of
 from impactlab.report.style import scaled
 from impactlab.report.summary import cell, has_numbers, in_round_trips, model_label
-from impactlab.scene.bodies import Beam, Body, End, Mass, Mechanism, Shaft, Wall, WaveBody
+from impactlab.scene.bodies import Beam, Body, End, Mass, Mechanism, PartMechanism, Shaft, Wall, WaveBody
 from impactlab.scene.problem import Scene
 
 MIN_GAP = 1e-12  # m, below which a gap between sub-impacts is rounding
@@ -46,6 +47,9 @@ def _body(body: Body) -> str:
         return "rigid wall"
     if isinstance(body, Mechanism):
         return _mechanism(body)
+    if isinstance(body, PartMechanism):
+        given = (f"{key} {value:g}" for key, value in vars(body.part).items() if isinstance(value, int | float))
+        return f"mechanism {kind_of(body.part)}: {', '.join(given)}"
     if isinstance(body, Beam):
         return _beam(body)
     if not isinstance(body, WaveBody):

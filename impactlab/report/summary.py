@@ -19,7 +19,7 @@ from impactlab.metrics.collisions import agreements, collisions
 from impactlab.plugins import kind_of
 from impactlab.refine.reference import Reference
 from impactlab.refine.stated_error import measured_error, set_measured_error
-from impactlab.scene.bodies import Body, Mechanism
+from impactlab.scene.bodies import Body, Mechanism, PartMechanism
 from impactlab.scene.facts import steady_facts
 from impactlab.scene.method import laws_of, models_of
 from impactlab.scene.problem import Scene
@@ -162,6 +162,9 @@ def _final(history: AbstractHistory, body: Body) -> dict[str, Any]:
             for key, quantity in (("angles", "angle"), ("rates", "rate"))
         }
         return turned | {"energy": _at_end(history, f"energy:{body.name}")}
+    if isinstance(body, PartMechanism):
+        read = {channel: _at_end(history, channel) for channel, _, _ in body.recorded}
+        return read | {"energy": _at_end(history, f"energy:{body.name}")}
     quantities = ("momentum", "energy") if body.elastic else ("position", "velocity")
     return {quantity: _at_end(history, f"{quantity}:{body.name}") for quantity in quantities}
 

@@ -71,10 +71,6 @@ class MechanismBody(Body):
     falls = False  # its gravity is its own
 
     @property
-    def moving_mass(self) -> float:
-        return math.nan
-
-    @property
     def rigid_mass(self) -> float:
         return math.nan
 
@@ -101,6 +97,10 @@ class PartMechanism(MechanismBody):
     """A mechanism that a class describes, by its name in a case."""
 
     part: AbstractMechanism
+
+    @property
+    def moving_mass(self) -> float:
+        return self.part.mass
 
     @property
     def readings(self) -> tuple[Reading, ...]:

@@ -18,6 +18,7 @@ from impactlab.testing.contracts.bases import BasisContract
 from impactlab.testing.contracts.common import PIECE, PORTS, STRUCK, described
 from impactlab.testing.contracts.integrators import IntegratorContract, face_row, stepped
 from impactlab.testing.contracts.laws import ContactLawContract
+from impactlab.testing.contracts.mechanisms import EquationsContract, MechanismContract
 from impactlab.testing.contracts.metrics import MetricContract
 from impactlab.testing.contracts.models import RodModelContract
 from impactlab.testing.contracts.quantities import QuantityContract
@@ -34,6 +35,8 @@ __all__ = [
     "AdaptiveContract",
     "RodModelContract",
     "BasisContract",
+    "EquationsContract",
+    "MechanismContract",
     "MetricContract",
     "QuantityContract",
     "SUITES",
@@ -45,6 +48,7 @@ SUITES: dict[plugins.Group, type[Any]] = {
     plugins.INTEGRATORS: IntegratorContract,
     plugins.MODELS: RodModelContract,
     plugins.BASES: BasisContract,
+    plugins.MECHANISMS: MechanismContract,
     plugins.METRICS: MetricContract,
     plugins.QUANTITIES: QuantityContract,
 }

@@ -1,0 +1,1 @@
+"""Mechanism of impactlab: a Scotch yoke."""
