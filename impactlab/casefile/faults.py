@@ -107,7 +107,7 @@ def _tags(context: Any) -> str:
 
 def _yaml_path(loc: Sequence[int | str]) -> list[str]:
     """Return where a fault stands: without the kind that pydantic names after a body, and its mark of a wrong key."""
-    kinds = {"bodies": 2, "snapshots": 1}  # where pydantic names the kind of block that it reads
+    kinds = {"bodies": 2, "mechanisms": 2, "snapshots": 1}  # where pydantic names the kind of block that it reads
     keys = [str(step) for number, step in enumerate(loc) if number != kinds.get(str(loc[0]))]
     return [key for key in keys if key != "[key]"]
 

@@ -31,7 +31,7 @@ LONG_NAMES = {name: name.replace("_", " ") for name in UNITS} | {
     "contact_force": "contact force, positive in compression",
     "gap": "gap, positive when open",
     "position": "displacement of a mass, or position of a face of a mechanism",
-    "angle": "angle of a link, from +x",
-    "rate": "angular rate of a link",
+    "angle": "angle of a link or of a mechanism, from +x",
+    "rate": "angular rate of a link or of a mechanism",
     "drive": "moment of the drive of a link",
 }

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from impactlab.errors import CaseError, PairingError
+from impactlab.mechanisms.base import AbstractMechanism
+from impactlab.mechanisms.chain import Chain
 from impactlab.mechanisms.model import MechanismModel
 from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Face
 from impactlab.models.rigid import RigidBody
 from impactlab.plugins import kind_of
-from impactlab.scene.bodies import Beam, Body, MechanismBody, Rod
+from impactlab.scene.bodies import Beam, Body, Mechanism, MechanismBody, PartMechanism, Rod
 
 
 def build_body(
@@ -25,7 +27,7 @@ def build_body(
         If the model has a theory of rods, and the body is of another kind.
     """
     if isinstance(body, MechanismBody):
-        return MechanismModel(body, models)
+        return MechanismModel(body, mechanism_of(body, models))
     if body.elastic is None:
         mass = body.rigid_mass if body.moves else None
         distance = 0.0 if body.rotation is None else -body.rotation.axis_at
@@ -55,3 +57,12 @@ def build_body(
             path=f"solve.models.{body.name}",
         )
     return model.build(body.waves, gravity if body.falls else 0.0, faces)
+
+
+def mechanism_of(mechanism: MechanismBody, models: Mapping[str, AbstractRodModel]) -> AbstractMechanism:
+    """Return the equations of motion of a body: those of a chain of links, or of the part that a case names."""
+    if isinstance(mechanism, Mechanism):
+        return Chain(mechanism, models)
+    if isinstance(mechanism, PartMechanism):
+        return mechanism.part
+    raise TypeError(f"{type(mechanism).__name__} has no equations of motion")

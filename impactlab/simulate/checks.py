@@ -137,9 +137,9 @@ def check_run(status: int, assembly: Assembly, history: AbstractRecordedHistory)
 def out_of_reach(history: AbstractRecordedHistory) -> str | None:
     """Return when and at which angle a link of a mechanism reached no further to its slide; None where none did."""
     for name, built in history.built.items():
-        if not isinstance(built.model, MechanismModel) or built.model.mechanism.slide is None:
+        if not isinstance(built.model, MechanismModel) or not built.model.mechanism.sliding:
             continue
-        last = built.model.mechanism.links[-1].name
+        last = built.model.mechanism.sliding
         angles = history.recorded[f"angle:{last}"]
         known = np.isfinite(angles.values)
         if not known.all() and known.any():

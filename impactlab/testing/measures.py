@@ -20,16 +20,17 @@ from impactlab.integrators.base import AbstractAdaptive, AbstractIntegrator, Abs
 from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
+from impactlab.mechanisms.base import AbstractMechanism
 from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Face, Operators
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
 from impactlab.numerics.banded import full
-from impactlab.plugins import BASES, INTEGRATORS, LAWS, MODELS, Group, kind_of
+from impactlab.plugins import BASES, INTEGRATORS, LAWS, MECHANISMS, MODELS, Group, kind_of
 from impactlab.scene.bodies import End, Rod
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import driver as simulate
 from impactlab.simulate.pairing import energy_bound
-from impactlab.testing.contracts import PIECE, AdaptiveContract, IntegratorContract
+from impactlab.testing.contracts import PIECE, AdaptiveContract, IntegratorContract, MechanismContract
 from impactlab.testing.scenes import mass_on_rod, simulation
 from impactlab.testing.trace import run_in_cuts, trace
 
@@ -307,10 +308,27 @@ def of_basis(part: AbstractBasis) -> Iterator[Measured]:
     yield measured("time to build", "ms", setup)
 
 
+def of_mechanism(part: AbstractMechanism) -> Iterator[Measured]:
+    """Give the figures of a mechanism: the energy of its free motion, and the order of its error."""
+    suite = type("Suite", (MechanismContract,), {"part": part})()
+
+    def energy() -> Measured:
+        error, bound = suite.errors()[0], suite.bound()
+        return Measured("", error, declared=bound, ok=error <= bound, remark=f"{suite.steps} steps")
+
+    def order() -> Measured:
+        coarse, fine = suite.errors()
+        return Measured("", math.log2(coarse / fine), declared=2.0)
+
+    yield measured("error of the energy in free motion", "1", energy)
+    yield measured("order of that error", "1", order)
+
+
 MEASURES: dict[Group, Callable[[Any], Iterator[Measured]]] = {
     LAWS: of_law,
     INTEGRATORS: of_integrator,
     MODELS: of_model,
     BASES: of_basis,
+    MECHANISMS: of_mechanism,
 }
 """The figures of each kind of part."""

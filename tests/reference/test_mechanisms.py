@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 from scipy.special import ellipk
 
 import impactlab as il
+from impactlab.mechanisms.chain import Chain as LinkedChain
 from impactlab.mechanisms.model import MechanismModel
 from impactlab.mechanisms.terms import terms as of_chain
 from impactlab.numerics.compiling import njit
@@ -50,7 +51,7 @@ class Chain:
         simulation = case.simulation()
         mechanism = simulation.scene.bodies["chain"]
         assert isinstance(mechanism, Mechanism)
-        self.model = MechanismModel(mechanism, simulation.method.models)
+        self.model = MechanismModel(mechanism, LinkedChain(mechanism, simulation.method.models))
         self.n, self.readings = self.model.count, self.model.readings
         self.stiffness = self.model.packed.stiffness
 

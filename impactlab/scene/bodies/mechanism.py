@@ -71,6 +71,11 @@ class MechanismBody(Body):
     falls = False  # its gravity is its own
 
     @property
+    def sliding(self) -> str:
+        """Name of the link whose end moves on a slide; empty where none does."""
+        return ""
+
+    @property
     def rigid_mass(self) -> float:
         return math.nan
 
@@ -135,6 +140,10 @@ class Mechanism(MechanismBody):
     @property
     def moving_mass(self) -> float:
         return sum(link.total_mass for link in self.links)
+
+    @property
+    def sliding(self) -> str:
+        return "" if self.slide is None else self.links[-1].name
 
     @property
     def modelled_parts(self) -> tuple[str, ...]:

@@ -156,14 +156,22 @@ class EquationsContract:
             scale = np.abs(terms.rows) @ np.abs(v)
             assert np.all(np.abs(terms.rates - terms.rows @ v) <= 1e-12 * scale)
 
+    def whole(self, motion: Motion) -> float:
+        """Return the duration of the free motion [s]."""
+        return self.duration or (1.0 / motion.rate if motion.rate > 0.0 else 20.0 * math.pi / motion.frequency)
+
+    def bound(self) -> float:
+        """Return the declared bound on the energy that the free motion may gain, by the longer of two steps."""
+        motion = self.motion()
+        return energy_bound(motion, self.whole(motion) / self.steps, impulses=False)
+
     def errors(self) -> tuple[float, float]:
         """Return the largest change of energy less work in free motion, over the largest of both, by two steps."""
         motion = self.motion()
-        period = 1.0 / motion.rate if motion.rate > 0.0 else 20.0 * math.pi / motion.frequency
         found = []
         for halvings in (0, 1):
             steps = self.steps * 2**halvings
-            stepper = stepper_of(self.part, motion, np.zeros((0, 0)), (self.duration or period) / steps)
+            stepper = stepper_of(self.part, motion, np.zeros((0, 0)), self.whole(motion) / steps)
             kernels = (stepper.free, FREE), (stepper.derive, DERIVE), (stepper.measure, MEASURE)
             book = np.zeros((steps, 3))
             entered(moved, *(kernel_address(*each) for each in kernels), stepper.parameters, stepper.state, book)
@@ -190,6 +198,4 @@ class MechanismContract(EquationsContract):
         assert any(not reading.is_angle for reading in self.part.readings), "no reading is a position: nothing can meet"
 
     def test_its_declared_bound_holds_in_free_motion(self) -> None:
-        motion = self.motion()
-        period = self.duration or (1.0 / motion.rate if motion.rate > 0.0 else 20.0 * math.pi / motion.frequency)
-        assert self.errors()[0] <= energy_bound(motion, period / self.steps, impulses=False)
+        assert self.errors()[0] <= self.bound()
