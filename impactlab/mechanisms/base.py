@@ -37,7 +37,7 @@ class Motion(NamedTuple):
     parameters: Array  # whatever `terms` reads; it may keep intermediate numbers there, too
     position: Array  # (n,) of the coordinates p
     velocity: Array  # (n,)
-    stiffness: Array  # (n, n) N/m, constant; its forces -K p are not part of those of `terms`; zero if nothing deforms
+    stiffness: Array  # (n, n) N/m, constant: of the elastic forces -K p among those of `terms`; zero if nothing deforms
     rate: float  # rad/s, bound on the rates of turning: (rate dt)^2 scales the declared error of the energy
     frequency: float = 0.0  # rad/s, the highest of what deforms
     drives: tuple[Drive, ...] = ()
@@ -46,7 +46,7 @@ class Motion(NamedTuple):
 class AbstractMechanism(ABC):
     """A mechanism, as a case file chooses it: a frozen dataclass of options.
 
-    M(p) p'' = force(t, p, v) - K p + rows^T F with the coordinates p, their rates v and the contact forces F.
+    M(p) p'' = force(t, p, v) + rows^T F with the coordinates p, their rates v and the contact forces F.
     """
 
     citations: ClassVar[tuple[str, ...]] = ()
