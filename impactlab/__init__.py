@@ -9,7 +9,7 @@ from impactlab.lazy import lazy_names
 
 if TYPE_CHECKING:
     from impactlab.api import Comparison, compare, run
-    from impactlab.casefile import Beam, Case, Contact, Mass, Rod, Shaft, Wall, load_case
+    from impactlab.casefile import Beam, Case, Contact, Joint, Link, Mass, Mechanism, Rod, Shaft, Wall, load_case
     from impactlab.derivatives import Sensitivities, sensitivities
     from impactlab.errors import (
         CaseError,
@@ -40,7 +40,10 @@ __all__ = [
     "ExtraError",
     "Fit",
     "ImpactlabError",
+    "Joint",
+    "Link",
     "Mass",
+    "Mechanism",
     "PairingError",
     "PluginError",
     "Rod",
@@ -72,7 +75,19 @@ __getattr__ = lazy_names(  # `import impactlab` and `impactlab --help` stay quic
     __name__,
     {
         "impactlab.api": ("Comparison", "compare", "run"),
-        "impactlab.casefile": ("Beam", "Case", "Contact", "Mass", "Rod", "Shaft", "Wall", "load_case"),
+        "impactlab.casefile": (
+            "Beam",
+            "Case",
+            "Contact",
+            "Joint",
+            "Link",
+            "Mass",
+            "Mechanism",
+            "Rod",
+            "Shaft",
+            "Wall",
+            "load_case",
+        ),
         "impactlab.errors": (
             "CaseError",
             "DoubtfulResult",

@@ -39,7 +39,8 @@ def answered(name: str) -> Iterator[Line]:
     case = il.load_case(CASES / f"{name}.yaml")
     for each in (case, *(case.variant(variant) for variant in case.variant_names if variant != "base")):
         scene, method = each.simulation()
-        reference = reference_of(scene, method)
+        moving = any(body.changes for body in scene.bodies.values())  # a mechanism, which no reference serves
+        reference = Reference("`fine`", il.run(each.method("fine"))) if moving else reference_of(scene, method)
         assert reference is not None, each.label
         yield Line(each, scene, method, reference)
 
@@ -62,8 +63,8 @@ def opening(line: Line) -> str:
     if not ends:
         return "never" if line.scene.contacts else "-"
     first = min(ends)
-    in_trips = f"{number(first / line.scene.round_trip)} T" if math.isfinite(line.scene.round_trip) else ""
-    return f"{in_trips} ({time(first)})"
+    trips = first / line.scene.round_trip
+    return f"{number(trips)} T ({time(first)})" if math.isfinite(trips) else time(first)
 
 
 def time(value: float) -> str:
@@ -166,12 +167,14 @@ def draw(axis: object, name: str, group: list[Line]) -> None:
         for rank, channel in enumerate(names or loaded):
             t, values = style.curve(line.reference.history, channel, line.scene.duration, 300)
             colour = style.INK if len(group) == 1 else style.PALETTE[place % len(style.PALETTE)]
-            curves.append((t / line.scene.round_trip, values, colour, 1.0 if rank == 0 else 0.6, bool(loaded)))
+            trip = line.scene.round_trip if math.isfinite(line.scene.round_trip) else line.scene.duration
+            curves.append((t / trip, values, colour, 1.0 if rank == 0 else 0.6, bool(loaded)))
     start = 0.1 * float(curves[0][0][-1]) if unbounded(group[0].scene, group[0].method) else -1.0
     largest = max(float(values[t > start].max(initial=0.0)) for t, values, *_ in curves)
     later = max(float(values[t > 0.04 * t[-1]].max(initial=0.0)) for t, values, *_ in curves)
     if later < 0.1 * largest:  # a first force that is gone at once: cut it, as the rest would be a line on the floor
         largest = 3.0 * later
+    largest = largest or 1.0  # N, where nothing ever met
     unit = style.scaled("m" if curves[0][4] else "N", largest)
     for t, values, colour, width, dashed in curves:
         axis.plot(t, values / unit.size, color=colour, linewidth=width, linestyle="--" if dashed else "-")

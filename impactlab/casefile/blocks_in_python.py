@@ -236,6 +236,8 @@ class Contact(BodyKeys):
         Distance of the contact from the axis of the shaft that it turns [m].
     overlap : str
         ``"allowed"`` lets a gap be negative.
+    along : str or sequence of float
+        Direction of a contact on a link of a mechanism: ``"x"``, ``"y"`` or ``[cos, sin]``.
     **others
         Other keys of a case file; unknown ones are refused by `Case`.
     """
@@ -249,6 +251,77 @@ class Contact(BodyKeys):
         gap: Value | None = None,
         lever_arm: Value | None = None,
         overlap: str | None = None,
+        along: str | Sequence[float] | None = None,
         **others: Any,
     ) -> None:
-        super().__init__(between=[left, right], law=law, gap=gap, lever_arm=lever_arm, overlap=overlap, **others)
+        given = {"law": law, "gap": gap, "lever_arm": lever_arm, "overlap": overlap, "along": along}
+        super().__init__(between=[left, right], **given, **others)
+
+
+class Link(BodyKeys):
+    """A rigid link of a mechanism: length [m], mass [kg], moment of inertia about its middle [kg m2].
+
+    Without inertia it is a uniform bar. A flexible link is a `Beam`.
+    """
+
+    def __init__(self, *, length: Value, mass: Value, inertia: Value | None = None, **others: Any) -> None:
+        super().__init__(kind="link", length=length, mass=mass, inertia=inertia, **others)
+
+
+class Joint(BodyKeys):
+    """A link in its mechanism, and the joint that ties it to the end of the one before, the first to the ground.
+
+    Parameters
+    ----------
+    body : str
+        Name of the link, a `Link` or a `Beam` among the bodies.
+    joint : str
+        ``"hinge"`` if not given, or ``"clamped"``: to the end before it, or to a driven hub.
+    angle : float or str
+        Angle at t = 0 [rad], from +x, counterclockwise.
+    rate : float or str
+        Angular rate at t = 0 [rad/s].
+    torque : float or str
+        Torque on the link from the one before it [N m].
+    drive : mapping
+        Given rate of the hinge, ``{"rate": 6.0, "within": 15.0}`` [rad/s, s].
+    end_mass : float or str
+        Point mass at its end [kg].
+    axial_modes : int
+        Axial shapes of a beam; without one it keeps its length.
+    **others
+        Other keys of a case file; unknown ones are refused by `Case`.
+    """
+
+    def __init__(
+        self,
+        body: str,
+        *,
+        joint: str | None = None,
+        angle: Value | None = None,
+        rate: Value | None = None,
+        torque: Value | None = None,
+        drive: Mapping[str, Value] | None = None,
+        end_mass: Value | None = None,
+        axial_modes: int | None = None,
+        **others: Any,
+    ) -> None:
+        given = {"joint": joint, "angle": angle, "rate": rate, "torque": torque, "drive": drive}
+        super().__init__(body=body, end_mass=end_mass, axial_modes=axial_modes, **given, **others)
+
+
+class Mechanism(BodyKeys):
+    """A planar chain of links from the ground on, of `Case(mechanisms={"press": Mechanism(...)})`.
+
+    Parameters
+    ----------
+    links : sequence of Joint
+        The links in their order; the first is tied to the ground at x = y = 0.
+    end : str or mapping
+        ``"free"`` if not given, or ``{"slide": y}``: the end moves along x at the height y [m].
+    """
+
+    def __init__(
+        self, links: Sequence[Mapping[str, Any]], *, end: str | Mapping[str, Value] | None = None, **others: Any
+    ) -> None:
+        super().__init__(links=list(links), end=end, **others)

@@ -36,6 +36,7 @@ ROUNDING_TOL = 1e-9  # of the energy of all bodies: the rounding of thousands of
 OVERLAP_WARN = 0.1  # of the travel of the faces, under a law that says that they do not overlap
 NEGATIVE_LOSS_TOL = 1e-6  # of the reference energy: losses below zero that no rounding leaves
 MOMENTUM_TOL = 1e-9  # of the reference momentum: schemes and solvers keep linear sums to rounding
+SURE_CONTACTS = 2  # periods of contact of a mechanism; the third differs a hundred times as much as the first
 ACROSS = 0.9  # sine of the angle of a link to its slide, from which a lost run is laid to its reach
 KICKS_WARN = 100  # of an impulse law, from which their number means nothing
 
@@ -56,6 +57,7 @@ def add_warnings(history: AbstractHistory) -> None:
         for noted in laws[contact.name].noted:
             if count := int(port.memory[noted.slot]):
                 found.append(Warned(noted.code, f"{contact.name}: {noted.text.format(count=count)}"))
+    found += sensitive_sequences(history)
     touched = {event.contact for event in history.events}
     for contact in scene.contacts:
         if contact.name not in touched:
@@ -90,6 +92,17 @@ def overlapping(history: AbstractHistory) -> Iterator[Warned]:
             share = deepest / travel
             text = f"{contact.name}: the faces overlap by {deepest:.3g} m, {share:.2g} of their travel"
             yield Warned("overlap", text)
+
+
+def sensitive_sequences(history: AbstractHistory) -> Iterator[Warned]:
+    """Give a warning for each body of large motion with a long sequence of contacts."""
+    scene = history.scene
+    for name, body in scene.bodies.items():
+        own = {each.name for each in scene.contacts if name in (each.left.body, each.right.body)}
+        count = sum(span.contact in own for span in history.contacts)
+        if body.changes and count > SURE_CONTACTS:
+            text = f"{name}: {count} periods of contact, each following from the one before it with a larger difference"
+            yield Warned("sensitive_sequence", f"{text}; compare with half the step and with more modes")
 
 
 def check_run(status: int, assembly: Assembly, history: AbstractRecordedHistory) -> None:

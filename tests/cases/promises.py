@@ -68,7 +68,17 @@ def when_largest(history: AbstractHistory, channel: str) -> float:
     return float(t[i] + shift) + 0.5 * (history.dt or 0.0)
 
 
+def lag(history: AbstractHistory) -> tuple[float, float]:
+    """Return the largest lag of the tip of the beam behind the axis of its hub [m], and its time [s]."""
+    t = np.arange(0.0, history.duration, 2.0 * (history.dt or 0.0))
+    hub = history.evaluate(t, "angle:beam")
+    x, y = (history.evaluate(t, f"position:beam.right along {along}") for along in "xy")
+    behind = np.sin(hub) * x - np.cos(hub) * y
+    return float(behind.max()), float(t[np.argmax(behind)])
+
+
 T = "T"
+MS = 1e-3
 US = 1e-6
 HAMMER = at("velocity:hammer")
 Z = 36657.74133794934  # N s/m of the paper's rod
@@ -82,6 +92,19 @@ PAPER = (  # alpha = 1: first opening, second contact, speed of the mass at the 
 
 PROMISES: Mapping[str, tuple[Promise, ...]] = {
     "all_methods": (Promise("1.533834", opened(0), T), Promise("-0.698876", HAMMER)),
+    "arm_on_stop": (
+        Promise("0.356", opened(0), MS),
+        Promise("118.51", peak(0)),
+        Promise("0.02273", impulse(0)),
+        Promise("13.369", close(1), MS),
+        Promise("13.780", opened(1), MS),
+        Promise("74.1", peak(1)),
+        Promise("0.01606", impulse(1)),
+        Promise("16.119", close(2), MS),
+        Promise("16.584", opened(2), MS),
+        Promise("50.0", peak(2)),
+        Promise("0.01220", impulse(2)),
+    ),
     "axial_impact": (
         *PAPER,
         Promise("36657.74", at("force:hammer|rod.left", 0.0)),
@@ -344,6 +367,13 @@ PROMISES: Mapping[str, tuple[Promise, ...]] = {
         Promise("2.162843", opened(1, "rod.right|right"), 116.373782025236e-6),
         Promise("78276.57", peak()),
     ),
+    "slider_crank": (
+        Promise("7.4036", close(0), MS),
+        Promise("7.7558", opened(0), MS),
+        Promise("5620.7", peak(0)),
+        Promise("1.0382", impulse(0)),
+        Promise("4.153", at("velocity:block")),
+    ),
     "sphere_on_beam": (
         Promise("4.97714", peak()),
         Promise("72.6", lambda history: when_largest(history, "force:sphere|beam.at(0.07675)"), US),
@@ -375,6 +405,11 @@ PROMISES: Mapping[str, tuple[Promise, ...]] = {
         Promise("109.638", opened(0), US),
         Promise("-0.552168", at("velocity:sphere", unit=10.0)),
     ),
+    "spinning_up_beam": (
+        Promise("0.574", lambda history: lag(history)[0]),
+        Promise("6.76", lambda history: lag(history)[1]),
+        Promise("75.000", at("angle:beam")),
+    ),
     "step_loaded_rod": (
         Promise("31.74603", at("displacement:rod@0", 116.373782025236e-6), US),
         Promise("0.3174603", at("energy:rod", 116.373782025236e-6)),
@@ -397,6 +432,15 @@ PROMISES: Mapping[str, tuple[Promise, ...]] = {
         Promise("5347.8", opened(1), US),
         Promise("13518.9", close(0, "below|tube.right"), US),
         Promise("19389.4", close(3, "below|tube.right"), US),
+    ),
+    "two_link_arm": (
+        Promise("0.3450", opened(0), MS),
+        Promise("1282", peak(0)),
+        Promise("0.23824", impulse(0)),
+        Promise("9.664", close(1), MS),
+        Promise("10.018", opened(1), MS),
+        Promise("965", peak(1)),
+        Promise("0.1855", impulse(1)),
     ),
     "two_material_rod": (Promise("118.4905", opened(0), US), Promise("7899.367", peak())),
     "two_rods": (Promise("77.5825", opened(0), US), Promise("0.474", impulse()), Promise("6109.624", peak())),

@@ -337,7 +337,7 @@ def test_shipped_cases_load_with_all_their_methods():
         for variant in case.variant_names:
             for name in case.method_names:
                 scene = case.variant(variant).method(name).scene()
-                assert any(isinstance(body, ElasticBody) for body in scene.bodies.values())
+                assert any(isinstance(body, ElasticBody) or body.changes for body in scene.bodies.values())
 
 
 def test_a_case_and_a_case_with_settings_survive_pickle(case):
