@@ -167,6 +167,7 @@ class ClockRecord(ctypes.Structure):
     lost_unresolved: float  # J, to modes that are left out
     timed: float  # s, the step length that the steppers are prepared for
     recorded: float  # s, time of the last record
+    changes: int  # 1 where the columns of a body change with its state
 
 
 class StepArrays(NamedTuple):

@@ -97,6 +97,7 @@ class Assembly:
             snapshot.time = time
         (self.clock,), clock = records(ClockRecord, 1)
         self.clock.timed, self.clock.steps = dt, plan.steps
+        self.clock.changes = int(any(stepper.columns is not None for stepper in steppers.values()))
         self.events, events = records(EventRecord, max(MIN_EVENTS, 1024 * len(scene.contacts)))
         faces, pushes = self._faces_and_pushes()
         n_contacts = len(scene.contacts)

@@ -58,47 +58,45 @@ def begin_step(m: StepArrays, end: float) -> None:
 
 
 @PART
-def rewrite_columns(m: StepArrays, number: int) -> None:
-    """Rewrite the columns of a body that change with its state, after its free step."""
-    body = m.bodies[number]
-    length = 3 * body.n_ports * (body.state_end - body.state_start)
-    call(
-        body.columns,
-        m.parameters[body.parameter_start : body.parameter_end],
-        m.state[body.state_start : body.state_end],
-        m.jump[body.jump_start : body.jump_end],
-        m.responses[body.response_start : body.response_start + length],
-    )
+def rewrite_columns(m: StepArrays) -> None:
+    """Rewrite the columns of bodies that change with their state, after their free steps."""
+    for number in range(len(m.bodies)):
+        body = m.bodies[number]
+        if body.columns != 0:
+            length = 3 * body.n_ports * (body.state_end - body.state_start)
+            call(
+                body.columns,
+                m.parameters[body.parameter_start : body.parameter_end],
+                m.state[body.state_start : body.state_end],
+                m.jump[body.jump_start : body.jump_end],
+                m.responses[body.response_start : body.response_start + length],
+            )
+    fill_influence(m)
 
 
 @PART
-def read_again(m: StepArrays, number: int) -> None:
-    """Derive the readings of a body again from its state at the end of the step, and with them its faces."""
-    body = m.bodies[number]
-    call(
-        body.derive,
-        m.parameters[body.parameter_start : body.parameter_end],
-        m.state[body.state_start : body.state_end],
-    )
-    for other in range(len(m.faces)):
-        if m.faces[other].body == number:
-            m.faces[other].u = row_times_state(m, other)
-            m.faces[other].v = row_times_state(m, len(m.faces) + other)
+def read_again(m: StepArrays) -> None:
+    """Derive the readings of such bodies again from their state at the end of the step, and with them their faces."""
+    for number in range(len(m.bodies)):
+        body = m.bodies[number]
+        if body.columns != 0:
+            parameters = m.parameters[body.parameter_start : body.parameter_end]
+            call(body.derive, parameters, m.state[body.state_start : body.state_end])
+    for number in range(len(m.faces)):
+        if m.bodies[m.faces[number].body].columns != 0:
+            m.faces[number].u = row_times_state(m, number)
+            m.faces[number].v = row_times_state(m, len(m.faces) + number)
 
 
 @INLINE
 def free_step(m: StepArrays) -> None:
     """Take the free step of all bodies and read the faces at its end."""
-    changed = False
     for number in range(len(m.bodies)):
         body = m.bodies[number]
         parameters = m.parameters[body.parameter_start : body.parameter_end]
         call(body.free, parameters, m.state[body.state_start : body.state_end])
-        if body.columns != 0:
-            rewrite_columns(m, number)
-            changed = True
-    if changed:
-        fill_influence(m)
+    if m.clock[0].changes != 0:
+        rewrite_columns(m)
     n_faces = len(m.faces)
     for number in range(n_faces):
         m.faces[number].free_u = row_times_state(m, number)
@@ -146,9 +144,8 @@ def correct(m: StepArrays) -> None:
             u += effect_of(m, number, 0, m.contacts[other], other)
             v += effect_of(m, number, 1, m.contacts[other], other)
         m.faces[number].u, m.faces[number].v = u, v
-    for number in range(len(m.bodies)):
-        if m.bodies[number].columns != 0:
-            read_again(m, number)
+    if m.clock[0].changes != 0:
+        read_again(m)
 
 
 @INLINE
