@@ -10,6 +10,7 @@ import math
 import shutil
 import subprocess
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 from impactlab.errors import ImpactlabError
 from impactlab.history.base import AbstractHistory
 from impactlab.history.sampling import frame_times
+from impactlab.report import mechanism
 from impactlab.report.diagram import MEANING
 from impactlab.report.signals import UNITS
 from impactlab.report.stage import Spot, frames, layout, shown_load
@@ -137,8 +139,15 @@ def film(history: AbstractHistory) -> tuple[Figure, Step, int]:
     loads = {name: made["load"] for name, made in motion.items() if made["load"] is not None}
     limits = _limits(scene, loads)
     wide = 0.9 - 0.11 * max(1, len(limits))
-    stage, below = figure.add_axes((0.09, 0.66, wide, 0.24)), figure.add_axes((0.09, 0.115, wide, 0.47))
-    steps = [_stage(stage, scene, motion, limits)]
+    chains = mechanism.chains(scene)
+    if not chains and any(body.changes for body in scene.bodies.values()):
+        raise ImpactlabError(
+            "a mechanism that is no chain of links has no drawing", remedy="Plot its channels, or the page of the run."
+        )
+    high = 0.47 if chains else 0.24  # of the figure, its upper part
+    stage, below = figure.add_axes((0.09, 0.9 - high, wide, high)), figure.add_axes((0.09, 0.115, wide, 0.71 - high))
+    moving = partial(mechanism.moving, stage, history, chains, times, MOVING)
+    steps = [moving() if chains else _stage(stage, scene, motion, limits)]
     if loads:
         steps.append(_waves(below, scene, loads, limits, time))
         _scales(figure, below, limits)

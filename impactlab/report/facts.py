@@ -68,6 +68,7 @@ def _mechanism(mechanism: Mechanism) -> str:
     for link in mechanism.links:
         kind = "rigid" if link.beam is None else "flexible"
         turned = f", driven at {link.drive.rate:.4g} rad/s" if link.drive is not None else ""
+        turned += f" within {si(link.drive.within, 's')}" if link.drive is not None and link.drive.within else ""
         turned += f", torque {si(link.torque, 'N m')}" if link.torque else ""
         loaded = f", {si(link.end_mass, 'kg')} at its end" if link.end_mass else ""
         links.append(f"{link.name} ({kind}, {si(link.length, 'm')}, {si(link.total_mass, 'kg')}{turned}{loaded})")

@@ -68,7 +68,9 @@ function readFilms(array) {
       const read = (field) => field && { frames: field[0], n: field[1], values: array(field[2]) }, u = read(body.u);
       bodies[name] = { u, load: body.same ? u : read(body.load) };
     }
-    return { ...film, bodies };
+    const read = (field) => field && { frames: field[0], n: field[1], values: array(field[2]) };
+    const chains = Object.fromEntries(Object.entries(film.chains).map(([name, field]) => [name, read(field)]));
+    return { ...film, bodies, chains, gaps: film.gaps.map(read) };
   });
   for (const body of data.bodies) {
     if (!body.unit || body.length < SHORT * whole) continue;
@@ -127,7 +129,7 @@ function canvas(element, height) {
   return { pen, width, height };
 }
 let stage, pen, ink, muted, paper, accent, line;
-const STAGE = bends ? 270 : 170, HALF = 22; // px: height of the scene, half the height of the tallest bar
+const STAGE = data.chains.length ? 340 : bends ? 270 : 170, HALF = 22; // px: height of the scene, half the height of the tallest bar
 const axis = () => STAGE * (bends ? 0.5 : 0.46);
 function hatch(x, y, half, side) {
   pen.strokeStyle = ink; pen.lineWidth = 1.6;
@@ -221,9 +223,41 @@ function contactAt(contact, time) { // px of the face of a contact in the scene
   return [faceOf(side.body, share, time) + (side.body.length ? 0 : ICON), axis()];
 }
 const isClosed = (number, time) => films[state.film].spans.some(([contact, start, end]) => contact === number && start <= time && time <= end);
+function column(field, k, time) { // one of the numbers of a field, between frames
+  const f = Math.min((time / data.duration) * (field.frames - 1), field.frames - 1), i = Math.min(Math.floor(f), field.frames - 2);
+  return field.values[i * field.n + k] * (1 - f + i) + field.values[(i + 1) * field.n + k] * (f - i);
+}
+function drawChains(time) { // mechanisms to scale, with the bodies that they meet
+  const film = films[state.film], fields = Object.values(film.chains);
+  const range = (odd) => extremes(fields.flatMap(({ values }) => [...values.filter((_, i) => i % 2 === odd)]));
+  const [[left, right], [low, high]] = [range(0), range(1)], margin = 44;
+  const scale = Math.min((stage.width - 2 * margin) / (right - left || 1), (STAGE - 2 * margin) / (high - low || 1));
+  const px = (x, y) => [stage.width / 2 + (x - (left + right) / 2) * scale, STAGE / 2 - (y - (low + high) / 2) * scale];
+  const joint = (chain, i) => [0, 1].map((k) => column(film.chains[chain], 2 * i + k, time));
+  for (const { name, slide } of data.chains) {
+    const places = Array.from({ length: film.chains[name].n / 2 }, (_, i) => px(...joint(name, i)));
+    if (slide !== null) { pen.strokeStyle = line; pen.lineWidth = 1; pen.beginPath(); pen.moveTo(0, px(0, slide)[1]); pen.lineTo(stage.width, px(0, slide)[1]); pen.stroke(); }
+    pen.strokeStyle = ink; pen.lineWidth = 5; pen.lineCap = pen.lineJoin = "round"; pen.beginPath();
+    for (const place of places) pen.lineTo(...place);
+    pen.stroke();
+    places.forEach((place, i) => { pen.fillStyle = paper; pen.lineWidth = 2; pen.beginPath(); pen.arc(...place, i ? 4.5 : 7, 0, 7); pen.fill(); pen.stroke(); });
+  }
+  pen.font = `12px ${css("sans")}`; pen.textAlign = "center";
+  for (const { contact, chain, link, share, along, sign, kind, name } of data.met) {
+    const [from, to] = [joint(chain, link), joint(chain, link + 1)], gap = film.gaps[contact];
+    const [x, y] = px(...[0, 1].map((k) => from[k] + share * (to[k] - from[k])));
+    const apart = gap ? sign * column(gap, 0, time) * scale : 0, way = sign > 0 ? 0 : Math.PI;
+    if (isClosed(contact, time)) { pen.strokeStyle = accent; pen.lineWidth = 3; pen.beginPath(); pen.arc(x, y, 11, 0, 7); pen.stroke(); }
+    pen.save(); pen.translate(x + apart * along[0], y - apart * along[1]); pen.rotate(way - Math.atan2(along[1], along[0]));
+    if (kind === "wall") hatch(6, 0, 24, 1); else { pen.fillStyle = ink; pen.beginPath(); pen.roundRect(6, -14, 26, 28, 3); pen.fill(); }
+    pen.restore();
+    pen.fillStyle = muted; pen.fillText(name, x + (apart + sign * 19) * along[0], y - (apart + sign * 40) * along[1] + 4 - 28 * Math.abs(along[0]));
+  }
+}
 function drawStage() {
   if (!pen) return;
   pen.clearRect(0, 0, view.width, STAGE);
+  if (data.mechanism) { if (data.chains.length) drawChains(state.time); return; }
   for (const body of data.bodies) if (body.kind === "beam") drawBeam(body, state.time); else if (body.length) drawBar(body, state.time); else drawIcon(body, state.time);
   data.contacts.forEach((contact, number) => {
     if (!isClosed(number, state.time)) return;
@@ -253,6 +287,7 @@ const DIAGRAM = 430; // px, its height
 const timeY = (time) => DIAGRAM - PAD.bottom - (time / data.duration) * (DIAGRAM - PAD.bottom - PAD.top);
 const placeX = (body, x) => body.beside && !body.length ? view.px(byName[body.beside].x + body.at, byName[body.beside].icons) : view.px(body.x + x, body.icons);
 function drawDiagram() {
+  if (data.mechanism) return;
   const { pen, width } = (diagram = canvas($("diagram"), DIAGRAM));
   const [top, bottom, film] = [timeY(data.duration), timeY(0), films[state.film]];
   pen.imageSmoothingEnabled = true; pen.imageSmoothingQuality = "high";

@@ -9,7 +9,7 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from impactlab.report import facts
+from impactlab.report import facts, mechanism
 from impactlab.report.figure_files import FigureFiles, inline, save, with_classes
 from impactlab.report.page_data import page_data
 from impactlab.report.provenance import Provenance, now
@@ -93,6 +93,8 @@ def write_page(out_dir: Path, page: Page, scene: Scene, provenance: Provenance, 
         date=provenance.date or now(),
         title=provenance.title or page.table["case"],
         sketch=sketch(scene),
+        mechanism=any(body.changes for body in scene.bodies.values()),
+        chained=bool(mechanism.chains(scene)),
         facts=facts.scene_facts(scene),
         trip=facts.si(scene.round_trip, "s") if page.command == "compare" and math.isfinite(scene.round_trip) else "",
         headings=page_headings(),

@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from impactlab.history.sampling import FRAMES, HISTORY_POINTS
+from impactlab.history.sampling import FRAMES, HISTORY_POINTS, frame_times
+from impactlab.report import mechanism
 from impactlab.report.packing import COARSE, Packer
-from impactlab.report.signals import Panel, panels, shown
+from impactlab.report.signals import Panel, panels, sampled, shown
 from impactlab.report.stage import Frames, described, frames
 from impactlab.report.style import DASHES, PALETTE, Trace
 from impactlab.scene.problem import Scene
@@ -76,6 +77,9 @@ def _text(
             }
             for contact in scene.contacts
         ],
+        "mechanism": any(body.changes for body in scene.bodies.values()),
+        "chains": [{"name": body.name, "slide": body.slide} for body in mechanism.chains(scene)],
+        "met": mechanism.met(scene),
         "films": [
             _film(trace, film, scene, packer, names, levels, every)
             for trace, film in zip(histories, films, strict=True)
@@ -119,7 +123,18 @@ def _film(
         if span.kicks is None
     ]
     events = [[names.index(event.contact), event.time, event.kind] for event in history.events[:MAX_EVENTS]]
-    return {"bodies": _bodies(film, packer, levels, every), "spans": spans, "events": events}
+    times = frame_times(scene.duration)[::every]
+    gaps = {name: sampled(history, f"gap:{name}", times) for name in names} if mechanism.chains(scene) else {}
+    return {
+        "bodies": _bodies(film, packer, levels, every),
+        "spans": spans,
+        "events": events,
+        "chains": {
+            body.name: _kept(mechanism.joints(history, body, times).reshape(times.size, -1), packer, levels, 1, 1)
+            for body in mechanism.chains(scene)
+        },
+        "gaps": [None if gap is None else _kept(gap[:, None], packer, levels, 1, 1) for gap in gaps.values()],
+    }
 
 
 def _bodies(made: Frames, packer: Packer, levels: int, every: int) -> dict[str, Any]:

@@ -1,0 +1,76 @@
+"""The page, the animation and the summary of a mechanism."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import impactlab as il
+from impactlab.history import AbstractHistory
+from impactlab.report import animation, mechanism
+from impactlab.report.console import summary_text
+from impactlab.report.facts import scene_facts
+from impactlab.report.page_data import page_data
+from impactlab.report.style import Trace
+from impactlab.report.summary import summarise
+
+CASE = il.load_case(Path(__file__).parents[2] / "cases" / "slider_crank.yaml").with_("solve.step.dt", 8.0e-6)
+
+
+@pytest.fixture(scope="module")
+def history() -> AbstractHistory:
+    return il.run(CASE)
+
+
+def test_joints_follow_from_the_angles(history: AbstractHistory) -> None:
+    (chain,) = mechanism.chains(history.scene)
+    times = np.array([0.0, history.duration])
+    places = mechanism.joints(history, chain, times)
+    assert places.shape == (2, 3, 2)
+    crank = -1.9 + 30.0 * times
+    assert places[:, 1] == pytest.approx(0.1 * np.column_stack((np.cos(crank), np.sin(crank))), abs=1e-9)
+    assert places[:, 2, 1] == pytest.approx(0.0, abs=1e-4)  # on its slide; the chord of a bent rod is a little shorter
+    end = history.evaluate(times, "position:rod.right")
+    assert places[:, 2, 0] == pytest.approx(end, abs=1e-4)
+
+
+def test_the_data_of_a_page_hold_the_chain_and_the_bodies_that_it_meets(history: AbstractHistory) -> None:
+    scene = history.scene
+    data = json.loads(page_data([Trace("", history, "ink")], scene, compared=False))
+    assert data["mechanism"]
+    assert data["chains"] == [{"name": "press", "slide": 0.0}]
+    (met,) = data["met"]
+    assert (met["link"], met["share"], met["along"], met["name"], met["sign"]) == (1, 1.0, [1.0, 0.0], "block", 1)
+    film = data["films"][0]
+    frames, numbers, _ = film["chains"]["press"]
+    assert numbers == 6
+    assert film["gaps"][0][0] == frames > 100
+
+
+def test_an_animation_moves_the_chain_to_scale(history: AbstractHistory) -> None:
+    figure, step, count = animation.film(history)
+    stage = figure.axes[0]
+    (line,) = [each for each in stage.lines if each.get_gid() == animation.MOVING]
+    step(0)
+    assert line.get_xydata()[1] == pytest.approx([0.1 * math.cos(-1.9), 0.1 * math.sin(-1.9)], abs=1e-9)
+    step(count - 1)
+    last = -1.9 + 30.0 * history.duration
+    assert line.get_xydata()[1] == pytest.approx([0.1 * math.cos(last), 0.1 * math.sin(last)], abs=1e-9)
+    assert stage.get_aspect() == 1.0
+
+
+def test_the_summary_says_why_errors_are_not_measured(history: AbstractHistory) -> None:
+    text = summary_text(summarise("slider_crank", history.scene, history, None))
+    assert "not measured: no reference serves a mechanism; compare with half the step" in text
+
+
+def test_the_facts_name_links_drives_and_slide() -> None:
+    words = dict(scene_facts(CASE.scene()))["press"].replace("\xa0", " ")
+    assert "crank (rigid, 100 mm, 0.2 kg, driven at 30 rad/s)" in words
+    assert "its end on a slide at y = 0 m" in words
+    spinning = il.load_case(Path(__file__).parents[2] / "cases" / "spinning_up_beam.yaml")
+    assert "driven at 6 rad/s within 15 s" in dict(scene_facts(spinning.scene()))["rotor"].replace("\xa0", " ")
