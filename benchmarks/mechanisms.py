@@ -1,0 +1,179 @@
+"""The step of mechanisms against a hand-written compiled loop with the same terms and the same recorded output.
+
+The two-link arm (a rigid and a flexible link, a stop along y at its tip, Hertz contact) by the midpoint rule, for some
+numbers of bending shapes. The hand-written loop takes the terms at the middle of each step, factors M + dt^2 K/4 once,
+solves for the free acceleration and for the response to the contact force, finds the mean force of the step by Newton's
+method, and reads the tip again at the end; it keeps what the package records, and takes the energy as often. Times are
+minima of interleaved runs, in time of the processor.
+
+    python benchmarks/mechanisms.py [--modes 6 12 20 30] [--repeats 7]
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import time
+from typing import Any
+
+import numpy as np
+
+import impactlab as il
+from benchmarks.step_loop import time_loop
+from impactlab.mechanisms.model import MechanismModel
+from impactlab.mechanisms.terms import chain_terms
+from impactlab.numerics.compiling import ENTRY
+from impactlab.simulate import Plan, prepare
+from impactlab.simulate.stepping.assembly import SAMPLES
+
+STIFFNESS, DT, DURATION = 1.0e9, 1.0e-6, 1.0e-2  # N/m^1.5, s, s
+TURNS = 50  # of Newton's method, at most
+
+
+def arm(modes: int) -> il.Case:
+    """Return the two-link arm."""
+    section, material = {"width": 0.02, "height": 0.01}, {"young": 7.0e10, "density": 2700.0}
+    fore = {"kind": "beam", "length": 0.8, "section": section, "material": material}
+    links = [
+        {"body": "upper", "angle": math.pi / 3.0, "rate": 1.0},
+        {"body": "fore", "rate": 1.0, "end_mass": 0.1, "axial_modes": 6},
+    ]
+    law = {"kind": "hertz", "stiffness": STIFFNESS}
+    return il.Case.from_dict(
+        {
+            "schema_version": 1,
+            "bodies": {
+                "upper": {"kind": "link", "length": 0.5, "mass": 0.5}, "fore": fore, "stop": {"kind": "wall"}
+            },
+            "mechanisms": {"arm": {"links": links}},
+            "contacts": [{"between": ["fore.right", "stop"], "along": "y", "law": law}],
+            "solve": {
+                "duration": DURATION,
+                "model": {"kind": "modal", "elements": 160, "modes": modes},
+                "integrator": {"kind": "midpoint"},
+                "step": {"dt": DT},
+            },
+        }
+    )  # fmt: skip
+
+
+@ENTRY
+def solved(factor: Any, x: Any) -> None:
+    """Solve with a Cholesky factor (n, n), in place."""
+    n = x.size
+    for i in range(n):
+        total = x[i]
+        for j in range(i):
+            total -= factor[i, j] * x[j]
+        x[i] = total / factor[i, i]
+    for i in range(n - 1, -1, -1):
+        x[i] /= factor[i, i]
+        for j in range(i):
+            x[j] -= factor[i, j] * x[i]
+
+
+@ENTRY
+def by_hand(  # noqa: C901 - one loop, on purpose
+    own: Any, p: Any, v: Any, stiffness: Any, mass: Any, factor: Any, force: Any, rows: Any, values: Any, rates: Any,
+    work: Any, empty: Any, out: Any, energies: Any, dt: float, steps: int, stride: int,
+) -> None:  # fmt: skip
+    """Midpoint rule; the first reading keeps off a stop where it is at t = 0; one row of ``out`` per step."""
+    n, weight = p.size, 0.25 * dt * dt
+    before, middle, rate, free, response = work[0], work[1], work[2], work[3], work[4]
+    chain_terms(own, 0.0, p, v, empty, force, rows, values, rates)
+    stop, place, sample = values[0], values[0], 0
+    for step in range(steps):
+        for i in range(n):
+            middle[i] = p[i] + 0.5 * dt * v[i] + weight * before[i]
+            rate[i] = v[i] + 0.5 * dt * before[i]
+        chain_terms(own, (step + 0.5) * dt, middle, rate, mass, force, rows, values, rates)
+        for i in range(n):
+            pull = 0.0
+            for j in range(n):
+                pull += stiffness[i, j] * before[j]
+            free[i], response[i] = force[i] + weight * pull, rows[i]
+        for i in range(n):
+            for j in range(i + 1):
+                total = mass[i * n + j] + weight * stiffness[i, j]
+                for k in range(j):
+                    total -= factor[i, k] * factor[j, k]
+                factor[i, j] = math.sqrt(total) if i == j else total / factor[j, j]
+        solved(factor, free)
+        solved(factor, response)
+        moved, compliance = 0.0, 0.0
+        for i in range(n):
+            moved += rows[i] * (dt * v[i] + 0.5 * dt * dt * free[i])
+            compliance += 0.5 * dt * dt * rows[i] * response[i]
+        push, y, overlap = 0.0, moved, max(0.0, place - stop)
+        energy = overlap**2.5
+        for _ in range(TURNS):
+            after = max(0.0, place + y - stop)
+            if overlap + after == 0.0:
+                break
+            push = STIFFNESS * (after**2.5 - energy) / (2.5 * y)
+            change = (y - moved + compliance * push) / (1.0 + compliance * (STIFFNESS * after**1.5 - push) / y)
+            y -= change
+            if abs(change) <= 1e-13 * abs(moved):
+                break
+        for i in range(n):
+            before[i] = free[i] - push * response[i]
+            p[i] += dt * v[i] + 0.5 * dt * dt * before[i]
+            v[i] += dt * before[i]
+        chain_terms(own, (step + 1) * dt, p, v, empty, force, rows, values, rates)
+        place = values[0]
+        row = out[step]
+        row[0], row[1], row[2] = (step + 1) * dt, push, stop - place
+        for i in range(rates.size):
+            row[3 + 2 * i], row[4 + 2 * i] = values[i], rates[i]
+        if (step + 1) % stride == 0:
+            chain_terms(own, (step + 1) * dt, p, v, mass, force, rows, values, rates)
+            total = 0.0
+            for i in range(n):
+                for j in range(n):
+                    total += 0.5 * (v[i] * mass[i * n + j] * v[j] + p[i] * stiffness[i, j] * p[j])
+            energies[sample] = total
+            sample += 1
+
+
+def time_by_hand(plan: Plan) -> tuple[float, Any]:
+    """Return what the steps take in the hand-written loop [s], and what it recorded."""
+    model = plan.built["arm"].model
+    assert isinstance(model, MechanismModel)
+    assert plan.dt is not None
+    n, r, motion = model.count, model.readings, model.packed
+    out, energies = np.zeros((plan.steps, 3 + 2 * r)), np.zeros(SAMPLES + 1)
+    out.fill(0.0)
+    square, values, rates = np.zeros(n * n), np.zeros(r + 1), np.zeros(r)
+    given = (
+        motion.parameters.copy(), motion.position.copy(), motion.velocity.copy(), motion.stiffness, square,
+        np.zeros((n, n)), np.zeros(n), np.zeros(r * n), values, rates, np.zeros((5, n)), np.zeros(0), out, energies,
+    )  # fmt: skip
+    began = time.thread_time()
+    by_hand(*given, plan.dt, plan.steps, -(-plan.steps // SAMPLES))
+    return time.thread_time() - began, out
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--modes", type=int, nargs="+", default=[6, 12, 20, 30])
+    parser.add_argument("--repeats", type=int, default=7)
+    given = parser.parse_args()
+    print("coordinates  package us/step  by hand us/step  ratio  largest difference of the force")
+    for modes in given.modes:
+        plan = prepare(*arm(modes).simulation())
+        model = plan.built["arm"].model
+        assert isinstance(model, MechanismModel)
+        ours, hand, difference = [], [], math.nan
+        for _ in range(given.repeats + 1):  # the first compiles
+            spent, assembly = time_loop(plan)
+            ours.append(spent)
+            spent, out = time_by_hand(plan)
+            hand.append(spent)
+            total = float(assembly.contacts[0].total)
+            difference = float(np.sum(out[:, 1]) * DT / total - 1.0)
+        package, by = (1e6 * min(times[1:]) / plan.steps for times in (ours, hand))
+        print(f"{model.count:11d}  {package:15.2f}  {by:15.2f}  {package / by:5.2f}  {difference:.1e}")
+
+
+if __name__ == "__main__":
+    main()
