@@ -101,13 +101,16 @@ class MechanismModel(AbstractDiscreteModel):
         """
         return energy_bound(self.packed, dt, impulses)
 
-    def stepper(self, ports: Array, dt: float) -> Stepper:
-        """Return the step of the midpoint rule; ``ports`` are rows of readings."""
-        return stepper_of(self.part, self.packed, ports, dt)
+    def stepper(self, ports: Array, dt: float, impulses: bool = True) -> Stepper:
+        """Return the step of the midpoint rule; ``ports`` are rows of readings. See `stepper_of`."""
+        return stepper_of(self.part, self.packed, ports, dt, impulses)
 
 
-def stepper_of(part: AbstractMechanism, motion: Motion, ports: Array, dt: float) -> Stepper:
-    """Return the step of the midpoint rule for a mechanism; ``ports`` (n_ports, n + r) are rows of readings."""
+def stepper_of(part: AbstractMechanism, motion: Motion, ports: Array, dt: float, impulses: bool = True) -> Stepper:
+    """Return the step of the midpoint rule for a mechanism; ``ports`` (n_ports, n + r) are rows of readings.
+
+    Where no law gives ``impulses`` their columns stay as they are at t = 0, which saves a factorisation in each step.
+    """
     n, r, d = motion.position.size, len(part.readings), len(motion.drives)
     drives = np.array(motion.drives, dtype=float).ravel()
     at_drives = steps.HEAD
@@ -120,6 +123,7 @@ def stepper_of(part: AbstractMechanism, motion: Motion, ports: Array, dt: float)
     head[steps.TERMS] = kernel_address(type(part).terms, TERMS)
     head[steps.COORDINATES], head[steps.READINGS], head[steps.DRIVES] = n, r, d
     head[steps.STEP], head[steps.DRIVES_AT], head[steps.STIFFNESS_AT] = dt, at_drives, at_stiffness
+    head[steps.IMPULSES] = 1.0
     head[steps.OWN_AT], head[steps.ROOM_AT], head[steps.PORTS_AT] = at_own, at_room, at_ports
     numbers = np.flatnonzero(ports)  # a port is the row of a reading
     places = np.array([float(np.argmax(row)) - n for row in ports])
@@ -139,6 +143,7 @@ def stepper_of(part: AbstractMechanism, motion: Motion, ports: Array, dt: float)
         jump,
         responses,
     )
+    parameters[steps.IMPULSES] = float(impulses)
     force, impulse, projection = responses.reshape(3, len(ports), size)
     return Stepper(
         free=steps.free,

@@ -21,7 +21,8 @@ from impactlab.numerics.compiling import PART
 from impactlab.types import Array
 
 # Numbers of a mechanism before those of its `terms`.
-TERMS, COORDINATES, READINGS, DRIVES, STEP, DRIVES_AT, STIFFNESS_AT, OWN_AT, ROOM_AT, PORTS_AT, HEAD = range(11)
+TERMS, COORDINATES, READINGS, DRIVES, STEP, DRIVES_AT, STIFFNESS_AT, OWN_AT, ROOM_AT, PORTS_AT = range(10)
+IMPULSES, HEAD = 10, 11  # 1 where a law gives impulses; the count of these numbers
 DRIVEN, RATE, WITHIN, DRIVE = range(4)  # of a drive: coordinate, rate, time within which it is reached; their number
 
 
@@ -190,6 +191,24 @@ def write_response(m: Middle, moved: Array, displacement: float, velocity: float
 
 
 @PART
+def write_force(P: Array, m: Middle, state: Array, row: Array, force: Array) -> None:
+    """Write the state per unit force along a row."""
+    n, r, dt, n_drives = m.force.size, m.rates.size, P[STEP], m.drives.size // DRIVE
+    n_dof, weight = n + r, 0.25 * dt * dt
+    end = 2 * n_dof + n
+    for i in range(n):
+        m.x[i] = row[i]
+    hold(m.drives, m.x)
+    solve(m.factor, m.x)
+    write_response(m, force, 0.5 * dt * dt, dt, m.x, 1.0)
+    for number in range(n_drives):
+        d = driven(m.drives, number)
+        turning = state[n_dof + d] - 0.5 * dt * state[2 * n_dof + d]  # in the middle
+        force[end + number] = moment_of(m, d, weight, m.x) - row[d]
+        force[end + n_drives] += force[end + number] * dt * turning
+
+
+@PART
 def write_columns(P: Array, state: Array, jump: Array, responses: Array) -> None:
     """Write velocities per impulse, and the state per unit force, impulse and projection at each port of the body.
 
@@ -197,31 +216,30 @@ def write_columns(P: Array, state: Array, jump: Array, responses: Array) -> None
     """
     m = middle_of(P)
     n, r, dt, n_drives = m.force.size, m.rates.size, P[STEP], m.drives.size // DRIVE
-    weight, n_dof, size = 0.25 * dt * dt, n + r, state.size
+    n_dof, size = n + r, state.size
     ports, end, ports_at = jump.size // n_dof, 2 * n_dof + n, int(P[PORTS_AT])
-    factorise(m, m.bare, 0.0)
-    for i in range(responses.size):
+    used = (3 if P[IMPULSES] != 0.0 else 1) * ports * size  # without impulses the other columns stay
+    for i in range(used):
         responses[i] = 0.0
+    if P[IMPULSES] != 0.0:
+        factorise(m, m.bare, 0.0)
     for port in range(ports):
         number = int(P[ports_at + port])
         row = m.rows[number * n : (number + 1) * n]
-        force = responses[port * size : (port + 1) * size]
+        write_force(P, m, state, row, responses[port * size : (port + 1) * size])
+        if P[IMPULSES] == 0.0:
+            continue
         impulse = responses[(ports + port) * size : (ports + port + 1) * size]
         projection = responses[(2 * ports + port) * size : (2 * ports + port + 1) * size]
         for i in range(n):
-            m.x[i] = m.y[i] = row[i]
-        hold(m.drives, m.x)
+            m.y[i] = row[i]
         hold(m.drives, m.y)
-        solve(m.factor, m.x)
         solve(m.bare, m.y)
-        write_response(m, force, 0.5 * dt * dt, dt, m.x, 1.0)
         write_response(m, impulse, dt, 1.0, m.y, 0.0)
         write_response(m, projection, 1.0, 0.0, m.y, 0.0)
         for number in range(n_drives):
             d = driven(m.drives, number)
             turning = state[n_dof + d] - 0.5 * dt * state[2 * n_dof + d]  # in the middle
-            force[end + number] = moment_of(m, d, weight, m.x) - row[d]
-            force[end + n_drives] += force[end + number] * dt * turning
             impulse[end + n_drives] += (dot(m.mass[d * n : (d + 1) * n], m.y) - row[d]) * turning
         out = jump[port * n_dof : (port + 1) * n_dof]
         for i in range(n):

@@ -38,7 +38,7 @@ from impactlab.simulate.stepping.preparation import (
     self_stepping,
     start_law,
 )
-from impactlab.types import Start
+from impactlab.types import Level, Start
 
 MAX_STEPS = 2_000_000_000
 MISFIT_WARN = 2e-3  # of the length of a body, by which its contacts and ends together are moved to a grid
@@ -188,7 +188,8 @@ def prepare(scene: Scene, method: Method) -> Plan:
     dt = chosen_step(scene, method, integrator, built)
     steps = math.ceil(scene.duration / dt - 1e-9)
     check_records(scene, steps)
-    steppers = prepare_steppers(scene, built, integrator, dt)
+    impulses = any(law.needs & {Level.IMPULSE, Level.CLOSING} for law in method.laws.values())
+    steppers = prepare_steppers(scene, built, integrator, dt, impulses=impulses)
     unknowns = {name: body.system.load.size for name, body in built.items()}
     state = sum(stepper.state.size for stepper in steppers.values())
     check_fields(scene, state, unknowns)
@@ -208,7 +209,7 @@ def prepare(scene: Scene, method: Method) -> Plan:
     pushes = pushes_of(scene, built, starts)
     check_closed(scene, laws_of(scene, acting), built, starts, pushes, integrator, dt)
     if pushes:
-        steppers = prepare_steppers(scene, built, integrator, dt, pushes)
+        steppers = prepare_steppers(scene, built, integrator, dt, pushes, impulses)
     warnings += [*constraint_warnings(scene, acting, integrator, own), *misfit_warnings(built, dt)]
     return Plan(scene, method, acting, dt, max(steps, 1), built, steppers, starts, pushes, integrator, tuple(warnings))
 

@@ -86,8 +86,12 @@ def prepare_steppers(
     integrator: AbstractIntegrator,
     dt: float,
     pushes: Sequence[Push] = (),
+    impulses: bool = True,
 ) -> dict[str, Stepper]:
-    """Return the steppers of bodies; ports are their faces in the order of the contacts, then their pushed rows."""
+    """Return the steppers of bodies; ports are their faces in the order of the contacts, then their pushed rows.
+
+    Without ``impulses`` their columns in a mechanism stay those at t = 0.
+    """
     points = [point for contact in scene.contacts for point in (contact.left, contact.right)]
     steppers = {}
     for name, (body, model, system) in built.items():
@@ -96,7 +100,9 @@ def prepare_steppers(
         ports = np.array(rows).reshape(len(rows), system.load.size)
         subject, path = f"the steps of '{name}'", f"bodies.{name}"
         with in_precision(subject, path, body):
-            if isinstance(model, (AbstractSelfStepping, MechanismModel)):
+            if isinstance(model, MechanismModel):
+                stepper = model.stepper(ports, dt, impulses)
+            elif isinstance(model, AbstractSelfStepping):
                 stepper = model.stepper(ports, dt)
             else:
                 stepper = integrator.prepare(system._replace(momentum=model.momentum_row()), ports, dt)
