@@ -17,9 +17,9 @@ import time
 from typing import Any
 
 import numpy as np
+from step_loop import time_loop
 
 import impactlab as il
-from benchmarks.step_loop import time_loop
 from impactlab.mechanisms.model import MechanismModel
 from impactlab.mechanisms.terms import chain_terms
 from impactlab.numerics.compiling import ENTRY

@@ -10,13 +10,14 @@ from pydantic import BaseModel
 
 from impactlab.casefile.schema import CaseBlock
 from impactlab.errors import PluginError
-from impactlab.plugins import INTEGRATORS, LAWS, MODELS, Registry
+from impactlab.plugins import INTEGRATORS, LAWS, MECHANISMS, MODELS, Registry
 from impactlab.scene.bodies import End
 
 PARTS = (
     (re.compile(r"contacts\.\d+\.law"), LAWS),
     (re.compile(r"solve\.model|solve\.models\.[^.]+"), MODELS),
     (re.compile(r"solve\.integrator"), INTEGRATORS),
+    (re.compile(r"mechanisms\.[^.]+"), MECHANISMS),
 )
 """Paths of blocks that describe a part."""
 

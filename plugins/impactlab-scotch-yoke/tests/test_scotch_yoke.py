@@ -12,6 +12,7 @@ from scipy.integrate import solve_ivp
 
 import impactlab as il
 from impactlab import plugins
+from impactlab.casefile.path_units import unit_of
 from impactlab.errors import ImpactlabError
 from impactlab.testing.contracts import MechanismContract
 
@@ -72,6 +73,12 @@ def test_torque_and_gravity_do_the_work_that_the_energy_grows_by() -> None:
     angle, rate = (float(history.evaluate(0.3, f"{name}:press.flywheel")) for name in ("angle", "rate"))
     grown = 0.5 * inertia(angle) * rate**2 - 0.5 * inertia(0.4) * 5.0**2
     assert grown == pytest.approx(8.0 * (angle - 0.4) - M * 9.81 * R * (math.cos(angle) - math.cos(0.4)), rel=1e-6)
+
+
+def test_its_options_have_their_units_in_sweeps() -> None:
+    given, registry = free(1e-3, 1e-5), plugins.registry()
+    units = [unit_of(given.checked, f"mechanisms.press.{key}", registry) for key in ("flywheel", "radius", "rate")]
+    assert units == ["kg m2", "m", "rad/s"]
 
 
 @pytest.mark.parametrize("restitution", [0.0, 0.5, 1.0])
