@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -48,8 +49,7 @@ def _body(body: Body) -> str:
     if isinstance(body, Mechanism):
         return _mechanism(body)
     if isinstance(body, PartMechanism):
-        given = (f"{key} {value:g}" for key, value in vars(body.part).items() if isinstance(value, int | float))
-        return f"mechanism {kind_of(body.part)}: {', '.join(given)}"
+        return f"mechanism {kind_of(body.part)}: {_with_units(body.part)}"
     if isinstance(body, Beam):
         return _beam(body)
     if not isinstance(body, WaveBody):
@@ -61,6 +61,16 @@ def _body(body: Body) -> str:
     at = f" as the rod at its lever arm of {si(body.lever_arm, 'm')}" if isinstance(body, Shaft) else ""
     ends = f"left {_end(body.left)}, right {_end(body.right)}{_turning(body)}"
     return f"elastic {body.kind}{at}, {pieces}, {si(body.mass, 'kg')}{moving}; {ends}"
+
+
+def _with_units(part: Any) -> str:
+    """Return the numbers of a part with their units."""
+    found = []
+    for field in dataclasses.fields(part):
+        value, unit = getattr(part, field.name), field.metadata.get("unit", "1")
+        if isinstance(value, int | float):
+            found.append(f"{field.name} {value:.6g}{'' if unit == '1' else f' {unit}'}")
+    return ", ".join(found)
 
 
 def _mechanism(mechanism: Mechanism) -> str:
