@@ -9,13 +9,15 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.contact.penalty import Penalty
 from impactlab.contact.wave_identification import WaveIdentification
-from impactlab.exact.solve import solve
+from impactlab.errors import StepError
+from impactlab.exact import solve as exact
+from impactlab.exact.thinned import ThinnedHistory
 from impactlab.history import AbstractHistory
 from impactlab.models.continuous import Continuous
 from impactlab.scene import Body, Contact, End, Mass, Point, Rod, Scene, Segment, Wall
@@ -111,10 +113,24 @@ def momentum(history: AbstractHistory, scene: Simulation, t: np.ndarray) -> np.n
     return np.sum([history.evaluate(t, f"momentum:{name}") for name in names], axis=0)
 
 
+def solved(scene: Simulation) -> AbstractHistory:
+    """Return the history of a row that keeps all of its waves; rows whose fronts are too many are left out.
+
+    Every front is split at each step and each contact: a few rows of stepped rods pass any bound of memory.
+    """
+    try:
+        history = exact.solve(*scene)
+    except StepError as error:
+        assume("the wave fronts between two echoes" not in str(error))
+        raise
+    assume(not isinstance(history, ThinnedHistory))
+    return history
+
+
 @quick
 @given(rows())
 def test_energy_of_a_row_is_kept_or_booked(scene: Simulation) -> None:
-    history = solve(*scene)
+    history = solved(scene)
     book = history.energy
     # some hundred pieces, each rounded at the reference energy
     stake = max(1.0, *(float(np.max(np.abs(energy))) for energy in (*book.bodies.values(), book.work)))
@@ -129,7 +145,7 @@ def test_energy_of_a_row_is_kept_or_booked(scene: Simulation) -> None:
 @given(rows(held=False))
 def test_a_row_that_nothing_holds_keeps_its_momentum(scene: Simulation) -> None:
     t = np.linspace(0.0, scene.scene.duration, 13)
-    whole = momentum(solve(*scene), scene, t)
+    whole = momentum(solved(scene), scene, t)
     weight = scene.scene.gravity * sum(body.mass for body in scene.scene.bodies.values() if not isinstance(body, Wall))
     assert whole == pytest.approx(whole[0] + weight * t, abs=1e-11 * momentum_scale(scene.scene))
 
@@ -137,7 +153,7 @@ def test_a_row_that_nothing_holds_keeps_its_momentum(scene: Simulation) -> None:
 @quick
 @given(rows(), st.floats(0.01, 0.99))
 def test_mirrored_row_mirrored_motion(scene: Simulation, share: float) -> None:
-    one, other = solve(*scene), solve(*mirrored(scene))
+    one, other = solved(scene), solved(mirrored(scene))
     for name, body in scene.scene.bodies.items():
         if isinstance(body, Rod):
             x = share * body.length
