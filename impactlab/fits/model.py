@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+
 import numpy as np
 
 from impactlab.exact.history import ContinuousHistory
@@ -12,16 +14,16 @@ PARTS = 4  # of a sampling interval, where the mean is taken from values
 ENDING = ("force", "stress", "strain")  # quantities that are zero before the run
 
 
-class AbstractMeans:
+class AbstractMeans(ABC):
     """Means of a channel over intervals; before and after the run it keeps its first and last value."""
 
     duration: float  # s
     rest: float
     last: float
 
+    @abstractmethod
     def sums(self, edges: Array) -> Array:
         """Return the integral of the channel from a fixed time to increasing times in the run, (n,)."""
-        raise NotImplementedError
 
     def over(self, edges: Array, shift: float) -> Array:
         """Return the means between neighbouring edges, (n - 1,), of the channel that starts at ``shift`` [s]."""

@@ -36,7 +36,7 @@ ROUNDING_TOL = 1e-9  # of the energy of all bodies: the rounding of thousands of
 OVERLAP_WARN = 0.1  # of the travel of the faces, under a law that says that they do not overlap
 NEGATIVE_LOSS_TOL = 1e-6  # of the reference energy: losses below zero that no rounding leaves
 MOMENTUM_TOL = 1e-9  # of the reference momentum: schemes and solvers keep linear sums to rounding
-SURE_CONTACTS = 2  # periods of contact of a mechanism; the third differs a hundred times as much as the first
+SURE_CONTACTS = 2  # periods of contact of a mechanism; in the arm the third differs forty times as much as the first
 ACROSS = 0.9  # sine of the angle of a link to its slide, from which a lost run is laid to its reach
 KICKS_WARN = 100  # of an impulse law, from which their number means nothing
 

@@ -202,13 +202,14 @@ def test_a_slider_crank_strikes_a_block():
 
 
 def test_energy_and_work_of_the_drive_balance_at_second_order():
+    """The error falls by four with half the step, and extrapolated to steps of no length the balance closes."""
     errors = []
     for dt in (2e-6, 1e-6):
         book = il.run(slider_crank(dt)).energy
         total = sum(book.bodies.values()) + book.stored - book.work
-        errors.append(float(np.abs(total - total[0]).max() / np.abs(total[0])))
-    assert errors[1] < 2e-6
+        errors.append(float(total[-1] - total[0]) / float(np.abs(total[0])))
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
+    assert abs(4.0 * errors[1] - errors[0]) / 3.0 < 3e-8
 
 
 @pytest.mark.parametrize(("gamma", "expected"), [(2.0, 3.6195), (4.0, 3.8880), (6.0, 4.2393)])
@@ -269,7 +270,7 @@ def test_a_beam_that_spins_up_lags_and_stretches_as_published():
     straight = (t > 18.0) & (np.abs(lag) < 2e-4)  # between the last small swings
     stretch = (np.cos(hub) * x + np.sin(hub) * y)[straight] - 10.0
     assert len(stretch) > 3
-    assert float(np.mean(stretch)) == pytest.approx(5.14e-4, rel=2e-2)
+    assert float(np.mean(stretch)) == pytest.approx(5.14e-4, rel=5e-3)
     book = history.energy
     total = book.bodies["chain"] - book.work
-    assert float(np.abs(total - total[0]).max() / np.abs(book.bodies["chain"]).max()) < 1e-6
+    assert float(np.abs(total - total[0]).max() / np.abs(book.bodies["chain"]).max()) < 1e-8
