@@ -29,9 +29,11 @@ def peak_force(history: AbstractHistory, reference: AbstractHistory, scene: Scen
     longest period of contact in a scene without a rod or beam, which has no T.
     """
     errors = []
+    laws = history.method.laws
     for contact in scene.contacts:
-        away = near_jumps(reference, scene, history.method.laws, contact)
-        peak, wanted = (find_peak(each, contact, away).force for each in (history, reference))
+        away = near_jumps(reference, scene, laws, contact)
+        hard = laws[contact.name].hard
+        peak, wanted = (find_peak(each, contact, away, hard).force for each in (history, reference))
         errors.append(None if not wanted else abs(peak - wanted) / wanted)
     return largest(errors)
 
@@ -43,8 +45,8 @@ class Peak(NamedTuple):
     force: float  # N
 
 
-def find_peak(history: AbstractHistory, contact: Contact, left_out: Array) -> Peak:
-    """Return the largest force of a contact outside intervals (k, 2) [s]."""
+def find_peak(history: AbstractHistory, contact: Contact, left_out: Array, hard: bool) -> Peak:
+    """Return the largest force of a contact outside intervals (k, 2) [s]; see `smooth_force`."""
     name = f"force:{contact.name}"
     spans = sorted(history.spans(contact.name), key=lambda each: -each.impulse)
     # First of all the middles of steps: of all places in a step with the largest force, its middle is the peak.
@@ -58,7 +60,7 @@ def find_peak(history: AbstractHistory, contact: Contact, left_out: Array) -> Pe
         t = t[(t <= start) | (t >= end)]
     if not t.size:
         return Peak(0.0, 0.0)
-    values = history.evaluate(t, name)
+    values = smooth_force(history, t, contact, hard)
     at = int(np.argmax(values))
     return Peak(float(t[at]), max(0.0, float(values[at])))
 

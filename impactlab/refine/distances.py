@@ -103,7 +103,7 @@ def _peaks(histories: Sequence[AbstractHistory], scene: Scene, laws: Laws, margi
         if not law.answers_force:
             continue
         left_out = near_jumps(histories[-1], scene, laws, contact)
-        peaks = [find_peak(history, contact, left_out) for history in histories]
+        peaks = [find_peak(history, contact, left_out, law.hard) for history in histories]
         if peaks[-1].force > 0.0:
             t = np.array([peak.time for peak in peaks])
             values = [smooth_force(history, t, contact, law.hard) for history in histories]

@@ -35,6 +35,7 @@ from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.midpoint import Midpoint
 from impactlab.integrators.newmark import Newmark
+from impactlab.metrics.peaks import peak_force
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.mesh.bars import Mesh
 from impactlab.models.modal import Modal
@@ -346,3 +347,12 @@ def test_a_mass_is_pressed_on_by_the_centrifugal_force_alone(integrator: Any) ->
     wanted = rate**2 * radius / squared * (1.0 - np.cos(np.sqrt(squared) * t))
     assert_allclose(history.evaluate(t, "position:hammer"), wanted, atol=1e-3 * wanted.max())
     assert history.contacts[0].start == pytest.approx(0.0, abs=1e-6)
+
+
+def test_the_error_of_a_peak_beside_a_front_is_of_second_order() -> None:
+    """The force is a mean over each step: read as stairs, its value beside a front would be wrong by half a step."""
+    scene = struck(60.0, FiniteElement(50, "lumped"), CentralDifference(), StepRule(courant=1.0)).scene
+    exact = on_lumped_mesh(60.0, 4000)
+    errors = [peak_force(on_lumped_mesh(60.0, elements), exact, scene) or 0.0 for elements in (50, 100, 200)]
+    assert errors[0] < 1e-3
+    assert errors[0] > 3.0 * errors[1] > 9.0 * errors[2]

@@ -28,6 +28,7 @@ class Hard:
     """Stands for a law that answers by force."""
 
     answers_force: ClassVar[bool] = True
+    hard: ClassVar[bool] = True
 
 
 class Kicks(Hard):
