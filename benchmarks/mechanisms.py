@@ -79,11 +79,13 @@ def by_hand(  # noqa: C901 - one loop, on purpose
 ) -> None:  # fmt: skip
     """Midpoint rule; the first reading keeps off a stop where it is at t = 0; one row of ``out`` per step."""
     n, weight = p.size, 0.25 * dt * dt
-    before, middle, rate, free, response = work[0], work[1], work[2], work[3], work[4]
+    last, older, middle, rate, free, response = work[0], work[1], work[2], work[3], work[4], work[5]
+    before = work[6]  # of the middle: on a line through the accelerations of two steps
     chain_terms(own, 0.0, p, v, empty, force, rows, values, rates)
     stop, place, sample = values[0], values[0], 0
     for step in range(steps):
         for i in range(n):
+            before[i] = 2.0 * last[i] - older[i] if step > 1 else last[i]
             middle[i] = p[i] + 0.5 * dt * v[i] + weight * before[i]
             rate[i] = v[i] + 0.5 * dt * before[i]
         chain_terms(own, (step + 0.5) * dt, middle, rate, mass, force, rows, values, rates)
@@ -116,9 +118,9 @@ def by_hand(  # noqa: C901 - one loop, on purpose
             if abs(change) <= 1e-13 * abs(moved):
                 break
         for i in range(n):
-            before[i] = free[i] - push * response[i]
-            p[i] += dt * v[i] + 0.5 * dt * dt * before[i]
-            v[i] += dt * before[i]
+            older[i], last[i] = last[i], free[i] - push * response[i]
+            p[i] += dt * v[i] + 0.5 * dt * dt * last[i]
+            v[i] += dt * last[i]
         chain_terms(own, (step + 1) * dt, p, v, empty, force, rows, values, rates)
         place = values[0]
         row = out[step]
@@ -143,10 +145,11 @@ def time_by_hand(plan: Plan) -> tuple[float, Any]:
     n, r, motion = model.count, model.readings, model.packed
     out, energies = np.zeros((plan.steps, 3 + 2 * r)), np.zeros(SAMPLES + 1)
     out.fill(0.0)
-    square, values, rates = np.zeros(n * n), np.zeros(r + 1), np.zeros(r)
+    square, values, rates, work = np.zeros(n * n), np.zeros(r + 1), np.zeros(r), np.zeros((7, n))
+    work[0] = plan.steppers["arm"].state[2 * (n + r) : 2 * (n + r) + n]  # acceleration at t = 0
     given = (
         motion.parameters.copy(), motion.position.copy(), motion.velocity.copy(), motion.stiffness, square,
-        np.zeros((n, n)), np.zeros(n), np.zeros(r * n), values, rates, np.zeros((5, n)), np.zeros(0), out, energies,
+        np.zeros((n, n)), np.zeros(n), np.zeros(r * n), values, rates, work, np.zeros(0), out, energies,
     )  # fmt: skip
     began = time.thread_time()
     by_hand(*given, plan.dt, plan.steps, -(-plan.steps // SAMPLES))

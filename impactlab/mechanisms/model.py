@@ -50,7 +50,7 @@ class MechanismModel(AbstractDiscreteModel):
         self.packed: Motion = self.part.motion(mechanism.gravity)
         self.count = self.packed.position.size
         self.readings = len(self.part.readings)
-        self.drives = len(self.packed.drives)
+        self._size = steps.state_size(self.count, self.readings, len(self.packed.drives))
 
     def operators(self) -> Operators:
         n_dof = self.count + self.readings
@@ -74,7 +74,7 @@ class MechanismModel(AbstractDiscreteModel):
         if quantity not in OWN_READINGS:
             raise CaseError(f"a mechanism has no {quantity}", remedy="Name displacement or velocity.", path="probes")
         n_dof = self.count + self.readings
-        row = np.zeros(n_dof if quantity != "moment" else 2 * n_dof + self.count + self.drives + 2)
+        row = np.zeros(n_dof if quantity != "moment" else self._size)
         row[self.count + int(x) if quantity != "moment" else 2 * n_dof + self.count + int(x)] = 1.0
         return row
 
@@ -130,19 +130,22 @@ def stepper_of(part: AbstractMechanism, motion: Motion, ports: Array, dt: float,
     assert numbers.size == len(ports)  # noqa: S101
     room = np.zeros(3 * n * n + 4 * n + r * n + 2 * r + 1)
     parameters = np.concatenate((head, drives, motion.stiffness.ravel(), places, own, room))
-    size = 2 * (n + r) + n + d + 2
+    size = steps.state_size(n, r, d)
     state = np.zeros(size)
     state[:n], state[n + r : 2 * n + r] = motion.position, motion.velocity
+    after = np.zeros_like(state)
     jump, responses = np.zeros(len(ports) * (n + r)), np.zeros(3 * len(ports) * size)
     entered(
         prepare_columns,
         *(kernel_address(*each) for each in KERNELS),
         parameters,
         state,
-        0.0 * state,
+        after,
         jump,
         responses,
     )
+    begun = slice(2 * (n + r), 2 * (n + r) + n + d)
+    state[begun] = after[begun]  # accelerations and moments at t = 0: without them the first step is of first order
     parameters[steps.IMPULSES] = float(impulses)
     force, impulse, projection = responses.reshape(3, len(ports), size)
     return Stepper(

@@ -1,9 +1,10 @@
 """The midpoint rule for a mechanism, compiled: free step, columns of contact forces, readings, energy.
 
-A step of length dt predicts its middle with the acceleration of the step before, contact forces included, and takes all
-terms there. Only the elastic forces are taken at the true middle: with S = M + dt^2 K/4 the acceleration is linear in
-the contact forces. The state holds p (n), readings (r), v (n), rates of the readings (r), then the acceleration (n),
-moments of the drives (d), work of drives and loads [J], and the time.
+A step of length dt predicts its middle with the accelerations of the two steps before, contact forces included, on a
+line in time, and takes all terms there. Only the elastic forces are taken at the true middle: with S = M + dt^2 K/4 the
+acceleration is linear in the contact forces. The state holds p (n), readings (r), v (n), rates of the readings (r), the
+acceleration (n), moments of the drives (d), work of drives and loads [J], the time, the lengths of the last two steps
+[s], and the acceleration of the step before the last (n).
 
 References
 ----------
@@ -23,6 +24,7 @@ from impactlab.types import Array
 # Numbers of a mechanism before those of its `terms`.
 TERMS, COORDINATES, READINGS, DRIVES, STEP, DRIVES_AT, STIFFNESS_AT, OWN_AT, ROOM_AT, PORTS_AT = range(10)
 IMPULSES, HEAD = 10, 11  # 1 where a law gives impulses; the count of these numbers
+BOOKED = 4  # numbers after the moments of the drives: work, time, lengths of the last two steps
 DRIVEN, RATE, WITHIN, DRIVE = range(4)  # of a drive: coordinate, rate, time within which it is reached; their number
 
 
@@ -41,6 +43,11 @@ class Middle(NamedTuple):
     x: Array  # (n,)
     y: Array  # (n,)
     a: Array  # (n,) accelerations
+
+
+def state_size(n: int, readings: int, drives: int) -> int:
+    """Return the numbers in the state of a mechanism with n coordinates."""
+    return 2 * (n + readings) + n + drives + BOOKED + n
 
 
 @PART
@@ -133,16 +140,21 @@ def take_step(P: Array, state: Array) -> None:
     m = middle_of(P)
     n, r, dt, n_drives = m.force.size, m.rates.size, P[STEP], m.drives.size // DRIVE
     weight, end = 0.25 * dt * dt, 2 * (n + r) + n
-    p, v, before = state[:n], state[n + r : 2 * n + r], state[2 * (n + r) : end]
+    p, v, last = state[:n], state[n + r : 2 * n + r], state[2 * (n + r) : end]
+    booked = state[end + n_drives : end + n_drives + BOOKED]
+    older = state[end + n_drives + BOOKED :]
+    steady = booked[2] == dt and booked[3] == dt  # a cut step marks an event, across which no line is followed
+    onwards = 1.0 if steady else 0.0
     for i in range(n):
-        m.x[i] = p[i] + 0.5 * dt * v[i] + weight * before[i]
-        m.y[i] = v[i] + 0.5 * dt * before[i]
-    now = state[end + n_drives + 1] + 0.5 * dt
+        m.a[i] = last[i] + onwards * (last[i] - older[i])
+        m.x[i] = p[i] + 0.5 * dt * v[i] + weight * m.a[i]
+        m.y[i] = v[i] + 0.5 * dt * m.a[i]
+    now = booked[1] + 0.5 * dt
     evaluate(P, m, now, m.x, m.y, True)
     factorise(m, m.factor, weight)
-    times(m.stiffness, before, m.a)
+    times(m.stiffness, m.a, m.x)
     for i in range(n):
-        m.force[i] += weight * m.a[i]
+        m.force[i] += weight * m.x[i]
         m.a[i] = m.force[i]
     for number in range(n_drives):
         given = driven_acceleration(m.drives, number, now)
@@ -156,7 +168,7 @@ def take_step(P: Array, state: Array) -> None:
         d = driven(m.drives, number)
         moment = moment_of(m, d, weight, m.a) - m.force[d]
         state[end + number] = moment
-        state[end + n_drives] += moment * dt * (v[d] + 0.5 * dt * m.a[d])
+        booked[0] += moment * dt * (v[d] + 0.5 * dt * m.a[d])
     for i in range(n):
         m.x[i] = dt * v[i] + 0.5 * dt * dt * m.a[i]  # moved in the step
     for k in range(r):
@@ -166,8 +178,8 @@ def take_step(P: Array, state: Array) -> None:
     for i in range(n):
         p[i] += m.x[i]
         v[i] += dt * m.a[i]
-        before[i] = m.a[i]
-    state[end + n_drives + 1] += dt
+        older[i], last[i] = last[i], m.a[i]
+    booked[1], booked[2], booked[3] = booked[1] + dt, dt, booked[2]
 
 
 @PART

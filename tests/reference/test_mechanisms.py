@@ -85,13 +85,14 @@ def double_pendulum(duration: float) -> np.ndarray:
 
 
 def test_two_rigid_links_swing_as_the_textbook_says_at_second_order():
+    """In the second angle errors of third order, of the predicted middles, still show at these steps."""
     exact, errors = double_pendulum(1.0), []
     for dt in (5e-4, 2.5e-4):
         history = il.run(document(BARS, TURNED, 1.0, dt, gravity=[0.0, -9.81]))
-        found = [float(history.evaluate(1.0, f"angle:{name}")) for name in BARS]
-        errors.append(float(np.abs(found - exact).max()))
-    assert errors[1] < 1e-5
-    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
+        errors.append(np.abs([float(history.evaluate(1.0, f"angle:{name}")) for name in BARS] - exact))
+    assert errors[1].max() < 5e-7
+    assert errors[0][0] / errors[1][0] == pytest.approx(4.0, rel=0.05)
+    assert errors[0][1] / errors[1][1] > 4.0
 
 
 def test_a_pendulum_has_the_period_of_the_elliptic_integral():
@@ -201,15 +202,15 @@ def test_a_slider_crank_strikes_a_block():
     assert float(history.evaluate(history.duration, "velocity:block")) == pytest.approx(4.1528, rel=1e-4)
 
 
-def test_energy_and_work_of_the_drive_balance_at_second_order():
-    """The error falls by four with half the step, and extrapolated to steps of no length the balance closes."""
+def test_energy_and_work_of_the_drive_balance() -> None:
+    """To 3e-8 of the energy at the start, at any time; the error falls by more than four with half the step."""
     errors = []
     for dt in (2e-6, 1e-6):
         book = il.run(slider_crank(dt)).energy
         total = sum(book.bodies.values()) + book.stored - book.work
-        errors.append(float(total[-1] - total[0]) / float(np.abs(total[0])))
-    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
-    assert abs(4.0 * errors[1] - errors[0]) / 3.0 < 3e-8
+        errors.append(float(np.ptp(total)) / float(np.abs(total[0])))
+    assert errors[1] < 3e-8
+    assert errors[0] / errors[1] > 4.0
 
 
 @pytest.mark.parametrize(("gamma", "expected"), [(2.0, 3.6195), (4.0, 3.8880), (6.0, 4.2393)])

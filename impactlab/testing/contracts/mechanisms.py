@@ -178,10 +178,10 @@ class EquationsContract:
             found.append(float(np.ptp(book[:, 0] - book[:, 1]) / np.max(np.abs(book[:, :2]))))
         return found[0], found[1]
 
-    def test_free_motion_keeps_its_energy_to_second_order(self) -> None:
+    def test_free_motion_keeps_its_energy_to_second_order_or_better(self) -> None:
         coarse, fine = self.errors()
         if coarse > 1e-11:  # else rounding
-            assert 1.9 < math.log2(coarse / fine) < 2.1 or fine < 1e-11, f"errors {coarse:.3g}, {fine:.3g}"
+            assert math.log2(coarse / fine) > 1.9 or fine < 1e-11, f"errors {coarse:.3g}, {fine:.3g}"
         assert fine < 1e-3
 
 
