@@ -8,6 +8,7 @@ from functools import cache
 
 from studies.paper import (
     claims_dispersive,  # noqa: F401 - registers its rows
+    claims_mechanisms,  # noqa: F401
     claims_method,  # noqa: F401
     claims_results,  # noqa: F401
     claims_rotation,  # noqa: F401

@@ -190,3 +190,28 @@ def test_rotation_disperses_by_half_the_square_of_its_reach(found: Any) -> None:
     assert found["elements_show_less"].values["consistent_10"] < 0.95
     assert found["elements_show_less"].values["lumped_10"] > 1.05
     assert found["similar_enough"].values["first_turned"] == pytest.approx(0.953207, abs=1e-6)
+
+
+def test_a_rigid_arm_meets_its_stop_with_its_effective_mass(found: Any) -> None:
+    # An elastic blow of the rigid arm of 1.05 m/s gives 2 m v (0.50789 N s, by the same chain without damping).
+    values = found["effective_mass"].values
+    assert values["effective"] == pytest.approx(0.50789 / 2.1, rel=5e-4)
+    assert values["right"] == pytest.approx(0.5, abs=2e-3)
+    assert values["whole"] < values["bent"] < values["bent_hand"] < values["right"] < values["hand"]
+
+
+def test_flexibility_softens_a_blow_and_torque_undoes_it(found: Any) -> None:
+    values = found["flexibility_softens"].values
+    assert values["two_first"] < values["two_peak"] < values["two_whole"] < 1.0
+    assert values["pressed_peak"] > 1.5
+    order = found["decreasing_intensity"].values
+    assert max(order["two"], order["arm"]) < 0.9
+    assert min(order["torque"], order["soft"]) > 1.05
+
+
+def test_the_wave_of_a_link_is_inclined_to_its_slide(found: Any) -> None:
+    # Height of the joint 0.1 sin(-1.9 + 30 t) at the first touch, over the length of the rod.
+    values = found["pressure_of_a_link"].values
+    height = 0.1 * math.sin(-1.9 + 30.0 * 7.4036e-3) / 0.3
+    assert values["share"] == pytest.approx(1.0 - height**2, abs=1e-4)
+    assert values["inclined"] < 3e-3
