@@ -11,56 +11,7 @@ from scipy.integrate import solve_ivp
 from scipy.special import ellipk
 
 import impactlab as il
-from impactlab.mechanisms.chain import Chain as LinkedChain
-from impactlab.mechanisms.model import MechanismModel
-from impactlab.mechanisms.terms import terms as of_chain
-from impactlab.numerics.compiling import njit
-from impactlab.scene.bodies import Mechanism
-
-ALUMINIUM = {"young": 7.0e10, "density": 2700.0}
-terms: Any = njit(of_chain)
-
-
-def document(bodies: dict[str, Any], links: list[dict[str, Any]], duration: float, dt: float, **more: Any) -> il.Case:
-    """Return a case of one mechanism."""
-    end, modes = more.pop("end", "free"), more.pop("modes", 20)
-    return il.Case.from_dict(
-        {
-            "schema_version": 1,
-            "bodies": bodies,
-            "mechanisms": {"chain": {"links": links, "end": end}},
-            "solve": {
-                "duration": duration,
-                "model": {"kind": "modal", "elements": 160, "modes": modes},
-                "integrator": {"kind": "midpoint"},
-                "step": {"dt": dt},
-            },
-            **more,
-        }
-    )
-
-
-def flat(length: float, width: float, height: float, material: dict[str, float]) -> dict[str, Any]:
-    return {"kind": "beam", "length": length, "section": {"width": width, "height": height}, "material": material}
-
-
-class Chain:
-    """Mass matrix and force of the mechanism of a case at any state."""
-
-    def __init__(self, case: il.Case) -> None:
-        simulation = case.simulation()
-        mechanism = simulation.scene.bodies["chain"]
-        assert isinstance(mechanism, Mechanism)
-        self.model = MechanismModel(mechanism, LinkedChain(mechanism, simulation.method.models))
-        self.n, self.readings = self.model.count, self.model.readings
-        self.stiffness = self.model.packed.stiffness
-
-    def at(self, p: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        n, r = self.n, self.readings
-        mass, force, rows = np.zeros(n * n), np.zeros(n), np.zeros(n * r)
-        terms(self.model.packed.parameters, 0.0, p, v, mass, force, rows, np.zeros(r + 1), np.zeros(r))
-        return mass.reshape(n, n), force
-
+from tests.reference.chains import ALUMINIUM, Chain, document, flat
 
 BARS = {"one": {"kind": "link", "length": 0.5, "mass": 0.7}, "two": {"kind": "link", "length": 0.8, "mass": 0.4}}
 TURNED = [{"body": "one", "angle": 0.3, "rate": 1.0}, {"body": "two", "angle": -0.4, "rate": 2.0, "end_mass": 0.3}]
@@ -213,40 +164,47 @@ def test_energy_and_work_of_the_drive_balance() -> None:
     assert errors[0] / errors[1] > 4.0
 
 
-@pytest.mark.parametrize(("gamma", "expected"), [(2.0, 3.6195), (4.0, 3.8880), (6.0, 4.2393)])
-def test_a_beam_on_a_driven_hub_has_the_frequencies_of_the_literature(gamma, expected):
-    """First chordwise frequency over sqrt(EI/rho A L^4) at slenderness 70 (Hamza Cherif and Houmat 2004, Table 2).
+HINGED = [
+    {"body": "upper", "angle": 1.0, "rate": 3.0, "torque": 4.0, "axial_modes": 2},
+    {"body": "fore", "angle": 0.2, "rate": 5.0, "torque": -2.0, "axial_modes": 2, "end_mass": 0.1},
+]
+DRIVEN = [
+    {"body": "upper", "joint": "clamped", "angle": 1.0, "drive": {"rate": 3.0}, "axial_modes": 2},
+    {"body": "fore", "joint": "clamped", "angle": 0.2, "axial_modes": 2, "end_mass": 0.1},
+]
 
-    As there, linear about the beam without its steady stretch.
-    """
-    slender, length, area, young, density = 70.0, 1.0, 1e-4, 1.0e9, 1.0e3
-    inertia = area * (length / slender) ** 2
-    unit = math.sqrt(young * inertia / (density * area * length**4))
-    beam = {
-        "kind": "beam", "length": length, "section": {"area": area, "inertia": inertia},
-        "material": {"young": young, "density": density},
-    }  # fmt: skip
-    rate = gamma * unit
-    links = [{"body": "beam", "joint": "clamped", "drive": {"rate": rate}, "axial_modes": 6}]
-    chain = Chain(document({"beam": beam}, links, 1e-3, 1e-5, modes=10))
-    n = chain.n
-    still, v = np.zeros(n), np.zeros(n)
-    v[0], step = rate, 1e-7
 
-    def elastic(p: np.ndarray, w: np.ndarray) -> np.ndarray:
-        return chain.at(p, w)[1][1:]
+MIXED = [DRIVEN[0] | {"drive": {"rate": 3.0, "within": 0.01}}, HINGED[1]]
 
-    mass = chain.at(still, v)[0][1:, 1:]
-    tangent, gyroscopic = np.zeros((n - 1, n - 1)), np.zeros((n - 1, n - 1))
-    for k in range(1, n):
-        moved, turned = np.zeros(n), np.zeros(n)
-        moved[k], turned[k] = step, step
-        tangent[:, k - 1] = -(elastic(moved, v) - elastic(-moved, v)) / (2.0 * step)
-        gyroscopic[:, k - 1] = -(elastic(still, v + turned) - elastic(still, v - turned)) / (2.0 * step)
-    inverse = np.linalg.inv(mass)
-    system = np.block([[np.zeros((n - 1, n - 1)), np.eye(n - 1)], [-inverse @ tangent, -inverse @ gyroscopic]])
-    frequencies = np.sort(np.abs(np.linalg.eigvals(system).imag))
-    assert frequencies[frequencies > 0.0][0] / unit == pytest.approx(expected, abs=1e-4)
+
+@pytest.mark.parametrize("links", [HINGED, DRIVEN, MIXED], ids=["hinged", "driven", "mixed"])
+def test_angular_momentum_about_the_ground_hinge_changes_by_moments(links: list[dict[str, Any]]) -> None:
+    """By the torque or the drive on the first link, and by the moment of the contact force; others act in pairs."""
+    bodies = {"upper": flat(0.5, 0.02, 0.01, ALUMINIUM), "fore": flat(0.8, 0.02, 0.01, ALUMINIUM)}
+    contacts = [
+        {"between": ["fore.right", "stop"], "along": "y", "gap": 1e-5, "law": {"kind": "hertz", "stiffness": 1e9}},
+        {"between": ["fore.right", "far"], "along": "x", "gap": 9.0, "law": {"kind": "hertz", "stiffness": 1.0}},
+    ]  # the far wall records where the force along y acts
+    duration, errors = 2e-3, []
+    for dt in (4e-6, 2e-6, 1e-6):
+        walls = {"stop": {"kind": "wall"}, "far": {"kind": "wall"}}
+        case = document(bodies | walls, links, duration, dt, contacts=contacts, modes=8, snapshots=[0.0, duration])
+        history, chain = il.run(case), Chain(case)
+        assert len(history.contacts) > 0
+        start, end = (
+            chain.angular_momentum(*(history.motion(number, "chain", rates)[: chain.n] for rates in (False, True)))
+            for number in (0, 1)
+        )
+        lengths = np.diff(history.recorded["position:fore.right along x"].times)
+        arms = history.recorded["position:fore.right along x"].values
+        force = history.recorded[f"force:{history.scene.contacts[0].name}"].values[1:]
+        moments = 0.5 * (arms[1:] + arms[:-1]) * -force
+        moments += history.recorded["drive:upper"].values[1:] if "drive" in links[0] else links[0]["torque"]
+        scale = float(np.abs(force * arms[1:]) @ lengths)
+        errors.append(abs(end - start - float(moments @ lengths)) / scale)
+    assert errors[2] < 1e-7
+    assert errors[0] / errors[1] > 3.9
+    assert errors[1] / errors[2] > 3.9
 
 
 def test_a_beam_that_spins_up_lags_and_stretches_as_published():
