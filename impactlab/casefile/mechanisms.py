@@ -48,12 +48,23 @@ def vector(gravity: Any) -> tuple[float, float]:
 
 
 def directions(case: CaseBlock) -> dict[str, tuple[float, float]]:
-    """Return the directions in which bodies move that meet a mechanism, by name; the first of each."""
+    """Return the directions in which bodies move that meet a mechanism, by name; the first of each.
+
+    Bodies that meet one of them move with it along one line.
+    """
     found: dict[str, tuple[float, float]] = {}
+    links = links_of(case)
     for contact in case.contacts:
         for text in contact.between:
-            if contact.along is not None and name_in(text) not in links_of(case):
+            if contact.along is not None and name_in(text) not in links:
                 found.setdefault(name_in(text), direction(contact.along))
+    moving = {name for name, block in case.bodies.items() if not isinstance(block, WallBlock)} - links.keys()
+    pairs = [[name_in(text) for text in contact.between] for contact in case.contacts]
+    pairs = [pair for pair in pairs if moving.issuperset(pair)]
+    for _ in pairs:  # the longest chain that they may form
+        for one, other in [*pairs, *(pair[::-1] for pair in pairs)]:
+            if one in found:
+                found.setdefault(other, found[one])
     return found
 
 
@@ -73,8 +84,9 @@ def gravity_of(case: CaseBlock) -> float:
             on[name] = x
         else:
             raise CaseError(
-                f"gravity as [x, y] acts on mechanisms, and {name!r} moves along a line of no known direction",
-                remedy="Give gravity as a number, or remove the body.",
+                f"gravity as [x, y] acts on mechanisms, and {name!r} moves along a line of no known direction: it "
+                "meets no link",
+                remedy="Give gravity as a number: it acts on mechanisms along +x, on other bodies along their motion.",
                 path="gravity",
             )
     first = next(iter(on.values()), 0.0)
@@ -170,7 +182,8 @@ def _faults(case: CaseBlock, joint: JointBlock, number: int, slides: bool) -> It
         return
     held = [end for end in (body.ends.left, body.ends.right) if end.kind != "free" or end.force != 0.0]
     if held:
-        yield "the ends of a link are its joints, and its beam has ends of its own", "Leave `ends` out.", "body"
+        text = "the ends of a link are its joints, and its beam has ends of its own"
+        yield text, "Leave `ends` out; a mass at the end of a link is its end_mass.", "body"
     if joint.drive is not None and joint.joint == "hinge":
         yield (
             "a drive turns the root section of a beam, which a hinge leaves free",
@@ -180,8 +193,11 @@ def _faults(case: CaseBlock, joint: JointBlock, number: int, slides: bool) -> It
     if body.tension != 0.0 or body.theory != "euler_bernoulli" or body.velocity != 0.0 or body.profile is not None:
         text = "a link bends by the theory of Euler and Bernoulli, straight and without preload at t = 0"
         yield text, "Remove tension, theory, velocity and displacement from the beam.", "body"
-    if body.rayleigh.mass or body.rayleigh.stiffness or body.rotation is not None or viscous(body):
-        yield "a link has no damping, and turns by its joints", "Remove damping, viscosity and rotation.", "body"
+    if body.rayleigh.mass or body.rayleigh.stiffness or viscous(body):
+        yield "a link has no damping", "Remove damping and viscosity from the beam.", "body"
+    if body.rotation is not None:
+        text = "a link turns by its joints, and its beam has a steady rotation of its own"
+        yield text, "Remove rotation; a drive at its joint gives a link a rate.", "body"
 
 
 def viscous(beam: BeamBlock) -> bool:

@@ -199,9 +199,19 @@ class Frames(Block):
 
 
 _G = Allowed("m/s2", number=True)
+
+
+def _gravity(value: Any) -> Any:
+    """Return gravity as a number or as (x, y), in m/s2."""
+    if not isinstance(value, (list, tuple)):
+        return _G.read(value)
+    if len(value) != 2:
+        raise refuse(f"{shown(value)} is no gravity. Allowed: a number in m/s2, or [x, y] with mechanisms")
+    return tuple(_G.read(each) for each in value)
+
+
 GRAVITY = Reader(
-    lambda value: tuple(_G.read(each) for each in value) if isinstance(value, (list, tuple)) and len(value) == 2
-    else _G.read(value),
+    _gravity,
     {"anyOf": [_G.json_schema(), {"type": "array", "items": _G.json_schema(), "minItems": 2, "maxItems": 2}]},
 )  # fmt: skip
 

@@ -11,6 +11,17 @@ from impactlab.errors import PairingError
 from impactlab.types import Level, Noted, Port, Reply, Restitution, SideFacts, Start
 
 
+def needs_waves(law: str, left: SideFacts, right: SideFacts) -> None:
+    """Raise `PairingError` where a law that needs the waves of a body meets a mechanism."""
+    for side, facts in (("left", left), ("right", right)):
+        if facts.kind == "mechanism":
+            raise PairingError(
+                f"{law} needs the waves that run along a body to its face, and the {side} face is one of a mechanism, "
+                "which all its links move",
+                remedy="Use law hertz, velocity_complementarity or energy_conserving.",
+            )
+
+
 class AbstractContactLaw(ABC):
     """A contact law: the force of one contact in one step. To write one, supply `respond`, sources and class facts.
 

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import final
 
-from impactlab.contact.base import AbstractContactLaw
+from impactlab.contact.base import AbstractContactLaw, needs_waves
 from impactlab.errors import PairingError
 from impactlab.types import Level, Port, Reply, SideFacts, Start
 
@@ -47,6 +47,7 @@ class ImpedanceResidual(AbstractContactLaw):
                 compliance += facts.left_out
                 dashes += 1.0 / facts.impedance
         if compliance == 0.0:
+            needs_waves("impedance_residual", left, right)
             raise PairingError(
                 "impedance_residual represents modes that are left out, and no body of this contact leaves any out",
                 remedy="Use modal with basis eigenvectors and fewer modes than its mesh has, or addition_deletion.",

@@ -50,9 +50,20 @@ class KhuliefShabana(AbstractContactLaw):
         stiffness = Penalty(self.stiffness).spring(left, right, dt)[0]
         mass = self.effective_mass
         if mass is None:
+            if "mechanism" in (left.kind, right.kind):
+                raise PairingError(
+                    "khulief_shabana needs one effective mass, and that of a mechanism changes with its position",
+                    remedy="Give effective_mass in kg: the mass with which the rigid links meet the contact, combined "
+                    "with that of the other body, m1 m2/(m1 + m2).",
+                    path="effective_mass",
+                )
             mass = 1.0 / (1.0 / left.mass + 1.0 / right.mass) if min(left.mass, right.mass) < math.inf else math.inf
         if mass == math.inf:
-            raise PairingError("two walls have no effective mass", remedy="Give effective_mass.", path="effective_mass")
+            raise PairingError(
+                "neither body can move, so that there is no effective mass",
+                remedy="Give effective_mass.",
+                path="effective_mass",
+            )
         return stiffness, 2.0 * damping_ratio(self.restitution) * math.sqrt(stiffness * mass)
 
     def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:

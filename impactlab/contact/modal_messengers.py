@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Literal, final
 
-from impactlab.contact.base import AbstractContactLaw
+from impactlab.contact.base import AbstractContactLaw, needs_waves
 from impactlab.errors import PairingError
 from impactlab.types import Arriving, Level, Port, Reply, SideFacts, Start, option
 
@@ -53,6 +53,7 @@ class ModalMessengers(AbstractContactLaw):
     )
 
     def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
+        needs_waves("modal_messengers", left, right)
         parameters: list[float] = []
         readings: list[Arriving] = []
         for side, facts in (("left", left), ("right", right)):

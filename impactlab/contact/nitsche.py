@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal, final
 
-from impactlab.contact.base import AbstractContactLaw
+from impactlab.contact.base import AbstractContactLaw, needs_waves
 from impactlab.errors import PairingError
 from impactlab.types import Level, Port, Reading, Reply, SideFacts, Start, option
 
@@ -46,6 +46,7 @@ class Nitsche(AbstractContactLaw):
     def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
         rods = [(side, facts) for side, facts in (("left", left), ("right", right)) if facts.kind == "rod"]
         if not rods:
+            needs_waves("nitsche", left, right)
             raise PairingError("nitsche needs a rod on one side", remedy="Use penalty or addition_deletion.")
         compliance = self.gamma / min(facts.element_stiffness for _, facts in rods)
         pushed = tuple((Reading(side, 0.0, "force"), 1.0 / len(rods)) for side, _ in rods)  # type: ignore[arg-type]

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import final
 
-from impactlab.contact.base import AbstractContactLaw
+from impactlab.contact.base import AbstractContactLaw, needs_waves
 from impactlab.errors import PairingError
 from impactlab.types import Level, Port, Reading, Reply, SideFacts, Start, option
 
@@ -44,18 +44,13 @@ class WaveIdentification(AbstractContactLaw):
     def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
         parameters: list[float] = []
         readings: list[Reading] = []
+        needs_waves("wave_identification", left, right)
         for side, facts in (("left", left), ("right", right)):
             if facts.kind == "beam":
                 raise PairingError(
                     f"wave_identification reads one wave that travels unchanged, and on the beam on the {side} every "
                     "wave length travels at a speed of its own",
                     remedy="Use law dispersive_identification, or modal_messengers with model modal.",
-                )
-            if facts.kind == "mechanism":
-                raise PairingError(
-                    f"wave_identification reads the wave that runs along a rod to its face, and the {side} face is one "
-                    "of a mechanism, which all its links move",
-                    remedy="Use law hertz, velocity_complementarity or energy_conserving.",
                 )
             if facts.kind != "rod":
                 # No messenger: velocity and compliance are the stepper's own.

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import final
 
-from impactlab.contact.base import AbstractContactLaw
+from impactlab.contact.base import AbstractContactLaw, needs_waves
 from impactlab.errors import PairingError
 from impactlab.types import Level, Port, Reply, SideFacts, Start
 
@@ -39,6 +39,7 @@ class WaveInitialised(AbstractContactLaw):
     def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
         rods = [facts for facts in (left, right) if facts.kind == "rod"]
         if not rods or any(math.isnan(facts.impedance) for facts in rods):
+            needs_waves("wave_initialised", left, right)
             raise PairingError(
                 "wave_initialised needs the impedance of a rod's end, and this contact has none",
                 remedy="Use addition_deletion.",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 
@@ -13,11 +14,13 @@ from impactlab.mechanisms.model import MechanismModel
 from impactlab.metrics.grazing import grazing_kick, near_grazing
 from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.plugins import kind_of
+from impactlab.scene.bodies import MechanismBody
 from impactlab.scene.facts import moving_faces
 from impactlab.scene.frame import drift, touched_in
 from impactlab.scene.method import laws_of
 from impactlab.scene.momentum import Seen, balance
 from impactlab.scene.precision import LOST_DIGITS
+from impactlab.scene.problem import Scene
 from impactlab.simulate import beam_warnings
 from impactlab.simulate.channels import AbstractRecordedHistory
 from impactlab.simulate.pairing import energy_bound
@@ -38,6 +41,7 @@ NEGATIVE_LOSS_TOL = 1e-6  # of the reference energy: losses below zero that no r
 MOMENTUM_TOL = 1e-9  # of the reference momentum: schemes and solvers keep linear sums to rounding
 SURE_CONTACTS = 2  # periods of contact of a mechanism; in the arm the third differs forty times as much as the first
 ACROSS = 0.9  # sine of the angle of a link to its slide, from which a lost run is laid to its reach
+ACROSS_WARN = 1e-6  # of gravity: a smaller part across a motion is rounding of its direction
 KICKS_WARN = 100  # of an impulse law, from which their number means nothing
 
 Failure = Callable[..., StepError]  # of a text and a remedy; time, step and history are set
@@ -57,7 +61,7 @@ def add_warnings(history: AbstractHistory) -> None:
         for noted in laws[contact.name].noted:
             if count := int(port.memory[noted.slot]):
                 found.append(Warned(noted.code, f"{contact.name}: {noted.text.format(count=count)}"))
-    found += sensitive_sequences(history)
+    found += [*sensitive_sequences(history), *guided_weights(scene)]
     touched = {event.contact for event in history.events}
     for contact in scene.contacts:
         if contact.name not in touched:
@@ -103,6 +107,17 @@ def sensitive_sequences(history: AbstractHistory) -> Iterator[Warned]:
         if body.changes and count > SURE_CONTACTS:
             text = f"{name}: {count} periods of contact, each following from the one before it with a larger difference"
             yield Warned("sensitive_sequence", f"{text}; compare with half the step and with more modes")
+
+
+def guided_weights(scene: Scene) -> Iterator[Warned]:
+    """Give a warning where gravity acts across the motion of bodies beside a mechanism."""
+    mechanisms = [body for body in scene.bodies.values() if isinstance(body, MechanismBody)]
+    pull = max((math.hypot(*body.gravity) for body in mechanisms), default=0.0)
+    across = math.sqrt(max(0.0, pull**2 - scene.gravity**2))
+    names = [name for name, body in scene.bodies.items() if body.moves and body.falls]
+    if names and across > ACROSS_WARN * pull:
+        text = f"{', '.join(names)}: {across:.4g} m/s2 of gravity act across the motion, and the guide takes that part"
+        yield Warned("guided_weight", text)
 
 
 def check_run(status: int, assembly: Assembly, history: AbstractRecordedHistory) -> None:

@@ -94,6 +94,24 @@ FAULTS = [  # changes of the case, the path of the fault, and words of its messa
     ),
     ({f"{LINKS}.0.axial_modes": 2}, f"{LINKS}.0.axial_modes", "'crank' is rigid", "describe the link as a beam"),
     ({"bodies.rod.ends": {"left": "clamped"}}, f"{LAST}.body", "the ends of a link are its joints", "Leave `ends`"),
+    ({"bodies.rod.ends": {"right": {"mass": 0.5}}}, f"{LAST}.body", "the ends of a link", "is its end_mass"),
+    (
+        {"bodies.rod.rotation": {"rate": 10.0, "axis_at": 0.0, "plane": "chord"}},
+        f"{LAST}.body",
+        "a link turns by its joints",
+        "Remove rotation",
+    ),
+    ({f"{LAST}.joint": "welded"}, f"{LAST}.joint", "'welded' is not allowed here. Allowed: hinge, clamped", "Fix"),
+    ({f"{LINKS}.0.drive": {"rate": 30.0, "within": 0.0}}, f"{LINKS}.0.drive.within", "0 s is out of range", "Fix"),
+    ({f"{LINKS}.0.angle": "60 m"}, f"{LINKS}.0.angle", "a unit of another dimension", "Fix the value"),
+    ({"mechanisms.press.end": {"slide": math.nan}}, "mechanisms.press.end", "nan is not a finite number", "Fix"),
+    ({"contacts.0.along": "z"}, "contacts.0.along", "'z' is no direction. Allowed: x, y, or [cos, sin]", "Fix"),
+    (
+        {"contacts.0.between": ["rod.at(0.5)", "block"]},
+        "contacts.0.between.0",
+        "x = 0.5 m lies outside the body 'rod'. Allowed: 0 to 0.3 m",
+        "left end",
+    ),
     ({"bodies.rod.damping": {"mass": 1.0}}, f"{LAST}.body", "a link has no damping", "Remove damping"),
     ({"bodies.rod.material.viscosity": 1.0e3}, f"{LAST}.body", "a link has no damping", "viscosity"),
     ({"bodies.rod.tension": 10.0}, f"{LAST}.body", "straight and without preload", "Remove tension"),
@@ -116,7 +134,12 @@ FAULTS = [  # changes of the case, the path of the fault, and words of its messa
     ({"bodies.crank.mass": math.nan}, "bodies.crank.mass", "nan is not a finite number", "Fix the value"),
     ({f"{LAST}.end_mass": -1.0}, f"{LAST}.end_mass", "-1 kg is out of range", "Fix the value"),
     ({f"{LINKS}.0.drive.rate": math.inf}, f"{LINKS}.0.drive.rate", "inf is not a finite number", "Fix the value"),
-    ({"gravity": [0.0, 0.0, -9.81]}, "gravity", "a list of 3", "Fix the value"),
+    (
+        {"gravity": [0.0, 0.0, -9.81]},
+        "gravity",
+        "a list of 3 is no gravity. Allowed: a number in m/s2, or [x, y]",
+        "Fix the value",
+    ),
     ({**NO_MECHANISM, "gravity": [0.0, -9.81]}, "gravity", "and this case has none", "Give a number"),
     (
         {"bodies.idle": {"kind": "mass", "mass": 1.0}, "gravity": [0.0, -9.81]},
@@ -199,17 +222,26 @@ def test_a_scheme_for_constant_matrices_is_refused(kind: str) -> None:
     ("law", "text"),
     [
         ({"kind": "wave_identification"}, "which all its links move"),
-        ({"kind": "wave_initialised"}, "needs the impedance of a rod's end"),
-        ({"kind": "nitsche"}, "nitsche needs a rod"),
-        ({"kind": "impedance_residual"}, "no body of this contact leaves any out"),
-        ({"kind": "modal_messengers"}, "needs a body in modes"),
+        ({"kind": "wave_initialised"}, "wave_initialised needs the waves that run along a body"),
+        ({"kind": "nitsche"}, "nitsche needs the waves"),
+        ({"kind": "impedance_residual"}, "impedance_residual needs the waves"),
+        ({"kind": "modal_messengers"}, "modal_messengers needs the waves"),
     ],
 )
 def test_a_law_of_waves_is_refused(law: dict[str, Any], text: str) -> None:
     with pytest.raises(PairingError, match=text) as raised:
         il.run(case_with({"contacts.0.law": law}))
     assert raised.value.path == "contacts.0.law"
-    assert raised.value.remedy
+    assert "hertz" in raised.value.remedy
+
+
+def test_an_effective_mass_must_be_given_where_it_changes_with_the_position() -> None:
+    law = {"kind": "khulief_shabana", "stiffness": 1.0e7, "restitution": 0.5}
+    with pytest.raises(PairingError, match="that of a mechanism changes with its position") as raised:
+        il.run(case_with({"contacts.0.law": law}))
+    assert raised.value.path == "contacts.0.law.effective_mass"
+    assert "Give effective_mass in kg" in raised.value.remedy
+    il.run(case_with({"contacts.0.law": {**law, "effective_mass": 0.25}}))
 
 
 def short(crank: dict[str, Any]) -> dict[str, Any]:
@@ -240,3 +272,22 @@ def test_the_weight_of_a_body_acts_along_its_contact() -> None:
     for along, speed in (("x", 0.0), ("y", -9.81 * 2.0e-4)):
         history = il.run(case_with({"contacts.0.along": along, "gravity": [0.0, -9.81]}))
         assert float(history.evaluate(history.duration, "velocity:block")) == pytest.approx(speed, abs=1e-12)
+
+
+def test_a_mass_behind_the_struck_one_falls_along_the_same_line() -> None:
+    behind = {"between": ["block", "second"], "gap": 1.0, "law": HERTZ}
+    changes = {"contacts.0.along": "y", "bodies.second": {"kind": "mass", "mass": 1.0}, "contacts.1": behind}
+    history = il.run(case_with({**changes, "gravity": [0.0, -9.81]}))
+    for name in ("block", "second"):
+        assert float(history.evaluate(history.duration, f"velocity:{name}")) == pytest.approx(-9.81 * 2.0e-4, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("along", "across"), [("x", "9.81"), ([0.6, -0.8], "5.886"), ("y", ""), ([0.0, -1.0], "")], ids=str
+)
+def test_a_weight_that_a_guide_takes_is_told(along: Any, across: str) -> None:
+    history = il.run(case_with({"contacts.0.along": along, "gravity": [0.0, -9.81]}))
+    found = [warned.text for warned in history.warnings if warned.code == "guided_weight"]
+    assert found == (
+        [f"block: {across} m/s2 of gravity act across the motion, and the guide takes that part"] * bool(across)
+    )
