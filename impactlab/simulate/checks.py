@@ -14,7 +14,6 @@ from impactlab.mechanisms.model import MechanismModel
 from impactlab.metrics.grazing import grazing_kick, near_grazing
 from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.plugins import kind_of
-from impactlab.scene.bodies import MechanismBody
 from impactlab.scene.facts import moving_faces
 from impactlab.scene.frame import drift, touched_in
 from impactlab.scene.method import laws_of
@@ -111,8 +110,7 @@ def sensitive_sequences(history: AbstractHistory) -> Iterator[Warned]:
 
 def guided_weights(scene: Scene) -> Iterator[Warned]:
     """Give a warning where gravity acts across the motion of bodies beside a mechanism."""
-    mechanisms = [body for body in scene.bodies.values() if isinstance(body, MechanismBody)]
-    pull = max((math.hypot(*body.gravity) for body in mechanisms), default=0.0)
+    pull = max((math.hypot(*body.gravity) for body in scene.bodies.values()), default=0.0)
     across = math.sqrt(max(0.0, pull**2 - scene.gravity**2))
     names = [name for name, body in scene.bodies.items() if body.moves and body.falls]
     if names and across > ACROSS_WARN * pull:

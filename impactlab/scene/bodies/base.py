@@ -50,6 +50,11 @@ class Body(ABC):
         return 0.0
 
     @property
+    def gravity(self) -> tuple[float, float]:
+        """Gravity in the plane of a body of large motion, (x, y) [m/s2]; other bodies have that of the scene."""
+        return 0.0, 0.0
+
+    @property
     @abstractmethod
     def moving_mass(self) -> float:
         """Mass [kg] with the masses on its ends; inf where it never moves."""
