@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
-
 from impactlab.mechanisms.layout import (
     ACROSS,
     ACROSS2,
     ALONG2,
+    ANGLE,
     AXIAL,
+    COS,
     END_MASS,
     FIRST,
     GRAVITY_X,
@@ -17,6 +17,8 @@ from impactlab.mechanisms.layout import (
     MASS,
     MOMENT,
     ROWS,
+    SIN,
+    SLIDING,
     TH,
     TH1,
     TH2,
@@ -30,95 +32,82 @@ from impactlab.mechanisms.layout import (
     X,
     Y,
     add,
-    add_outer,
+    contracted,
     dot,
     times,
 )
-from impactlab.numerics.compiling import PART
+from impactlab.numerics.compiling import INLINE
 from impactlab.types import Array
 
 
-@PART
-def contracted(tensor: Array, q: Array, out: Array) -> None:
-    """Write the sum of the slices of a tensor times amplitudes, two slices at a time: each is read once."""
-    n, pairs = out.size, q.size // 2
-    for i in range(n):
-        out[i] = 0.0
-    for pair in range(pairs):
-        at, one, two = 2 * pair * n, q[2 * pair], q[2 * pair + 1]
-        first, second = tensor[at : at + n], tensor[at + n : at + 2 * n]
-        for i in range(first.size):
-            out[i] += first[i] * one + second[i] * two
-    if 2 * pairs < q.size:
-        add(out, q[2 * pairs], tensor[2 * pairs * n : (2 * pairs + 1) * n])
+@INLINE
+def contract(k: Constants, w: Work, p: Array, v: Array, na: int, all_of_it: bool) -> None:
+    """Write the products of the integrals with the shapes' amplitudes p and rates v, psi's before phi's.
 
-
-@PART
-def contract(k: Constants, w: Work, p: Array, v: Array, na: int) -> None:
-    """Write the products of the integrals with the shapes' amplitudes p and rates v, psi's before phi's."""
+    If not ``all_of_it``, S q at the end only.
+    """
     a, a1, q, q1 = p[:na], v[:na], p[na:], v[na:]
-    times(k.s0, q, w.y0)
-    times(k.s1, q, w.y1)
-    contracted(k.sa, q, w.z)
-    contracted(k.sa, q1, w.zd)
-    times(k.bb, q, w.bq)
-    times(k.bb, q1, w.bd)
+    if not all_of_it:
+        contracted(k.s, w.s.size, q, w.s[: q.size])
+        return
+    contracted(k.s, w.s.size, q, w.s)
+    contracted(k.s, w.s.size, q1, w.sd)
     times(k.ab, q, w.aq)
     times(k.ab, q1, w.ad)
     times(k.aa, a, w.ea)
     times(k.aa, a1, w.ed)
+    contracted(k.ab, q.size, a, w.stretched)
+    contracted(k.ab, q.size, a1, w.stretched1)
+    contracted(w.s[3 * q.size :], q.size, a, w.thrown)
 
 
-@PART
+@INLINE
 def stretching(k: Constants, w: Work, p: Array, v: Array, na: int, th1: float, th2: float) -> None:
     """Write the rows of the axial shapes: integrals, coupling with the angle, forces."""
     a, q, q1 = p[:na], p[na:], v[na:]
     nb = q.size
     for i in range(na):
-        zq, zdd = dot(w.z[i * nb : (i + 1) * nb], q), dot(w.zd[i * nb : (i + 1) * nb], q1)
+        row = (3 + i) * nb
+        zq, zdd = dot(w.s[row : row + nb], q), dot(w.sd[row : row + nb], q1)
         w.i_e[i], w.i_n[i] = k.a0[i], 0.0
         w.mt[i] = -w.aq[i]
         inertia = -zdd - 2.0 * th1 * w.ad[i] - th1 * th1 * (k.a1[i] + w.ea[i] - 0.5 * zq) - th2 * w.aq[i]
         w.hf[i] = inertia + dot(k.ka[i * na : (i + 1) * na], a)
 
 
-@PART
-def bending(k: Constants, w: Work, p: Array, v: Array, na: int, th1: float, th2: float) -> None:
+@INLINE
+def bending(k: Constants, w: Work, p: Array, na: int, th1: float, th2: float) -> None:
     """Write the rows of the bending shapes.
 
     Kinetic energy of third order in them is left out, as is the stiffness of the same order.
     """
-    a, a1, q = p[:na], v[:na], p[na:]
+    q = p[na:]
     nb = q.size
+    i_e, i_n, mt, hf, y0, y1 = w.i_e[na:], w.i_n[na:], w.mt[na:], w.hf[na:], w.s[nb : 2 * nb], w.s[2 * nb : 3 * nb]
     for i in range(nb):
-        stretched, stretched1, thrown = 0.0, 0.0, 0.0
-        for j in range(na):
-            stretched += a[j] * k.ab[j * nb + i]
-            stretched1 += a1[j] * k.ab[j * nb + i]
-            thrown += a[j] * w.z[j * nb + i]
-        coupling = k.b1[i] + stretched
-        w.i_e[na + i], w.i_n[na + i] = -w.y0[i], k.b0[i]
-        w.mt[na + i] = coupling
-        inertia = 2.0 * th1 * stretched1 + th2 * coupling + th1 * th1 * (w.y1[i] + thrown - w.bq[i])
-        w.hf[na + i] = inertia + dot(k.kb[i * nb : (i + 1) * nb], q)
+        i_e[i], i_n[i] = -y0[i], k.b0[i]
+        mt[i] = k.b1[i] + w.stretched[i]
+        inertia = 2.0 * th1 * w.stretched1[i] + th2 * mt[i] + th1 * th1 * (y1[i] + w.thrown[i] - k.bb[i] * q[i])
+        hf[i] = inertia + k.kb[i] * q[i]
 
 
-@PART
+@INLINE
 def spun(k: Constants, w: Work, p: Array, v: Array, na: int) -> tuple[float, float]:
     """Return the integrals of xi^2 beyond that of x^2, and of xi xi'."""
     a, a1, q, q1 = p[:na], v[:na], p[na:], v[na:]
     nb = q.size
-    square = 2.0 * dot(k.a1, a) + dot(w.ea, a) - dot(w.y1, q)
-    change = dot(k.a1, a1) + dot(w.ed, a) - dot(w.y1, q1)
+    y1 = w.s[2 * nb : 3 * nb]
+    square = 2.0 * dot(k.a1, a) + dot(w.ea, a) - dot(y1, q)
+    change = dot(k.a1, a1) + dot(w.ed, a) - dot(y1, q1)
     for i in range(na):
-        row = w.z[i * nb : (i + 1) * nb]
+        row = w.s[(3 + i) * nb : (4 + i) * nb]
         zq = dot(row, q)
         square -= a[i] * zq
         change -= a[i] * dot(row, q1) + 0.5 * a1[i] * zq
     return square, change
 
 
-@PART
+@INLINE
 def add_own_mass(mass: Array, n: int, first: int, k: Constants, w: Work, end: Spot, heavy: float, na: int) -> None:
     """Add the mass of the shapes among themselves, with that of a point of some mass at the end."""
     m, nb = end.along.size, end.along.size - na
@@ -126,17 +115,35 @@ def add_own_mass(mass: Array, n: int, first: int, k: Constants, w: Work, end: Sp
         row = mass[(first + i) * n + first : (first + i) * n + first + m]
         if i < na:
             add(row[:na], 1.0, k.aa[i * na : (i + 1) * na])
-            add(row[na:], -1.0, w.z[i * nb : (i + 1) * nb])
+            add(row[na:], -1.0, w.s[(3 + i) * nb : (4 + i) * nb])
         else:
-            add(row[na:], 1.0, k.bb[(i - na) * nb : (i - na + 1) * nb])
+            row[i] += k.bb[i - na]
             for j in range(na):
-                row[j] -= w.z[j * nb + i - na]
+                row[j] -= w.s[(3 + j) * nb + i - na]
         if heavy != 0.0:
-            add(row, heavy * end.along[i], end.along)
-            add(row, heavy * end.across[i], end.across)
+            along, across = heavy * end.along[i], heavy * end.across[i]
+            for j in range(m):
+                row[j] += along * end.along[j] + across * end.across[j]
 
 
-@PART
+@INLINE
+def add_outer(mass: Array, w: Work, turn: Array, led: int, reach: int) -> None:
+    """Add a b^T + b a^T to the mass matrix: of a link's origin along e and across it, and of its angle.
+
+    The a lie in the first ``led`` coordinates, the b in the first ``reach``.
+    """
+    n = turn.size
+    for i in range(led):
+        row, e, across, angle = mass[i * n : i * n + reach], w.row_e[i], w.row_n[i], turn[i]
+        for j in range(reach):
+            row[j] += e * w.all_e[j] + across * w.all_n[j] + angle * w.all_t[j]
+    for i in range(reach):
+        row, e, across, angle = mass[i * n : i * n + led], w.all_e[i], w.all_n[i], w.all_t[i]
+        for j in range(led):
+            row[j] += e * w.row_e[j] + across * w.row_n[j] + angle * turn[j]
+
+
+@INLINE
 def add_link(
     P: Array, link: int, room: int, k: Constants, w: Work, end: Spot, p: Array, v: Array, mass: Array, force: Array
 ) -> float:
@@ -144,18 +151,19 @@ def add_link(
     na, m, first, n = int(P[link + AXIAL]), end.along.size, int(P[link + FIRST]), force.size
     own, own1 = p[first : first + m], v[first : first + m]
     th1, th2, heavy = P[room + TH1], P[room + TH2], P[link + END_MASS]
-    contract(k, w, own, own1, na)
     stretching(k, w, own, own1, na, th1, th2)
-    bending(k, w, own, own1, na, th1, th2)
+    bending(k, w, own, na, th1, th2)
     square, change = spun(k, w, own, own1, na)
     a, a1, q, q1 = own[:na], own1[:na], own[na:], own1[na:]
+    nb = q.size
     v0, v01 = dot(k.b0, q), dot(k.b0, q1)
-    x1 = P[link + MOMENT] + dot(k.a0, a) - 0.5 * dot(w.y0, q)
-    x11 = dot(k.a0, a1) - dot(w.y0, q1)
-    vv, vv1, xx = dot(w.bq, q), dot(w.bd, q), P[link + INERTIA] + square
-    shorter2 = 0.0  # q'.S0 q'
-    for i in range(q.size):
-        shorter2 += q1[i] * dot(k.s0[i * q.size : (i + 1) * q.size], q1)
+    x1 = P[link + MOMENT] + dot(k.a0, a) - 0.5 * dot(w.s[nb : 2 * nb], q)
+    x11 = dot(k.a0, a1) - dot(w.s[nb : 2 * nb], q1)
+    vv, vv1, xx = 0.0, 0.0, P[link + INERTIA] + square
+    for i in range(nb):
+        vv += k.bb[i] * q[i] * q[i]
+        vv1 += k.bb[i] * q1[i] * q[i]
+    shorter2 = dot(w.sd[nb : 2 * nb], q1)  # q'.S0 q'
     # forces along e, across it and about the origin, of rates and of the acceleration of the angle
     f_e = -shorter2 - 2.0 * th1 * v01 - th1 * th1 * x1 - th2 * v0
     f_n = 2.0 * th1 * x11 - th1 * th1 * v0 + th2 * x1
@@ -174,7 +182,7 @@ def add_link(
         add(w.hf, heavy * e2, end.along)
         add(w.hf, heavy * n2, end.across)
     # the acceleration of the origin, gravity taken off
-    c, s = math.cos(P[room + TH]), math.sin(P[room + TH])
+    c, s = P[room + COS], P[room + SIN]
     a_x, a_y = P[room + X2] - P[GRAVITY_X], P[room + Y2] - P[GRAVITY_Y]
     e0, n0 = c * a_x + s * a_y, c * a_y - s * a_x
     moment += of_e * e0 + of_n * n0
@@ -188,16 +196,14 @@ def add_link(
         w.row_e[i], w.row_n[i] = c * r_x[i] + s * r_y[i], c * r_y[i] - s * r_x[i]
         w.all_e[i] = 0.5 * total * w.row_e[i] + of_e * turn[i]
         w.all_n[i] = 0.5 * total * w.row_n[i] + of_n * turn[i]
+        w.all_t[i] = 0.5 * about * turn[i]
         force[i] -= w.row_e[i] * f_e + w.row_n[i] * f_n + turn[i] * moment
     add(w.all_e[first : first + m], 1.0, w.i_e)
     add(w.all_n[first : first + m], 1.0, w.i_n)
     add(force[first : first + m], -1.0, w.hf)
-    add_outer(mass, w.row_e, w.all_e)
-    add_outer(mass, w.row_n, w.all_n)
-    for i in range(n):
-        w.all_e[i] = 0.5 * about * turn[i]
-    add(w.all_e[first : first + m], 1.0, w.mt)
-    add_outer(mass, turn, w.all_e)
+    add(w.all_t[first : first + m], 1.0, w.mt)
+    led = first + m if P[link + ANGLE] == SLIDING else first  # the angle of a link on a slide depends on its shapes
+    add_outer(mass, w, turn, led, first + m)
     add_own_mass(mass, n, first, k, w, end, heavy, na)
     g_x, g_y = P[GRAVITY_X], P[GRAVITY_Y]
     fallen = total * (g_x * P[room + X] + g_y * P[room + Y])
@@ -205,7 +211,7 @@ def add_link(
     return float(fallen) + twist(P[link + TORQUE], k.root, P[room + TH], turn, q, first + na, force)
 
 
-@PART
+@INLINE
 def twist(torque: float, slopes: Array, angle: float, turn: Array, q: Array, at: int, force: Array) -> float:
     """Add a torque on a section with some slopes; return torque times the angle of the section."""
     if torque == 0.0:

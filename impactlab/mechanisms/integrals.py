@@ -33,7 +33,7 @@ class Shapes(NamedTuple):
     root_slopes: Array  # (nb,) phi' at the root
     end_slopes: Array  # (nb,) phi' at the end
     axial_stiffness: Array  # (na, na) N/m
-    bending_stiffness: Array  # (nb, nb) N/m
+    bending_stiffness: Array  # (nb,) N/m
 
 
 class Integrals(NamedTuple):
@@ -46,17 +46,14 @@ class Integrals(NamedTuple):
     ka: Array  # (na, na) N/m
     b0: Array  # (nb,) phi
     b1: Array  # (nb,) x phi
-    bb: Array  # (nb, nb) phi phi
-    kb: Array  # (nb, nb) N/m
+    bb: Array  # (nb,) phi phi: the shapes are orthogonal
+    kb: Array  # (nb,) N/m
     ab: Array  # (na, nb) psi phi
-    s0: Array  # (nb, nb) S
-    s1: Array  # (nb, nb) x S
-    sa: Array  # (nb, na, nb) psi S: amplitude that it is contracted with, psi, row
+    s: Array  # (nb, 3 + na, nb) amplitude that it is contracted with; S at the end, then S, x S and psi S; row
     axial_end: Array  # (na,)
     bending_end: Array  # (nb,)
     root_slopes: Array  # (nb,)
     end_slopes: Array  # (nb,)
-    s_end: Array  # (nb, nb) S at the end
 
 
 def gauss_points(nodes: Array) -> tuple[Array, Array]:
@@ -89,22 +86,22 @@ def integrals(shapes: Shapes) -> Integrals:
     inside, at_nodes = shortening(shapes.nodes, shapes.slopes)
     psi, phi = shapes.axial, shapes.bending
     heavy_psi, heavy_phi = weights[:, None] * psi, weights[:, None] * phi
+    over = np.column_stack((weights, weights * x, heavy_psi))
+    products = np.concatenate((at_nodes[-1:], np.tensordot(over.T, inside, 1)))
     return Integrals(
         moments=np.array([weights.sum(), weights @ x, weights @ x**2]),
         a0=heavy_psi.sum(axis=0), a1=x @ heavy_psi, aa=heavy_psi.T @ psi, ka=shapes.axial_stiffness,
-        b0=heavy_phi.sum(axis=0), b1=x @ heavy_phi, bb=heavy_phi.T @ phi, kb=shapes.bending_stiffness,
-        ab=heavy_psi.T @ phi, s0=np.tensordot(weights, inside, 1), s1=np.tensordot(weights * x, inside, 1),
-        sa=np.einsum("gk,gij->jki", heavy_psi, inside),
+        b0=heavy_phi.sum(axis=0), b1=x @ heavy_phi, bb=(heavy_phi * phi).sum(axis=0), kb=shapes.bending_stiffness,
+        ab=heavy_psi.T @ phi, s=np.moveaxis(products, 0, 1),
         axial_end=shapes.axial_end, bending_end=shapes.bending_end,
-        root_slopes=shapes.root_slopes, end_slopes=shapes.end_slopes, s_end=at_nodes[-1],
+        root_slopes=shapes.root_slopes, end_slopes=shapes.end_slopes,
     )  # fmt: skip
 
 
 def rigid_link(mass: float, length: float, inertia: float) -> Integrals:
     """Return the integrals of a rigid link: mass [kg] with its centre in the middle, inertia [kg m2] about it."""
-    none, square, cube = np.zeros(0), np.zeros((0, 0)), np.zeros((0, 0, 0))
+    none, square, cube = np.zeros(0), np.zeros((0, 0)), np.zeros((0, 3, 0))
     moments = np.array([mass, 0.5 * mass * length, inertia + 0.25 * mass * length**2])
     return Integrals(
-        moments, none, none, square, square, none, none, square, square, square, square, square, cube,
-        none, none, none, none, square,
+        moments, none, none, square, square, none, none, none, none, square, cube, none, none, none, none,
     )  # fmt: skip

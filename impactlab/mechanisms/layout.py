@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from impactlab.numerics.compiling import PART
+from impactlab.numerics.compiling import PART, UNPACK
 from impactlab.types import Array
 
 # Numbers before the links, of a link, and of a reading.
@@ -13,7 +13,7 @@ NEXT, AXIAL, BENDING, FIRST, ANGLE, ANGLE_AT, LENGTH, END_MASS, TORQUE, SLIDE, S
 MASS, MOMENT, INERTIA, LINK = range(12, 16)
 KIND, OF_LINK, TO_X, TO_Y, PLACE, READING = range(6)
 OWN, FIXED, SLIDING = range(3)  # the angle of a link: a coordinate; that of the end before it; given by the slide
-X, Y, X2, Y2, TH, TH1, TH2, ROWS = range(8)  # of a link in the room: its origin, accelerations, angle; then its rows
+X, Y, X2, Y2, TH, TH1, TH2, COS, SIN, ROWS = range(10)  # of a link in the room: its origin, its angle; then its rows
 XI, ACROSS, XI1, ACROSS1, ALONG2, ACROSS2, SPOT = range(7)  # of a place in the frame of its link
 
 
@@ -29,13 +29,10 @@ class Constants(NamedTuple):
     bb: Array
     kb: Array
     ab: Array
-    s0: Array
-    s1: Array
-    sa: Array
+    s: Array
     end: Array  # psi and phi at the end
     root: Array  # slopes at the root
     slopes: Array  # at the end
-    s_end: Array
 
 
 class Spot(NamedTuple):
@@ -49,12 +46,11 @@ class Spot(NamedTuple):
 class Work(NamedTuple):
     """Products of a link at one state: views of the room after its end."""
 
-    y0: Array  # S0 q
-    y1: Array  # S1 q
-    z: Array  # (na, nb) integral of psi S q
-    zd: Array  # the same with q'
-    bq: Array  # integral of phi phi.q
-    bd: Array
+    s: Array  # ((3 + na) nb,) S q: at the end, then integrals of S q, x S q and psi S q
+    sd: Array  # the same with q'
+    stretched: Array  # (nb,) integral of phi psi.a
+    stretched1: Array  # the same with a'
+    thrown: Array  # (nb,) integral of psi.a S q
     aq: Array  # integral of psi phi.q
     ad: Array
     ea: Array  # integral of psi psi.a
@@ -67,55 +63,60 @@ class Work(NamedTuple):
     row_n: Array  # (n,)
     all_e: Array  # (n,)
     all_n: Array  # (n,)
+    all_t: Array  # (n,)
 
 
-@PART
+@UNPACK
 def constants(P: Array, link: int) -> Constants:
     """Return the integrals of the link that begins at a number."""
     na, nb = int(P[link + AXIAL]), int(P[link + BENDING])
-    aa, bb, ab = na * na, nb * nb, na * nb
+    aa = na * na
     a = link + LINK
     b = a + 2 * na + 2 * aa
-    c = b + 2 * nb + 2 * bb
-    s = c + ab
-    t = s + 2 * bb
-    e = t + na * bb
+    c = b + 4 * nb
+    s = c + na * nb
+    e = s + (3 + na) * nb * nb
     return Constants(
         P[a : a + na], P[a + na : a + 2 * na], P[a + 2 * na : a + 2 * na + aa], P[a + 2 * na + aa : b],
-        P[b : b + nb], P[b + nb : b + 2 * nb], P[b + 2 * nb : b + 2 * nb + bb], P[b + 2 * nb + bb : c],
-        P[c:s], P[s : s + bb], P[s + bb : t], P[t:e],
+        P[b : b + nb], P[b + nb : b + 2 * nb], P[b + 2 * nb : b + 3 * nb], P[b + 3 * nb : c],
+        P[c:s], P[s:e],
         P[e : e + na + nb], P[e + na + nb : e + na + 2 * nb], P[e + na + 2 * nb : e + na + 3 * nb],
-        P[e + na + 3 * nb : e + na + 3 * nb + bb],
     )  # fmt: skip
 
 
-@PART
+@UNPACK
 def spot(P: Array, at: int, m: int) -> Spot:
     """Return a place that is written from a number on."""
     return Spot(P[at : at + SPOT], P[at + SPOT : at + SPOT + m], P[at + SPOT + m : at + SPOT + 2 * m])
 
 
-@PART
+@UNPACK
 def work_of(P: Array, at: int, na: int, nb: int, n: int) -> Work:
     """Return the work of a link from a number on."""
-    m, ab = na + nb, na * nb
-    z = at + 2 * nb
-    b = z + 2 * ab
-    a = b + 2 * nb
+    m, rows = na + nb, (3 + na) * nb
+    b = at + 2 * rows
+    a = b + 3 * nb
     i = a + 4 * na
     r = i + 4 * m
     return Work(
-        P[at : at + nb], P[at + nb : z], P[z : z + ab], P[z + ab : b], P[b : b + nb], P[b + nb : a],
+        P[at : at + rows], P[at + rows : b], P[b : b + nb], P[b + nb : b + 2 * nb], P[b + 2 * nb : a],
         P[a : a + na], P[a + na : a + 2 * na], P[a + 2 * na : a + 3 * na], P[a + 3 * na : i],
         P[i : i + m], P[i + m : i + 2 * m], P[i + 2 * m : i + 3 * m], P[i + 3 * m : r],
         P[r : r + n], P[r + n : r + 2 * n], P[r + 2 * n : r + 3 * n], P[r + 3 * n : r + 4 * n],
+        P[r + 4 * n : r + 5 * n],
     )  # fmt: skip
 
 
+@UNPACK
+def size_of(n: int) -> int:
+    """Return how many numbers of the room belong to a link: its origin, its angle, its rows, its end."""
+    return ROWS + SPOT + 5 * n
+
+
 def room_of(na: int, nb: int, n: int) -> int:
-    """Return the numbers that a link takes in the room: its end, then its work."""
+    """Return how many numbers of the room the links share: the work of one, or a place."""
     m = na + nb
-    return SPOT + 2 * m + max(4 * nb + 2 * na * nb + 4 * na + 4 * m + 4 * n, m + nb * nb)
+    return max(2 * (3 + na) * nb + 3 * nb + 4 * na + 4 * m + 5 * n, SPOT + 2 * m)
 
 
 @PART
@@ -147,11 +148,18 @@ def add(out: Array, factor: float, a: Array) -> None:
 
 
 @PART
-def add_outer(mass: Array, a: Array, b: Array) -> None:
-    """Add a b^T + b a^T to the mass matrix."""
-    n = a.size
+def contracted(tensor: Array, stride: int, x: Array, out: Array) -> None:
+    """Write the sum of the slices of a tensor, ``stride`` numbers apart, times amplitudes; each slice is read once.
+
+    Two slices at a time: sums over long rows fill the vector registers, products of short rows do not.
+    """
+    n, pairs = out.size, x.size // 2
     for i in range(n):
-        if a[i] != 0.0:
-            add(mass[i * n : (i + 1) * n], a[i], b)
-        if b[i] != 0.0:
-            add(mass[i * n : (i + 1) * n], b[i], a)
+        out[i] = 0.0
+    for pair in range(pairs):
+        at, one, two = 2 * pair * stride, x[2 * pair], x[2 * pair + 1]
+        first, second = tensor[at : at + n], tensor[at + stride : at + stride + n]
+        for i in range(n):
+            out[i] += first[i] * one + second[i] * two
+    if 2 * pairs < x.size:
+        add(out, x[2 * pairs], tensor[2 * pairs * stride : 2 * pairs * stride + n])

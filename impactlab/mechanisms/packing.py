@@ -70,7 +70,7 @@ def packed(mechanism: Mechanism, flexible: Sequence[FlexibleLink | None]) -> Pac
         out += [header, numbers]
         first, m = firsts[number], na + nb
         stiffness[first : first + na, first : first + na] = own.ka
-        stiffness[first + na : first + m, first + na : first + m] = own.kb
+        stiffness[first + na : first + m, first + na : first + m] = np.diag(own.kb)
         room = max(room, at.room_of(na, nb, n))
     head[at.READINGS_AT], head[at.LINKS_AT], head[at.LINKS] = place, at.CHAIN, len(links)
     head[at.COORDINATES], head[at.READINGS] = n, len(mechanism.marks) + len(links)
@@ -83,7 +83,7 @@ def packed(mechanism: Mechanism, flexible: Sequence[FlexibleLink | None]) -> Pac
         ]
     out += [np.array([1.0, number, 0.0, 0.0, 0.0]) for number in range(len(links))]
     head[at.ROOM_AT] = at.CHAIN + sum(array.size for array in out)
-    parameters = np.concatenate([head, *out, np.zeros(len(links) * (at.ROWS + 3 * n) + room)])
+    parameters = np.concatenate([head, *out, np.zeros(len(links) * at.size_of(n) + room)])
     return Packed(parameters, stiffness, position, velocity, tuple(angles))
 
 

@@ -11,9 +11,11 @@ from impactlab.mechanisms.layout import (
     ALONG2,
     AXIAL,
     BENDING,
+    COS,
     FIRST,
     ROWS,
     SIDE,
+    SIN,
     SLIDE,
     TH,
     TH1,
@@ -27,25 +29,23 @@ from impactlab.mechanisms.layout import (
     Y,
     add,
     dot,
-    times,
 )
-from impactlab.numerics.compiling import PART
+from impactlab.numerics.compiling import INLINE
 from impactlab.types import Array
 
 
-@PART
+@INLINE
 def write_place(
-    P: Array, link: int, shapes: Array, s: Array, x: float, p: Array, v: Array, room: int, to: Spot
+    P: Array, link: int, shapes: Array, sq: Array, sd: Array, x: float, p: Array, v: Array, room: int, to: Spot
 ) -> None:
-    """Write a place of a link, at x [m] along it, where psi and phi are ``shapes`` and S is ``s``, flat."""
+    """Write a place of a link, at x [m] along it, where psi and phi are ``shapes`` and S q is ``sq``.
+
+    S q' is ``sd``; where it is empty, accelerations are not asked for.
+    """
     na, nb, first = int(P[link + AXIAL]), int(P[link + BENDING]), int(P[link + FIRST])
     a, a1, q, q1 = p[first : first + na], v[first : first + na], p[first + na :][:nb], v[first + na :][:nb]
     psi, phi = shapes[:na], shapes[na : na + nb]
-    sq = to.along[na:]
-    times(s, q, sq)
-    shorter2 = 0.0
-    for i in range(nb):
-        shorter2 += q1[i] * dot(s[i * nb : (i + 1) * nb], q1)
+    shorter2 = dot(sd, q1)
     xi, xi1 = x + dot(psi, a) - 0.5 * dot(sq, q), dot(psi, a1) - dot(sq, q1)
     d, d1 = dot(phi, q), dot(phi, q1)
     for k in range(na):
@@ -58,11 +58,11 @@ def write_place(
     to.at[ACROSS2] = 2.0 * th1 * xi1 - th1 * th1 * d + th2 * xi
 
 
-@PART
+@INLINE
 def write_row(P: Array, link: int, room: int, place: Spot, to_x: float, to_y: float, out: Array) -> None:
     """Write the row of a place along a direction, over the coordinates of the chain."""
     n, m, first = out.size, place.along.size, int(P[link + FIRST])
-    c, s = math.cos(P[room + TH]), math.sin(P[room + TH])
+    c, s = P[room + COS], P[room + SIN]
     along, across = to_x * c + to_y * s, to_y * c - to_x * s
     turn = across * place.at[XI] - along * place.at[ACROSS]
     rows = room + ROWS
@@ -75,7 +75,7 @@ def write_row(P: Array, link: int, room: int, place: Spot, to_x: float, to_y: fl
     add(out[first : first + m], across, place.across)
 
 
-@PART
+@INLINE
 def slide(P: Array, link: int, room: int, n: int, end: Spot, v: Array) -> None:
     """Give the last link the angle that leaves its end on the slide, with its row and its acceleration.
 
@@ -95,14 +95,14 @@ def slide(P: Array, link: int, room: int, n: int, end: Spot, v: Array) -> None:
     rate = dot(turn, v)
     along = end.at[ALONG2] - 2.0 * rate * d1 - rate * rate * xi
     across = end.at[ACROSS2] + 2.0 * rate * xi1 - rate * rate * d
-    P[room + TH], P[room + TH1] = angle, rate
+    P[room + TH], P[room + TH1], P[room + COS], P[room + SIN] = angle, rate, c, s
     P[room + TH2] = -(P[room + Y2] + along * s + across * c) / lever
 
 
-@PART
+@INLINE
 def follow(P: Array, before: int, old: int, room: int, n: int, end: Spot) -> None:
     """Give a link its origin: the end of the link before it."""
-    c, s = math.cos(P[old + TH]), math.sin(P[old + TH])
+    c, s = P[old + COS], P[old + SIN]
     P[room + X] = P[old + X] + c * end.at[XI] - s * end.at[ACROSS]
     P[room + Y] = P[old + Y] + s * end.at[XI] + c * end.at[ACROSS]
     P[room + X2] = P[old + X2] + c * end.at[ALONG2] - s * end.at[ACROSS2]

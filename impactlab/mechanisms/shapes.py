@@ -87,7 +87,7 @@ def flexible_link(link: Link, elements: int, bending_modes: int) -> FlexibleLink
         root_slopes=bent.row(0.0, "rotation") @ phi,
         end_slopes=bent.row(beam.length, "rotation") @ phi,
         axial_stiffness=axial_stiffness,
-        bending_stiffness=np.diag(bending),
+        bending_stiffness=bending,
     )
     highest = float(np.sqrt(bending.max(initial=0.0)))
     if link.axial_modes:

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 from impactlab.mechanisms.layout import add, dot, times
 from impactlab.numerics.addresses import call
-from impactlab.numerics.compiling import PART
+from impactlab.numerics.compiling import PART, UNPACK
 from impactlab.types import Array
 
 # Numbers of a mechanism before those of its `terms`.
@@ -50,7 +50,7 @@ def state_size(n: int, readings: int, drives: int) -> int:
     return 2 * (n + readings) + n + drives + BOOKED + n
 
 
-@PART
+@UNPACK
 def middle_of(P: Array) -> Middle:
     """Return the views of the numbers of a mechanism."""
     n, r = int(P[COORDINATES]), int(P[READINGS])
@@ -94,24 +94,38 @@ def driven_acceleration(drives: Array, number: int, time: float) -> float:
 
 @PART
 def factorise(m: Middle, factor: Array, weight: float) -> None:
-    """Write the Cholesky factor of M + weight K, with the coordinates of drives held."""
+    """Write the Cholesky factor of M + weight K, with the coordinates of drives held.
+
+    Upper, row by row; on its diagonal the inverse. Two rows at a time are taken off those below.
+    """
     n = m.force.size
-    for i in range(n):
-        row, mass, stiffness = factor[i * n : i * n + i + 1], m.mass[i * n : i * n + n], m.stiffness[i * n : i * n + n]
-        for j in range(row.size):
-            row[j] = mass[j] + weight * stiffness[j]
+    for i in range(n * n):
+        factor[i] = m.mass[i] + weight * m.stiffness[i]
     for number in range(m.drives.size // DRIVE):
         d = driven(m.drives, number)
-        for j in range(d):
-            factor[d * n + j] = 0.0
-        for i in range(d, n):
-            factor[i * n + d] = 1.0 if i == d else 0.0
-    for i in range(n):
-        row = factor[i * n : i * n + i + 1]
-        for j in range(i):
-            other = factor[j * n : j * n + j + 1]
-            row[j] = (row[j] - dot(other[:j], row[:j])) / other[j]
-        row[i] = math.sqrt(row[i] - dot(row[:i], row[:i]))
+        for j in range(n):
+            factor[d * n + j] = factor[j * n + d] = 1.0 if j == d else 0.0
+    for k in range(0, n, 2):
+        first, second = factor[k * n + k : (k + 1) * n], factor[(k + 1) * n + k + 1 : (k + 2) * n]
+        scale(first)
+        if second.size == 0:
+            break
+        add(second, -first[1], first[1:])
+        scale(second)
+        for i in range(1, second.size):
+            row, one, two = factor[(k + 1 + i) * (n + 1) : (k + 2 + i) * n], first[1 + i :], second[i:]
+            a, b = one[0], two[0]
+            for j in range(row.size):
+                row[j] -= a * one[j] + b * two[j]
+
+
+@PART
+def scale(row: Array) -> None:
+    """Divide a row by the root of its first number, and write the inverse of the root there."""
+    inverse = 1.0 / math.sqrt(row[0])
+    for j in range(row.size):
+        row[j] *= inverse
+    row[0] = inverse
 
 
 @PART
@@ -119,12 +133,10 @@ def solve(factor: Array, x: Array) -> None:
     """Solve with a Cholesky factor, in place; held coordinates keep their values."""
     n = x.size
     for i in range(n):
-        row = factor[i * n : i * n + i + 1]
-        x[i] = (x[i] - dot(row[:i], x[:i])) / row[i]
+        x[i] *= factor[i * n + i]
+        add(x[i + 1 :], -x[i], factor[i * n + i + 1 : (i + 1) * n])
     for i in range(n - 1, -1, -1):
-        row = factor[i * n : i * n + i + 1]
-        x[i] /= row[i]
-        add(x[:i], -x[i], row[:i])
+        x[i] = factor[i * n + i] * (x[i] - dot(factor[i * n + i + 1 : (i + 1) * n], x[i + 1 :]))
 
 
 @PART

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 
-from impactlab.mechanisms.inertia import add_link, twist
+from impactlab.mechanisms.inertia import add_link, contract, twist
 from impactlab.mechanisms.layout import (
     ACROSS,
     ANGLE,
@@ -20,6 +20,7 @@ from impactlab.mechanisms.layout import (
     AXIAL,
     BENDING,
     COORDINATES,
+    COS,
     FIRST,
     FIXED,
     KIND,
@@ -35,6 +36,7 @@ from impactlab.mechanisms.layout import (
     READINGS_AT,
     ROOM_AT,
     ROWS,
+    SIN,
     SLIDING,
     TH,
     TH1,
@@ -48,16 +50,18 @@ from impactlab.mechanisms.layout import (
     Y,
     add,
     constants,
+    contracted,
     dot,
+    size_of,
     spot,
     work_of,
 )
 from impactlab.mechanisms.places import follow, slide, write_place, write_row
-from impactlab.numerics.compiling import PART
+from impactlab.numerics.compiling import INLINE, PART
 from impactlab.types import Array
 
 
-@PART
+@INLINE
 def turn_link(P: Array, link: int, before: int, room: int, old: int, n: int, p: Array, v: Array) -> None:
     """Give a link the angle that is a coordinate, or that of the end before it; one on a slide gets it later."""
     turn = P[room + ROWS + 2 * n : room + ROWS + 3 * n]
@@ -75,10 +79,10 @@ def turn_link(P: Array, link: int, before: int, room: int, old: int, n: int, p: 
         P[room + TH2] = P[old + TH2]
 
 
-@PART
+@INLINE
 def read(P: Array, n: int, p: Array, v: Array, rows: Array, values: Array, rates: Array) -> None:
     """Write rows, values and rates of all readings."""
-    size, first_room = ROWS + 3 * n, int(P[ROOM_AT])
+    size, first_room = size_of(n), int(P[ROOM_AT])
     place_at = first_room + int(P[LINKS]) * size
     reading = int(P[READINGS_AT])
     for number in range(int(P[READINGS])):
@@ -93,15 +97,19 @@ def read(P: Array, n: int, p: Array, v: Array, rows: Array, values: Array, rates
                 row[i] = turn[i]
             reading += READING
         else:
-            m, bb = int(P[link + AXIAL]) + int(P[link + BENDING]), int(P[link + BENDING]) ** 2
-            shapes = reading + READING
-            place = spot(P, place_at, m)
-            s = P[shapes + m : shapes + m + bb]
-            write_place(P, link, P[shapes : shapes + m], s, P[reading + PLACE], p, v, room, place)
+            nb, first = int(P[link + BENDING]), int(P[link + FIRST])
+            m, shapes = int(P[link + AXIAL]) + nb, reading + READING
+            bb = nb * nb
+            place = spot(P, room + ROWS + 3 * n, m)
+            if P[reading + PLACE] != P[link + LENGTH]:
+                place = spot(P, place_at, m)
+                sq = place.along[m - nb :]
+                contracted(P[shapes + m : shapes + m + bb], nb, p[first + m - nb : first + m], sq)
+                write_place(P, link, P[shapes : shapes + m], sq, sq[:0], P[reading + PLACE], p, v, room, place)
             write_row(P, link, room, place, P[reading + TO_X], P[reading + TO_Y], row)
-            c, s0 = math.cos(P[room + TH]), math.sin(P[room + TH])
-            here_x = P[room + X] + c * place.at[XI] - s0 * place.at[ACROSS]
-            here_y = P[room + Y] + s0 * place.at[XI] + c * place.at[ACROSS]
+            c, s = P[room + COS], P[room + SIN]
+            here_x = P[room + X] + c * place.at[XI] - s * place.at[ACROSS]
+            here_y = P[room + Y] + s * place.at[XI] + c * place.at[ACROSS]
             values[number] = P[reading + TO_X] * here_x + P[reading + TO_Y] * here_y
             reading = shapes + m + bb
         rates[number] = dot(row, v)
@@ -117,7 +125,7 @@ def chain_terms(
     readings are written. The time ``_t`` [s] is for mechanisms whose loads change with it; here none does.
     """
     n, links = int(P[COORDINATES]), int(P[LINKS])
-    size, first_room = ROWS + 3 * n, int(P[ROOM_AT])
+    size, first_room = size_of(n), int(P[ROOM_AT])
     place_at = first_room + links * size
     for i in range(mass.size):
         mass[i] = 0.0
@@ -132,19 +140,25 @@ def chain_terms(
         old = room - size if number > 0 else room
         na, nb = int(P[link + AXIAL]), int(P[link + BENDING])
         k = constants(P, link)
-        if number > 0:  # its place still holds the end of the link before
-            follow(P, before, old, room, n, spot(P, place_at, int(P[before + AXIAL]) + int(P[before + BENDING])))
+        if number > 0:
+            ends = spot(P, old + ROWS + 3 * n, int(P[before + AXIAL]) + int(P[before + BENDING]))
+            follow(P, before, old, room, n, ends)
             ma, mb, at = int(P[before + AXIAL]), int(P[before + BENDING]), int(P[before + FIRST])
             turn, q = P[old + ROWS + 2 * n : old + ROWS + 3 * n], p[at + ma : at + ma + mb]
             done += twist(-P[link + TORQUE], constants(P, before).slopes, P[old + TH], turn, q, at + ma, force)
         turn_link(P, link, before, room, old, n, p, v)
-        end = spot(P, place_at, na + nb)
-        write_place(P, link, k.end, k.s_end, P[link + LENGTH], p, v, room, end)
+        w = work_of(P, place_at, na, nb, n)
+        first = int(P[link + FIRST])
+        contract(k, w, p[first : first + na + nb], v[first : first + na + nb], na, mass.size > 0)
+        sq, sd = w.s[:nb], w.sd[: nb if mass.size > 0 else 0]
+        end = spot(P, room + ROWS + 3 * n, na + nb)
+        write_place(P, link, k.end, sq, sd, P[link + LENGTH], p, v, room, end)
         if P[link + ANGLE] == SLIDING:
             slide(P, link, room, n, end, v)
-            write_place(P, link, k.end, k.s_end, P[link + LENGTH], p, v, room, end)
+            write_place(P, link, k.end, sq, sd, P[link + LENGTH], p, v, room, end)
+        else:
+            P[room + COS], P[room + SIN] = math.cos(P[room + TH]), math.sin(P[room + TH])
         if mass.size > 0:
-            w = work_of(P, place_at + 6 + 2 * (na + nb), na, nb, n)
             done += add_link(P, link, room, k, w, end, p, v, mass, force)
         before = link
         link = int(P[link + NEXT])
