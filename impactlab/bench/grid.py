@@ -20,7 +20,7 @@ BUILT_IN = Path(__file__).with_name("grid.yaml")
 EXTENDED = "builtin"  # value of `extends`: the families of the common grid come first
 GRID = Kind("a grid has the keys schema_version and families", "Write families: {NAME: {...}}.")
 PARTS = ("law", "model", "integrator", "step")  # blocks that a family may give
-SCENES = ("any", "without_steps", "with_steps", "beams")
+SCENES = ("any", "without_steps", "with_steps", "beams", "mechanisms")
 KEYS = ("for", *PARTS, "events", "settings", "scenes", "sibling_of", "levels")
 
 
@@ -40,13 +40,21 @@ class Family:
     step: Mapping[str, Any] | None = None
     events: str | None = None
     settings: Mapping[str, Any] = field(default_factory=dict)  # dotted path in the case -> value
-    scenes: str = "any"  # without_steps: those solved from event to event; with_steps: the others; beams: with a beam
+    scenes: str = "any"  # without_steps: solved from event to event; with_steps: others; beams, mechanisms: with one
     sibling_of: str | None = None  # the family that differs by its special step c dt = h alone
     levels: tuple[Mapping[str, Any], ...] = ({},)  # path -> value each, coarse to fine
     own: bool = False  # a method of the case itself: nothing but its settings
 
     def serves(self, scene: Scene, method: Method) -> bool:
-        """Return whether the family applies to a scene."""
+        """Return whether the family applies to a scene.
+
+        To a mechanism no family applies whose model is not modal: links are described by modes of a mesh alone.
+        """
+        if any(body.changes for body in scene.bodies.values()):
+            modal = self.model is None or self.model.get("kind") == "modal"
+            return modal and self.scenes in ("any", "mechanisms")
+        if self.scenes == "mechanisms":
+            return False
         bent = any(body.bends for body in scene.bodies.values())
         if self.scenes in ("any", "beams"):
             return bent or self.scenes == "any"

@@ -66,8 +66,8 @@ class Simulation(NamedTuple):
     ) -> Simulation:
         """Return the pair with one model, one law, or other fields of either."""
         if model is not None:
-            elastic = self.scene.elastic
-            changes["models"] = dict.fromkeys(elastic, model)
+            parts = [name for body in self.scene.bodies.values() for name in body.modelled_parts]
+            changes["models"] = dict.fromkeys([*self.scene.elastic, *parts], model)
         if law is not None:
             changes["laws"] = {contact.name: law for contact in self.scene.contacts}
         of_method = {field.name for field in dataclasses.fields(Method)} & set(changes)

@@ -88,7 +88,7 @@ def by_power_series(rate: float, gyration: float, guess: float) -> float:
 
 @pytest.mark.parametrize(("gamma", "published"), [(2.0, 3.6195), (4.0, 3.8880), (6.0, 4.2393)])
 def test_the_first_chordwise_frequency_is_that_of_the_literature(gamma: float, published: float) -> None:
-    """Over sqrt(EI/rho A L^4), slenderness 70: Hamza Cherif and Houmat 2004, Table 2, after Yoo and Shin 1998."""
+    """Over sqrt(EI/rho A L^4), slenderness 70: Hamza Cherif and Houmat 2004, Table 2, after YooShin1998."""
     gyration = LENGTH / 70.0
     unit = WAVE_SPEED / LENGTH * gyration
     exact = by_power_series(gamma * gyration, gyration, published * gyration) / gyration

@@ -222,10 +222,10 @@ def test_a_scheme_for_constant_matrices_is_refused(kind: str) -> None:
     ("law", "text"),
     [
         ({"kind": "wave_identification"}, "which all its links move"),
-        ({"kind": "wave_initialised"}, "wave_initialised needs the waves that run along a body"),
-        ({"kind": "nitsche"}, "nitsche needs the waves"),
-        ({"kind": "impedance_residual"}, "impedance_residual needs the waves"),
-        ({"kind": "modal_messengers"}, "modal_messengers needs the waves"),
+        ({"kind": "wave_initialised"}, "law 'wave_initialised' needs the waves that run along a body"),
+        ({"kind": "nitsche"}, "law 'nitsche' needs the waves"),
+        ({"kind": "impedance_residual"}, "law 'impedance_residual' needs the waves"),
+        ({"kind": "modal_messengers"}, "law 'modal_messengers' needs the waves"),
     ],
 )
 def test_a_law_of_waves_is_refused(law: dict[str, Any], text: str) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from impactlab import CaseError, load_case
+from impactlab import CaseError, ImpactlabError, load_case, run
 from impactlab.bench.cells import case_files, cells
 from impactlab.bench.grid import BUILT_IN, Family, chosen, of_suite, own_families, read_grid
 from impactlab.scene.method import laws_of
@@ -191,3 +191,31 @@ def test_families_of_beams_serve_scenes_with_beams_alone() -> None:
         assert not families[name].serves(*rod)
     assert not families["exact"].serves(*beam)
     assert families["exact"].serves(*rod)
+
+
+def test_families_of_mechanisms_serve_scenes_with_mechanisms_alone() -> None:
+    families = {family.name: family for family in read_grid(BUILT_IN)}
+    arm, rod = (load_case(CASES / name).simulation() for name in ("arm_on_stop.yaml", "two_rods.yaml"))
+    own = [name for name, family in families.items() if family.scenes == "mechanisms"]
+    assert len(own) == 6
+    assert all(families[name].serves(*arm) and not families[name].serves(*rod) for name in own)
+    assert families["automatic"].serves(*arm)
+    assert not families["central_difference"].serves(*arm)  # links have no mesh of their own
+
+
+def test_each_level_for_mechanisms_completes_or_is_refused_in_plain_words() -> None:
+    families = {family.name: family for family in read_grid(BUILT_IN)}
+    case = load_case(CASES / "arm_on_stop.yaml").with_("solve.duration", 1.0e-3)
+    reasons = {}
+    for name, family in families.items():
+        if family.scenes != "mechanisms":
+            continue
+        for level in family.levels:
+            try:
+                run(case.with_settings(family.values(*case.simulation(), level)))
+            except ImpactlabError as error:
+                assert error.remedy
+                reasons.setdefault(name, []).append(error.text)
+    assert not reasons.keys() & {"mechanism_steps", "mechanism_located", "mechanism_modes"}
+    assert all("counts on constant matrices" in text for text in reasons["mechanism_schemes"])
+    assert reasons["mechanism_models"] == ["link 'arm' needs modes of a mesh"] * 3
