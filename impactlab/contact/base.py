@@ -16,8 +16,8 @@ def needs_waves(law: str, left: SideFacts, right: SideFacts) -> None:
     for side, facts in (("left", left), ("right", right)):
         if facts.kind == "mechanism":
             raise PairingError(
-                f"law {law!r} needs the waves that run along a body to its face, and the {side} face is one of a mechanism, "
-                "which all its links move",
+                f"law {law!r} needs the waves that run along a body to its face, and the {side} face is one of a "
+                "mechanism, which all its links move",
                 remedy="Use law hertz, velocity_complementarity or energy_conserving.",
             )
 
