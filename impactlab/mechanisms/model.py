@@ -11,6 +11,7 @@ from impactlab.integrators.base import AbstractScheme, Stepper
 from impactlab.integrators.midpoint import Midpoint
 from impactlab.mechanisms import steps
 from impactlab.mechanisms.base import AbstractMechanism, Motion
+from impactlab.mechanisms.equations import MechanismEquations
 from impactlab.models.base import AbstractDiscreteModel, Operators
 from impactlab.numerics.addresses import COLUMNS, DERIVE, FREE, TERMS, call, entered, kernel_address
 from impactlab.numerics.compiling import ENTRY
@@ -89,8 +90,8 @@ class MechanismModel(AbstractDiscreteModel):
         if not isinstance(integrator, Midpoint):
             raise PairingError(
                 f"integrator '{kind_of(integrator)}' counts on constant matrices, and the mechanism "
-                f"'{self.mechanism.name}' has none. Allowed: midpoint",
-                remedy="Give integrator midpoint.",
+                f"'{self.mechanism.name}' has none. Allowed: midpoint, adaptive",
+                remedy="Give integrator midpoint, or adaptive where all laws give smooth forces.",
                 path="solve.integrator",
             )
 
@@ -101,17 +102,18 @@ class MechanismModel(AbstractDiscreteModel):
         """
         return energy_bound(self.packed, dt, impulses)
 
+    def own_equations(self) -> MechanismEquations:
+        parameters = numbers_of(self.part, self.packed, np.zeros((0, 0)), 0.0)
+        return MechanismEquations(self.mechanism.name, parameters, self.packed.position, self.packed.velocity)
+
     def stepper(self, ports: Array, dt: float, impulses: bool = True) -> Stepper:
         """Return the step of the midpoint rule; ``ports`` are rows of readings. See `stepper_of`."""
         return stepper_of(self.part, self.packed, ports, dt, impulses)
 
 
-def stepper_of(part: AbstractMechanism, motion: Motion, ports: Array, dt: float, impulses: bool = True) -> Stepper:
-    """Return the step of the midpoint rule for a mechanism; ``ports`` (n_ports, n + r) are rows of readings.
-
-    Where no law gives ``impulses`` their columns stay as they are at t = 0, which saves a factorisation in each step.
-    """
-    n, r, d = motion.position.size, len(part.readings), len(motion.drives)
+def numbers_of(part: AbstractMechanism, motion: Motion, ports: Array, dt: float) -> Array:
+    """Return the numbers of a mechanism as `steps.middle_of` reads them; ``ports`` as in `stepper_of`."""
+    n, r = motion.position.size, len(part.readings)
     drives = np.array(motion.drives, dtype=float).ravel()
     at_drives = steps.HEAD
     at_stiffness = at_drives + drives.size
@@ -121,7 +123,7 @@ def stepper_of(part: AbstractMechanism, motion: Motion, ports: Array, dt: float,
     at_room = at_own + own.size
     head = np.zeros(steps.HEAD)
     head[steps.TERMS] = kernel_address(type(part).terms, TERMS)
-    head[steps.COORDINATES], head[steps.READINGS], head[steps.DRIVES] = n, r, d
+    head[steps.COORDINATES], head[steps.READINGS], head[steps.DRIVES] = n, r, len(motion.drives)
     head[steps.STEP], head[steps.DRIVES_AT], head[steps.STIFFNESS_AT] = dt, at_drives, at_stiffness
     head[steps.IMPULSES] = 1.0
     head[steps.OWN_AT], head[steps.ROOM_AT], head[steps.PORTS_AT] = at_own, at_room, at_ports
@@ -129,7 +131,16 @@ def stepper_of(part: AbstractMechanism, motion: Motion, ports: Array, dt: float,
     places = np.array([float(np.argmax(row)) - n for row in ports])
     assert numbers.size == len(ports)  # noqa: S101
     room = np.zeros(3 * n * n + 4 * n + r * n + 2 * r + 1)
-    parameters = np.concatenate((head, drives, motion.stiffness.ravel(), places, own, room))
+    return np.concatenate((head, drives, motion.stiffness.ravel(), places, own, room))
+
+
+def stepper_of(part: AbstractMechanism, motion: Motion, ports: Array, dt: float, impulses: bool = True) -> Stepper:
+    """Return the step of the midpoint rule for a mechanism; ``ports`` (n_ports, n + r) are rows of readings.
+
+    Where no law gives ``impulses`` their columns stay as they are at t = 0, which saves a factorisation in each step.
+    """
+    n, r, d = motion.position.size, len(part.readings), len(motion.drives)
+    parameters = numbers_of(part, motion, ports, dt)
     size = steps.state_size(n, r, d)
     state = np.zeros(size)
     state[:n], state[n + r : 2 * n + r] = motion.position, motion.velocity

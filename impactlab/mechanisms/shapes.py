@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -43,6 +44,7 @@ class FlexibleLink(NamedTuple):
         return np.concatenate((psi, bent.row(x, "displacement") @ self.shapes[0], upto.ravel()))
 
 
+@lru_cache(maxsize=8)
 def flexible_link(link: Link, elements: int, bending_modes: int) -> FlexibleLink:
     """Return a link in shapes of its meshes.
 

@@ -16,6 +16,7 @@ import numpy as np
 from impactlab.errors import PluginError
 from impactlab.history.base import AbstractHistory, Warned
 from impactlab.plugins import METRICS, Registry, registry
+from impactlab.scene.facts import changes
 from impactlab.scene.frame import drift, touched_in
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
@@ -92,7 +93,8 @@ def displacement_error(
     """
     touched = touched_in(reference)
     moved = drift(scene, name, t, touched) if touched else None
-    return relative_l2(history.evaluate(t, name), reference.evaluate(t, name), moved)
+    start = float(reference.evaluate(0.0, name)) if changes(scene) else 0.0  # faces of a mechanism have positions
+    return relative_l2(history.evaluate(t, name) - start, reference.evaluate(t, name) - start, moved)
 
 
 def mass_displacement(history: AbstractHistory, reference: AbstractHistory, scene: Scene) -> float | None:

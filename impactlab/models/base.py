@@ -9,6 +9,7 @@ from typing import Any, ClassVar, Literal, NamedTuple
 import numpy as np
 
 from impactlab.errors import PairingError
+from impactlab.models.equations import AbstractEquations
 from impactlab.models.mesh.beam_elements import BeamElements
 from impactlab.numerics.banded import grounded, multiply
 from impactlab.scene.bodies import Beam, ElasticBody, WaveBody
@@ -94,6 +95,10 @@ class AbstractDiscreteModel(ABC):
         ``velocity`` is the row over velocities (the same as ``displacement``); strain, stress and force are positive
         in compression.
         """
+
+    def own_equations(self) -> AbstractEquations | None:
+        """Return the equations of motion of a body whose matrices change; None, as here, of constant ones."""
+        return None
 
     def left_out(self, x: float, quantity: Quantity, face: float) -> float:
         """Return the static compliance at x of the modes left out, per unit force to the right at ``face`` [m]: 0."""

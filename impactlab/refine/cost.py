@@ -30,6 +30,7 @@ class Cost(NamedTuple):
 EXACT = Cost(1.0, setup_s=1.5e-3, fixed_s=0.0)  # steps: the seconds that `impactlab.exact.cost` predicts
 RIGID = Cost(2.5e-7, setup_s=6e-4)
 ADAPTIVE = Cost(1e-3)
+MECHANISM = Cost(1e-3, 1e-5)  # of adaptive steps; size: coordinates of all bodies
 DELAY_LINE = Cost(2e-7, 2e-7, setup_s=6e-4)  # size: rods
 LUMPED_MESH = Cost(1.5e-7, 0.9e-9, setup_s=8e-4, margin=1.5)  # size: elements of all rods
 IMPLICIT_MESH = Cost(3e-7, 7e-9, setup_s=8e-4, margin=1.5)  # size: elements of all rods

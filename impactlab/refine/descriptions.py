@@ -32,6 +32,7 @@ from impactlab.refine.cost import Cost
 from impactlab.scene.facts import is_a_delay_line, is_coupled, on_end, rods_of, shortest_transit, split_at_contacts
 from impactlab.scene.method import Method, Simulation, StepRule, force_jumps, is_relative, laws_of, sides
 from impactlab.scene.problem import RECORDS, Scene
+from impactlab.simulate.stepping.preparation import build_bodies
 
 RATIO = 0.5 * (1.0 + math.sqrt(5.0))  # of fineness between neighbouring levels: no step is a multiple of another
 EXACT_ERROR = 1e-9  # stated for the exact solver, whose error is 1e-12 except for instants near a grazing touch
@@ -41,6 +42,7 @@ MAX_FREE_COST = 1.5  # times the fixed cost of a run, up to which a finer start 
 SMOOTH_FRONT_ELEMENTS = 100  # a rod: damped fronts wider than one of these count as smooth
 TOLERANCE_POWER = 4.0  # the tolerance of adaptive steps falls as fineness to minus this
 MIN_FINENESS = 50  # of the first level of a reference: elements, or steps in the shortest transit
+STABLE_TURN = 8.0  # rad of the highest frequency in an adaptive step of the first level; measured: 5 to 10
 MAX_STEPS_RATIO = 20.0  # over the expected number of adaptive steps: a stiffer damping is not for such steps
 
 
@@ -153,6 +155,18 @@ def stepped(asked: Simulation) -> Iterator[Description]:
     yield _implicit(asked, "lumped")
 
 
+def mechanisms(asked: Simulation) -> Iterator[Description]:
+    """Give the description of a scene with a mechanism: adaptive steps, all bodies in the shapes of their models."""
+    if all(law.smooth for law in laws_of(*asked)):
+        yield _adaptive(asked, *_frequency_and_size(asked), cost.MECHANISM)
+
+
+def _frequency_and_size(asked: Simulation) -> tuple[float, int]:
+    """Return the highest frequency of the bodies [rad/s], and the number of their coordinates."""
+    systems = [body.system for body in build_bodies(*asked).values()]
+    return max(system.highest_frequency for system in systems), sum(system.load.size for system in systems)
+
+
 def without_places(scene: Scene) -> Scene:
     """Return the scene without inner probes and snapshots."""
     probes = tuple(
@@ -198,23 +212,24 @@ def _rigid(asked: Simulation) -> Description:
     )
 
 
-def _adaptive(asked: Simulation) -> Description:
-    rises = asked.scene.duration / shortest_rise(*asked)
+def _adaptive(asked: Simulation, frequency: float = 0.0, size: int = 0, prices: Cost = cost.ADAPTIVE) -> Description:
+    rises, turns = asked.scene.duration / shortest_rise(*asked), asked.scene.duration * frequency
 
     def steps(n: int) -> float:
-        return max(10.0, rises) * math.sqrt(n / MIN_FINENESS)
+        return max(10.0, rises, turns / STABLE_TURN) * math.sqrt(n / MIN_FINENESS)
 
     def simulation(n: int) -> Simulation:
         tolerance = max(1e-4 * (MIN_FINENESS / n) ** TOLERANCE_POWER, 1e-12)
         integrator = Adaptive(relative_tolerance=tolerance, most_steps=round(MAX_STEPS_RATIO * steps(n)))
-        return Simulation(asked.scene, Method(asked.method.laws, {}, integrator, StepRule(points_per_period=10.0)))
+        step = StepRule(points_per_period=10.0)
+        return Simulation(asked.scene, Method(asked.method.laws, asked.method.models, integrator, step))
 
     return Description(
         "adaptive steps between located events",
         "grades of tolerance",
         simulation,
-        cost.ADAPTIVE,
-        lambda n: (steps(n), 0.0),
+        prices,
+        lambda n: (steps(n), size),
         reference_order=TOLERANCE_POWER,
         for_choice=False,
     )

@@ -17,8 +17,8 @@ from impactlab.refine import beam_descriptions
 from impactlab.refine.convergence import Study, finest_error
 from impactlab.refine.descriptions import MIN_FINENESS, RATIO, Description
 from impactlab.refine.serving import has_unique_solution, stepped
-from impactlab.scene.facts import beams_of
-from impactlab.scene.method import Method, Simulation, is_relative, laws_of, modelled, theories
+from impactlab.scene.facts import beams_of, changes
+from impactlab.scene.method import Method, Simulation, is_relative, laws_of, modelled, models_of, theories
 from impactlab.scene.problem import RECORDS, Scene
 
 # Names in summaries: the exact hard contact, the exact spring and dashpot of the case itself, the converged solution.
@@ -68,7 +68,7 @@ def find(scene: Scene, method: Method, budget: float = FULL_BUDGET_S) -> Referen
         The physics; its contacts have the laws of the method.
     method : Method
         Its laws: one that is hard stands for the hard contact. Its models give the theory, and the elements of a
-        relative stiffness; integrator and step are not used.
+        relative stiffness, and the shapes of the links of a mechanism; integrator and step are not used.
     budget : float
         Seconds of predicted solving that a converged solution may take (`impactlab.refine.cost`): the same scene always
         has the same reference.
@@ -88,10 +88,13 @@ def physics_key(scene: Scene, method: Method) -> Any:
     """Return everything that a reference depends on, so that methods on one scene share it."""
     laws = laws_of(scene, method)
     meshed = any(is_relative(law) for law in laws)
+    models: Any = tuple(model for _, model in modelled(scene, method)) if meshed else ()
+    if changes(scene):  # the shapes of links are given
+        models = tuple(models_of(scene, method).items())
     return (
         theories(scene, method),
         tuple(scene.bodies.values()),
-        tuple(model for _, model in modelled(scene, method)) if meshed else (),
+        models,
         scene.contacts,
         tuple(None if law.hard else law for law in laws),
         scene.duration,
@@ -127,7 +130,10 @@ def _converged(asked: Simulation, budget: float) -> Reference | None:
     the uncertainty; a solution without a second one is `UNCHECKED_FACTOR` times less certain.
     """
     found: list[Reference] = []
-    for description in _descriptions(asked):
+    descriptions = list(_descriptions(asked))
+    for description in descriptions:
+        if not found and description is descriptions[-1] and least_s(description) > FIRST_SHARE * budget:
+            break  # its three levels would not end
         enough = max(CHECK_UNCERTAINTY, 3.0 * found[0].uncertainty) if found else 0.0
         reference, spent = refine(description, budget if found else FIRST_SHARE * budget, enough)
         budget -= spent
@@ -149,7 +155,7 @@ def _converged(asked: Simulation, budget: float) -> Reference | None:
 def _descriptions(asked: Simulation) -> Iterator[Description]:
     """Give the descriptions that references use, the best first; none where the physics has no unique solution."""
     beams = beams_of(asked.scene)
-    if beams and has_unique_solution(asked):
+    if beams and not changes(asked.scene) and has_unique_solution(asked):
         continuous = beam_descriptions.continuous(asked)
         if continuous is not None:
             yield continuous
@@ -157,6 +163,12 @@ def _descriptions(asked: Simulation) -> Iterator[Description]:
             if any(beam_descriptions.is_infinite(beam) for beam in beams):
                 return
     yield from (description for description in stepped(asked) if description.reference_order > 0.0)
+
+
+def least_s(description: Description) -> float:
+    """Return the predicted seconds of the three levels without which nothing is known of an error."""
+    levels = MIN_FINENESS, round(RATIO * MIN_FINENESS), round(RATIO * round(RATIO * MIN_FINENESS))
+    return sum(description.seconds(description.per_level * level) for level in levels)
 
 
 def refine(description: Description, budget: float, enough: float = 0.0) -> tuple[Reference | None, float]:

@@ -6,7 +6,7 @@ from impactlab.errors import CaseError, PairingError
 from impactlab.exact.contact_kinds import balanced, first_gap, massless
 from impactlab.refine import beam_descriptions, descriptions
 from impactlab.refine.descriptions import Description
-from impactlab.scene.facts import bare_beam, beams_of
+from impactlab.scene.facts import bare_beam, beams_of, changes
 from impactlab.scene.method import Simulation, laws_of
 from impactlab.scene.problem import Scene
 
@@ -15,6 +15,8 @@ def stepped(asked: Simulation) -> list[Description]:
     """Return the descriptions that step and serve a scene; none where nothing converges."""
     if not has_unique_solution(asked):
         return []
+    if changes(asked.scene):
+        return list(descriptions.mechanisms(asked))
     if beams_of(asked.scene):
         return [] if beam_descriptions.is_singular(asked) else list(beam_descriptions.stepped(asked))
     return list(descriptions.stepped(asked))

@@ -28,6 +28,11 @@ def beams_of(scene: Scene) -> list[Beam]:
     return beams_among(scene.bodies.values())
 
 
+def changes(scene: Scene) -> bool:
+    """Return whether a body of a scene has matrices that change as it moves: a mechanism."""
+    return any(body.changes for body in scene.bodies.values())
+
+
 def on_end(body: Body, point: Point | Probe) -> bool:
     """Return whether a place is no inner point of a rod or a beam."""
     return point.x in (0.0, body.length)

@@ -24,6 +24,7 @@ from impactlab.simulate import beam_warnings
 from impactlab.simulate.channels import AbstractRecordedHistory
 from impactlab.simulate.pairing import energy_bound
 from impactlab.simulate.resolvability import unresolved
+from impactlab.simulate.slides import REACH_FURTHER, out_of_reach
 from impactlab.simulate.stepping import loop
 from impactlab.simulate.stepping.assembly import Assembly
 from impactlab.simulate.stepping.preparation import self_stepping
@@ -39,7 +40,6 @@ OVERLAP_WARN = 0.1  # of the travel of the faces, under a law that says that the
 NEGATIVE_LOSS_TOL = 1e-6  # of the reference energy: losses below zero that no rounding leaves
 MOMENTUM_TOL = 1e-9  # of the reference momentum: schemes and solvers keep linear sums to rounding
 SURE_CONTACTS = 2  # periods of contact of a mechanism; in the arm the third differs forty times as much as the first
-ACROSS = 0.9  # sine of the angle of a link to its slide, from which a lost run is laid to its reach
 ACROSS_WARN = 1e-6  # of gravity: a smaller part across a motion is rounding of its direction
 KICKS_WARN = 100  # of an impulse law, from which their number means nothing
 
@@ -135,7 +135,7 @@ def check_run(status: int, assembly: Assembly, history: AbstractRecordedHistory)
             text, remedy = f"a contact law raised {raised_at(raised)}", "This is a fault of the law."
         raise failure(text, remedy=remedy) from raised
     if (stuck := out_of_reach(history)) is not None:
-        raise failure(stuck, remedy="Move the slide, or give longer links or a shorter run.")
+        raise failure(stuck, remedy=REACH_FURTHER)
     if status == loop.NOT_FINITE:
         text = "the energy is not a finite number: the run diverged"
         raise failure(text, remedy="Give a smaller step, or a softer contact.")
@@ -158,25 +158,6 @@ def check_run(status: int, assembly: Assembly, history: AbstractRecordedHistory)
     remedies = dict.fromkeys(law.gain_remedy for law in laws if law.gain_remedy)
     remedy = " ".join(remedies) or f"Give a smaller step, or a softer contact{', or events: located' if cut else ''}."
     check_gain(history, bound, remedy, failure)
-
-
-def out_of_reach(history: AbstractRecordedHistory) -> str | None:
-    """Return when and at which angle a link of a mechanism reached no further to its slide; None where none did."""
-    for name, built in history.built.items():
-        if not isinstance(built.model, MechanismModel) or not built.model.mechanism.sliding:
-            continue
-        last = built.model.mechanism.sliding
-        angles = history.recorded[f"angle:{last}"]
-        known = np.isfinite(angles.values)
-        if not known.all() and known.any():
-            number = int(np.argmin(known)) - 1
-            angle = float(angles.values[number])
-            if abs(np.sin(angle)) > ACROSS:
-                return (
-                    f"the slide of '{name}' is out of reach: link '{last}' stood across it, at {angle:.6g} rad, "
-                    f"at t = {angles.times[number]:.6g} s"
-                )
-    return None
 
 
 def check_gain(history: AbstractHistory, bound: float, remedy: str, failure: Failure) -> None:

@@ -13,6 +13,7 @@ from impactlab.integrators.base import AbstractAdaptive, AbstractIntegrator
 from impactlab.models.base import AbstractRodModel, Operators
 from impactlab.plugins import kind_of, parts_inside
 from impactlab.scene.bodies import ElasticBody
+from impactlab.scene.facts import changes
 from impactlab.scene.method import Method, laws_of, modelled
 from impactlab.scene.problem import Contact, Scene
 from impactlab.types import Level
@@ -151,12 +152,13 @@ def check_located(scene: Scene, method: Method, integrator: AbstractIntegrator, 
 def check_smooth(scene: Scene, method: Method, integrator: AbstractAdaptive, own: Own) -> None:
     """Raise `PairingError` where an adaptive integrator cannot serve the laws or descriptions of a scene."""
     name = kind_of(integrator)
+    others = "midpoint" if changes(scene) else "newmark, central_difference or exact_modal"
     for number, law in enumerate(laws_of(scene, method)):
         if not law.smooth:
             raise PairingError(
                 f"integrator '{name}' needs a force that follows from gap and gap rate alone, and law "
                 f"'{kind_of(law)}' gives none",
-                remedy="Use penalty, or integrator newmark, central_difference or exact_modal.",
+                remedy=f"Use penalty, or integrator {others}.",
                 path=f"contacts.{number}.law",
             )
     for body in scene.elastic.values():

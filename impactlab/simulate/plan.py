@@ -172,9 +172,6 @@ def prepare(scene: Scene, method: Method) -> Plan:
     own = self_stepping(built)
     stepped = is_stepped(scene, own)
     if isinstance(method.integrator, AbstractAdaptive) and stepped:
-        for body in built.values():
-            if isinstance(body.model, MechanismModel):
-                body.model.check(method.integrator)
         return prepare_adaptive(scene, method, method.integrator, built)
     given = method.integrator
     integrator: AbstractIntegrator = given if isinstance(given, AbstractIntegrator) else Newmark()

@@ -211,9 +211,11 @@ def test_a_wrong_mechanism_is_refused_with_its_place_and_a_fix(
     assert remedy in raised.value.remedy
 
 
-@pytest.mark.parametrize("kind", ["newmark", "exact_modal", "central_difference", "adaptive", "hht_alpha"])
+@pytest.mark.parametrize("kind", ["newmark", "exact_modal", "central_difference", "hht_alpha"])
 def test_a_scheme_for_constant_matrices_is_refused(kind: str) -> None:
-    with pytest.raises(PairingError, match=f"'{kind}' counts on constant matrices.*Allowed: midpoint") as raised:
+    with pytest.raises(
+        PairingError, match=f"'{kind}' counts on constant matrices.*Allowed: midpoint, adaptive"
+    ) as raised:
         il.run(case_with({"solve.integrator": {"kind": kind}}))
     assert raised.value.path == "solve.integrator"
 
@@ -244,7 +246,19 @@ def test_an_effective_mass_must_be_given_where_it_changes_with_the_position() ->
     il.run(case_with({"contacts.0.law": {**law, "effective_mass": 0.25}}))
 
 
-def short(crank: dict[str, Any]) -> dict[str, Any]:
+@pytest.mark.parametrize("law", ["velocity_complementarity", "impulse_momentum", "addition_deletion"])
+def test_adaptive_steps_serve_laws_of_smooth_forces_alone(law: str) -> None:
+    text = f"integrator 'adaptive' needs a force that follows from gap and gap rate alone, and law '{law}' gives none"
+    with pytest.raises(PairingError, match=text) as raised:
+        il.run(case_with({"solve.integrator": {"kind": "adaptive"}, "contacts.0.law": {"kind": law}}))
+    assert raised.value.path == "contacts.0.law"
+    assert "midpoint" in raised.value.remedy
+
+
+ADAPTIVE = [{"kind": "adaptive", "method": method} for method in ("DOP853", "Radau")]
+
+
+def short(crank: dict[str, Any], scheme: dict[str, Any]) -> dict[str, Any]:
     """Return a mechanism whose slide comes out of reach: a rod shorter than its lowest joint is high."""
     return {
         "bodies.rod": {"kind": "link", "length": 0.105, "mass": 0.1},
@@ -252,13 +266,18 @@ def short(crank: dict[str, Any]) -> dict[str, Any]:
         "mechanisms.press.end": {"slide": -0.02},
         "contacts.0.gap": 1.0,
         "solve.duration": 0.2,
+        "solve.integrator": scheme,
+        "solve.step": {"dt": 1.0e-5} if scheme["kind"] == "midpoint" else {"points_per_period": 10},
     }
 
 
+@pytest.mark.parametrize("scheme", [{"kind": "midpoint"}, *ADAPTIVE], ids=["midpoint", "DOP853", "Radau"])
 @pytest.mark.parametrize("crank", [{"drive": {"rate": 30.0}}, {"rate": 30.0}], ids=["driven", "free"])
-def test_a_slide_that_comes_out_of_reach_ends_the_run_with_time_and_angle(crank: dict[str, Any]) -> None:
+def test_a_slide_that_comes_out_of_reach_ends_the_run_with_time_and_angle(
+    crank: dict[str, Any], scheme: dict[str, Any]
+) -> None:
     with pytest.raises(StepError, match=r"slide of 'press' is out of reach: link 'rod' .* rad, at t = ") as raised:
-        il.run(case_with(short(crank)))
+        il.run(case_with(short(crank, scheme)))
     assert raised.value.time is not None
     assert raised.value.remedy.startswith("Move the slide")
     angle, time = (float(word) for word in re.findall(r"at (?:t = )?(-?[\d.]+)", raised.value.text))

@@ -75,6 +75,11 @@ class Body(ABC):
         return ()
 
     @property
+    def sliding(self) -> str:
+        """Name of the link of a mechanism whose end moves on a slide; empty where none does."""
+        return ""
+
+    @property
     def elastic(self) -> ElasticBody | None:
         """The body itself where it deforms and needs a model, None where it is rigid."""
         return None

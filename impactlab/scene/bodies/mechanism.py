@@ -71,11 +71,6 @@ class MechanismBody(Body):
     falls = False  # its gravity is its own
 
     @property
-    def sliding(self) -> str:
-        """Name of the link whose end moves on a slide; empty where none does."""
-        return ""
-
-    @property
     def rigid_mass(self) -> float:
         return math.nan
 

@@ -31,7 +31,7 @@ class Watch:
 
     def pressed(self, gap: float, rate: float) -> float:
         """Return a number that is positive exactly where faces overlap and the law pushes; continuous."""
-        overlap = -gap / (self.system.speed * self.system.time)
+        overlap = -gap / self.system.travel
         if gap >= 0.0:
             return overlap
         return min(overlap, self.force(gap, rate) / self.system.force)

@@ -62,5 +62,4 @@ class AdaptiveHistory(AbstractRecordedHistory):
 
     def motion(self, number: int, body: str, velocities: bool) -> Array:
         system, state = self._record.system, self._record.snapshots[number][1]
-        first = system.n_dof if velocities else 0
-        return np.asarray(state[first : first + system.n_dof][system.parts[body]])
+        return np.asarray(system.motion(state)[int(velocities)][system.equations.parts[body]])

@@ -17,6 +17,7 @@ from impactlab.simulate.adaptive.history import AdaptiveHistory
 from impactlab.simulate.adaptive.law import LawFailed
 from impactlab.simulate.adaptive.record import Record
 from impactlab.simulate.adaptive.system import System
+from impactlab.simulate.slides import REACH_FURTHER, out_of_reach
 
 MIN_ACCUMULATED = 20  # events within a hundredth of the time so far that count as an accumulation
 PROGRESS_SECONDS = 0.1  # between two reports of progress
@@ -169,4 +170,6 @@ class March:
         if self.record.begun:
             self._finish()
             history = self.history
+            if remedy and (stuck := out_of_reach(history, ended=True)) is not None:
+                text, remedy = stuck, REACH_FURTHER
         raise StepError(text, time=self.time, step=self.steps, history=history, remedy=remedy) from cause

@@ -31,9 +31,13 @@ class Record:
         ]
         self.probes += probed(scene)
         self._rows = np.zeros((len(self.probes), 2 * system.n_dof))  # over displacements and velocities
-        for row, (_, body, x, quantity, factor) in zip(self._rows, self.probes, strict=True):
+        self._drives: list[tuple[int, str, int]] = []  # number of the probe, body, number of its drive
+        for number, (row, (_, body, x, quantity, factor)) in enumerate(zip(self._rows, self.probes, strict=True)):
+            if quantity == "moment" and scene.bodies[body].changes:  # it follows from accelerations
+                self._drives.append((number, body, int(x)))
+                continue
             motion = row[system.n_dof :] if quantity == "velocity" else row[: system.n_dof]
-            motion[system.parts[body]] = factor * system.built[body].model.row(x, quantity)
+            motion[system.equations.parts[body]] = factor * system.built[body].model.row(x, quantity)
         self._grid = np.linspace(0.0, scene.duration, scene.records + 1)
         self._every = max(1, scene.records // SAMPLES)
         self._next = 0
@@ -67,7 +71,10 @@ class Record:
     def _write(self, times: Array, states: Array) -> None:
         system = self.system
         gaps, _ = system.gaps_of(states)
-        probes = self._rows @ states[: 2 * system.n_dof]
+        probes = self._rows @ np.concatenate(system.motion(states))
+        moments = system.moments(times, states) if self._drives else {}
+        for number, body, drive in self._drives:
+            probes[number] = moments[body][drive]
         self._pieces.append(np.vstack((times, states[system.impulses], gaps, probes)).T)
 
     def _sample(self, time: float, state: Array) -> None:

@@ -68,6 +68,19 @@ def test_the_rate_over_the_turn_follows_from_the_energy_at_second_order() -> Non
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.05)
 
 
+def adaptively(given: il.Case, tolerance: float) -> il.Case:
+    """Return a case solved by adaptive steps, no longest one given."""
+    scheme = {"kind": "adaptive", "relative_tolerance": tolerance}
+    return given.with_settings({"solve.integrator": scheme, "solve.step": {"points_per_period": 10}})
+
+
+def test_adaptive_steps_keep_the_closed_form_of_the_rate() -> None:
+    history = il.run(adaptively(free(0.4, 1e-4, angle=0.3, rate=20.0), 1e-11))
+    times = np.linspace(0.0, 0.4, 20001)  # the recorded instants
+    angle, rate = (history.evaluate(times, f"{name}:press.flywheel") for name in ("angle", "rate"))
+    assert float(np.max(np.abs(rate / (20.0 * np.sqrt(inertia(0.3) / inertia(angle))) - 1.0))) < 1e-9
+
+
 def test_torque_and_gravity_do_the_work_that_the_energy_grows_by() -> None:
     history = il.run(free(0.3, 1e-4, angle=0.4, rate=5.0, torque=8.0, gravity=-9.81))
     angle, rate = (float(history.evaluate(0.3, f"{name}:press.flywheel")) for name in ("angle", "rate"))
@@ -138,17 +151,18 @@ def test_a_block_is_struck_as_two_equations_say() -> None:
     exact = solve_ivp(
         rates, (0.0, 0.06), [start, 20.0, 0.0, 0.0, 0.0], method="DOP853", rtol=1e-11, atol=1e-13, max_step=1e-5
     )
-    history = il.run(press(stiffness, 1e-6))
     angle, rate, moved, speed, impulse = exact.y[:, -1]
-    assert [span.impulse for span in history.contacts] == pytest.approx([impulse], rel=1e-6)
-    for channel, value in (
-        ("angle:press.flywheel", angle),
-        ("rate:press.flywheel", rate),
-        ("position:block", moved),
-        ("velocity:block", speed),
-        ("position:press.slider", R * math.cos(angle)),
-    ):
-        assert float(history.evaluate(0.06, channel)) == pytest.approx(value, rel=1e-6)
+    for given, within in ((press(stiffness, 1e-6), 1e-6), (adaptively(press(stiffness, 1e-6), 1e-11), 1e-9)):
+        history = il.run(given)
+        assert [span.impulse for span in history.contacts] == pytest.approx([impulse], rel=within)
+        for channel, value in (
+            ("angle:press.flywheel", angle),
+            ("rate:press.flywheel", rate),
+            ("position:block", moved),
+            ("velocity:block", speed),
+            ("position:press.slider", R * math.cos(angle)),
+        ):
+            assert float(history.evaluate(0.06, channel)) == pytest.approx(value, rel=within)
 
 
 @pytest.mark.parametrize(
@@ -161,7 +175,7 @@ def test_a_block_is_struck_as_two_equations_say() -> None:
         ({"contacts.0.between": ["press.flywheel", "stop"]}, "has no face 'flywheel'"),
         ({"contacts.0.between": ["press", "stop"]}, "its face must be named"),
         ({"contacts.0.along": "x"}, "no link meets here"),
-        ({"solve.integrator": {"kind": "newmark"}}, "Allowed: midpoint"),
+        ({"solve.integrator": {"kind": "newmark"}}, "Allowed: midpoint, adaptive"),
     ],
 )
 def test_a_wrong_case_is_refused(edit: dict[str, Any], text: str) -> None:

@@ -1,0 +1,145 @@
+"""Bodies with constant matrices as one system: M u'' + C u' + K u = load + forces, in bands."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import cached_property
+from typing import TYPE_CHECKING, final
+
+import numpy as np
+
+from impactlab.models.equations import AbstractEquations, Balance
+from impactlab.numerics.banded import multiply, widened
+from impactlab.simulate.stepping.preparation import BuiltBody
+from impactlab.types import Array
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
+
+def joined(matrices: list[Array]) -> Array:
+    """Return banded matrices as the blocks of one, with nothing between them."""
+    bandwidth = max(matrix.shape[0] for matrix in matrices) - 1
+    blocks = [widened(matrix, bandwidth) for matrix in matrices]
+    for block in blocks:
+        for offset in range(1, bandwidth + 1):
+            block[offset, max(0, block.shape[1] - offset) :] = 0.0
+    return np.hstack(blocks)
+
+
+def sparse(banded: Array) -> csr_array:
+    """Return a symmetric banded matrix for fast products."""
+    from scipy.sparse import csr_array, diags_array
+
+    n = banded.shape[1]
+    if n == 0:  # walls alone
+        return csr_array((0, 0))
+    lower = [banded[offset, : n - offset] for offset in range(min(len(banded), n))]
+    both = [*lower[:0:-1], *lower]
+    return csr_array(diags_array(both, offsets=range(-len(lower) + 1, len(lower)), shape=(n, n)))
+
+
+def inverse_of(mass: Array) -> Callable[[Array], Array]:
+    """Return the function that divides forces by a banded mass, factorised once."""
+    from scipy.linalg import cho_solve_banded, cholesky_banded
+
+    if not np.any(mass[1:]):
+        inverse = 1.0 / mass[0]
+        return lambda force: np.asarray((force.T * inverse).T)
+    factors = (cholesky_banded(mass, lower=True), True)
+    return lambda force: np.asarray(cho_solve_banded(factors, force, check_finite=False))
+
+
+@final
+class ConstantMatrices(AbstractEquations):
+    """Bodies whose matrices do not change. Its powers are those lost in dashpots at ends and by damping inside."""
+
+    powers = 2
+
+    def __init__(self, built: Mapping[str, BuiltBody]) -> None:
+        systems = [body.system for body in built.values()]
+        starts = np.concatenate(([0], np.cumsum([system.load.size for system in systems])))
+        self.parts = {name: slice(int(a), int(b)) for name, a, b in zip(built, starts[:-1], starts[1:], strict=True)}
+        self.n_dof = int(starts[-1])
+        self.mass, self.stiffness, self.damping = (
+            joined([getattr(system, name) for system in systems]) for name in ("mass", "stiffness", "damping")
+        )
+        self.load = np.concatenate([system.load for system in systems])
+        self.position = np.concatenate([system.displacement for system in systems])
+        self.velocity = np.concatenate([system.velocity for system in systems])
+        self._built, self._stiffness, self._damping = built, sparse(self.stiffness), sparse(self.damping)
+        self._damped = bool(np.any(self.damping))
+        self._ends = np.concatenate([system.dashpots_at_ends() for system in systems])
+        self.inverse = inverse_of(self.mass)
+        self._lost = np.zeros(2)
+
+    def at(self, time: float, p: Array, v: Array) -> tuple[Array, Array, Array]:
+        forces = self.load - self._stiffness @ p
+        if self._damped:
+            drag = self._damping @ v
+            forces -= drag
+            self._lost = np.array(self.lost_by(v, drag))
+        return p, v, forces
+
+    def accelerations(self, time: float, v: Array, forces: Array) -> tuple[Array, Array]:
+        return self.inverse(forces), self._lost
+
+    def motion(self, p: Array, v: Array) -> tuple[Array, Array]:
+        return p, v
+
+    def lost_by(self, velocity: Array, drag: Array) -> tuple[float, float]:
+        """Return the power [W] lost in dashpots and by damping; drag [N] is C v."""
+        at_ends = self._ends * velocity
+        return float((velocity * at_ends).sum()), float((velocity * (drag - at_ends)).sum())
+
+    def shares(self, masses: Mapping[str, float]) -> Array:
+        """Return the root mean square over the coordinates of a body that moves with the speed."""
+        found = np.ones(self.n_dof)
+        for name in masses.keys() & self.parts.keys():
+            part = self.parts[name]
+            found[part] = float(np.sqrt(masses[name] / self.mass[0, part].sum()))
+        return found
+
+    @cached_property
+    def linear(self) -> Array:
+        """The Jacobian without contact, dense, over displacements and velocities."""
+        n = self.n_dof
+        matrix = np.zeros((2 * n, 2 * n))
+        matrix[:n, n:] = np.eye(n)
+        matrix[n:, :n] = -self.inverse(self._stiffness.toarray())
+        matrix[n:, n:] = -self.inverse(self._damping.toarray())
+        return matrix
+
+    def losing(self, v: Array) -> tuple[Array, Array]:
+        """Return the derivatives of the powers by the velocities, (n,) each."""
+        drag, at_ends = 2.0 * (self._damping @ v), 2.0 * self._ends * v
+        return at_ends, drag - at_ends
+
+    @cached_property
+    def _ground(self) -> Array:
+        return np.concatenate([body.system.springs_to_ground() for body in self._built.values()])
+
+    @cached_property
+    def _momenta(self) -> Array:
+        """Momenta of the bodies as rows over all velocities, shape (n_bodies, n_dof)."""
+        rows = np.zeros((len(self._built), self.n_dof))
+        for row, (name, body) in zip(rows, self._built.items(), strict=True):
+            row[self.parts[name]] = body.model.momentum_row()
+        return rows
+
+    def balance(self, p: Array, v: Array, integrals: Array) -> Balance:
+        """Return energies and momenta.
+
+        Strain energy is summed over springs, to the ground and between coordinates: a rod that has travelled far loses
+        no digits.
+        """
+        strained = self._ground * p * p
+        for offset in range(1, len(self.stiffness)):
+            strained[:-offset] -= self.stiffness[offset, :-offset] * (p[offset:] - p[:-offset]) ** 2
+        energy = 0.5 * (strained + v * multiply(self.mass, v))
+        return Balance(
+            energies=np.array([energy[part].sum() for part in self.parts.values()]),
+            momenta=self._momenta @ v,
+            work=float(self.load @ p),
+            lost=(float(integrals[0]), float(integrals[1])),
+        )

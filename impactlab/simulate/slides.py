@@ -1,0 +1,31 @@
+"""Slides of mechanisms: whether a run ended because a link stood across its slide and reached no further."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from impactlab.simulate.channels import AbstractRecordedHistory
+
+ACROSS = 0.9  # sine of the angle of a link to its slide, from which a lost run is laid to its reach
+REACH_FURTHER = "Move the slide, or give longer links or a shorter run."
+
+
+def out_of_reach(history: AbstractRecordedHistory, *, ended: bool = False) -> str | None:
+    """Return when and at which angle a link of a mechanism reached no further to its slide; None where none did.
+
+    Only angles that are no longer finite count; of a run that ``ended`` early, also the last ones.
+    """
+    for name, body in history.scene.bodies.items():
+        if not body.sliding:
+            continue
+        angles = history.recorded[f"angle:{body.sliding}"]
+        known = np.isfinite(angles.values)
+        if known.any() and (ended or not known.all()):
+            number = -1 if known.all() else int(np.argmin(known)) - 1
+            angle = float(angles.values[number])
+            if abs(np.sin(angle)) > ACROSS:
+                return (
+                    f"the slide of '{name}' is out of reach: link '{body.sliding}' stood across it, "
+                    f"at {angle:.6g} rad, at t = {angles.times[number]:.6g} s"
+                )
+    return None
