@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
+from impactlab.scene.problem import Scene
 from impactlab.simulate.channels import AbstractRecordedHistory
 
 ACROSS = 0.9  # sine of the angle of a link to its slide, from which a lost run is laid to its reach
 REACH_FURTHER = "Move the slide, or give longer links or a shorter run."
+
+
+def slid(scene: Scene) -> Iterator[tuple[str, float]]:
+    """Give each body with a slide, and the number of the reading that is the angle of the link on it."""
+    for name, body in scene.bodies.items():
+        if body.sliding:
+            yield name, next(x for channel, x, _ in body.recorded if channel == f"angle:{body.sliding}")
 
 
 def out_of_reach(history: AbstractRecordedHistory, *, ended: bool = False) -> str | None:

@@ -13,7 +13,8 @@ import impactlab as il
 from impactlab import api
 from impactlab.refine.reference import FULL_BUDGET_S, RUN_BUDGET_S, physics_key
 from impactlab.report.summary import summarise
-from tests.reference.test_mechanisms import BARS, TURNED, arm, document, double_pendulum, slider_crank
+from tests.reference.chains import document
+from tests.reference.test_mechanisms import BARS, TURNED, arm, double_pendulum, slider_crank
 
 CASES = Path(__file__).parents[2] / "cases"
 TIGHT = 1e-10

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,14 +13,16 @@ import numpy as np
 from impactlab.errors import StepError
 from impactlab.history.base import ContactSpan, Event
 from impactlab.integrators.base import AbstractAdaptive, Problem
+from impactlab.scene.problem import Point
 from impactlab.simulate.adaptive.events import Change, first_change, largest_force
 from impactlab.simulate.adaptive.history import AdaptiveHistory
 from impactlab.simulate.adaptive.law import LawFailed
 from impactlab.simulate.adaptive.record import Record
 from impactlab.simulate.adaptive.system import System
-from impactlab.simulate.slides import REACH_FURTHER, out_of_reach
+from impactlab.simulate.slides import REACH_FURTHER, out_of_reach, slid
 
 MIN_ACCUMULATED = 20  # events within a hundredth of the time so far that count as an accumulation
+MIN_TILT = 1e-4  # rad, of a link from across its slide: nearer its acceleration grows beyond bounds
 PROGRESS_SECONDS = 0.1  # between two reports of progress
 
 MORE_STEPS = "Give more most_steps, a looser relative_tolerance, or for stiff scenes method Radau or BDF."
@@ -54,6 +57,7 @@ class March:
         self._events: list[Event] = []
         self._spans: list[ContactSpan] = []
         self._under_way: dict[int, Span] = {}
+        self._angles = [system.row(Point(name, x, ""), "displacement") for name, x in slid(scene)]
 
     def run(self, progress: Callable[[float], None] | None = None) -> AdaptiveHistory:
         """Return the history; raise `StepError` where solver, law or step limit fails."""
@@ -115,6 +119,10 @@ class March:
         if change is not None:
             self._change(change)
             return None
+        if self._angles and np.any(
+            np.abs(np.cos(np.array(self._angles) @ self.system.motion(self.state)[0])) < MIN_TILT
+        ):
+            self._fail("a link stands across its slide", REACH_FURTHER)
         gaps, rates = self.system.gaps_of(self.state)
         for contact, gap, rate in zip(self.system.contacts, gaps, rates, strict=True):
             contact.carry(float(gap), float(rate))
