@@ -119,9 +119,8 @@ class March:
         if change is not None:
             self._change(change)
             return None
-        if self._angles and np.any(
-            np.abs(np.cos(np.array(self._angles) @ self.system.motion(self.state)[0])) < MIN_TILT
-        ):
+        moved = self.system.motion(self.state)[0] if self._angles else self.state
+        if any(abs(math.cos(row @ moved)) < MIN_TILT for row in self._angles):
             self._fail("a link stands across its slide", REACH_FURTHER)
         gaps, rates = self.system.gaps_of(self.state)
         for contact, gap, rate in zip(self.system.contacts, gaps, rates, strict=True):
