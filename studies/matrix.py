@@ -22,7 +22,7 @@ import impactlab as il
 from impactlab import metrics, simulate
 from impactlab.api import reference_of
 from impactlab.bench.pool import outcomes
-from impactlab.errors import ImpactlabError, PluginError, StepError
+from impactlab.errors import CaseError, ImpactlabError, PluginError, StepError
 from impactlab.history import AbstractHistory
 from impactlab.integrators.base import AbstractIntegrator, AbstractScheme
 from impactlab.metrics.norms import face_channels
@@ -100,11 +100,15 @@ def variants(group: Group, name: str) -> dict[str, Any]:
     kind = registry().load(group, name)
     first = options_to_try(kind)[0]
     base = {key: first[key] for key in required(kind)}
-    made = {name: kind(**base)}
+    try:
+        made = {name: kind(**base)}
+    except CaseError:  # it needs one of several options
+        base = dict(first)
+        made = {name: kind(**base)}
     for options in options_to_try(kind):
         choice = {k: v for k, v in options.items() if isinstance(v, str | bool) and v != getattr(made[name], k)}
         if choice:
-            made.setdefault(label(name, choice), kind(**base, **choice))
+            made.setdefault(label(name, choice), kind(**{**base, **choice}))
     return made
 
 

@@ -238,6 +238,10 @@ class Contact(BodyKeys):
         ``"allowed"`` lets a gap be negative.
     along : str or sequence of float
         Direction of a contact on a link of a mechanism: ``"x"``, ``"y"`` or ``[cos, sin]``.
+    pieces : int
+        Number of equal pieces of a contact along a body, ``"pile.along(5 m, 20 m)"``.
+    name : str
+        Name of the sum of its forces, ``force:NAME``.
     **others
         Other keys of a case file; unknown ones are refused by `Case`.
     """
@@ -252,9 +256,12 @@ class Contact(BodyKeys):
         lever_arm: Value | None = None,
         overlap: str | None = None,
         along: str | Sequence[float] | None = None,
+        pieces: int | None = None,
+        name: str | None = None,
         **others: Any,
     ) -> None:
         given = {"law": law, "gap": gap, "lever_arm": lever_arm, "overlap": overlap, "along": along}
+        given |= {"pieces": pieces, "name": name}
         super().__init__(between=[left, right], **given, **others)
 
 

@@ -9,13 +9,14 @@ from typing import Any
 from impactlab.casefile.blocks import ElasticBlock
 from impactlab.casefile.check import reference_rod
 from impactlab.casefile.contacts import faces_of, lever_arm_of, marks_of
+from impactlab.casefile.joined import points_of
 from impactlab.casefile.mechanism_parts import chains_of, parts_of, placed
 from impactlab.casefile.mechanisms import gravity_of, links_of, mechanism_body, vector
 from impactlab.casefile.parts import read_part
 from impactlab.casefile.schema import CaseBlock, Frames, MassBlock, RoundTrips
 from impactlab.casefile.turning import turning
 from impactlab.contact.base import AbstractContactLaw
-from impactlab.errors import CaseError, ImpactlabError, PluginError
+from impactlab.errors import CaseError, ImpactlabError, PairingError, PluginError
 from impactlab.models.base import AbstractRodModel
 from impactlab.plugins import INTEGRATORS, LAWS, MECHANISMS, METRICS, MODELS, Registry
 from impactlab.scene.bodies import Body, ElasticBody, Mass, PartMechanism, Wall
@@ -40,11 +41,14 @@ def build(case: CaseBlock, name: str, registry: Registry) -> Simulation:
     """
     models = _models(case, registry)
     parts = parts_of(case, vector(case.gravity), registry)
-    contacts = tuple(_contact(case, number, parts) for number in range(len(case.contacts)))
+    by_block = [_contacts(case, number, parts) for number in range(len(case.contacts))]
+    contacts = tuple(contact for each in by_block for contact in each)
     links = links_of(case)
     bodies = turning(case, {label: _body(case, label) for label in case.bodies if label not in links}, contacts)
     bodies = {**bodies, **{name: mechanism_body(case, name, marks_of(case, name)) for name in chains_of(case)}, **parts}
-    laws = {contact.name: _law(case, number, registry) for number, contact in enumerate(contacts)}
+    laws: dict[str, AbstractContactLaw] = {}
+    for number, each in enumerate(by_block):
+        laws |= {contact.name: _law(case, number, registry) for contact in each}
     rod = reference_rod(case)
     counted = bodies[rod] if rod is not None else None
     round_trip = counted.round_trip if isinstance(counted, ElasticBody) else float("nan")
@@ -150,11 +154,16 @@ def _body(case: CaseBlock, name: str) -> Body:
     return block.body(name, lever_arm_of(case, name))
 
 
-def _contact(case: CaseBlock, number: int, parts: Mapping[str, PartMechanism]) -> Contact:
+def _contacts(case: CaseBlock, number: int, parts: Mapping[str, PartMechanism]) -> list[Contact]:
+    """Return the contact of a block, or one for each of its pieces along a body."""
     block, faces = case.contacts[number], faces_of(case, number)
-    paths = (f"contacts.{number}.between.{side}" for side in (0, 1))
-    left, right = (placed(face.point, parts, path) for face, path in zip(faces, paths, strict=True))
-    return Contact(left, right, block.gap, block.overlap is not None)
+    paths = [f"contacts.{number}.between.{side}" for side in (0, 1)]
+    group = block.name or ("|".join(face.point.label for face in faces) if block.pieces is not None else "")
+    found = []
+    for points in points_of(*faces, block.pieces or 1):
+        left, right = (placed(point, parts, path) for point, path in zip(points, paths, strict=True))
+        found.append(Contact(left, right, block.gap, block.overlap is not None, group))
+    return found
 
 
 def _law(case: CaseBlock, number: int, registry: Registry) -> AbstractContactLaw:
@@ -171,7 +180,13 @@ def _law(case: CaseBlock, number: int, registry: Registry) -> AbstractContactLaw
                     path=f"{path}.{field.name}",
                 )
     made: AbstractContactLaw = law
-    return made
+    if block.pieces is None:
+        return made
+    try:
+        return made.divided(block.pieces)
+    except PairingError as error:
+        error.path = path
+        raise
 
 
 def _integrator(case: CaseBlock, models: Mapping[str, AbstractRodModel], registry: Registry) -> Any:

@@ -306,7 +306,7 @@ def _make(name: str, file: str, document: Document, registry: plugins.Registry) 
             fault = case_error(error, document.data, allowed=CaseBlock)
             raise combined([fault, *part_faults(document.data, registry)]) from error
         try:
-            check(checked)
+            check(checked, registry)
             built = build(checked, name, registry)
         except ImpactlabError as error:
             raise combined([error, *part_faults(document.data, registry)]) from error

@@ -9,16 +9,18 @@ import numpy as np
 
 from impactlab.casefile.blocks import ElasticBlock
 from impactlab.casefile.contacts import RULES_OF_CONTACTS, Met, met
+from impactlab.casefile.joined import check_bonds, is_joined
 from impactlab.casefile.mechanisms import check_mechanisms, gravity_is_one, links_of, tolerance_serves
 from impactlab.casefile.points import check_place, find_body
 from impactlab.casefile.schema import CHOSEN, CaseBlock, Frames, RoundTrips, WallBlock
 from impactlab.casefile.words import listed, shown
 from impactlab.errors import CaseError, combined
+from impactlab.plugins import Registry
 from impactlab.scene.bodies import Table
 from impactlab.scene.ranges import range_of
 
 
-def check(case: CaseBlock) -> None:
+def check(case: CaseBlock, registry: Registry) -> None:
     """Raise the `CaseError` of the first broken rule, which holds the others."""
     faults: list[CaseError] = []
 
@@ -41,11 +43,13 @@ def check(case: CaseBlock) -> None:
     contacts: list[Met] = []
     for number in range(len(case.contacts)):
         with gathered():
-            contacts.append(met(case, number, contacts))
+            contacts.append(met(case, number, contacts, is_joined(case.contacts[number], registry)))
     for check_contact in RULES_OF_CONTACTS:
         for contact in contacts:
             with gathered():
                 check_contact(contact)
+    with gathered():
+        check_bonds(case)
     for check_case in RULES:
         with gathered():
             check_case(case)

@@ -41,6 +41,7 @@ class Met(NamedTuple):
     faces: Faces
     bodies: tuple[Any, Any]  # their blocks: of a body, or of a mechanism
     before: tuple[Any, ...]  # (Met, ...), the contacts before it
+    joined: bool = False  # whether it is a link
 
     @property
     def block(self) -> ContactBlock:
@@ -124,12 +125,12 @@ def links_meet_others(contact: Met) -> None:
             )
 
 
-def met(case: CaseBlock, number: int, before: Sequence[Met]) -> Met:
+def met(case: CaseBlock, number: int, before: Sequence[Met], joined: bool = False) -> Met:
     """Return a contact with its faces and bodies; raise `CaseError` on a wrong name."""
     faces = faces_of(case, number)
     blocks = {**case.mechanisms, **case.bodies}
     left, right = (blocks[name] for name in faces.names)
-    return Met(case, number, faces, (left, right), tuple(before))
+    return Met(case, number, faces, (left, right), tuple(before), joined)
 
 
 def lever_arm_of(case: CaseBlock, name: str) -> float:
@@ -234,6 +235,8 @@ def stops_leave_room(contact: Met) -> None:
 
 def gap_is_open(contact: Met) -> None:
     """Refuse faces that overlap before the run, unless the contact allows it."""
+    if contact.joined:
+        return
     gap, moved = contact.block.gap, 0.0
     for face, body, sign in zip(contact.faces, contact.bodies, (-1.0, 1.0), strict=True):
         shape = body.profile if isinstance(body, ElasticBlock) else None
@@ -246,6 +249,37 @@ def gap_is_open(contact: Met) -> None:
         shapes = "" if gap == contact.block.gap else " with the displacement at t = 0"
         text = f"the gap is {gap:g} m{shapes}: the faces overlap before the run. Allowed: 0 or more"
         raise contact.refused(text, "Give a gap of 0 or more, or `overlap: allowed` for this contact.", "gap")
+
+
+def links_have_no_gap(contact: Met) -> None:
+    """Refuse a gap or an overlap of a link, whose faces are joined from the start."""
+    for key in ("gap", "overlap"):
+        if contact.joined and key in contact.block.model_fields_set and getattr(contact.block, key) is not None:
+            kind = contact.block.law["kind"] if contact.block.law else ""
+            raise contact.refused(
+                f"law {kind!r} joins its faces from t = 0, so there is no {key} between them",
+                f"Remove {key}; slack has a play, smith and specimen with tension: false part.",
+                key,
+            )
+
+
+def pieces_lie_along_a_body(contact: Met) -> None:
+    """Refuse pieces without a face along a body, such a face without pieces, and two such faces."""
+    along = [face for face in contact.faces if face.span is not None]
+    if not along and contact.block.pieces is not None:
+        raise contact.refused(
+            "pieces share out a contact along a body, and no face here lies along one",
+            "Write between: [body.along(from, to), other], or remove pieces.",
+            "pieces",
+        )
+    if along and contact.block.pieces is None:
+        raise contact.refused(
+            f"this key is missing: {along[0].point.label} is a range of places",
+            "Give pieces: the number of equal pieces, each with a link at its centre.",
+            "pieces",
+        )
+    if len(along) == 2:
+        raise contact.refused("both faces lie along a body", "Let one of the two be a mass, a wall or one place.")
 
 
 def order_is_possible(contact: Met) -> None:
@@ -275,7 +309,7 @@ def _orders(contact: Met) -> bool:
     """
     turning = {**links_of(contact.case), **contact.case.mechanisms}
     linked = any(name in turning for name in contact.faces.names)
-    inner = linked or any("at(" in face.point.label for face in contact.faces)
+    inner = linked or any("(" in face.point.label for face in contact.faces)
     return not inner and not any(isinstance(body, WallBlock) for body in contact.bodies)
 
 
@@ -295,6 +329,8 @@ RULES_OF_CONTACTS = (
     shaft_has_a_lever_arm,
     stops_leave_room,
     gap_is_open,
+    links_have_no_gap,
+    pieces_lie_along_a_body,
     order_is_possible,
     has_a_law,
 )

@@ -1,4 +1,4 @@
-"""Reads the faces that a contact names: ``hammer``, ``rod.left``, ``rod.right``, ``rod.at(0.15)``."""
+"""Reads the faces that a contact names: ``hammer``, ``rod.left``, ``rod.at(0.15)``, ``pile.along(5 m, 20 m)``."""
 
 from __future__ import annotations
 
@@ -24,6 +24,7 @@ class Face(NamedTuple):
     point: Point
     end: str  # left, right, or empty for an inner point, a mass and a wall
     body: str  # its name in the case; a link is part of the body that its mechanism is
+    span: tuple[float, float] | None = None  # m, of a face along a body
 
 
 def read_face(case: CaseBlock, text: str, path: str) -> Face:
@@ -57,6 +58,8 @@ def read_face(case: CaseBlock, text: str, path: str) -> Face:
     length = body.total_length
     if side == "at" and place is not None:
         return _inner(name, place, length, text, path)
+    if side == "along" and place is not None and place.count(",") == 1:
+        return _along(name, place, length, text, path)
     if side not in ("left", "right") or place is not None:
         hint = closest(side, ("left", "right"))
         raise CaseError(
@@ -96,12 +99,30 @@ def find_body(case: CaseBlock, name: str, path: str) -> BodyBlock:
     return case.bodies[name]
 
 
-def _inner(name: str, place: str, length: float, text: str, path: str) -> Face:
+def _place(place: str, name: str, length: float, text: str, path: str) -> float:
+    """Return a place on a body, ``0.15`` or ``150 mm`` [m]."""
     try:
-        x = float(place) if _NUMBER.fullmatch(place.strip()) else to_si(place, "m")
+        x = float(place) if _NUMBER.fullmatch(place.strip()) else to_si(place.strip(), "m")
     except ValueError as error:
         raise CaseError(f"{shown(text)}: {error}", remedy=_REMEDY, path=path) from error
     check_place(x, name, length, path)
+    return x
+
+
+def _along(name: str, places: str, length: float, text: str, path: str) -> Face:
+    start, end = (_place(place, name, length, text, path) for place in places.split(","))
+    if start >= end:
+        raise CaseError(
+            f"{shown(text)} runs from {start:g} to {end:g} m. Allowed: from a smaller x to a larger one",
+            remedy=f"Write {name}.along(from, to), x from the left end.",
+            path=path,
+        )
+    label = f"{name}.along({start:.6g}, {end:.6g})"
+    return Face(Point(name, 0.5 * (start + end), label), "", name, (start, end))
+
+
+def _inner(name: str, place: str, length: float, text: str, path: str) -> Face:
+    x = _place(place, name, length, text, path)
     end = "left" if x == 0.0 else "right" if x == length else ""
     return Face(Point(name, x, f"{name}.at({x:.6g})"), end, name)
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from impactlab.casefile.blocks import end_values, profile_values
 from impactlab.casefile.build import DEFAULT_INTEGRATOR
+from impactlab.casefile.contacts import faces_of
 from impactlab.casefile.mechanisms import direction
 from impactlab.casefile.parts import describe_part
 from impactlab.casefile.schema import BodyBlock, CaseBlock, Frames
@@ -44,17 +45,7 @@ def resolve(case: CaseBlock, scene: Scene, method: Method) -> dict[str, Any]:
         "bodies": {name: _body(scene.bodies[name], block) for name, block in case.bodies.items() if name not in links}
         | {name: _link(link) for name, link in links.items()},
         **({"mechanisms": {each.name: _mechanism(each, case) for each in mechanisms}} if mechanisms else {}),
-        "contacts": [
-            {
-                "between": [contact.left.label, contact.right.label],
-                "gap": contact.gap,
-                **({} if block.along is None else {"along": list(direction(block.along))}),
-                **({} if block.lever_arm is None else {"lever_arm": block.lever_arm}),
-                **({"overlap": "allowed"} if contact.overlap_allowed else {}),
-                **({} if block.law is None else {"law": describe_part(method.laws[contact.name], block.law)}),
-            }
-            for contact, block in zip(scene.contacts, case.contacts, strict=True)
-        ],
+        "contacts": _contacts(case, scene, method),
         "solve": solve,
         "gravity": list(mechanisms[0].gravity) if mechanisms else scene.gravity,
         "probes": [{"body": probe.body, "at": probe.x, "quantity": probe.quantity} for probe in scene.probes],
@@ -66,6 +57,25 @@ def resolve(case: CaseBlock, scene: Scene, method: Method) -> dict[str, Any]:
         "variants": list(case.variants),
         "derived": _derived(scene),
     }
+
+
+def _contacts(case: CaseBlock, scene: Scene, method: Method) -> list[dict[str, Any]]:
+    """Return the contacts as the case gives them: one block for all pieces along a body, with the totals of its law."""
+    found, at = [], 0
+    for number, block in enumerate(case.contacts):
+        contact = scene.contacts[at]
+        at += block.pieces or 1
+        labels = [face.point.label for face in faces_of(case, number)] if block.pieces else None
+        entry: dict[str, Any] = {"between": labels or [contact.left.label, contact.right.label], "gap": contact.gap}
+        entry |= {} if block.along is None else {"along": list(direction(block.along))}
+        entry |= {} if block.lever_arm is None else {"lever_arm": block.lever_arm}
+        entry |= {key: value for key in ("pieces", "name") if (value := getattr(block, key)) is not None}
+        entry |= {"overlap": "allowed"} if contact.overlap_allowed else {}
+        if block.law is not None:
+            law = method.laws[contact.name]
+            entry["law"] = describe_part(law if block.pieces is None else law.divided(1.0 / block.pieces), block.law)
+        found.append(entry)
+    return found
 
 
 def _described(case: CaseBlock, scene: Scene, method: Method) -> dict[str, Any]:

@@ -79,13 +79,21 @@ BodyBlock = Annotated[
 class ContactBlock(Block):
     """Two faces that may meet."""
 
-    between: tuple[str, str] = Field(description="left and right face: body, body.left, body.right or body.at(x)")
+    between: tuple[str, str] = Field(
+        description="left and right face: body, body.left, body.right, body.at(x) or body.along(from, to)"
+    )
     gap: Place = Field(default=0.0, description="gap at t = 0 [m], positive when open")
     lever_arm: Length | None = Field(
         default=None, description="distance of the contact from the axis of the shaft that it turns [m]"
     )
     along: Annotated[Any, ALONG] = Field(
         default=None, description="direction of a contact on a mechanism: x, y or [cos, sin], fixed in space"
+    )
+    pieces: Annotated[int | None, Allowed("1", (("ge", 1), ("le", 400)), whole=True, nothing=True).reader()] = Field(
+        default=None, description="number of equal pieces of a contact along a body, body.along(from, to)"
+    )
+    name: Name | None = Field(
+        default=None, description="name of the sum of its forces, force:NAME; contacts of one name are summed"
     )
     overlap: Annotated[str | None, Allowed(words=("allowed",), nothing=True).reader()] = Field(
         default=None, description="'allowed' lets a gap be negative"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
 from impactlab.errors import PairingError
@@ -40,6 +40,7 @@ class AbstractContactLaw(ABC):
     hard: ClassVar[bool] = False  # True: an approximation of the hard unilateral contact, which then is its reference
     holds_position: ClassVar[bool] = False  # True: a hard position constraint, under which some schemes gain energy
     smooth: ClassVar[bool] = False  # True: the force follows from gap and rate alone; steps may have any length
+    two_sided: ClassVar[bool] = False  # True: a link, joined from t = 0, whose force has either sign
     noted: ClassVar[tuple[Noted, ...]] = ()  # counts in its memory that a run reports as warnings
     why_failed: ClassVar[str] = "a contact law gave no answer"  # text of the StepError after a failed reply
     gains_energy: ClassVar[float] = 0.0  # declared bound on the energy gain, relative; inf where none is known
@@ -83,6 +84,15 @@ class AbstractContactLaw(ABC):
     def is_spring(self) -> bool:
         """Whether the law is a constant spring and dashpot, solved from event to event on continuous rods."""
         return type(self).spring is not AbstractContactLaw.spring
+
+    def divided(self, pieces: float) -> AbstractContactLaw:
+        """Return the law of one of several equal pieces that share its totals; raise `PairingError` where none can."""
+        text = "this law cannot be shared between pieces"
+        raise PairingError(text, remedy="Use a law of totals, such as smith, elastic_plastic or slack.")
+
+    def set_of(self, memory: Sequence[float]) -> float | None:
+        """Return the permanent deformation [m] from the memory of a law; None where it has none."""
+        return None
 
     def stiffness_at(self, overlap: float, left: SideFacts, right: SideFacts) -> float | None:
         """Return the tangent stiffness [N/m] at an overlap [m]; inf of a hard law, None where it is not known."""

@@ -51,6 +51,17 @@ class ContactSpan(NamedTuple):
         return duration if self.end is None else self.end
 
 
+class LinkResult(NamedTuple):
+    """What became of a link, or of all links of one name: forces, permanent set, energy taken."""
+
+    name: str
+    pieces: int
+    set: float | None  # m, the largest of its pieces; None of a law without one
+    largest: float  # N, of the sum of the pieces
+    smallest: float  # N, negative where it pulled
+    loss: float  # J
+
+
 class Warned(NamedTuple):
     """A warning of a run: a code for programs, a text for people."""
 
@@ -158,6 +169,7 @@ class AbstractHistory(Views, ABC):
     dt: float | None  # s, the step; None for an exact history
     events: tuple[Event, ...]
     contacts: tuple[ContactSpan, ...]
+    links: tuple[LinkResult, ...] = ()
     energy: EnergyBook
     warnings: list[Warned]
     cost: Cost

@@ -6,6 +6,7 @@ import contextlib
 import json
 import math
 import sys
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +25,7 @@ else:  # they load numba or the drivers, which `check` and the listings need not
     choice, loop = lazy("impactlab.report.choice"), lazy("impactlab.simulate.stepping.loop")
 
 MAX_LINES = 12  # of events, contacts or collisions that are printed; an impulse law may have thousands
+MANY_LAWS = 4  # from which the laws of contacts are counted by kind
 STEADY = (
     ("rate", "rad/s", ""),
     ("tip_radius", "m", " tip radius"),
@@ -66,7 +68,10 @@ def summary_text(summary: Mapping[str, Any]) -> str:
     """Return the summary of a run for people."""
     method = summary["method"]
     models = ", ".join(f"{name} {model['kind']}" for name, model in method["models"].items()) or "rigid bodies"
-    laws = ", ".join(law["kind"] for law in method["laws"]) or "no contact"
+    kinds = [law["kind"] for law in method["laws"]]
+    if len(kinds) > MANY_LAWS:
+        kinds = [f"{count} {kind}" for kind, count in Counter(kinds).items()]
+    laws = ", ".join(kinds) or "no contact"
     serious = [warned for warned in summary["warnings"] if warned["code"] in SERIOUS]
     unsaid = "no steps" if method["dt"] is None else "steps of its own"
     integrator = method["integrator"]["kind"] if method["integrator"] else unsaid
@@ -77,6 +82,7 @@ def summary_text(summary: Mapping[str, Any]) -> str:
     ]
     lines += _shortened(summary["events"], _event, "events", lambda event: event.get("impulse"))
     lines += _shortened(summary["contacts"], _contact, "contacts", lambda span: span["impulse"])
+    lines += [_link(each) for each in summary.get("links", ())]
     collisions = summary["collisions"]
     lines += _shortened(
         collisions, lambda each: f"  collision {sentence(each)}", "collisions", lambda each: each["impulse"]
@@ -114,6 +120,14 @@ def summary_text(summary: Mapping[str, Any]) -> str:
     others = [warned for warned in summary["warnings"] if warned not in serious]
     lines += [f"  warning   {line}" for line in warning_lines(others)]
     return "\n".join(lines)
+
+
+def _link(link: Mapping[str, Any]) -> str:
+    """Return the line of a link."""
+    several = f" ({link['pieces']} pieces)" if link["pieces"] > 1 else ""
+    moved = "" if link["set"] is None else f"set {_number(link['set'])} m, "
+    forces = f"force {_number(link['smallest'])} to {_number(link['largest'])} N"
+    return f"  link      {link['name']}{several}: {moved}{forces}, takes {_number(link['loss'])} J"
 
 
 def verdict_text(document: Mapping[str, Any]) -> str:

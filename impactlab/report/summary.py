@@ -87,6 +87,7 @@ def summarise(
         "method": method(history),
         "events": [_event(event) for event in history.events],
         "contacts": [_contact(span) for span in history.contacts],
+        "links": [each._asdict() for each in history.links],
         "collisions": [dataclasses.asdict(each) for each in collisions(scene, history)],
         "final": final(scene, history),
         "energy": energy(history),

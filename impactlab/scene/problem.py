@@ -28,12 +28,13 @@ class Point:
 
 @dataclass(frozen=True)
 class Contact:
-    """Two faces that may meet, left and right; gap = gap0 + u_right - u_left."""
+    """Two faces that may meet, or are joined, left and right; gap = gap0 + u_right - u_left."""
 
     left: Point
     right: Point
     gap: float  # m, at t = 0
     overlap_allowed: bool = False
+    group: str = ""  # name of the contacts whose forces are summed, such as the pieces of a shaft
 
     @cached_property
     def name(self) -> str:

@@ -62,7 +62,8 @@ def add_warnings(history: AbstractHistory) -> None:
                 found.append(Warned(noted.code, f"{contact.name}: {noted.text.format(count=count)}"))
     found += [*sensitive_sequences(history), *guided_weights(scene)]
     touched = {event.contact for event in history.events}
-    for contact in scene.contacts:
+    meeting = [contact for contact in scene.contacts if not laws[contact.name].two_sided]
+    for contact in meeting:
         if contact.name not in touched:
             smallest = float(history.evaluate(np.linspace(0.0, history.duration, 500), f"gap:{contact.name}").min())
             text = f"{contact.name}: the faces never met; the smallest gap was {smallest:.6g} m"
@@ -75,7 +76,7 @@ def add_warnings(history: AbstractHistory) -> None:
         text = f"{100 * loss:.2g} % of the reference energy was lost without a formula: to the scheme, or to the law"
         found.append(Warned("energy_loss", text))
     if scene.round_trip > 0.0:
-        for contact in scene.contacts:
+        for contact in meeting:
             graze = near_grazing if laws[contact.name].answers_force else grazing_kick
             if (text_or_none := graze(history, contact.name, scene.round_trip, history.dt or 0.0)) is not None:
                 found.append(Warned("near_grazing", text_or_none))

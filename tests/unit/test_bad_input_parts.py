@@ -127,7 +127,7 @@ def number_faults(field: Holds) -> Iterator[Fault]:
             yield Fault(f"{{relative: {given}}}", (f"{given} is not a finite number",), ".relative")
     yield Fault("1e999", ("is beyond any number",))
     if takes_texts(field.unit):
-        yield Fault("3 furlong", ("'3 furlong'", f"allowed: a number in {field.unit}"))
+        yield Fault("3 candela", ("'3 candela'", f"allowed: a number in {field.unit}"))
 
 
 def faults(field: Holds) -> Iterator[Fault]:

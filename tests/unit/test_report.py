@@ -41,6 +41,7 @@ class Law:
     """Stands for a contact law."""
 
     answers_force: ClassVar[bool] = True
+    hard: ClassVar[bool] = False
 
     def restitutions(self) -> None:
         return None

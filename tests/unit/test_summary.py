@@ -28,6 +28,7 @@ class SoftSpring:
     """Stands for a law with options."""
 
     answers_force: ClassVar[bool] = True
+    hard: ClassVar[bool] = False
     force_jumps: ClassVar[bool] = False
     stiffness: float | Relative = 1.0
     damping: float = 0.0

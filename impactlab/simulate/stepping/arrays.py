@@ -81,6 +81,11 @@ class ContactRecord(ctypes.Structure):
     sum_force: float  # N s, since the last record
     total: float  # N s, force times time and impulses, since t = 0
     negative: float  # J, sum of the negative losses of the replies; zero by contract
+    joined: int  # 1 for a link, whose force has either sign from t = 0
+    moved: int  # sweep of this step in which its reply changed last
+    largest: float  # N, so far
+    smallest: float  # N, so far
+    lost: float  # J, so far
 
 
 @record
@@ -197,6 +202,7 @@ class StepArrays(NamedTuple):
     influence: (
         Floats  # (9, 3 n_contacts, n_contacts) of contacts on faces (2 n_contacts) and pushed rows: see the layers
     )
+    coupled: Ints  # (n_contacts, 1 + n_contacts) how many contacts act on the faces of each, and which: itself too
     row_start: Ints  # (n_rows + 1,)
     row_index: Ints  # into the state
     row_value: Floats
@@ -205,7 +211,7 @@ class StepArrays(NamedTuple):
     sample: Floats  # (room, 6 + 3 n_bodies) time, stored, four losses; energy, work, momentum of each body
     snapshot_state: Floats  # (n_snapshots, 2, n_state)
     scratch: Floats  # (4,)
-    coupled: Floats  # (2 n_contacts, 2 n_contacts + 3) linear system of coupled contacts; empty for one contact
+    system: Floats  # (2 n_contacts, 2 n_contacts + 3) linear system of coupled contacts; empty for one contact
     other_state: Floats  # values exchanged as a contact of a body with phases opens or closes: empty without phases,
     #                      else one array after the other in the shapes of parameters, momentum, jump, responses,
     #                      row_value, left_out

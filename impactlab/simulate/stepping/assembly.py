@@ -101,7 +101,7 @@ class Assembly:
         self.events, events = records(EventRecord, max(MIN_EVENTS, 1024 * len(scene.contacts)))
         faces, pushes = self._faces_and_pushes()
         n_contacts = len(scene.contacts)
-        coupled = 2 * n_contacts if n_contacts > 1 else 0
+        unknowns = 2 * n_contacts if n_contacts > 1 else 0
         room = (4 if plan.method.events == "located" else 1) * (plan.steps // self.stride + 8) + 256
         self.memory = StepArrays(
             clock=clock,
@@ -123,6 +123,7 @@ class Assembly:
             jump=values.jump,
             responses=values.responses,
             influence=np.zeros((LAYERS, 3 * n_contacts, n_contacts)),
+            coupled=np.zeros((n_contacts, 1 + n_contacts), np.int64),
             row_start=row_start,
             row_index=row_index,
             row_value=row_value,
@@ -131,7 +132,7 @@ class Assembly:
             sample=np.zeros((plan.steps // self.sample_stride + 8, SAMPLED + 3 * len(built))),
             snapshot_state=np.zeros((len(scene.field_times), 2, state.size)),
             scratch=np.zeros(4),
-            coupled=np.zeros((coupled, coupled + 3)),
+            system=np.zeros((unknowns, unknowns + 3)),
             other_state=other_state,
             maps=maps,
         )
@@ -317,7 +318,8 @@ class Assembly:
             port.jump_in_force = float(self.integrator.jump_in_force or own)
             static = [self._static_compliance(point.body, point.x) for point in points]
             record.law = self.laws[number].value
-            record.dates, record.smooth = int(law.answers_force), int(law.smooth)
+            record.dates, record.smooth = int(law.answers_force and not law.two_sided), int(law.smooth)
+            record.joined = int(law.two_sided)
             record.projects_first, record.load_point = int(self.integrator.projects_first), self.integrator.load_point
             record.trial_point = 1.0 if law.trial_at_end else self.integrator.load_point
             record.initial_gap = contact.gap - self._placed(contact.right) + self._placed(contact.left)

@@ -46,12 +46,12 @@ def effect_of(m: StepArrays, target: int, layer: int, contact: ContactRecord, ot
 @INLINE
 def evaluate_law(m: StepArrays, number: int, time: float, dt: float) -> None:
     """Evaluate a law for the state and the present replies of the other contacts."""
-    n_contacts = len(m.contacts)
     contact, port, reply = m.contacts[number], m.ports[number], m.replies[number]
     left, right = m.faces[2 * number], m.faces[2 * number + 1]
     left_u, right_u, left_v, right_v = left.free_u, right.free_u, left.free_v, right.free_v
     others_rate, others_pushed, predicted = 0.0, 0.0, 0.0
-    for other in range(n_contacts):
+    for place in range(1, m.coupled[number, 0] + 1):
+        other = m.coupled[number, place]
         if other == number:
             continue
         theirs = m.contacts[other]
@@ -63,7 +63,7 @@ def evaluate_law(m: StepArrays, number: int, time: float, dt: float) -> None:
             right_v += effect_of(m, b, 1, theirs, other)
             others_rate += (m.influence[V_JUMP, b, other] - m.influence[V_JUMP, a, other]) * theirs.impulse
             predicted += (m.influence[V_JUMP, b, other] - m.influence[V_JUMP, a, other]) * theirs.projection
-            others_pushed += effect_of(m, 2 * n_contacts + number, 0, theirs, other)
+            others_pushed += effect_of(m, 2 * len(m.contacts) + number, 0, theirs, other)
     own_pushed = port.free_pushed
     port.time, port.dt = time, dt
     port.left.displacement, port.right.displacement = left.u, right.u
@@ -90,14 +90,25 @@ def evaluate_law(m: StepArrays, number: int, time: float, dt: float) -> None:
     port.free_pushed = own_pushed
 
 
+@INLINE
+def heard_news(m: StepArrays, number: int, sweep: int) -> bool:
+    """Return whether a contact that acts on this one has changed its reply since this one was evaluated."""
+    news = False
+    for place in range(1, m.coupled[number, 0] + 1):
+        other = m.coupled[number, place]
+        if other != number:
+            news = news or m.contacts[other].moved == (sweep if other < number else sweep - 1)
+    return news
+
+
 @PART
 def write_residuals(m: StepArrays, time: float, dt: float, column: int) -> None:
     """Write the residuals of all contacts, reply less present value, into a column of the linear system."""
     for number in range(len(m.contacts)):
         evaluate_law(m, number, time, dt)
         contact, reply = m.contacts[number], m.replies[number]
-        m.coupled[2 * number, column] = (reply.force - contact.force) * dt
-        m.coupled[2 * number + 1, column] = reply.impulse - contact.impulse
+        m.system[2 * number, column] = (reply.force - contact.force) * dt
+        m.system[2 * number + 1, column] = reply.impulse - contact.impulse
 
 
 @PART
@@ -112,7 +123,7 @@ def newton(m: StepArrays, time: float, dt: float, largest: float) -> None:
     known, base, ahead = size, size + 1, size + 2
     write_residuals(m, time, dt, known)
     for i in range(size):
-        m.coupled[i, base] = m.coupled[i, known]
+        m.system[i, base] = m.system[i, known]
     step = 1e-3 * largest
     if not 0.0 < step < math.inf:
         return
@@ -127,17 +138,17 @@ def newton(m: StepArrays, time: float, dt: float, largest: float) -> None:
         contact.force, contact.impulse = force, impulse
         for i in range(size):
             own = 1.0 if i == unknown else 0.0  # derivative of the present value
-            behind = (m.coupled[i, base] - m.coupled[i, unknown]) / step + own
-            beyond = (m.coupled[i, ahead] - m.coupled[i, base]) / step + own
+            behind = (m.system[i, base] - m.system[i, unknown]) / step + own
+            beyond = (m.system[i, ahead] - m.system[i, base]) / step + own
             slope = beyond if abs(beyond) > abs(behind) else behind
             given = m.contacts[i // 2].force if i % 2 == 0 else m.contacts[i // 2].impulse
-            answered = m.coupled[i, base] + (given * dt if i % 2 == 0 else given)
-            m.coupled[i, unknown] = own - (slope if answered != 0.0 else 0.0)
-    solve_dense(m.coupled, size)
+            answered = m.system[i, base] + (given * dt if i % 2 == 0 else given)
+            m.system[i, unknown] = own - (slope if answered != 0.0 else 0.0)
+    solve_dense(m.system, size)
     for number in range(len(m.contacts)):
         contact = m.contacts[number]
-        contact.force += m.coupled[2 * number, known] / dt
-        contact.impulse += m.coupled[2 * number + 1, known]
+        contact.force += m.system[2 * number, known] / dt
+        contact.impulse += m.system[2 * number + 1, known]
 
 
 @INLINE
@@ -147,28 +158,31 @@ def solve_contacts(m: StepArrays, time: float, dt: float) -> bool:
     for number in range(n_contacts):
         contact = m.contacts[number]
         contact.force, contact.impulse, contact.projection, contact.push = 0.0, 0.0, 0.0, 0.0
-    answered, change, largest, sweep = True, 0.0, 0.0, 0
+    answered, change, largest, sweep, since = True, 0.0, 0.0, 0, 0
     while True:
         change, largest = 0.0, 0.0
         for number in range(n_contacts):
             contact, reply = m.contacts[number], m.replies[number]
-            evaluate_law(m, number, time, dt)
-            answered = answered and reply.failed == 0.0
-            change = max(change, abs(reply.force - contact.force) * dt, abs(reply.impulse - contact.impulse))
-            if reply.push != contact.push:
-                # A push counts by its effect on the pushed row, a force, for open contacts too.
-                pushed = abs(m.ports[number].pushed_per_push)
-                change = max(change, abs(reply.push - contact.push) * pushed * dt)
-                largest = max(largest, abs(reply.push) * pushed * dt)
-            # A projection counts as the impulse with the same displacement over the step, also without a force.
-            change = max(change, abs(reply.projection - contact.projection) / dt)
-            largest = max(largest, abs(reply.projection) / dt)
-            contact.force, contact.impulse = reply.force, reply.impulse
-            contact.projection, contact.push = reply.projection, reply.push
-            largest = max(largest, abs(reply.force) * dt + abs(reply.impulse))
+            if sweep == since or heard_news(m, number, sweep):
+                evaluate_law(m, number, time, dt)
+                answered = answered and reply.failed == 0.0
+                own = max(abs(reply.force - contact.force) * dt, abs(reply.impulse - contact.impulse))
+                # A projection counts as the impulse with the same displacement over the step, also without a force.
+                own = max(own, abs(reply.projection - contact.projection) / dt)
+                if reply.push != contact.push:
+                    # A push counts by its effect on the pushed row, a force, for open contacts too.
+                    pushed = abs(m.ports[number].pushed_per_push)
+                    own = max(own, abs(reply.push - contact.push) * pushed * dt)
+                    largest = max(largest, abs(reply.push) * pushed * dt)
+                contact.moved = sweep if own != 0.0 else -1
+                change = max(change, own)
+                contact.force, contact.impulse = reply.force, reply.impulse
+                contact.projection, contact.push = reply.projection, reply.push
+            largest = max(largest, abs(contact.projection) / dt, abs(contact.force) * dt + abs(contact.impulse))
         sweep += 1
         if n_contacts == 1 or change <= 1e-15 * largest or not answered or sweep == MAX_SWEEPS:
             break
         if MIN_SWEEPS <= sweep < MIN_SWEEPS + MAX_NEWTON_TURNS:
             newton(m, time, dt, largest)
+            since = sweep
     return answered and (n_contacts == 1 or change <= AGREEMENT_TOL * largest)

@@ -81,6 +81,10 @@ def write_events(m: StepArrays, time: float, dt: float) -> None:
             port.memory[k] = reply.memory[k]
         m.clock[0].lost_contact += reply.dissipated
         m.clock[0].lost_unresolved += reply.unresolved
+        if contact.joined != 0:
+            contact.largest = max(contact.largest, contact.force)
+            contact.smallest = min(contact.smallest, contact.force)
+            contact.lost += reply.dissipated
         contact.negative += min(reply.dissipated, 0.0) + min(reply.unresolved, 0.0)
     if len(m.phases) > 0:
         change_phases(m)

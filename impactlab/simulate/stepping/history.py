@@ -7,7 +7,16 @@ from typing import final
 import numpy as np
 from numpy.typing import ArrayLike
 
-from impactlab.history.base import FIELD_POINTS, ContactSpan, EnergyBook, Event, Field, places_on, within_run
+from impactlab.history.base import (
+    FIELD_POINTS,
+    ContactSpan,
+    EnergyBook,
+    Event,
+    Field,
+    LinkResult,
+    places_on,
+    within_run,
+)
 from impactlab.history.noise_floor import above_noise, reach_of
 from impactlab.history.waves import wave_body
 from impactlab.integrators.base import AbstractIntegrator
@@ -61,6 +70,7 @@ class RecordedHistory(AbstractRecordedHistory):
         self._read_channels()
         self._read_events()
         self._read_energy()
+        self._read_links()
 
     def snapshots(self) -> Array:
         taken = self.assembly.clock.n_snapshots
@@ -135,6 +145,10 @@ class RecordedHistory(AbstractRecordedHistory):
                     place = f"{point.body}@{point.x:.6g}"
                     channels[f"displacement:{place}"] = Channel(times, record[:, at], False)
                     channels[f"velocity:{place}"] = Channel(of_velocity, record[:, at + 1], False)
+        for group in dict.fromkeys(contact.group for contact in scene.contacts if contact.group):
+            forces = [channels[f"force:{contact.name}"] for contact in scene.contacts if contact.group == group]
+            total = sum((each.values for each in forces[1:]), forces[0].values)
+            channels.setdefault(f"force:{group}", forces[0]._replace(values=total))
         first = 1 + 6 * len(scene.contacts)
         for number, probe in enumerate(assembly.probes):
             on = of_velocity if probe.quantity == "velocity" else times
@@ -173,6 +187,26 @@ class RecordedHistory(AbstractRecordedHistory):
             work=work - work[:1].sum(),
             carried=carried_by(joined, sample[:, 0]),
         )
+
+    def _read_links(self) -> None:
+        assembly, found = self.assembly, []
+        joined = [number for number, record in enumerate(assembly.contacts) if record.joined]
+        names = [(contact := self.scene.contacts[number]).group or contact.name for number in joined]
+        for name in dict.fromkeys(names):
+            own = [number for number, other in zip(joined, names, strict=True) if other == name]
+            laws = [assembly.acting.laws[self.scene.contacts[number].name] for number in own]
+            ports = [assembly.ports[number] for number in own]
+            sets = [law.set_of([*port.memory]) for law, port in zip(laws, ports, strict=True)]
+            records = [assembly.contacts[number] for number in own]
+            forces = self.recorded[f"force:{name}"].values
+            largest, smallest = (
+                (records[0].largest, records[0].smallest) if len(own) == 1 else (forces.max(), forces.min())
+            )
+            known = [each for each in sets if each is not None]
+            loss = sum(record.lost for record in records)
+            result = LinkResult(name, len(own), max(known, default=None), float(largest), float(smallest), loss)
+            found.append(result)
+        self.links = tuple(found)
 
     def _read_events(self) -> None:
         assembly, contacts = self.assembly, self.scene.contacts

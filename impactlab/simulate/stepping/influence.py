@@ -16,6 +16,8 @@ from impactlab.simulate.stepping.arrays import (
     StepArrays,
 )
 
+NO_EFFECT = 1e-20  # of a contact's effect on its own faces
+
 
 @INLINE
 def row_times_state(m: StepArrays, row: int) -> float:
@@ -74,6 +76,26 @@ def add_influence(m: StepArrays, target: int, u_row: int, v_row: int, weight: fl
 
 
 @PART
+def find_coupled(m: StepArrays, number: int) -> None:
+    """Write which contacts act on the faces or the pushed row of one within a step; itself is always among them.
+
+    Effects below rounding are taken for none: those of far faces under an implicit scheme.
+    """
+    n_contacts, found = len(m.contacts), 0
+    for other in range(n_contacts):
+        acts = other == number
+        for layer in range(LAYERS):
+            for row in range(3):
+                target = 2 * n_contacts + number if row == 2 else 2 * number + row
+                effect, own = abs(m.influence[layer, target, other]), abs(m.influence[layer, target, number])
+                acts = acts or effect > NO_EFFECT * own
+        if acts:
+            found += 1
+            m.coupled[number, found] = other
+    m.coupled[number, 0] = found
+
+
+@PART
 def fill_influence(m: StepArrays) -> None:
     """Fill the influence of each contact on each face and pushed row, and the compliances of the ports."""
     n_contacts, n_faces = len(m.contacts), len(m.faces)
@@ -88,6 +110,7 @@ def fill_influence(m: StepArrays) -> None:
         push = m.pushes[number]
         add_influence(m, n_faces + push.contact, first_push + number, -1, push.weight, push.body)
     for contact in range(n_contacts):
+        find_coupled(m, contact)
         left, right, pushed = 2 * contact, 2 * contact + 1, n_faces + contact
         port = m.ports[contact]
         port.left.displacement_per_force = -m.influence[U_FORCE, left, contact]

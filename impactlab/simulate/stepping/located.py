@@ -65,7 +65,8 @@ def gap_at_end(m: StepArrays, number: int) -> float:
     """Return a contact's gap at the end of an attempted step."""
     left, right = 2 * number, 2 * number + 1
     gap = m.contacts[number].initial_gap + m.faces[right].free_u - m.faces[left].free_u + m.replies[number].offset
-    for other in range(len(m.contacts)):
+    for place in range(1, m.coupled[number, 0] + 1):
+        other = m.coupled[number, place]
         gap += effect_of(m, right, 0, m.contacts[other], other) - effect_of(m, left, 0, m.contacts[other], other)
     return float(gap)
 

@@ -137,10 +137,10 @@ def correct(m: StepArrays) -> None:
         push = record.weight * m.contacts[record.contact].push
         for part in range(3):
             add_responses(m, body.state_start, start, push, record.low[part], record.high[part])
-    n_contacts = len(m.contacts)
     for number in range(len(m.faces)):
         u, v = m.faces[number].free_u, m.faces[number].free_v
-        for other in range(n_contacts):
+        for place in range(1, m.coupled[number // 2, 0] + 1):
+            other = m.coupled[number // 2, place]
             u += effect_of(m, number, 0, m.contacts[other], other)
             v += effect_of(m, number, 1, m.contacts[other], other)
         m.faces[number].u, m.faces[number].v = u, v
@@ -266,8 +266,9 @@ def start(m: StepArrays) -> None:
         face.free_u, face.free_v = face.u, face.v
     for number in range(len(m.contacts)):
         contact = m.contacts[number]
-        if contact.smooth != 0 and contact.initial_gap < 0.0:
-            # Overlapping faces store energy at the start: the law is evaluated while all compliances are still zero.
+        if (contact.smooth != 0 and contact.initial_gap < 0.0) or contact.joined != 0:
+            # Overlapping faces and links may store energy at the start: the law is evaluated while all compliances are
+            # still zero.
             load_point, contact.load_point = contact.load_point, 0.0
             evaluate_law(m, number, 0.0, 1.0)
             contact.load_point = load_point

@@ -12,12 +12,14 @@ from __future__ import annotations
 from typing import Any
 
 from impactlab import plugins
+from impactlab.contact.base import AbstractContactLaw
 from impactlab.integrators.base import AbstractAdaptive
 from impactlab.testing.contracts.adaptive import AdaptiveContract
 from impactlab.testing.contracts.bases import BasisContract
 from impactlab.testing.contracts.common import PIECE, PORTS, STRUCK, described
 from impactlab.testing.contracts.integrators import IntegratorContract, face_row, stepped
-from impactlab.testing.contracts.laws import ContactLawContract
+from impactlab.testing.contracts.laws import ContactLawContract, LawContract
+from impactlab.testing.contracts.links import LinkContract
 from impactlab.testing.contracts.mechanisms import EquationsContract, MechanismContract
 from impactlab.testing.contracts.metrics import MetricContract
 from impactlab.testing.contracts.models import RodModelContract
@@ -28,7 +30,9 @@ __all__ = [
     "STRUCK",
     "PORTS",
     "described",
+    "LawContract",
     "ContactLawContract",
+    "LinkContract",
     "face_row",
     "stepped",
     "IntegratorContract",
@@ -56,7 +60,9 @@ SUITES: dict[plugins.Group, type[Any]] = {
 
 
 def suite_of(group: plugins.Group, kind: Any) -> type[Any]:
-    """Return the suite of a part's group; adaptive integrators have their own."""
+    """Return the suite of a part's group; links and adaptive integrators have their own."""
     if group.arguments:
         return SUITES[group]
+    if issubclass(kind, AbstractContactLaw) and kind.two_sided:
+        return LinkContract
     return AdaptiveContract if issubclass(kind, AbstractAdaptive) else SUITES[group]

@@ -1,4 +1,4 @@
-"""Contract suite of contact laws."""
+"""Contract suites of all laws, and of those of contacts."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from impactlab.testing.contracts.common import PIECE, PORTS, described
 from impactlab.types import Arriving, Level, Port, Reply, SideFacts
 
 
-class ContactLawContract:
-    """Properties of every contact law. Override ``sides`` where the law serves other bodies."""
+class LawContract:
+    """Properties of every law, of contacts and of links. Override ``sides`` where the law serves other bodies."""
 
     part: ClassVar[AbstractContactLaw]
     dt: ClassVar[float] = 1e-7
@@ -102,6 +102,7 @@ class ContactLawContract:
             kind.hard,
             kind.smooth,
             kind.holds_position,
+            kind.two_sided,
         ):
             assert isinstance(fact, bool)
         assert kind.gains_energy >= 0.0
@@ -114,6 +115,27 @@ class ContactLawContract:
             one, other = self.reply_to(port), self.reply_to(port)
             assert bytes(port) == before, "respond writes into its port"
             assert bytes(one) == bytes(other), "respond remembers something outside its memory"
+
+    def test_plain_compiled_and_called_back_its_replies_agree(self) -> None:
+        if not COMPILED:
+            return  # there is only plain Python to compare with
+        kind, random = type(self.part), np.random.default_rng(4)
+        addresses = [LawAddress(kind.respond, as_compiled) for as_compiled in {False, kind.compiled}]
+        for _ in range(PORTS):
+            port = self.port(random)
+            plain = self.reply_to(port)
+            for address in addresses:
+                reply = self.reply_to(port, address.value)
+                assert address.raised is None
+                for name in ("force", "impulse", "trial", "stored", "dissipated", "unresolved", "in_contact"):
+                    one, other = float(getattr(plain, name)), float(getattr(reply, name))
+                    # A compiler may contract a product and a sum: a few roundings of the terms, which may cancel.
+                    size = {"stored": 1e-3, "dissipated": 1e-3, "unresolved": 1e-3}.get(name, 1e4)
+                    assert abs(one - other) <= 1e-12 * max(abs(one), size), name
+
+
+class ContactLawContract(LawContract):
+    """Properties of every law of a contact between faces that may part."""
 
     def test_it_never_pulls_and_never_books_a_negative_loss(self) -> None:
         random = np.random.default_rng(2)
@@ -134,20 +156,3 @@ class ContactLawContract:
         for _ in range(PORTS):
             reply = self.reply_to(self.port(random, opened=True))
             assert reply.force == reply.impulse == reply.stored == reply.dissipated == reply.in_contact == 0.0
-
-    def test_plain_compiled_and_called_back_its_replies_agree(self) -> None:
-        if not COMPILED:
-            return  # there is only plain Python to compare with
-        kind, random = type(self.part), np.random.default_rng(4)
-        addresses = [LawAddress(kind.respond, as_compiled) for as_compiled in {False, kind.compiled}]
-        for _ in range(PORTS):
-            port = self.port(random)
-            plain = self.reply_to(port)
-            for address in addresses:
-                reply = self.reply_to(port, address.value)
-                assert address.raised is None
-                for name in ("force", "impulse", "trial", "stored", "dissipated", "unresolved", "in_contact"):
-                    one, other = float(getattr(plain, name)), float(getattr(reply, name))
-                    # A compiler may contract a product and a sum: a few roundings of the terms, which may cancel.
-                    size = {"stored": 1e-3, "dissipated": 1e-3, "unresolved": 1e-3}.get(name, 1e4)
-                    assert abs(one - other) <= 1e-12 * max(abs(one), size), name

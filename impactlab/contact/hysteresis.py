@@ -1,0 +1,181 @@
+"""Springs that yield and remember: one element behind cushions, soils, plastic joints and specimens.
+
+The element is an elastic spring in series with a slider. At the overlap d, with the set s of the slider, its force is
+k (d - s), held between two yield forces by moving the slider; both may grow with the set. An element that opens never
+pulls: where d < s its faces are apart, and the set stays. A dashpot may act beside the element while it is closed.
+"""
+
+from __future__ import annotations
+
+from impactlab.numerics.compiling import UNPACK
+from impactlab.types import Port, Reply
+
+# Parameters of the port.
+STIFFNESS = 0  # N/m, of the elastic spring
+UPPER, UPPER_RISE = 1, 2  # N, N/m: yield force in compression, and its rise with the set
+LOWER, LOWER_RISE = 3, 4  # N, N/m: the other yield force, negative where the element pulls
+KEPT = 5  # N/m: the part of the rise that gives its energy back, of kinematic hardening
+OPENS = 6  # 1 where the element never pulls
+PLAY = 9  # m: without force for overlaps from -play to 0; then nothing yields
+DAMPING, CAPACITY = 7, 8  # s/m, N: the dashpot gives damping times capacity times rate; capacity 0: times its own force
+# Memory.
+SET, FORCE = 0, 1  # m, N: of the element at the end of the last step
+FREE = 1e300  # N: a yield force that is never reached
+MAX_TURNS = 200  # of the root finding; regula falsi needs a few, bisection alone sixty
+
+
+@UNPACK
+def element(port: Port, at: float, overlap: float) -> tuple[float, float]:
+    """Return force [N] and set [m] at an overlap, from the set before."""
+    p = port.parameters
+    if p[PLAY] > 0.0:
+        return p[STIFFNESS] * (max(0.0, overlap) + min(0.0, overlap + p[PLAY])), at
+    force = p[STIFFNESS] * (overlap - at)
+    if p[OPENS] != 0.0 and force <= 0.0:
+        return 0.0, at
+    upper, lower = p[UPPER] + p[UPPER_RISE] * at, p[LOWER] + p[LOWER_RISE] * at
+    if force > upper:
+        moved = (force - upper) / (p[STIFFNESS] + p[UPPER_RISE])
+        return force - p[STIFFNESS] * moved, at + moved
+    if force < lower and p[OPENS] == 0.0:
+        moved = (force - lower) / (p[STIFFNESS] + p[LOWER_RISE])
+        return force - p[STIFFNESS] * moved, at + moved
+    return force, at
+
+
+@UNPACK
+def energy(port: Port, force: float, at: float) -> float:
+    """Return the energy that the element gives back [J]."""
+    return 0.5 * force * force / port.parameters[STIFFNESS] + 0.5 * port.parameters[KEPT] * at * at
+
+
+@UNPACK
+def dashpot(port: Port, first: float, last: float) -> float:
+    """Return the damping [N s/m] beside an element with two forces in a step; an element that is open has none.
+
+    The mean of both sizes, not the size of their mean: the force of a step then rises with the overlap at its end, also
+    where the element's force changes its sign.
+    """
+    p = port.parameters
+    if p[OPENS] != 0.0 and first <= 0.0 and last <= 0.0:
+        return 0.0
+    return p[DAMPING] * (p[CAPACITY] if p[CAPACITY] > 0.0 else 0.5 * (abs(first) + abs(last)))
+
+
+@UNPACK
+def total_at(port: Port, overlap: float) -> float:
+    """Return the force of the step [N] if it ends at an overlap.
+
+    The mean of the element's force over the step is its work over the travel: it is linear in the overlap while the
+    element is closed, so its work from d0 to d1 is the mean of its two forces times the travel while closed.
+    """
+    opens, at = port.parameters[OPENS] != 0.0, port.memory[SET]
+    force, _ = element(port, at, overlap)
+    if port.averaged != 0.0:
+        before = -port.gap
+        moved = overlap - before
+        first = port.parameters[STIFFNESS] * (before - at)
+        if port.parameters[PLAY] > 0.0:
+            first, _ = element(port, at, before)
+            whole = force - first == port.parameters[STIFFNESS] * moved  # pressed or pulled all along
+            mean = 0.5 * (first + force)
+            if not whole and moved != 0.0:
+                mean *= (force - first) / (port.parameters[STIFFNESS] * moved)
+        elif opens and first <= 0.0:  # the faces meet within the step
+            mean = 0.5 * force * (overlap - at) / moved if force > 0.0 else 0.0
+        elif opens and force <= 0.0:  # they part within it
+            mean = 0.5 * first * (at - before) / moved
+        else:
+            mean = 0.5 * (first + force)
+        first = max(0.0, first) if opens else first
+        total = mean + dashpot(port, first, force) * moved / port.dt
+    else:  # the force acts at the end of the step
+        moved = overlap + port.free_gap
+        rate = -port.acting_rate + port.acting_rate_per_force / port.gap_per_force * moved
+        total = force + dashpot(port, port.memory[FORCE], force) * rate
+    return max(0.0, total) if opens else total
+
+
+@UNPACK
+def end_of_step(port: Port) -> float:
+    """Return the overlap at the end of an implicit step [m], where the faces agree with the force of the element.
+
+    Regula falsi in the form of Illinois; the overlap lies between that without force and that under its force.
+    """
+    compliance, free = port.gap_per_force, -port.free_gap
+    high, at_high = free, compliance * total_at(port, free)
+    low = high - at_high
+    at_low = low - free + compliance * total_at(port, low)
+    if at_high == 0.0 or at_low == 0.0:
+        return high if at_high == 0.0 else low
+    for turn in range(MAX_TURNS):
+        middle = 0.5 * (low + high)
+        if turn % 8 != 7 and at_high != at_low:
+            chord = (low * at_high - high * at_low) / (at_high - at_low)
+            if min(low, high) < chord < max(low, high):
+                middle = chord
+        value = middle - free + compliance * total_at(port, middle)
+        if value == 0.0 or not min(low, high) < middle < max(low, high):
+            return middle
+        if (value > 0.0) == (at_high > 0.0):
+            high, at_high = middle, value
+            at_low *= 0.5
+        else:
+            low, at_low = middle, value
+            at_high *= 0.5
+    return 0.5 * (low + high)
+
+
+def elastic(stiffness: float, play: float = 0.0) -> tuple[float, ...]:
+    """Return the parameters of an element that never yields."""
+    return stiffness, FREE, 0.0, -FREE, 0.0, 0.0, 0.0, 0.0, 0.0, play
+
+
+def cushion(stiffness: float, unloading: float) -> tuple[float, ...]:
+    """Return the parameters of a spring that loads along one line, unloads along a steeper one and never pulls.
+
+    On the loading line the set is the overlap times 1 - k/k_u, so the yield force rises with it by k/(1 - k/k_u).
+    """
+    if unloading == stiffness:
+        return stiffness, FREE, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0
+    return unloading, 0.0, stiffness / (1.0 - stiffness / unloading), 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0
+
+
+def respond(port: Port, reply: Reply) -> None:
+    """Write force, energies and set of the element after one step."""
+    p, at = port.parameters, port.memory[SET]
+    opens = p[OPENS] != 0.0
+    if port.averaged == 0.0 and port.acting_gap_per_force == 0.0:
+        # The force acts at the start of the step, where the overlap is known; only the dashpot feels the step itself.
+        overlap = -port.gap
+        force, reply.memory[SET] = element(port, at, overlap)
+        reply.memory[FORCE] = force
+        damping = dashpot(port, force, force)
+        total = (force - damping * port.acting_rate) / (1.0 + damping * port.acting_rate_per_force)
+        total = max(0.0, total) if opens else total
+        # In leapfrog a force works over half of the step before it and half of the one after it. So the element is
+        # given the mean of two forces times the travel between them, and half a step more: the last product.
+        ahead = force + p[STIFFNESS] * (-port.free_gap - port.gap_per_force * total - overlap)
+        if p[PLAY] > 0.0:
+            ahead, _ = element(port, at, -port.free_gap - port.gap_per_force * total)
+        ahead = max(0.0, ahead) if opens else ahead
+        kept = 0.5 * p[KEPT] * reply.memory[SET] ** 2
+        reply.stored = 0.5 * force * ahead / p[STIFFNESS] + kept
+        slid = 0.5 * (port.memory[FORCE] + force) * (reply.memory[SET] - at) + 0.5 * p[KEPT] * at * at - kept
+        rate = port.acting_rate + port.acting_rate_per_force * total
+        reply.dissipated = max(0.0, slid) + max(0.0, (force - total) * rate * port.dt)
+    else:
+        overlap = end_of_step(port)
+        total = total_at(port, overlap)
+        first = p[STIFFNESS] * (-port.gap - at)
+        if p[PLAY] > 0.0:
+            first, _ = element(port, at, -port.gap)
+        before = energy(port, max(0.0, first) if opens else first, at)
+        force, reply.memory[SET] = element(port, at, overlap)
+        reply.memory[FORCE] = force
+        reply.stored = energy(port, force, reply.memory[SET])
+        travel = -(port.free_travel + port.travel_per_force * total)
+        reply.dissipated = max(0.0, total * travel + before - reply.stored)
+    reply.force = total
+    reply.trial = total if not opens else total if force > 0.0 else p[STIFFNESS] * (overlap - at)
+    reply.in_contact = 0.0 if opens and force <= 0.0 else 1.0

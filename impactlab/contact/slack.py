@@ -1,0 +1,40 @@
+"""A joint with play: it presses at once, and pulls after the play is used up."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import final
+
+from impactlab.contact import hysteresis
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.types import Level, SideFacts, Start, option
+
+
+@final
+@dataclass(frozen=True)
+class Slack(AbstractContactLaw):
+    """Joint or splice with play: F = k d in compression, k (d + slack) once the faces are farther apart than the slack.
+
+    References
+    ----------
+    Smith1960 (joints with slack between the parts of a pile); Gonzalez1996 (the force as a discrete gradient).
+    """
+
+    needs = frozenset({Level.POSITION, Level.VELOCITY})
+    citations = ("Smith1960", "Gonzalez1996")
+    examples = ({"stiffness": 1e9}, {"stiffness": 1e9, "slack": 1e-5})
+    two_sided = True
+
+    stiffness: float = option(unit="N/m", above=0.0, description="k of the joint")
+    slack: float = option(0.0, unit="m", at_least=0.0, description="play before it pulls")
+
+    def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
+        return Start(parameters=hysteresis.elastic(self.stiffness, self.slack), memory=(0.0, 0.0))
+
+    def stiffest(self, left: SideFacts, right: SideFacts, dt: float) -> float:
+        return self.stiffness
+
+    def divided(self, pieces: float) -> Slack:
+        return replace(self, stiffness=self.stiffness / pieces)
+
+    respond = staticmethod(hysteresis.respond)

@@ -1,0 +1,268 @@
+"""Links: laws of two sides in cases, their refusals, and what a run says of them."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import impactlab as il
+from impactlab.history import AbstractHistory
+
+STEEL = {"young": 2.1e11, "density": 7850.0}
+SMITH = {"kind": "smith", "capacity": 2e4, "quake": 1e-4, "damping": 0.1}
+SOLVE = {
+    "duration": "2 ms",
+    "model": {"kind": "finite_element", "elements": 40, "mass": "lumped"},
+    "integrator": {"kind": "central_difference"},
+    "step": {"courant": 0.5},
+}
+
+
+def rod(**others: Any) -> il.Rod:
+    return il.Rod(length=1.0, area=1e-3, material=STEEL, **others)
+
+
+def case(*contacts: il.Contact, bodies: dict[str, Any] | None = None, **solve: Any) -> il.Case:
+    struck = {"hammer": il.Mass(2.0, velocity=3.0), "rod": rod(), "ground": il.Wall()}
+    first = il.Contact("hammer", "rod.left", {"kind": "penalty", "stiffness": 1e9})
+    return il.Case(bodies={**struck, **(bodies or {})}, contacts=[first, *contacts], solve={**SOLVE, **solve})
+
+
+def numbers(history: AbstractHistory) -> np.ndarray:
+    t = np.linspace(0.0, history.duration, 200)
+    return np.array([history.evaluate(t, name) for name in ("displacement:rod@0", "displacement:rod@1")])
+
+
+WRONG: list[tuple[list[il.Contact], str, str]] = [
+    ([il.Contact("rod.right", "ground", SMITH, gap=1e-3)], "contacts.1.gap", "joins its faces from t = 0"),
+    ([il.Contact("rod.right", "ground", SMITH, overlap="allowed")], "contacts.1.overlap", "there is no overlap"),
+    ([il.Contact("rod.right", "ground", SMITH | {"capacity": 0.0})], "contacts.1.law.capacity", "a number in "),
+    ([il.Contact("rod.right", "ground", SMITH | {"quake": -1.0})], "contacts.1.law.quake", "a number in "),
+    ([il.Contact("rod.right", "ground", SMITH | {"damping": -0.1})], "contacts.1.law.damping", "at least 0"),
+    (
+        [il.Contact("rod.right", "ground", {"kind": "slack", "stiffness": 1e8, "slack": -1e-3})],
+        "law.slack",
+        "at least 0",
+    ),
+    (
+        [
+            il.Contact(
+                "rod.right",
+                "ground",
+                {"kind": "elastic_plastic", "stiffness": 1e8, "yield_force": 1e3, "hardening": 1e8},
+            )
+        ],
+        "contacts.1.law.hardening",
+        "not below the stiffness",
+    ),
+    ([il.Contact("rod.right", "ground", {"kind": "bilinear", "stiffness": 1e8})], "contacts.1.law", "neither is given"),
+    (
+        [
+            il.Contact(
+                "rod.right",
+                "ground",
+                {"kind": "bilinear", "stiffness": 1e8, "restitution": 1.0, "unloading_stiffness": 2e8},
+            )
+        ],
+        "contacts.1.law",
+        "both are given",
+    ),
+    (
+        [il.Contact("rod.right", "ground", {"kind": "bilinear", "stiffness": 1e8, "unloading_stiffness": 5e7})],
+        "contacts.1.law.unloading_stiffness",
+        "it would give energy",
+    ),
+    (
+        [il.Contact("rod.right", "ground", {"kind": "bilinear", "stiffness": 1e8, "restitution": 1.2})],
+        "contacts.1.law.restitution",
+        "at most 1",
+    ),
+    ([il.Contact("rod.along(0.8, 0.2)", "ground", SMITH, pieces=3)], "contacts.1.between.0", "smaller x to a larger"),
+    ([il.Contact("rod.along(0.5, 1.2)", "ground", SMITH, pieces=3)], "contacts.1.between.0", "lies outside the body"),
+    ([il.Contact("rod.along(0.2, 0.8)", "ground", SMITH)], "contacts.1.pieces", "this key is missing"),
+    ([il.Contact("rod.right", "ground", SMITH, pieces=3)], "contacts.1.pieces", "no face here lies along one"),
+    ([il.Contact("rod.along(0.2, 0.8)", "ground", SMITH, pieces=401)], "contacts.1.pieces", "at most 400"),
+    (
+        [il.Contact("rod.along(0.2, 0.8)", "ground", {"kind": "hertz", "stiffness": 1e9}, pieces=3)],
+        "contacts.1.law",
+        "cannot be shared",
+    ),
+    (
+        [il.Contact("rod.right", "ground", SMITH), il.Contact("rod.right", "ground", SMITH)],
+        "contacts.2.between",
+        "already meet",
+    ),
+]
+
+
+@pytest.mark.parametrize(("contacts", "path", "text"), WRONG, ids=lambda value: value if isinstance(value, str) else "")
+def test_wrong_links_are_refused_with_their_place(contacts: list[il.Contact], path: str, text: str) -> None:
+    with pytest.raises(il.ImpactlabError, match=re.escape(text)) as found:
+        case(*contacts)
+    assert found.value.path.endswith(path)
+    assert found.value.remedy
+
+
+def test_links_need_schemes_that_know_where_they_are() -> None:
+    adaptive = case(
+        il.Contact("rod.right", "ground", SMITH), integrator={"kind": "adaptive"}, step={"dt": 1e-6},
+        model={"kind": "finite_element", "elements": 10},
+    )  # fmt: skip
+    with pytest.raises(il.PairingError, match="needs a force that follows from gap and gap rate alone"):
+        il.run(adaptive)
+
+
+def test_bonds_close_no_ring_and_hold_no_clamped_end() -> None:
+    bonded = {"kind": "bonded"}
+    bodies = {"second": rod()}
+    with pytest.raises(il.CaseError, match="closes a ring"):
+        case(
+            il.Contact("rod.right", "second.left", bonded), il.Contact("rod.at(0.5)", "second.at(0.5)", bonded),
+            bodies=bodies,
+        )  # fmt: skip
+    held = rod(ends={"left": "free", "right": "clamped"})
+    with pytest.raises(il.CaseError, match="never moves"):
+        case(il.Contact("rod.right", "second.left", bonded), bodies={"rod": held, **bodies})
+
+
+@pytest.mark.parametrize("integrator", ["central_difference", "midpoint"])
+def test_two_bonded_halves_are_one_rod(integrator: str) -> None:
+    """A bond adds the node that a mesh of the whole rod has: the same answer to rounding."""
+    half = {"kind": "finite_element", "elements": 20, "mass": "lumped"}
+    solve = {"integrator": {"kind": integrator}, "step": {"dt": 2e-6}}
+    whole = il.run(case(**solve))
+    halves = {
+        "rod": il.Rod(length=0.5, area=1e-3, material=STEEL),
+        "second": il.Rod(length=0.5, area=1e-3, material=STEEL),
+    }
+    bonded = il.run(
+        case(il.Contact("rod.right", "second.left", {"kind": "bonded"}), bodies=halves, model=half, **solve)
+    )
+    assert not [warned.code for warned in bonded.warnings]
+    t = np.linspace(0.0, whole.duration, 300)
+    one, two = whole.evaluate(t, "force:hammer|rod.left"), bonded.evaluate(t, "force:hammer|rod.left")
+    np.testing.assert_allclose(two, one, atol=1e-9 * one.max())
+
+
+@pytest.mark.parametrize("integrator", ["central_difference", "midpoint"])
+def test_bonded_faces_meet_plastically(integrator: str) -> None:
+    """Two masses: one velocity after the first step, and the loss m1 m2/(m1 + m2) v^2/2."""
+    bodies = {"hammer": il.Mass(2.0, velocity=3.0), "block": il.Mass(1.0)}
+    bond = il.Contact("hammer", "block", {"kind": "bonded"})
+    solve = {"duration": "1 ms", "integrator": {"kind": integrator}, "step": {"dt": 1e-5}}
+    history = il.run(il.Case(bodies=bodies, contacts=[bond], solve=solve))
+    assert history.evaluate([5e-4], "velocity:hammer")[0] == pytest.approx(2.0, rel=1e-12)
+    assert history.links[0].loss == pytest.approx(0.5 * (2.0 / 3.0) * 9.0, rel=1e-12)
+    assert max(history.energy.largest_gain, history.energy.largest_loss) < 1e-12
+
+
+def test_a_link_that_starts_loaded_holds_its_energy_from_the_start() -> None:
+    """A toe set back by its quake presses with its capacity: the rod is pushed off."""
+    toe = {"kind": "smith", "capacity": 2e4, "quake": 1e-4, "set": -1e-4}
+    bodies = {"hammer": il.Mass(2.0, velocity=0.0)}
+    history = il.run(case(il.Contact("rod.right", "ground", toe), bodies=bodies))
+    assert history.energy.stored[0] == pytest.approx(0.5 * 2e4 * 1e-4)
+    assert history.energy.largest_gain < 1e-4
+    assert history.evaluate([history.duration], "displacement:rod@1")[0] < 0.0
+
+
+def test_a_joint_with_slack_presses_at_once_and_pulls_late() -> None:
+    history = il.run(
+        case(
+            il.Contact("rod.right", "block", {"kind": "slack", "stiffness": 1e8, "slack": 1e-4}),
+            bodies={"block": il.Mass(0.5)},
+        )
+    )
+    t = np.linspace(0.0, history.duration, 4001)
+    force, gap = history.evaluate(t, "force:rod.right|block"), history.evaluate(t, "gap:rod.right|block")
+    assert force.max() > 0.0 > force.min()
+    inside = (gap > 2e-6) & (gap < 0.98e-4)
+    assert inside.any()
+    assert np.abs(force[inside]).max() < 1e-2 * force.max()
+
+
+def test_what_a_run_says_of_its_links() -> None:
+    history = il.run(case(il.Contact("rod.along(0.2, 1)", "ground", SMITH, pieces=8, name="shaft")))
+    assert [warned.code for warned in history.warnings] == []
+    (shaft,) = history.links
+    assert (shaft.name, shaft.pieces) == ("shaft", 8)
+    assert shaft.set is not None
+    assert shaft.set > 0.0
+    assert shaft.loss > 0.0
+    assert shaft.largest <= 8 * 2.5e3 * (1.0 + 0.1 * 10.0)
+
+
+JOINTS = st.one_of(
+    st.builds(
+        lambda capacity, quake, damping, rule, tension: {
+            "kind": "smith", "capacity": capacity, "quake": quake, "damping": damping, "rule": rule, "tension": tension,
+        },
+        st.floats(1e3, 2e4), st.floats(1e-4, 1e-3), st.floats(0.01, 1.0), st.sampled_from(["smith", "viscous"]),
+        st.booleans(),
+    ),
+    st.builds(
+        lambda stiffness, force, share: {
+            "kind": "elastic_plastic", "stiffness": stiffness, "yield_force": force, "hardening": share * stiffness,
+        },
+        st.floats(1e7, 1e9), st.floats(1e3, 1e5), st.floats(0.01, 0.9),
+    ),
+    st.builds(
+        lambda k, play: {"kind": "slack", "stiffness": k, "slack": play}, st.floats(1e7, 1e9), st.floats(1e-6, 1e-4)
+    ),
+    st.builds(
+        lambda k, e: {"kind": "bilinear", "stiffness": k, "restitution": e}, st.floats(1e7, 1e9), st.floats(0.2, 1.0)
+    ),
+)  # fmt: skip
+
+
+@settings(max_examples=25)
+@given(joint=JOINTS)
+def test_in_random_scenes_energy_closes_and_momentum_given_is_momentum_taken(joint: dict[str, Any]) -> None:
+    bodies = {"rod": rod(), "block": il.Mass(1.0)}
+    solve = {"model": {"kind": "finite_element", "elements": 20}, "integrator": {"kind": "midpoint"}}
+    history = il.run(case(il.Contact("rod.right", "block", joint), bodies=bodies, **solve))
+    assert max(history.energy.largest_gain, history.energy.largest_loss) < 1e-10
+    ends = [history.evaluate([0.0, history.duration], f"momentum:{name}") for name in ("hammer", "rod", "block")]
+    before, after = np.sum(ends, axis=0)
+    assert after == pytest.approx(before, rel=1e-10)
+
+
+@settings(max_examples=15)
+@given(joint=JOINTS, length=st.floats(0.1, 10.0), mass=st.floats(0.1, 10.0))
+def test_results_scale_with_units(joint: dict[str, Any], length: float, mass: float) -> None:
+    """Lengths, masses and times in other units: forces scale as mass times length over time squared."""
+    time = length  # so that velocities keep their numbers
+    stiffness, force = mass / time**2, mass * length / time**2
+    factors = {
+        "stiffness": stiffness, "hardening": stiffness, "capacity": force, "yield_force": force, "quake": length,
+        "slack": length, "damping": time / length,
+    }  # fmt: skip
+    found = []
+    for scale, unit in ((False, 1.0), (True, length)):
+        law = {
+            key: value * factors.get(key, 1.0) if scale and not isinstance(value, str | bool) else value
+            for key, value in joint.items()
+        }
+        m, f = (mass, force) if scale else (1.0, 1.0)
+        bodies = {
+            "hammer": il.Mass(2.0 * m, velocity=3.0),
+            "rod": il.Rod(
+                length=unit,
+                area=1e-3 * unit**2,
+                material={"young": 2.1e11 * f / unit**2, "density": 7850.0 * m / unit**3},
+            ),
+            "block": il.Mass(1.0 * m),
+        }
+        contacts = [
+            il.Contact("hammer", "rod.left", {"kind": "penalty", "stiffness": 1e9 * (stiffness if scale else 1.0)}),
+            il.Contact("rod.right", "block", law),
+        ]
+        solve = SOLVE | {"duration": 2e-3 * (time if scale else 1.0)}
+        history = il.run(il.Case(bodies=bodies, contacts=contacts, solve=solve))
+        found.append(history.evaluate(np.linspace(0.0, 0.999, 50) * history.duration, "position:block") / unit)
+    np.testing.assert_allclose(found[1], found[0], atol=1e-9 * np.abs(found[0]).max())
