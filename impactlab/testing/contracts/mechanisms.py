@@ -9,7 +9,8 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from impactlab.mechanisms.base import AbstractMechanism, Motion
-from impactlab.mechanisms.model import energy_bound, stepper_of
+from impactlab.mechanisms.equations import MechanismEquations
+from impactlab.mechanisms.model import energy_bound, numbers_of, stepper_of
 from impactlab.numerics.addresses import DERIVE, FREE, MEASURE, TERMS, call, entered, in_python, kernel_address
 from impactlab.numerics.compiling import ENTRY
 from impactlab.testing.contracts.common import described
@@ -155,6 +156,23 @@ class EquationsContract:
             terms = self.taken(motion, p, v)
             scale = np.abs(terms.rows) @ np.abs(v)
             assert np.all(np.abs(terms.rates - terms.rows @ v) <= 1e-12 * scale)
+
+    def test_adaptive_steps_solve_its_equations(self) -> None:
+        """M p'' = force + rows^T F for all coordinates that no drive holds, under 1 N or N m on each reading."""
+        motion = self.motion()
+        n, numbers = motion.position.size, numbers_of(self.part, motion, np.zeros((0, 0)), 0.0)
+        equations = MechanismEquations("it", numbers, motion.position, motion.velocity)
+        free = np.setdiff1d(np.arange(n), [drive.coordinate for drive in motion.drives])
+        for p, v in self.states():
+            terms = self.taken(motion, p, v)
+            displacement, velocity, forces = equations.at(TIME, p, v)
+            assert np.array_equal(displacement, np.concatenate((p, terms.values[:-1])))
+            assert np.array_equal(velocity, np.concatenate((v, terms.rates)))
+            forces[n:] += 1.0
+            a, _ = equations.accelerations(TIME, v, forces)
+            pushed = terms.force + terms.rows.sum(axis=0)
+            size = np.abs(terms.mass) @ np.abs(a) + np.abs(terms.force) + np.abs(terms.rows).sum(axis=0)
+            assert np.all(np.abs(terms.mass @ a - pushed)[free] <= 1e-10 * size[free].max())
 
     def whole(self, motion: Motion) -> float:
         """Return the duration of the free motion [s]."""
