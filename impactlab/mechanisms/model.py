@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import final
+from typing import NamedTuple, final
 
 import numpy as np
 
@@ -19,12 +19,24 @@ from impactlab.plugins import kind_of
 from impactlab.scene.bodies import MechanismBody
 from impactlab.types import Array, Quantity
 
-GAIN, TURN_GAIN, IMPULSE_GAIN = 1.0e-4, 20.0, 1.0e-2  # of the highest frequency, rate and frequency times dt;
-# measured: 1e-6 to 1e-5 in arms and cranks, 2 in swinging bars
-IMPULSE_TURN_GAIN = 5.0  # of the rate times dt; measured: 1.1 for a Scotch yoke on a hard stop
+# Of (highest frequency dt)^2, (largest rate dt)^2 and (largest angular acceleration dt^2); the forms are derived in
+# docs/mechanisms.md, the factors are four times what 2000 random chains on a stop needed at most.
+GAIN, TURN_GAIN, STRIKE_GAIN = 5.0e-3, 20.0, 1.0
+MAX_TURNED = 2.0  # of frequency times dt: a step of the midpoint rule changes a rate by twice its size at most
+IMPULSE_GAIN, IMPULSE_TURN_GAIN = 1.0e-2, 5.0  # of frequency and rate times dt; measured: 1.1 in a yoke on a hard stop
 RIGID = 1.0  # rad/s, a bound for links that do not deform: their rates change slowly
 KERNELS = ((steps.derive, DERIVE), (steps.free, FREE), (steps.columns, COLUMNS))
 OWN_READINGS: tuple[Quantity, ...] = ("displacement", "velocity", "moment")
+
+
+class Turned(NamedTuple):
+    """The fastest turning of a mechanism in a run."""
+
+    rate: float  # rad/s
+    acceleration: float  # rad/s2
+
+
+AT_REST = Turned(0.0, 0.0)
 
 
 @ENTRY
@@ -95,12 +107,12 @@ class MechanismModel(AbstractDiscreteModel):
                 path="solve.integrator",
             )
 
-    def gains_energy(self, dt: float, impulses: bool) -> float:
-        """Return the bound on the energy that its steps may add, over the reference energy: of second order in dt.
+    def gains_energy(self, dt: float, impulses: bool, turned: Turned = AT_REST) -> float:
+        """Return the bound on the energy that its steps may add in a motion, over the reference energy.
 
-        Where a law gives impulses, terms are taken with the rates before them: the bound is of first order.
+        It is of second order in dt; where a law gives impulses, terms are taken with the rates before them: of first.
         """
-        return energy_bound(self.packed, dt, impulses)
+        return energy_bound(self.packed, dt, impulses, turned)
 
     def own_equations(self) -> MechanismEquations:
         parameters = numbers_of(self.part, self.packed, np.zeros((0, 0)), 0.0)
@@ -117,7 +129,8 @@ def numbers_of(part: AbstractMechanism, motion: Motion, ports: Array, dt: float)
     drives = np.array(motion.drives, dtype=float).ravel()
     at_drives = steps.HEAD
     at_stiffness = at_drives + drives.size
-    at_ports = at_stiffness + n * n
+    at_quarter = at_stiffness + n * n
+    at_ports = at_quarter + n
     at_own = at_ports + len(ports)
     own = motion.parameters
     at_room = at_own + own.size
@@ -131,7 +144,7 @@ def numbers_of(part: AbstractMechanism, motion: Motion, ports: Array, dt: float)
     places = np.array([float(np.argmax(row)) - n for row in ports])
     assert numbers.size == len(ports)  # noqa: S101
     room = np.zeros(3 * n * n + 4 * n + r * n + 2 * r + 1)
-    return np.concatenate((head, drives, motion.stiffness.ravel(), places, own, room))
+    return np.concatenate((head, drives, motion.stiffness.ravel(), np.zeros(n), places, own, room))
 
 
 def stepper_of(part: AbstractMechanism, motion: Motion, ports: Array, dt: float, impulses: bool = True) -> Stepper:
@@ -157,6 +170,9 @@ def stepper_of(part: AbstractMechanism, motion: Motion, ports: Array, dt: float,
     )
     begun = slice(2 * (n + r), 2 * (n + r) + n + d)
     state[begun] = after[begun]  # accelerations and moments at t = 0: without them the first step is of first order
+    at_quarter, at_room = int(parameters[steps.STIFFNESS_AT]) + n * n, int(parameters[steps.ROOM_AT])
+    heavy = parameters[at_room : at_room + n * n : n + 1]  # the diagonal of the mass matrix, at t = 0
+    parameters[at_quarter : at_quarter + n] = 0.25 * np.diag(motion.stiffness) / heavy
     parameters[steps.IMPULSES] = float(impulses)
     force, impulse, projection = responses.reshape(3, len(ports), size)
     return Stepper(
@@ -175,8 +191,9 @@ def stepper_of(part: AbstractMechanism, motion: Motion, ports: Array, dt: float,
     )
 
 
-def energy_bound(motion: Motion, dt: float, impulses: bool) -> float:
+def energy_bound(motion: Motion, dt: float, impulses: bool, turned: Turned = AT_REST) -> float:
     """Return the bound on the energy that a step of the midpoint rule may add: see `MechanismModel.gains_energy`."""
-    highest = motion.frequency
-    bound = GAIN * (highest * dt) ** 2 + TURN_GAIN * (motion.rate * dt) ** 2
-    return bound + ((IMPULSE_GAIN * max(highest, RIGID) + IMPULSE_TURN_GAIN * motion.rate) * dt if impulses else 0.0)
+    highest, rate = motion.frequency, max(motion.rate, turned.rate)
+    bound = GAIN * min(highest * dt, MAX_TURNED) ** 2 + TURN_GAIN * (rate * dt) ** 2
+    bound += STRIKE_GAIN * turned.acceleration * dt**2
+    return bound + ((IMPULSE_GAIN * max(highest, RIGID) + IMPULSE_TURN_GAIN * rate) * dt if impulses else 0.0)

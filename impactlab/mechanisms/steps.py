@@ -33,6 +33,7 @@ class Middle(NamedTuple):
 
     drives: Array  # (d, DRIVE) flat
     stiffness: Array  # (n n,)
+    quarter: Array  # (n,) of the squared frequency of each coordinate [1/s2]; (1 - t)/(1 + t) at t = its part in dt^2
     mass: Array  # (n n,)
     force: Array  # (n,)
     rows: Array  # (r n,)
@@ -56,15 +57,15 @@ def middle_of(P: Array) -> Middle:
     n, r = int(P[COORDINATES]), int(P[READINGS])
     drives, stiffness, mass = int(P[DRIVES_AT]), int(P[STIFFNESS_AT]), int(P[ROOM_AT])
     square = n * n
-    force = mass + square
+    quarter, force = stiffness + square, mass + square
     rows = force + n
     values = rows + r * n
     rates = values + r + 1
     factor = rates + r
     x = factor + 2 * square
     return Middle(
-        P[drives:stiffness], P[stiffness : stiffness + square], P[mass:force], P[force:rows], P[rows:values],
-        P[values:rates], P[rates:factor], P[factor : factor + square], P[factor + square : x],
+        P[drives:stiffness], P[stiffness:quarter], P[quarter : quarter + n], P[mass:force], P[force:rows],
+        P[rows:values], P[values:rates], P[rates:factor], P[factor : factor + square], P[factor + square : x],
         P[x : x + n], P[x + n : x + 2 * n], P[x + 2 * n : x + 3 * n],
     )  # fmt: skip
 
@@ -156,9 +157,11 @@ def take_step(P: Array, state: Array) -> None:
     booked = state[end + n_drives : end + n_drives + BOOKED]
     older = state[end + n_drives + BOOKED :]
     steady = booked[2] == dt and booked[3] == dt  # a cut step marks an event, across which no line is followed
-    onwards = 1.0 if steady else 0.0
     for i in range(n):
-        m.a[i] = last[i] + onwards * (last[i] - older[i])
+        m.a[i] = last[i]
+        if steady:
+            turned = dt * dt * m.quarter[i]
+            m.a[i] += (1.0 - turned) / (1.0 + turned) * (last[i] - older[i])
         m.x[i] = p[i] + 0.5 * dt * v[i] + weight * m.a[i]
         m.y[i] = v[i] + 0.5 * dt * m.a[i]
     now = booked[1] + 0.5 * dt

@@ -10,7 +10,7 @@ import numpy as np
 
 from impactlab.errors import StepError, raised_at
 from impactlab.history.base import AbstractHistory, Warned
-from impactlab.mechanisms.model import MechanismModel
+from impactlab.mechanisms.model import MechanismModel, Turned
 from impactlab.metrics.grazing import grazing_kick, near_grazing
 from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.plugins import kind_of
@@ -154,11 +154,22 @@ def check_run(status: int, assembly: Assembly, history: AbstractRecordedHistory)
     bound = energy_bound(assembly.scene, assembly.acting, assembly.integrator, own)
     impulses = any(Level.IMPULSE in law.needs or Level.CLOSING in law.needs for law in laws)
     models = [body.model for body in assembly.built.values() if isinstance(body.model, MechanismModel)]
-    bound += sum(model.gains_energy(assembly.dt, impulses) for model in models)
+    bound += sum(model.gains_energy(assembly.dt, impulses, fastest(history, model)) for model in models)
     cut = assembly.method.events == "dated" and assembly.integrator.any_dt
     remedies = dict.fromkeys(law.gain_remedy for law in laws if law.gain_remedy)
     remedy = " ".join(remedies) or f"Give a smaller step, or a softer contact{', or events: located' if cut else ''}."
     check_gain(history, bound, remedy, failure)
+
+
+def fastest(history: AbstractRecordedHistory, model: MechanismModel) -> Turned:
+    """Return the largest rate and angular acceleration of a mechanism in a run."""
+    names = [f"rate:{each.name}" for each in model.part.readings if each.is_angle]
+    rates = [history.recorded[name] for name in names if name in history.recorded]
+    changes = [np.abs(np.diff(each.values)) / np.diff(each.times) for each in rates]
+    return Turned(
+        max((float(np.max(np.abs(each.values))) for each in rates), default=0.0),
+        max((float(np.max(each, initial=0.0)) for each in changes), default=0.0),
+    )
 
 
 def check_gain(history: AbstractHistory, bound: float, remedy: str, failure: Failure) -> None:
