@@ -21,6 +21,7 @@ from step_loop import time_loop
 
 import impactlab as il
 from impactlab.mechanisms.model import MechanismModel
+from impactlab.mechanisms.steps import STIFFNESS_AT
 from impactlab.mechanisms.terms import chain_terms
 from impactlab.numerics.compiling import ENTRY
 from impactlab.simulate import Plan, prepare
@@ -80,12 +81,12 @@ def by_hand(  # noqa: C901 - one loop, on purpose
     """Midpoint rule; the first reading keeps off a stop where it is at t = 0; one row of ``out`` per step."""
     n, weight = p.size, 0.25 * dt * dt
     last, older, middle, rate, free, response = work[0], work[1], work[2], work[3], work[4], work[5]
-    before = work[6]  # of the middle: on a line through the accelerations of two steps
+    before, onwards = work[6], work[7]  # of the middle: on a line through the accelerations of two steps
     chain_terms(own, 0.0, p, v, empty, force, rows, values, rates)
     stop, place, sample = values[0], values[0], 0
     for step in range(steps):
         for i in range(n):
-            before[i] = 2.0 * last[i] - older[i] if step > 1 else last[i]
+            before[i] = last[i] + onwards[i] * (last[i] - older[i]) if step > 1 else last[i]
             middle[i] = p[i] + 0.5 * dt * v[i] + weight * before[i]
             rate[i] = v[i] + 0.5 * dt * before[i]
         chain_terms(own, (step + 0.5) * dt, middle, rate, mass, force, rows, values, rates)
@@ -145,8 +146,11 @@ def time_by_hand(plan: Plan) -> tuple[float, Any]:
     n, r, motion = model.count, model.readings, model.packed
     out, energies = np.zeros((plan.steps, 3 + 2 * r)), np.zeros(SAMPLES + 1)
     out.fill(0.0)
-    square, values, rates, work = np.zeros(n * n), np.zeros(r + 1), np.zeros(r), np.zeros((7, n))
+    square, values, rates, work = np.zeros(n * n), np.zeros(r + 1), np.zeros(r), np.zeros((8, n))
     work[0] = plan.steppers["arm"].state[2 * (n + r) : 2 * (n + r) + n]  # acceleration at t = 0
+    numbers = plan.steppers["arm"].parameters
+    quarter = plan.dt**2 * numbers[int(numbers[STIFFNESS_AT]) + n * n :][:n]
+    work[7] = (1.0 - quarter) / (1.0 + quarter)
     given = (
         motion.parameters.copy(), motion.position.copy(), motion.velocity.copy(), motion.stiffness, square,
         np.zeros((n, n)), np.zeros(n), np.zeros(r * n), values, rates, work, np.zeros(0), out, energies,
