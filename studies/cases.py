@@ -39,7 +39,7 @@ def answered(name: str) -> Iterator[Line]:
     case = il.load_case(CASES / f"{name}.yaml")
     for each in (case, *(case.variant(variant) for variant in case.variant_names if variant != "base")):
         scene, method = each.simulation()
-        moving = any(body.changes for body in scene.bodies.values())  # a mechanism, which no reference serves
+        moving = any(body.changes for body in scene.bodies.values())  # a mechanism: `fine` has more shapes, too
         reference = Reference("`fine`", il.run(each.method("fine"))) if moving else reference_of(scene, method)
         assert reference is not None, each.label
         yield Line(each, scene, method, reference)
