@@ -6,6 +6,7 @@ import math
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 
+from impactlab.contact.penalty import Penalty
 from impactlab.errors import CaseError
 from impactlab.exact.contact_kinds import check as check_exact
 from impactlab.history.base import Warned
@@ -114,6 +115,26 @@ def _by_default(scene: Scene, method: Method) -> bool:
     return method.integrator == Newmark() and not all(model.exact for _, model in modelled(scene, method))
 
 
+def check_yielding(scene: Scene, method: Method, built: dict[str, BuiltBody]) -> None:
+    """Raise `CaseError` where a wall meets a mechanism that drives alone move, under a law that needs a motion."""
+    given = {
+        name
+        for name, body in built.items()
+        if isinstance(body.model, MechanismModel) and body.model.count == len(body.model.packed.drives)
+    }
+    for number, (contact, law) in enumerate(zip(scene.contacts, laws_of(scene, method), strict=True)):
+        names = {contact.left.body, contact.right.body}
+        if not (law.hard or isinstance(law, Penalty)) or not names & given:
+            continue
+        if all(name in given or not scene.bodies[name].moves for name in names):
+            raise CaseError(
+                f"nothing yields in {contact.name}: all links are rigid and move as their drives say, and law "
+                f"'{kind_of(law)}' finds its force from the motion that it changes",
+                remedy="Give a beam as a link, a mass instead of the wall, or law hertz.",
+                path=f"contacts.{number}",
+            )
+
+
 def chosen_step(scene: Scene, method: Method, integrator: AbstractIntegrator, built: dict[str, BuiltBody]) -> float:
     """Return the step [s].
 
@@ -182,6 +203,7 @@ def prepare(scene: Scene, method: Method) -> Plan:
             warnings.append(UNUSED)
         integrator = ExactModal()
     check_pairs(scene, method, integrator, own)
+    check_yielding(scene, method, built)
     dt = chosen_step(scene, method, integrator, built)
     steps = math.ceil(scene.duration / dt - 1e-9)
     check_records(scene, steps)

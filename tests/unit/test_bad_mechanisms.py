@@ -310,3 +310,13 @@ def test_a_weight_that_a_guide_takes_is_told(along: Any, across: str) -> None:
     assert found == (
         [f"block: {across} m/s2 of gravity act across the motion, and the guide takes that part"] * bool(across)
     )
+
+
+@pytest.mark.parametrize("law", [{"kind": "penalty", "stiffness": 1e5}, {"kind": "velocity_complementarity"}], ids=str)
+def test_rigid_links_that_drives_alone_move_meet_no_wall(law: dict[str, Any]) -> None:
+    rigid = {"kind": "link", "length": 0.3, "mass": 0.3}
+    links = [{"body": "crank", "angle": -1.9, "drive": {"rate": 30.0}}, {"body": "rod", "end_mass": 0.5}]
+    changes = {"bodies.rod": rigid, "mechanisms.press.links": links, "contacts.0.law": law}
+    with pytest.raises(CaseError, match=r"nothing yields in rod\.right\|block: all links are rigid"):
+        il.run(case_with({**changes, "bodies.block": {"kind": "wall"}}))
+    assert il.run(case_with(changes)).duration > 0.0
