@@ -153,8 +153,9 @@ def restitution(scene: Scene, history: AbstractHistory) -> dict[str, float]:
 
 @quantity("m/s", BODY)
 def final_velocity(scene: Scene, history: AbstractHistory) -> dict[str, float]:
-    """Mean velocity at the end of the run: momentum over mass."""
-    found = {name: mean_velocity(scene, history, name, history.duration) for name in labels_of(scene, BODY)}
+    """Mean velocity at the end of the run: momentum over mass; a mechanism has none in one direction."""
+    names = [name for name in labels_of(scene, BODY) if not scene.bodies[name].changes]
+    found = {name: mean_velocity(scene, history, name, history.duration) for name in names}
     return {name: velocity for name, velocity in found.items() if velocity is not None}
 
 

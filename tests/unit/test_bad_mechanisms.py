@@ -320,3 +320,8 @@ def test_rigid_links_that_drives_alone_move_meet_no_wall(law: dict[str, Any]) ->
     with pytest.raises(CaseError, match=r"nothing yields in rod\.right\|block: all links are rigid"):
         il.run(case_with({**changes, "bodies.block": {"kind": "wall"}}))
     assert il.run(case_with(changes)).duration > 0.0
+
+
+def test_a_mechanism_has_no_final_velocity() -> None:
+    found = il.sensitivities(case_with({}), ["bodies.block.mass"], ["final_velocity"])
+    assert {row.label: math.isnan(row.value) for row in found.rows} == {"block": False, "press": True}
