@@ -235,9 +235,12 @@ def first_arrivals(scene: Scene, models: Models) -> dict[str, float]:
         for (name, point), (source, start) in joined
         if scene.bodies[point.body].moves
     ]
-    for _ in scene.contacts:
+    sooner = True
+    while sooner:
+        sooner = False
         for name, source, time in ways:
-            arrival[name] = min(arrival[name], arrival[source] + time)
+            if arrival[source] + time < arrival[name]:
+                arrival[name], sooner = arrival[source] + time, True
     return {name: 0.0 if math.isinf(time) else time for name, time in arrival.items()}
 
 

@@ -199,9 +199,7 @@ class StepArrays(NamedTuple):
     momentum: Floats  # row over the state, N s
     jump: Floats  # flat, body by body: velocities per impulse of each face, then its loads: see `write_columns`
     responses: Floats  # flat, body by body: (3, n_ports, n_state) to a force, an impulse and a projection at each port
-    influence: (
-        Floats  # (9, 3 n_contacts, n_contacts) of contacts on faces (2 n_contacts) and pushed rows: see the layers
-    )
+    influence: Floats  # (n_contacts, n_contacts, 3, 9) on left face, right face and pushed row of each, by each: layers
     coupled: Ints  # (n_contacts, 1 + n_contacts) how many contacts act on the faces of each, and which: itself too
     row_start: Ints  # (n_rows + 1,)
     row_index: Ints  # into the state

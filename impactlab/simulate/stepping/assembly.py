@@ -122,7 +122,7 @@ class Assembly:
             momentum=values.momentum,
             jump=values.jump,
             responses=values.responses,
-            influence=np.zeros((LAYERS, 3 * n_contacts, n_contacts)),
+            influence=np.zeros((n_contacts, n_contacts, 3, LAYERS)),
             coupled=np.zeros((n_contacts, 1 + n_contacts), np.int64),
             row_start=row_start,
             row_index=row_index,

@@ -26,20 +26,21 @@ AGREEMENT_TOL = 1e-9  # of the largest impulse: a larger change in the last swee
 
 
 @INLINE
-def effect_of(m: StepArrays, target: int, layer: int, contact: ContactRecord, other: int) -> float:
-    """Return the effect of a contact on a row at the end of the step.
+def effect_of(m: StepArrays, number: int, place: int, layer: int, contact: ContactRecord, other: int) -> float:
+    """Return the effect of another contact on a row of one at the end of the step.
 
-    Layer 0 is displacement (or value), 1 velocity.
+    Place 0 is its left face, 1 its right face, 2 the row that it pushes; layer 0 is displacement (or value), 1
+    velocity.
     """
     total = 0.0
     if contact.force != 0.0:
-        total += m.influence[U_FORCE + layer, target, other] * contact.force
+        total += m.influence[number, other, place, U_FORCE + layer] * contact.force
     if contact.impulse != 0.0:
-        total += m.influence[U_IMPULSE + layer, target, other] * contact.impulse
+        total += m.influence[number, other, place, U_IMPULSE + layer] * contact.impulse
     if contact.projection != 0.0:
-        total += m.influence[U_PROJECTION + layer, target, other] * contact.projection
+        total += m.influence[number, other, place, U_PROJECTION + layer] * contact.projection
     if contact.push != 0.0:
-        total += m.influence[U_PUSH + layer, target, other] * contact.push
+        total += m.influence[number, other, place, U_PUSH + layer] * contact.push
     return total
 
 
@@ -56,14 +57,14 @@ def evaluate_law(m: StepArrays, number: int, time: float, dt: float) -> None:
             continue
         theirs = m.contacts[other]
         if theirs.force != 0.0 or theirs.impulse != 0.0 or theirs.projection != 0.0 or theirs.push != 0.0:
-            a, b = 2 * number, 2 * number + 1
-            left_u += effect_of(m, a, 0, theirs, other)
-            right_u += effect_of(m, b, 0, theirs, other)
-            left_v += effect_of(m, a, 1, theirs, other)
-            right_v += effect_of(m, b, 1, theirs, other)
-            others_rate += (m.influence[V_JUMP, b, other] - m.influence[V_JUMP, a, other]) * theirs.impulse
-            predicted += (m.influence[V_JUMP, b, other] - m.influence[V_JUMP, a, other]) * theirs.projection
-            others_pushed += effect_of(m, 2 * len(m.contacts) + number, 0, theirs, other)
+            left_u += effect_of(m, number, 0, 0, theirs, other)
+            right_u += effect_of(m, number, 1, 0, theirs, other)
+            left_v += effect_of(m, number, 0, 1, theirs, other)
+            right_v += effect_of(m, number, 1, 1, theirs, other)
+            jump = m.influence[number, other, 1, V_JUMP] - m.influence[number, other, 0, V_JUMP]
+            others_rate += jump * theirs.impulse
+            predicted += jump * theirs.projection
+            others_pushed += effect_of(m, number, 2, 0, theirs, other)
     own_pushed = port.free_pushed
     port.time, port.dt = time, dt
     port.left.displacement, port.right.displacement = left.u, right.u

@@ -45,10 +45,13 @@ def row_times(m: StepArrays, row: int, values: Floats, shift: int) -> float:
 
 
 @PART
-def add_influence(m: StepArrays, target: int, u_row: int, v_row: int, weight: float, body_number: int) -> None:
+def add_influence(
+    m: StepArrays, number: int, place: int, u_row: int, v_row: int, weight: float, body_number: int
+) -> None:
     """Add the influence of contacts on one row of a body, and on its rate.
 
-    The rate has the row v_row, -1 if there is none.
+    The row is the left or right face of contact ``number`` (place 0 or 1) or the row that it pushes (2); the rate has
+    the row v_row, -1 if there is none.
     """
     body = m.bodies[body_number]
     size = body.state_end - body.state_start
@@ -59,20 +62,20 @@ def add_influence(m: StepArrays, target: int, u_row: int, v_row: int, weight: fl
         scale = weight * face.sign
         for kind in range(3):  # forces, impulses, projections
             column = body.response_start + (kind * body.n_ports + face.place) * size - body.state_start
-            m.influence[2 * kind, target, contact] += scale * row_times(m, u_row, m.responses, column)
+            m.influence[number, contact, place, 2 * kind] += scale * row_times(m, u_row, m.responses, column)
             if v_row >= 0:
-                m.influence[2 * kind + 1, target, contact] += scale * row_times(m, v_row, m.responses, column)
+                m.influence[number, contact, place, 2 * kind + 1] += scale * row_times(m, v_row, m.responses, column)
         if v_row >= 0:
             jump = body.jump_start + face.place * body.n_dof - body.state_start - body.n_dof
-            m.influence[V_JUMP, target, contact] += scale * row_times(m, v_row, m.jump, jump)
+            m.influence[number, contact, place, V_JUMP] += scale * row_times(m, v_row, m.jump, jump)
     for other in range(len(m.pushes)):
         push = m.pushes[other]
         if push.body != body_number:
             continue
         scale, start = weight * push.weight, body.response_start + push.place * size - body.state_start
-        m.influence[U_PUSH, target, push.contact] += scale * row_times(m, u_row, m.responses, start)
+        m.influence[number, push.contact, place, U_PUSH] += scale * row_times(m, u_row, m.responses, start)
         if v_row >= 0:
-            m.influence[V_PUSH, target, push.contact] += scale * row_times(m, v_row, m.responses, start)
+            m.influence[number, push.contact, place, V_PUSH] += scale * row_times(m, v_row, m.responses, start)
 
 
 @PART
@@ -84,11 +87,10 @@ def find_coupled(m: StepArrays, number: int) -> None:
     n_contacts, found = len(m.contacts), 0
     for other in range(n_contacts):
         acts = other == number
-        for layer in range(LAYERS):
-            for row in range(3):
-                target = 2 * n_contacts + number if row == 2 else 2 * number + row
-                effect, own = abs(m.influence[layer, target, other]), abs(m.influence[layer, target, number])
-                acts = acts or effect > NO_EFFECT * own
+        for place in range(3):
+            for layer in range(LAYERS):
+                effect, own = m.influence[number, other, place, layer], m.influence[number, number, place, layer]
+                acts = acts or abs(effect) > NO_EFFECT * abs(own)
         if acts:
             found += 1
             m.coupled[number, found] = other
@@ -99,34 +101,34 @@ def find_coupled(m: StepArrays, number: int) -> None:
 def fill_influence(m: StepArrays) -> None:
     """Fill the influence of each contact on each face and pushed row, and the compliances of the ports."""
     n_contacts, n_faces = len(m.contacts), len(m.faces)
-    for layer in range(LAYERS):
-        for target in range(3 * n_contacts):
-            for contact in range(n_contacts):
-                m.influence[layer, target, contact] = 0.0
+    for contact in range(n_contacts):
+        for other in range(n_contacts):
+            for place in range(3):
+                for layer in range(LAYERS):
+                    m.influence[contact, other, place, layer] = 0.0
     for number in range(n_faces):
-        add_influence(m, number, number, n_faces + number, 1.0, m.faces[number].body)
+        add_influence(m, number // 2, number % 2, number, n_faces + number, 1.0, m.faces[number].body)
     first_push = len(m.row_start) - 1 - len(m.pushes)
     for number in range(len(m.pushes)):
         push = m.pushes[number]
-        add_influence(m, n_faces + push.contact, first_push + number, -1, push.weight, push.body)
+        add_influence(m, push.contact, 2, first_push + number, -1, push.weight, push.body)
     for contact in range(n_contacts):
         find_coupled(m, contact)
-        left, right, pushed = 2 * contact, 2 * contact + 1, n_faces + contact
-        port = m.ports[contact]
-        port.left.displacement_per_force = -m.influence[U_FORCE, left, contact]
-        port.left.velocity_per_force = -m.influence[V_FORCE, left, contact]
-        port.left.velocity_per_impulse = -m.influence[V_JUMP, left, contact]
-        port.right.displacement_per_force = m.influence[U_FORCE, right, contact]
-        port.right.velocity_per_force = m.influence[V_FORCE, right, contact]
-        port.right.velocity_per_impulse = m.influence[V_JUMP, right, contact]
-        port.gap_per_force = m.influence[U_FORCE, right, contact] - m.influence[U_FORCE, left, contact]
-        port.rate_per_force = m.influence[V_FORCE, right, contact] - m.influence[V_FORCE, left, contact]
-        port.gap_per_impulse = m.influence[U_IMPULSE, right, contact] - m.influence[U_IMPULSE, left, contact]
-        port.rate_per_impulse = m.influence[V_JUMP, right, contact] - m.influence[V_JUMP, left, contact]
-        port.gap_per_projection = m.influence[U_PROJECTION, right, contact] - m.influence[U_PROJECTION, left, contact]
-        port.gap_per_push = m.influence[U_PUSH, right, contact] - m.influence[U_PUSH, left, contact]
-        port.pushed_per_force = m.influence[U_FORCE, pushed, contact]
-        port.pushed_per_push = m.influence[U_PUSH, pushed, contact]
+        port, own = m.ports[contact], m.influence[contact, contact]
+        port.left.displacement_per_force = -own[0, U_FORCE]
+        port.left.velocity_per_force = -own[0, V_FORCE]
+        port.left.velocity_per_impulse = -own[0, V_JUMP]
+        port.right.displacement_per_force = own[1, U_FORCE]
+        port.right.velocity_per_force = own[1, V_FORCE]
+        port.right.velocity_per_impulse = own[1, V_JUMP]
+        port.gap_per_force = own[1, U_FORCE] - own[0, U_FORCE]
+        port.rate_per_force = own[1, V_FORCE] - own[0, V_FORCE]
+        port.gap_per_impulse = own[1, U_IMPULSE] - own[0, U_IMPULSE]
+        port.rate_per_impulse = own[1, V_JUMP] - own[0, V_JUMP]
+        port.gap_per_projection = own[1, U_PROJECTION] - own[0, U_PROJECTION]
+        port.gap_per_push = own[1, U_PUSH] - own[0, U_PUSH]
+        port.pushed_per_force = own[2, U_FORCE]
+        port.pushed_per_push = own[2, U_PUSH]
 
 
 @PART

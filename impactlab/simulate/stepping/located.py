@@ -67,7 +67,8 @@ def gap_at_end(m: StepArrays, number: int) -> float:
     gap = m.contacts[number].initial_gap + m.faces[right].free_u - m.faces[left].free_u + m.replies[number].offset
     for place in range(1, m.coupled[number, 0] + 1):
         other = m.coupled[number, place]
-        gap += effect_of(m, right, 0, m.contacts[other], other) - effect_of(m, left, 0, m.contacts[other], other)
+        theirs = m.contacts[other]
+        gap += effect_of(m, number, 1, 0, theirs, other) - effect_of(m, number, 0, 0, theirs, other)
     return float(gap)
 
 

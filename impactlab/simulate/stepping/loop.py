@@ -141,8 +141,8 @@ def correct(m: StepArrays) -> None:
         u, v = m.faces[number].free_u, m.faces[number].free_v
         for place in range(1, m.coupled[number // 2, 0] + 1):
             other = m.coupled[number // 2, place]
-            u += effect_of(m, number, 0, m.contacts[other], other)
-            v += effect_of(m, number, 1, m.contacts[other], other)
+            u += effect_of(m, number // 2, number % 2, 0, m.contacts[other], other)
+            v += effect_of(m, number // 2, number % 2, 1, m.contacts[other], other)
         m.faces[number].u, m.faces[number].v = u, v
     if m.clock[0].changes != 0:
         read_again(m)
