@@ -7,6 +7,7 @@ modes, factors, memory) and without the checks of a finished run. The exact answ
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from itertools import product
 from typing import Any
@@ -14,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.peers.cases import SHORTEST_FLIGHT, Case, Outcome
-from benchmarks.peers.run import Run, Setting, version_of
+from benchmarks.peers.run import Found, Run, Setting, version_of
 from impactlab import api
 from impactlab.bases.craig_bampton import CraigBampton
 from impactlab.history import AbstractHistory
@@ -69,13 +70,18 @@ def chosen(given: Simulation) -> tuple[Simulation, str, float]:
     return Simulation(given.scene, least.method), least.chosen, least.choosing_s
 
 
-def build(case: Case, setting: Setting, record: bool) -> Run:
+def build(case: Case, setting: Setting, record: bool) -> Run[Outcome]:
     """Return a run; it records as always."""
     given = scene(case, setting)
     if setting["model"] == "automatic":
         given = chosen(given)[0]
     if is_exact(*given):
         return _exact(case, given)
+    return stepped(given, lambda history: outcome_of(history, case))
+
+
+def stepped(given: Simulation, outcome: Callable[[AbstractHistory], Found]) -> Run[Found]:
+    """Return a run that steps."""
     from impactlab.numerics.addresses import entered
     from impactlab.simulate.driver import advance_of
     from impactlab.simulate.stepping import loop
@@ -92,10 +98,10 @@ def build(case: Case, setting: Setting, record: bool) -> Run:
         walk(assembly, history, None)
         history.finish()
 
-    return Run(solve, lambda: outcome_of(history, case))
+    return Run(solve, lambda: outcome(history))
 
 
-def _exact(case: Case, given: Simulation) -> Run:
+def _exact(case: Case, given: Simulation) -> Run[Outcome]:
     """Return a run of the exact description: the marching is timed, as the package reports it."""
     from impactlab.exact import march
     from impactlab.exact.arrays import DONE

@@ -7,18 +7,19 @@ import importlib.metadata
 import importlib.util
 import time
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Generic, NamedTuple, Protocol, TypeVar
 
 from benchmarks.peers.cases import Case, Outcome
 
 Setting = Mapping[str, Any]
+Found = TypeVar("Found")
 
 
-class Run(NamedTuple):
+class Run(NamedTuple, Generic[Found]):
     """A run made ready: only ``solve`` is timed, once; ``outcome`` afterwards tells what came out."""
 
     solve: Callable[[], None]
-    outcome: Callable[[], Outcome]
+    outcome: Callable[[], Found]
 
 
 def version_of(name: str) -> str | None:
@@ -38,11 +39,11 @@ class Peer(Protocol):
     def settings(self, case: Case) -> list[dict[str, Any]]:
         """Return the settings a scan tries."""
 
-    def build(self, case: Case, setting: Setting, record: bool) -> Run:
+    def build(self, case: Case, setting: Setting, record: bool) -> Run[Outcome]:
         """Return a run; without ``record`` a package writes nothing while it is timed."""
 
 
-def timed(run: Run) -> tuple[float, float]:
+def timed(run: Run[Any]) -> tuple[float, float]:
     """Return what one solve takes [s], without the collector: processor time of this thread, and by the clock."""
     gc.disable()
     try:

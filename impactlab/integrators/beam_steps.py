@@ -68,17 +68,17 @@ def along_each(count: int, table: Array, rest: Array, x: Array, gain: Array, rat
 
     ``table`` holds a, l1, 0 and l2, b, each along the row.
     """
-    before, turn = 0.0, 0.0
+    before, turn, lever = 0.0, 0.0, 0.0
+    stiff, nears = table[:count], table[count : 2 * count]
+    fars, bent = table[2 * count + 1 : 3 * count + 1], table[3 * count + 1 :]
     for e in range(count):
-        near, far = table[count + e], table[2 * count + e + 1]
+        near, far = nears[e], fars[e]
         w, theta, next_w, next_theta = x[2 * e], x[2 * e + 1], x[2 * e + 2], x[2 * e + 3]
-        force = table[e] * (next_w - w - near * theta - far * next_theta)
-        moment = table[3 * count + 1 + e] * (next_theta - theta)
+        force = stiff[e] * (next_w - w - near * theta - far * next_theta)
+        moment = bent[e] * (next_theta - theta)
         rate[2 * e] += gain[2 * e] * (force - before)
-        rate[2 * e + 1] += gain[2 * e + 1] * (
-            near * force + table[2 * count + e] * before + moment - turn - rest[e] * theta
-        )
-        before, turn = force, moment
+        rate[2 * e + 1] += gain[2 * e + 1] * (near * force + lever * before + moment - turn - rest[e] * theta)
+        before, turn, lever = force, moment, far
     rate[2 * count] -= gain[2 * count] * before
     rate[2 * count + 1] += gain[2 * count + 1] * (table[3 * count] * before - turn)
 
