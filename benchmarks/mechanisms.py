@@ -1,4 +1,4 @@
-"""The step of mechanisms against a hand-written compiled loop with the same terms and the same recorded output.
+"""The step of mechanisms against a hand-written compiled loop with the same terms and factor.
 
 The two-link arm (a rigid and a flexible link, a stop along y at its tip, Hertz contact) by the midpoint rule, for some
 numbers of bending shapes. The hand-written loop takes the terms at the middle of each step, factors M + dt^2 K/4 once,
@@ -21,7 +21,7 @@ from step_loop import time_loop
 
 import impactlab as il
 from impactlab.mechanisms.model import MechanismModel
-from impactlab.mechanisms.steps import STIFFNESS_AT
+from impactlab.mechanisms.steps import STIFFNESS_AT, Middle, factorise, solve
 from impactlab.mechanisms.terms import chain_terms
 from impactlab.numerics.compiling import ENTRY
 from impactlab.simulate import Plan, prepare
@@ -59,22 +59,7 @@ def arm(modes: int) -> il.Case:
 
 
 @ENTRY
-def solved(factor: Any, x: Any) -> None:
-    """Solve with a Cholesky factor (n, n), in place."""
-    n = x.size
-    for i in range(n):
-        total = x[i]
-        for j in range(i):
-            total -= factor[i, j] * x[j]
-        x[i] = total / factor[i, i]
-    for i in range(n - 1, -1, -1):
-        x[i] /= factor[i, i]
-        for j in range(i):
-            x[j] -= factor[i, j] * x[i]
-
-
-@ENTRY
-def by_hand(  # noqa: C901 - one loop, on purpose
+def by_hand(
     own: Any, p: Any, v: Any, stiffness: Any, mass: Any, factor: Any, force: Any, rows: Any, values: Any, rates: Any,
     work: Any, empty: Any, out: Any, energies: Any, dt: float, steps: int, stride: int,
 ) -> None:  # fmt: skip
@@ -82,6 +67,7 @@ def by_hand(  # noqa: C901 - one loop, on purpose
     n, weight = p.size, 0.25 * dt * dt
     last, older, middle, rate, free, response = work[0], work[1], work[2], work[3], work[4], work[5]
     before, onwards = work[6], work[7]  # of the middle: on a line through the accelerations of two steps
+    m = Middle(empty, stiffness, onwards, mass, force, rows, values, rates, factor, factor, free, response, before)
     chain_terms(own, 0.0, p, v, empty, force, rows, values, rates)
     stop, place, sample = values[0], values[0], 0
     for step in range(steps):
@@ -93,16 +79,11 @@ def by_hand(  # noqa: C901 - one loop, on purpose
         for i in range(n):
             pull = 0.0
             for j in range(n):
-                pull += stiffness[i, j] * before[j]
+                pull += stiffness[i * n + j] * before[j]
             free[i], response[i] = force[i] + weight * pull, rows[i]
-        for i in range(n):
-            for j in range(i + 1):
-                total = mass[i * n + j] + weight * stiffness[i, j]
-                for k in range(j):
-                    total -= factor[i, k] * factor[j, k]
-                factor[i, j] = math.sqrt(total) if i == j else total / factor[j, j]
-        solved(factor, free)
-        solved(factor, response)
+        factorise(m, factor, weight)
+        solve(factor, free)
+        solve(factor, response)
         moved, compliance = 0.0, 0.0
         for i in range(n):
             moved += rows[i] * (dt * v[i] + 0.5 * dt * dt * free[i])
@@ -133,7 +114,7 @@ def by_hand(  # noqa: C901 - one loop, on purpose
             total = 0.0
             for i in range(n):
                 for j in range(n):
-                    total += 0.5 * (v[i] * mass[i * n + j] * v[j] + p[i] * stiffness[i, j] * p[j])
+                    total += 0.5 * (v[i] * mass[i * n + j] * v[j] + p[i] * stiffness[i * n + j] * p[j])
             energies[sample] = total
             sample += 1
 
@@ -152,8 +133,8 @@ def time_by_hand(plan: Plan) -> tuple[float, Any]:
     quarter = plan.dt**2 * numbers[int(numbers[STIFFNESS_AT]) + n * n :][:n]
     work[7] = (1.0 - quarter) / (1.0 + quarter)
     given = (
-        motion.parameters.copy(), motion.position.copy(), motion.velocity.copy(), motion.stiffness, square,
-        np.zeros((n, n)), np.zeros(n), np.zeros(r * n), values, rates, work, np.zeros(0), out, energies,
+        motion.parameters.copy(), motion.position.copy(), motion.velocity.copy(), motion.stiffness.ravel(), square,
+        np.zeros(n * n), np.zeros(n), np.zeros(r * n), values, rates, work, np.zeros(0), out, energies,
     )  # fmt: skip
     began = time.thread_time()
     by_hand(*given, plan.dt, plan.steps, -(-plan.steps // SAMPLES))

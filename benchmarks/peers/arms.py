@@ -94,9 +94,9 @@ def of_contacts(history: AbstractHistory) -> list[float]:
 def exudyn(arm: Arm, setting: Setting, record: bool) -> Run[list[float]]:
     """Return a run of Exudyn; with ``record`` a sensor stores the place of the hand at every step.
 
-    Cable elements in absolute nodal coordinates, their strain integrated at fewer points (the answer stays within
-    1e-6); the hand is a point mass on the last node. The contact is `ObjectContactCoordinate` with exponent 1.5. A
-    hinge to the ground is two fixed coordinates, one between links a joint; the torque is a load on the first element.
+    Cable elements in absolute nodal coordinates, their strain integrated at fewer points (impulses within 1e-5); the
+    hand is a point mass on the last node. The contact is `ObjectContactCoordinate` with exponent 1.5. A hinge to the
+    ground is two fixed coordinates, one between links a joint; the torque is a load on the first element.
     """
     exu = engine()
     container = exu.SystemContainer()

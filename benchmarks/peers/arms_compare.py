@@ -16,6 +16,7 @@ import json
 import math
 import os
 from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,7 @@ from threadpoolctl import threadpool_limits
 from benchmarks import tables
 from benchmarks.peers import arms, exudyn_peer, impactlab_peer
 from benchmarks.peers.arms import ARMS, FINEST, Arm, build, errors_of, settings
-from benchmarks.peers.measure import CANDIDATES, interleaved
+from benchmarks.peers.measure import interleaved
 from benchmarks.peers.page import milliseconds, told, verdict
 from benchmarks.peers.run import timed
 from benchmarks.peers.scan import FOLDER
@@ -36,6 +37,9 @@ PROGRAMS = {"impactlab": "impactlab", "exudyn": "Exudyn"}
 SCAN = FOLDER / "arms.csv"
 TOLERANCES = (1e-2, 3e-3, 1e-3, 3e-4)
 AIMED = 1e-3
+CANDIDATES = 5  # of each program: the quickest of the scan may owe its place to noise
+FINENESS = {"impactlab": ("modes", "axial_modes", "dt"), "exudyn": ("elements", "dt")}
+GROUPS = ("impactlab", "Exudyn", "Exudyn, tolerance 1e-6")
 PAGE = """# Mechanisms beside another program
 
 Two arms strike a stop, in impactlab and in Exudyn, a general program for flexible multibody systems in C++ that does
@@ -44,10 +48,10 @@ larger of the two relative errors. The cases are [two_link_arm](../cases/two_lin
 [arm_on_stop](../cases/arm_on_stop.yaml), up to {one} ms. [Beside other programs](peers.md) has the impacts on rods.
 
 Made by `python -m benchmarks.peers.arms_compare --out docs/peers-mechanisms.md` with the `[peers]` extra; again from
-what was measured with `--from docs/peers-mechanisms.json`. {machine}; {versions}. {repeats} interleaved repeats on a
-machine that others used, too: time of the processor in one thread, the least, and in brackets how far the middle one
-lies above it. Set-up (meshes, shapes, integrals, assembly) is not in the times. Exudyn writes nothing while timed;
-impactlab records everything it always does.
+what was measured with `--from docs/peers-mechanisms.json`. {machine}; {versions}.
+{repeats} interleaved repeats on a machine that others used, too: time of the processor in one thread, the least, and in
+brackets how far the middle one lies above it. Set-up (meshes, shapes, integrals, assembly) is not in the times. Exudyn
+writes nothing while timed; impactlab records everything it always does.
 
 {verdicts}
 
@@ -59,7 +63,10 @@ Both converge, and to the same impulses. So the error of a setting is counted fr
 
 ## Time to reach an error
 
-Per program the quickest setting of its scan, as in all such scans with some luck where errors cross zero.
+Per program the quickest setting of its scan. Where errors of mesh and step cancel, that takes some luck: Exudyn's best
+on the arm has 22 elements, and 24 at the same step are {unlucky} off; impactlab's on the two-link arm leaves the
+stretch of the link out, which costs 0.003 at short steps. "kept" takes the luck out: with the next more shapes of each
+kind or elements, with the next shorter step, and with all of these, the error stays below 0.001, too.
 
 {tables}
 
@@ -77,8 +84,8 @@ The scan is `benchmarks/peers/scans/arms.csv`, written with `--scan`: every sett
 - Exudyn's fast build, one thread, no files; generalised-alpha with fixed steps and modified Newton. Scanned: elements,
   step, spectral radius, tolerance of Newton's method, sparse and dense solver. Newton's method ends by the size of its
   last correction: with the residual, a relative tolerance of 1e-6 is not reached behind a joint, by rounding. The
-  sparse solver beats the dense one at every size. Tolerances of 1e-4 and 1e-3 save corrections and move the impulses by
-  less than 1e-4; the table has their best and, apart, the best at 1e-6.
+  sparse solver is 1.2 to 2 times faster than the dense one, from 16 elements on. Tolerances of 1e-4 and 1e-3 save
+  corrections; the tables have the best of all tolerances and, apart, the best at 1e-6.
 - Explicit schemes of Exudyn were tried on the arm. They need steps of 1 µs for 24 elements, and the second impulse came
   out 10 % too large; they are not in the scan.
 """
@@ -131,33 +138,53 @@ def group_of(row: dict[str, Any]) -> str:
     return PROGRAMS[row["program"]] + (", tolerance 1e-6" if tight else "")
 
 
+def stays(rows: list[dict[str, Any]], row: dict[str, Any], tolerance: float) -> bool:
+    """Return whether the next finer shapes or mesh and the next shorter step keep a tolerance, too, one by one and all.
+
+    What the scan varies in one value only stays as it is.
+    """
+    names, given = FINENESS[row["program"]], row["setting"]
+    shared = {name: value for name, value in given.items() if name not in names}
+    errors = {
+        tuple(each["setting"][name] for name in names): each["error"]
+        for each in rows
+        if each["program"] == row["program"] and shared.items() <= each["setting"].items()
+    }
+    finer = []
+    for at, name in enumerate(names):
+        values = sorted({key[at] for key in errors}, reverse=name == "dt")
+        here = values.index(given[name])
+        if here == len(values) - 1 and here > 0:
+            return False
+        finer.append(values[here : here + 2])
+    return all(errors.get(key, math.inf) <= tolerance for key in product(*finer))
+
+
 def measured(repeats: int) -> dict[str, Any]:
     """Return everything that the page shows: the best settings of the scan timed again, in turns."""
     jobs: dict[tuple[str, str], dict[str, Any]] = {}
-    chosen: list[tuple[str, float, str, list[tuple[str, str]]]] = []
-    groups = ("impactlab", "Exudyn", "Exudyn, tolerance 1e-6")
+    chosen: list[tuple[str, float, bool, str, list[tuple[str, str]]]] = []
+    wanted = [*((tolerance, False) for tolerance in TOLERANCES), (AIMED, True)]
     for name in ARMS:
-        for tolerance in TOLERANCES:
-            for group in groups:
-                rows = [
-                    row for row in read()
-                    if row["case"] == name and row["error"] <= tolerance and group_of(row).startswith(group)
-                ]  # fmt: skip
-                best = sorted(rows, key=lambda row: float(row["solve_s"]))[:CANDIDATES]
-                keys = [(name, json.dumps(row["setting"])) for row in best]
-                jobs |= dict(zip(keys, best, strict=True))
-                chosen.append((name, tolerance, group, keys))
+        here = [row for row in read() if row["case"] == name]
+        for (tolerance, kept), group in product(wanted, GROUPS):
+            rows = [row for row in here if row["error"] <= tolerance and group_of(row).startswith(group)]
+            rows = [row for row in rows if not kept or stays(here, row, tolerance)]
+            best = sorted(rows, key=lambda row: float(row["solve_s"]))[:CANDIDATES]
+            keys = [(name, json.dumps(row["setting"])) for row in best]
+            jobs |= dict(zip(keys, best, strict=True))
+            chosen.append((name, tolerance, kept, group, keys))
     times: dict[tuple[str, str], dict[str, Any]] = {}
     for name in ARMS:
         here = [key for key in jobs if key[0] == name]
         builds = [partial(build, jobs[key]["program"], ARMS[name], jobs[key]["setting"], record=False) for key in here]
         times |= dict(zip(here, interleaved(builds, repeats), strict=True))
     rows = []
-    for name, tolerance, group, keys in chosen:
+    for name, tolerance, kept, group, keys in chosen:
         if keys:
             least = min(keys, key=lambda key: times[key]["solve_s"])
-            kept = {"setting": jobs[least]["setting"], "error": jobs[least]["error"], **times[least]}
-            rows.append({"case": name, "tolerance": tolerance, "group": group, **kept})
+            found = {"setting": jobs[least]["setting"], "error": jobs[least]["error"], **times[least]}
+            rows.append({"case": name, "tolerance": tolerance, "kept": kept, "group": group, **found})
     return {
         "machine": f"{processor()}, {os.cpu_count()} cores",
         "versions": {"impactlab": impactlab_peer.version(), "Exudyn": exudyn_peer.version()},
@@ -167,23 +194,30 @@ def measured(repeats: int) -> dict[str, Any]:
     }
 
 
-def spent(results: dict[str, Any], name: str, tolerance: float, group: str) -> float:
+def spent(results: dict[str, Any], name: str, tolerance: float, kept: bool, group: str) -> float:
     """Return the time of a group to a tolerance [s], NaN where no setting of the scan reaches it."""
-    wanted = (name, tolerance, group)
-    found = (row["solve_s"] for row in results["rows"] if (row["case"], row["tolerance"], row["group"]) == wanted)
+    wanted = {"case": name, "tolerance": tolerance, "kept": kept, "group": group}
+    found = (row["solve_s"] for row in results["rows"] if wanted.items() <= row.items())
     return float(next(found, math.nan))
 
 
 def verdicts(results: dict[str, Any]) -> str:
-    """Return the aims and whether they are met, with the quickest Exudyn and with that at a tolerance of 1e-6."""
+    """Return the aims and whether they are met: to reach the error and to keep it, by any Exudyn and by a tight one."""
     cells = []
-    for arm in ARMS.values():
-        ours = spent(results, arm.name, AIMED, "impactlab")
-        for group in ("Exudyn", "Exudyn, tolerance 1e-6"):
-            ratio = spent(results, arm.name, AIMED, group) / ours
-            aim = f"{arm.name}: an error of {AIMED:g} reached {arm.aim:g} times faster than by {group}"
-            cells.append((aim, f"{ratio:.3g}", verdict(ratio >= arm.aim)))
+    for arm, kept, group in product(ARMS.values(), (False, True), GROUPS[1:]):
+        ratio = spent(results, arm.name, AIMED, kept, group) / spent(results, arm.name, AIMED, kept, GROUPS[0])
+        aim = f"{arm.name}: {AIMED:g} {'kept' if kept else 'reached'} {arm.aim:g} times faster than by {group}"
+        none = math.isnan(ratio)
+        cells.append((aim, "" if none else f"{ratio:.3g}", "its scan has none" if none else verdict(ratio >= arm.aim)))
     return tables.table(("aim", "found", ""), cells, text=("aim", ""))
+
+
+def unlucky(results: dict[str, Any]) -> float:
+    """Return the error of Exudyn on the arm with the next more elements than its best."""
+    wanted = {"case": "arm_on_stop", "tolerance": AIMED, "kept": False, "group": "Exudyn"}
+    best = next(row["setting"] for row in results["rows"] if wanted.items() <= row.items())
+    next_one = best | {"elements": best["elements"] + 2}
+    return float(next(row["error"] for row in read() if row["case"] == "arm_on_stop" and row["setting"] == next_one))
 
 
 def agreement(results: dict[str, Any]) -> str:
@@ -203,9 +237,10 @@ def table(results: dict[str, Any], name: str) -> str:
     cells = []
     for row in results["rows"]:
         if row["case"] == name:
-            ratio = row["solve_s"] / spent(results, name, row["tolerance"], "impactlab")
+            ratio = row["solve_s"] / spent(results, name, row["tolerance"], row["kept"], "impactlab")
             numbers = (milliseconds(row), f"{ratio:.3g}", f"{row['error']:.1e}")
-            cells.append((f"{row['tolerance']:g}", row["group"], *numbers, told(row["setting"])))
+            reached = f"{row['tolerance']:g}" + (", kept" if row["kept"] else "")
+            cells.append((reached, row["group"], *numbers, told(row["setting"])))
     heads = ("reached", "program", "ms", "ratio", "error", "setting")
     return f"### {name}\n\n{tables.table(heads, cells, text=('program', 'setting'))}"
 
@@ -246,6 +281,7 @@ def write(results: dict[str, Any], out: Path, figure: bool = True) -> None:
         two=f"{1e3 * ARMS['two_link_arm'].duration:g}",
         one=f"{1e3 * ARMS['arm_on_stop'].duration:g}",
         machine=results["machine"],
+        unlucky=f"{unlucky(results):.1g}",
         versions=", ".join(f"{name} {number}" for name, number in results["versions"].items()),
         repeats=results["repeats"],
         verdicts=verdicts(results),

@@ -18,7 +18,7 @@ PAGE = """# Beside other programs
 How long other programs take to reach an error that impactlab reaches: the same impact, machine and core, in one run.
 Exudyn, MuJoCo and OpenSees are general programs for multibody systems and structures, and do what impactlab cannot;
 impactlab knows nothing but rods and their impacts. So this page says what a special program gains on its one subject,
-and nothing about theirs.
+and nothing about theirs. [Mechanisms beside another program](peers-mechanisms.md) has two arms that strike a stop.
 
 Made by `python -m benchmarks.peers.compare --out docs/peers.md` with the `[peers]` extra; again from what was measured
 with `--from docs/peers.json`. {machine};

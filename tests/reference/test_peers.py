@@ -11,6 +11,8 @@ import pytest
 
 from benchmarks import step_loop
 from benchmarks.peers import (
+    arms,
+    arms_compare,
     compiled_peer,
     exudyn_peer,
     impactlab_peer,
@@ -203,3 +205,28 @@ def test_the_page_is_of_its_numbers(tmp_path):
     assert (tmp_path / "peers.md").read_text(encoding="utf-8") == (ROOT / "docs" / "peers.md").read_text(
         encoding="utf-8"
     )
+
+
+def test_the_page_of_mechanisms_is_of_its_numbers(tmp_path):
+    """docs/peers-mechanisms.md is what its JSON and the scan say."""
+    docs = ROOT / "docs"
+    results = json.loads((docs / "peers-mechanisms.json").read_text(encoding="utf-8"))
+    arms_compare.write(results, tmp_path / "page.md", figure=False)
+    assert (tmp_path / "page.md").read_text(encoding="utf-8") == (docs / "peers-mechanisms.md").read_text(
+        encoding="utf-8"
+    )
+
+
+@pytest.mark.parametrize("name", arms.ARMS)
+def test_arms_of_both_programs_give_the_same_impulses(name):
+    """The best stored settings of both programs find the impulses of impactlab's finest run."""
+    results = json.loads((ROOT / "docs" / "peers-mechanisms.json").read_text(encoding="utf-8"))
+    for row in results["rows"]:
+        if row["case"] != name or row["tolerance"] != arms_compare.AIMED or row["kept"]:
+            continue
+        program = "impactlab" if row["group"] == "impactlab" else "exudyn"
+        if program == "exudyn" and exudyn_peer.version() is None:
+            continue
+        run = arms.build(program, arms.ARMS[name], row["setting"], record=True)
+        run.solve()
+        assert arms.errors_of(run.outcome(), results["impulses"][name]["impactlab"]) < 1.5e-3
