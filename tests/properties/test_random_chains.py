@@ -1,4 +1,4 @@
-"""Random chains on a stop: mirrored, turned, in other units, with located events; their energy within its bound."""
+"""Random chains on a stop: mirrored, turned, in other units; their energy within its declared bound."""
 
 from __future__ import annotations
 
