@@ -60,6 +60,7 @@ class LinkResult(NamedTuple):
     largest: float  # N, of the sum of the pieces
     smallest: float  # N, negative where it pulled
     loss: float  # J
+    sets: tuple[float | None, ...] = ()  # m, of each piece in the order of the scene's contacts
 
 
 class Warned(NamedTuple):

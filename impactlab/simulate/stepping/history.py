@@ -204,8 +204,8 @@ class RecordedHistory(AbstractRecordedHistory):
             )
             known = [each for each in sets if each is not None]
             loss = sum(record.lost for record in records)
-            result = LinkResult(name, len(own), max(known, default=None), float(largest), float(smallest), loss)
-            found.append(result)
+            most = max(known, default=None)
+            found.append(LinkResult(name, len(own), most, float(largest), float(smallest), loss, tuple(sets)))
         self.links = tuple(found)
 
     def _read_events(self) -> None:

@@ -1,0 +1,79 @@
+"""The bearing graph: blows per metre over the static capacity of the soil."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from impactlab import api
+from impactlab.casefile import Case
+from impactlab.contact.smith import Smith
+from impactlab.errors import CaseError
+from impactlab.piling.blow import set_in
+from impactlab.piling.pile import Pile, pile_of
+from impactlab.scene.method import Simulation
+from impactlab.types import Array
+
+
+@dataclass(frozen=True)
+class BearingGraph:
+    """Set and blow count over static capacity, shape (n,) each."""
+
+    capacity: Array  # N, of all soil links together
+    set: Array  # m in one blow; 0 where the toe does not yield
+    blows_per_metre: Array  # 1/m; NaN where the toe does not yield
+
+
+def static_capacity(run: Simulation, pile: Pile) -> float:
+    """Return the static capacity [N] of all soil links on a pile."""
+    return sum(law.capacity for contact in pile.soil if isinstance(law := run.method.laws[contact.name], Smith))
+
+
+def bearing_graph(case: Case | Simulation, capacities: Iterable[float]) -> BearingGraph:
+    """Return the blow count for several static capacities of the soil.
+
+    The capacities of all links with the law `smith` are scaled alike; quakes and damping factors are kept.
+
+    Parameters
+    ----------
+    case : Case or Simulation
+        One blow on a pile with a toe link.
+    capacities : iterable of float
+        Static capacities of shaft and toe together [N].
+
+    Raises
+    ------
+    CaseError
+        If the pile has no toe link, or a capacity is not above 0; otherwise as `blow`.
+    """
+    run = case.simulation() if isinstance(case, Case) else case
+    pile, wanted = pile_of(run), np.array([*capacities], float)
+    if pile.toe is None:
+        raise CaseError(
+            f"the pile {pile.body.name!r} has no soil under its toe, so no set that a blow count could follow from",
+            remedy="Add a contact with the law smith at its toe, or take `drive`.",
+            path="contacts",
+        )
+    if not (np.isfinite(wanted) & (wanted > 0.0)).all():
+        raise CaseError(f"a capacity of {wanted[~(wanted > 0.0)][:1]} N. Allowed: above 0", remedy="Give it in N.")
+    given = static_capacity(run, pile)
+    sets = []
+    for capacity in wanted:
+        scaled = with_capacity(run, pile, capacity / given)
+        sets.append(set_in(api.run(scaled), scaled, pile) or 0.0)
+    found = np.array(sets)
+    with np.errstate(divide="ignore"):
+        return BearingGraph(wanted, found, np.where(found > 0.0, 1.0 / found, np.nan))
+
+
+def with_capacity(run: Simulation, pile: Pile, factor: float) -> Simulation:
+    """Return a scene whose soil links have their capacities times a factor."""
+    laws = dict(run.method.laws)
+    for contact in pile.soil:
+        law = laws[contact.name]
+        assert isinstance(law, Smith)  # noqa: S101 - the soil of `pile_of`
+        laws[contact.name] = dataclasses.replace(law, capacity=law.capacity * factor)
+    return Simulation(run.scene, dataclasses.replace(run.method, laws=laws))

@@ -1,0 +1,138 @@
+"""One blow of a hammer on a pile: set, driving stresses and the energy that reaches the pile."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from scipy.integrate import cumulative_trapezoid
+
+from impactlab import api
+from impactlab.casefile import Case
+from impactlab.contact.smith import Smith
+from impactlab.history.base import AbstractHistory
+from impactlab.piling.pile import Pile, pile_of
+from impactlab.scene.method import Simulation
+from impactlab.types import Array
+
+FRAMES_PER_TRANSIT = 200  # fields in the time of a wave through the pile, for the largest stresses
+POINTS = 20_000  # instants of the head signals at most
+
+
+class Peak(NamedTuple):
+    """The largest stress along a pile over a blow, with its place and time; compression and tension both positive."""
+
+    force: float  # N
+    stress: float  # Pa
+    x: float  # m from the left end
+    time: float  # s
+
+
+class Head(NamedTuple):
+    """Signals at the head of a pile, shape (n,) each."""
+
+    time: Array  # s
+    force: Array  # N, compression positive
+    velocity: Array  # m/s, positive into the soil
+    impedance: float  # N s/m
+
+    @property
+    def impedance_velocity(self) -> Array:
+        """Impedance times velocity [N], shape (n,)."""
+        return self.impedance * self.velocity
+
+
+@dataclass(frozen=True)
+class Blow:
+    """What one blow does to a pile."""
+
+    set: float | None  # m, plastic displacement of the toe link in the blow; None without one
+    peak_compression: Peak
+    peak_tension: Peak
+    transferred_energy: float  # J, the largest work of the head force up to any time
+    head: Head = field(repr=False)
+    history: AbstractHistory = field(repr=False, compare=False)
+
+    @property
+    def blows_per_metre(self) -> float | None:
+        """1/set [1/m]; None where the toe never yields, or the pile has none."""
+        return 1.0 / self.set if self.set else None
+
+
+def blow(case: Case | Simulation) -> Blow:
+    """Return what one blow does to a pile: set, largest stresses, energy and head signals.
+
+    The pile is the rod that links with the law `smith` hold, its head the end that a ram or a helmet meets, its toe the
+    link at the other end. Stresses are those of fields along the pile, 200 in the time of a wave through it.
+
+    Parameters
+    ----------
+    case : Case or Simulation
+        One blow, long enough for the pile to come to rest.
+
+    Raises
+    ------
+    CaseError
+        If one pile and its head cannot be found in the case.
+    CaseError, PairingError, PluginError, StepError
+        As `impactlab.run`.
+    """
+    run = case.simulation() if isinstance(case, Case) else case
+    pile = pile_of(run)
+    count = int(np.ceil(FRAMES_PER_TRANSIT * run.scene.duration / (0.5 * pile.body.round_trip)))
+    history = api.run(case, frames=min(count, POINTS))
+    found = head_of(history, pile)
+    compression, tension = largest_stresses(history, pile)
+    return Blow(set_in(history, run, pile), compression, tension, transferred_energy(found), found, history)
+
+
+def set_in(history: AbstractHistory, run: Simulation, pile: Pile) -> float | None:
+    """Return the plastic displacement of the toe link in a run [m]; None of a pile without toe link."""
+    if pile.toe is None:
+        return None
+    law = run.method.laws[pile.toe.name]
+    assert isinstance(law, Smith)  # noqa: S101 - the soil of `pile_of`
+    return sets_of(history)[pile.toe.name] - law.set
+
+
+def sets_of(history: AbstractHistory) -> dict[str, float]:
+    """Return the sets of the soil links at the end of a run [m], by name of the contact."""
+    found: dict[str, float] = {}
+    for link in history.links:
+        names = [each.name for each in history.scene.contacts if (each.group or each.name) == link.name]
+        found |= {name: value for name, value in zip(names, link.sets, strict=True) if value is not None}
+    return found
+
+
+def head_of(history: AbstractHistory, pile: Pile) -> Head:
+    """Return force and velocity at the head of a pile at the instants of a run."""
+    steps = POINTS if history.dt is None else min(POINTS, round(history.duration / history.dt))
+    time = np.linspace(0.0, history.duration, steps + 1)
+    force = history.evaluate(time, f"force:{pile.head.name}")
+    velocity = pile.direction * history.evaluate(time, f"velocity:{pile.body.name}@{pile.head_x:.6g}")
+    return Head(time, force, velocity, pile.impedance)
+
+
+def transferred_energy(head: Head) -> float:
+    """Return the largest work [J] of the head force up to any time."""
+    work = cumulative_trapezoid(head.force * head.velocity, head.time, initial=0.0)
+    return float(work.max())
+
+
+def largest_stresses(history: AbstractHistory, pile: Pile) -> tuple[Peak, Peak]:
+    """Return the largest compression and tension of a pile over a run, from its fields."""
+    name = pile.body.name
+    times = history.field_times(name)
+    if times is None:
+        times = np.array(history.scene.field_times)
+    fields = [history.field(name, float(time), "stress") for time in times]
+    stress, x = np.array([each.values for each in fields]), fields[0].x
+    return _peak(history, name, x, times, stress, 1.0), _peak(history, name, x, times, stress, -1.0)
+
+
+def _peak(history: AbstractHistory, name: str, x: Array, times: Array, stress: Array, sign: float) -> Peak:
+    number, place = np.unravel_index(np.argmax(sign * stress), stress.shape)
+    force = history.field(name, float(times[number]), "force").values[place]
+    largest = float(stress[number, place])
+    return Peak(max(0.0, sign * float(force)), max(0.0, sign * largest), float(x[place]), float(times[number]))

@@ -1,0 +1,129 @@
+"""The Case method: resistance of a pile from force and velocity at its head, by the two waves there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.integrate import cumulative_trapezoid
+
+from impactlab.errors import ImpactlabError
+from impactlab.types import Array
+
+PEAK_SHARE = 0.5  # of the largest value: the first peak of the wave down is at least as high
+
+
+@dataclass(frozen=True)
+class CaseMethod:
+    """Resistances by the Case method, the waves at the head and the energy that passed it."""
+
+    total: float  # RTL [N], static and dynamic resistance from the first peak
+    static: float  # RSP [N], less the damping at the toe, from the first peak
+    largest_static: float  # RMX [N], the largest of all start times
+    peak_time: float  # s, of the first peak
+    largest_time: float  # s, the start time of RMX
+    transferred_energy: float  # J, the largest work of the head force up to any time (EMX)
+    down: Array = field(repr=False)  # N, (n,) wave that runs towards the toe
+    up: Array = field(repr=False)  # N, (n,) wave that comes back
+
+
+def case_method(
+    time: ArrayLike,
+    force: ArrayLike,
+    velocity: ArrayLike,
+    impedance: float,
+    length: float,
+    wave_speed: float,
+    damping: float,
+) -> CaseMethod:
+    """Return the resistances of a pile from force and velocity at its head.
+
+    With W = (F + Z v)/2 down, U = (F - Z v)/2 up and t2 = t1 + 2 L/c: RTL = W(t1) + U(t2) is the total resistance, and
+    RSP = RTL - J (2 W(t1) - RTL) the static one with the Case damping factor J. t1 is the first peak of the wave down;
+    RMX is the largest RSP over all t1.
+
+    Parameters
+    ----------
+    time : array
+        Rising times [s], shape (n,).
+    force, velocity : array
+        At the gauges, shape (n,): compression positive [N], velocity towards the toe [m/s].
+    impedance : float
+        Z = E A/c of the pile [N s/m].
+    length : float
+        From the gauges to the toe [m].
+    wave_speed : float
+        c [m/s].
+    damping : float
+        Case damping factor J [-].
+
+    Raises
+    ------
+    ImpactlabError
+        If the signals differ in length, times do not rise, a value is not finite or not positive, or the signals end
+        within 2 L/c of their first peak.
+
+    References
+    ----------
+    RauscheGobleLikins1985; GEC12.
+    """
+    t, f, v = (np.asarray(each, float) for each in (time, force, velocity))
+    _check(t, f, v, impedance, length, wave_speed, damping)
+    down, up = 0.5 * (f + impedance * v), 0.5 * (f - impedance * v)
+    first, trip = _first_peak(down), 2.0 * length / wave_speed
+    last = int(np.searchsorted(t, t[-1] - trip, side="right"))  # start times whose echo was measured
+    if first >= last:
+        text = f"the signals end {t[-1] - t[first]:.6g} s after the first peak, before its echo from the toe returns"
+        raise ImpactlabError(
+            f"{text} ({trip:.6g} s)",
+            remedy="Measure for at least two round trips 2 L/c.",
+        )
+    total = down[:last] + np.interp(t[:last] + trip, t, up)
+    static = total - damping * (2.0 * down[:last] - total)
+    largest = int(np.argmax(static))
+    work = cumulative_trapezoid(f * v, t, initial=0.0)
+    return CaseMethod(
+        total=float(total[first]),
+        static=float(static[first]),
+        largest_static=float(static[largest]),
+        peak_time=float(t[first]),
+        largest_time=float(t[largest]),
+        transferred_energy=float(work.max()),
+        down=down,
+        up=up,
+    )
+
+
+def _first_peak(down: Array) -> int:
+    """Return the number of the first local maximum of at least half of the largest value."""
+    inner = down[1:-1]
+    peaks = 1 + np.flatnonzero((inner >= down[:-2]) & (inner > down[2:]) & (inner >= PEAK_SHARE * down.max()))
+    return int(peaks[0]) if peaks.size else int(np.argmax(down))
+
+
+def _check(t: Array, f: Array, v: Array, impedance: float, length: float, wave_speed: float, damping: float) -> None:
+    if not (t.shape == f.shape == v.shape and t.ndim == 1 and t.size > 2):
+        raise ImpactlabError(
+            f"time, force and velocity have the shapes {t.shape}, {f.shape} and {v.shape}. Allowed: one length, "
+            "3 samples or more",
+            remedy="Give the three signals at the same instants.",
+        )
+    for name, values in (("time", t), ("force", f), ("velocity", v)):
+        bad = np.flatnonzero(~np.isfinite(values))
+        if bad.size:
+            raise ImpactlabError(
+                f"{name} is not finite at sample {bad[0]}", remedy="Leave such samples out of all three."
+            )
+    falls = np.flatnonzero(np.diff(t) <= 0.0)
+    if falls.size:
+        raise ImpactlabError(
+            f"time does not rise from sample {falls[0]} to the next", remedy="Sort the samples by time."
+        )
+    for name, value in (("impedance", impedance), ("length", length), ("wave_speed", wave_speed)):
+        if not (value > 0.0 and np.isfinite(value)):
+            raise ImpactlabError(f"{name} is {value:g}. Allowed: above 0", remedy="Give it in SI.")
+    if not (damping >= 0.0 and np.isfinite(damping)):
+        raise ImpactlabError(
+            f"damping is {damping:g}. Allowed: at least 0", remedy="Usual factors: 0.1 in sand to 1.1 in clay."
+        )

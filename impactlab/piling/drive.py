@@ -1,0 +1,118 @@
+"""Blow after blow: each begins at the static rest, with the residual forces, that the one before left."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from impactlab import api
+from impactlab.casefile import Case
+from impactlab.contact.smith import Smith
+from impactlab.errors import CaseError
+from impactlab.piling.blow import sets_of
+from impactlab.piling.pile import Pile, pile_of
+from impactlab.piling.rest import Rest, check_at_rest, rest_of
+from impactlab.scene.bodies import Table
+from impactlab.scene.method import Simulation
+from impactlab.types import Array
+
+SAME_SET = 1e-3  # relative: two blows that move the head and the toe by the same
+
+
+class Driven(NamedTuple):
+    """One blow of several: what it moves for good, and the residual forces that it leaves. Positive into the soil."""
+
+    head: float  # m, permanent motion of the head
+    toe: float  # m, permanent motion of the toe
+    toe_force: float | None  # N, left at the toe; None of a pile without toe link
+    x: Array  # (n,) m, places from the left end: ends of the pile and its soil links
+    force: Array  # (n - 1,) N in the pile between them, compression positive
+    soil: dict[str, float]  # N, static resistances by name of the contact
+
+
+@dataclass(frozen=True)
+class Driving:
+    """A pile driven by several blows, with the residual forces between them."""
+
+    blows: tuple[Driven, ...]
+
+    @property
+    def set(self) -> float | None:
+        """Motion per blow [m] once it repeats and head and toe move alike, within 1e-3; None before that."""
+        number = self.repeats_from
+        return None if number is None else self.blows[-1].head
+
+    @property
+    def repeats_from(self) -> int | None:
+        """Number of the first blow, counted from 1, that moves head and toe as the last one does; None of none."""
+        last = self.blows[-1].head
+        alike = [last > 0.0 and max(abs(e.head - last), abs(e.toe - last)) <= SAME_SET * last for e in self.blows]
+        first = len(alike) - alike[::-1].index(False) if False in alike else 0
+        return first + 1 if first < len(alike) - 1 else None
+
+    @property
+    def blows_per_metre(self) -> float | None:
+        """1/set [1/m]; None while no set repeats."""
+        return None if self.set is None else 1.0 / self.set
+
+
+def drive(case: Case | Simulation, blows: int) -> Driving:
+    """Return the permanent motion of a pile under several blows, with residual forces between them.
+
+    After each blow pile and soil come to static rest with the sets reached. That rest is the initial displacement and
+    the sets of the next blow, for which the hammer stands on the head as in the case. Places count from the head.
+
+    Parameters
+    ----------
+    case : Case or Simulation
+        One blow, long enough for the pile to come to rest; no gravity.
+    blows : int
+        How many.
+
+    Raises
+    ------
+    CaseError
+        If something other than links with the law `smith` holds the pile, or gravity acts; otherwise as `blow`.
+
+    References
+    ----------
+    DaCostaDanzigerLopes2001.
+    """
+    if blows < 1:
+        raise CaseError(f"{blows} blows. Allowed: 1 or more", remedy="Give the number of blows.")
+    run = case.simulation() if isinstance(case, Case) else case
+    pile = pile_of(run)
+    check_at_rest(run, pile)
+    return Driving(tuple(_driven(run, pile, blows)))
+
+
+def _driven(run: Simulation, pile: Pile, blows: int) -> Iterator[Driven]:
+    head, toe = (0, -1) if pile.from_left else (-1, 0)
+    displaced = pile.body.displacement
+    ends = np.array([0.0, pile.body.length])
+    before = np.zeros(2) if displaced is None else displaced(ends)
+    for _ in range(blows):
+        history = api.run(run)
+        end = float(history.evaluate([history.duration], f"displacement:{pile.body.name}@{pile.head_x:.6g}")[0])
+        rest = rest_of(run, pile, sets_of(history), end)
+        moved = pile.direction * (rest.displacement[[0, -1]] - before)
+        force = None if pile.toe is None else rest.soil[pile.toe.name]
+        yield Driven(float(moved[head]), float(moved[toe]), force, rest.x, rest.force, rest.soil)
+        run, before = _next(run, pile, rest, float(rest.displacement[head]))
+
+
+def _next(run: Simulation, pile: Pile, rest: Rest, head: float) -> tuple[Simulation, Array]:
+    """Return the scene of the next blow, its places counted from the head, and the motion of the ends in it."""
+    u = rest.displacement - head
+    body = dataclasses.replace(pile.body, displacement=Table(tuple(rest.x.tolist()), tuple(u.tolist())))
+    laws = dict(run.method.laws)
+    for contact in pile.soil:
+        law, side = laws[contact.name], 1.0 if contact.left.body == pile.body.name else -1.0
+        assert isinstance(law, Smith)  # noqa: S101 - the soil of `pile_of`
+        laws[contact.name] = dataclasses.replace(law, set=rest.sets[contact.name] - side * head)
+    scene = dataclasses.replace(run.scene, bodies={**run.scene.bodies, pile.body.name: body})
+    return Simulation(scene, dataclasses.replace(run.method, laws=laws)), u[[0, -1]]
