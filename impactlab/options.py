@@ -23,14 +23,16 @@ def option(
     below: float | None = None,
     at_most: float | None = None,
     group: str = "",
+    records: tuple[type[Any], ...] = (),
 ) -> Any:
     """Return a dataclass field of a part, with the values that a case may give.
 
     The case file room reads unit, limits and description from here; a part needs no other schema.
     Limits on a `Relative` value hold for its number. ``group`` is the entry-point group of a field that holds a part:
-    a case gives ``kind: name`` and its parameters there, or the name alone.
+    a case gives ``kind: name`` and its parameters there, or the name alone. ``records`` are the classes of a field that
+    holds a record of options: a case names one by its ``kind``, or gives the keys of the one without.
     """
     limits = {"gt": above, "ge": at_least, "lt": below, "le": at_most}
     given = {k: v for k, v in limits.items() if v is not None}
-    metadata = {"unit": unit, "description": description, "limits": given, "group": group}
+    metadata = {"unit": unit, "description": description, "limits": given, "group": group, "records": records}
     return dataclasses.field(default=default, metadata=metadata)

@@ -26,7 +26,7 @@ Quantity = Literal[
 QUANTITIES_OF_ROD: tuple[Quantity, ...] = ("displacement", "velocity", "strain", "stress", "force")
 QUANTITIES_OF_BEAM: tuple[Quantity, ...] = ("displacement", "velocity", "rotation", "bending_moment", "shear_force")
 
-PARAMETERS = 16  # room for a law's constants
+PARAMETERS = 64  # room for a law's constants
 MEMORY = 8  # room for the memory of a law from step to step
 READINGS = 8  # room for readings inside the bodies
 

@@ -43,10 +43,11 @@ def read_part(block: dict[str, Any], path: str, group: Group, registry: Registry
         raise
     given = {key: value for key, value in block.items() if key != "kind"}
     for field in dataclasses.fields(part):
-        group_inside = group_of(field)
-        if group_inside is not None and given.get(field.name) is not None:
-            inside = given[field.name]
+        group_inside, inside = group_of(field), given.get(field.name)
+        if group_inside is not None and inside is not None:
             given[field.name] = _read_inside(inside, f"{path}.{field.name}", group_inside, registry)
+        if records_of(field) and inside is not None:
+            given[field.name] = _read_record(inside, f"{path}.{field.name}", records_of(field))
     try:
         checked = model.model_validate(given)
     except ValidationError as error:
@@ -75,6 +76,79 @@ def _read_inside(value: Any, path: str, group: Group, registry: Registry) -> Any
             path=path,
         )
     return read_part(block, path, group, registry)
+
+
+def records_of(field: dataclasses.Field[Any]) -> tuple[type[Any], ...]:
+    """Return the classes of the record in a field; empty of plain values and of parts."""
+    found: tuple[type[Any], ...] = field.metadata.get("records", ())
+    return found
+
+
+def _read_record(value: Any, path: str, records: tuple[type[Any], ...]) -> Any:
+    """Return the record that a field holds: the one of its kind, or the one without a kind that has its keys."""
+    if isinstance(value, records):
+        return value
+    kinds = [record.kind for record in records if record.kind]
+    plain = [record for record in records if not record.kind]
+    forms = [f"{{{', '.join(each.name for each in dataclasses.fields(record))}}}" for record in plain]
+    allowed = ", ".join([*forms, *(f"{{kind: {kind}, ...}}" for kind in kinds)])
+    if not isinstance(value, dict):
+        raise CaseError(f"{shown(value)} is not allowed here. Allowed: {allowed}", remedy="Give a block.", path=path)
+    kind, given = value.get("kind", ""), {key: each for key, each in value.items() if key != "kind"}
+    found = [record for record in records if record.kind == kind]
+    if not kind and len(found) > 1:
+        found = [max(found, key=lambda each: len({field.name for field in dataclasses.fields(each)} & set(given)))]
+    if not found:
+        raise CaseError(
+            f"there is no kind {shown(kind)}. Allowed: {allowed}",
+            remedy=f"Kinds: {listed(kinds)}.",
+            path=f"{path}.kind",
+        )
+    model = part_model(found[0])
+    try:
+        checked = model.model_validate(given)
+    except ValidationError as error:
+        raise case_error(error, given, path, allowed=model.model_fields) from error
+    try:
+        return found[0](**{name: getattr(checked, name) for name in model.model_fields})
+    except CaseError as error:
+        error.path = f"{path}.{error.path}" if error.path else path
+        raise
+
+
+@dataclass(frozen=True)
+class AllowedRecord:
+    """Values of a field that holds a record; `read_part` reads the record before its holder."""
+
+    records: tuple[type[Any], ...]
+    nothing: bool = False
+
+    def reader(self) -> Reader:
+        """Return the annotation of a field that allows this."""
+        return Reader(self.read, {"type": "object"})
+
+    def read(self, value: Any) -> Any:
+        """Return the record itself."""
+        if (value is None and self.nothing) or isinstance(value, self.records):
+            return value
+        raise refuse(f"{shown(value)} is not allowed here")
+
+
+@dataclass(frozen=True)
+class AllowedNumbers:
+    """Values of a field that holds a list of numbers in a unit."""
+
+    unit: str
+
+    def reader(self) -> Reader:
+        """Return the annotation of a field that allows this."""
+        return Reader(self.read, {"type": "array", "items": {"type": "number"}})
+
+    def read(self, value: Any) -> Any:
+        """Return the numbers as a tuple."""
+        if not isinstance(value, list | tuple):
+            raise refuse(f"{shown(value)} is not a list. Allowed: a list of numbers in {self.unit}")
+        return tuple(Allowed(unit=self.unit, number=True).read(each) for each in value)
 
 
 @dataclass(frozen=True)
@@ -147,12 +221,18 @@ def _part_model(part: type[Any]) -> type[BaseModel]:
     return model
 
 
-def allowed_of(part: type[Any], field: dataclasses.Field[Any], hint: Any) -> Allowed | AllowedPart:
+def allowed_of(
+    part: type[Any], field: dataclasses.Field[Any], hint: Any
+) -> Allowed | AllowedPart | AllowedRecord | AllowedNumbers:
     """Return the values that a field allows, from its type and its option."""
     members = typing.get_args(hint) if _is_union(hint) else (hint,)
     group = group_of(field)
     if group is not None:
         return AllowedPart(group, types.NoneType in members)
+    if records_of(field):
+        return AllowedRecord(records_of(field), types.NoneType in members)
+    if hint == tuple[float, ...]:
+        return AllowedNumbers(field.metadata["unit"])
     words: tuple[str, ...] = ()
     for member in members:
         if typing.get_origin(member) is Literal:
@@ -196,6 +276,11 @@ def plain_value(value: Any, given: Mapping[str, Any] | str | None = None) -> Any
     """
     if isinstance(value, Relative):
         return {"relative": value.relative}
+    if isinstance(value, tuple):
+        return list(value)
+    if dataclasses.is_dataclass(value) and hasattr(value, "kind"):  # a record of options
+        own = {field.name: plain_value(getattr(value, field.name)) for field in dataclasses.fields(value)}
+        return {"kind": value.kind, **own} if value.kind else own
     return describe_part(value, given or kind_of(value)) if dataclasses.is_dataclass(value) else value
 
 

@@ -54,7 +54,7 @@ class Bilinear(AbstractContactLaw):
         return self.unloading_stiffness or self.stiffness / (self.restitution or 1.0) ** 2
 
     def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
-        return Start(parameters=hysteresis.cushion(self.stiffness, self.unloading), memory=(0.0, 0.0))
+        return Start(parameters=hysteresis.cushion(self.stiffness, self.unloading), memory=(0.0, 0.0, 0.0))
 
     def stiffest(self, left: SideFacts, right: SideFacts, dt: float) -> float:
         return self.unloading

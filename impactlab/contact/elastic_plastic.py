@@ -48,7 +48,7 @@ class ElasticPlastic(AbstractContactLaw):
     def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
         rise = self.stiffness * self.hardening / (self.stiffness - self.hardening)
         parameters = (self.stiffness, self.yield_force, rise, -self.yield_force, rise, rise, 0.0, 0.0, 0.0, 0.0)
-        return Start(parameters=parameters, memory=(0.0, 0.0))
+        return Start(parameters=parameters, memory=(0.0, 0.0, 0.0))
 
     def stiffest(self, left: SideFacts, right: SideFacts, dt: float) -> float:
         return self.stiffness

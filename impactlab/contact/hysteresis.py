@@ -7,6 +7,8 @@ pulls: where d < s its faces are apart, and the set stays. A dashpot may act bes
 
 from __future__ import annotations
 
+import math
+
 from impactlab.numerics.compiling import UNPACK
 from impactlab.types import Port, Reply
 
@@ -18,10 +20,87 @@ KEPT = 5  # N/m: the part of the rise that gives its energy back, of kinematic h
 OPENS = 6  # 1 where the element never pulls
 PLAY = 9  # m: without force for overlaps from -play to 0; then nothing yields
 DAMPING, CAPACITY = 7, 8  # s/m, N: the dashpot gives damping times capacity times rate; capacity 0: times its own force
+LENGTH, AREA = 10, 11  # m, m2: of a specimen; 0 of all else
+FLOW, RATE = 12, 13  # kinds of its flow stress and of its dependence on the rate: see `flow_stress`
+RATE_NUMBERS, FLOW_NUMBERS = 14, 16  # where their constants begin
+LINEAR, TABLE, JOHNSON_COOK = 1.0, 2.0, 3.0
+COWPER_SYMONDS = 1.0
 # Memory.
-SET, FORCE = 0, 1  # m, N: of the element at the end of the last step
+SET, FORCE, SLID = 0, 1, 2  # m, N, m: of the element at the end of the last step; SLID is the way of the slider so far
 FREE = 1e300  # N: a yield force that is never reached
 MAX_TURNS = 200  # of the root finding; regula falsi needs a few, bisection alone sixty
+
+
+@UNPACK
+def flow_stress(port: Port, strain: float, rate: float) -> float:
+    """Return the flow stress [Pa] at a plastic strain and its rate [1/s]."""
+    p, at = port.parameters, FLOW_NUMBERS
+    if p[FLOW] == LINEAR:
+        stress = p[at] + p[at + 1] * strain
+    elif p[FLOW] == JOHNSON_COOK:
+        stress = p[at] + p[at + 1] * strain ** p[at + 2]
+        if rate > p[at + 4]:
+            stress *= 1.0 + p[at + 3] * math.log(rate / p[at + 4])
+    else:  # straight lines between the points of a table, level after its last one
+        count = int(p[at])
+        stress = p[at + 2 * count]
+        for number in range(count - 1):
+            x0, y0, x1, y1 = (
+                p[at + 1 + 2 * number],
+                p[at + 2 + 2 * number],
+                p[at + 3 + 2 * number],
+                p[at + 4 + 2 * number],
+            )
+            if x0 <= strain < x1:
+                stress = y0 + (y1 - y0) * (strain - x0) / (x1 - x0)
+    if p[RATE] == COWPER_SYMONDS and rate > 0.0:
+        stress *= 1.0 + (rate / p[RATE_NUMBERS]) ** (1.0 / p[RATE_NUMBERS + 1])
+    return stress
+
+
+@UNPACK
+def stress_in_step(port: Port, sign: float, force: float, slid: float) -> float:
+    """Return the flow stress [Pa] in a step in which the slider moves so far [m], under the size of a force.
+
+    Where the force acts at the start of the step, the rate is that there, the mean of the velocities before and after
+    it, less the elastic part: a rate of the step before would feed the highest frequencies.
+    """
+    p = port.parameters
+    rate = slid / port.dt
+    if port.averaged == 0.0 and port.acting_gap_per_force == 0.0:
+        closing = -sign * (port.acting_rate + port.acting_rate_per_force * sign * force)
+        rate = closing - (force - sign * port.memory[FORCE]) / (p[STIFFNESS] * port.dt)
+    return flow_stress(port, (port.memory[SLID] + slid) / p[LENGTH], max(0.0, rate) / p[LENGTH])
+
+
+@UNPACK
+def slid_in_step(port: Port, trial: float) -> float:
+    """Return the way of the slider of a specimen in this step [m], for its elastic trial force.
+
+    It solves |trial| - k y = A Y by regula falsi; Y never falls with y.
+    """
+    p, sign = port.parameters, 1.0 if trial > 0.0 else -1.0
+    force = abs(trial)
+    low, high = 0.0, force / p[STIFFNESS]
+    at_low = force - p[AREA] * stress_in_step(port, sign, force, 0.0)
+    at_high = -p[AREA] * stress_in_step(port, sign, 0.0, high)
+    if at_low <= 0.0:
+        return 0.0
+    for turn in range(MAX_TURNS):
+        middle = low + (high - low) * at_low / (at_low - at_high) if turn % 8 != 7 else 0.5 * (low + high)
+        if not low < middle < high:
+            return middle
+        left = force - p[STIFFNESS] * middle
+        value = left - p[AREA] * stress_in_step(port, sign, left, middle)
+        if abs(value) <= 1e-14 * force:
+            return middle
+        if value > 0.0:
+            low, at_low = middle, value
+            at_high *= 0.5
+        else:
+            high, at_high = middle, value
+            at_low *= 0.5
+    return 0.5 * (low + high)
 
 
 @UNPACK
@@ -33,6 +112,9 @@ def element(port: Port, at: float, overlap: float) -> tuple[float, float]:
     force = p[STIFFNESS] * (overlap - at)
     if p[OPENS] != 0.0 and force <= 0.0:
         return 0.0, at
+    if p[FLOW] != 0.0:
+        moved = slid_in_step(port, force)
+        return (force - p[STIFFNESS] * moved, at + moved) if force > 0.0 else (force + p[STIFFNESS] * moved, at - moved)
     upper, lower = p[UPPER] + p[UPPER_RISE] * at, p[LOWER] + p[LOWER_RISE] * at
     if force > upper:
         moved = (force - upper) / (p[STIFFNESS] + p[UPPER_RISE])
@@ -70,7 +152,7 @@ def total_at(port: Port, overlap: float) -> float:
     element is closed, so its work from d0 to d1 is the mean of its two forces times the travel while closed.
     """
     opens, at = port.parameters[OPENS] != 0.0, port.memory[SET]
-    force, _ = element(port, at, overlap)
+    force, after = element(port, at, overlap)
     if port.averaged != 0.0:
         before = -port.gap
         moved = overlap - before
@@ -87,6 +169,11 @@ def total_at(port: Port, overlap: float) -> float:
             mean = 0.5 * first * (at - before) / moved
         else:
             mean = 0.5 * (first + force)
+            slid = mean * (after - at)
+            if (
+                slid < 0.0 and port.parameters[FLOW] != 0.0
+            ):  # it flows back after a faster flow: no energy comes of that
+                mean -= slid / moved
         first = max(0.0, first) if opens else first
         total = mean + dashpot(port, first, force) * moved / port.dt
     else:  # the force acts at the end of the step
@@ -176,6 +263,7 @@ def respond(port: Port, reply: Reply) -> None:
         reply.stored = energy(port, force, reply.memory[SET])
         travel = -(port.free_travel + port.travel_per_force * total)
         reply.dissipated = max(0.0, total * travel + before - reply.stored)
+    reply.memory[SLID] = port.memory[SLID] + abs(reply.memory[SET] - at)
     reply.force = total
     reply.trial = total if not opens else total if force > 0.0 else p[STIFFNESS] * (overlap - at)
     reply.in_contact = 0.0 if opens and force <= 0.0 else 1.0

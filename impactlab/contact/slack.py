@@ -29,7 +29,7 @@ class Slack(AbstractContactLaw):
     slack: float = option(0.0, unit="m", at_least=0.0, description="play before it pulls")
 
     def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
-        return Start(parameters=hysteresis.elastic(self.stiffness, self.slack), memory=(0.0, 0.0))
+        return Start(parameters=hysteresis.elastic(self.stiffness, self.slack), memory=(0.0, 0.0, 0.0))
 
     def stiffest(self, left: SideFacts, right: SideFacts, dt: float) -> float:
         return self.stiffness

@@ -50,7 +50,7 @@ class Smith(AbstractContactLaw):
             self.capacity / self.quake, self.capacity, 0.0, -self.capacity, 0.0, 0.0,
             0.0 if self.tension else 1.0, self.damping, capacity, 0.0,
         )  # fmt: skip
-        return Start(parameters=parameters, memory=(self.set, 0.0))
+        return Start(parameters=parameters, memory=(self.set, 0.0, 0.0))
 
     def stiffest(self, left: SideFacts, right: SideFacts, dt: float) -> float:
         return self.capacity / self.quake

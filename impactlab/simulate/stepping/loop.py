@@ -14,6 +14,7 @@ from impactlab.simulate.stepping.contact_solve import effect_of, evaluate_law, s
 from impactlab.simulate.stepping.event_times import write_events
 from impactlab.simulate.stepping.influence import fill_influence, pushed_values, row_times_state
 from impactlab.simulate.stepping.phases import change_phases
+from impactlab.types import MEMORY
 
 # Status that `advance_dated` returns.
 DONE, LAW_FAILED, NOT_FINITE, RECORDS_FULL, EVENTS_FULL = 0, 1, 2, 3, 4
@@ -272,6 +273,9 @@ def start(m: StepArrays) -> None:
             load_point, contact.load_point = contact.load_point, 0.0
             evaluate_law(m, number, 0.0, 1.0)
             contact.load_point = load_point
+            if contact.joined != 0:  # what yields at t = 0 has yielded before
+                for k in range(MEMORY):
+                    m.ports[number].memory[k] = m.replies[number].memory[k]
     fill_influence(m)
     if len(m.phases) > 0:
         change_phases(m)

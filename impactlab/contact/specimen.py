@@ -1,0 +1,142 @@
+"""A massless specimen between two bars: it yields, hardens and depends on the rate of strain."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import ClassVar, final
+
+from impactlab.contact import hysteresis
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.errors import CaseError
+from impactlab.types import Level, SideFacts, Start, option
+
+MOST_POINTS = 20  # of a table of flow stresses
+
+
+@dataclass(frozen=True)
+class LinearFlow:
+    """A yield stress and a straight line after it."""
+
+    kind: ClassVar[str] = ""
+
+    yield_stress: float = option(unit="Pa", above=0.0, description="stress at which the specimen yields first")
+    hardening: float = option(0.0, unit="Pa", at_least=0.0, description="tangent modulus once it yields, below young")
+
+
+@dataclass(frozen=True)
+class TabulatedFlow:
+    """Flow stress over plastic strain: straight lines between points, level after the last one."""
+
+    kind: ClassVar[str] = ""
+
+    strain: tuple[float, ...] = option(description="plastic strains, rising from 0")
+    stress: tuple[float, ...] = option(unit="Pa", description="flow stresses at these, never falling")
+
+    def __post_init__(self) -> None:
+        strains, stresses = self.strain, self.stress
+        if len(strains) != len(stresses) or not 2 <= len(strains) <= MOST_POINTS:
+            given = f"the table has {len(strains)} strains and {len(stresses)} stresses"
+            text = f"{given}. Allowed: 2 to {MOST_POINTS} of each"
+            raise CaseError(text, remedy="Give one stress for each strain.", path="stress")
+        if strains[0] != 0.0 or any(one >= other for one, other in pairwise(strains)):
+            raise CaseError("the plastic strains do not rise from 0", remedy="Give them in order.", path="strain")
+        if stresses[0] <= 0.0 or any(one > other for one, other in pairwise(stresses)):
+            text = "the flow stresses fall, or do not begin above 0: a specimen that softens has no one answer"
+            raise CaseError(text, remedy="Give stresses that never fall.", path="stress")
+
+
+@dataclass(frozen=True)
+class JohnsonCook:
+    """Flow stress (A + B ep^n)(1 + C ln(rate/reference_rate)), the last factor never below 1."""
+
+    kind: ClassVar[str] = "johnson_cook"
+
+    A: float = option(unit="Pa", above=0.0, description="yield stress at the reference rate")
+    B: float = option(0.0, unit="Pa", at_least=0.0, description="factor of the hardening")
+    n: float = option(1.0, above=0.0, at_most=1.0, description="exponent of the hardening")
+    C: float = option(0.0, at_least=0.0, description="factor of the logarithm of the rate")
+    reference_rate: float = option(1.0, unit="1/s", above=0.0, description="plastic strain rate of A and B")
+
+
+@dataclass(frozen=True)
+class CowperSymonds:
+    """Factor 1 + (rate/D)^(1/q) on the flow stress."""
+
+    kind: ClassVar[str] = "cowper_symonds"
+
+    D: float = option(unit="1/s", above=0.0, description="plastic strain rate that doubles the flow stress")
+    q: float = option(above=0.0, description="exponent")
+
+
+@final
+@dataclass(frozen=True)
+class Specimen(AbstractContactLaw):
+    """Massless specimen between two faces: force = area times stress, strain and section nominal.
+
+    Elastic with ``young`` up to its flow stress, which may harden with the plastic strain and rise with its rate; a
+    specimen that may pull hardens the same in both directions. It comes off a face that it would have to pull, unless
+    ``tension`` is true.
+
+    References
+    ----------
+    JohnsonCook1983; CowperSymonds1957; Kolsky1949 (the massless specimen between two bars).
+    """
+
+    needs = frozenset({Level.POSITION, Level.VELOCITY})
+    citations = ("JohnsonCook1983", "CowperSymonds1957", "Kolsky1949")
+    examples: ClassVar = (
+        {"length": 5e-3, "area": 7.854e-5, "young": 7e10, "flow": LinearFlow(3e8, 5e8)},
+        {
+            "length": 5e-3, "area": 7.854e-5, "young": 7e10, "tension": True,
+            "flow": TabulatedFlow((0.0, 0.01, 0.1), (2e8, 2.5e8, 4e8)), "rate": CowperSymonds(6500.0, 4.0),
+        },
+        {"length": 5e-3, "area": 7.854e-5, "young": 1.24e11, "flow": JohnsonCook(9e7, 2.92e8, 0.31, 0.025)},
+    )  # fmt: skip
+    two_sided = True
+
+    length: float = option(unit="m", above=0.0, description="length of the specimen")
+    area: float = option(unit="m2", above=0.0, description="cross section")
+    young: float = option(unit="Pa", above=0.0, description="Young's modulus")
+    flow: LinearFlow | TabulatedFlow | JohnsonCook = option(
+        records=(LinearFlow, TabulatedFlow, JohnsonCook), description="flow stress"
+    )
+    rate: CowperSymonds | None = option(
+        None, records=(CowperSymonds,), description="dependence on the rate of plastic strain, not with johnson_cook"
+    )
+    tension: bool = option(False, description="true: the specimen is glued to both faces and may pull")
+
+    def __post_init__(self) -> None:
+        if isinstance(self.flow, LinearFlow) and self.flow.hardening >= self.young:
+            text = f"{self.flow.hardening:g} Pa is not below Young's modulus, {self.young:g} Pa"
+            raise CaseError(
+                text, remedy="Give the slope of the stress-strain curve after yielding.", path="flow.hardening"
+            )
+        if isinstance(self.flow, JohnsonCook) and self.rate is not None:
+            text = "johnson_cook has its own dependence on the rate"
+            raise CaseError(text, remedy="Remove rate, or give another flow.", path="rate")
+
+    def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
+        numbers: tuple[float, ...]
+        match self.flow:
+            case LinearFlow(first, tangent):
+                kind, numbers = hysteresis.LINEAR, (first, self.young * tangent / (self.young - tangent))
+            case JohnsonCook() as flow:
+                kind, numbers = hysteresis.JOHNSON_COOK, (flow.A, flow.B, flow.n, flow.C, flow.reference_rate)
+            case TabulatedFlow(strains, stresses):
+                points = [value for pair in zip(strains, stresses, strict=True) for value in pair]
+                kind, numbers = hysteresis.TABLE, (float(len(strains)), *points)
+        rated = (0.0, 1.0, 1.0) if self.rate is None else (hysteresis.COWPER_SYMONDS, self.rate.D, self.rate.q)
+        spring = hysteresis.elastic(self.young * self.area / self.length)
+        opened = (*spring[: hysteresis.OPENS], 0.0 if self.tension else 1.0, *spring[hysteresis.OPENS + 1 :])
+        parameters = (*opened, self.length, self.area, kind, *rated, *numbers)
+        return Start(parameters=parameters, memory=(0.0, 0.0, 0.0))
+
+    def stiffest(self, left: SideFacts, right: SideFacts, dt: float) -> float:
+        return self.young * self.area / self.length
+
+    def set_of(self, memory: Sequence[float]) -> float:
+        return memory[hysteresis.SET]
+
+    respond = staticmethod(hysteresis.respond)
