@@ -17,7 +17,7 @@ from impactlab.scene.method import Simulation
 from impactlab.types import Array
 
 FRAMES_PER_TRANSIT = 200  # fields in the time of a wave through the pile, for the largest stresses
-POINTS = 20_000  # instants of the head signals at most
+POINTS = 20_000  # fields at most; instants of the head signals of a run without steps
 
 
 class Peak(NamedTuple):
@@ -107,7 +107,7 @@ def sets_of(history: AbstractHistory) -> dict[str, float]:
 
 def head_of(history: AbstractHistory, pile: Pile) -> Head:
     """Return force and velocity at the head of a pile at the instants of a run."""
-    steps = POINTS if history.dt is None else min(POINTS, round(history.duration / history.dt))
+    steps = POINTS if history.dt is None else round(history.duration / history.dt)
     time = np.linspace(0.0, history.duration, steps + 1)
     force = history.evaluate(time, f"force:{pile.head.name}")
     velocity = pile.direction * history.evaluate(time, f"velocity:{pile.body.name}@{pile.head_x:.6g}")

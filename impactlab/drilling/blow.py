@@ -1,0 +1,130 @@
+"""One blow of a percussive drill: work on the rock, efficiency, penetration, and the energy that is left."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from scipy.integrate import cumulative_trapezoid
+
+from impactlab import api
+from impactlab.casefile import Case
+from impactlab.contact.base import AbstractContactLaw
+from impactlab.contact.bilinear import Bilinear
+from impactlab.drilling.drill import Drill, drill_of
+from impactlab.history.base import AbstractHistory
+from impactlab.scene.method import Simulation
+from impactlab.scene.problem import Contact
+from impactlab.types import Array
+
+POINTS = 20_000  # instants of the force-penetration loop of a run without steps
+
+
+class Loop(NamedTuple):
+    """Force on the rock over the penetration of the bit, shape (n,) each."""
+
+    time: Array  # s
+    penetration: Array  # m
+    force: Array  # N
+    work: Array  # J, on the rock so far
+
+
+@dataclass(frozen=True)
+class Blow:
+    """What one blow does to the rock."""
+
+    work: float  # J, on the rock at the end of the run
+    efficiency: float  # work over the kinetic energy of the hammer
+    first_pass: float  # the same, before the wave that the bit sends back has returned to it
+    peak_force: float  # N
+    deepest: float  # m, largest penetration
+    final: float  # m, penetration that stays
+    left_in_hammer: float  # J, at the end of the run
+    left_in_rods: float  # J, at the end of the run
+    loop: Loop = field(repr=False)
+    history: AbstractHistory = field(repr=False, compare=False)
+
+
+def blow(case: Case | Simulation) -> Blow:
+    """Return what one blow does to the rock.
+
+    The hammer is every body that moves at t = 0, the rock the only wall that a body meets, as a rule with the law
+    `bilinear`: loading along k, unloading along k/gamma.
+
+    Parameters
+    ----------
+    case : Case or Simulation
+        One blow, long enough for the wave to reach the rock as often as it counts.
+
+    Raises
+    ------
+    CaseError
+        If hammer and rock cannot be found in the case.
+    CaseError, PairingError, PluginError, StepError
+        As `impactlab.run`.
+
+    References
+    ----------
+    HustrulidFairhurst1971, Lundberg1973.
+    """
+    run = case.simulation() if isinstance(case, Case) else case
+    drill = drill_of(run)
+    history = api.run(case)
+    loop = loop_of(history, drill.rock, run.method.laws[drill.rock.name])
+    work, deepest = float(loop.work[-1]), float(loop.penetration.max())
+    return Blow(
+        work=work,
+        efficiency=work / drill.kinetic_energy,
+        first_pass=_first_pass(loop, drill) / drill.kinetic_energy,
+        peak_force=float(loop.force.max()),
+        deepest=max(0.0, deepest),
+        final=_final(history, run, drill, loop),
+        left_in_hammer=_left(history, drill.hammer),
+        left_in_rods=_left(history, drill.rods),
+        loop=loop,
+        history=history,
+    )
+
+
+def loop_of(history: AbstractHistory, rock: Contact, law: AbstractContactLaw) -> Loop:
+    """Return force, penetration and work at the rock at the instants of a run.
+
+    Force and work of a bilinear law follow from the penetration, which every scheme gives at the end of a step; of any
+    other law the force is that of the run, and the work its integral.
+    """
+    steps = POINTS if history.dt is None else round(history.duration / history.dt)
+    time = np.linspace(0.0, history.duration, steps + 1)
+    penetration = -history.evaluate(time, f"gap:{rock.name}")
+    if isinstance(law, Bilinear):
+        deepest = np.maximum.accumulate(np.maximum(penetration, 0.0))
+        stays = deepest * (1.0 - law.stiffness / law.unloading)
+        force = np.maximum(law.unloading * (penetration - stays), 0.0)
+        return Loop(time, penetration, force, 0.5 * (law.stiffness * deepest * stays + force**2 / law.unloading))
+    force = history.evaluate(time, f"force:{rock.name}")
+    return Loop(time, penetration, force, cumulative_trapezoid(force, penetration, initial=0.0))
+
+
+def _first_pass(loop: Loop, drill: Drill) -> float:
+    """Return the work [J] until the wave of the first force on the rock has gone through the rods and back."""
+    pressed = np.flatnonzero(loop.force > 0.0)
+    if not pressed.size:
+        return 0.0
+    first = loop.time[max(0, pressed[0] - 1)]
+    return float(np.interp(first + drill.round_trip, loop.time, loop.work))
+
+
+def _final(history: AbstractHistory, run: Simulation, drill: Drill, loop: Loop) -> float:
+    """Return the penetration that stays [m]: of a bilinear law from the deepest one, else as the bit last left."""
+    law, deepest = run.method.laws[drill.rock.name], max(0.0, float(loop.penetration.max()))
+    if isinstance(law, Bilinear):
+        return deepest * (1.0 - law.stiffness / law.unloading)
+    spans = history.spans(drill.rock.name)
+    if not spans:
+        return 0.0
+    return float(np.interp(spans[-1].until(history.duration), loop.time, loop.penetration))
+
+
+def _left(history: AbstractHistory, bodies: tuple[str, ...]) -> float:
+    """Return the energy [J] of bodies at the end of a run."""
+    return sum(float(history.evaluate([history.duration], f"energy:{name}")[0]) for name in bodies)

@@ -1,0 +1,69 @@
+"""The efficiency of a percussive drill over the stiffness of the rock."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from impactlab.casefile import Case
+from impactlab.contact.bilinear import Bilinear
+from impactlab.drilling.blow import blow
+from impactlab.drilling.drill import drill_of
+from impactlab.errors import CaseError
+from impactlab.scene.method import Simulation
+from impactlab.types import Array
+
+
+@dataclass(frozen=True)
+class Efficiencies:
+    """One blow on rocks of several stiffnesses, shape (n,) each."""
+
+    stiffness: Array  # N/m, of loading
+    efficiency: Array
+    first_pass: Array  # efficiency before the wave from the bit has returned to it
+    peak_force: Array  # N
+    final: Array  # m, penetration that stays
+
+
+def sweep(case: Case | Simulation, stiffnesses: Iterable[float]) -> Efficiencies:
+    """Return the efficiency of a drill over the loading stiffness of the rock.
+
+    The ratio gamma of the stiffnesses of loading and unloading is kept.
+
+    Parameters
+    ----------
+    case : Case or Simulation
+        One blow on rock with the law `bilinear`.
+    stiffnesses : iterable of float
+        Of loading [N/m].
+
+    Raises
+    ------
+    CaseError
+        If the rock has another law, or a stiffness is not above 0; otherwise as `blow`.
+    """
+    run = case.simulation() if isinstance(case, Case) else case
+    rock, wanted = drill_of(run).rock, np.array([*stiffnesses], float)
+    law = run.method.laws[rock.name]
+    if not isinstance(law, Bilinear):
+        text = f"the rock {rock.name!r} has the law {type(law).__name__}, and the sweep varies that of bilinear"
+        raise CaseError(text, remedy="Give the rock the law bilinear.", path="contacts")
+    wrong = wanted[~(np.isfinite(wanted) & (wanted > 0.0))]
+    if wrong.size:
+        raise CaseError(f"a stiffness of {wrong[0]:g} N/m. Allowed: above 0", remedy="Give stiffnesses in N/m.")
+    found = []
+    for stiffness in wanted:
+        ratio = law.unloading / law.stiffness
+        rock_law = Bilinear(stiffness=float(stiffness), unloading_stiffness=float(stiffness * ratio))
+        laws = {**run.method.laws, rock.name: rock_law}
+        found.append(blow(Simulation(run.scene, dataclasses.replace(run.method, laws=laws))))
+    return Efficiencies(
+        stiffness=wanted,
+        efficiency=np.array([each.efficiency for each in found]),
+        first_pass=np.array([each.first_pass for each in found]),
+        peak_force=np.array([each.peak_force for each in found]),
+        final=np.array([each.final for each in found]),
+    )

@@ -1,0 +1,151 @@
+"""Percussive drilling: one pass against its closed form, several passes, loose rods, and the curve."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import impactlab as il
+from impactlab.drilling import Blow, blow, sweep
+
+AREA, SPEED, STRIKE, HAMMER = 1e-3, 5000.0, 10.0, 0.5  # m2, m/s, m/s, m; Z = 40 kN s/m, E A = 200 MN, 200 J
+MATERIAL = {"young": 2e11, "density": 8000.0}
+
+
+def efficiency(stiffness: float, gamma: float) -> float:
+    """Return the share of the energy of a rectangular wave that the first pass leaves in the rock."""
+    b = 2.0 * stiffness * HAMMER / (2e11 * AREA)
+    return (1.0 - gamma) * 2.0 * (1.0 - np.exp(-b)) ** 2 / b
+
+
+def drill(stiffness: float, gamma: float, rod: float = 3.0, duration: float = 1.2e-3, dt: float = 1e-6) -> il.Case:
+    """Return rod and hammer of one impedance on rock, as delay lines."""
+    return il.Case(
+        bodies={
+            "hammer": il.Rod(length=HAMMER, area=AREA, material=MATERIAL, velocity=STRIKE),
+            "rod": il.Rod(length=rod, area=AREA, material=MATERIAL),
+            "rock": il.Wall(),
+        },
+        contacts=[
+            il.Contact("hammer.right", "rod.left", {"kind": "energy_conserving"}),
+            il.Contact("rod.right", "rock", rock(stiffness, gamma)),
+        ],
+        solve={"duration": duration, "model": {"kind": "continuous"}, "step": {"dt": dt}},
+    )
+
+
+def rock(stiffness: float, gamma: float) -> dict[str, Any]:
+    return {"kind": "bilinear", "stiffness": stiffness, "unloading_stiffness": stiffness / gamma if gamma else 1e15}
+
+
+def mesh(elements: int) -> Blow:
+    """Return a blow on a mesh with c dt = h."""
+    size = HAMMER / elements
+    meshes = {"hammer": elements, "rod": 6 * elements}
+    case = drill(2.5e8, 0.1).with_(
+        "solve",
+        {
+            "duration": 1.2e-3,
+            "model": {"kind": "finite_element", "elements": 1, "mass": "lumped"},
+            "models": {name: {"kind": "finite_element", "elements": n, "mass": "lumped"} for name, n in meshes.items()},
+            "integrator": {"kind": "central_difference"},
+            "step": {"dt": size / SPEED},
+        },
+    )
+    return blow(case.with_("contacts.0.law", {"kind": "addition_deletion"}))
+
+
+def test_one_pass() -> None:
+    found = blow(drill(2.5e8, 0.1))
+    assert efficiency(2.5e8, 0.1) == pytest.approx(0.7330685831, rel=1e-10)
+    assert found.efficiency == pytest.approx(0.7330685831, rel=1e-5)
+    assert found.first_pass == pytest.approx(found.efficiency, rel=1e-9)
+    assert found.work == pytest.approx(200.0 * 0.7330685831, rel=1e-5)
+    assert found.peak_force == pytest.approx(285.398081e3, rel=1e-5)
+    assert found.final == pytest.approx(1.027433093e-3, rel=1e-5)
+    assert found.final == pytest.approx(0.9 * found.deepest, rel=1e-12)
+    assert found.left_in_hammer < 1e-12  # one impedance: it hands all of its energy on
+    assert found.work + found.left_in_rods == pytest.approx(200.0, rel=1e-5)
+
+
+def test_a_mesh_and_delay_lines_converge_at_second_order() -> None:
+    finer = [abs(blow(drill(2.5e8, 0.1, dt=dt)).final / 1.0274330929e-3 - 1.0) for dt in (2e-6, 1e-6, 0.5e-6)]
+    meshes = [abs(mesh(n).final / 1.0274330929e-3 - 1.0) for n in (100, 200, 400)]
+    for errors in (finer, meshes):
+        np.testing.assert_allclose(np.array(errors[:-1]) / errors[1:], 4.0, rtol=0.02)
+    assert meshes[-1] < 5e-6
+    assert finer[-1] < 5e-7
+
+
+def test_several_passes_of_a_rod_of_three_metres() -> None:
+    found = blow(drill(5e7, 0.1, duration=6e-3, dt=0.5e-6))
+    assert found.first_pass == pytest.approx(0.35229, rel=1e-4)
+    assert found.efficiency == pytest.approx(0.76122, rel=1e-4)
+    assert found.work == pytest.approx(152.24, rel=1e-4)
+    assert found.deepest == pytest.approx(2.6012e-3, rel=1e-4)
+    assert found.left_in_hammer < 1e-12
+    hammer = found.history.evaluate([6e-3], "momentum:hammer")[0]
+    assert abs(hammer) < 1e-9
+
+
+def test_the_curve_of_efficiency_has_its_optimum_where_theory_says() -> None:
+    best = 0.628215604313 * 2e11 * AREA / HAMMER
+    assert efficiency(best, 0.0) == pytest.approx(0.814528755178, rel=1e-12)
+    curve = sweep(drill(best, 0.0, dt=0.5e-6), [0.5 * best, 0.9 * best, best, 1.1 * best, 2.0 * best])
+    np.testing.assert_allclose(curve.first_pass, [efficiency(k, 0.0) for k in curve.stiffness], rtol=2e-5)
+    assert np.argmax(curve.efficiency) == 2
+    assert np.all(np.diff(curve.peak_force) > 0.0)
+
+
+@pytest.mark.parametrize("gap", [0.1e-3, 0.4e-3])
+def test_rods_that_stand_apart_lose_a_share_of_a_rectangular_wave(gap: float) -> None:
+    """The end of the first rod crosses the gap at twice the particle speed; that much of the wave turns back."""
+    case = il.Case(
+        bodies={
+            "hammer": il.Rod(length=HAMMER, area=AREA, material=MATERIAL, velocity=STRIKE),
+            "first": il.Rod(length=2.0, area=AREA, material=MATERIAL),
+            "second": il.Rod(length=2.0, area=AREA, material=MATERIAL),
+        },
+        contacts=[
+            il.Contact("hammer.right", "first.left", {"kind": "wave_identification"}),
+            il.Contact("first.right", "second.left", {"kind": "wave_identification"}, gap=gap),
+        ],
+        solve={"duration": 0.7e-3, "model": {"kind": "continuous"}},
+    )
+    history = il.run(case)
+    passed = history.evaluate([0.7e-3], "energy:second")[0] / 200.0
+    particle, length = 0.5 * STRIKE, 2.0 * HAMMER / SPEED
+    assert 1.0 - passed == pytest.approx(gap / (2.0 * particle * length), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "said"),
+    [
+        ("bodies.hammer.velocity", 0.0, "no body moves at t = 0"),
+        ("contacts.1.between", ["rock", "hammer.left"], None),
+        ("contacts.1.law", {"kind": "penalty", "stiffness": 1e8}, "the law Penalty"),
+    ],
+)
+def test_drills_that_cannot_be_evaluated_are_refused(path: str, value: Any, said: str | None) -> None:
+    case = drill(2.5e8, 0.1).with_(path, value)
+    if said is None:
+        assert blow(case).work == 0.0  # the rock stands behind the hammer: no force, and no first pass
+        return
+    with pytest.raises(il.CaseError, match=said):
+        sweep(case, [1e8])
+
+
+def test_a_sweep_refuses_a_stiffness_that_is_none() -> None:
+    with pytest.raises(il.CaseError, match="above 0"):
+        sweep(drill(2.5e8, 0.1), [1e8, -1.0])
+
+
+def test_rock_with_another_law_has_the_work_of_its_force() -> None:
+    """A spring gives back all; its work is that of the force over the penetration."""
+    case = drill(2.5e8, 0.1, duration=1.75e-3).with_("contacts.1.law", {"kind": "penalty", "stiffness": 2.5e8})
+    found = blow(case)
+    assert abs(found.work) < 1e-3 * 200.0
+    assert found.peak_force == pytest.approx(285.398081e3, rel=2e-3)
+    assert abs(found.final) < 1e-5 < found.deepest
