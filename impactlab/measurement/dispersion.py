@@ -5,9 +5,9 @@ The frequency equation of the first branch, with radius a, wave number k, K = k 
     2 p (q + 1) j1(P) j1(Q) - (q - 1)^2 j0(P) j1(Q) - 4 p j1(P) j0(Q) = 0
     p = s (1 + nu)(1 - 2 nu)/(1 - nu) - 1,  q = 2 s (1 + nu) - 1,  P = K^2 p,  Q = K^2 q
 
-Here j0(x) = J0(sqrt x) and j1(x) = J1(sqrt x)/sqrt x are entire: the equation has no poles. At a given K its zeros in s are
-squared frequencies of a self-adjoint problem, all real, and one at s = 0 that is no wave. On such a function Newton's
-method from below the first zero rises to it and never passes it, so no other branch is ever taken.
+Here j0(x) = J0(sqrt x) and j1(x) = J1(sqrt x)/sqrt x are entire: the equation has no poles. At a given K its
+zeros in s are squared frequencies of a self-adjoint problem, all real, and one at s = 0 that is no wave. On such a
+function Newton's method from below the first zero rises to it and never passes it, so no other branch is ever taken.
 
     from impactlab.measurement import dispersion
 
@@ -34,7 +34,7 @@ from impactlab.lazy import lazy
 Array = NDArray[float64]
 Theory = Literal["pochhammer", "love", "none"]
 
-interpolate, special = lazy("scipy.interpolate"), lazy("scipy.special")
+fft, interpolate, special = lazy("scipy.fft"), lazy("scipy.interpolate"), lazy("scipy.special")
 
 MAX_D_OVER_WAVELENGTH = 2.0
 """Diameter over wavelength up to which the branch is followed: beyond, the wave is one of the surface."""
@@ -187,13 +187,14 @@ def band_limit(bar: Bar) -> float:
     return float(ratio * speed(bar.poisson, ratio)) * bar.wave_speed / bar.diameter
 
 
-def shift(signal: ArrayLike, dt: float, distance: float, bar: Bar, band: float | None = None) -> Array:
+def shift(
+    signal: ArrayLike, dt: float, distance: float, bar: Bar, band: float | None = None, periodic: bool = False
+) -> Array:
     """Return the signal of one travelling wave as it passes a place further along its way.
 
     Each frequency f is delayed by k(f) distance/(2 pi f); a negative distance goes back to a place that the wave
-    passed before. The record is taken as periodic: waves that leave it at one end enter at the other, so it has to be
-    quiet for as long as the shift. Frequencies above the band are removed, those within come back to rounding when
-    shifted there and back.
+    passed before. Frequencies above the band are removed. A signal within the band that is moved there and back is the
+    signal to rounding, as far as it stayed in the record: outside it is taken as zero, and nothing comes in.
 
     Parameters
     ----------
@@ -207,6 +208,8 @@ def shift(signal: ArrayLike, dt: float, distance: float, bar: Bar, band: float |
         ``dispersion="none"`` delays all frequencies alike, by distance/c0.
     band : float, optional
         Highest frequency kept [Hz]; the band limit of the bar if not given.
+    periodic : bool
+        Take the record as periodic: waves that leave it at one end enter at the other.
 
     Raises
     ------
@@ -221,11 +224,18 @@ def shift(signal: ArrayLike, dt: float, distance: float, bar: Bar, band: float |
     _positive("dt", dt)
     if not math.isfinite(distance):
         raise ImpactlabError(f"the distance {distance:.6g} m is no length", remedy="Give a finite distance in metres.")
-    frequency, kept = in_band(bar, len(values), dt, band)
-    spectrum = np.fft.rfft(values)
+    count = len(values) if periodic else padded(len(values), dt, distance, bar)
+    frequency, kept = in_band(bar, count, dt, band)
+    spectrum = np.fft.rfft(values, count)
     spectrum[~kept] = 0.0
     spectrum[kept] *= np.exp(-1j * distance * wave_number(bar, frequency[kept]))
-    return np.asarray(np.fft.irfft(spectrum, len(values)))
+    return np.asarray(np.fft.irfft(spectrum, count)[: len(values)])
+
+
+def padded(count: int, dt: float, distance: float, bar: Bar) -> int:
+    """Return the samples of a record with zeros behind, so that waves of up to a third of c0 do not enter it again."""
+    delay = abs(distance) / bar.wave_speed / dt
+    return int(fft.next_fast_len(2 * count + math.ceil(3.0 * delay), real=True))
 
 
 def in_band(bar: Bar, count: int, dt: float, band: float | None) -> tuple[Array, NDArray[np.bool_]]:
@@ -289,7 +299,7 @@ def _frequency_equation(squared: Array, number: Array, poisson: float) -> tuple[
 
 def _bessel(x: Array) -> tuple[Array, Array, Array]:
     """Return Jn(sqrt x)/sqrt(x)^n for n = 0, 1, 2, of any sign of x."""
-    return tuple(scale * special.hyp0f1(n + 1.0, -0.25 * x) for n, scale in enumerate((1.0, 0.5, 0.125)))  # type: ignore[return-value]
+    return tuple(scale * special.hyp0f1(n + 1.0, -0.25 * x) for n, scale in enumerate((1.0, 0.5, 0.125)))
 
 
 @lru_cache(maxsize=32)
