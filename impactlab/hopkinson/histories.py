@@ -1,0 +1,108 @@
+"""The same evaluation on the history of a run: its strain probes are the gauges, its rods the bars."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy import float64
+from numpy.typing import NDArray
+
+from impactlab.errors import ImpactlabError
+from impactlab.history.base import AbstractHistory
+from impactlab.hopkinson.evaluation import Test, measured
+from impactlab.hopkinson.pulses import THRESHOLD
+from impactlab.measurement.dispersion import Bar, Theory
+
+Array = NDArray[float64]
+
+ALIKE = 1e-9  # relative, of wave speeds, densities and sections of two bars
+
+
+def bar_of(history: AbstractHistory, name: str, poisson: float = 0.3, dispersion: Theory = "none") -> Bar:
+    """Return a rod of a history as a bar, with the diameter of a circle of its section.
+
+    A run is without dispersion unless a model brings it: ``love`` belongs to the model ``love_rod``.
+
+    Raises
+    ------
+    ImpactlabError
+        If the body is no rod, or has more than one segment.
+    """
+    body = history.scene.bodies.get(name)
+    segments = getattr(body, "segments", ())
+    if body is None or body.kind != "rod" or len(segments) != 1:
+        rods = [each for each, other in history.scene.bodies.items() if other.kind == "rod"]
+        raise ImpactlabError(
+            f"'{name}' is no rod of one segment", remedy=f"Name one of the rods: {', '.join(rods) or 'there are none'}."
+        )
+    (segment,) = segments
+    diameter = math.sqrt(4.0 * segment.area / math.pi)
+    return Bar(diameter, segment.wave_speed, segment.density, poisson, dispersion)
+
+
+def sampled(history: AbstractHistory, channel: str, rate: float) -> tuple[float, Array]:
+    """Return the time between samples [s] and a channel sampled at ``rate`` [Hz] from t = 0 on, shape (n,)."""
+    if not (rate > 0.0 and math.isfinite(rate)):
+        raise ImpactlabError(f"the rate is {rate:.6g} Hz, and it has to be above 0", remedy="Give it in hertz.")
+    dt = 1.0 / rate
+    count = math.floor(history.duration * rate * (1.0 + 1e-12)) + 1
+    return dt, history.evaluate(dt * np.arange(count), channel)
+
+
+def of_history(
+    history: AbstractHistory,
+    incident: str = "incident",
+    transmission: str = "transmission",
+    rate: float = 10e6,
+    poisson: float = 0.3,
+    dispersion: Theory = "none",
+    threshold: float = THRESHOLD,
+) -> Test:
+    """Return the waves at the specimen of a run, from the strain probes of its bars.
+
+    Parameters
+    ----------
+    history : AbstractHistory
+        Its case has one strain probe on each of the two bars.
+    incident, transmission : str
+        Names of the bars, the specimen at the right end of the first and at the left end of the second.
+    rate : float
+        Samples per second [Hz].
+    poisson, dispersion
+        As of `bar_of`.
+    threshold : float
+        As of `one_gauge`.
+
+    Raises
+    ------
+    ImpactlabError
+        If a bar has no strain probe or several, if the bars differ, or if the pulses overlap.
+    """
+    bars = [bar_of(history, name, poisson, dispersion) for name in (incident, transmission)]
+    for name in ("diameter", "wave_speed", "density"):
+        one, two = (getattr(bar, name) for bar in bars)
+        if not math.isclose(one, two, rel_tol=ALIKE):
+            raise ImpactlabError(
+                f"the bars differ: {name} {one:.6g} of '{incident}', {two:.6g} of '{transmission}'",
+                remedy="The formulas of one, two and three waves are those of bars alike.",
+            )
+    places = [_gauge(history, name) for name in (incident, transmission)]
+    signals = [
+        sampled(history, f"strain:{name}@{x:.6g}", rate)
+        for name, x in zip((incident, transmission), places, strict=True)
+    ]
+    dt = signals[0][0]
+    length = float(history.scene.bodies[incident].length)
+    return measured(signals[0][1], signals[1][1], dt, bars[0], (length - places[0], places[1]), threshold)
+
+
+def _gauge(history: AbstractHistory, body: str) -> float:
+    found = [probe.x for probe in history.scene.probes if probe.body == body and probe.quantity == "strain"]
+    if len(found) != 1:
+        raise ImpactlabError(
+            f"'{body}' has {len(found)} strain probes, and the evaluation reads one",
+            remedy="Give the case one; several gauges are evaluated as arrays, by hopkinson.two_gauges.",
+            path="probes",
+        )
+    return float(found[0])

@@ -1,0 +1,90 @@
+"""Pulses of a signal, found by a threshold: where they begin and end, and the signal of one alone."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy import float64
+from numpy.typing import ArrayLike, NDArray
+
+from impactlab.errors import ImpactlabError
+from impactlab.measurement.dispersion import checked_signal
+
+Array = NDArray[float64]
+
+THRESHOLD = 0.05
+"""Share of the largest value of a signal above which it is a pulse, and below which it is quiet."""
+
+
+class Pulse(NamedTuple):
+    """A part of a signal above a threshold, of one sign."""
+
+    start: float  # s, of the first sample above the threshold
+    end: float  # s, of the last one
+    peak: float  # the value of largest magnitude, with its sign
+    mean: float  # over the pulse
+
+
+def pulses(signal: ArrayLike, dt: float, threshold: float = THRESHOLD, quiet: float = 0.0) -> tuple[Pulse, ...]:
+    """Return the pulses of a signal in order of time.
+
+    Parameters
+    ----------
+    signal : array_like
+        Shape (n,), the first sample at t = 0.
+    dt : float
+        Time between samples [s].
+    threshold : float
+        Share of the largest magnitude, above 0 and below 1.
+    quiet : float
+        Pulses of one sign that are apart by no more than this [s] are one.
+
+    Raises
+    ------
+    ImpactlabError
+        If the signal is zero, or the threshold outside its range.
+    """
+    values = checked_signal("the signal", signal)
+    level = threshold * largest(values, threshold)
+    sign = np.where(np.abs(values) > level, np.sign(values), 0.0)
+    edges = np.flatnonzero(np.diff(np.concatenate([[0.0], sign, [0.0]])))
+    runs = [(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True) if sign[a] != 0.0]
+    joined: list[tuple[int, int]] = []
+    for begin, end in runs:
+        if joined and sign[begin] == sign[joined[-1][0]] and (begin - joined[-1][1]) * dt <= quiet:
+            joined[-1] = (joined[-1][0], end)
+        else:
+            joined.append((begin, end))
+    return tuple(_pulse(values, begin, end, dt) for begin, end in joined)
+
+
+def cut(signal: ArrayLike, dt: float, start: float, end: float) -> Array:
+    """Return a signal from ``start`` to before ``end`` [s], zero elsewhere, same shape."""
+    values = checked_signal("the signal", signal)
+    index = np.arange(len(values))
+    return np.where((index >= round(start / dt)) & (index < round(end / dt)), values, 0.0)
+
+
+def largest(values: Array, threshold: float) -> float:
+    """Return the largest magnitude of a signal that is to hold a pulse.
+
+    Raises
+    ------
+    ImpactlabError
+        If it is zero, or the threshold not between 0 and 1.
+    """
+    if not 0.0 < threshold < 1.0:
+        raise ImpactlabError(
+            f"the threshold is {threshold:.6g}, a share of the largest value between 0 and 1",
+            remedy="0.05 serves signals whose noise is below that.",
+        )
+    peak = float(np.abs(values).max())
+    if peak == 0.0:
+        raise ImpactlabError("the signal is zero throughout: it holds no pulse", remedy="Check the channel it is of.")
+    return peak
+
+
+def _pulse(values: Array, begin: int, end: int, dt: float) -> Pulse:
+    part = values[begin:end]
+    return Pulse(begin * dt, (end - 1) * dt, float(part[np.argmax(np.abs(part))]), float(part.mean()))

@@ -1,0 +1,200 @@
+"""The two waves in a bar taken apart: by one gauge and time, by two gauges, or by force and velocity at one place."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy import float64
+from numpy.typing import ArrayLike, NDArray
+
+from impactlab.errors import ImpactlabError
+from impactlab.hopkinson.pulses import THRESHOLD, cut, largest
+from impactlab.measurement.dispersion import Bar, band_limit, checked_signal, padded, shift, wave_number
+
+Array = NDArray[float64]
+
+DECAY = 11.5
+"""Exponent of the decay over a record that divides two gauges: what a padded record repeats is below e^-23 = 1e-10."""
+GUARD = 0.02
+"""Share of the time from gauge to end and back by which a reflected pulse may seem early, and that must be quiet before."""
+SLOPE_STEP = 1e-4  # relative to the band, of the differences of the wave number: exact to 1e-8 of its curvature
+
+__all__ = ["TwoWaves", "force_and_velocity", "one_gauge", "two_gauges"]
+
+
+class TwoWaves(NamedTuple):
+    """Strains of the two waves at one place, positive in compression; x runs to the right."""
+
+    to_right: Array  # (n,)
+    to_left: Array  # (n,)
+
+    def force(self, bar: Bar) -> Array:
+        """Return the force through the section [N], shape (n,)."""
+        return np.asarray(bar.young * bar.area * (self.to_right + self.to_left))
+
+    def velocity(self, bar: Bar) -> Array:
+        """Return the velocity of the section [m/s], to the right, shape (n,)."""
+        return np.asarray(bar.wave_speed * (self.to_right - self.to_left))
+
+
+def one_gauge(
+    strain: ArrayLike, dt: float, bar: Bar, distance: float, threshold: float = THRESHOLD, end: float | None = None
+) -> TwoWaves:
+    """Return the waves at the right end of a bar from one gauge that the pulses pass one after the other.
+
+    The first pulse is the wave to the right. The gauge hears nothing of it from the end before 2 distance/c0 after its
+    start; the record is divided halfway between the end of the first pulse and that time.
+
+    Parameters
+    ----------
+    strain : array_like
+        Shape (n,), the first sample at t = 0.
+    dt : float
+        Time between samples [s].
+    bar : Bar
+    distance : float
+        From the gauge to the end [m].
+    threshold : float
+        Share of the largest value below which the gauge is quiet.
+    end : float, optional
+        Time [s] from which on the record is left out; by default a second 2 distance/c0 later, before which a gauge in
+        the middle of a bar hears nothing of its other end.
+
+    Raises
+    ------
+    ImpactlabError
+        If the pulses overlap, or the record ends before the second one.
+
+    References
+    ----------
+    Kolsky1949; Gray2000.
+    """
+    values = checked_signal("the strain", strain)
+    way = _distance("distance", distance)
+    loud = np.flatnonzero(np.abs(values) > threshold * largest(values, threshold))
+    start = float(loud[0]) * dt
+    trip = 2.0 * way / bar.wave_speed
+    back = start + trip
+    if back >= (len(values) - 1) * dt:
+        raise ImpactlabError(
+            f"the record ends at {(len(values) - 1) * dt:.6g} s, before the reflected pulse that begins at {back:.6g} s",
+            remedy="Record for longer, or check the distance of the gauge from the end.",
+        )
+    guard = GUARD * trip
+    passed = float(loud[loud * dt < back - guard][-1]) * dt
+    if passed > back - 2.0 * guard:
+        raise ImpactlabError(
+            f"the pulses overlap from {back:.6g} s on: the first one began at {start:.6g} s and has not ended when its "
+            f"reflection comes back over {way:.6g} m",
+            remedy="Use a shorter striker, a gauge further from the end, or two gauges (hopkinson.two_gauges).",
+        )
+    middle = 0.5 * (passed + back - guard)
+    forward = shift(cut(values, dt, 0.0, middle), dt, way, bar)
+    backward = shift(cut(values, dt, middle, back + trip if end is None else end), dt, -way, bar)
+    return TwoWaves(forward, backward)
+
+
+def two_gauges(
+    first: ArrayLike, second: ArrayLike, dt: float, bar: Bar, places: tuple[float, float], at: float
+) -> TwoWaves:
+    """Return the waves at a place from two gauges, however long the pulses are.
+
+    The wave R to the right at the first gauge obeys R(t) = e1(t) - e2(t - T) + R(t - 2 T) without dispersion, T the
+    time between the gauges. With it, the same is divided in the frequency domain, of signals weighted by exp(-s t):
+    there nothing is divided by zero, and the answer stays causal. The bar is at rest at t = 0.
+
+    Parameters
+    ----------
+    first, second : array_like
+        Strains, shape (n,) each.
+    dt : float
+        Time between samples [s].
+    bar : Bar
+    places : (float, float)
+        x of the two gauges [m].
+    at : float
+        x of the place [m]. Outside the two gauges the record loses the waves that pass there before its start or after
+        its end.
+
+    Raises
+    ------
+    ImpactlabError
+        If both gauges are at one place or the signals differ in length.
+
+    References
+    ----------
+    LundbergHenchoz1977; Bacon1998.
+    """
+    one, two = same_length(first_gauge=first, second_gauge=second)
+    apart = places[1] - places[0]
+    if apart == 0.0 or not math.isfinite(apart):
+        raise ImpactlabError(
+            f"both gauges are at {places[0]:.6g} m", remedy="Two waves need gauges at two places of the bar."
+        )
+    if apart < 0.0:
+        return two_gauges(two, one, dt, bar, (places[1], places[0]), at)
+    n = len(one)
+    count = padded(n, dt, max(apart, abs(at - places[0])), bar)
+    rate = DECAY / (n * dt)
+    weight = np.exp(-rate * dt * np.arange(n))
+    number = _damped_number(bar, np.fft.rfftfreq(count, dt), rate)
+    e1, e2 = (np.fft.rfft(weight * each, count) for each in (one, two))
+    step = np.exp(-1j * number * apart)
+    right = (e1 - step * e2) / (1.0 - step**2)
+
+    def moved(wave: NDArray[np.complex128], distance: float) -> Array:
+        there = np.fft.irfft(wave * np.exp(-1j * number * distance), count)[:n] / weight
+        return shift(there, dt, 0.0, bar)
+
+    return TwoWaves(moved(right, at - places[0]), moved(e1 - right, places[0] - at))
+
+
+def force_and_velocity(force: ArrayLike, velocity: ArrayLike, bar: Bar) -> TwoWaves:
+    """Return the waves at a place from the force through it [N] and its velocity [m/s], shape (n,) each."""
+    pressed, moved = same_length(force=force, velocity=velocity)
+    strain, speed = pressed / (bar.young * bar.area), moved / bar.wave_speed
+    return TwoWaves(0.5 * (strain + speed), 0.5 * (strain - speed))
+
+
+def same_length(**signals: ArrayLike) -> list[Array]:
+    """Return signals as arrays of one length.
+
+    Raises
+    ------
+    ImpactlabError
+        If they differ in length.
+    """
+    rows = [checked_signal(f"the {name.replace('_', ' ')}", signal) for name, signal in signals.items()]
+    if len({len(row) for row in rows}) > 1:
+        lengths = ", ".join(f"{name.replace('_', ' ')} {len(row)}" for name, row in zip(signals, rows, strict=True))
+        raise ImpactlabError(
+            f"the signals have different lengths: {lengths} samples",
+            remedy="Cut them to one length; all begin at one instant.",
+        )
+    return rows
+
+
+def _damped_number(bar: Bar, frequency: Array, rate: float) -> NDArray[np.complex128]:
+    """Return the wave number at the complex frequencies w - i rate, to the second order in the rate [rad/m].
+
+    Above the band it goes on along its tangent: a front there would ring if the spectrum was cut before the division.
+    """
+    if bar.dispersion == "none":
+        return np.asarray((2.0 * np.pi * frequency - 1j * rate) / bar.wave_speed)
+    limit = band_limit(bar)
+    step = SLOPE_STEP * limit
+    inner = np.clip(frequency, step, limit - step)
+    beyond = 2.0 * np.pi * (frequency - inner)
+    below, here, above = (wave_number(bar, inner + offset) for offset in (-step, 0.0, step))
+    width = 2.0 * np.pi * step
+    slope, curvature = (above - below) / (2.0 * width), (above - 2.0 * here + below) / width**2
+    curvature = np.where(beyond == 0.0, curvature, 0.0)
+    return np.asarray(here + slope * (beyond - 1j * rate) - 0.5 * rate**2 * curvature)
+
+
+def _distance(name: str, value: float) -> float:
+    if not (value > 0.0 and math.isfinite(value)):
+        raise ImpactlabError(f"the {name} is {value:.6g} m, and it has to be above 0", remedy="Give it in metres.")
+    return value
