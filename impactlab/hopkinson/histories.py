@@ -13,6 +13,7 @@ from impactlab.history.base import AbstractHistory
 from impactlab.hopkinson.evaluation import Test, measured
 from impactlab.hopkinson.pulses import THRESHOLD
 from impactlab.measurement.dispersion import Bar, Theory
+from impactlab.scene.bodies import Segment
 
 Array = NDArray[float64]
 
@@ -30,13 +31,13 @@ def bar_of(history: AbstractHistory, name: str, poisson: float = 0.3, dispersion
         If the body is no rod, or has more than one segment.
     """
     body = history.scene.bodies.get(name)
-    segments = getattr(body, "segments", ())
+    segments: tuple[Segment, ...] = getattr(body, "segments", ())
     if body is None or body.kind != "rod" or len(segments) != 1:
         rods = [each for each, other in history.scene.bodies.items() if other.kind == "rod"]
         raise ImpactlabError(
             f"'{name}' is no rod of one segment", remedy=f"Name one of the rods: {', '.join(rods) or 'there are none'}."
         )
-    (segment,) = segments
+    segment = segments[0]
     diameter = math.sqrt(4.0 * segment.area / math.pi)
     return Bar(diameter, segment.wave_speed, segment.density, poisson, dispersion)
 

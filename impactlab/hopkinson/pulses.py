@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -48,8 +49,8 @@ def pulses(signal: ArrayLike, dt: float, threshold: float = THRESHOLD, quiet: fl
     values = checked_signal("the signal", signal)
     level = threshold * largest(values, threshold)
     sign = np.where(np.abs(values) > level, np.sign(values), 0.0)
-    edges = np.flatnonzero(np.diff(np.concatenate([[0.0], sign, [0.0]])))
-    runs = [(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True) if sign[a] != 0.0]
+    edges: list[int] = np.flatnonzero(np.diff(np.concatenate([[0.0], sign, [0.0]]))).tolist()
+    runs = [(a, b) for a, b in pairwise(edges) if sign[a] != 0.0]
     joined: list[tuple[int, int]] = []
     for begin, end in runs:
         if joined and sign[begin] == sign[joined[-1][0]] and (begin - joined[-1][1]) * dt <= quiet:

@@ -18,7 +18,7 @@ Array = NDArray[float64]
 DECAY = 11.5
 """Exponent of the decay over a record that divides two gauges: what a padded record repeats is below e^-23 = 1e-10."""
 GUARD = 0.02
-"""Share of the time from gauge to end and back by which a reflected pulse may seem early, and that must be quiet before."""
+"""Share of the time from gauge to end and back: a reflection may seem early by so much, and is quiet before as long."""
 SLOPE_STEP = 1e-4  # relative to the band, of the differences of the wave number: exact to 1e-8 of its curvature
 
 __all__ = ["TwoWaves", "force_and_velocity", "one_gauge", "two_gauges"]
@@ -79,7 +79,7 @@ def one_gauge(
     back = start + trip
     if back >= (len(values) - 1) * dt:
         raise ImpactlabError(
-            f"the record ends at {(len(values) - 1) * dt:.6g} s, before the reflected pulse that begins at {back:.6g} s",
+            f"the record ends at {(len(values) - 1) * dt:.6g} s, before the reflection that begins at {back:.6g} s",
             remedy="Record for longer, or check the distance of the gauge from the end.",
         )
     guard = GUARD * trip
@@ -139,7 +139,7 @@ def two_gauges(
     count = padded(n, dt, max(apart, abs(at - places[0])), bar)
     rate = DECAY / (n * dt)
     weight = np.exp(-rate * dt * np.arange(n))
-    number = _damped_number(bar, np.fft.rfftfreq(count, dt), rate)
+    number = _damped_number(bar, np.asarray(np.fft.rfftfreq(count, dt)), rate)
     e1, e2 = (np.fft.rfft(weight * each, count) for each in (one, two))
     step = np.exp(-1j * number * apart)
     right = (e1 - step * e2) / (1.0 - step**2)
