@@ -18,7 +18,7 @@ from impactlab.casefile.turning import turning
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import CaseError, ImpactlabError, PairingError, PluginError
 from impactlab.models.base import AbstractRodModel
-from impactlab.plugins import INTEGRATORS, LAWS, MECHANISMS, METRICS, MODELS, Registry
+from impactlab.plugins import INTEGRATORS, LAWS, MECHANISMS, METRICS, MODELS, Registry, kind_of
 from impactlab.scene.bodies import Body, ElasticBody, Mass, PartMechanism, Wall
 from impactlab.scene.method import Method, Simulation, StepRule, Tolerance
 from impactlab.scene.problem import Contact, Probe, Scene
@@ -179,6 +179,12 @@ def _law(case: CaseBlock, number: int, registry: Registry) -> AbstractContactLaw
                     remedy="Give it in SI, or leave the law out for hard contact.",
                     path=f"{path}.{field.name}",
                 )
+        if law.two_sided:
+            raise CaseError(
+                f"the automatic choice does not serve links, and law {kind_of(law)!r} makes one",
+                remedy="Give model, integrator and step in place of the tolerance; errors are then measured.",
+                path=path,
+            )
     made: AbstractContactLaw = law
     if block.pieces is None:
         return made

@@ -137,6 +137,13 @@ def findings(summary: Mapping[str, Any]) -> list[str]:
             f"{span['contact'].replace('|', ' and ')}: in contact from {facts.instant(span['start'])} to {end}, "
             f"impulse {facts.si(span['impulse'], 'N·s')}{kicks}{peak}."
         )
+    for link in summary.get("links", ()):
+        several = f" in {link['pieces']} pieces" if link["pieces"] > 1 else ""
+        moved = "" if link["set"] is None else f"set {facts.si(link['set'], 'm')}, "
+        forces = f"force from {facts.si(link['smallest'], 'N')} to {facts.si(link['largest'], 'N')}"
+        sentences.append(
+            f"{link['name'].replace('|', ' and ')}{several}: {moved}{forces}, {facts.si(link['loss'], 'J')} taken."
+        )
     sentences += [f"Collision of {facts.collision(each)}." for each in summary["collisions"][:MAX_SENTENCES]]
     errors = summary["errors"]
     if errors and errors["mass_displacement"] is not None:

@@ -117,6 +117,14 @@ def test_links_need_schemes_that_know_where_they_are() -> None:
         il.run(adaptive)
 
 
+def test_the_automatic_choice_refuses_links_by_name() -> None:
+    contacts = [il.Contact("rod.right", "ground", SMITH)]
+    bodies = {"rod": rod(), "ground": il.Wall()}
+    with pytest.raises(il.CaseError, match="law 'smith' makes one") as found:
+        il.Case(bodies=bodies, contacts=contacts, solve={"duration": "1 ms", "tolerance": 1e-3})
+    assert found.value.path == "contacts.0.law"
+
+
 def test_bonds_close_no_ring_and_hold_no_clamped_end() -> None:
     bonded = {"kind": "bonded"}
     bodies = {"second": rod()}
