@@ -13,7 +13,6 @@ from impactlab.history.base import AbstractHistory
 from impactlab.hopkinson.evaluation import Test, measured
 from impactlab.hopkinson.pulses import THRESHOLD
 from impactlab.measurement.dispersion import Bar, Theory
-from impactlab.scene.bodies import Segment
 
 Array = NDArray[float64]
 
@@ -30,14 +29,14 @@ def bar_of(history: AbstractHistory, name: str, poisson: float = 0.3, dispersion
     ImpactlabError
         If the body is no rod, or has more than one segment.
     """
-    body = history.scene.bodies.get(name)
-    segments: tuple[Segment, ...] = getattr(body, "segments", ())
-    if body is None or body.kind != "rod" or len(segments) != 1:
-        rods = [each for each, other in history.scene.bodies.items() if other.kind == "rod"]
+    bodies = history.scene.bodies
+    waves = bodies[name].waves if name in bodies else None
+    if waves is None or "strain" not in bodies[name].quantities or len(waves.segments) != 1:
+        rods = [each for each, body in bodies.items() if "strain" in body.quantities]
         raise ImpactlabError(
             f"'{name}' is no rod of one segment", remedy=f"Name one of the rods: {', '.join(rods) or 'there are none'}."
         )
-    segment = segments[0]
+    segment = waves.segments[0]
     diameter = math.sqrt(4.0 * segment.area / math.pi)
     return Bar(diameter, segment.wave_speed, segment.density, poisson, dispersion)
 
