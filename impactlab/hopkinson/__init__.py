@@ -20,8 +20,8 @@ from impactlab.lazy import lazy_names
 if TYPE_CHECKING:
     from impactlab.hopkinson.evaluation import Curve, Specimen, Test, equilibrium, evaluate, measured
     from impactlab.hopkinson.histories import bar_of, of_history, sampled
-    from impactlab.hopkinson.pulses import Pulse, cut, pulses
     from impactlab.hopkinson.separation import TwoWaves, force_and_velocity, one_gauge, two_gauges
+    from impactlab.hopkinson.windows import Pulse, cut, pulses
     from impactlab.measurement.dispersion import Bar, shift
 
 __all__ = [
@@ -50,7 +50,7 @@ __getattr__ = lazy_names(
     {
         "impactlab.hopkinson.evaluation": ("Curve", "Specimen", "Test", "equilibrium", "evaluate", "measured"),
         "impactlab.hopkinson.histories": ("bar_of", "of_history", "sampled"),
-        "impactlab.hopkinson.pulses": ("Pulse", "cut", "pulses"),
+        "impactlab.hopkinson.windows": ("Pulse", "cut", "pulses"),
         "impactlab.hopkinson.separation": ("TwoWaves", "force_and_velocity", "one_gauge", "two_gauges"),
         "impactlab.measurement.dispersion": ("Bar", "shift"),
     },

@@ -22,8 +22,8 @@ from numpy import float64
 from numpy.typing import ArrayLike, NDArray
 
 from impactlab.errors import ImpactlabError
-from impactlab.hopkinson.pulses import THRESHOLD
 from impactlab.hopkinson.separation import one_gauge, same_length
+from impactlab.hopkinson.windows import THRESHOLD
 from impactlab.measurement.dispersion import Bar, shift
 
 Array = NDArray[float64]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from impactlab.errors import ImpactlabError
 from impactlab.history.base import AbstractHistory
 from impactlab.hopkinson.evaluation import Test, measured
-from impactlab.hopkinson.pulses import THRESHOLD
+from impactlab.hopkinson.windows import THRESHOLD
 from impactlab.measurement.dispersion import Bar, Theory
 
 Array = NDArray[float64]
