@@ -103,8 +103,8 @@ def two_gauges(
 
     The wave R to the right at the first gauge obeys R(t) = e1(t) - e2(t - T) + R(t - 2 T) without dispersion, T the
     time between the gauges. With it, the same is divided in the frequency domain, of signals weighted by exp(-s t):
-    there nothing is divided by zero, and the answer stays causal. The bar is at rest at t = 0. Smooth signals come back to
-    1e-6 of their largest value, with dispersion to 1e-4.
+    there nothing is divided by zero, and the answer stays causal. The bar is at rest at t = 0. Smooth signals come
+    back to 1e-6 of their largest value, with dispersion to 1e-4.
 
     Parameters
     ----------
