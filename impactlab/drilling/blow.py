@@ -68,18 +68,22 @@ def blow(case: Case | Simulation) -> Blow:
     ----------
     HustrulidFairhurst1971, Lundberg1973.
     """
-    run = case.simulation() if isinstance(case, Case) else case
-    drill = drill_of(run)
-    history = api.run(case)
-    loop = loop_of(history, drill.rock, run.method.laws[drill.rock.name])
-    work, deepest = float(loop.work[-1]), float(loop.penetration.max())
+    return blow_of(api.run(case))
+
+
+def blow_of(history: AbstractHistory) -> Blow:
+    """Return what the blow of a run did to the rock; raise `CaseError` as `blow`."""
+    drill = drill_of(history.scene)
+    law = history.method.laws[drill.rock.name]
+    loop = loop_of(history, drill.rock, law)
+    work, deepest = float(loop.work[-1]), max(0.0, float(loop.penetration.max()))
     return Blow(
         work=work,
         efficiency=work / drill.kinetic_energy,
         first_pass=_first_pass(loop, drill) / drill.kinetic_energy,
         peak_force=float(loop.force.max()),
-        deepest=max(0.0, deepest),
-        final=_final(history, run, drill, loop),
+        deepest=deepest,
+        final=_final(history, law, drill.rock, loop),
         left_in_hammer=_left(history, drill.hammer),
         left_in_rods=_left(history, drill.rods),
         loop=loop,
@@ -114,12 +118,11 @@ def _first_pass(loop: Loop, drill: Drill) -> float:
     return float(np.interp(first + drill.round_trip, loop.time, loop.work))
 
 
-def _final(history: AbstractHistory, run: Simulation, drill: Drill, loop: Loop) -> float:
+def _final(history: AbstractHistory, law: AbstractContactLaw, rock: Contact, loop: Loop) -> float:
     """Return the penetration that stays [m]: of a bilinear law from the deepest one, else as the bit last left."""
-    law, deepest = run.method.laws[drill.rock.name], max(0.0, float(loop.penetration.max()))
     if isinstance(law, Bilinear):
-        return deepest * (1.0 - law.stiffness / law.unloading)
-    spans = history.spans(drill.rock.name)
+        return max(0.0, float(loop.penetration.max())) * (1.0 - law.stiffness / law.unloading)
+    spans = history.spans(rock.name)
     if not spans:
         return 0.0
     return float(np.interp(spans[-1].until(history.duration), loop.time, loop.penetration))

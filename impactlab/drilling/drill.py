@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from impactlab.errors import CaseError
-from impactlab.scene.method import Simulation
-from impactlab.scene.problem import Contact
+from impactlab.scene.problem import Contact, Scene
 
 
 class Drill(NamedTuple):
@@ -19,7 +18,7 @@ class Drill(NamedTuple):
     round_trip: float  # s, of a wave through the rods and back
 
 
-def drill_of(run: Simulation) -> Drill:
+def drill_of(scene: Scene) -> Drill:
     """Return the drill of a scene: the hammer moves at t = 0, the rock is the wall that the last of the others meets.
 
     Raises
@@ -27,7 +26,6 @@ def drill_of(run: Simulation) -> Drill:
     CaseError
         If nothing moves at t = 0, or not exactly one contact is with a wall.
     """
-    scene = run.scene
     hammer = tuple(name for name, body in scene.bodies.items() if body.velocity != 0.0)
     rods = tuple(name for name, body in scene.bodies.items() if body.moves and name not in hammer)
     walls = [c for c in scene.contacts if not all(scene.bodies[p.body].moves for p in (c.left, c.right))]

@@ -46,7 +46,7 @@ def sweep(case: Case | Simulation, stiffnesses: Iterable[float]) -> Efficiencies
         If the rock has another law, or a stiffness is not above 0; otherwise as `blow`.
     """
     run = case.simulation() if isinstance(case, Case) else case
-    rock, wanted = drill_of(run).rock, np.array([*stiffnesses], float)
+    rock, wanted = drill_of(run.scene).rock, np.array([*stiffnesses], float)
     law = run.method.laws[rock.name]
     if not isinstance(law, Bilinear):
         text = f"the rock {rock.name!r} has the law {type(law).__name__}, and the sweep varies that of bilinear"

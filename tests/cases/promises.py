@@ -11,6 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from impactlab.history import AbstractHistory, ContactSpan
+from impactlab.piling import Driven, drive
+from impactlab.scene.method import Simulation
 
 Reading = Callable[[AbstractHistory], float]
 
@@ -77,7 +79,23 @@ def lag(history: AbstractHistory) -> tuple[float, float]:
     return float(behind.max()), float(t[np.argmax(behind)])
 
 
+def toe_set(history: AbstractHistory) -> float:
+    """The permanent displacement of the link named toe [m]."""
+    return next(link.set for link in history.links if link.name == "toe") or np.nan
+
+
+def lowest_toe(history: AbstractHistory) -> float:
+    """The largest displacement of the toe of the pile [m]."""
+    return float(history.evaluate(np.linspace(0.0, history.duration, 20_001), "displacement:pile@20").max())
+
+
+def rest(history: AbstractHistory) -> Driven:
+    """Return the motion for good and the residual forces of the blow of a run, solved again."""
+    return drive(Simulation(history.scene, history.method), 1).blows[0]
+
+
 T = "T"
+MM, KN = 1e-3, 1e3
 MS = 1e-3
 US = 1e-6
 HAMMER = at("velocity:hammer")
@@ -277,6 +295,11 @@ PROMISES: Mapping[str, tuple[Promise, ...]] = {
         Promise("1.167185", opened(0, "ram|cap"), T),
         Promise("0.491055", at("velocity:ram")),
     ),
+    "residual_blows": (
+        Promise("11.794", lambda history: rest(history).head, MM),
+        Promise("11.794", lambda history: rest(history).toe, MM),
+        Promise("44.5", lambda history: rest(history).toe_force or np.nan, KN),
+    ),
     "rod_between_walls": (Promise("200", close(0), US), Promise("7899.367", peak(1))),
     "rod_on_beam": (
         Promise("109.4232", opened(0), US),
@@ -366,6 +389,12 @@ PROMISES: Mapping[str, tuple[Promise, ...]] = {
         Promise("1.533834", opened(0, "left|rod.left"), 116.373782025236e-6),
         Promise("2.162843", opened(1, "rod.right|right"), 116.373782025236e-6),
         Promise("78276.57", peak()),
+    ),
+    "smith_pile": (
+        Promise("11.653", toe_set, MM),
+        Promise("85.8", lambda history: 1.0 / toe_set(history)),
+        Promise("14.653", lowest_toe, MM),
+        Promise("4009.9", peak(0, "helmet|pile.left"), KN),
     ),
     "slider_crank": (
         Promise("7.4036", close(0), MS),

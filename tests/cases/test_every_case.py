@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from fractions import Fraction
 
 import numpy as np
@@ -10,6 +11,8 @@ import pytest
 
 from impactlab.cite import entries, source_key
 from impactlab.history import AbstractHistory
+from impactlab.scene.method import laws_of
+from impactlab.scene.problem import Contact
 from tests.cases.promises import PROMISES
 from tests.cases.support import CASES, NAMES, case_of, compared, labels, rows
 
@@ -20,6 +23,14 @@ def answer(label: str) -> AbstractHistory:
     """Return the history that the case as written is measured against; of a mechanism its method `fine`."""
     found = compared(label)
     return found.histories["fine"] if mechanical(label) else found.references["base"]
+
+
+def of_links(history: AbstractHistory) -> Iterator[tuple[Contact, float]]:
+    """Give the links of a run with their impulses, which are no periods of contact."""
+    middles = (np.arange(20_000) + 0.5) * history.duration / 20_000
+    for contact, law in zip(history.scene.contacts, laws_of(history.scene, history.method), strict=True):
+        if law.two_sided:
+            yield contact, float(history.evaluate(middles, f"force:{contact.name}").mean()) * history.duration
 
 
 def mechanical(label: str) -> bool:
@@ -99,6 +110,7 @@ def test_the_answer_keeps_its_energy_and_momentum(label: str) -> None:
         changed = float(np.diff(history.evaluate([0.0, history.duration], f"momentum:{name}"))[0])
         signs = {c.name: float(c.right.body == name) - float(c.left.body == name) for c in scene.contacts}
         given = sum(signs[each.contact] * each.impulse for each in history.contacts)
+        given += sum(signs[contact.name] * impulse for contact, impulse in of_links(history) if signs[contact.name])
         mass = body.moving_mass
         given += (mass * scene.gravity + body.end_force) * history.duration
         size = sum(abs(each.impulse) for each in history.contacts) + abs(given) + abs(mass * body.velocity)
