@@ -198,6 +198,16 @@ PROMISES: Mapping[str, tuple[Promise, ...]] = {
     "free_rod": (Promise("0.135335", HAMMER), Promise("1.844330", impulse()), Promise("36657.74", peak())),
     "grazing_pair": (Promise("1.522066", opened(0), T), Promise("-0.689446", HAMMER)),
     "grazing_pair/touches": PAPER,
+    "hopkinson_aluminium": (
+        Promise("26572", at("force:incident.right|transmission.left", 350e-6)),
+        Promise("29530", at("force:incident.right|transmission.left", 400e-6)),
+        Promise("0.7545", lambda history: history.links[0].set or np.nan, MS),
+    ),
+    "hopkinson_ring_up": (
+        Promise("21641", at("force:specimen.right|transmission.left", 302e-6)),
+        Promise("37070", at("force:specimen.right|transmission.left", 304e-6)),
+        Promise("61507", at("force:specimen.right|transmission.left", 310e-6)),
+    ),
     "hopkinson_chain": (
         Promise("100", close(0), US),
         Promise("39496.84", peak(0)),
