@@ -15,6 +15,7 @@ from impactlab.casefile import Case
 from impactlab.casefile.edit import check_name
 from impactlab.errors import DoubtfulResult, ImpactlabError, RunNote, RunWarning, StepError, SweepError, UnusualValue
 from impactlab.history.base import SERIOUS, AbstractHistory
+from impactlab.history.instruments import check_rates
 from impactlab.lazy import lazy
 from impactlab.scene.method import Method, Simulation
 from impactlab.scene.precision import in_precision
@@ -138,6 +139,7 @@ def run(case: Case | Simulation, progress: Progress | None = None, frames: int =
         scene = scene.with_frames(frames)
     try:
         history = solve(scene, method, progress)
+        check_rates(scene, history.record_rate)  # of a step that the automatic choice found, or of a thinned run
     except ImpactlabError as error:
         if isinstance(case, Case):
             case.place(error)

@@ -18,6 +18,7 @@ from impactlab.casefile.document import parse_yaml
 from impactlab.errors import ImpactlabError
 from impactlab.history import dataset as data
 from impactlab.history.base import AbstractHistory, ContactSpan
+from impactlab.history.instruments import instrumented, measured_file
 from impactlab.history.sampled import SampledHistory
 from impactlab.history.sampling import page_times
 from impactlab.history.units import UNITS
@@ -112,6 +113,8 @@ def _case(path: str, attributes: Mapping[str, Any]) -> Case:
 def write_tables(folder: Path, history: AbstractHistory) -> None:
     """Write contacts.csv, the periods of contact, and probes.csv, the probes and contact forces over time.
 
+    Each probe that is an instrument has its measured signal in a file of its own, `measured_file`.
+
     The first line of each names the columns, with units: ``start [s]``, ``strain:bar@0.5 [1]``.
     """
     rows = [[_cell(value) for value in span] for span in history.contacts]
@@ -123,6 +126,12 @@ def write_tables(folder: Path, history: AbstractHistory) -> None:
     columns = [time, *(history.evaluate(time, name) for name in names)]
     headings = ["time [s]", *(f"{name} [{UNITS[name.partition(':')[0]]}]" for name in names)]
     _write_csv(folder / "probes.csv", headings, zip(*(column.tolist() for column in columns), strict=True))
+
+    for number, probe in instrumented(history.scene):
+        found = history.measured(probe)
+        headings = ["time [s]", f"{probe.channel} [{UNITS[probe.quantity]}]"]
+        rows_of_signal = zip(found.time.tolist(), found.values.tolist(), strict=True)
+        _write_csv(folder / measured_file(number), headings, rows_of_signal)
 
 
 def _cell(value: Any) -> Any:

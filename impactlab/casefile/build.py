@@ -9,6 +9,7 @@ from typing import Any
 from impactlab.casefile.blocks import ElasticBlock
 from impactlab.casefile.check import reference_rod
 from impactlab.casefile.contacts import faces_of, lever_arm_of, marks_of
+from impactlab.casefile.instruments import probe_of
 from impactlab.casefile.joined import points_of
 from impactlab.casefile.mechanism_parts import chains_of, parts_of, placed
 from impactlab.casefile.mechanisms import gravity_of, links_of, mechanism_body, vector
@@ -21,7 +22,7 @@ from impactlab.models.base import AbstractRodModel
 from impactlab.plugins import INTEGRATORS, LAWS, MECHANISMS, METRICS, MODELS, Registry, kind_of
 from impactlab.scene.bodies import Body, ElasticBody, Mass, PartMechanism, Wall
 from impactlab.scene.method import Method, Simulation, StepRule, Tolerance
-from impactlab.scene.problem import Contact, Probe, Scene
+from impactlab.scene.problem import Contact, Scene
 from impactlab.scene.ranges import check_scales
 from impactlab.types import Relative
 
@@ -75,7 +76,7 @@ def build(case: CaseBlock, name: str, registry: Registry) -> Simulation:
         duration=duration,
         records=case.solve.records,
         gravity=gravity_of(case),
-        probes=tuple(Probe(probe.body, probe.at, probe.quantity) for probe in case.probes),
+        probes=tuple(probe_of(block) for block in case.probes),
         snapshots=snapshots,
         frames=frames,
         metrics=tuple(dict.fromkeys(case.metrics)),

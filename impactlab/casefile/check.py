@@ -9,6 +9,7 @@ import numpy as np
 
 from impactlab.casefile.blocks import ElasticBlock
 from impactlab.casefile.contacts import RULES_OF_CONTACTS, Met, met
+from impactlab.casefile.instruments import instruments_are_whole
 from impactlab.casefile.joined import check_bonds, is_joined
 from impactlab.casefile.mechanisms import check_mechanisms, gravity_is_one, links_of, tolerance_serves
 from impactlab.casefile.points import check_place, find_body
@@ -238,4 +239,5 @@ RULES: tuple[Callable[[CaseBlock], None], ...] = (
     _one_step_rule,
     _one_spacing_of_snapshots,
     _probes_lie_on_bodies,
+    instruments_are_whole,
 )

@@ -8,6 +8,7 @@ from typing import Any
 from impactlab.casefile.blocks import end_values, profile_values
 from impactlab.casefile.build import DEFAULT_INTEGRATOR
 from impactlab.casefile.contacts import faces_of
+from impactlab.casefile.instruments import given
 from impactlab.casefile.mechanisms import direction
 from impactlab.casefile.parts import describe_part
 from impactlab.casefile.schema import BodyBlock, CaseBlock, Frames
@@ -48,7 +49,9 @@ def resolve(case: CaseBlock, scene: Scene, method: Method) -> dict[str, Any]:
         "contacts": _contacts(case, scene, method),
         "solve": solve,
         "gravity": list(mechanisms[0].gravity) if mechanisms else scene.gravity,
-        "probes": [{"body": probe.body, "at": probe.x, "quantity": probe.quantity} for probe in scene.probes],
+        "probes": [
+            {"body": block.body, "at": block.at, "quantity": block.quantity} | given(block) for block in case.probes
+        ],
         "snapshots": case.snapshots.model_dump(exclude_none=True)
         if isinstance(case.snapshots, Frames)
         else list(scene.snapshots),

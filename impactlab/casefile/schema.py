@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import numbers
 from typing import Annotated, Any, Literal
 
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import Discriminator, Field, Tag, ValidationInfo, field_validator, model_validator
 
 from impactlab.casefile.beams import BeamBlock
 from impactlab.casefile.blocks import (
@@ -28,6 +29,7 @@ from impactlab.casefile.values import Allowed, object_schema, refuse, words
 from impactlab.casefile.values import Reader as Reader
 from impactlab.casefile.words import shown
 from impactlab.errors import CaseError
+from impactlab.history.units import UNITS
 from impactlab.scene.method import COUNTED
 from impactlab.scene.problem import RECORDS
 
@@ -170,14 +172,53 @@ class SolveBlock(Block):
     )
 
 
+def _of_probe(value: Any) -> Any:
+    """Return a number, or one with a unit as text, as it stands: its unit is that of the probe's quantity."""
+    if isinstance(value, bool) or not (value is None or isinstance(value, (str, numbers.Real))):
+        raise refuse(f"{shown(value)} is not allowed here. Allowed: a number in the unit of the quantity")
+    return value
+
+
+_SCHEMA_OF_PROBE = {"anyOf": [{"type": "number"}, {"type": "string"}, {"type": "null"}]}
+_HERTZ = Allowed("Hz", (("gt", 0.0),), number=True, nothing=True).reader()
+
+
 class ProbeBlock(Block):
-    """A quantity at a place, recorded over the run."""
+    """A quantity at a place, recorded over the run; with one of the keys from length on also measured."""
 
     body: str = Field(description="name of the body")
     at: Place = Field(default=0.0, description="x from the left end [m]")
     quantity: Annotated[str, words(*QUANTITIES)] = Field(
         description="; ".join(f"of a {kind} {', '.join(quantities)}" for kind, quantities in KINDS.items())
     )
+    length: Annotated[float | None, Allowed("m", (("gt", 0.0),), number=True, nothing=True).reader()] = Field(
+        default=None, description="length of a strain gauge, its middle at the probe [m]: the mean over it is measured"
+    )
+    bandwidth: Annotated[float | None, _HERTZ] = Field(
+        default=None, description="frequency at which a Gaussian low-pass without delay is 3 dB down [Hz]"
+    )
+    rate: Annotated[float | None, _HERTZ] = Field(
+        default=None, description="samples per second [Hz]; that of the run's records if not given"
+    )
+    noise: Annotated[Any, Reader(_of_probe, _SCHEMA_OF_PROBE)] = Field(
+        default=None, description="standard deviation of each sample, in the unit of the quantity"
+    )
+    seed: Annotated[int | None, Allowed("1", (("ge", 0),), whole=True, nothing=True).reader()] = Field(
+        default=None, description="seed of the noise; 0 if not given"
+    )
+    bits: Annotated[int | None, Allowed("1", (("ge", 1), ("le", 32)), whole=True, nothing=True).reader()] = Field(
+        default=None, description="bits of the converter, over its range"
+    )
+    range: Annotated[Any, Reader(_of_probe, _SCHEMA_OF_PROBE)] = Field(
+        default=None, description="full scale of the converter, from -range to range, in the unit of the quantity"
+    )
+
+    @field_validator("noise", "range")
+    @classmethod
+    def _in_unit_of_quantity(cls, value: Any, info: ValidationInfo) -> Any:
+        limit: tuple[str, float] = ("ge" if info.field_name == "noise" else "gt", 0.0)
+        unit = UNITS.get(info.data.get("quantity", ""), "1")
+        return Allowed(unit, (limit,), number=True, nothing=True).read(value)
 
 
 MAX_SNAPSHOTS = 10_000

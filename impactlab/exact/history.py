@@ -70,7 +70,7 @@ class ContinuousHistory(AbstractHistory):
         touching = [point for contact in self.scene.contacts for point in (contact.left, contact.right)]
         waves = [point for point in touching if point.body in self.layout.links]
         faces = [Probe(point.body, point.x, own) for point in waves for own in self.scene.bodies[point.body].quantities]
-        return {probe.channel: probe.x for probe in (*faces, *self.scene.probes)}
+        return {probe.channel: probe.x for probe in (*faces, *self.scene.recorded_probes)}
 
     @cached_property
     def dated(self) -> tuple[Event, ...]:
@@ -142,7 +142,7 @@ class ContinuousHistory(AbstractHistory):
         return ContactSpan(name, start, end, force.impulse(chosen), max(0.0, force.peak(chosen)))
 
     def channels(self) -> tuple[str, ...]:
-        names = [probe.channel for probe in (*self.scene.probes, *self.scene.loaded_ends)]
+        names = [probe.channel for probe in self.scene.recorded_probes]
         for name, body in self.scene.bodies.items():
             names += [f"{own}:{name}" for own, _ in body.own_channels]
             if name in self.layout.links or body.own_channels:

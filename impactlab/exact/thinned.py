@@ -83,6 +83,10 @@ class ThinnedHistory(AbstractHistory):
             remedy="Name that instant in snapshots, or give a shorter duration.",
         )
 
+    @property
+    def record_rate(self) -> float:
+        return 1.0 / float(self.time[1] - self.time[0])
+
     def jumps(self, channel: str) -> Array:
         return np.zeros(0)
 

@@ -8,9 +8,9 @@ import numpy as np
 
 from impactlab.errors import CaseError
 from impactlab.fits.signals import Signal
+from impactlab.numerics.low_pass import REACH, deviation
 from impactlab.types import Array
 
-REACH = 4.0  # standard deviations of a Gaussian weight, to each side
 MAX_UNEVEN = 0.01  # of a sampling interval, by which times may be off an equal spacing
 
 
@@ -44,7 +44,7 @@ class LowPass:
             )
         if not 0.0 < frequency < math.inf:
             raise CaseError(f"a bandwidth of {frequency:g} Hz", remedy="Give a frequency above 0.")
-        width = math.sqrt(math.log(2.0)) / (2.0 * math.pi * frequency * step)  # samples
+        width = deviation(frequency) / step  # samples
         apart = max(1, round(0.5 / (frequency * step)))
         count, reach = len(even), int(REACH * width) + 1
         self._kept = np.arange((count - 1) % apart // 2, count, apart)

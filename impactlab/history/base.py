@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, NamedTuple, Protocol
@@ -13,12 +14,13 @@ from numpy.typing import ArrayLike, NDArray
 from impactlab.errors import ImpactlabError
 from impactlab.history.energy import CarriedEnergy as CarriedEnergy
 from impactlab.history.energy import EnergyBook as EnergyBook
+from impactlab.history.instruments import Measured, measure
 from impactlab.history.sampling import page_times
 from impactlab.history.views import Views
 from impactlab.history.waves import Waves, separated
 from impactlab.scene.bodies import Body
 from impactlab.scene.method import Method
-from impactlab.scene.problem import Scene
+from impactlab.scene.problem import Probe, Scene
 
 if TYPE_CHECKING:
     from impactlab.refine.choice_record import Choice
@@ -214,6 +216,27 @@ class AbstractHistory(Views, ABC):
     @abstractmethod
     def jumps(self, channel: str) -> Array:
         """Return the instants (n,) [s] at which a channel jumps; empty where it is continuous."""
+
+    @property
+    def record_rate(self) -> float:
+        """Records of channels per second: what lies between two of them is not known; inf where everything is."""
+        return math.inf
+
+    def measured(self, probe: Probe | str | int) -> Measured:
+        """Return times [s] and values of a probe as its instrument gives them.
+
+        Parameters
+        ----------
+        probe : Probe, str or int
+            A probe of the run, its channel such as ``strain:bar@0.5``, or its number from 0. The signal of one without
+            an instrument is its channel at the rate of the records.
+
+        Raises
+        ------
+        CaseError
+            If there is no such probe, or its rate is above that of the records.
+        """
+        return measure(self, probe)
 
     def travelling(self, body: str, x: float, t: ArrayLike) -> tuple[Array, Array]:
         """Return the velocities [m/s] of the two waves at x [m], (n,) each.

@@ -123,6 +123,10 @@ class SampledHistory(AbstractHistory):
         factor = [1.0 / piece.young if quantity == "strain" else piece.area for piece in pieces]
         return np.asarray(kept.values["stress"][number] * np.array(factor))
 
+    @property
+    def record_rate(self) -> float:
+        return (len(self.time) - 1) / self.duration
+
     def jumps(self, channel: str) -> Array:
         return np.zeros(0)
 

@@ -9,6 +9,7 @@ from typing import Any
 from impactlab.history.base import AbstractHistory
 from impactlab.report import balance, diagram, fields, mechanism, overview, plots, signals
 from impactlab.report.page import Plate
+from impactlab.report.signals import MEASURED, Panel
 from impactlab.report.style import Trace, exact_of
 from impactlab.report.summary import cell
 from impactlab.scene.bodies import Mechanism
@@ -83,9 +84,16 @@ def probes(shown: Sequence[Trace], scene: Scene, *, compared: bool) -> list[Plat
     if not panels:
         return []
     words = "The recorded signals, stress and strain positive in compression."
+    words += _on_instruments(panels)
     dark = " The dark line is the reference." if len(histories) > 1 else ""
     draw = partial(plots.signals, panels, histories, scene, compared=compared)
     return [Plate("probes", "Probes", words + dark, draw, True, not (compared and scene.contacts))]
+
+
+def _on_instruments(panels: Sequence[Panel]) -> str:
+    """Return a sentence on the measured signals among the panels; empty where there are none."""
+    known = any(line.name == MEASURED for panel in panels for line in panel.lines)
+    return " In the second colour: as the instrument of the probe measures it." if known else ""
 
 
 def histories_of(

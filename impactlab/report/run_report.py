@@ -10,11 +10,13 @@ from typing import Any
 import numpy as np
 
 from impactlab.history.base import AbstractHistory
+from impactlab.history.instruments import instrumented, measured_file
 from impactlab.refine.reference import Reference
 from impactlab.report import facts, fields, plates
 from impactlab.report.figure_files import FigureFiles
 from impactlab.report.page import Page, write_page
 from impactlab.report.provenance import Provenance
+from impactlab.report.signals import place
 from impactlab.report.style import PALETTE, Trace
 from impactlab.report.summary import cell, comparison
 from impactlab.scene.problem import Scene
@@ -69,19 +71,23 @@ def write_run(
         files=[
             ("summary.json", "the numbers"),
             ("history.npz", "every channel, for numpy.load"),
-            *_data(out_dir, data),
+            *_data(out_dir, scene, data),
         ],
         others=[data] if data is not None else [],
     )
     write_page(out_dir, page, scene, provenance, files)
 
 
-def _data(folder: Path, data: Callable[[], None] | None) -> list[tuple[str, str]]:
+def _data(folder: Path, scene: Scene, data: Callable[[], None] | None) -> list[tuple[str, str]]:
     """Return the files of data in the folder, ``history.nc`` among them if it is to come, each with its content."""
     known = [
         ("history.nc", "channels, fields and case, for xarray and `impactlab report`"),
         ("contacts.csv", "the periods of contact"),
         ("probes.csv", "probes and contact forces over time"),
+    ]
+    known += [
+        (measured_file(number), f"{probe.quantity}, {place(probe, scene)}, as its instrument measures it")
+        for number, probe in instrumented(scene)
     ]
     return [
         (name, words)

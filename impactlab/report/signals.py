@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +18,7 @@ from impactlab.types import Array
 
 UNITS = {"displacement": "m", "velocity": "m/s", "strain": "strain", "stress": "Pa", "force": "N", "rotation": "rad"}
 UNITS |= {"bending_moment": "N·m", "shear_force": "N", "twist": "rad", "twist_rate": "rad/s", "torque": "N·m"}
+MEASURED = "measured"  # name of the curve of an instrument
 ROUNDING = 1e-9  # %, below which a balance is drawn as the straight line it is
 
 
@@ -52,7 +54,8 @@ def panels(histories: Sequence[Trace], scene: Scene, *, compared: bool) -> list[
     for quantity in dict.fromkeys(probe.quantity for probe in scene.probes):
         probes = [probe for probe in scene.probes if probe.quantity == quantity]
         channels = [(probe.channel, place(probe, scene)) for probe in probes]
-        made += _panels(histories, times, quantity, "probe", UNITS[quantity], channels, compared)
+        seen = {} if compared else measured(histories[0].history, probes, times)
+        made += _panels(histories, times, quantity, "probe", UNITS[quantity], channels, compared, seen)
     names = [contact.name for contact in scene.contacts]
     forces = [(f"force:{name}", said(name)) for name in names]
     probed = {probe.channel for probe in scene.probes}
@@ -73,6 +76,7 @@ def _panels(
     unit: str,
     channels: Iterable[tuple[str, str]],
     compared: bool,
+    seen: Mapping[str, Array] = {},
 ) -> list[Panel]:
     title = title.replace("_", " ").capitalize()
     panels = []
@@ -82,11 +86,28 @@ def _panels(
             for number, trace in enumerate(histories)
             if (values := sampled(trace.history, channel, times)) is not None
         ]
+        if channel in seen:
+            lines.insert(1, Line(MEASURED, 0, seen[channel]))
         if lines:
             panels.append(Panel(f"{title}, {words}", group, unit, lines))
     if compared or len(panels) < 2 or any(len(panel.lines) > 1 for panel in panels):
         return panels
     return [Panel(title, group, unit, [panel.lines[0] for panel in panels])]
+
+
+def measured(history: AbstractHistory, probes: Sequence[Probe], times: Array) -> dict[str, Array]:
+    """Return the nearest samples of the probes that are instruments, by channel.
+
+    A history read from a file has no others than those of its own instants.
+    """
+    found = {}
+    for probe in probes:
+        if probe.instrument is not None:
+            with suppress(ImpactlabError):
+                signal = history.measured(probe)
+                middles = 0.5 * (signal.time[1:] + signal.time[:-1])
+                found[probe.channel] = signal.values[np.searchsorted(middles, times)]
+    return found
 
 
 def sampled(history: AbstractHistory, channel: str, times: Array) -> Array | None:

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from impactlab.scene.bodies import Body, ElasticBody
+from impactlab.scene.instrument import Instrument
 
 SAME_TIME = 1e-9  # of the duration: times of fields that are nearer to each other are the same
 RECORDS = 20_000  # instants that a run keeps unless the case says otherwise
@@ -49,11 +50,19 @@ class Probe:
     body: str
     x: float  # m
     quantity: str  # one of the body's own: see `Body.quantities`
+    instrument: Instrument | None = None  # that its signal is also measured with
 
     @property
     def channel(self) -> str:
         """Name of its channel: ``displacement:rod@0.15``."""
         return f"{self.quantity}:{self.body}@{self.x:.6g}"
+
+    @property
+    def gauge_ends(self) -> tuple[Probe, ...]:
+        """Displacements of both ends of a strain gauge with a length; none of other probes."""
+        length = 0.0 if self.instrument is None else self.instrument.length
+        places = (self.x - 0.5 * length, self.x + 0.5 * length) if length > 0.0 else ()
+        return tuple(Probe(self.body, x, "displacement") for x in places)
 
 
 @dataclass(frozen=True)
@@ -109,6 +118,12 @@ class Scene:
     def elastic(self) -> dict[str, ElasticBody]:
         """Bodies that deform and need a model, by name."""
         return {name: body.elastic for name, body in self.bodies.items() if body.elastic is not None}
+
+    @property
+    def recorded_probes(self) -> tuple[Probe, ...]:
+        """Probes, displacements of the ends of gauges with a length, and displacements of loaded ends."""
+        gauges = dict.fromkeys(end for probe in self.probes for end in probe.gauge_ends)
+        return (*self.probes, *gauges, *self.loaded_ends)
 
     @property
     def loaded_ends(self) -> tuple[Probe, ...]:

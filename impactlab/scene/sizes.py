@@ -65,7 +65,7 @@ def in_bytes(count: float) -> str:
 
 def check_records(scene: Scene, steps: float) -> None:
     """Raise `CaseError` where the records of a run are too large."""
-    columns = 1.0 + 6.0 * len(scene.contacts) + len(scene.probes) + len(scene.loaded_ends)
+    columns = 1.0 + 6.0 * len(scene.contacts) + len(scene.recorded_probes)
     kept = min(steps, float(scene.records)) + 1.0
     check_memory(
         2.0 * kept * columns, f"{kept:.3g} records of {columns:g} numbers", "solve.records", "Give fewer.", 1.0 - BUILT
@@ -76,7 +76,7 @@ def check_fields(scene: Scene, state: int, unknowns: Mapping[str, int]) -> None:
     """Raise `CaseError` where snapshots or the rows of probes are too large."""
     taken = len(scene.snapshots)
     check_memory(2.0 * taken * state, f"{taken} snapshots of {state} numbers", "snapshots", "Take fewer.", 1.0 - BUILT)
-    rows = float(sum(unknowns.get(probe.body, 0) for probe in scene.probes))
+    rows = float(sum(unknowns.get(probe.body, 0) for probe in scene.recorded_probes))
     check_memory(rows, f"{len(scene.probes)} probes", "probes", "Give fewer.", 1.0 - BUILT)
 
 

@@ -43,8 +43,8 @@ class Probed(NamedTuple):
 
 
 def probed(scene: Scene) -> Iterator[Probed]:
-    """Give the channels of probes, of loaded ends and of rigid masses."""
-    for probe in (*scene.probes, *scene.loaded_ends):
+    """Give the channels of probes, of ends of gauges, of loaded ends and of rigid masses."""
+    for probe in scene.recorded_probes:
         yield Probed(probe.channel, probe.body, probe.x, *scene.bodies[probe.body].reading(probe.quantity))
     for name, body in scene.bodies.items():
         for channel, x, quantity in body.recorded:
@@ -122,6 +122,11 @@ class AbstractRecordedHistory(AbstractHistory):
         mean = values[step]
         sloped = mean + self._slopes[channel][step] * (t - middles[step])
         return np.asarray(np.maximum(sloped, np.minimum(mean, 0.0)))  # beyond the last step a force that falls is zero
+
+    @property
+    def record_rate(self) -> float:
+        times = next((each.times for each in self.recorded.values()), np.zeros(0))
+        return 1.0 / float(np.max(np.diff(times))) if times.size > 1 else 0.0
 
     def jumps(self, channel: str) -> Array:
         found = self.recorded[channel]

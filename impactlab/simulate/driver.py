@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from impactlab.errors import StepError
 from impactlab.exact.solve import solve
 from impactlab.history.base import AbstractHistory
+from impactlab.history.instruments import check_rates
 from impactlab.lazy import lazy
 from impactlab.numerics.addresses import entered
 from impactlab.scene.method import Method, laws_of
@@ -75,6 +76,7 @@ def run(scene: Scene, method: Method, progress: Progress | None = None, with_war
     began = clock.perf_counter()
     plan = prepare(scene, method)
     if plan.march is not None:
+        check_rates(scene, scene.records / scene.duration)
         return run_adaptive(plan.march, progress, began, with_warnings)
     if plan.dt is None or plan.integrator is None:
         exact = solve(scene, method, progress=progress)
@@ -85,6 +87,8 @@ def run(scene: Scene, method: Method, progress: Progress | None = None, with_war
     if progress is not None:
         progress(0.0)
     assembly = Assembly(plan, plan.integrator, plan.dt)
+    if with_warnings:  # runs for a reference or for the choice measure nothing
+        check_rates(scene, 1.0 / (assembly.stride * assembly.dt))
     history = RecordedHistory(assembly, plan.integrator)
     history.warnings.extend(plan.warnings)
     history.integrator_used = is_stepped(plan.scene, self_stepping(plan.built))
