@@ -143,15 +143,9 @@ axis.set(
 axis.legend(frameon=False)
 
 # %%
-# What is not here
+# Soil that yields
 # ----------------
-# This answers questions on **driving stresses and waves in one blow**. For a drivability
-# analysis these are missing:
-#
-# - friction along the shaft, and elastic-plastic soil with quake, capacity and damping factor
-#   as in Smith's model: a toe is a spring *or* a dashpot, linear and two-sided (a contact of
-#   the toe with a wall is one-sided, with a spring and a dashpot);
-# - permanent set, several blows, a blow count, residual stresses;
-# - slack splices, diesel hammers, the force of a hammer over time.
-#
-# A cushion with a set of its own is written in :doc:`own_law`.
+# A dashpot at the toe answers questions on **driving stresses and waves in one blow**. Soil
+# along the shaft and under the toe that yields and remembers gives the set, the blow count and
+# residual forces, and signals at the head the capacity: see :doc:`/pile-driving`. Diesel
+# hammers are not here. A cushion with a law of its own is written in :doc:`own_law`.
