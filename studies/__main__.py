@@ -25,6 +25,7 @@ STUDIES = {
     "dispersive": "studies.beams.dispersive",
     "first_force": "studies.beams.first_force",
     "hard": "studies.hard",
+    "hopkinson": "studies.hopkinson",
     "how_sure": "studies.how_sure",
     "how_to_choose": "studies.how_to_choose",
     "identified_force": "studies.identified_force",
