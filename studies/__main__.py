@@ -29,6 +29,7 @@ STUDIES = {
     "how_sure": "studies.how_sure",
     "how_to_choose": "studies.how_to_choose",
     "identified_force": "studies.identified_force",
+    "instruments": "studies.instruments",
     "matrix": "studies.matrix",
     "methods": "studies.comparison.study",
     "paper": "studies.paper.study",

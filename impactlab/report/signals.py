@@ -76,18 +76,18 @@ def _panels(
     unit: str,
     channels: Iterable[tuple[str, str]],
     compared: bool,
-    seen: Mapping[str, Array] = {},
+    seen: Mapping[int, Array] = {},
 ) -> list[Panel]:
     title = title.replace("_", " ").capitalize()
     panels = []
-    for channel, words in channels:
+    for at, (channel, words) in enumerate(channels):
         lines = [
             Line(trace.name if compared or trace.colour == "ink" else words, number, values)
             for number, trace in enumerate(histories)
             if (values := sampled(trace.history, channel, times)) is not None
         ]
-        if channel in seen:
-            lines.insert(1, Line(MEASURED, 0, seen[channel]))
+        if at in seen:
+            lines.insert(1, Line(MEASURED, 0, seen[at]))
         if lines:
             panels.append(Panel(f"{title}, {words}", group, unit, lines))
     if compared or len(panels) < 2 or any(len(panel.lines) > 1 for panel in panels):
@@ -95,18 +95,18 @@ def _panels(
     return [Panel(title, group, unit, [panel.lines[0] for panel in panels])]
 
 
-def measured(history: AbstractHistory, probes: Sequence[Probe], times: Array) -> dict[str, Array]:
-    """Return the nearest samples of the probes that are instruments, by channel.
+def measured(history: AbstractHistory, probes: Sequence[Probe], times: Array) -> dict[int, Array]:
+    """Return the nearest samples of the probes that are instruments, by their place among these probes.
 
     A history read from a file has no others than those of its own instants.
     """
     found = {}
-    for probe in probes:
+    for number, probe in enumerate(probes):
         if probe.instrument is not None:
             with suppress(ImpactlabError):
                 signal = history.measured(probe)
                 middles = 0.5 * (signal.time[1:] + signal.time[:-1])
-                found[probe.channel] = signal.values[np.searchsorted(middles, times)]
+                found[number] = signal.values[np.searchsorted(middles, times)]
     return found
 
 

@@ -135,6 +135,14 @@ def test_measured_signals_are_files_and_curves_beside_the_true_ones(tmp_path):
     assert set(np.unique(shown[1].lines[1].values)) <= set(np.unique(found.values))
 
 
+def test_two_instruments_at_one_place_have_a_panel_each():
+    case = pushed(EXACT, {"bits": 2, "range": STRAIN}, {"bits": 2, "range": 0.5 * STRAIN})
+    traces = [Trace("run", il.run(case), PALETTE[0])]
+    shown = [panel for panel in panels(traces, case.scene(), compared=False) if panel.group == "probe"]
+    ends = [panel.lines[1].values[-1] / STRAIN for panel in shown]  # codes run from -2 to 1
+    assert ends == pytest.approx([0.5, 0.25], rel=1e-12)
+
+
 def test_a_probe_is_named_by_channel_or_number():
     history = il.run(pushed(EXACT, {"bits": 6, "range": 1e-3}, {"bits": 7, "range": 1e-3}))
     assert isinstance(history.measured(history.scene.probes[1]), Measured)
