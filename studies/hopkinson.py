@@ -41,7 +41,7 @@ def draw_test() -> Figure:
 
 def draw_ring_up() -> Figure:
     """Return stress over strain by one, two and three waves of a specimen with mass, and its equilibrium ratio."""
-    test = hopkinson.of_history(il.run(il.load_case(CASES / "hopkinson_ring_up.yaml").method("coarse")), rate=2e6)
+    test = hopkinson.of_history(il.run(il.load_case(CASES / "hopkinson_ring_up.yaml")), rate=10e6)
     figure = Figure(figsize=(style.WIDTH, 2.9), layout="constrained")
     left, right = figure.subplots(1, 2)
     for waves, colour, dash in ((1, style.PALETTE[0], "--"), (2, style.PALETTE[1], "-."), (3, style.INK, "-")):
@@ -52,7 +52,7 @@ def draw_ring_up() -> Figure:
     left.set_title("The first 20 µs", loc="left")
     left.legend(frameon=False, loc="lower right")
     right.plot(1e6 * (test.time - LOADED), 100.0 * hopkinson.equilibrium(test), color=style.INK)
-    right.set(xlim=(0.0, 30.0), ylim=(-50.0, 205.0), xlabel="time since loading  [µs]", ylabel="equilibrium ratio  [%]")
+    right.set(xlim=(0.0, 30.0), ylim=(-70.0, 210.0), xlabel="time since loading  [µs]", ylabel="equilibrium ratio  [%]")
     right.set_title("Front and back", loc="left")
     return figure
 

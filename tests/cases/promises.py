@@ -199,8 +199,8 @@ PROMISES: Mapping[str, tuple[Promise, ...]] = {
     "grazing_pair": (Promise("1.522066", opened(0), T), Promise("-0.689446", HAMMER)),
     "grazing_pair/touches": PAPER,
     "hopkinson_aluminium": (
-        Promise("26572", at("force:incident.right|transmission.left", 350e-6)),
-        Promise("29530", at("force:incident.right|transmission.left", 400e-6)),
+        Promise("26.57", at("force:incident.right|transmission.left", 350e-6), 1e3),
+        Promise("29.53", at("force:incident.right|transmission.left", 400e-6), 1e3),
         Promise("0.7545", lambda history: history.links[0].set or np.nan, MS),
     ),
     "hopkinson_ring_up": (
