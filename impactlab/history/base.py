@@ -273,3 +273,7 @@ class AbstractHistory(Views, ABC):
     def spans(self, contact: str) -> list[ContactSpan]:
         """Return the periods of contact of one contact by its name."""
         return [span for span in self.contacts if span.contact == contact]
+
+    def impulse_of(self, contact: str) -> float:
+        """Return the whole impulse of one contact, or of a link [N s]."""
+        return sum(span.impulse for span in self.spans(contact))

@@ -114,7 +114,7 @@ def momentum_error(
     """
     errors = []
     t = np.minimum(history.energy.time, history.duration)  # the last step may end after the run
-    impulses = [sum(span.impulse for span in history.spans(contact.name)) for contact in scene.contacts]
+    impulses = [history.impulse_of(contact.name) for contact in scene.contacts]
     for name in free_bodies(scene, history):
         if not scene.bodies[name].is_free:
             continue

@@ -111,6 +111,20 @@ class RecordedHistory(AbstractRecordedHistory):
         wave_body(self.scene, body, x)
         return self._waves_of(body).velocities(np.array(x), within_run(t, self.duration))
 
+    def impulse_of(self, contact: str) -> float:
+        numbers = {each.name: number for number, each in enumerate(self.scene.contacts)}
+        kept = self.assembly.contacts[numbers[contact]]
+        return kept.total - self._beyond * kept.force if kept.joined else super().impulse_of(contact)
+
+    @property
+    def _beyond(self) -> float:
+        """Time beyond the run for which forces have been summed [s]: up to the instant of the scheme's velocities.
+
+        In leapfrog that is half a step before the end of the last step.
+        """
+        early = (1.0 - self._integrator.velocity_point) * self.assembly.dt
+        return self.assembly.clock.time - early - self.duration
+
     def _waves_of(self, body: str) -> DelayWaves:
         if body not in self._delayed:
             times, ends = self._ends[body]
@@ -227,11 +241,9 @@ class RecordedHistory(AbstractRecordedHistory):
             else:
                 events.append(Event(time, name, "open"))
                 spans.append(ContactSpan(name, started.pop(number, 0.0), time, span_impulse, peak))
-        # Impulses so far are those up to the instant of the scheme's velocities: in leapfrog half a step early.
-        given_until = assembly.clock.time - (1.0 - self._integrator.velocity_point) * assembly.dt
         for number, time in started.items():
             kept = assembly.contacts[number]
-            impulse = kept.span_impulse - (given_until - self.duration) * kept.force
+            impulse = kept.span_impulse - self._beyond * kept.force
             spans.append(ContactSpan(contacts[number].name, time, None, impulse, kept.span_peak))
         for number, given in kicks.items():
             name = contacts[number].name
