@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from impactlab.drilling import blow_of
 from impactlab.history import AbstractHistory, ContactSpan
 from impactlab.piling import Driven, drive
 from impactlab.scene.method import Simulation
@@ -170,6 +171,16 @@ PROMISES: Mapping[str, tuple[Promise, ...]] = {
     "dead_weight_preload": (
         Promise("0.144949", close(0, "hammer|weight")),
         Promise("2.449490", at("velocity:hammer", 0.1449489742)),
+    ),
+    "drill_rod": (
+        Promise("0.7331", lambda history: blow_of(history).first_pass),
+        Promise("285.40", lambda history: blow_of(history).peak_force, KN),
+        Promise("1.0274", lambda history: blow_of(history).final, MM),
+    ),
+    "drill_rod/passes": (
+        Promise("152.24", lambda history: blow_of(history).work),
+        Promise("0.7612", lambda history: blow_of(history).efficiency),
+        Promise("2.601", lambda history: blow_of(history).deepest, MM),
     ),
     "falling_cantilever": (
         Promise("24577.64", close(0), US),
