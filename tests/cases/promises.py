@@ -214,6 +214,7 @@ PROMISES: Mapping[str, tuple[Promise, ...]] = {
         Promise("29.53", at("force:incident.right|transmission.left", 400e-6), 1e3),
         Promise("0.7545", lambda history: history.links[0].set or np.nan, MS),
     ),
+    "hopkinson_copper": (Promise("27.021", at("force:incident.right|transmission.left", 395e-6), 1e3),),
     "hopkinson_ring_up": (
         Promise("21641", at("force:specimen.right|transmission.left", 302e-6)),
         Promise("37070", at("force:specimen.right|transmission.left", 304e-6)),

@@ -173,6 +173,15 @@ def test_a_run_gives_back_its_law_and_three_evaluations_agree():
     assert np.nanmax(np.abs(hopkinson.equilibrium(test)[3000:4000])) < 1e-8
 
 
+def test_a_flow_stress_that_rises_with_the_rate_is_read_with_its_rate():
+    """Johnson and Cook without hardening: the force settles at A (1 + C ln e') with Z L e' = 2 (Fi - F)."""
+    flow = {"kind": "johnson_cook", "A": 300e6, "C": 0.02, "reference_rate": 1.0}
+    law = {"kind": "specimen", "length": 0.005, "area": CYLINDER.area, "young": 120e9, "flow": flow}
+    curve = hopkinson.evaluate(hopkinson.of_history(bars(law)), CYLINDER).between(340e-6, 395e-6)
+    assert curve.stress == pytest.approx(344.0369e6, rel=1e-6)
+    assert curve.rate == pytest.approx(1539.91, rel=1e-5)
+
+
 def test_a_rod_between_the_bars_rings_up_to_rounding():
     """After its nth step the transmitted wave is 1 - r^(2n) of the incident one: mesh with c dt = h."""
     elements = {"incident": 300, "transmission": 300, "specimen": 1, "striker": 50}
