@@ -19,6 +19,7 @@ from impactlab import __version__
 from impactlab.errors import ExtraError, ImpactlabError
 from impactlab.history.base import AbstractHistory, Cased, ContactSpan, Cost, EnergyBook, Event, Warned
 from impactlab.history.energy import CarriedEnergy
+from impactlab.history.instruments import Measured, measured_signals
 from impactlab.history.sampled import BodyFields, Facts, SampledHistory, body_fields, channels_of, facts_of
 from impactlab.history.units import LONG_NAMES, UNITS
 from impactlab.scene.method import Simulation
@@ -64,6 +65,7 @@ def to_xarray(history: AbstractHistory, times: Array) -> xarray.Dataset:
     _add_fields(fields, variables, coordinates)
     _add_energies(history.energy, variables, coordinates)
     _add_contacts(history, variables)
+    _add_measured(history, variables, coordinates)
     made: xarray.Dataset = library.Dataset(variables, coordinates, _attributes(history))
     return made
 
@@ -150,6 +152,25 @@ def with_unit(field: str) -> str:
     return f"{field} [{UNITS_OF_RECORDS[field]}]" if field in UNITS_OF_RECORDS else field
 
 
+def _add_measured(history: AbstractHistory, variables: dict[str, Any], coordinates: dict[str, Any]) -> None:
+    """Add the signals of instruments, each over times of its own: measured_1 over sample_1."""
+    for number, signal in measured_signals(history).items():
+        probe, sample = history.scene.probes[number], f"sample_{number + 1}"
+        coordinates[sample] = (sample, signal.time, {"units": "s", "long_name": "time of a sample"})
+        about = {"channel": probe.channel, "overloaded": signal.overloaded}
+        variables[f"measured_{number + 1}"] = (sample, signal.values, labelled(probe.quantity, **about))
+
+
+def _measured(dataset: xarray.Dataset) -> dict[int, Measured]:
+    found = {}
+    for name, variable in dataset.data_vars.items():
+        if str(name).startswith("measured_"):
+            number = int(str(name).removeprefix("measured_"))
+            times = dataset[f"sample_{number}"].values
+            found[number - 1] = Measured(times, variable.values, int(variable.attrs["overloaded"]))
+    return found
+
+
 def _texts(values: Any) -> Any:
     return np.array(list(values), dtype=object)
 
@@ -230,6 +251,7 @@ def to_history(dataset: xarray.Dataset, run: Simulation, case: Cased | None) -> 
         integrator_used=kept["integrator_used"],
         case=case,
         listed=tuple(kept["channels"]),
+        measured=_measured(dataset),
     )
     return SampledHistory(run, facts, dataset["time"].values, values, _body_fields(dataset))
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import zlib
 from collections.abc import Callable
+from contextlib import suppress
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -40,6 +41,15 @@ class Recorded(Protocol):
         """Return a channel at times [s]."""
 
 
+class Measuring(Protocol):
+    """A history that gives the measured signals of its probes."""
+
+    scene: Scene
+
+    def measured(self, probe: Probe | str | int) -> Measured:
+        """Return the signal of a probe as its instrument gives it."""
+
+
 class Measured(NamedTuple):
     """A measured signal."""
 
@@ -58,9 +68,14 @@ def measured_file(number: int) -> str:
     return f"measured_{number + 1}.csv"
 
 
-def check_rates(scene: Scene, recorded: float) -> None:
-    """Raise `CaseError` where an instrument is faster than the records of its run, so many per second."""
+def check_rates(scene: Scene, recorded: float, only: Probe | None = None) -> None:
+    """Raise `CaseError` where an instrument, any or that of one probe, is faster than the records of its run.
+
+    There are ``recorded`` of them per second.
+    """
     for number, probe in instrumented(scene):
+        if only not in (None, probe):
+            continue
         instrument = probe.instrument or Instrument()
         for key, needed in (("rate", instrument.rate), ("bandwidth", 2.0 * (instrument.bandwidth or 0.0))):
             if needed is not None and needed > (1.0 + ROUNDING) * recorded:
@@ -103,7 +118,7 @@ def measure(history: Recorded, asked: Probe | str | int) -> Measured:
     scene = history.scene
     probe = probe_of(scene, asked)
     instrument = probe.instrument or Instrument()
-    check_rates(scene, history.record_rate)
+    check_rates(scene, history.record_rate, probe)
     rate = instrument.rate or (
         history.record_rate if math.isfinite(history.record_rate) else scene.records / history.duration
     )
@@ -117,6 +132,15 @@ def measure(history: Recorded, asked: Probe | str | int) -> Measured:
     steps, half = np.rint(values / instrument.resolution), 2.0 ** (instrument.bits - 1)
     kept = np.clip(steps, -half, half - 1.0)
     return Measured(times, instrument.resolution * kept, int(np.count_nonzero(kept != steps)))
+
+
+def measured_signals(history: Measuring) -> dict[int, Measured]:
+    """Return the measured signals of a history by number of the probe, without those that its records do not give."""
+    found = {}
+    for number, probe in instrumented(history.scene):
+        with suppress(CaseError):  # of a reference with other records
+            found[number] = history.measured(probe)
+    return found
 
 
 def _filtered(history: Recorded, probe: Probe, instrument: Instrument, times: Array) -> Array:

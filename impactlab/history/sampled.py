@@ -24,9 +24,11 @@ from impactlab.history.base import (
     places_on,
     within_run,
 )
+from impactlab.history.instruments import Measured, measure, measured_signals, probe_of
 from impactlab.history.sampling import frame_times, page_times
 from impactlab.scene.bodies import ElasticBody
 from impactlab.scene.method import Simulation
+from impactlab.scene.problem import Probe
 
 KEPT = ("displacement", "velocity", "stress", "force", "bending_moment")  # fields of models, as far as a body has them
 
@@ -52,6 +54,7 @@ class Facts(NamedTuple):
     integrator_used: bool
     case: Cased | None
     listed: tuple[str, ...]  # its channels; others may have values beside them
+    measured: dict[int, Measured]  # signals of instruments, by number of the probe
 
 
 @final
@@ -66,7 +69,7 @@ class SampledHistory(AbstractHistory):
     ) -> None:
         self.scene, self.method = run
         self.duration, self.dt, self.events, self.contacts, self.energy = facts[:5]
-        self.warnings, self.cost, self.integrator_used, self.case, self.listed = facts[5:]
+        self.warnings, self.cost, self.integrator_used, self.case, self.listed, self.signals = facts[5:]
         self.time, self.values, self.fields = time, dict(values), dict(fields)
 
     @classmethod
@@ -88,6 +91,11 @@ class SampledHistory(AbstractHistory):
                 path="probes",
             )
         return np.asarray(np.interp(times, self.time, self.values[channel]))
+
+    def measured(self, probe: Probe | str | int) -> Measured:
+        asked = probe_of(self.scene, probe)
+        kept = [signal for number, signal in self.signals.items() if self.scene.probes[number] == asked]
+        return kept[0] if kept else measure(self, asked)
 
     def field_times(self, body: str) -> Array | None:
         return self.fields[body].times if body in self.fields else np.zeros(0)
@@ -144,6 +152,7 @@ def facts_of(history: AbstractHistory) -> Facts:
         history.integrator_used,
         history.case,
         history.channels(),
+        measured_signals(history),
     )
 
 
