@@ -1,4 +1,4 @@
-"""The pages of the bench, benchmarks.md and benchmarks-beams.md, from stored tables: nothing is run.
+"""The pages of the bench, benchmarks.md and its siblings for beams and mechanisms, from stored tables: nothing is run.
 
 After ``impactlab bench --out DIR`` store its table with ``python -m studies bench --store rods DIR/table.csv``, then
 write the page with ``python -m studies bench``.
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import gzip
+import re
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache, partial
 from pathlib import Path
@@ -20,13 +21,14 @@ from impactlab.bench.report.automatic import automatic_sheet
 from impactlab.bench.report.looks import Look, looks
 from impactlab.bench.report.precision import precision
 from impactlab.bench.report.read import read_table
+from impactlab.bench.report.scene_sheets import unfinished
 from impactlab.bench.report.sheets import Sheet, markdown
 from impactlab.bench.report.special import special_summary
 from impactlab.bench.report.summary_sheets import certainty, ranking_sheet, winners
 from impactlab.bench.report.views import BOTH, NORMS, SceneRows, gathered
 from impactlab.bench.report.words import certainty_words, findings
 from impactlab.bench.schema import FIELDS, Row
-from studies.pages import DOCS, Study, filled
+from studies.pages import DOCS, Study, filled, table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -66,6 +68,27 @@ def tabled(sheet: Sheet) -> str:
     return markdown(sheet).strip() if sheet.rows else "Not in this table."
 
 
+def refusals(bench: Bench) -> str:
+    """Return the reasons for which runs ended without a result, with the methods that they stopped.
+
+    Reasons that differ by names and numbers alone stand together; # stands for a number, ... for a name.
+    """
+    found: dict[tuple[str, str], tuple[set[str], list[int], str]] = {}
+    for scene in bench.scenes:
+        for each in unfinished(scene):
+            reason = re.sub(
+                r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?(?!\w)", "#", re.sub(r"'[^']*'", "'...'", each.reason)
+            )
+            methods, counts, _ = found.setdefault((each.status, reason), (set(), [], each.remedy))
+            methods.add(each.method)
+            counts.append(len(each.levels))
+    rows = [
+        (status, str(sum(counts)), reason, remedy, ", ".join(f"`{name}`" for name in sorted(methods)))
+        for (status, reason), (methods, counts, remedy) in sorted(found.items(), key=lambda item: -sum(item[1][1]))
+    ]
+    return table(("status", "runs", "reason", "remedy of one of them", "methods"), rows)
+
+
 PARTS: dict[str, Callable[[Bench], str]] = {
     "findings": lambda bench: listed(findings(bench.scenes)),
     "certainty": lambda bench: listed(certainty_words(bench.rows, bench.scenes)),
@@ -94,7 +117,15 @@ BEAM_FIGURES: dict[str, Callable[[Bench], Figure]] = {
 }
 
 
-TABLES = {"rods": DOCS / "bench" / "table.csv.gz", "beams": DOCS / "bench" / "beams.csv.gz"}
+MECHANISM_PARTS = {**{name: PARTS[name] for name in BEAM_PARTS if name != "automatic"}, "refusals": refusals}
+MECHANISM_FIGURES: dict[str, Callable[[Bench], Figure]] = {
+    "bench_two_link_arm": lambda bench: precision(bench.scene("two_link_arm"), NORMS[0], bench.look),
+    "bench_slider_crank": lambda bench: precision(bench.scene("slider_crank"), NORMS[0], bench.look),
+}
+
+
+FILES = {"rods": "table.csv.gz", "beams": "beams.csv.gz", "mechanisms": "mechanisms.csv.gz"}
+TABLES = {name: DOCS / "bench" / file for name, file in FILES.items()}
 
 
 @cache
@@ -106,7 +137,9 @@ def bench(name: str) -> Bench:
 def command(arguments: Sequence[str]) -> int:
     """Store the table of a bench."""
     parser = argparse.ArgumentParser(prog="python -m studies bench", description="Store the table of a bench.")
-    parser.add_argument("--store", nargs=2, required=True, metavar=("NAME", "TABLE"), help="rods or beams; a table.csv")
+    parser.add_argument(
+        "--store", nargs=2, required=True, metavar=("NAME", "TABLE"), help="rods, beams or mechanisms; a table.csv"
+    )
     name, table = parser.parse_args(arguments).store
     TABLES[name].write_bytes(stored(Path(table)))
     return 0
@@ -120,12 +153,19 @@ STUDY = Study(
         "benchmarks-beams.md": filled(
             {name: partial(lambda part: part(bench("beams")), PARTS[name]) for name in BEAM_PARTS}
         ),
+        "benchmarks-mechanisms.md": filled(
+            {name: partial(lambda part: part(bench("mechanisms")), part) for name, part in MECHANISM_PARTS.items()}
+        ),
     },
     {
         **{f"figures/{name}.png": partial(lambda draw: draw(bench("rods")), draw) for name, draw in FIGURES.items()},
         **{
             f"figures/{name}.png": partial(lambda draw: draw(bench("beams")), draw)
             for name, draw in BEAM_FIGURES.items()
+        },
+        **{
+            f"figures/{name}.png": partial(lambda draw: draw(bench("mechanisms")), draw)
+            for name, draw in MECHANISM_FIGURES.items()
         },
     },
     command=command,

@@ -98,6 +98,8 @@ def choice_words(scenes: Sequence[SceneRows]) -> list[str]:
         return []
     judged = [each for each in found if each.verdict in (KEPT, MISSED)]
     missed = [each for each in found if each.verdict == MISSED]
+    if not judged:
+        return ["No run of the automatic choice could be judged."]
     words = [f"The automatic choice kept its tolerance in {len(judged) - len(missed)} of {len(judged)} judged runs."]
     if missed:
         named = ", ".join(f"{each.scene} at {short(each.row.tolerance_asked)}" for each in missed)
