@@ -20,13 +20,9 @@ LABELS = labels()
 
 
 def answer(label: str) -> AbstractHistory:
-    """Return the history that the case as written is measured against; of a mechanism or a drill its method `fine`.
-
-    Delay lines have the fronts of a drill that meshes smear.
-    """
+    """Return the history that the case as written is measured against; of a mechanism its method `fine`."""
     found = compared(label)
-    own = mechanical(label) or label.startswith("drill_rod")
-    return found.histories["fine"] if own else found.references["base"]
+    return found.histories["fine"] if mechanical(label) else found.references["base"]
 
 
 def of_links(history: AbstractHistory) -> Iterator[tuple[Contact, float]]:
