@@ -22,7 +22,7 @@ REST = {"solve": {"duration": 1e-4, "tolerance": 1e-2}}  # of an example that sh
 BLOCK = re.compile(r"^```(yaml|python)\n(.*?)^```$", flags=re.MULTILINE | re.DOTALL)
 TABS = re.compile(r"^::::\{tab-set\}\n(.*?)^::::$", flags=re.MULTILINE | re.DOTALL)
 SCRIPTS = sorted(path for folder in ("tutorials", "examples") for path in (DOCS / folder).glob("*.py"))
-NO_CASE = {"bench": "families:"}  # blocks of YAML that are no part of a case, by a word in them
+NO_CASE = {"bench": "families:", "conventions": "probes:"}  # blocks of YAML that are no whole case, by a word in them
 
 
 class Pair(NamedTuple):
