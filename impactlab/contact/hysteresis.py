@@ -159,9 +159,9 @@ def total_at(port: Port, overlap: float) -> float:
         first = port.parameters[STIFFNESS] * (before - at)
         if port.parameters[PLAY] > 0.0:
             first, _ = element(port, at, before)
-            whole = force - first == port.parameters[STIFFNESS] * moved  # pressed or pulled all along
             mean = 0.5 * (first + force)
-            if not whole and moved != 0.0:
+            pressed, pulled = min(before, overlap) >= 0.0, max(before, overlap) <= -port.parameters[PLAY]
+            if not pressed and not pulled and moved != 0.0:  # the play takes part of the travel
                 mean *= (force - first) / (port.parameters[STIFFNESS] * moved)
         elif opens and first <= 0.0:  # the faces meet within the step
             mean = 0.5 * force * (overlap - at) / moved if force > 0.0 else 0.0
@@ -170,10 +170,8 @@ def total_at(port: Port, overlap: float) -> float:
         else:
             mean = 0.5 * (first + force)
             slid = mean * (after - at)
-            if (
-                slid < 0.0 and port.parameters[FLOW] != 0.0
-            ):  # it flows back after a faster flow: no energy comes of that
-                mean -= slid / moved
+            if slid < 0.0 and port.parameters[FLOW] != 0.0:
+                mean -= slid / moved  # it flows back after a faster flow, and no energy comes of that
         first = max(0.0, first) if opens else first
         total = mean + dashpot(port, first, force) * moved / port.dt
     else:  # the force acts at the end of the step

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from typing import Any
 
@@ -11,8 +12,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import impactlab as il
+from impactlab.contact import hysteresis
 from impactlab.history import AbstractHistory
 from impactlab.metrics.impact import momentum_error
+from impactlab.numerics.compiling import plain
+from impactlab.types import Port
 
 STEEL = {"young": 2.1e11, "density": 7850.0}
 SMITH = {"kind": "smith", "capacity": 2e4, "quake": 1e-4, "damping": 0.1}
@@ -193,6 +197,15 @@ def test_a_joint_with_slack_presses_at_once_and_pulls_late() -> None:
     inside = (gap > 2e-6) & (gap < 0.98e-4)
     assert inside.any()
     assert np.abs(force[inside]).max() < 1e-2 * force.max()
+
+
+def test_a_joint_that_hardly_moves_keeps_its_force() -> None:
+    """Over a travel of one rounding the quotient of work and travel would be noise."""
+    port = Port()
+    port.parameters[:10] = hysteresis.elastic(1e9, 1e-3)
+    port.averaged, port.dt, port.gap = 1.0, 1e-6, -1e-4
+    for overlap in (math.nextafter(1e-4, 1.0), math.nextafter(1e-4, 0.0), 1e-4):
+        assert plain(hysteresis.total_at)(port, overlap) == pytest.approx(1e5, rel=1e-12)
 
 
 def test_what_a_run_says_of_its_links() -> None:
