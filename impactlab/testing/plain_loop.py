@@ -99,6 +99,19 @@ class PlainLoop:
             columns[push.contact, PUSH, self.parts[push.body]] += push.weight * response
             self.contacts[push.contact].pushed += push.weight * row
             taken[push.body] += 1
+        self.start_of_step()
+        for link in self.contacts:
+            if link.law.two_sided:
+                self.join(link)
+
+    def join(self, contact: PlainContact) -> None:
+        """Let a link yield at t = 0 where it starts loaded beyond its limit: before any step, the faces held."""
+        port = contact.port
+        port.dt, port.free_gap, port.free_gap_rate = 1.0, port.gap, port.gap_rate
+        plain(fill_acting)(port, 0.0)
+        contact.respond()
+        port.memory = contact.reply.memory
+        contact.reply, contact.given = Reply(), np.zeros(JUMP)
 
     def step(self) -> None:
         """Take one step."""
