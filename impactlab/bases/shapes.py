@@ -14,13 +14,16 @@ from impactlab.types import Array
 
 
 def lowest(mass: Array, stiffness: Array, count: int) -> Array:
-    """Return the first eigenvectors (n_dof, count) of two full matrices, mass-normalised, first larger entry up."""
+    """Return the first eigenvectors (n_dof, count) of two full matrices, mass-normalised, first larger entry up.
+
+    Both matrices are symmetric and overwritten: copies of a fine mesh's would fill the memory.
+    """
     from scipy.linalg import eigh
 
     if count == 0:
         return np.zeros((len(mass), 0))
     with one_thread():
-        return upright(eigh(stiffness, mass, subset_by_index=(0, count - 1))[1])
+        return upright(eigh(stiffness.T, mass.T, subset_by_index=(0, count - 1), overwrite_a=True, overwrite_b=True)[1])
 
 
 def upright(shapes: Array) -> Array:

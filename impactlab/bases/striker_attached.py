@@ -56,5 +56,5 @@ class StrikerAttached(AbstractBasis):
         count = modes + mesh.rigid.shape[1]
         row = mesh.row(face.x, "displacement")
         mass = full(mesh.mass) + face.partner_mass * np.outer(row, row)
-        attached = lowest(mass, full(mesh.stiffness), count)
+        attached = lowest(mass.copy(), full(mesh.stiffness), count)
         return Span(eigenvectors(mesh, count), uncoupled=True, closed=(face.contact, attached))

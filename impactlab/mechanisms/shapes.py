@@ -12,10 +12,11 @@ from impactlab.bases.shapes import constraint_modes, eigenvectors, fixed_modes
 from impactlab.errors import CaseError
 from impactlab.mechanisms.integrals import Integrals, Shapes, gauss_points, integrals, shortening
 from impactlab.models.mesh.bars import Mesh
+from impactlab.models.mesh.base import AbstractMesh
 from impactlab.models.mesh.beams import BeamMesh
 from impactlab.numerics.banded import full
 from impactlab.scene.bodies import End, Link, Rod, Segment
-from impactlab.types import Array
+from impactlab.types import Array, Quantity
 
 SAME_NODE = 1e-9  # of an element
 
@@ -42,6 +43,11 @@ class FlexibleLink(NamedTuple):
                 upto = upto + 0.5 * rest * weight * np.outer(slope, slope)
         psi = stretched.row(x, "displacement") @ self.shapes[1]
         return np.concatenate((psi, bent.row(x, "displacement") @ self.shapes[0], upto.ravel()))
+
+
+def read(mesh: AbstractMesh, places: Array, quantity: Quantity, shapes: Array) -> Array:
+    """Return a quantity of shapes at places, (n_places, n_shapes); all rows at once would fill the memory."""
+    return np.array([mesh.row(place, quantity) @ shapes for place in places]).reshape(len(places), shapes.shape[1])
 
 
 @lru_cache(maxsize=8)
@@ -75,14 +81,14 @@ def flexible_link(link: Link, elements: int, bending_modes: int) -> FlexibleLink
             (constraint_modes(stretched, np.array([end])), fixed_modes(stretched, inside, link.axial_modes - 1))
         )
     x, _ = gauss_points(bent.nodes)
-    slopes = np.array([bent.row(place, "rotation") for place in x]) @ phi
+    slopes = read(bent, x, "rotation", phi)
     axial_stiffness = psi.T @ full(stretched.stiffness) @ psi
     bending = bent.quotients(phi)
     shapes = Shapes(
         nodes=bent.nodes,
         density=np.array([beam.segments[number].density * beam.segments[number].area for number in bent.of_segment]),
-        axial=np.array([stretched.row(place, "displacement") for place in x]) @ psi,
-        bending=np.array([bent.row(place, "displacement") for place in x]) @ phi,
+        axial=read(stretched, x, "displacement", psi),
+        bending=read(bent, x, "displacement", phi),
         slopes=slopes,
         axial_end=stretched.row(beam.length, "displacement") @ psi,
         bending_end=bent.row(beam.length, "displacement") @ phi,

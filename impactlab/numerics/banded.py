@@ -21,7 +21,8 @@ def full(banded: Array) -> Array:
     """Return the symmetric matrix of a lower banded form, shape (n, n)."""
     matrix = np.diag(banded[0])
     for offset in range(1, min(banded.shape)):  # a beam of one element has more bands than coordinates
-        matrix += np.diag(banded[offset, :-offset], -offset) + np.diag(banded[offset, :-offset], offset)
+        column = np.arange(banded.shape[1] - offset)
+        matrix[column + offset, column] = matrix[column, column + offset] = banded[offset, :-offset]
     return matrix
 
 
