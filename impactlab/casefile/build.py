@@ -49,7 +49,7 @@ def build(case: CaseBlock, name: str, registry: Registry) -> Simulation:
     bodies = {**bodies, **{name: mechanism_body(case, name, marks_of(case, name)) for name in chains_of(case)}, **parts}
     laws: dict[str, AbstractContactLaw] = {}
     for number, each in enumerate(by_block):
-        laws |= {contact.name: _law(case, number, registry) for contact in each}
+        laws |= dict.fromkeys((contact.name for contact in each), _law(case, number, registry))
     rod = reference_rod(case)
     counted = bodies[rod] if rod is not None else None
     round_trip = counted.round_trip if isinstance(counted, ElasticBody) else float("nan")

@@ -258,7 +258,7 @@ def links_have_no_gap(contact: Met) -> None:
             kind = contact.block.law["kind"] if contact.block.law else ""
             raise contact.refused(
                 f"law {kind!r} joins its faces from t = 0, so there is no {key} between them",
-                f"Remove {key}; slack has a play, smith and specimen with tension: false part.",
+                f"Remove {key}. A joint with play is slack; with tension: false a soil or a specimen parts.",
                 key,
             )
 

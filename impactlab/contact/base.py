@@ -36,8 +36,10 @@ class AbstractContactLaw(ABC):
     compiled: ClassVar[bool] = True  # False: respond stays plain Python
     answers_force: ClassVar[bool] = True  # False: impulses only, no force history
     trial_at_end: ClassVar[bool] = False  # True: its trial force is that of the end of the step, not of where it acts
-    fixed_step: ClassVar[bool] = False  # True: all steps must have one length, so none is cut at an event
+    fixed_step: ClassVar[bool] = False  # True: no step is cut at an event
+    why_fixed: ClassVar[str] = "counts on steps of one length"  # why, in words after the name of the law
     hard: ClassVar[bool] = False  # True: an approximation of the hard unilateral contact, which then is its reference
+    moves_faces: ClassVar[bool] = False  # True: the force is found from the motion that it changes; a face must yield
     holds_position: ClassVar[bool] = False  # True: a hard position constraint, under which some schemes gain energy
     smooth: ClassVar[bool] = False  # True: the force follows from gap and rate alone; steps may have any length
     two_sided: ClassVar[bool] = False  # True: a link, joined from t = 0, whose force has either sign
@@ -93,6 +95,11 @@ class AbstractContactLaw(ABC):
     def set_of(self, memory: Sequence[float]) -> float | None:
         """Return the permanent deformation [m] from the memory of a law; None where it has none."""
         return None
+
+    @property
+    def remembers(self) -> bool:
+        """Whether the law keeps a permanent deformation."""
+        return type(self).set_of is not AbstractContactLaw.set_of
 
     def stiffness_at(self, overlap: float, left: SideFacts, right: SideFacts) -> float | None:
         """Return the tangent stiffness [N/m] at an overlap [m]; inf of a hard law, None where it is not known."""

@@ -29,6 +29,7 @@ class Bilinear(AbstractContactLaw):
     citations = ("Smith1960", "HustrulidFairhurst1971")
     examples = ({"stiffness": 1e9, "restitution": 0.8}, {"stiffness": 1e9, "unloading_stiffness": 1e9})
     fixed_step = True
+    why_fixed = "meets the other face at its dent, and steps are cut where the gap is zero"
 
     stiffness: float = option(unit="N/m", above=0.0, description="k, on first loading")
     restitution: float | None = option(

@@ -27,6 +27,7 @@ class Bonded(AbstractContactLaw):
     needs = frozenset({Level.POSITION, Level.VELOCITY})
     citations = ("EscalonaMayoDominguez1999",)
     two_sided = True
+    moves_faces = True
 
     def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
         return Start(memory=(0.0, 0.0))

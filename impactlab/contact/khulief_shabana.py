@@ -30,6 +30,7 @@ class KhuliefShabana(AbstractContactLaw):
     needs = frozenset({Level.POSITION, Level.VELOCITY})
     citations = ("KhuliefShabana1987",)
     smooth = True
+    moves_faces = True
     examples = ({}, {"restitution": 0.5})
 
     stiffness: float | Relative = option(

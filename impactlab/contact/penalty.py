@@ -30,6 +30,7 @@ class Penalty(AbstractContactLaw):
     citations = ("EscalonaMayoDominguez1999",)
     examples = ({}, {"stiffness": Relative(3.0), "damping": Relative(0.5)})
     smooth = True
+    moves_faces = True
 
     stiffness: float | Relative = option(
         Relative(1.0), unit="N/m", above=0.0, description="spring; relative to EA/h, the smaller of two rods"

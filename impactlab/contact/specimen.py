@@ -7,10 +7,12 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import ClassVar, final
 
+import numpy as np
+
 from impactlab.contact import hysteresis
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import CaseError
-from impactlab.types import Level, SideFacts, Start, option
+from impactlab.types import Array, Level, SideFacts, Start, option
 
 MOST_POINTS = 20  # of a table of flow stresses
 
@@ -132,6 +134,22 @@ class Specimen(AbstractContactLaw):
         opened = (*spring[: hysteresis.OPENS], 0.0 if self.tension else 1.0, *spring[hysteresis.OPENS + 1 :])
         parameters = (*opened, self.length, self.area, kind, *rated, *numbers)
         return Start(parameters=parameters, memory=(0.0, 0.0, 0.0))
+
+    def loading_curve(self, strain: float, points: int = 200) -> tuple[Array, Array]:
+        """Return nominal strain and stress [Pa] of one slow loading up to a strain, shape (points + 1,) each.
+
+        The rate of plastic strain is taken as the reference rate of `JohnsonCook`, and without the factor of
+        `CowperSymonds`.
+        """
+        plastic = np.linspace(0.0, strain, points)
+        match self.flow:
+            case LinearFlow(first, tangent):
+                stress = first + self.young * tangent / (self.young - tangent) * plastic
+            case JohnsonCook() as flow:
+                stress = flow.A + flow.B * plastic**flow.n
+            case TabulatedFlow(strains, stresses):
+                stress = np.interp(plastic, strains, stresses)
+        return np.append(0.0, plastic + stress / self.young), np.append(0.0, stress)
 
     def stiffest(self, left: SideFacts, right: SideFacts, dt: float) -> float:
         return self.young * self.area / self.length

@@ -48,7 +48,7 @@ class Collision:
     striker: str  # the rigid body, else the one that moved at the start
     approach_speed: float | None  # m/s
     exit_speed: float | None  # m/s, positive when they part
-    restitution: float | None  # exit over approach speed, of the whole collision; None without an approach
+    restitution: float | None  # exit over approach speed; None without an approach, or if others touch the striker
     energy_lost: float | None  # J, by the striker
     energy_given: float | None  # J, to the other body
 
@@ -123,6 +123,7 @@ def _collision(
     lost, given = (_energy_change(scene, history, name, before, until, given_to[name]) for name in (striker, other))
     fastest = max((abs(body.velocity) for body in scene.bodies.values()), default=0.0)
     meets = approach is not None and approach > MIN_APPROACH * max(fastest, abs(leaves or 0.0))
+    meets = meets and not _others_touch(scene, history, striker, pair, start, until)
     return Collision(
         bodies="|".join(pair),
         sub_impacts=sum(1 if span.kicks is None else span.kicks for span in spans),
@@ -141,6 +142,21 @@ def _collision(
         energy_lost=None if lost is None else -lost,
         energy_given=given,
     )
+
+
+def _others_touch(
+    scene: Scene, history: AbstractHistory, name: str, pair: Sequence[str], start: float, end: float
+) -> bool:
+    """Return whether contacts with a third body touch a body, or links hold it, in a time."""
+    links = {link.name for link in history.links}
+    third = [
+        contact
+        for contact in scene.contacts
+        if name in (contact.left.body, contact.right.body) and {contact.left.body, contact.right.body} != set(pair)
+    ]
+    names = {contact.name for contact in third}
+    touched = (span.start < end and span.until(math.inf) > start for span in history.contacts if span.contact in names)
+    return any(touched) or any((contact.group or contact.name) in links for contact in third)
 
 
 def _difference(values: Sequence[float | None], factor: float) -> float | None:
@@ -214,8 +230,9 @@ def sentence(each: Mapping[str, Any]) -> str:
     parts = [f"{each['bodies']}: {count}, {each['start']:.6g} s {until}", f"impulse {each['impulse']:.6g} N s"]
     if each["restitution"] is not None and not closed:
         parts.append(f"apparent restitution {each['restitution']:.4g}")
-    if each["energy_lost"] is not None and not closed:
-        parts.append(f"{each['striker']} loses {each['energy_lost']:.4g} J")
+    if each["restitution"] is not None and each["energy_lost"] is not None and not closed:
+        lost = each["energy_lost"]
+        parts.append(f"{each['striker']} {'loses' if lost >= 0.0 else 'gains'} {abs(lost):.4g} J")
     if each["largest_gap"]:
         parts.append(f"gaps up to {each['largest_gap']:.3g} m")
     return ", ".join(parts)

@@ -7,7 +7,7 @@ from functools import partial
 from typing import Any
 
 from impactlab.history.base import AbstractHistory
-from impactlab.report import balance, diagram, fields, mechanism, overview, plots, signals
+from impactlab.report import balance, diagram, fields, mechanism, overview, plots, signals, trades
 from impactlab.report.page import Plate
 from impactlab.report.signals import MEASURED, Panel
 from impactlab.report.style import Trace, exact_of
@@ -38,7 +38,8 @@ def of_run(trace: Trace, scene: Scene) -> list[Plate]:
         for name in chains
     ]
     own = [trace.history, *([trace.reference] if trace.reference is not None else [])]
-    return [*moved, *probes([trace], scene, compared=False), *waves(own, scene), *over_time, shares, *along]
+    first = [*moved, *trades.plates_of(trace, scene), *probes([trace], scene, compared=False)]
+    return [*first, *waves(own, scene), *over_time, shares, *along]
 
 
 def of_comparison(comparison: Mapping[str, Any], shown: Sequence[Trace], scene: Scene) -> list[Plate]:

@@ -280,12 +280,17 @@ def label_lines(axes: Axes, ends: Iterable[tuple[float, str, str]]) -> None:
 
 def key(axes: Axes, traces: Sequence[Trace]) -> None:
     """Write the names of the traces at the right of an axes, one below the other: for lines that end elsewhere."""
+    name_lines(axes, [(trace.name, trace.colour, trace.dash) for trace in traces])
+
+
+def name_lines(axes: Axes, names: Sequence[tuple[str, str, Any]]) -> None:
+    """Write names with colour and dash at the right of an axes, one below the other; in a narrow figure above it."""
     if is_narrow():
-        small_legend(axes, [(trace.name, trace.colour, trace.dash) for trace in traces])
+        small_legend(axes, names)
         return
-    for row, trace in enumerate(traces):
+    for row, (name, colour, dash) in enumerate(names):
         at = 1.0 - (row + 0.5) * _line_height(axes)
-        beside(axes, trace.name, trace.colour, at, (1.0, at), linewidth=2.0, linestyle=trace.dash)
+        beside(axes, name, colour, at, (1.0, at), linewidth=2.0, linestyle=dash)
 
 
 LEGEND_LINE = 0.15  # inches

@@ -143,7 +143,7 @@ def check_located(scene: Scene, method: Method, integrator: AbstractIntegrator, 
     for number, law in enumerate(laws_of(scene, method)):
         if law.fixed_step:
             raise PairingError(
-                f"events: located cuts steps, and law '{kind_of(law)}' counts on steps of one length",
+                f"events: located cuts steps, and law '{kind_of(law)}' {law.why_fixed}",
                 remedy="Use addition_deletion, penalty or impulse_momentum, or events: dated.",
                 path=f"contacts.{number}.law",
             )

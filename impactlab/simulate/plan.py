@@ -6,7 +6,6 @@ import math
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 
-from impactlab.contact.penalty import Penalty
 from impactlab.errors import CaseError
 from impactlab.exact.contact_kinds import check as check_exact
 from impactlab.history.base import Warned
@@ -124,13 +123,13 @@ def check_yielding(scene: Scene, method: Method, built: dict[str, BuiltBody]) ->
     }
     for number, (contact, law) in enumerate(zip(scene.contacts, laws_of(scene, method), strict=True)):
         names = {contact.left.body, contact.right.body}
-        if not (law.hard or isinstance(law, Penalty)) or not names & given:
+        if not (law.hard or law.moves_faces) or not names & given:
             continue
         if all(name in given or not scene.bodies[name].moves for name in names):
             raise CaseError(
                 f"nothing yields in {contact.name}: all links are rigid and move as their drives say, and law "
                 f"'{kind_of(law)}' finds its force from the motion that it changes",
-                remedy="Give a beam as a link, a mass instead of the wall, or law hertz.",
+                remedy="Give a beam as a link, a mass instead of the wall, or a law of the gap, such as hertz.",
                 path=f"contacts.{number}",
             )
 

@@ -325,3 +325,12 @@ def test_rigid_links_that_drives_alone_move_meet_no_wall(law: dict[str, Any]) ->
 def test_a_mechanism_has_no_final_velocity() -> None:
     found = il.sensitivities(case_with({}), ["bodies.block.mass"], ["final_velocity"])
     assert {row.label: math.isnan(row.value) for row in found.rows} == {"block": False, "press": True}
+
+
+def test_a_bond_between_a_driven_rigid_chain_and_a_wall_is_refused() -> None:
+    """Nothing could move so that its force follows: it would read zero without a word."""
+    rigid = {"kind": "link", "length": 0.3, "mass": 0.3}
+    links = [{"body": "crank", "angle": -1.9, "drive": {"rate": 30.0}}, {"body": "rod", "end_mass": 0.5}]
+    changes = {"bodies.rod": rigid, "mechanisms.press.links": links, "contacts.0.law": {"kind": "bonded"}}
+    with pytest.raises(CaseError, match="nothing yields in rod.right"):
+        il.run(case_with({**changes, "bodies.block": {"kind": "wall"}, "contacts.0.gap": GONE}))

@@ -21,6 +21,19 @@ from impactlab.testing.scenes import in_a_row
 from tests.cases.support import case_of
 
 
+def test_a_body_between_two_others_has_no_restitution_while_both_press() -> None:
+    """The helmet of a pile sets out from rest and is struck by the ram: its speeds say nothing of one collision."""
+    case = case_of("smith_pile").with_("solve.model", {"kind": "finite_element", "elements": 40, "mass": "lumped"})
+    history = il.run(case)
+    found = collisions(case.scene(), history)
+    struck, on_pile = found[0], found[1]
+    assert (struck.striker, on_pile.striker) == ("ram", "helmet")
+    assert struck.restitution == pytest.approx(0.107, abs=2e-3)
+    assert on_pile.restitution is None
+    assert "loses" in sentence(dataclasses.asdict(struck))
+    assert "helmet loses" not in sentence(dataclasses.asdict(on_pile))
+
+
 def two_models(label: str, modes: int = 40, elements: int = 60) -> list[Simulation]:
     given = case_of(label).simulation()
     step = given.method.step

@@ -290,3 +290,12 @@ def test_results_scale_with_units(joint: dict[str, Any], length: float, mass: fl
         history = il.run(il.Case(bodies=bodies, contacts=contacts, solve=solve))
         found.append(history.evaluate(np.linspace(0.0, 0.999, 50) * history.duration, "position:block") / unit)
     np.testing.assert_allclose(found[1], found[0], atol=1e-9 * np.abs(found[0]).max())
+
+
+def test_located_events_tell_why_a_cushion_does_not_go_with_them() -> None:
+    scene = case(il.Contact("rod.right", "ground", {"kind": "bilinear", "stiffness": 1e8, "restitution": 0.5}))
+    located = scene.with_settings(
+        {"solve.events": "located", "solve.model": {"kind": "modal", "modes": 10}, "solve.integrator.kind": "midpoint"}
+    )
+    with pytest.raises(il.PairingError, match="meets the other face at its dent, and steps are cut where the gap is"):
+        il.run(located)

@@ -42,6 +42,7 @@ class Law:
 
     answers_force: ClassVar[bool] = True
     hard: ClassVar[bool] = False
+    remembers: ClassVar[bool] = False
 
     def restitutions(self) -> None:
         return None

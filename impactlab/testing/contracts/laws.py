@@ -103,6 +103,7 @@ class LawContract:
             kind.smooth,
             kind.holds_position,
             kind.two_sided,
+            kind.moves_faces,
         ):
             assert isinstance(fact, bool)
         assert kind.gains_energy >= 0.0

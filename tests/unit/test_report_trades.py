@@ -1,0 +1,71 @@
+"""Figures of the page of a run for laws that remember, piles and specimens."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import impactlab as il
+from impactlab.report import trades
+from impactlab.report.style import PALETTE, Trace
+
+CASES = Path(__file__).parents[2] / "cases"
+
+
+def traced(name: str, **changes: object) -> tuple[il.Case, Trace]:
+    case = il.load_case(CASES / f"{name}.yaml").with_settings(changes)
+    return case, Trace(name, il.run(case), PALETTE[0])
+
+
+def names_of(trace: Trace) -> list[str]:
+    return [plate.name for plate in trades.plates_of(trace, trace.history.scene)]
+
+
+def test_the_loop_on_rock_encloses_the_work_on_it() -> None:
+    _, trace = traced("drill_rod")
+    assert names_of(trace) == ["loops"]
+    (loop,) = trades.loops(trace.history, trace.history.scene)
+    assert loop.name == "rod.right|rock"
+    # 0.7330685831 of 200 J, by the closed form of docs/drilling.md; corners between the 4001 instants cost some 1e-4.
+    assert np.trapezoid(loop.force, loop.closing) == pytest.approx(146.614, rel=5e-4)
+
+
+def test_a_page_of_a_pile_has_its_head_and_its_loops() -> None:
+    _, trace = traced("smith_pile", **{"solve.model": {"kind": "finite_element", "elements": 40, "mass": "lumped"}})
+    assert names_of(trace) == ["pile_head", "loops"]
+    found = {loop.name: loop for loop in trades.loops(trace.history, trace.history.scene)}
+    assert list(found) == ["ram|helmet", "helmet|pile.left", "shaft", "toe"]
+    link = next(each for each in trace.history.links if each.name == "toe")
+    assert found["toe"].force.max() == pytest.approx(link.largest, rel=2e-3)
+    # The loop of the toe closes with an empty spring: all of its area is lost.
+    assert np.trapezoid(found["toe"].force, found["toe"].closing) == pytest.approx(link.loss, rel=5e-3)
+    head = trades.plates_of(trace, trace.history.scene)[0].draw()
+    force = head.axes[0].lines[0].get_ydata()
+    assert float(np.max(np.asarray(force))) == pytest.approx(4.0, rel=0.02)  # MN
+
+
+def test_a_page_of_a_specimen_has_the_curve_put_in_and_the_one_found() -> None:
+    _, trace = traced("hopkinson_aluminium")
+    plate = trades.plates_of(trace, trace.history.scene)[0]
+    assert plate.name == "specimen_2"
+    assert "three waves" in plate.caption
+    put_in, ran, found = plate.draw().axes[0].lines
+    for line in (ran, found):
+        strain, stress = (np.asarray(line.get_data()[k]) for k in (0, 1))
+        loaded = (strain > 2.0) & (strain < 15.0) & (stress > 250.0)
+        assert stress[loaded] == pytest.approx(300.0 + 500.0 * (strain[loaded] / 100.0 - 300.0 / 70e3), rel=1e-3)
+    assert np.asarray(put_in.get_ydata())[:2] == pytest.approx([0.0, 300.0])
+
+
+def test_a_specimen_without_gauges_has_no_curve_by_waves() -> None:
+    _, trace = traced("hopkinson_aluminium", probes=[])
+    plate = trades.plates_of(trace, trace.history.scene)[0]
+    assert "three waves" not in plate.caption
+    assert len(plate.draw().axes[0].lines) == 2
+
+
+def test_a_page_of_bars_alone_has_none_of_them() -> None:
+    _, trace = traced("two_rods")
+    assert names_of(trace) == []
