@@ -332,5 +332,5 @@ def test_a_bond_between_a_driven_rigid_chain_and_a_wall_is_refused() -> None:
     rigid = {"kind": "link", "length": 0.3, "mass": 0.3}
     links = [{"body": "crank", "angle": -1.9, "drive": {"rate": 30.0}}, {"body": "rod", "end_mass": 0.5}]
     changes = {"bodies.rod": rigid, "mechanisms.press.links": links, "contacts.0.law": {"kind": "bonded"}}
-    with pytest.raises(CaseError, match="nothing yields in rod.right"):
+    with pytest.raises(CaseError, match="nothing yields in"):
         il.run(case_with({**changes, "bodies.block": {"kind": "wall"}, "contacts.0.gap": GONE}))
