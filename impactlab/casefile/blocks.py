@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 from pydantic import BaseModel, ConfigDict, Field
 
 from impactlab.casefile.formula import Formula
+from impactlab.casefile.loads import load_values
 from impactlab.casefile.materials import NAMED
 from impactlab.casefile.values import SHAPE, Allowed, quantity
 from impactlab.scene.bodies import ElasticBody, End, Profile, Rayleigh, Table
@@ -126,9 +127,10 @@ class MovingBlock(ElasticBlock):
 
 def end_values(end: End, names: Mapping[str, str] | None = None) -> Any:
     """Return an end as a case gives it; ``names`` are other keys of its kinds."""
-    held: dict[str, float] = {end.kind: end.value} if end.value > 0.0 else {}
+    held: dict[str, Any] = {end.kind: end.value} if end.value > 0.0 else {}
     held |= {"rotational": end.rotational} if end.rotational > 0.0 else {}
-    pushed = {"force": end.force} if end.force != 0.0 else {}
+    pushed: dict[str, Any] = {"force": end.force} if end.force != 0.0 else {}
+    pushed |= {"force": load_values(end.load)} if end.load is not None else {}
     return {(names or {}).get(key, key): value for key, value in {**held, **pushed}.items()} or end.kind
 
 

@@ -11,6 +11,7 @@ from impactlab.casefile.check import reference_rod
 from impactlab.casefile.contacts import faces_of, lever_arm_of, marks_of
 from impactlab.casefile.instruments import probe_of
 from impactlab.casefile.joined import points_of
+from impactlab.casefile.loads import settled
 from impactlab.casefile.mechanism_parts import chains_of, parts_of, placed
 from impactlab.casefile.mechanisms import gravity_of, links_of, mechanism_body, vector
 from impactlab.casefile.parts import read_part
@@ -55,6 +56,7 @@ def build(case: CaseBlock, name: str, registry: Registry) -> Simulation:
     round_trip = counted.round_trip if isinstance(counted, ElasticBody) else float("nan")
     given = case.solve.duration
     duration = given.round_trips * round_trip if isinstance(given, RoundTrips) else float(given)
+    bodies = {label: settled(body, duration) for label, body in bodies.items()}
     snapshots, frames = _field_times(case, duration)
     for number, time in enumerate(snapshots):
         if time > duration:

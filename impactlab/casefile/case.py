@@ -15,6 +15,7 @@ from impactlab.casefile.check import check
 from impactlab.casefile.document import Document, check_texts, check_tree, read_document
 from impactlab.casefile.edit import edited, plain, with_named, with_values
 from impactlab.casefile.faults import case_error
+from impactlab.casefile.loads import folder_of
 from impactlab.casefile.resolve import resolve
 from impactlab.casefile.schema import CaseBlock
 from impactlab.casefile.starter import case_named
@@ -301,7 +302,8 @@ def _make(name: str, file: str, document: Document, registry: plugins.Registry) 
     try:
         check_texts(document.data)
         try:
-            checked = CaseBlock.model_validate(document.data)
+            with folder_of(file):
+                checked = CaseBlock.model_validate(document.data)
         except ValidationError as error:
             fault = case_error(error, document.data, allowed=CaseBlock)
             raise combined([fault, *part_faults(document.data, registry)]) from error

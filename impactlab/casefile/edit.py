@@ -7,8 +7,11 @@ import numbers
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+import numpy as np
+
 from impactlab.casefile.build import DEFAULT_INTEGRATOR
 from impactlab.casefile.document import MAX_DEPTH, MAX_KEY, Document, Keys, parse_value
+from impactlab.casefile.samples import Samples
 from impactlab.casefile.schema import CHOSEN, SolveBlock
 from impactlab.casefile.words import closest, shown
 from impactlab.errors import CaseError
@@ -79,6 +82,10 @@ def plain(value: Any, path: str = "") -> Any:
         return float(value)
     if isinstance(value, Mapping):
         return {str(key): plain(inner, path) for key, inner in value.items()}
+    if isinstance(value, np.ndarray) and value.ndim == 1 and value.dtype.kind in "iuf":
+        return Samples(value.tolist())
+    if isinstance(value, Samples):
+        return value
     if isinstance(value, (list, tuple)):
         return [plain(inner, path) for inner in value]
     raise CaseError(

@@ -1,4 +1,4 @@
-"""A quantity along a rod, given as a formula of x. A formula is never evaluated as code.
+"""A quantity along a rod or over time, given as a formula of x or of t. A formula is never evaluated as code.
 
 The formula is parsed, every node is compared with a short list of allowed ones, and the tree is walked with numpy.
 """
@@ -39,7 +39,8 @@ _OPERATORS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Div: np.divide,
     ast.Pow: np.power,
 }
-_ALLOWED = "allowed: numbers, x, L (the length), pi, + - * / **, and abs(), cos(), exp(), sin(), sqrt()"
+_NAMES = {("x", "L", "pi"): "x, L (the length), pi", ("t", "pi"): "t, pi"}
+OF_PLACE, OF_TIME = _NAMES
 
 
 @dataclass(frozen=True)
@@ -63,9 +64,25 @@ class Formula:
         return np.broadcast_to(np.asarray(values, dtype=float), places.shape).copy()
 
 
+@dataclass(frozen=True)
+class TimeFormula:
+    """A formula of the time t [s]. Called with t, shape (n,), it returns the same shape."""
+
+    text: str
+
+    def __post_init__(self) -> None:
+        parse(self.text, OF_TIME)
+
+    def __call__(self, t: Array) -> Array:
+        times = np.asarray(t, dtype=float)
+        with np.errstate(all="ignore"):
+            values = _evaluate(parse(self.text, OF_TIME), {"t": times, "pi": math.pi})
+        return np.broadcast_to(np.asarray(values, dtype=float), times.shape).copy()
+
+
 @lru_cache(maxsize=64)
-def parse(text: str) -> ast.expr:
-    """Return the checked tree of a formula.
+def parse(text: str, names: tuple[str, ...] = OF_PLACE) -> ast.expr:
+    """Return the checked tree of a formula of these names.
 
     Raises
     ------
@@ -77,27 +94,31 @@ def parse(text: str) -> ast.expr:
     try:
         tree = ast.parse(text.strip(), mode="eval").body
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
-        raise ValueError(f"{shown(text)} is not a formula; {_ALLOWED}") from error
+        raise ValueError(f"{shown(text)} is not a formula; {_allowed(names)}") from error
     nodes = sum(1 for _ in ast.walk(tree))
     if nodes > MAX_NODES:
         raise ValueError(f"the formula has {nodes} parts; at most {MAX_NODES} are allowed")
-    _check(tree, 1)
+    _check(tree, 1, names)
     return tree
 
 
-def _check(node: ast.expr, depth: int) -> None:
+def _allowed(names: tuple[str, ...]) -> str:
+    return f"allowed: numbers, {_NAMES[names]}, + - * / **, and abs(), cos(), exp(), sin(), sqrt()"
+
+
+def _check(node: ast.expr, depth: int, names: tuple[str, ...]) -> None:
     if depth > MAX_DEPTH:
         raise ValueError(f"the formula is nested deeper than {MAX_DEPTH} levels")
     if isinstance(node, ast.Constant):
-        _number(node)
+        _number(node, names)
     elif isinstance(node, ast.Name):
-        if node.id not in ("x", "L", "pi"):
-            raise ValueError(f"the formula names {shown(node.id)}; {_ALLOWED}")
+        if node.id not in names:
+            raise ValueError(f"the formula names {shown(node.id)}; {_allowed(names)}")
     elif isinstance(node, ast.UnaryOp) and isinstance(node.op, (ast.UAdd, ast.USub)):
-        _check(node.operand, depth + 1)
+        _check(node.operand, depth + 1, names)
     elif isinstance(node, ast.BinOp) and type(node.op) in _OPERATORS:
-        _check(node.left, depth + 1)
-        _check(node.right, depth + 1)
+        _check(node.left, depth + 1, names)
+        _check(node.right, depth + 1, names)
         if isinstance(node.op, ast.Pow):
             _exponent(node.right)
     elif isinstance(node, ast.Call):
@@ -106,16 +127,16 @@ def _check(node: ast.expr, depth: int) -> None:
             raise ValueError(f"the formula calls {called}; functions allowed: {listed(_FUNCTIONS)}")
         if len(node.args) != 1 or node.keywords:
             raise ValueError(f"{node.func.id}() in a formula takes one value")
-        _check(node.args[0], depth + 1)
+        _check(node.args[0], depth + 1, names)
     else:
         power = " (write a power as **)" if isinstance(node, ast.BinOp) and isinstance(node.op, ast.BitXor) else ""
-        raise ValueError(f"the formula holds {shown(ast.unparse(node))}{power}; {_ALLOWED}")
+        raise ValueError(f"the formula holds {shown(ast.unparse(node))}{power}; {_allowed(names)}")
 
 
-def _number(node: ast.Constant) -> None:
+def _number(node: ast.Constant, names: tuple[str, ...]) -> None:
     value = node.value
     if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise ValueError(f"the formula holds {shown(value)}; {_ALLOWED}")
+        raise ValueError(f"the formula holds {shown(value)}; {_allowed(names)}")
     try:
         finite = math.isfinite(float(value))
     except OverflowError:

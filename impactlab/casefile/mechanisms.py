@@ -180,7 +180,7 @@ def _faults(case: CaseBlock, joint: JointBlock, number: int, slides: bool) -> It
         if joint.axial_modes:
             yield f"{joint.body!r} is rigid", "Remove it, or describe the link as a beam.", "axial_modes"
         return
-    held = [end for end in (body.ends.left, body.ends.right) if end.kind != "free" or end.force != 0.0]
+    held = [end for end in (body.ends.left, body.ends.right) if end.kind != "free" or end.is_loaded]
     if held:
         text = "the ends of a link are its joints, and its beam has ends of its own"
         yield text, "Leave `ends` out; a mass at the end of a link is its end_mass.", "body"

@@ -37,7 +37,7 @@ class SegmentBlock(CrossSection):
 
 
 class EndsBlock(Block):
-    """The supports of the two ends of a rod, and forces that act on them from t = 0 on."""
+    """The supports of the two ends of a rod, and forces that act on them: constant from t = 0 on, or over time."""
 
     left: Annotated[End, END] = Field(
         default=End("free"), description="left end, at x = 0; a force [N] is positive along +x"

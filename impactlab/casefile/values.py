@@ -17,9 +17,10 @@ from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import PydanticCustomError, core_schema
 
 from impactlab.casefile.formula import Formula, parse
+from impactlab.casefile.loads import FORMS, is_over_time, load_schema, read_load
 from impactlab.casefile.units import takes_texts, to_si
 from impactlab.casefile.words import closest, shown
-from impactlab.scene.bodies import End, Table
+from impactlab.scene.bodies import AbstractLoad, End, Table
 from impactlab.scene.ranges import COUNTS, Range, range_of
 from impactlab.types import Relative
 
@@ -219,7 +220,8 @@ class EndReader:
         turning = {"spring": ", rotational: N m"} if self.turns else {}
         held = [f"{{{key}: {unit}{turning.get(key, '')}}}" for key, (_, unit) in self.supports.items()]
         load, unit = self.load
-        return f"{', '.join((*self.words, *held))}, {{{load}: {unit}}}, or one of the three blocks with a {load} in it"
+        every = f"{', '.join((*self.words, *held))}, {{{load}: {unit}}}, or one of the three blocks with a {load} in it"
+        return f"{every}; a {load} over time is {FORMS}"
 
     def read(self, value: Any) -> End:
         """Return the end, or raise with the allowed ends."""
@@ -231,7 +233,7 @@ class EndReader:
             hint = closest(value, self.words) if isinstance(value, str) else ""
             raise refuse(f"{shown(value)} is not an end of a {self.body}.{hint} Allowed: {self.allowed}")
         load, unit = self.load
-        force = Allowed(unit=unit, number=True).read(value[load]) if load in value else 0.0
+        force, over_time = self._force(value[load]) if load in value else (0.0, None)
         turning = self.turns and "rotational" in value and "spring" in value
         rotational = _ROTATIONAL.read(value["rotational"]) if turning else 0.0
         held = [kind for kind in value if kind != load and not (kind == "rotational" and turning)]
@@ -242,14 +244,21 @@ class EndReader:
         if len(held) > 1:
             raise refuse(f"{' and '.join(held)} are given for one end. Allowed: {self.allowed}")
         if not held:
-            return End("free", force=force)
+            return End("free", force=force, load=over_time)
         kind, unit = self.supports[held[0]]
-        return End(kind, _positive(unit).read(value[held[0]]), force, rotational)  # type: ignore[arg-type]
+        return End(kind, _positive(unit).read(value[held[0]]), force, rotational, over_time)  # type: ignore[arg-type]
+
+    def _force(self, value: Any) -> tuple[float, AbstractLoad | None]:
+        """Return the force of an end, constant or over time."""
+        unit = self.load[1]
+        if is_over_time(value):
+            return 0.0, read_load(value, unit)
+        return Allowed(unit=unit, number=True).read(value), None
 
     def schema(self) -> dict[str, Any]:
         """Return the JSON schema of such an end."""
         load, unit = self.load
-        force = {load: Allowed(unit=unit, number=True).json_schema()}
+        force = {load: {"anyOf": [Allowed(unit=unit, number=True).json_schema(), *load_schema(unit)], "unit": unit}}
         choices: list[dict[str, Any]] = [{"enum": list(self.words)}]
         for name, (_, unit) in self.supports.items():
             turning = {"rotational": _ROTATIONAL.json_schema()} if self.turns and name == "spring" else {}

@@ -6,6 +6,8 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
+from impactlab.casefile.samples import Samples
+
 MAX_LINE = 110  # characters of a block that stands on one line
 
 
@@ -35,6 +37,6 @@ def _lines(block: Mapping[str, Any], pad: str) -> list[str]:
 def _flow(value: Any) -> str:
     if isinstance(value, Mapping):
         return "{" + ", ".join(f"{key}: {_flow(inner)}" for key, inner in value.items()) + "}"
-    if isinstance(value, list):
+    if isinstance(value, (list, Samples)):
         return "[" + ", ".join(_flow(inner) for inner in value) + "]"
     return json.dumps(value, ensure_ascii=False)

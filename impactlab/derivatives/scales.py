@@ -28,6 +28,6 @@ def _scales(scene: Scene) -> tuple[float, float, float]:
     bodies = scene.bodies.values()
     mass = min((body.moving_mass for body in bodies), default=math.nan)
     time = scene.round_trip if scene.round_trip > 0.0 else scene.duration
-    force = max((abs(end.force) for body in bodies for _, end in body.ends), default=0.0)
+    force = max((end.largest_force(scene.duration) for body in bodies for _, end in body.ends), default=0.0)
     speeds = [abs(body.velocity) for body in bodies]
     return mass, max([*speeds, field_acceleration(scene) * time, force * time / mass]), time

@@ -70,6 +70,7 @@ def check(scene: Scene, method: Method) -> list[Bond]:
                 path=f"bodies.{any_body.name}.rotation",
                 remedy="Use finite_element or modal.",
             )
+    check_loads(scene)
     for body in rods_of(scene):
         if scene.gravity and not body.falls:
             raise CaseError(
@@ -117,6 +118,19 @@ def check(scene: Scene, method: Method) -> list[Bond]:
                 )
         bonds.append(kind)
     return with_faces(scene, bonds)
+
+
+def check_loads(scene: Scene) -> None:
+    """Raise `CaseError` for a force over time on an end."""
+    for any_body in scene.bodies.values():
+        for x, _ in any_body.loads:
+            side = "left" if x == 0.0 else "right"
+            raise CaseError(
+                f"a force over time acts on the {side} end of '{any_body.name}', and the exact solution has constant "
+                "end forces",
+                path=f"bodies.{any_body.name}.ends.{side}",
+                remedy="Use finite_element or modal.",
+            )
 
 
 def first_gap(scene: Scene, number: int) -> tuple[float, float]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, NamedTuple, Protocol
 
@@ -178,6 +179,7 @@ class AbstractHistory(Views, ABC):
     cost: Cost
     case: Cased | None = None  # None of a scene that was run without a case
     choice: Choice | None = None  # of a run with a tolerance: the method chosen, and why
+    load_impulses: Mapping[str, float] = {}  # N s, of loads over time as the run has taken them, by body
     integrator_used: bool = True  # False: every elastic body steps by itself, or the run is exact
 
     @abstractmethod

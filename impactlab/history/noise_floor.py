@@ -259,7 +259,7 @@ def _from_sources(scene: Scene, models: Models, point: Point) -> float:
     body = scene.bodies[point.body]
     if body.elastic is not None and body.elastic.displacement is not None:
         return 0.0
-    ends = [x for x, end in body.ends if end.force != 0.0]
+    ends = [x for x, end in body.ends if end.is_loaded]
     return min((_travel_time(body, models.get(body.name), point.x, x) for x in ends), default=math.inf)
 
 

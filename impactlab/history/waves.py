@@ -120,7 +120,7 @@ def separated(
 
 def _contacts_at(scene: Scene, body: WaveBody, x: float) -> list[str]:
     """Return the contacts on an end without support or load: their forces are the force inside the rod there."""
-    if not any(place == x and end.kind == "free" and end.force == 0.0 for place, end in body.ends):
+    if not any(place == x and end.kind == "free" and not end.is_loaded for place, end in body.ends):
         return []
     points = {contact.name: (contact.left, contact.right) for contact in scene.contacts}
     return [name for name, both in points.items() if any((p.body, p.x) == (body.name, x) for p in both)]

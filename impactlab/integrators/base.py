@@ -117,22 +117,31 @@ class AbstractIntegrator(AbstractScheme):
     def step(self, system: Operators, dt: float) -> Step:
         """Return the scheme for one body and a step of dt [s]; raise `PairingError` where it cannot serve the body."""
 
-    def prepare(self, system: Operators, ports: Array, dt: float) -> Stepper:
+    def prepare(self, system: Operators, ports: Array, dt: float, at_start: Array | None = None) -> Stepper:
         """Return the stepper of one body; ``ports`` (n_ports, n_dof) are the rows along which contacts push it.
 
         A projection p at a port moves the displacements by M^-1 row p at the end of the step, with all that the scheme
-        derives from displacements, and leaves the velocities alone.
+        derives from displacements, and leaves the velocities alone. ``at_start`` (n_dof,) are loads over time at t = 0
+        [N]: the state of a scheme whose forces act at an instant, not over the step, starts under them.
         """
         with addresses.interpreted(system.load.size):
-            return self._prepared(system, ports, dt)
+            return self._prepared(system, ports, dt, at_start)
 
-    def _prepared(self, system: Operators, ports: Array, dt: float) -> Stepper:
-        step, n_dof = self.step(system, dt), system.load.size
+    def _prepared(self, system: Operators, ports: Array, dt: float, at_start: Array | None) -> Stepper:
+        n_dof = system.load.size
+        if at_start is None or not np.any(at_start) or self.load_point == 0.5:
+            step, loaded = self.step(system, dt), np.zeros(0)
+        else:
+            step = self.step(system._replace(load=system.load + at_start), dt)
+            marks = np.full(step.load.stop - step.load.start - n_dof, float(np.any(system.load)))
+            loaded = np.concatenate((marks, system.load))
         free = addresses.kernel_address(step.free, addresses.FREE)
         derive = addresses.kernel_address(step.derive, addresses.DERIVE)
         state, jump = np.array(step.state), solve_each(system.mass, ports)
         if derive:
             addresses.entered(columns.apply_to_each, derive, step.parameters, state[None, :])
+        if loaded.size:
+            step.parameters[step.load] = loaded
         shape = len(ports), state.size
         force, impulse = np.zeros(shape if step.force is None else (0, 0)), np.zeros(shape)
         if impulse.size:

@@ -190,8 +190,9 @@ def mean_velocity(
     mass, given = body.moving_mass, given or _given(scene, history, name)
     begun = int(np.searchsorted(given.starts, time, side="right"))
     if body.is_free and (begun == 0 or given.ends[begun - 1] <= time):
-        loads = (mass * scene.gravity if body.falls else 0.0) + body.end_force
-        return body.velocity + (float(given.impulses[begun]) + loads * time) / mass
+        loads = ((mass * scene.gravity if body.falls else 0.0) + body.end_force) * time
+        loads += sum(float(load.sampled(scene.duration).impulse(np.array(time))) for _, load in body.loads)
+        return body.velocity + (float(given.impulses[begun]) + loads) / mass
     if f"momentum:{name}" not in history.channels():
         return None
     return float(history.evaluate([time], f"momentum:{name}")[0]) / mass

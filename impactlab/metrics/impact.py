@@ -120,6 +120,7 @@ def momentum_error(
             continue
         momentum = history.evaluate(np.append(t, history.duration), f"momentum:{name}")
         energy = float(np.max(np.abs(history.energy.bodies[name])))
+        given = history.load_impulses.get(name)
         seen = Seen(float(momentum[0]), float(momentum[-1]), float(np.max(np.abs(momentum))), energy)
-        errors.append(balance(scene, name, impulses, history.duration, seen).error)
+        errors.append(balance(scene, name, impulses, history.duration, seen, given).error)
     return largest(errors)

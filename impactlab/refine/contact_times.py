@@ -51,6 +51,9 @@ def _meeting_speed(scene: Scene) -> float:
     velocities = [body.velocity for body in scene.bodies.values() if body.moves]
     given = max(velocities, default=0.0) - min(*velocities, 0.0, 0.0)
     pushed = [abs(rod.end_force) / rod.segments[0].impedance for rod in rods_of(scene)]
+    pushed += [
+        load.largest(scene.duration) / rod.segments[0].impedance for rod in rods_of(scene) for _, load in rod.loads
+    ]
     strained = []
     for rod in rods_of(scene):
         if rod.displacement is not None:

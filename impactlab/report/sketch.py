@@ -92,9 +92,9 @@ def _rod(rod: WaveBody, x: float, width: float, tallest: float) -> str:
             parts.append(f'<rect x="{left:.1f}" y="{MIDDLE - 20}" width="16" height="40" rx="2" class="mass"/>')
         elif end.kind in ("spring", "dashpot"):
             parts.append(_held(end.kind, place, side))
-        if end.force:
+        if end.is_loaded:
             high = 24.0 if end.kind in ("spring", "dashpot") else 0.0  # beside the spring or dashpot
-            parts.append(_push(end.force, place, side, MIDDLE - high))
+            parts.append(_push(end.force or 1.0, place, side, MIDDLE - high))
     return "".join(parts)
 
 

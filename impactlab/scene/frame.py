@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from impactlab.history.base import AbstractHistory, CarriedEnergy
+from impactlab.scene.bodies import SampledLoad
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
 
@@ -26,7 +27,8 @@ class Group(NamedTuple):
     mass: float  # kg; 0 of a group that something holds
     velocity: float  # m/s, of its frame at t = 0; 0 of a group that something holds
     gravity: float  # m/s2, by which its frame gains speed; 0 of a group that something holds
-    force: float  # N, on the ends of its bodies; 0 of a group that something holds
+    force: float  # N, constant, on the ends of its bodies; 0 of a group that something holds
+    loads: tuple[SampledLoad, ...] = ()  # over time, on the ends of its bodies
 
     def velocity_at(self, t: Array) -> Array:
         """Return the velocity of the frame [m/s] at times t [s], shape of t."""
@@ -76,7 +78,8 @@ def _group(scene: Scene, names: Sequence[str], held: set[str]) -> Group:
     mass = sum(body.moving_mass for body in bodies)
     momentum = sum(body.moving_mass * body.velocity for body in bodies)
     force = sum(body.end_force for body in bodies)
-    return Group(tuple(names), mass, momentum / mass, scene.gravity, force)
+    loads = tuple(load.sampled(scene.duration) for body in bodies for _, load in body.loads)
+    return Group(tuple(names), mass, momentum / mass, scene.gravity, force, loads)
 
 
 def touched_in(history: AbstractHistory) -> frozenset[str]:
@@ -119,9 +122,11 @@ def carried_by(found: Sequence[Group], t: Array) -> CarriedEnergy:
     kinetic, work = 0.0, np.zeros_like(t)
     for group in found:
         kinetic += 0.5 * group.mass * group.velocity**2
-        if group.gravity == 0.0 and group.force == 0.0:
+        if group.gravity == 0.0 and group.force == 0.0 and not group.loads:
             continue
         way = group.displacement(t)
         # Gravity works on all of the momentum, also on the part that the force has given: M (V + g t) + F t.
         work += group.gravity * (group.mass * way + 0.5 * group.force * t * t) + group.force * way
+        for load in group.loads:  # g times the momentum given so far, and F (V + g t): by parts, over time
+            work += (group.velocity + group.gravity * t) * load.impulse(t)
     return CarriedEnergy(kinetic, work)

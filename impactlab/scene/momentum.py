@@ -6,6 +6,8 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import numpy as np
+
 from impactlab.scene.problem import Scene
 
 
@@ -31,7 +33,9 @@ class Balance(NamedTuple):
         return abs(self.changed - self.given) / self.scale if self.scale > 0.0 else 0.0
 
 
-def balance(scene: Scene, name: str, impulses: Sequence[float], time: float, seen: Seen) -> Balance:
+def balance(
+    scene: Scene, name: str, impulses: Sequence[float], time: float, seen: Seen, loaded: float | None = None
+) -> Balance:
     """Return the balance of a free body over [0, time].
 
     Its scale is the largest |p|, plus the impulses of its contacts and loads, plus sqrt(2 m E), which bounds
@@ -48,6 +52,8 @@ def balance(scene: Scene, name: str, impulses: Sequence[float], time: float, see
         s
     seen : Seen
         Of the body, over that time.
+    loaded : float, optional
+        Impulse of its loads over time [N s], as the run has taken it; by default their integral.
     """
     body = scene.bodies[name]
     given = scale = 0.0
@@ -56,5 +62,9 @@ def balance(scene: Scene, name: str, impulses: Sequence[float], time: float, see
         given, scale = given + push, scale + abs(push)
     mass = body.moving_mass
     loads = ((mass * scene.gravity if body.falls else 0.0) + body.end_force) * time
+    if loaded is None:
+        times = np.array(time)
+        loaded = sum(float(load.sampled(scene.duration).impulse(times)) for _, load in body.loads)
+    loads += loaded
     scale += abs(loads) + seen.largest + math.sqrt(2.0 * mass * seen.energy)
     return Balance(given + loads, seen.end - seen.start, scale)

@@ -129,4 +129,4 @@ class Scene:
     def loaded_ends(self) -> tuple[Probe, ...]:
         """Displacements of loaded ends, recorded like those of faces in contact."""
         ends = [(name, x, end) for name, body in self.bodies.items() for x, end in body.ends]
-        return tuple(Probe(name, x, "displacement") for name, x, end in ends if end.force != 0.0)
+        return tuple(Probe(name, x, "displacement") for name, x, end in ends if end.is_loaded)

@@ -209,7 +209,7 @@ def check_momentum(history: AbstractRecordedHistory, impulses: Sequence[float], 
             continue
         momentum, energies = (history.recorded[f"{kind}:{name}"].values for kind in ("momentum", "energy"))
         seen = Seen(momentum[0], momentum[-1], np.abs(momentum).max(), np.abs(energies).max())
-        found = balance(history.scene, name, impulses, time, seen)
+        found = balance(history.scene, name, impulses, time, seen, history.load_impulses.get(name))
         if found.error > MOMENTUM_TOL:
             text = f"'{name}' was given {found.given:.9g} N s and its momentum changed by {found.changed:.9g} N s"
             raise failure(text, remedy=LOST_DIGITS)

@@ -119,6 +119,7 @@ class PlainLoop:
         old = self.state.copy()
         for name, stepper in self.plan.steppers.items():
             stepper.free(stepper.parameters, self.state[self.parts[name]])
+        self.push_ends()
         for contact in self.contacts:
             contact.reply, contact.given = Reply(), np.zeros(JUMP)
             self.fill(contact, self.state)
@@ -130,6 +131,20 @@ class PlainLoop:
             self.date(contact)
         self.book(self.state - old)
         self.time += self.dt
+
+    def push_ends(self) -> None:
+        """Add the response to each force over time on an end: its value at one end of the step, or its mean over it."""
+        memory, names = self.assembly.memory, list(self.plan.built)
+        for load in self.assembly.loads:
+            name = names[load.body]
+            times = memory.load_times[load.table_start : load.table_end]
+            forces = memory.load_forces[load.table_start : load.table_end]
+            end = self.time + self.dt
+            breaks = np.array([self.time, *times[(times > self.time) & (times < end)], end])
+            at = np.interp(breaks, times, forces)  # straight lines between
+            mean = float(np.sum(0.5 * (at[1:] + at[:-1]) * np.diff(breaks)) / (end - self.time))
+            force = {0.0: at[0], 0.5: mean, 1.0: at[-1]}[load.point]
+            self.state[self.parts[name]] += force * self.plan.steppers[name].force_response[load.place]
 
     def start_of_step(self) -> None:
         """Fill the ports with the motion of the faces and the readings at the start of a step."""

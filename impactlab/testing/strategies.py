@@ -215,7 +215,9 @@ def in_other_units(simulation: Simulation, mass: float, length: float, time: flo
 
     def at_end(end: End) -> End:
         force, rotational = mass * length / time**2, stiffness * length**2
-        return End(end.kind, end.value * of_ends.get(end.kind, 1.0), end.force * force, end.rotational * rotational)
+        load = None if end.load is None else end.load.scaled(force, time)
+        value = end.value * of_ends.get(end.kind, 1.0)
+        return End(end.kind, value, end.force * force, end.rotational * rotational, load)
 
     def scaled(body: Body) -> Body:
         values = times(body, of_bodies)

@@ -2,6 +2,7 @@
 
 from impactlab.scene.bodies.base import Body, ElasticBody, WaveBody
 from impactlab.scene.bodies.beam import Beam, BeamSegment, beams_among
+from impactlab.scene.bodies.loads import AbstractLoad, FunctionLoad, SampledLoad
 from impactlab.scene.bodies.mechanism import Drive, Link, Mark, Mechanism, MechanismBody, PartMechanism
 from impactlab.scene.bodies.pieces import End, Profile, Rayleigh, Segment, Table
 from impactlab.scene.bodies.rigid import Mass, Wall
@@ -11,12 +12,14 @@ from impactlab.scene.bodies.shaft import Shaft, shaft_end, shaft_segment
 from impactlab.scene.bodies.steady import SteadyState
 
 __all__ = [
+    "AbstractLoad",
     "Beam",
     "BeamSegment",
     "Body",
     "Drive",
     "ElasticBody",
     "End",
+    "FunctionLoad",
     "Link",
     "Mark",
     "Mass",
@@ -27,6 +30,7 @@ __all__ = [
     "Rayleigh",
     "Rod",
     "Rotation",
+    "SampledLoad",
     "Segment",
     "Shaft",
     "SteadyState",

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 from impactlab.errors import CaseError
+from impactlab.scene.bodies.loads import AbstractLoad
 from impactlab.scene.bodies.pieces import UNDAMPED, End, Profile, Rayleigh, Segment
 from impactlab.scene.bodies.rotation import Rotation
 from impactlab.scene.bodies.steady import SteadyRod, SteadyState
@@ -117,8 +118,13 @@ class Body(ABC):
 
     @property
     def end_force(self) -> float:
-        """Sum of the forces on both ends [N], along +x, of a beam along +u."""
+        """Sum of the constant forces on both ends [N], along +x, of a beam along +u."""
         return 0.0
+
+    @property
+    def loads(self) -> tuple[tuple[float, AbstractLoad], ...]:
+        """Place x [m] of each end with a force over time, and that force."""
+        return tuple((x, end.load) for x, end in self.ends if end.load is not None)
 
     @property
     def is_held(self) -> bool:

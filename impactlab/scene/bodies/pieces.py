@@ -11,6 +11,8 @@ import numpy as np
 from numpy import float64
 from numpy.typing import NDArray
 
+from impactlab.scene.bodies.loads import AbstractLoad
+
 Profile = Callable[[NDArray[float64]], NDArray[float64]]
 """A quantity as a function of x [m], shape (n,) to shape (n,)."""
 
@@ -82,11 +84,21 @@ class End:
     value: float = 0.0  # N/m, N s/m or kg
     force: float = 0.0  # N, along +x (of a beam along +u), constant from t = 0 on
     rotational: float = 0.0  # N m/rad, of a spring against rotation at the end of a beam
+    load: AbstractLoad | None = None  # a force over time, in place of the constant one
+
+    @property
+    def is_loaded(self) -> bool:
+        """Whether a force acts on it, constant or over time."""
+        return self.force != 0.0 or self.load is not None
+
+    def largest_force(self, duration: float) -> float:
+        """Return the largest size [N] of the force on it over a run."""
+        return abs(self.force) if self.load is None else self.load.largest(duration)
 
     @property
     def carries(self) -> str:
         """Kind of the end for contact laws, or `force` where a force acts."""
-        return "force" if self.force != 0.0 else self.kind
+        return "force" if self.is_loaded else self.kind
 
 
 @dataclass(frozen=True)

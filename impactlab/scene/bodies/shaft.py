@@ -56,4 +56,5 @@ def shaft_end(end: End, lever_arm: float) -> End:
 
     It is given in N m/rad, N m s/rad, kg m2 and N m.
     """
-    return End(end.kind, end.value / lever_arm**2, end.force / lever_arm)
+    load = None if end.load is None else end.load.scaled(1.0 / lever_arm)
+    return End(end.kind, end.value / lever_arm**2, end.force / lever_arm, load=load)

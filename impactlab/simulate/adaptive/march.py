@@ -42,7 +42,7 @@ class March:
 
     Events lie on the interpolant of an accepted step; the step ends at the first one, since the force has a kink there.
     A contact that opens and closes within one step is found as long as its trace shows on nine samples of it; no step
-    is longer than a wave takes through the shortest rod.
+    is longer than a wave takes through the shortest rod, or than the samples of a force over time are apart.
     """
 
     def __init__(self, system: System, integrator: AbstractAdaptive, longest: float | None) -> None:
@@ -50,6 +50,7 @@ class March:
         scene = system.scene
         transits = [0.5 * body.round_trip for body in scene.elastic.values()]
         self.longest = min([scene.duration, *transits]) if longest is None else longest
+        self.longest = min(self.longest, system.shortest_interval)
         self.time, self.steps, self.factorisations = 0.0, 0, 0
         self.state = system.start.copy()
         self.record = Record(system)
@@ -167,6 +168,7 @@ class March:
             self._spans.append(ContactSpan(name, span.start, None, self._impulse(number) - span.impulse, span.peak))
         self._under_way = {}
         self.history.duration = min(self.history.duration, self.time)
+        self.history.load_impulses = self.system.load_impulses(self.state)
         self.history.finish(self._events, self._spans)
         self.history.cost.steps = self.steps
         self.history.cost.rhs_evaluations = self.system.evaluations

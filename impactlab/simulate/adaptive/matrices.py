@@ -16,6 +16,8 @@ from impactlab.types import Array
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
+MAX_PARTS = 20_000  # of a run: samples nearer to each other do not bound the step
+
 
 def joined(matrices: list[Array]) -> Array:
     """Return banded matrices as the blocks of one, with nothing between them."""
@@ -52,9 +54,11 @@ def inverse_of(mass: Array) -> Callable[[Array], Array]:
 
 @final
 class ConstantMatrices(AbstractEquations):
-    """Bodies whose matrices do not change. Its powers are those lost in dashpots at ends and by damping inside."""
+    """Bodies whose matrices do not change.
 
-    powers = 2
+    Its powers are the forces over time on ends (their integrals are impulses), the powers of these, and those lost in
+    dashpots at ends and by damping inside.
+    """
 
     def __init__(self, built: Mapping[str, BuiltBody]) -> None:
         systems = [body.system for body in built.values()]
@@ -69,20 +73,30 @@ class ConstantMatrices(AbstractEquations):
         self.velocity = np.concatenate([system.velocity for system in systems])
         self._built, self._stiffness, self._damping = built, sparse(self.stiffness), sparse(self.damping)
         self._damped = bool(np.any(self.damping))
+        self._loads = [(name, x, load) for name, each in built.items() for x, load in each.body.loads]
+        self._loaded = np.zeros((len(self._loads), self.n_dof))
+        for row, (name, x, _) in zip(self._loaded, self._loads, strict=True):
+            row[self.parts[name]] = built[name].model.row(x, "displacement")
+        self.powers = 2 * len(self._loads) + 2
         self._ends = np.concatenate([system.dashpots_at_ends() for system in systems])
         self.inverse = inverse_of(self.mass)
-        self._lost = np.zeros(2)
+        self._powers = np.zeros(self.powers)
 
     def at(self, time: float, p: Array, v: Array) -> tuple[Array, Array, Array]:
         forces = self.load - self._stiffness @ p
         if self._damped:
             drag = self._damping @ v
             forces -= drag
-            self._lost = np.array(self.lost_by(v, drag))
+            self._powers[-2:] = self.lost_by(v, drag)
+        if self._loads:
+            now, count = np.array(time), len(self._loads)
+            pushed = np.array([float(load.at(now)) for _, _, load in self._loads])
+            forces = forces + pushed @ self._loaded
+            self._powers[:count], self._powers[count : 2 * count] = pushed, pushed * (self._loaded @ v)
         return p, v, forces
 
     def accelerations(self, time: float, v: Array, forces: Array) -> tuple[Array, Array]:
-        return self.inverse(forces), self._lost
+        return self.inverse(forces), self._powers
 
     def motion(self, p: Array, v: Array) -> tuple[Array, Array]:
         return p, v
@@ -140,6 +154,18 @@ class ConstantMatrices(AbstractEquations):
         return Balance(
             energies=np.array([energy[part].sum() for part in self.parts.values()]),
             momenta=self._momenta @ v,
-            work=float(self.load @ p),
-            lost=(float(integrals[0]), float(integrals[1])),
+            work=float(self.load @ p) + float(integrals[len(self._loads) : -2].sum()),
+            lost=(float(integrals[-2]), float(integrals[-1])),
         )
+
+    def load_impulses(self, integrals: Array) -> dict[str, float]:
+        """Return the impulses of forces over time so far [N s], by body."""
+        found: dict[str, float] = {}
+        for (name, _, _), impulse in zip(self._loads, integrals, strict=False):
+            found[name] = found.get(name, 0.0) + float(impulse)
+        return found
+
+    def shortest_interval(self, duration: float) -> float:
+        """Return the shortest time [s] in which a load changes its slope, or a small part of the run."""
+        spacings = [load.spacing(duration) for _, _, load in self._loads]
+        return max(min(spacings, default=duration), duration / MAX_PARTS)

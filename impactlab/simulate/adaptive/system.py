@@ -86,8 +86,8 @@ class System:
         at_start = self.energies(self.start)
         speeds = [field_acceleration(scene) * scene.duration]
         for body in scene.elastic.values():
-            speeds.append(abs(body.left.force) / body.segments[0].impedance)
-            speeds.append(abs(body.right.force) / body.segments[-1].impedance)
+            speeds.append(body.left.largest_force(scene.duration) / body.segments[0].impedance)
+            speeds.append(body.right.largest_force(scene.duration) / body.segments[-1].impedance)
         speeds.append(self.equations.speed(masses, scene.duration))
         energies, frames = dict(zip(self.built, at_start.bodies.tolist(), strict=True)), drift_velocities(scene)
         drifting = max(map(abs, frames.values()), default=0.0)
@@ -107,6 +107,16 @@ class System:
         self.scale[self.losses.start :] = 0.5 * heaviest * self.speed**2
         shares = self.speed * self.equations.shares(masses)
         self.scale[: self.n], self.scale[self.n : 2 * self.n] = shares * self.time, shares
+
+    def load_impulses(self, state: Array) -> dict[str, float]:
+        """Return the impulses of forces over time on ends so far [N s], by body."""
+        return {} if self._matrices is None else self._matrices.load_impulses(state[self.losses.stop :])
+
+    @property
+    def shortest_interval(self) -> float:
+        """Shortest time [s] in which a force over time changes its slope; the run where there is none."""
+        duration = self.scene.duration
+        return duration if self._matrices is None else self._matrices.shortest_interval(duration)
 
     def motion(self, state: Array) -> tuple[Array, Array]:
         """Return displacements and velocities, (n_dof,) or (n_dof, n_times), of one state or (n_state, n_times).

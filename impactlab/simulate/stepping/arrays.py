@@ -110,6 +110,26 @@ class PushRecord(ctypes.Structure):
 
 
 @record
+class LoadRecord(ctypes.Structure):
+    """A force over time on an end of a body: its samples, and what it has given so far."""
+
+    body: int
+    place: int  # which of its body's ports
+    table_start: int  # in the times and forces of the samples
+    table_end: int
+    piece: int  # sample before the present time; -1 before the first
+    low: Annotated[Integers, 3]  # as of a face: ranges of the state with nonzero response
+    high: Annotated[Integers, 3]
+    point: float  # where in the step it is taken: 0 start, 1/2 mean over the step, 1 end
+    force: float  # N, of the last step
+    before: float  # N, of the step before it
+    u: float  # m, of its end, at the start of the step
+    v: float  # m/s
+    impulse: float  # N s so far
+    work: float  # J so far
+
+
+@record
 class PhaseRecord(ctypes.Structure):
     """A body with other coordinates while a contact is closed; see `StepArrays.other_state`."""
 
@@ -178,7 +198,8 @@ class ClockRecord(ctypes.Structure):
 class StepArrays(NamedTuple):
     """All arrays of the loop.
 
-    Rows of `row_index` and `row_value`: face displacements, face velocities, readings, probes, pushes.
+    Rows of `row_index` and `row_value`: face displacements, face velocities, readings, probes, displacement and
+    velocity of each loaded end, pushes.
     """
 
     clock: Sequence[ClockRecord]  # (1,)
@@ -189,6 +210,7 @@ class StepArrays(NamedTuple):
     replies: Sequence[Reply]  # (n_contacts,)
     readings: Sequence[ReadingRecord]  # (n_readings,)
     pushes: Sequence[PushRecord]  # (n_pushes,)
+    loads: Sequence[LoadRecord]  # (n_loads,)
     phases: Sequence[PhaseRecord]  # (n_phases,)
     dampers: Sequence[DamperRecord]  # (n_dampers,)
     events: Sequence[EventRecord]  # (room,)
@@ -204,6 +226,8 @@ class StepArrays(NamedTuple):
     row_start: Ints  # (n_rows + 1,)
     row_index: Ints  # into the state
     row_value: Floats
+    load_times: Floats  # s, samples of the loads, one after the other
+    load_forces: Floats  # N
     left_out: Floats  # (n_readings, n_contacts) static response of the modes left out per force of the step before
     record: Floats  # (room, 1 + 6 n_contacts + n_probes) time; force, gap; left u, v, right u, v; probes
     sample: Floats  # (room, 6 + 3 n_bodies) time, stored, four losses; energy, work, momentum of each body

@@ -30,6 +30,7 @@ from impactlab.simulate.stepping.arrays import (
     EventRecord,
     FaceRecord,
     Floats,
+    LoadRecord,
     PhaseRecord,
     PushRecord,
     ReadingRecord,
@@ -100,6 +101,7 @@ class Assembly:
         self.clock.changes = int(any(stepper.columns is not None for stepper in steppers.values()))
         self.events, events = records(EventRecord, max(MIN_EVENTS, 1024 * len(scene.contacts)))
         faces, pushes = self._faces_and_pushes()
+        loads, load_times, load_forces = self._loads()
         n_contacts = len(scene.contacts)
         unknowns = 2 * n_contacts if n_contacts > 1 else 0
         room = (4 if plan.method.events == "located" else 1) * (plan.steps // self.stride + 8) + 256
@@ -112,6 +114,7 @@ class Assembly:
             replies=replies,
             readings=self._readings(),
             pushes=pushes,
+            loads=loads,
             phases=phases,
             dampers=self._dampers(state),
             events=events,
@@ -127,6 +130,8 @@ class Assembly:
             row_start=row_start,
             row_index=row_index,
             row_value=row_value,
+            load_times=load_times,
+            load_forces=load_forces,
             left_out=values.left_out,
             record=np.zeros((room, 1 + 6 * n_contacts + len(self.probes) + len(self.far_ends))),
             sample=np.zeros((plan.steps // self.sample_stride + 8, SAMPLED + 3 * len(built))),
@@ -221,6 +226,8 @@ class Assembly:
                         left_out_per_force(model, other, point.body, x, reading.quantity) for other in contacts
                     ]
         rows += [row(each.body, each.x, each.quantity, each.factor) for each in (*self.probes, *self.far_ends)]
+        loaded = [(name, x) for name, body in self.built.items() for x, _ in body.body.loads]
+        rows += [row(name, x, quantity) for name, x in loaded for quantity in MOTION]
         rows += [row(push.body, push.x, push.quantity) for push in self._plan.pushes]
         return rows, np.array(left_out, float).reshape(len(left_out), len(contacts))
 
@@ -289,7 +296,25 @@ class Assembly:
             taken[push.body] += 1
         return faces, pushes
 
-    def _write_ranges(self, record: FaceRecord | PushRecord, body: str, response: Array, at: int) -> None:
+    def _loads(self) -> tuple[Sequence[LoadRecord], Floats, Floats]:
+        """Return the loads of all bodies and their samples; the ports of a body end with its loads."""
+        found = [(name, load) for name, body in self.built.items() for _, load in body.body.loads]
+        self.loads, loads = records(LoadRecord, len(found))
+        tables = [load.sampled(self.steps * self.dt, self.steps) for _, load in found]
+        times, starts = flat([table.times for table in tables])
+        names = [name for name, _ in found]
+        for number, (record, name) in enumerate(zip(self.loads, names, strict=True)):
+            stepper = self._plan.steppers[name]
+            own = isinstance(self.built[name].model, AbstractSelfStepping)
+            record.body, record.piece = list(self.built).index(name), -1
+            record.place = len(stepper.jump) - names[number:].count(name)
+            record.table_start, record.table_end = starts[number : number + 2].tolist()
+            record.point = 0.5 if own else self.integrator.load_point
+            record.before = float(tables[number].at(np.zeros(1))[0])
+            self._write_ranges(record, name, stepper.force_response[record.place], 0)
+        return loads, times, flat([table.forces for table in tables])[0]
+
+    def _write_ranges(self, record: FaceRecord | LoadRecord | PushRecord, body: str, response: Array, at: int) -> None:
         """Write the ranges of a body's displacements, velocities and other state with nonzero response."""
         system = self.built[body].system
         n_dof = system.load.size

@@ -56,7 +56,7 @@ def attempt(m: StepArrays, time: float, dt: float) -> None:
     for i in range(m.state.size):
         m.state[i] = m.backup[i]
     retime(m, dt)
-    free_step(m)
+    free_step(m, time, dt)
     solve_contacts(m, time, dt)
 
 

@@ -11,6 +11,7 @@ from impactlab.numerics.addresses import call
 from impactlab.numerics.compiling import ENTRY, INLINE, PART
 from impactlab.simulate.stepping.arrays import SAMPLED, StepArrays
 from impactlab.simulate.stepping.contact_solve import effect_of, evaluate_law, solve_contacts
+from impactlab.simulate.stepping.end_loads import apply_loads, book_loads, read_loads
 from impactlab.simulate.stepping.event_times import write_events
 from impactlab.simulate.stepping.influence import fill_influence, pushed_values, row_times_state
 from impactlab.simulate.stepping.phases import change_phases
@@ -44,6 +45,8 @@ def begin_step(m: StepArrays, end: float) -> None:
         m.ports[messenger.contact].readings[messenger.slot] = value
     if len(m.pushes) > 0:
         pushed_values(m, False)
+    if len(m.loads) > 0:
+        read_loads(m)
     for number in range(len(m.dampers)):
         damper = m.dampers[number]
         damper.old = m.state[damper.index]
@@ -90,12 +93,14 @@ def read_again(m: StepArrays) -> None:
 
 
 @INLINE
-def free_step(m: StepArrays) -> None:
-    """Take the free step of all bodies and read the faces at its end."""
+def free_step(m: StepArrays, time: float, dt: float) -> None:
+    """Take the free step of all bodies, under their loads, and read the faces at its end."""
     for number in range(len(m.bodies)):
         body = m.bodies[number]
         parameters = m.parameters[body.parameter_start : body.parameter_end]
         call(body.free, parameters, m.state[body.state_start : body.state_end])
+    if len(m.loads) > 0:
+        apply_loads(m, time, dt)
     if m.clock[0].changes != 0:
         rewrite_columns(m)
     n_faces = len(m.faces)
@@ -153,6 +158,8 @@ def correct(m: StepArrays) -> None:
 def book_step(m: StepArrays, dt: float, end: float) -> None:
     """Book the losses of an accepted step, take snapshots, advance the clock."""
     clock = m.clock[0]
+    if len(m.loads) > 0:
+        book_loads(m, dt)
     for number in range(len(m.dampers)):
         damper = m.dampers[number]
         moved = m.state[damper.index] - damper.old
@@ -194,6 +201,8 @@ def sample_energies(m: StepArrays) -> bool:
         m.sample[n, SAMPLED + 2 + 3 * number] = momentum
         total = m.scratch[0] + momentum
         finite = finite and total - total == 0.0
+    for number in range(len(m.loads)):
+        m.sample[n, SAMPLED + 1 + 3 * m.loads[number].body] += m.loads[number].work
     stored = 0.0
     for number in range(len(m.contacts)):
         stored += m.replies[number].stored
@@ -242,7 +251,7 @@ def advance_dated(m: StepArrays, dt: float, last_step: int, stride: int, sample_
             return EVENTS_FULL
         time, end = clock.time, (clock.step + 1) * dt
         begin_step(m, end)
-        free_step(m)
+        free_step(m, time, dt)
         if not solve_contacts(m, time, dt):
             return LAW_FAILED
         correct(m)

@@ -88,7 +88,7 @@ def prepare_steppers(
     pushes: Sequence[Push] = (),
     impulses: bool = True,
 ) -> dict[str, Stepper]:
-    """Return the steppers of bodies; ports are their faces in the order of the contacts, then their pushed rows.
+    """Return the steppers of bodies; ports are their faces in the order of the contacts, pushed rows, loads over time.
 
     Without ``impulses`` their columns in a mechanism stay those at t = 0.
     """
@@ -97,6 +97,8 @@ def prepare_steppers(
     for name, (body, model, system) in built.items():
         rows = [model.row(point.x, "displacement") for point in points if point.body == name]
         rows += [model.row(push.x, push.quantity) for push in pushes if push.body == name]
+        loads = [(model.row(x, "displacement"), load) for x, load in body.loads]
+        rows += [row for row, _ in loads]
         ports = np.array(rows).reshape(len(rows), system.load.size)
         subject, path = f"the steps of '{name}'", f"bodies.{name}"
         with in_precision(subject, path, body):
@@ -105,7 +107,10 @@ def prepare_steppers(
             elif isinstance(model, AbstractSelfStepping):
                 stepper = model.stepper(ports, dt)
             else:
-                stepper = integrator.prepare(system._replace(momentum=model.momentum_row()), ports, dt)
+                at_start = sum(
+                    (float(load.at(np.zeros(1))[0]) * row for row, load in loads), np.zeros(system.load.size)
+                )
+                stepper = integrator.prepare(system._replace(momentum=model.momentum_row()), ports, dt, at_start)
         checked = stepper.parameters, stepper.state, stepper.force_response, stepper.impulse_response
         check_finite(subject, path, body, *checked)
         steppers[name] = stepper

@@ -1,0 +1,26 @@
+"""A long column of numbers given in Python, kept as one value of a case."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any, final
+
+import numpy as np
+from numpy import float64
+from numpy.typing import NDArray
+
+
+@final
+class Samples(tuple[float, ...]):
+    """Numbers of an array; a copy of a case shares them."""
+
+    def __copy__(self) -> Samples:
+        return self
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Samples:
+        return self
+
+    @cached_property
+    def array(self) -> NDArray[float64]:
+        """The numbers, shape (n,)."""
+        return np.array(self)

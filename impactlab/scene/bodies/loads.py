@@ -1,0 +1,125 @@
+"""Forces on ends over time: samples with straight lines between them, or a function of time."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import final
+
+import numpy as np
+from numpy import float64
+from numpy.typing import NDArray
+
+Array = NDArray[float64]
+
+PARTS = 200  # of a run, in each of which a function may change its slope
+MAX_SAMPLES = 1_000_000  # straight lines that stand for a function; a run of fewer steps has one to a step
+SAME_TIME = 1e-9  # of the duration: samples may end this much before the run
+
+
+class AbstractLoad(ABC):
+    """A force on an end of a body over time [N], positive along +x, of a beam along +u."""
+
+    @abstractmethod
+    def at(self, t: Array) -> Array:
+        """Return the force [N] at times t [s], shape of t."""
+
+    @abstractmethod
+    def scaled(self, force: float, time: float = 1.0) -> AbstractLoad:
+        """Return the load with other units of force and time: each value times a factor."""
+
+    @abstractmethod
+    def sampled(self, duration: float, steps: int = 20_000) -> SampledLoad:
+        """Return the load over [0, duration] as straight lines: one to a step, if it has no samples of its own."""
+
+    @abstractmethod
+    def spacing(self, duration: float) -> float:
+        """Return the shortest time [s] in which its slope changes, for the steps of a run of this duration."""
+
+    def largest(self, duration: float) -> float:
+        """Return its largest size [N] over [0, duration]."""
+        own = self.sampled(duration)
+        inside = own.forces[(own.times > 0.0) & (own.times < duration)]
+        return float(np.abs([*inside, *self.at(np.array([0.0, duration]))]).max())
+
+
+@final
+@dataclass(frozen=True)
+class SampledLoad(AbstractLoad):
+    """Forces f [N] at rising times t [s], straight lines between them.
+
+    Before the first sample and after the last the force is that of the sample. `reaches` tells whether this is more
+    than a force of zero that stays zero.
+    """
+
+    t: tuple[float, ...]
+    f: tuple[float, ...]
+
+    @cached_property
+    def times(self) -> Array:
+        """Times [s], shape (n,)."""
+        return np.array(self.t)
+
+    @cached_property
+    def forces(self) -> Array:
+        """Forces [N], shape (n,)."""
+        return np.array(self.f)
+
+    def at(self, t: Array) -> Array:
+        return np.asarray(np.interp(t, self.times, self.forces), dtype=float)
+
+    def scaled(self, force: float, time: float = 1.0) -> SampledLoad:
+        return SampledLoad(tuple((time * self.times).tolist()), tuple((force * self.forces).tolist()))
+
+    def sampled(self, duration: float, steps: int = 20_000) -> SampledLoad:
+        return self
+
+    def spacing(self, duration: float) -> float:
+        return float(np.diff(self.times).min())
+
+    def reaches(self, duration: float) -> tuple[bool, bool]:
+        """Return whether the force is given at the start and at the end of a run: by samples, or by zeros outside."""
+        start = self.t[0] <= 0.0 or self.f[0] == 0.0
+        return start, self.t[-1] >= duration * (1.0 - SAME_TIME) or self.f[-1] == 0.0
+
+    def impulse(self, t: Array) -> Array:
+        """Return the integral of the force from 0 to times t >= 0 [N s], shape of t."""
+        times, forces, slopes, impulse = self._knots
+        at = np.clip(np.searchsorted(times, t, side="right") - 1, 0, None)
+        after = np.asarray(t) - times[at]
+        return np.asarray(impulse[at] + after * (forces[at] + 0.5 * slopes[at] * after))
+
+    @cached_property
+    def _knots(self) -> tuple[Array, Array, Array, Array]:
+        """Times from 0 on, force, its slope after each, and impulse at each, (n,)."""
+        times = np.concatenate(([0.0], self.times[self.times > 0.0]))
+        forces, lengths = self.at(times), np.diff(times)
+        slopes = np.append(np.diff(forces) / lengths, 0.0)
+        impulse = np.concatenate(([0.0], np.cumsum(0.5 * (forces[1:] + forces[:-1]) * lengths)))
+        return times, forces, slopes, impulse
+
+
+@final
+@dataclass(frozen=True)
+class FunctionLoad(AbstractLoad):
+    """A force as a function of time, times factors of force and time."""
+
+    function: Callable[[Array], Array]  # t [s] (n,) to N (n,)
+    force: float = 1.0
+    time: float = 1.0
+
+    def at(self, t: Array) -> Array:
+        return np.asarray(self.force * self.function(np.asarray(t, dtype=float) / self.time), dtype=float)
+
+    def scaled(self, force: float, time: float = 1.0) -> FunctionLoad:
+        return replace(self, force=force * self.force, time=time * self.time)
+
+    def sampled(self, duration: float, steps: int = 20_000) -> SampledLoad:
+        count = max(1, min(steps, MAX_SAMPLES))
+        times = np.asarray(np.arange(count + 1) * (duration / count), dtype=float64)
+        return SampledLoad(tuple(times.tolist()), tuple(self.at(times).tolist()))
+
+    def spacing(self, duration: float) -> float:
+        return duration / PARTS

@@ -1,0 +1,87 @@
+"""Forces over time on ends, in the step loop: each acts as the force of a contact does, known before the step."""
+
+from __future__ import annotations
+
+from impactlab.numerics.compiling import INLINE, PART
+from impactlab.simulate.stepping.arrays import Floats, StepArrays
+from impactlab.simulate.stepping.influence import row_times_state
+
+
+@PART
+def force_at(times: Floats, forces: Floats, piece: int, t: float) -> float:
+    """Return the force [N] of samples at a time in the piece after sample ``piece``; -1 is before the first."""
+    if piece < 0:
+        return float(forces[0])
+    if piece == times.size - 1:
+        return float(forces[piece])
+    share = (t - times[piece]) / (times[piece + 1] - times[piece])
+    return float(forces[piece] + share * (forces[piece + 1] - forces[piece]))
+
+
+@PART
+def force_over(times: Floats, forces: Floats, piece: int, start: float, dt: float, point: float) -> float:
+    """Return the force [N] of a step: at its start (point 0) or its end (1), else its mean over the step, exactly.
+
+    ``piece`` is that of the start; straight lines stand between samples.
+    """
+    if point == 0.0:
+        return force_at(times, forces, piece, start)
+    end, low, total = start + dt, start, 0.0
+    while True:
+        last = piece == times.size - 1 or times[piece + 1] >= end
+        high = end if last else times[piece + 1]
+        if last and point == 1.0:
+            return force_at(times, forces, piece, end)
+        if last and low == start:  # one line over the whole step
+            return force_at(times, forces, piece, start + 0.5 * dt)
+        total += (high - low) * force_at(times, forces, piece, 0.5 * (low + high))
+        if last:
+            return total / dt
+        low, piece = high, piece + 1
+
+
+@INLINE
+def apply_loads(m: StepArrays, time: float, dt: float) -> None:
+    """Add the responses to the loads of a step to the state at the end of the free step."""
+    for number in range(len(m.loads)):
+        load = m.loads[number]
+        times = m.load_times[load.table_start : load.table_end]
+        forces = m.load_forces[load.table_start : load.table_end]
+        while load.piece >= 0 and times[load.piece] > time:
+            load.piece -= 1
+        while load.piece < times.size - 1 and times[load.piece + 1] <= time:
+            load.piece += 1
+        load.force = force_over(times, forces, load.piece, time, dt, load.point)
+        body = m.bodies[load.body]
+        start = body.response_start + load.place * (body.state_end - body.state_start)
+        for part in range(3):
+            for i in range(load.low[part], load.high[part]):
+                m.state[body.state_start + i] += load.force * m.responses[start + i]
+
+
+@INLINE
+def read_loads(m: StepArrays) -> None:
+    """Read the motion of the loaded ends at the start of a step."""
+    first = len(m.row_start) - 1 - len(m.pushes) - 2 * len(m.loads)
+    for number in range(len(m.loads)):
+        m.loads[number].u = row_times_state(m, first + 2 * number)
+        m.loads[number].v = row_times_state(m, first + 2 * number + 1)
+
+
+@INLINE
+def book_loads(m: StepArrays, dt: float) -> None:
+    """Book impulse and work of the loads over an accepted step.
+
+    A force at the start of a step works on the mean of the velocities around it, as in leapfrog; any other on the
+    displacement in the step. One at the end of the step is the mean of this step and the last there.
+    """
+    first = len(m.row_start) - 1 - len(m.pushes) - 2 * len(m.loads)
+    for number in range(len(m.loads)):
+        load = m.loads[number]
+        load.impulse += load.force * dt
+        moved = row_times_state(m, first + 2 * number) - load.u
+        if load.point == 0.0:
+            moved = 0.5 * dt * (load.v + row_times_state(m, first + 2 * number + 1))
+        felt = 0.5 * (load.before + load.force) if load.point == 1.0 else load.force
+        load.work += felt * moved
+        load.before = load.force
