@@ -172,6 +172,12 @@ PROMISES: Mapping[str, tuple[Promise, ...]] = {
         Promise("0.144949", close(0, "hammer|weight")),
         Promise("2.449490", at("velocity:hammer", 0.1449489742)),
     ),
+    "direct_impact": (
+        Promise("26611.7", at("force:striker.right|bar.left", 200e-6)),
+        Promise("29010.1", at("force:striker.right|bar.left", 395e-6)),
+        Promise("0.40973", at("gap:striker.right|bar.left", 200e-6, -1.0), MM),
+        Promise("0.71510", at("gap:striker.right|bar.left", 395e-6, -1.0), MM),
+    ),
     "drill_rod": (
         Promise("0.7331", lambda history: blow_of(history).first_pass),
         Promise("285.40", lambda history: blow_of(history).peak_force, KN),
@@ -316,6 +322,11 @@ PROMISES: Mapping[str, tuple[Promise, ...]] = {
         Promise("1.106950", opened(0, "cap|pile.left"), T),
         Promise("1.167185", opened(0, "ram|cap"), T),
         Promise("0.491055", at("velocity:ram")),
+    ),
+    "pulse_shaper": (
+        Promise("60046.4", at("force:striker.right|incident.left", 50e-6)),
+        Promise("72272.4", at("force:striker.right|incident.left", 100e-6)),
+        Promise("72336.3", peak(0, "striker.right|incident.left")),
     ),
     "residual_blows": (
         Promise("11.794", lambda history: rest(history).head, MM),
