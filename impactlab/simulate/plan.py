@@ -156,6 +156,9 @@ def chosen_step(scene: Scene, method: Method, integrator: AbstractIntegrator, bu
         raise beyond("the step", "solve.step")
     name = min(limits, key=lambda key: limits[key], default="")
     if name and dt > limits[name] * (1.0 + 1e-9):
+        model = built[name].model
+        if isinstance(model, AbstractSelfStepping) and (fault := model.too_long(dt)) is not None:
+            raise fault
         raise CaseError(
             f"a step of {dt:.6g} s is beyond the stability limit {limits[name]:.6g} s of integrator "
             f"'{kind_of(integrator)}' for body '{name}'",

@@ -73,6 +73,9 @@ class PlainLoop:
         shape = memory.row_start.size - 1, self.state.size
         self.rows = csr_array((memory.row_value, memory.row_index, memory.row_start), shape).toarray()
         self.parts: dict[str, slice] = {}  # of the state, by body
+        self.parameters = {
+            name: each.parameters.copy() for name, each in plan.steppers.items()
+        }  # kernels may write them
         self.dashpots: list[tuple[Array, float, str]] = []  # row, N s/m, account
         self.stretched: list[float] = []  # m, change of the dashpots' lengths in the last step
         for name, stepper in plan.steppers.items():
@@ -118,7 +121,7 @@ class PlainLoop:
         self.start_of_step()
         old = self.state.copy()
         for name, stepper in self.plan.steppers.items():
-            stepper.free(stepper.parameters, self.state[self.parts[name]])
+            stepper.free(self.parameters[name], self.state[self.parts[name]])
         self.push_ends()
         for contact in self.contacts:
             contact.reply, contact.given = Reply(), np.zeros(JUMP)
@@ -224,5 +227,5 @@ class PlainLoop:
     def energy(self, name: str) -> float:
         """Return the energy of a body less the work of its load [J]."""
         out, stepper = np.zeros(4), self.plan.steppers[name]
-        stepper.measure(stepper.parameters, self.state[self.parts[name]], out)
+        stepper.measure(self.parameters[name], self.state[self.parts[name]], out)
         return float(out[0] - out[1])

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar, Self
 
 import numpy as np
 
-from impactlab.errors import PairingError
+from impactlab.errors import CaseError, PairingError
 from impactlab.integrators.base import Kernel, Stepper
 from impactlab.models.base import AbstractDiscreteModel, Operators
 from impactlab.scene.bodies import Beam, End
@@ -43,6 +43,10 @@ class AbstractSelfStepping(AbstractDiscreteModel):
     @abstractmethod
     def longest_step(self) -> float:
         """Return the longest step that it can take [s]; inf where any is served."""
+
+    def too_long(self, dt: float) -> CaseError | None:
+        """Return the error of a step [s] beyond `longest_step`; None, as here, for a general one."""
+        return None
 
     def misfit(self, dt: float) -> float:
         """Return the relative change of lengths and speeds that fits a step [s].

@@ -7,6 +7,7 @@ from typing import final
 
 from impactlab.models.base import AbstractRodModel, Face
 from impactlab.models.continuous.base import AbstractSelfStepping
+from impactlab.models.continuous.delay_chain import DelayChain
 from impactlab.models.continuous.delay_line import DelayLine
 from impactlab.models.continuous.infinite_beam import InfiniteBeam
 from impactlab.models.continuous.timoshenko import TimoshenkoWaves
@@ -47,7 +48,9 @@ class Continuous(AbstractRodModel):
         return body.length / 100.0
 
     def build(self, rod: WaveBody, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractSelfStepping:
-        """Return the rod as a pair of delays."""
+        """Return a uniform rod struck at its ends as a pair of delays, any other as a chain of them."""
+        if len(rod.segments) > 1 or any(rod.is_inner(face.x) for face in faces):
+            return DelayChain(rod, gravity, faces)
         return DelayLine(rod, gravity)
 
     def build_beam(self, beam: Beam, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractSelfStepping:

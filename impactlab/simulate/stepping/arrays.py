@@ -198,8 +198,8 @@ class ClockRecord(ctypes.Structure):
 class StepArrays(NamedTuple):
     """All arrays of the loop.
 
-    Rows of `row_index` and `row_value`: face displacements, face velocities, readings, probes, displacement and
-    velocity of each loaded end, pushes.
+    Rows of `row_index` and `row_value`: face displacements, face velocities, readings, probes and waves that are
+    recorded, displacement and velocity of each loaded end, pushes.
     """
 
     clock: Sequence[ClockRecord]  # (1,)

@@ -12,6 +12,7 @@ from impactlab.errors import CaseError, PairingError
 from impactlab.integrators.base import AbstractIntegrator, Stepper, loads_of
 from impactlab.models.base import AbstractDiscreteModel, Phases
 from impactlab.models.continuous.base import AbstractSelfStepping
+from impactlab.models.continuous.delay_chain import DelayChain
 from impactlab.models.continuous.delay_line import DelayLine
 from impactlab.numerics.addresses import COLUMNS, DERIVE, FREE, MEASURE, RETIME, LawAddress, kernel_address
 from impactlab.numerics.records import records
@@ -133,7 +134,7 @@ class Assembly:
             load_times=load_times,
             load_forces=load_forces,
             left_out=values.left_out,
-            record=np.zeros((room, 1 + 6 * n_contacts + len(self.probes) + len(self.far_ends))),
+            record=np.zeros((room, 1 + 6 * n_contacts + len(self.probes) + len(self.far_ends) + len(self.sent))),
             sample=np.zeros((plan.steps // self.sample_stride + 8, SAMPLED + 3 * len(built))),
             snapshot_state=np.zeros((len(scene.field_times), 2, state.size)),
             scratch=np.zeros(4),
@@ -145,24 +146,30 @@ class Assembly:
     def _read_probes(self) -> None:
         """Tell probes that are rows over the state from those that the waves of a delay line give after the run.
 
-        For these the displacements of the ends that no contact records are recorded, too.
+        For these the displacements of the ends that no contact records are recorded, too; of a chain of delays the
+        waves that its nodes send.
         """
         lines = {name: body.model for name, body in self.built.items() if isinstance(body.model, DelayLine)}
+        chains = {name: body.model for name, body in self.built.items() if isinstance(body.model, DelayChain)}
         asked = list(probed(self.scene))
         self.in_waves = [
             each
             for each in asked
-            if each.body in lines
-            and (each.quantity not in MOTION or each.x not in (0.0, self.scene.bodies[each.body].length))
+            if (
+                each.body in lines
+                and (each.quantity not in MOTION or each.x not in (0.0, self.scene.bodies[each.body].length))
+            )
+            or (each.body in chains and (each.quantity not in MOTION or chains[each.body].node_at(each.x) is None))
         ]
         self.probes = [each for each in asked if each not in self.in_waves]
+        self.sent = [(name, row) for name, chain in chains.items() for row in chain.sent()]
         points = [point for contact in self.scene.contacts for point in (contact.left, contact.right)]
         touched = {(point.body, point.x) for point in points}
         ends = [(name, x) for name in lines for x in (0.0, self.scene.bodies[name].length)]
         self.far_ends = [Probed("", name, x, "displacement", 1.0) for name, x in ends if (name, x) not in touched]
         spacing = self.stride * self.dt
         for each in self.in_waves:
-            if spacing > 0.5 * lines[each.body].transit:
+            if spacing > 0.5 * (lines | chains)[each.body].transit:
                 raise CaseError(
                     f"records {spacing:.3g} s apart do not resolve the waves of '{each.body}'",
                     remedy="Give more records, or a shorter duration.",
@@ -226,6 +233,7 @@ class Assembly:
                         left_out_per_force(model, other, point.body, x, reading.quantity) for other in contacts
                     ]
         rows += [row(each.body, each.x, each.quantity, each.factor) for each in (*self.probes, *self.far_ends)]
+        rows += [(self._shift[name], values) for name, values in self.sent]
         loaded = [(name, x) for name, body in self.built.items() for x, _ in body.body.loads]
         rows += [row(name, x, quantity) for name, x in loaded for quantity in MOTION]
         rows += [row(push.body, push.x, push.quantity) for push in self._plan.pushes]

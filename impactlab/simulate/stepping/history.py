@@ -20,6 +20,7 @@ from impactlab.history.base import (
 from impactlab.history.noise_floor import above_noise, reach_of
 from impactlab.history.waves import wave_body
 from impactlab.integrators.base import AbstractIntegrator
+from impactlab.models.continuous.delay_chain import DelayChain
 from impactlab.models.continuous.delay_line import DelayLine
 from impactlab.scene.frame import carried_by, groups, touched_in
 from impactlab.scene.method import laws_of
@@ -27,6 +28,7 @@ from impactlab.simulate.channels import AbstractRecordedHistory, Channel
 from impactlab.simulate.stepping import event_times
 from impactlab.simulate.stepping.arrays import SAMPLED
 from impactlab.simulate.stepping.assembly import Assembly
+from impactlab.simulate.stepping.chain_waves import ChainWaves
 from impactlab.simulate.stepping.delay_waves import DelayWaves
 from impactlab.types import Array
 
@@ -44,8 +46,8 @@ class RecordedHistory(AbstractRecordedHistory):
     def __init__(self, assembly: Assembly, integrator: AbstractIntegrator) -> None:
         super().__init__(assembly.scene, assembly.method, assembly.built, assembly.ports, assembly.dt)
         self.assembly = assembly
-        self._ends: dict[str, tuple[Array, Array]] = {}  # of delay lines: times, displacements of both ends
-        self._delayed: dict[str, DelayWaves] = {}  # those that were evaluated
+        self._ends: dict[str, tuple[Array, Array]] = {}  # of delay lines: times; displacements of both ends, or waves
+        self._delayed: dict[str, DelayWaves | ChainWaves] = {}  # those that were evaluated
         self._times = np.zeros(0)  # of the snapshots
         self._integrator = integrator
         self._raw: list[tuple[float, int, int, float, float, float]] = []
@@ -105,8 +107,15 @@ class RecordedHistory(AbstractRecordedHistory):
             return super().field(body, t, quantity, x)
         time, shown = within_run(t, self.duration), self.scene.bodies[body]
         read, factor = shown.reading(quantity)
-        places = np.linspace(0.0, shown.length, FIELD_POINTS) if x is None else places_on(shown, x)
+        places = self._places_along(body) if x is None else places_on(shown, x)
         return Field(places, factor * self._waves_of(body).at(read, places, time))
+
+    def _places_along(self, body: str) -> Array:
+        """Return the places of a field along a delay line [m]; with both sides of the nodes of a chain of delays."""
+        places, model = np.linspace(0.0, self.scene.bodies[body].length, FIELD_POINTS), self.built[body].model
+        if not isinstance(model, DelayChain):
+            return places
+        return np.union1d([x for x in places if model.node_at(x) is None], model.grid())
 
     def travelling(self, body: str, x: float, t: ArrayLike) -> tuple[Array, Array]:
         if body not in self._ends:
@@ -128,13 +137,26 @@ class RecordedHistory(AbstractRecordedHistory):
         early = (1.0 - self._integrator.velocity_point) * self.assembly.dt
         return self.assembly.clock.time - early - self.duration
 
-    def _waves_of(self, body: str) -> DelayWaves:
+    def _waves_of(self, body: str) -> DelayWaves | ChainWaves:
         if body not in self._delayed:
-            times, ends = self._ends[body]
-            rod = self.scene.elastic[body].waves
+            times, kept = self._ends[body]
+            rod, model = self.scene.elastic[body].waves, self.built[body].model
             assert rod is not None and self.dt is not None  # noqa: S101, PT018 - a delay line is a rod that steps
-            self._delayed[body] = DelayWaves(rod, times, ends, self.dt)
+            self._delayed[body] = (
+                ChainWaves(model, times, kept, self.dt)
+                if isinstance(model, DelayChain)
+                else DelayWaves(rod, times, kept, self.dt)
+            )
         return self._delayed[body]
+
+    def _velocity_times(self, body: str, x: float, times: Array, of_scheme: Array) -> Array:
+        """Return the instants of recorded velocities at x [s]: those of a chain of delays are means over a step."""
+        model = self.built[body].model
+        if not (isinstance(model, DelayChain) and model.gives_means(x)):
+            return of_scheme
+        assert self.dt is not None  # noqa: S101 - it steps
+        lengths = np.diff(times, prepend=times[:1])
+        return np.asarray(times - 0.5 * np.minimum(lengths, self.dt))
 
     def _read_channels(self) -> None:
         assembly, scene, channels = self.assembly, self.scene, self.recorded
@@ -161,14 +183,16 @@ class RecordedHistory(AbstractRecordedHistory):
                     at = column + 2 + 2 * side
                     place = f"{point.body}@{point.x:.6g}"
                     channels[f"displacement:{place}"] = Channel(times, record[:, at], False)
-                    channels[f"velocity:{place}"] = Channel(of_velocity, record[:, at + 1], False)
+                    instants = self._velocity_times(point.body, point.x, times, of_velocity)
+                    channels[f"velocity:{place}"] = Channel(instants, record[:, at + 1], False)
         for group in dict.fromkeys(contact.group for contact in scene.contacts if contact.group):
             forces = [channels[f"force:{contact.name}"] for contact in scene.contacts if contact.group == group]
             total = sum((each.values for each in forces[1:]), forces[0].values)
             channels.setdefault(f"force:{group}", forces[0]._replace(values=total))
         first = 1 + 6 * len(scene.contacts)
         for number, probe in enumerate(assembly.probes):
-            on = of_velocity if probe.quantity == "velocity" else times
+            moving = probe.quantity == "velocity"
+            on = self._velocity_times(probe.body, probe.x, times, of_velocity) if moving else times
             # A face that a contact presses in beyond its coordinates is known from the contact.
             channels.setdefault(probe.channel, Channel(on, record[:, first + number], False))
         moved = {
@@ -181,6 +205,9 @@ class RecordedHistory(AbstractRecordedHistory):
                     for x in (0.0, body.body.length)
                 ]
                 self._ends[name] = times, np.array(ends)
+            elif isinstance(body.model, DelayChain):
+                own = [n for n, (owner, _) in enumerate(assembly.sent) if owner == name]
+                self._ends[name] = times, record[:, first + len(assembly.probes) + len(assembly.far_ends) :][:, own].T
         for each in assembly.in_waves:
             values = each.factor * self._waves_of(each.body).at(each.quantity, np.array(each.x), times)
             channels[each.channel] = Channel(times, values, False)

@@ -1,0 +1,79 @@
+"""Kernel of a chain of delays: waves go from node to node, and at each node two arrive and two leave.
+
+Parameters: number of nodes, dt; then of each node impedance to its left, impedance to its right, mean velocity per
+force, spring, 2 m/dt, load; then of each piece between two nodes its delay in steps, the index where its waves stand,
+the present place there, its impedance; then the waves on their way, both directions of a step side by side. These the
+kernel writes: they are the memory of the body, kept apart from the state that contacts change.
+
+State: of each node the time integral of the velocity that it sends to the left, its displacement, and that of the
+velocity that it sends to the right [m]; then the three velocities.
+"""
+
+from __future__ import annotations
+
+from impactlab.types import Array
+
+NODE, PIECE, FIRST = 6, 4, 2  # numbers of a node and of a piece; where those of the nodes begin
+SENT_LEFT, MOVED, SENT_RIGHT = 0, 1, 2  # coordinates of a node
+
+
+def free(parameters: Array, state: Array) -> None:
+    """Step without contact: the waves sent in the step before go on their way, others arrive and move the nodes.
+
+    A node between impedances Z1 and Z2 with mass m, spring k, dashpot d and force F, under the waves p from the left
+    and q from the right, moves with the mean velocity V of (Z1 + Z2 + d + k dt/2 + 2 m/dt) V = 2 Z1 p + 2 Z2 q - k u +
+    (2 m/dt) v + F. It sends V - p to the left and V - q to the right.
+    """
+    nodes, dt = int(parameters[0]), parameters[1]
+    rates = 3 * nodes
+    p = 0.0
+    for node in range(nodes):
+        at, u, v = FIRST + NODE * node, 3 * node + MOVED, rates + 3 * node + MOVED
+        q, next_p = 0.0, 0.0
+        if node < nodes - 1:
+            piece = FIRST + NODE * nodes + PIECE * node
+            delay, start, place = int(parameters[piece]), int(parameters[piece + 1]), int(parameters[piece + 2])
+            index = start + 2 * place
+            # What both ends sent in the step before, contact included.
+            parameters[index] = state[v + 1]
+            parameters[index + 1] = state[v + 2]
+            place = place + 1 if place + 1 < delay else 0
+            parameters[piece + 2] = place
+            index = start + 2 * place
+            next_p, q = parameters[index], parameters[index + 1]
+        inertia = parameters[at + 4]
+        push = 2.0 * (parameters[at] * p + parameters[at + 1] * q) + parameters[at + 5]
+        mean = parameters[at + 2] * (push - parameters[at + 3] * state[u] + inertia * state[v])
+        state[u] += dt * mean
+        state[v] = 2.0 * mean - state[v] if inertia > 0.0 else mean
+        if node > 0:
+            state[v - 1] = mean - p
+            state[u - 1] += dt * (mean - p)
+        if node < nodes - 1:
+            state[v + 1] = mean - q
+            state[u + 1] += dt * (mean - q)
+        p = next_p
+
+
+def measure(parameters: Array, state: Array, out: Array) -> None:
+    """Write energy [J], work of the end forces and momentum [N s] of waves, end springs and end masses."""
+    nodes, dt = int(parameters[0]), parameters[1]
+    out[0], out[1], out[2] = 0.0, 0.0, 0.0
+    for node in range(nodes - 1):
+        piece = FIRST + NODE * nodes + PIECE * node
+        delay, start, place = int(parameters[piece]), int(parameters[piece + 1]), int(parameters[piece + 2])
+        right, left = state[3 * nodes + 3 * node + SENT_RIGHT], state[3 * nodes + 3 * node + 3 + SENT_LEFT]
+        energy, momentum = right * right + left * left, right + left
+        for k in range(delay):
+            if k != place:  # those have arrived
+                right, left = parameters[start + 2 * k], parameters[start + 2 * k + 1]
+                energy += right * right + left * left
+                momentum += right + left
+        out[0] += parameters[piece + 3] * dt * energy
+        out[2] += parameters[piece + 3] * dt * momentum
+    for node in range(nodes):
+        at, u, v = FIRST + NODE * node, 3 * node + MOVED, 3 * nodes + 3 * node + MOVED
+        mass = 0.5 * dt * parameters[at + 4]
+        out[0] += 0.5 * (parameters[at + 3] * state[u] * state[u] + mass * state[v] * state[v])
+        out[1] += parameters[at + 5] * state[u]
+        out[2] += mass * state[v]
