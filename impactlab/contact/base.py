@@ -7,6 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
+from impactlab.contact.branches import Branches
 from impactlab.errors import PairingError
 from impactlab.types import Level, Noted, Port, Reply, Restitution, SideFacts, Start
 
@@ -46,6 +47,7 @@ class AbstractContactLaw(ABC):
     noted: ClassVar[tuple[Noted, ...]] = ()  # counts in its memory that a run reports as warnings
     why_failed: ClassVar[str] = "a contact law gave no answer"  # text of the StepError after a failed reply
     gains_energy: ClassVar[float] = 0.0  # declared bound on the energy gain, relative; inf where none is known
+    exact_remedy: ClassVar[str] = ""  # what makes it linear between changes of branch, where its options decide
     gain_remedy: ClassVar[str] = ""  # remedy of a run that gained too much; "" where a smaller step or softness helps
 
     def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
@@ -80,6 +82,13 @@ class AbstractContactLaw(ABC):
 
     def spring(self, left: SideFacts, right: SideFacts, dt: float) -> tuple[float, float] | None:
         """Return stiffness [N/m] and damping [N s/m] of a constant spring and dashpot, which runs exactly on waves."""
+        return None
+
+    def branches(self) -> Branches | None:
+        """Return the table of a law that is linear between changes of branch, which runs exactly on waves; else None.
+
+        A law that answers here has no `spring`.
+        """
         return None
 
     @property

@@ -8,6 +8,7 @@ from typing import final
 
 from impactlab.contact import hysteresis
 from impactlab.contact.base import AbstractContactLaw
+from impactlab.contact.branches import Branches, cushion
 from impactlab.errors import CaseError
 from impactlab.types import Level, SideFacts, Start, option
 
@@ -56,6 +57,9 @@ class Bilinear(AbstractContactLaw):
 
     def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
         return Start(parameters=hysteresis.cushion(self.stiffness, self.unloading), memory=(0.0, 0.0, 0.0))
+
+    def branches(self) -> Branches:
+        return cushion(self.stiffness, self.unloading)
 
     def stiffest(self, left: SideFacts, right: SideFacts, dt: float) -> float:
         return self.unloading

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import final
 
 from impactlab.contact.base import AbstractContactLaw
+from impactlab.contact.branches import BOND, Branches
 from impactlab.types import Level, Port, Reply, SideFacts, Start
 
 TRAPEZOID = 1e-9  # of the compliance: a scheme whose displacements are the trapezoidal sums of its velocities
@@ -31,6 +32,9 @@ class Bonded(AbstractContactLaw):
 
     def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
         return Start(memory=(0.0, 0.0))
+
+    def branches(self) -> Branches:
+        return BOND
 
     @staticmethod
     def respond(port: Port, reply: Reply) -> None:

@@ -8,6 +8,7 @@ from typing import final
 
 from impactlab.contact import hysteresis
 from impactlab.contact.base import AbstractContactLaw
+from impactlab.contact.branches import Branches, yielding
 from impactlab.errors import CaseError
 from impactlab.types import Level, SideFacts, Start, option
 
@@ -49,6 +50,9 @@ class ElasticPlastic(AbstractContactLaw):
         rise = self.stiffness * self.hardening / (self.stiffness - self.hardening)
         parameters = (self.stiffness, self.yield_force, rise, -self.yield_force, rise, rise, 0.0, 0.0, 0.0, 0.0)
         return Start(parameters=parameters, memory=(0.0, 0.0, 0.0))
+
+    def branches(self) -> Branches:
+        return yielding(self.stiffness, self.yield_force, self.hardening)
 
     def stiffest(self, left: SideFacts, right: SideFacts, dt: float) -> float:
         return self.stiffness

@@ -7,6 +7,7 @@ from typing import final
 
 from impactlab.contact import hysteresis
 from impactlab.contact.base import AbstractContactLaw
+from impactlab.contact.branches import Branches, joint
 from impactlab.types import Level, SideFacts, Start, option
 
 
@@ -30,6 +31,9 @@ class Slack(AbstractContactLaw):
 
     def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
         return Start(parameters=hysteresis.elastic(self.stiffness, self.slack), memory=(0.0, 0.0, 0.0))
+
+    def branches(self) -> Branches:
+        return joint(self.stiffness, self.slack)
 
     def stiffest(self, left: SideFacts, right: SideFacts, dt: float) -> float:
         return self.stiffness

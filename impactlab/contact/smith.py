@@ -8,6 +8,7 @@ from typing import Literal, final
 
 from impactlab.contact import hysteresis
 from impactlab.contact.base import AbstractContactLaw
+from impactlab.contact.branches import Branches, one_sided, yielding
 from impactlab.types import Level, SideFacts, Start, option
 
 
@@ -34,6 +35,7 @@ class Smith(AbstractContactLaw):
         {"capacity": 2e5, "quake": 1e-4, "damping": 0.5, "rule": "viscous", "set": 1e-4},
     )
     two_sided = True
+    exact_remedy = "Give rule: viscous or damping: 0, or a step or a model that steps."
 
     capacity: float = option(unit="N", above=0.0, description="Ru, largest static resistance")
     quake: float = option(unit="m", above=0.0, description="Q, displacement at which it yields")
@@ -51,6 +53,13 @@ class Smith(AbstractContactLaw):
             0.0 if self.tension else 1.0, self.damping, capacity, 0.0,
         )  # fmt: skip
         return Start(parameters=parameters, memory=(self.set, 0.0, 0.0))
+
+    def branches(self) -> Branches | None:
+        """Return its branches; None with a dashpot J |Rs| v, which is no linear one."""
+        if self.rule == "smith" and self.damping > 0.0:
+            return None
+        made = yielding if self.tension else one_sided
+        return made(self.capacity / self.quake, self.capacity, 0.0, self.damping * self.capacity, self.set)
 
     def stiffest(self, left: SideFacts, right: SideFacts, dt: float) -> float:
         return self.capacity / self.quake

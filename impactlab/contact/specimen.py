@@ -11,8 +11,9 @@ import numpy as np
 
 from impactlab.contact import hysteresis
 from impactlab.contact.base import AbstractContactLaw
+from impactlab.contact.branches import Branches, one_sided, yielding_both
 from impactlab.errors import CaseError
-from impactlab.types import Array, Level, SideFacts, Start, option
+from impactlab.types import Array, Branches, Level, SideFacts, Start, option
 
 MOST_POINTS = 20  # of a table of flow stresses
 
@@ -97,6 +98,7 @@ class Specimen(AbstractContactLaw):
         {"length": 5e-3, "area": 7.854e-5, "young": 1.24e11, "flow": JohnsonCook(9e7, 2.92e8, 0.31, 0.025)},
     )  # fmt: skip
     two_sided = True
+    exact_remedy = "Give a flow of yield_stress and hardening without a rate, or a step or a model that steps."
 
     length: float = option(unit="m", above=0.0, description="length of the specimen")
     area: float = option(unit="m2", above=0.0, description="cross section")
@@ -150,6 +152,14 @@ class Specimen(AbstractContactLaw):
             case TabulatedFlow(strains, stresses):
                 stress = np.interp(plastic, strains, stresses)
         return np.append(0.0, plastic + stress / self.young), np.append(0.0, stress)
+
+    def branches(self) -> Branches | None:
+        """Return its branches; None where its flow stress is curved, a table, or depends on the rate."""
+        if not isinstance(self.flow, LinearFlow) or self.rate is not None:
+            return None
+        made = yielding_both if self.tension else one_sided
+        scale = self.area / self.length
+        return made(self.young * scale, self.flow.yield_stress * self.area, self.flow.hardening * scale)
 
     def stiffest(self, left: SideFacts, right: SideFacts, dt: float) -> float:
         return self.young * self.area / self.length

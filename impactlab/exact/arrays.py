@@ -12,6 +12,7 @@ from typing import NamedTuple
 from impactlab.numerics.layout import record
 from impactlab.types import Array
 
+CLOSE, OPEN, CHANGE = 1, 0, 2  # kinds of events; of one found, CHANGE and more: the end of a branch that was met
 # Statuses of the march: the end, a full array, or the reason of a stop.
 DONE, MORE_RECORDS, MORE_POOL, MORE_EVENTS, TOO_MANY, UNRESOLVED, PAUSED = 0, 1, 2, 3, 4, 5, 6
 
@@ -25,7 +26,8 @@ class StateRecord(ctypes.Structure):
     tolerance: float  # s, breaks nearer than this are one
     resolved: int  # 1 if the equations of nodes on springs were resolved
     contact: int  # of the event that was found, or -1
-    kind: int  # of that event
+    kind: int  # of that event: 1 close, 0 open, from 2 on the end of a branch that was met
+    place: float  # in [-1, 1] of the first event so far, handed to the search among branches and back
     pool_used: int
     events: int
     intervals: int
@@ -103,6 +105,35 @@ class ContactRecord(ctypes.Structure):
     damping: float  # N s/m
     gap: float  # m, of undisplaced nodes
     impedance: float  # N s/m, of the rods at the contact: scale of its force
+    branch: int  # of the table of branches, whose stiffness and damping it has now; -1 of a law without branches
+    constant: float  # N, force of the branch at zero approach
+    elastic: float  # N/m: branches of this stiffness hold the set
+    set: float  # m
+    kept: float  # N/m, of kinematic hardening
+    largest: float  # N, static force at ends of branches so far
+
+
+@record
+class BranchRecord(ctypes.Structure):
+    """A branch of a law, `impactlab.contact.branches.Branch`."""
+
+    stiffness: float  # N/m; -1 of faces that move as one
+    damping: float  # N s/m
+    acts: int
+    first_end: int
+    last_end: int
+
+
+@record
+class UntilRecord(ctypes.Structure):
+    """What ends a branch, `impactlab.contact.branches.Until`."""
+
+    of: int  # 0 static force, 1 force, 2 approach, 3 rate
+    way: float  # 1 where it rises, -1 where it falls
+    value: float  # N, m or m/s
+    slope: float  # N/m
+    remembered: float
+    next: int  # branch of the table
 
 
 @record
@@ -121,18 +152,24 @@ class EventRecord(ctypes.Structure):
 
     time: float
     contact: int
-    kind: int  # 1 close, 0 open
+    kind: int  # 1 close, 0 open, 2 another change of branch
+    branch: int  # that begins, -1 of a law without branches
+    constant: float  # N, of the branch that begins
+    set: float  # m, when it begins
 
 
 class MarchArrays(NamedTuple):
     """All arrays of the march; rows of the tables are Chebyshev series."""
 
     coupled: int  # address of the solver of nodes on springs; 0 without springs
+    changes: int  # address of the search for ends of branches; 0 without branches
     state: Sequence[StateRecord]  # (1,)
     junctions: Sequence[JunctionRecord]
     nodes: Sequence[NodeRecord]
     ends: Sequence[EndRecord]
     contacts: Sequence[ContactRecord]
+    branches: Sequence[BranchRecord]
+    untils: Sequence[UntilRecord]
     pieces: Sequence[PieceRecord]  # the same room for each junction
     events: Sequence[EventRecord]
     pool: Array  # coefficients of all pieces

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from impactlab.exact.branch_tables import with_branches
 from impactlab.exact.contact_kinds import Bond, check
 from impactlab.exact.initial_waves import with_first_pieces
 from impactlab.exact.network import Integers, Layout, Link, Log, empty_log
@@ -164,6 +165,8 @@ def build(scene: Scene, method: Method) -> tuple[Layout, Log]:
     log.contacts["stiffness"] = [bond.stiffness for bond in bonds]
     log.contacts["damping"] = [bond.damping for bond in bonds]
     log.contacts["impedance"] = force_scales(drawing, pairs, bonds, z)
+    if any(bond.branches is not None for bond in bonds):
+        log = with_branches(log, [bond.branches for bond in bonds])
 
     links: dict[str, list[Link]] = {}
     for number, (name, x, length, segment) in enumerate(pieces):

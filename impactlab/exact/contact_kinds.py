@@ -1,4 +1,4 @@
-"""Contacts of a scene in the exact solver: hard ones, springs with dashpots; refusal of all other scenes."""
+"""Contacts of a scene in the exact solver: hard ones, springs with dashpots, branches; refusal of all other scenes."""
 
 from __future__ import annotations
 
@@ -8,8 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from impactlab.contact.branches import Branches
 from impactlab.errors import CaseError, PairingError
 from impactlab.models.continuous.delay_line import dispersed
+from impactlab.plugins import kind_of
 from impactlab.scene.bodies import Rayleigh
 from impactlab.scene.facts import rods_of
 from impactlab.scene.method import Method, sides
@@ -19,29 +21,36 @@ OVERLAP_TOL = 1.0e-9  # of the initial displacements: digits to which a preload 
 
 
 class Bond(NamedTuple):
-    """A contact in the exact solver: hard (stiffness -1) or a constant spring and dashpot."""
+    """A contact in the exact solver: hard or bonded (stiffness -1), a constant spring and dashpot, or branches."""
 
     stiffness: float  # N/m
     damping: float  # N s/m
     face: int | None = None  # side whose balance gives the force of a hard contact: 0 left, 1 right
     turn: int = 0  # forces are found in this order: springs first, then each hard contact once its face has no other
+    branches: Branches | None = None  # of which stiffness and damping are those of the first
 
     def rigid_scale(self, left: float, right: float) -> float:
         """Return force per velocity [N s/m] of a spring between two rigid masses [kg], inf for fixed bodies."""
-        return max(self.damping, math.sqrt(self.stiffness / (1.0 / left + 1.0 / right)))
+        stiffness = self.stiffness if self.branches is None else self.branches.elastic
+        return max(self.damping, math.sqrt(stiffness / (1.0 / left + 1.0 / right)))
 
 
 def bond(scene: Scene, method: Method, number: int) -> Bond:
-    """Return a contact as a hard one or a spring; raises `PairingError` if its law is neither."""
+    """Return a contact as a hard one, a spring or branches; raises `PairingError` if its law is none of them."""
     contact = scene.contacts[number]
     law = method.laws[contact.name]
     if law.hard:
         return Bond(-1.0, 0.0)
+    branches = law.branches()
+    if branches is not None:
+        first = branches.branches[branches.first]
+        return Bond(-1.0 if branches.rigid else first.stiffness, first.damping, branches=branches)
     constants = law.spring(*sides(scene, method, contact), math.nan)
     if constants is None or not all(math.isfinite(value) for value in constants):
         raise PairingError(
-            f"contact {contact.name}: the exact solution serves hard contacts and constant springs with dashpots only",
-            remedy="Use wave_identification, addition_deletion or penalty, or a model that steps.",
+            f"contact {contact.name}: the exact solution serves hard contacts, constant springs with dashpots, and laws "
+            f"that are linear between changes of branch; '{kind_of(law)}' as it is given is none of them",
+            remedy=law.exact_remedy or "Use wave_identification, addition_deletion or penalty, or a model that steps.",
             path=f"contacts.{number}.law",
         )
     return Bond(*constants)
@@ -101,7 +110,15 @@ def check(scene: Scene, method: Method) -> list[Bond]:
         if contact.left.body == contact.right.body:
             raise CaseError(f"contact {contact.name} ties a rod to itself", path=path, remedy="Name two bodies.")
         if kind.stiffness < 0.0:
-            if not any(massless(scene, point) for point in sides):
+            bare = any(massless(scene, point) for point in sides)
+            if kind.branches is not None and not bare:
+                raise CaseError(
+                    f"contact {contact.name}: both faces have mass, and the force of a bond follows from the balance of "
+                    "a face that has none",
+                    path=path,
+                    remedy="Make the two masses one, or use a model that steps.",
+                )
+            if not bare:
                 raise CaseError(
                     f"contact {contact.name}: both faces have mass; after a hard impact of two masses a coefficient of "
                     "restitution decides, which a hard contact does not have",
@@ -109,7 +126,7 @@ def check(scene: Scene, method: Method) -> list[Bond]:
                     remedy="Use penalty, or let one face be the bare end of a rod.",
                 )
             gap, slack = first_gap(scene, number)
-            if gap < -slack:
+            if gap < -slack and kind.branches is None:
                 raise CaseError(
                     f"contact {contact.name}: gap {gap:g} m{' with the initial displacement' if slack else ''}: "
                     "a penetration, which a hard contact cannot hold",

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from impactlab.exact.arrays import MarchArrays
+from impactlab.exact.arrays import CLOSE, OPEN, MarchArrays
 from impactlab.exact.kernel import MAX_DEPTH, ZERO_TOL, first_crossing, restrict
+from impactlab.numerics.addresses import call
 from impactlab.numerics.compiling import EXACT_PART
 
-CLOSE, OPEN = 1, 0
 ROUNDING = 1.0e-14  # of displacements and velocities: how far rounding may have moved them
 # Least force of a touch, over the force below which a closed contact counts as unloaded (ZERO_TOL of the largest that
 # the rods could give): 1e-11 of it in all. Above 1, so that rounding cannot close at once a contact that it opened.
@@ -95,8 +95,12 @@ def next_event(m: MarchArrays, j: int, n: int) -> float:
     place = 2.0
     no_gap = ZERO_TOL * state.farthest
     trial = m.stack[MAX_DEPTH]
+    branched = False
     for c in range(junction.first_contact, junction.last_contact):
         contact = m.contacts[c]
+        if contact.branch >= 0:
+            branched = True
+            continue
         a, b = contact.left - base, contact.right - base
         no_force = least_force(m, j, c, n)
         force = m.rows[first_force + c - junction.first_contact]
@@ -136,4 +140,8 @@ def next_event(m: MarchArrays, j: int, n: int) -> float:
                 place = x
                 state.contact = -1 if behind and way == 0 else c
                 state.kind = CLOSE if contact.closed == 0 and not (behind and way == 0) else OPEN
+    if branched:
+        state.place = place
+        call(m.changes, m, j, n)
+        place = state.place
     return place

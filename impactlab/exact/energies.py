@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from impactlab.exact.branch_energies import BranchContact
 from impactlab.exact.network import Integers, Layout, Link, Log
 from impactlab.exact.signals import Signals, clenshaw, gauss
 from impactlab.history.base import EnergyBook
@@ -123,6 +124,15 @@ class SpringContact:
         return np.asarray(whole[piece] + self.within(piece, np.maximum(t, self.begins[piece])))
 
 
+def contacts_with_energy(signals: Signals) -> list[SpringContact | BranchContact]:
+    """Return the contacts of a solved network that store or lose energy."""
+    contacts = signals.log.contacts
+    branched = contacts["branch"] >= 0
+    springs = np.flatnonzero((contacts["stiffness"] >= 0.0) & ~branched).tolist()
+    yielding = np.flatnonzero(branched & np.isfinite(contacts["elastic"])).tolist()
+    return [SpringContact(signals, c) for c in springs] + [BranchContact(signals, c) for c in yielding]
+
+
 def energies_at(scene: Scene, layout: Layout, signals: Signals, t: Array) -> EnergyBook:
     """Return the energies at times t [s], (n,); work and losses are those since t[0]."""
     log, g = signals.log, signals.gravity
@@ -147,7 +157,7 @@ def energies_at(scene: Scene, layout: Layout, signals: Signals, t: Array) -> Ene
     for node in np.flatnonzero(log.nodes["dashpot"] > 0.0).tolist():
         velocity = signals.velocity(node)
         ends += log.nodes["dashpot"][node] * (velocity.integral(t, True) - velocity.integral(t[:1], True))
-    springs = [SpringContact(signals, c) for c in np.flatnonzero(log.contacts["stiffness"] >= 0.0).tolist()]
+    springs = contacts_with_energy(signals)
     stored = sum((spring.held(t) for spring in springs), np.zeros_like(t))
     lost = sum((spring.lost(t) - spring.lost(t[:1]) for spring in springs), np.zeros_like(t))
     return EnergyBook(t, bodies, stored, {"contact": lost, "ends": ends, "unresolved": np.zeros_like(t)}, work)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from impactlab.errors import CaseError
+from impactlab.exact.arrays import CHANGE
 from impactlab.exact.energies import energies_at, rod_energy, rod_momentum, sample_times
 from impactlab.exact.network import Layout, Link, Log
 from impactlab.exact.signals import Signal, Signals
@@ -78,8 +79,12 @@ class ContinuousHistory(AbstractHistory):
         found = self.log.events[: self.log.state["events"]]
         found = found[found["time"] <= self.duration]
         names = [self.scene.contacts[place].name for place in self.layout.places]
-        ordered = found[np.argsort(found["time"], kind="stable")].tolist()
-        return tuple(Event(time, names[contact], "close" if closes else "open") for time, contact, closes in ordered)
+        ordered = found[np.argsort(found["time"], kind="stable")]
+        if len(self.log.branches):  # links have no events
+            links = [place for place, name in enumerate(names) if self.method.laws[name].two_sided]
+            ordered = ordered[(ordered["kind"] != CHANGE) & ~np.isin(ordered["contact"], links)]
+        rows = zip(*(ordered[name].tolist() for name in ("time", "contact", "kind")), strict=True)
+        return tuple(Event(time, names[contact], "close" if closes else "open") for time, contact, closes in rows)
 
     @cached_property
     def _above_noise(self) -> tuple[tuple[Event, ...], tuple[ContactSpan, ...]]:

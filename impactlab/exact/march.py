@@ -11,8 +11,9 @@ from typing import Any, cast
 
 import numpy as np
 
-from impactlab.exact import spring_systems
+from impactlab.exact import branch_changes, spring_systems
 from impactlab.exact.arrays import (
+    CHANGE,
     DONE,
     MORE_EVENTS,
     MORE_POOL,
@@ -27,7 +28,7 @@ from impactlab.exact.kernel import MAX_DEPTH, ROOM, chopped, restrict
 from impactlab.exact.merging import joined
 from impactlab.exact.network import Log
 from impactlab.exact.nodes import fill_rows, solve_nodes
-from impactlab.numerics.addresses import COMPILED, entered, load_array_functions, type_of
+from impactlab.numerics.addresses import COMPILED, call, entered, load_array_functions, type_of
 from impactlab.numerics.compiling import EXACT_ENTRY, EXACT_INLINE, EXACT_PART
 
 MAX_BURST = 64  # events within 1e3 merge tolerances; more count as infinitely many
@@ -120,11 +121,15 @@ def keep(m: MarchArrays, j: int, t0: float, t1: float, n: int) -> None:
 
 @EXACT_PART
 def apply_event(m: MarchArrays, j: int, t: float) -> bool:
-    """Open or close the contact of the event found; return False if events accumulate."""
+    """Open or close the contact of the event found, or change its branch; return False if events accumulate."""
     state, junction = m.state[0], m.junctions[j]
-    m.contacts[state.contact].closed = state.kind
-    event = m.events[state.events]
+    event, contact = m.events[state.events], m.contacts[state.contact]
+    if state.kind >= CHANGE:
+        call(m.changes, m, j, -1)
+    else:
+        contact.closed = state.kind
     event.time, event.contact, event.kind = t, state.contact, state.kind
+    event.branch, event.constant, event.set = contact.branch, contact.constant, contact.set
     state.events += 1
     junction.broken = 1
     if t > junction.burst + 1e3 * state.tolerance:
@@ -203,6 +208,8 @@ def prepared(log: Log) -> Log:
     memory, entry = log.memory, cast(Any, advance)
     if np.any(log.contacts["stiffness"] >= 0.0) or np.any(log.nodes["spring"] > 0.0):
         memory = memory._replace(coupled=spring_systems.address(memory))
+    if np.any(log.contacts["branch"] >= 0):
+        memory = memory._replace(changes=branch_changes.address(memory))
     if COMPILED and not entry.overloads:
         load_array_functions()
         entry.compile((type_of(memory),))

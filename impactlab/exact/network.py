@@ -12,6 +12,7 @@ from impactlab.exact.arrays import (
     MORE_EVENTS,
     MORE_POOL,
     MORE_RECORDS,
+    BranchRecord,
     ContactRecord,
     EndRecord,
     EventRecord,
@@ -20,6 +21,7 @@ from impactlab.exact.arrays import (
     NodeRecord,
     PieceRecord,
     StateRecord,
+    UntilRecord,
 )
 from impactlab.exact.kernel import MAX_DEPTH, ROOM, WIDTH
 from impactlab.numerics.records import columns
@@ -69,6 +71,8 @@ class Log(NamedTuple):
     nodes: Columns  # (nodes,)
     ends: Columns  # (ends,)
     contacts: Columns  # (contacts,)
+    branches: Columns  # (branches,), of all laws that have some
+    begins: Columns  # (contacts,), as they are where the events begin; none without branches
     pieces: Columns  # (junctions, room); of each junction the first `records` are filled
     events: Columns  # (room,), the first `state["events"]` are filled
 
@@ -94,13 +98,15 @@ def empty_log(junctions: int, nodes: int, ends: int, contacts: int, rows: int) -
     of_ends, end = columns(EndRecord, ends)
     of_contacts, contact = columns(ContactRecord, contacts)
     _, piece = columns(PieceRecord, 0)
+    (no_branches, branch), (no_untils, _) = columns(BranchRecord, 0), columns(UntilRecord, 0)
+    contact["branch"] = -1
     state["most"] = np.iinfo(np.int64).max
     tables = np.zeros((3, rows, ROOM))
     memory = MarchArrays(
-        0, states, of_junctions, of_nodes, of_ends, of_contacts, (), (), np.zeros(0),
+        0, 0, states, of_junctions, of_nodes, of_ends, of_contacts, no_branches, no_untils, (), (), np.zeros(0),
         tables[0], tables[1], tables[2], np.zeros((MAX_DEPTH + 1, WIDTH)),
     )  # fmt: skip
-    return Log(memory, state[0], junction, node, end, contact, piece.reshape(junctions, 0), columns(EventRecord, 0)[1])
+    return Log(memory, state[0], junction, node, end, contact, branch, contact[:0], piece.reshape(junctions, 0), columns(EventRecord, 0)[1])
 
 
 def with_room(log: Log, pieces: int, pool: int, events: int) -> Log:
@@ -147,6 +153,8 @@ def without(log: Log, before: float, until: float) -> Log:
     log.ends["cursor"] -= dropped[log.ends["source"]]
     log.state["pool_used"] = used
     found = log.events[: int(log.state["events"])]
+    for _, contact, _, branch, constant, at in found[(found["time"] <= until) & (found["branch"] >= 0)].tolist():
+        log.begins["branch"][contact], log.begins["constant"][contact], log.begins["set"][contact] = branch, constant, at
     later = found[found["time"] > until]
     log.events[: len(later)] = later
     log.state["events"] = len(later)

@@ -199,7 +199,7 @@ def fill_rows(m: MarchArrays, j: int, half: float, longest: int, n: int) -> int:
                 for k in range(n + 1):
                     force[k] = contact.stiffness * (m.rows[nodes + a, k] - m.rows[nodes + b, k])
                     force[k] += contact.damping * (m.rows[a, k] - m.rows[b, k])
-                force[0] -= contact.stiffness * contact.gap
+                force[0] += contact.constant - contact.stiffness * contact.gap
             else:
                 balance(m, j, c, n, force)
     return n + 1

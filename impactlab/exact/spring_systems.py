@@ -60,7 +60,7 @@ def gather(m: MarchArrays, j: int, damp: Array, stiff: Array, b: Array, first: A
         contact = m.contacts[c]
         if contact.closed == 1 and contact.stiffness >= 0.0:
             left, right = m.nodes[contact.left], m.nodes[contact.right]
-            push = contact.stiffness * (contact.gap + right.u - left.u)
+            push = contact.stiffness * (contact.gap + right.u - left.u) - contact.constant
             for side in range(2):
                 here, there = m.nodes[left.group].place, m.nodes[right.group].place
                 if side == 1:

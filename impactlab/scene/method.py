@@ -98,12 +98,21 @@ def force_jumps(scene: Scene, method: Method) -> bool:
 
 
 def is_exact(scene: Scene, method: Method) -> bool:
-    """Return whether all rods are continuous and all laws hard or constant springs."""
+    """Return whether all rods are continuous and all laws hard, constant springs or linear between changes of branch.
+
+    Where a law has branches, a given step asks for a delay line that steps.
+    """
     models = [method.models.get(name) for name, body in scene.elastic.items() if body.waves is not None]
     if any(body.changes for body in scene.bodies.values()):
         return False
     continuous = len(models) == len(scene.elastic) > 0 and all(model is not None and model.exact for model in models)
-    return continuous and all((law.hard and law.answers_force) or law.is_spring for law in laws_of(scene, method))
+    if not continuous:
+        return False
+    laws = laws_of(scene, method)
+    branched = method.step.dt is None and any(law.branches() is not None for law in laws)
+    return all(
+        (law.hard and law.answers_force) or law.is_spring or (branched and law.branches() is not None) for law in laws
+    )
 
 
 def theories(scene: Scene, method: Method) -> tuple[str, ...]:

@@ -1,0 +1,114 @@
+"""Changes of branch, compiled separately: the first end of a branch that is met, and the branch after it.
+
+Laws are tables here (`impactlab.contact.branches`); none is known by name.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numba
+from numba import types
+
+from impactlab.exact.arrays import CHANGE, CLOSE, OPEN, MarchArrays
+from impactlab.exact.crossings import increase_if_rigid, least_force
+from impactlab.exact.kernel import MAX_DEPTH, ZERO_TOL, first_crossing
+from impactlab.numerics.addresses import COMPILED, kernel_address
+from impactlab.numerics.compiling import EXACT_INLINE, EXACT_PART
+
+typeof: Any = numba.typeof
+STATIC, FORCE, APPROACH, RATE = 0, 1, 2, 3
+
+
+@EXACT_PART
+def threshold(m: MarchArrays, c: int, e: int) -> float:
+    """Return the value that the quantity of an end passes, with what the law remembers."""
+    contact, until = m.contacts[c], m.untils[e]
+    kept = contact.set if until.of == APPROACH else contact.largest
+    return float(until.value + until.remembered * kept)
+
+
+@EXACT_PART
+def beyond(m: MarchArrays, j: int, c: int, e: int, n: int) -> float:
+    """Write how far the quantity of an end is short of its value, to the trial row; return what counts as zero."""
+    state, junction, contact, until = m.state[0], m.junctions[j], m.contacts[c], m.untils[e]
+    base, nodes = junction.first_node, junction.nodes
+    a, b = contact.left - base, contact.right - base
+    trial = m.stack[MAX_DEPTH]
+    no_force = least_force(m, j, c, n)
+    by_approach = by_rate = constant = 0.0
+    if until.of == STATIC:
+        by_approach, constant, floor = contact.stiffness - until.slope, contact.constant, no_force
+    elif until.of == FORCE:
+        by_approach, by_rate, constant = contact.stiffness, contact.damping, contact.constant
+        floor = no_force if contact.closed == 1 else no_force * (1.0 + increase_if_rigid(m, c))
+    elif until.of == APPROACH:
+        by_approach, floor = 1.0, ZERO_TOL * state.farthest
+    else:
+        by_rate, floor = 1.0, no_force / contact.impedance
+    for k in range(n):
+        trial[k] = by_approach * (m.rows[nodes + a, k] - m.rows[nodes + b, k]) + by_rate * (m.rows[a, k] - m.rows[b, k])
+        trial[k] *= -until.way
+    trial[0] -= until.way * (constant - by_approach * contact.gap - threshold(m, c, e))
+    return float(floor)
+
+
+@EXACT_INLINE
+def find(m: MarchArrays, j: int, n: int) -> None:
+    """Write contact, kind and place of the first end that is met before ``state.place``."""
+    state, junction = m.state[0], m.junctions[j]
+    for c in range(junction.first_contact, junction.last_contact):
+        contact = m.contacts[c]
+        if contact.branch >= 0:
+            branch = m.branches[contact.branch]
+            for e in range(branch.first_end, branch.last_end):
+                floor = beyond(m, j, c, e, n)
+                place = first_crossing(m.stack[MAX_DEPTH], n, floor, m.stack)
+                if place < state.place:
+                    state.place, state.contact, state.kind = place, c, CHANGE + e
+
+
+@EXACT_INLINE
+def change(m: MarchArrays) -> None:
+    """Take the contact of the event found to its next branch; the kind of the event becomes that of the change."""
+    state = m.state[0]
+    contact, until = m.contacts[state.contact], m.untils[state.kind - CHANGE]
+    branch = m.branches[until.next]
+    approach = m.nodes[contact.left].u - m.nodes[contact.right].u - contact.gap
+    value = threshold(m, state.contact, state.kind - CHANGE)
+    if until.of == STATIC:  # on a line of the slope of the next branch, exactly
+        contact.constant = value + (until.slope - branch.stiffness) * approach
+        static = value + until.slope * approach
+    else:
+        if until.of == APPROACH:
+            approach = value
+        static = contact.constant + contact.stiffness * approach
+        if contact.stiffness != branch.stiffness:
+            contact.constant = static - branch.stiffness * approach
+    contact.largest = max(contact.largest, abs(static))
+    if branch.stiffness == contact.elastic:
+        contact.set = -contact.constant / contact.elastic
+    state.kind = CHANGE
+    if branch.acts != contact.closed:
+        state.kind = CLOSE if branch.acts == 1 else OPEN
+    contact.branch, contact.closed = until.next, branch.acts
+    contact.stiffness, contact.damping = branch.stiffness, branch.damping
+
+
+def changes(m: MarchArrays, j: int, n: int) -> None:
+    """Find the first end of a branch in n coefficients of junction j; with n < 0, change the branch that was found."""
+    if n < 0:
+        change(m)
+    else:
+        find(m, j, n)
+
+
+_address: dict[bool, int] = {}  # one entry, as that of `spring_systems`
+
+
+def address(m: MarchArrays) -> int:
+    """Return the address of `changes`, compiled when a scene first needs it."""
+    if COMPILED not in _address:
+        signature = types.void(typeof(m), types.int64, types.int64) if COMPILED else None
+        _address[COMPILED] = kernel_address(changes, signature)
+    return _address[COMPILED]

@@ -1,0 +1,97 @@
+"""Stored and lost energy of contacts with branches of a solved network, and their permanent sets."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from impactlab.exact.network import Integers
+from impactlab.exact.signals import Signals, clenshaw, gauss
+from impactlab.types import Array
+
+
+class BranchContact:
+    """The states of a contact with branches over time, with its energies.
+
+    A state begins with a change of branch; between two of them the static force is linear in the approach.
+    """
+
+    def __init__(self, signals: Signals, contact: int) -> None:
+        log = signals.log
+        begin, events = log.begins[contact], log.events[: log.state["events"]]
+        found = events[(events["contact"] == contact) & (events["branch"] >= 0)]
+        left, right = int(begin["left"]), int(begin["right"])
+        self.gap, self.elastic, self.kept = (float(begin[name]) for name in ("gap", "elastic", "kept"))
+        self.time = np.concatenate([[-np.inf], found["time"]])  # (states,) s, at which each begins
+        self.branch, self.constant, self.set = (
+            np.concatenate([[begin[name]], found[name]]) for name in ("branch", "constant", "set")
+        )
+        table = log.branches[self.branch]
+        self.stiffness, self.damping, self.acts = table["stiffness"], table["damping"], table["acts"] == 1
+        self.yields = self.acts & (self.stiffness != self.elastic)
+        self.follows = ~self.acts & (self.stiffness == self.elastic)  # unloaded by its dashpot, which takes its energy
+        self.places = signals.displacement(left), signals.displacement(right)
+        self.rates = signals.velocity(left), signals.velocity(right)
+
+    def states(self, t: Array) -> Integers:
+        """Return the number of the state at every time, that after a change."""
+        return np.asarray(np.searchsorted(self.time, t + self.rates[0].tolerance, side="right") - 1)
+
+    def at(self, state: Integers, t: Array) -> tuple[Array, Array]:
+        """Return static force [N] and set [m] of states at times, shape of both."""
+        approach = self.places[0](t) - self.places[1](t) - self.gap
+        force = self.constant[state] + self.stiffness[state] * approach
+        return force, np.where(self.yields[state], approach - force / self.elastic, self.set[state])
+
+    def sets(self, t: Array) -> Array:
+        """Return the set [m], shape of t."""
+        return self.at(self.states(t), t)[1]
+
+    def _held(self, force: Array, at: Array) -> Array:
+        return np.asarray(0.5 * force * force / self.elastic + 0.5 * self.kept * at * at)
+
+    def held(self, t: Array) -> Array:
+        """Return the energy of the spring [J], shape of t."""
+        return self._held(*self.at(self.states(t), t))
+
+    def _slid(self, state: Integers, t: Array) -> Array:
+        """Return the loss of the slider from the start of each state to a time in it [J], shape of both.
+
+        Force and set are linear in the approach, so its work is the mean of two forces times the way of the slider.
+        """
+        begin = np.maximum(self.time[state], 0.0)
+        f0, s0 = self.at(state, begin)
+        f1, s1 = self.at(state, t)
+        slid = 0.5 * (f0 + f1) * (s1 - s0) - 0.5 * self.kept * (s1 * s1 - s0 * s0)
+        relaxed = self._held(f0, s0) - self._held(f1, s1)
+        return np.asarray(np.where(self.yields[state], slid, np.where(self.follows[state], relaxed, 0.0)))
+
+    def _damped(self, piece: Integers, until: Array) -> Array:
+        """Return the loss of the dashpot from the start of each piece to a time in it [J], shape of both (n,)."""
+        left, right = self.rates
+        x, w = gauss(max(len(left.table), len(right.table)) + 1)
+        begin = np.maximum(left.start[piece], 0.0)
+        state = self.states(np.maximum(0.5 * (left.start[piece] + left.stop[piece]), 0.0))
+        half = 0.5 * (until - begin)
+        at = begin[:, None] + half[:, None] * (x + 1.0)
+        start, stop = left.start[piece][:, None], left.stop[piece][:, None]
+        y = (2.0 * at - start - stop) / (stop - start)
+        wide = piece[:, None]
+        rate = clenshaw(left.table, wide, y) - clenshaw(right.table, wide, y)
+        return np.asarray(np.where(self.acts[state], self.damping[state], 0.0) * ((rate * rate) @ w) * half)
+
+    def lost(self, t: Array) -> Array:
+        """Return the loss so far [J], shape of t (n,)."""
+        every = np.arange(len(self.time))
+        whole = np.zeros(len(every))
+        if len(every) > 1:
+            whole[1:] = np.cumsum(self._slid(every[:-1], np.maximum(self.time[1:], 0.0)))
+        state = self.states(t)
+        total = whole[state] + self._slid(state, t)
+        if np.any(self.damping > 0.0):
+            stops = self.rates[0].stop
+            each = np.where(stops > 0.0, self._damped(np.arange(len(stops)), stops), 0.0)
+            piece = self.rates[0].pieces(t)
+            begin = np.maximum(self.rates[0].start, 0.0)
+            total = total + np.concatenate([[0.0], np.cumsum(each)])[piece]
+            total = total + self._damped(piece, np.maximum(t, begin[piece]))
+        return np.asarray(total)
