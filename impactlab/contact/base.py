@@ -7,9 +7,8 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
-from impactlab.contact.branches import Branches
 from impactlab.errors import PairingError
-from impactlab.types import Level, Noted, Port, Reply, Restitution, SideFacts, Start
+from impactlab.types import Branches, Level, Noted, Port, Reply, Restitution, SideFacts, Start
 
 
 def needs_waves(law: str, left: SideFacts, right: SideFacts) -> None:

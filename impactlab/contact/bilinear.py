@@ -8,9 +8,9 @@ from typing import final
 
 from impactlab.contact import hysteresis
 from impactlab.contact.base import AbstractContactLaw
-from impactlab.contact.branches import Branches, cushion
+from impactlab.contact.branches import cushion
 from impactlab.errors import CaseError
-from impactlab.types import Level, SideFacts, Start, option
+from impactlab.types import Branches, Level, SideFacts, Start, option
 
 
 @final

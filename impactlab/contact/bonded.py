@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import final
 
 from impactlab.contact.base import AbstractContactLaw
-from impactlab.contact.branches import BOND, Branches
-from impactlab.types import Level, Port, Reply, SideFacts, Start
+from impactlab.contact.branches import BOND
+from impactlab.types import Branches, Level, Port, Reply, SideFacts, Start
 
 TRAPEZOID = 1e-9  # of the compliance: a scheme whose displacements are the trapezoidal sums of its velocities
 

@@ -1,66 +1,10 @@
-"""Laws that are linear between changes of branch, as tables that the exact solver runs without knowing the law."""
+"""Laws that are linear between changes of branch: their tables, which the exact solver runs without knowing the law."""
 
 from __future__ import annotations
 
 import math
-from typing import Literal, NamedTuple
 
-
-class Until(NamedTuple):
-    """What ends a branch: a quantity that passes a value, and the branch that follows.
-
-    ``of`` is the approach of the faces a (the gap with its sign turned) [m], its rate v [m/s], the static force
-    f0 + k a of the branch [N], or the force f0 + k a + d v, that of the branch also where it does not act. Of the
-    static force a line may be given: the value is then ``value + slope a``.
-
-    What the law remembers may move a value: with ``remembered`` 1 the set [m] is added to that of an approach, and the
-    largest static force at an end of a branch so far [N] to that of a static force; with -1 it is taken from it.
-
-    The static force of the next branch begins at the value that was passed, or where it is if another quantity ended
-    the branch: f0 follows, and with it sets and deepest points.
-    """
-
-    of: Literal["static", "force", "approach", "rate"]
-    rises: bool  # passes the value from below; else from above
-    next: int  # number of the branch that follows
-    value: float = 0.0  # N, m or m/s
-    slope: float = 0.0  # N/m
-    remembered: float = 0.0
-
-
-class Branch(NamedTuple):
-    """A branch of a law: force = f0 + k a + d v, in compression positive. The first end to be met ends it."""
-
-    name: str  # as histories report it
-    stiffness: float  # N/m; inf of faces that move as one
-    damping: float = 0.0  # N s/m
-    ends: tuple[Until, ...] = ()
-    acts: bool = True  # False: the faces feel no force
-
-    @property
-    def rigid(self) -> bool:
-        """Whether the faces move as one."""
-        return math.isinf(self.stiffness)
-
-
-class Branches(NamedTuple):
-    """A law that is linear between changes of branch.
-
-    The elastic part gives back f^2/(2 k) and, with kinematic hardening, H s^2/2; all else is loss. The set
-    s = a - f/k is that of its slider, which an elastic branch holds.
-    """
-
-    branches: tuple[Branch, ...]
-    elastic: float  # N/m, k of the elastic part; branches of this stiffness hold the set
-    first: int = 0  # branch at t = 0
-    set: float = 0.0  # m, at t = 0
-    largest: float = 0.0  # N, static force remembered at t = 0
-    kept: float = 0.0  # N/m, H of kinematic hardening, which gives its energy back
-
-    @property
-    def rigid(self) -> bool:
-        """Whether the faces move as one."""
-        return math.isinf(self.elastic)
+from impactlab.types import Branch, Branches, Until
 
 
 def yielding(
@@ -155,12 +99,8 @@ def cushion(stiffness: float, unloading: float) -> Branches:
     Smith1960 (cushions); HustrulidFairhurst1971 (bit and rock).
     """
     if unloading == stiffness:
-        ends = (Until("static", False, 1),)
-        branches = (
-            Branch("loads", stiffness, 0.0, ends),
-            Branch("open", 0.0, 0.0, (Until("approach", True, 0),), acts=False),
-        )
-        return Branches(branches, stiffness, first=1)
+        loads = Branch("loads", stiffness, 0.0, (Until("static", False, 1),))
+        return Branches((loads, Branch("open", 0.0, 0.0, (Until("approach", True, 0),), acts=False)), stiffness, 1)
     branches = (
         Branch("open", 0.0, 0.0, (Until("approach", True, 1),), acts=False),
         Branch("loads", stiffness, 0.0, (Until("rate", False, 2),)),

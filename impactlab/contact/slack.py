@@ -7,8 +7,8 @@ from typing import final
 
 from impactlab.contact import hysteresis
 from impactlab.contact.base import AbstractContactLaw
-from impactlab.contact.branches import Branches, joint
-from impactlab.types import Level, SideFacts, Start, option
+from impactlab.contact.branches import joint
+from impactlab.types import Branches, Level, SideFacts, Start, option
 
 
 @final

@@ -8,8 +8,8 @@ from typing import Literal, final
 
 from impactlab.contact import hysteresis
 from impactlab.contact.base import AbstractContactLaw
-from impactlab.contact.branches import Branches, one_sided, yielding
-from impactlab.types import Level, SideFacts, Start, option
+from impactlab.contact.branches import one_sided, yielding
+from impactlab.types import Branches, Level, SideFacts, Start, option
 
 
 @final

@@ -11,7 +11,7 @@ import numpy as np
 
 from impactlab.contact import hysteresis
 from impactlab.contact.base import AbstractContactLaw
-from impactlab.contact.branches import Branches, one_sided, yielding_both
+from impactlab.contact.branches import one_sided, yielding_both
 from impactlab.errors import CaseError
 from impactlab.types import Array, Branches, Level, SideFacts, Start, option
 

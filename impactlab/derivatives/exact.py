@@ -13,7 +13,7 @@ from impactlab.derivatives.direct import Direct
 from impactlab.derivatives.parameters import Parameter
 from impactlab.derivatives.stencil import Slopes, slopes
 from impactlab.derivatives.table import DIFFERENCES, TANGENT
-from impactlab.errors import ImpactlabError
+from impactlab.errors import CaseError, ImpactlabError
 from impactlab.exact.build import build
 from impactlab.exact.history import ContinuousHistory
 from impactlab.exact.network import Layout, Log
@@ -80,6 +80,8 @@ def network(case: Case) -> Network:
 def solved_with(case: Case, parameters: Sequence[Parameter]) -> Solved:
     """Return the exact run of a case with its tangents by parameters."""
     base = network(case)
+    if len(base.log.branches):
+        raise CaseError("tangents do not serve laws that change their branch", remedy="Take differences of runs.")
     beside = [lambda value, of=each: network(of.case(case, value)).log for each in parameters]
     found = rates(base.log, beside, [each.value for each in parameters], [each.scale for each in parameters])
     return solve(lambda: build(*base.run), found)

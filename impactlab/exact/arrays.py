@@ -55,6 +55,7 @@ class JunctionRecord(ctypes.Structure):
     nodes: int  # how many
     ends: int
     rows: int  # of a piece: two for each node and each end, one for each contact
+    branched: int  # 1 where a contact has a law with branches
 
 
 @record

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from impactlab.contact.branches import Branches
+import numpy as np
+
 from impactlab.exact.arrays import BranchRecord, UntilRecord
 from impactlab.exact.network import Log
 from impactlab.numerics.records import columns
+from impactlab.types import Branches
 
 OF = {"static": 0, "force": 1, "approach": 2, "rate": 3}
 
@@ -29,12 +31,14 @@ def with_branches(log: Log, laws: Sequence[Branches | None]) -> Log:
             way = 1.0 if until.rises else -1.0
             ends[at] = OF[until.of], way, until.value, until.slope, until.remembered, first + until.next
             at += 1
-    for number, law in enumerate(laws):
-        if law is None:
-            continue
+    for number, law in ((number, law) for number, law in enumerate(laws) if law is not None):
         branch, contact = law.branches[law.first], log.contacts[number : number + 1]
         contact["branch"], contact["closed"] = first_of[law] + law.first, branch.acts
         contact["elastic"], contact["set"], contact["largest"] = law.elastic, law.set, law.largest
         contact["kept"] = law.kept
         contact["constant"] = -law.elastic * law.set if branch.stiffness == law.elastic and not law.rigid else 0.0
-    return log._replace(memory=log.memory._replace(branches=taken, untils=taken_ends), branches=branches, begins=log.contacts.copy())
+    for junction in log.junctions:
+        own = log.contacts["branch"][junction["first_contact"] : junction["last_contact"]]
+        junction["branched"] = int(np.any(own >= 0))
+    memory = log.memory._replace(branches=taken, untils=taken_ends)
+    return log._replace(memory=memory, branches=branches, begins=log.contacts.copy())

@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from impactlab.contact.branches import Branches
 from impactlab.errors import CaseError, PairingError
 from impactlab.models.continuous.delay_line import dispersed
 from impactlab.plugins import kind_of
@@ -16,6 +15,7 @@ from impactlab.scene.bodies import Rayleigh
 from impactlab.scene.facts import rods_of
 from impactlab.scene.method import Method, sides
 from impactlab.scene.problem import Point, Scene
+from impactlab.types import Branches
 
 OVERLAP_TOL = 1.0e-9  # of the initial displacements: digits to which a preload and the gap that it closes are given
 
@@ -48,8 +48,8 @@ def bond(scene: Scene, method: Method, number: int) -> Bond:
     constants = law.spring(*sides(scene, method, contact), math.nan)
     if constants is None or not all(math.isfinite(value) for value in constants):
         raise PairingError(
-            f"contact {contact.name}: the exact solution serves hard contacts, constant springs with dashpots, and laws "
-            f"that are linear between changes of branch; '{kind_of(law)}' as it is given is none of them",
+            f"contact {contact.name}: the exact solution serves hard contacts, constant springs with dashpots, and "
+            f"laws that are linear between changes of branch; '{kind_of(law)}' as it is given is none of them",
             remedy=law.exact_remedy or "Use wave_identification, addition_deletion or penalty, or a model that steps.",
             path=f"contacts.{number}.law",
         )
@@ -110,29 +110,7 @@ def check(scene: Scene, method: Method) -> list[Bond]:
         if contact.left.body == contact.right.body:
             raise CaseError(f"contact {contact.name} ties a rod to itself", path=path, remedy="Name two bodies.")
         if kind.stiffness < 0.0:
-            bare = any(massless(scene, point) for point in sides)
-            if kind.branches is not None and not bare:
-                raise CaseError(
-                    f"contact {contact.name}: both faces have mass, and the force of a bond follows from the balance of "
-                    "a face that has none",
-                    path=path,
-                    remedy="Make the two masses one, or use a model that steps.",
-                )
-            if not bare:
-                raise CaseError(
-                    f"contact {contact.name}: both faces have mass; after a hard impact of two masses a coefficient of "
-                    "restitution decides, which a hard contact does not have",
-                    path=path,
-                    remedy="Use penalty, or let one face be the bare end of a rod.",
-                )
-            gap, slack = first_gap(scene, number)
-            if gap < -slack and kind.branches is None:
-                raise CaseError(
-                    f"contact {contact.name}: gap {gap:g} m{' with the initial displacement' if slack else ''}: "
-                    "a penetration, which a hard contact cannot hold",
-                    path=f"{path}.gap",
-                    remedy="Use penalty with overlap: allowed, or a gap of 0 or more.",
-                )
+            check_hard(scene, number, kind.branches is None)
         bonds.append(kind)
     return with_faces(scene, bonds)
 
@@ -148,6 +126,34 @@ def check_loads(scene: Scene) -> None:
                 path=f"bodies.{any_body.name}.ends.{side}",
                 remedy="Use finite_element or modal.",
             )
+
+
+def check_hard(scene: Scene, number: int, opens: bool) -> None:
+    """Raise `CaseError` where the force of a hard contact, or of a bond, does not follow from a face without mass."""
+    contact, path = scene.contacts[number], f"contacts.{number}"
+    bare = any(massless(scene, point) for point in (contact.left, contact.right))
+    if not bare and not opens:
+        raise CaseError(
+            f"contact {contact.name}: both faces have mass; the force of a bond follows from the balance of a face "
+            "without mass",
+            path=path,
+            remedy="Make the two masses one, or use a model that steps.",
+        )
+    if not bare:
+        raise CaseError(
+            f"contact {contact.name}: both faces have mass; after a hard impact of two masses a coefficient of "
+            "restitution decides, which a hard contact does not have",
+            path=path,
+            remedy="Use penalty, or let one face be the bare end of a rod.",
+        )
+    gap, slack = first_gap(scene, number)
+    if opens and gap < -slack:
+        raise CaseError(
+            f"contact {contact.name}: gap {gap:g} m{' with the initial displacement' if slack else ''}: "
+            "a penetration, which a hard contact cannot hold",
+            path=f"{path}.gap",
+            remedy="Use penalty with overlap: allowed, or a gap of 0 or more.",
+        )
 
 
 def first_gap(scene: Scene, number: int) -> tuple[float, float]:

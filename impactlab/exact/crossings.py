@@ -6,6 +6,7 @@ from impactlab.exact.arrays import CLOSE, OPEN, MarchArrays
 from impactlab.exact.kernel import MAX_DEPTH, ZERO_TOL, first_crossing, restrict
 from impactlab.numerics.addresses import call
 from impactlab.numerics.compiling import EXACT_PART
+from impactlab.types import Array
 
 ROUNDING = 1.0e-14  # of displacements and velocities: how far rounding may have moved them
 # Least force of a touch, over the force below which a closed contact counts as unloaded (ZERO_TOL of the largest that
@@ -83,11 +84,20 @@ def first_crossing_of(m: MarchArrays, base: int, c: int, n: int, floor: float) -
 
 
 @EXACT_PART
-def next_event(m: MarchArrays, j: int, n: int) -> float:
-    """Return the place in [-1, 1] of the first event, 2 for none.
+def is_unloaded(m: MarchArrays, c: int, force: Array, n: int, no_force: float) -> bool:
+    """Return whether hard faces without mass are in contact without a force: they count as open."""
+    contact = m.contacts[c]
+    if contact.closed == 0 or contact.stiffness >= 0.0 or m.nodes[contact.left].bare == 0:
+        return False
+    total = 0.0
+    for k in range(n):
+        total += abs(force[k])
+    return bool(total <= no_force)
 
-    The state holds its contact (or -1) and kind.
-    """
+
+@EXACT_PART
+def next_touch(m: MarchArrays, j: int, n: int) -> float:
+    """Return the place in [-1, 1] of the first closing or opening, or end of a spring's overlap, 2 for none."""
     state, junction = m.state[0], m.junctions[j]
     base = junction.first_node
     nodes = junction.nodes
@@ -95,22 +105,16 @@ def next_event(m: MarchArrays, j: int, n: int) -> float:
     place = 2.0
     no_gap = ZERO_TOL * state.farthest
     trial = m.stack[MAX_DEPTH]
-    branched = False
     for c in range(junction.first_contact, junction.last_contact):
         contact = m.contacts[c]
         if contact.branch >= 0:
-            branched = True
             continue
         a, b = contact.left - base, contact.right - base
         no_force = least_force(m, j, c, n)
         force = m.rows[first_force + c - junction.first_contact]
-        if contact.closed == 1 and contact.stiffness < 0.0 and m.nodes[contact.left].bare == 1:
-            total = 0.0
-            for k in range(n):
-                total += abs(force[k])
-            if total <= no_force:  # faces in contact without force count as open
-                state.contact, state.kind = c, OPEN
-                return -1.0
+        if is_unloaded(m, c, force, n, no_force):
+            state.contact, state.kind = c, OPEN
+            return -1.0
         gap = contact.gap + m.nodes[contact.right].u - m.nodes[contact.left].u
         # Crossing of the force; or of the gap; or, for an unloaded spring that is still overlapped, of both the spring
         # force (it takes load again) and the gap (it opens).
@@ -140,8 +144,18 @@ def next_event(m: MarchArrays, j: int, n: int) -> float:
                 place = x
                 state.contact = -1 if behind and way == 0 else c
                 state.kind = CLOSE if contact.closed == 0 and not (behind and way == 0) else OPEN
-    if branched:
-        state.place = place
-        call(m.changes, m, j, n)
-        place = state.place
     return place
+
+
+@EXACT_PART
+def next_event(m: MarchArrays, j: int, n: int) -> float:
+    """Return the place in [-1, 1] of the first event, 2 for none.
+
+    The state holds its contact (or -1) and kind.
+    """
+    place = next_touch(m, j, n)
+    if m.junctions[j].branched == 1:
+        m.state[0].place = place
+        call(m.changes, m, j, n)
+        place = m.state[0].place
+    return float(place)

@@ -106,7 +106,8 @@ def empty_log(junctions: int, nodes: int, ends: int, contacts: int, rows: int) -
         0, 0, states, of_junctions, of_nodes, of_ends, of_contacts, no_branches, no_untils, (), (), np.zeros(0),
         tables[0], tables[1], tables[2], np.zeros((MAX_DEPTH + 1, WIDTH)),
     )  # fmt: skip
-    return Log(memory, state[0], junction, node, end, contact, branch, contact[:0], piece.reshape(junctions, 0), columns(EventRecord, 0)[1])
+    events = columns(EventRecord, 0)[1]
+    return Log(memory, state[0], junction, node, end, contact, branch, contact[:0], piece.reshape(junctions, 0), events)
 
 
 def with_room(log: Log, pieces: int, pool: int, events: int) -> Log:
@@ -153,8 +154,9 @@ def without(log: Log, before: float, until: float) -> Log:
     log.ends["cursor"] -= dropped[log.ends["source"]]
     log.state["pool_used"] = used
     found = log.events[: int(log.state["events"])]
-    for _, contact, _, branch, constant, at in found[(found["time"] <= until) & (found["branch"] >= 0)].tolist():
-        log.begins["branch"][contact], log.begins["constant"][contact], log.begins["set"][contact] = branch, constant, at
+    for event in found[(found["time"] <= until) & (found["branch"] >= 0)]:
+        for name in ("branch", "constant", "set"):
+            log.begins[name][event["contact"]] = event[name]
     later = found[found["time"] > until]
     log.events[: len(later)] = later
     log.state["events"] = len(later)

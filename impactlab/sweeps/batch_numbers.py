@@ -14,7 +14,7 @@ from impactlab.casefile.check import reference_rod
 from impactlab.casefile.schema import RoundTrips
 from impactlab.errors import ImpactlabError
 from impactlab.lazy import lazy
-from impactlab.scene.method import is_exact, theories
+from impactlab.scene.method import is_exact, laws_of, theories
 from impactlab.sweeps.axes import Axis, Points, at_point, spread
 from impactlab.types import Array
 
@@ -44,6 +44,8 @@ def numbers_of(case: Case) -> marcher.Built:
     run = case.simulation()
     if run.method.tolerance is not None or not is_exact(*run) or any(theories(*run)):
         raise NotServed("the runs are not exact ones: rods that are not continuous, or laws of another kind")
+    if any(law.branches() is not None for law in laws_of(*run)):
+        raise NotServed("laws that change their branch")
     given, counted = case.checked.solve.duration, reference_rod(case.checked)
     trips = float(given.round_trips) if isinstance(given, RoundTrips) else None
     made = None if counted is None else marcher.built(run, counted, trips)

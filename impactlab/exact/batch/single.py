@@ -13,11 +13,10 @@ import numpy as np
 
 from impactlab.errors import CaseError
 from impactlab.exact import march, spring_systems
-from impactlab.exact.arrays import DONE, MORE_EVENTS, MORE_POOL, MORE_RECORDS, MarchArrays
+from impactlab.exact.arrays import CLOSE, DONE, MORE_EVENTS, MORE_POOL, MORE_RECORDS, MarchArrays
 from impactlab.exact.batch.marcher import MAX_POOL, Built
 from impactlab.exact.batch.pattern import Pattern
 from impactlab.exact.batch.writing import SPRING, write
-from impactlab.exact.crossings import CLOSE
 from impactlab.exact.history import ContinuousHistory, Place
 from impactlab.exact.kernel import MAX_DEPTH, integrate, value
 from impactlab.exact.network import grown

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from impactlab.exact.crossings import CLOSE
+from impactlab.exact.arrays import CLOSE
 from impactlab.exact.tangents.arrays import BY_FRONT, CROSSED, GAP
 from impactlab.exact.tangents.run import Solved
 from impactlab.types import Array

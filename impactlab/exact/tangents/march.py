@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from impactlab.exact.arrays import (
+    CLOSE,
     DONE,
     MORE_EVENTS,
     MORE_POOL,
     MORE_RECORDS,
+    OPEN,
     PAUSED,
     TOO_MANY,
     UNRESOLVED,
     MarchArrays,
 )
-from impactlab.exact.crossings import CLOSE, OPEN, next_event
+from impactlab.exact.crossings import next_event
 from impactlab.exact.kernel import MAX_DEPTH, ROOM, ZERO_TOL, chopped, restrict
 from impactlab.exact.march import apply_event, arrivals, horizon, keep
 from impactlab.exact.nodes import fill_rows, solve_nodes
