@@ -40,5 +40,6 @@ def with_branches(log: Log, laws: Sequence[Branches | None]) -> Log:
     for junction in log.junctions:
         own = log.contacts["branch"][junction["first_contact"] : junction["last_contact"]]
         junction["branched"] = int(np.any(own >= 0))
+    names = tuple(branch.name for branch, _ in rows)
     memory = log.memory._replace(branches=taken, untils=taken_ends)
-    return log._replace(memory=memory, branches=branches, begins=log.contacts.copy())
+    return log._replace(memory=memory, branches=branches, names=names, begins=log.contacts.copy())

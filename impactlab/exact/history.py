@@ -12,16 +12,19 @@ from numpy.typing import ArrayLike
 from impactlab.errors import CaseError
 from impactlab.exact.arrays import CHANGE
 from impactlab.exact.energies import energies_at, rod_energy, rod_momentum, sample_times
+from impactlab.exact.link_results import link_results, named, total
 from impactlab.exact.network import Layout, Link, Log
 from impactlab.exact.signals import Signal, Signals
 from impactlab.history.base import (
     FIELD_POINTS,
     AbstractHistory,
+    BranchChange,
     ContactSpan,
     Cost,
     EnergyBook,
     Event,
     Field,
+    LinkResult,
     Warned,
     places_on,
     within_run,
@@ -67,6 +70,15 @@ class ContinuousHistory(AbstractHistory):
         return {self.scene.contacts[place].name: c for c, place in enumerate(self.layout.places)}
 
     @cached_property
+    def joined(self) -> frozenset[str]:
+        """Names of the links, which are joined from the start."""
+        return frozenset(name for name, law in self.method.laws.items() if law.two_sided)
+
+    @cached_property
+    def _named(self) -> dict[str, list[str]]:
+        return {name: own for name, own in named(self.scene).items() if name not in self._contact}
+
+    @cached_property
     def _exact_x(self) -> dict[str, float]:
         touching = [point for contact in self.scene.contacts for point in (contact.left, contact.right)]
         waves = [point for point in touching if point.body in self.layout.links]
@@ -81,10 +93,27 @@ class ContinuousHistory(AbstractHistory):
         names = [self.scene.contacts[place].name for place in self.layout.places]
         ordered = found[np.argsort(found["time"], kind="stable")]
         if len(self.log.branches):  # links have no events
-            links = [place for place, name in enumerate(names) if self.method.laws[name].two_sided]
+            links = [place for place, name in enumerate(names) if name in self.joined]
             ordered = ordered[(ordered["kind"] != CHANGE) & ~np.isin(ordered["contact"], links)]
         rows = zip(*(ordered[name].tolist() for name in ("time", "contact", "kind")), strict=True)
         return tuple(Event(time, names[contact], "close" if closes else "open") for time, contact, closes in rows)
+
+    @cached_property
+    def changes(self) -> tuple[BranchChange, ...]:  # type: ignore[override]
+        """Changes of branch in order of time: instants at which a law yields, unloads, opens."""
+        found = self.log.events[: self.log.state["events"]]
+        found = found[(found["branch"] >= 0) & (found["time"] <= self.duration)]
+        found = found[np.argsort(found["time"], kind="stable")]
+        names = [self.scene.contacts[place].name for place in self.layout.places]
+        rows = zip(*(found[name].tolist() for name in ("time", "contact", "branch")), strict=True)
+        return tuple(BranchChange(time, names[contact], self.log.names[branch]) for time, contact, branch in rows)
+
+    @cached_property
+    def links(self) -> tuple[LinkResult, ...]:  # type: ignore[override]
+        """What became of each link, or of all links of one name."""
+        if not self.joined:
+            return ()
+        return tuple(link_results(self.scene, self.method, self.signals, self._contact, 0.0, self.duration))
 
     @cached_property
     def _above_noise(self) -> tuple[tuple[Event, ...], tuple[ContactSpan, ...]]:
@@ -103,7 +132,8 @@ class ContinuousHistory(AbstractHistory):
     @cached_property
     def energy(self) -> EnergyBook:  # type: ignore[override]
         """Energies at every break and on an equal grid."""
-        return replace(self.balanced, carried=carried_energy(self.scene, self.balanced.time, touched_in(self)))
+        touched = touched_in(self) | self.joined
+        return replace(self.balanced, carried=carried_energy(self.scene, self.balanced.time, touched))
 
     @cached_property
     def balanced(self) -> EnergyBook:
@@ -114,7 +144,8 @@ class ContinuousHistory(AbstractHistory):
     def warnings(self) -> list[Warned]:  # type: ignore[override]
         """Warnings, found on first use."""
         trip = self.scene.round_trip
-        names = [contact.name for contact in self.scene.contacts] if np.isfinite(trip) else []
+        meeting = [contact.name for contact in self.scene.contacts if contact.name not in self.joined]
+        names = meeting if np.isfinite(trip) else []
         texts = [near_grazing(self, name, trip) for name in names]
         return [Warned("near_grazing", text) for text in texts if text is not None]
 
@@ -154,6 +185,7 @@ class ContinuousHistory(AbstractHistory):
                 names += [f"momentum:{name}", f"energy:{name}"]
         for contact in self.scene.contacts:
             names += [f"force:{contact.name}", f"gap:{contact.name}"]
+        names += [f"force:{name}" for name in self._named]
         return tuple(dict.fromkeys(names))
 
     def evaluate(self, t: ArrayLike, channel: str) -> Array:
@@ -169,6 +201,8 @@ class ContinuousHistory(AbstractHistory):
             record = self.log.contacts[contact]
             left, right = (self.signals.displacement(int(record[side])) for side in ("left", "right"))
             return np.asarray(record["gap"] + right(t) - left(t))
+        if quantity == "force" and rest in self._named:
+            return total([self.force(name) for name in self._named[rest]], t)
         name, at, _ = rest.rpartition("@")
         if at and name in self.layout.links and quantity in self.scene.bodies[name].quantities:
             read, factor = self.scene.bodies[name].reading(quantity)
@@ -233,6 +267,9 @@ class ContinuousHistory(AbstractHistory):
         if quantity == "force" and rest in self._contact:
             force = self.force(rest)
             return force.integral(t, False) - force.integral(np.zeros(1), False)
+        if quantity == "force" and rest in self._named:
+            parts = (self.integral(f"force:{name}", t) for name in self._named[rest])
+            return sum((part for part in parts if part is not None), np.zeros_like(t))
         name, at, _ = rest.rpartition("@")
         if at and name in self.layout.links and quantity in self.scene.bodies[name].quantities:
             read, factor = self.scene.bodies[name].reading(quantity)
@@ -278,6 +315,11 @@ class ContinuousHistory(AbstractHistory):
         """Return the force of a contact as a function of time [N]."""
         return self.signals.force(self._contact[name])
 
+    def impulse_of(self, contact: str) -> float:
+        if contact not in self.joined:
+            return super().impulse_of(contact)
+        return float(np.diff(self.force(contact).integral(np.array([0.0, self.duration]), False))[0])
+
     def field(self, body: str, t: float, quantity: str, x: ArrayLike | None = None) -> Field:
         links = self.layout.links.get(body, ())
         if not links or quantity not in self.scene.bodies[body].quantities:
@@ -302,6 +344,8 @@ class ContinuousHistory(AbstractHistory):
             contact = self._contact[rest]
             found = self.signals.force(contact).jumps(floor * float(self.log.contacts["impedance"][contact]))
             return np.asarray(found[(found >= 0.0) & (found <= self.duration)])
+        if quantity == "force" and rest in self._named:
+            return np.unique(np.concatenate([self.jumps(f"force:{name}") for name in self._named[rest]]))
         name, _, _ = rest.rpartition("@")
         known = self.scene.bodies[name].quantities if name in self.layout.links else {}
         read, _ = known.get(quantity, ("displacement", 1.0))

@@ -72,6 +72,7 @@ class Log(NamedTuple):
     ends: Columns  # (ends,)
     contacts: Columns  # (contacts,)
     branches: Columns  # (branches,), of all laws that have some
+    names: tuple[str, ...]  # of the branches
     begins: Columns  # (contacts,), as they are where the events begin; none without branches
     pieces: Columns  # (junctions, room); of each junction the first `records` are filled
     events: Columns  # (room,), the first `state["events"]` are filled
@@ -107,13 +108,15 @@ def empty_log(junctions: int, nodes: int, ends: int, contacts: int, rows: int) -
         tables[0], tables[1], tables[2], np.zeros((MAX_DEPTH + 1, WIDTH)),
     )  # fmt: skip
     events = columns(EventRecord, 0)[1]
-    return Log(memory, state[0], junction, node, end, contact, branch, contact[:0], piece.reshape(junctions, 0), events)
+    return Log(
+        memory, state[0], junction, node, end, contact, branch, (), contact[:0], piece.reshape(junctions, 0), events
+    )
 
 
 def with_room(log: Log, pieces: int, pool: int, events: int) -> Log:
     """Return the log with room for so many pieces per junction, coefficients and events, where it has less."""
     memory: dict[str, Any] = {}
-    named: dict[str, Columns] = {}
+    named: dict[str, Any] = {}
     count, old = log.pieces.shape
     if pieces > old:
         memory["pieces"], piece = columns(PieceRecord, count * pieces)

@@ -14,8 +14,20 @@ from numpy.typing import ArrayLike
 from impactlab.errors import CaseError
 from impactlab.exact.energies import energies_at
 from impactlab.exact.history import ContinuousHistory
+from impactlab.exact.link_results import followed, link_results, named
 from impactlab.exact.network import Layout, Log, without
-from impactlab.history.base import AbstractHistory, ContactSpan, Cost, EnergyBook, Event, Field, places_on, within_run
+from impactlab.history.base import (
+    AbstractHistory,
+    BranchChange,
+    ContactSpan,
+    Cost,
+    EnergyBook,
+    Event,
+    Field,
+    LinkResult,
+    places_on,
+    within_run,
+)
 from impactlab.history.noise_floor import above_noise
 from impactlab.numerics.slopes import slopes
 from impactlab.scene.frame import carried_energy, touched_in
@@ -41,7 +53,10 @@ class ThinnedHistory(AbstractHistory):
         self.time = time  # (n,) s
         self.values = values  # channel -> (n,); of a force its time integral [N s]
         # Forces of hard contacts are piecewise nearly constant and stay as means; a spring force gets slopes.
-        self.stairs = {f"force:{name}" for name, law in self.method.laws.items() if law.hard}
+        laws = self.method.laws
+        self.stairs = {f"force:{name}" for name, law in laws.items() if law.hard}
+        self.forces = {f"force:{name}" for name in (*laws, *named(self.scene))}
+        self.pulling = self.forces - {f"force:{name}" for name, law in laws.items() if not law.two_sided}
         self.fields: dict[tuple[str, str, float], Field] = {}
         self.cost = Cost()
         self.events = ()
@@ -59,14 +74,19 @@ class ThinnedHistory(AbstractHistory):
                 remedy=f"Name a probe there, or give a shorter duration. Channels: {', '.join(self.values)}.",
             )
         row = self.values[channel]
-        if not channel.startswith("force:") or "|" not in channel:
+        if channel not in self.forces:
             return np.asarray(np.interp(times, self.time, row))
         means = np.diff(row) / np.diff(self.time)
         cell = np.clip(np.searchsorted(self.time, times, side="right") - 1, 0, len(means) - 1)
         if channel in self.stairs:
             return np.asarray(means[cell])
         middles = 0.5 * (self.time[1:] + self.time[:-1])
-        return np.asarray(np.maximum(0.0, means[cell] + slopes(middles, means)[cell] * (times - middles[cell])))
+        sloped = means[cell] + slopes(middles, means)[cell] * (times - middles[cell])
+        return np.asarray(sloped if channel in self.pulling else np.maximum(0.0, sloped))
+
+    def impulse_of(self, contact: str) -> float:
+        channel = f"force:{contact}"
+        return float(self.values[channel][-1]) if channel in self.pulling else super().impulse_of(contact)
 
     def field_times(self, body: str) -> Array | None:
         return np.unique([time for name, _, time in self.fields if name == body])
@@ -112,6 +132,8 @@ class Thinner:
         self.books: list[EnergyBook] = []
         self.spent: dict[str, float] = {}
         self.fields: dict[tuple[str, str, float], Field] = {}
+        self.changes: list[BranchChange] = []
+        self.links: tuple[LinkResult, ...] = ()
 
     def take(self, log: Log) -> Log:
         """Sample every junction up to the time that all have reached, and return the log without it."""
@@ -131,7 +153,9 @@ class Thinner:
         spans = tuple(sorted((*self.spans, *rest), key=lambda span: (span.start, span.contact)))
         history.events, history.contacts = above_noise(self.scene, self.run.method.models, tuple(self.events), spans)
         book = _joined(self.books)
-        history.energy = replace(book, carried=carried_energy(self.scene, book.time, touched_in(history)))
+        joined = {name for name, law in self.run.method.laws.items() if law.two_sided}
+        history.energy = replace(book, carried=carried_energy(self.scene, book.time, touched_in(history) | joined))
+        history.links, history.changes = self.links, tuple(self.changes)
         history.fields = self.fields
         history.cost.steps = int(log.state["intervals"])
         return history
@@ -141,15 +165,21 @@ class Thinner:
         last = until >= self.scene.duration
         upto = len(self.grid) if last else int(np.searchsorted(self.grid, until))
         t = self.grid[self.taken : upto]
-        forces = {f"force:{contact.name}": contact.name for contact in self.scene.contacts}
+        forces = {f"force:{name}": own for name, own in named(self.scene).items()}
+        forces |= {f"force:{contact.name}": [contact.name] for contact in self.scene.contacts}
         for name, row in self.values.items():
             if name in forces:
-                row[self.taken : upto] = self._impulse(window, forces[name], t)
+                row[self.taken : upto] = sum(self._impulse(window, own, t) for own in forces[name])
             else:
                 row[self.taken : upto] = window.evaluate(t, name)
         self._contacts(window, until)
         for name in self.impulses:
             self.impulses[name] = float(self._impulse(window, name, np.array([until]))[0])
+        self.changes += window.changes
+        if window.joined:
+            numbers = {self.scene.contacts[place].name: c for c, place in enumerate(self.layout.places)}
+            new = link_results(self.scene, self.run.method, window.signals, numbers, self.begun, until)
+            self.links = followed(self.links, tuple(new))
         self._energies(window, t[-self.taken % self.every :: self.every], until, last)
         for time in self.scene.field_times:
             if self.begun <= time < until or (last and time >= until):

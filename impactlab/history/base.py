@@ -54,6 +54,14 @@ class ContactSpan(NamedTuple):
         return duration if self.end is None else self.end
 
 
+class BranchChange(NamedTuple):
+    """A change of branch of a law that is linear between such changes: it yields, unloads, opens."""
+
+    time: float  # s
+    contact: str
+    branch: str  # that begins, by its name in the law
+
+
 class LinkResult(NamedTuple):
     """What became of a link, or of all links of one name: forces, permanent set, energy taken."""
 
@@ -174,6 +182,7 @@ class AbstractHistory(Views, ABC):
     events: tuple[Event, ...]
     contacts: tuple[ContactSpan, ...]
     links: tuple[LinkResult, ...] = ()
+    changes: tuple[BranchChange, ...] = ()  # in order of time; of exact histories alone
     energy: EnergyBook
     warnings: list[Warned]
     cost: Cost

@@ -36,6 +36,10 @@ class AdaptiveHistory(AbstractRecordedHistory):
             force = np.diff(table[:, 1 + number]) / lengths
             self.recorded[f"force:{contact.name}"] = Channel(times, np.concatenate(([0.0], force)), True)
             self.recorded[f"gap:{contact.name}"] = Channel(times, table[:, 1 + len(contacts) + number], False)
+        for group in dict.fromkeys(contact.group for contact in contacts if contact.group):
+            own = [number for number, contact in enumerate(contacts) if contact.group == group]
+            force = np.diff(table[:, [1 + number for number in own]].sum(axis=1)) / lengths
+            self.recorded.setdefault(f"force:{group}", Channel(times, np.concatenate(([0.0], force)), True))
         for number, probe in enumerate(self._record.probes):
             self.recorded[probe.channel] = Channel(times, table[:, 1 + 2 * len(contacts) + number], False)
         events.sort(key=lambda event: event.time)
