@@ -99,6 +99,8 @@ def loop_of(history: AbstractHistory, rock: Contact, law: AbstractContactLaw) ->
     """
     steps = POINTS if history.dt is None else round(history.duration / history.dt)
     time = np.linspace(0.0, history.duration, steps + 1)
+    if history.dt is None:  # the deepest point may be a kink between two instants
+        time = np.unique([*time, *(change.time for change in history.changes if change.contact == rock.name)])
     penetration = -history.evaluate(time, f"gap:{rock.name}")
     if isinstance(law, Bilinear):
         deepest = np.maximum.accumulate(np.maximum(penetration, 0.0))

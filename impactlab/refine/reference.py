@@ -21,8 +21,9 @@ from impactlab.scene.facts import beams_of, changes
 from impactlab.scene.method import Method, Simulation, is_relative, laws_of, modelled, models_of, theories
 from impactlab.scene.problem import RECORDS, Scene
 
-# Names in summaries: the exact hard contact, the exact spring and dashpot of the case itself, the converged solution.
-HARD, SPRING, CONVERGED = "st_venant", "kelvin_voigt", "converged"
+# Names in summaries: the exact hard contact, the exact spring and dashpot of the case itself, its exact links and
+# cushions, linear between changes of branch, and the converged solution.
+HARD, SPRING, BRANCHES, CONVERGED = "st_venant", "kelvin_voigt", "branches", "converged"
 
 RUN_BUDGET_S = 0.25  # s of predicted solving that a plain run spends on its reference
 FULL_BUDGET_S = 7.0  # s, where a reference is requested: compare, bench
@@ -52,7 +53,7 @@ class Reference(NamedTuple):
     ``uncertainties`` are those of the metrics of the summary, each in the unit of its metric; none of an exact one.
     """
 
-    name: str  # st_venant | kelvin_voigt | converged
+    name: str  # st_venant | kelvin_voigt | branches | converged
     history: AbstractHistory
     uncertainty: float = 0.0  # the largest relative one of displacements and impulse
     uncertainties: Mapping[str, float] = {}
@@ -76,7 +77,10 @@ def find(scene: Scene, method: Method, budget: float = FULL_BUDGET_S) -> Referen
     if any(theories(scene, method)):
         return None
     if exact.serves(scene, method) is None:
-        name = HARD if all(law.hard for law in laws_of(scene, method)) else SPRING
+        laws = laws_of(scene, method)
+        name = HARD if all(law.hard for law in laws) else SPRING
+        if any(law.branches() is not None for law in laws):
+            name = BRANCHES
         try:
             return Reference(name, exact.solve(scene, method, whole=True))
         except StepError:  # events accumulate, say: the run itself may be fine

@@ -71,6 +71,7 @@ def write_sheet(out: Path, sheet: Sheet) -> Sheet:
 REFERENCES = {
     "st_venant": "the exact solution, hard contact",
     "kelvin_voigt": "the exact solution, springs as written",
+    "branches": "the exact solution, with links and cushions as written",
     "converged": "a converged solution",
 }
 MAP = (
