@@ -3,7 +3,8 @@
 Ram, cushion, helmet, cushion, a pile of lumped elements, a shaft of Smith's soil in pieces and a toe that never pulls,
 by leapfrog at half of the largest step. The hand-written program keeps everything in its own arrays: one pass over the
 nodes, soil forces in a loop, the same output as the package keeps in a record (force, gap and motion of both faces of
-each contact). Times are minima of interleaved runs, in time of the processor.
+each contact). Beside it the pile as a delay line with steps of the same length. Times are minima of interleaved runs,
+in time of the processor.
 
     python benchmarks/links.py [--elements 160] [--pieces 15 50 100 200] [--repeats 7]
 """
@@ -150,29 +151,38 @@ def scaled(values: tuple[float, float, float], count: int) -> tuple[float, float
     return values[0] / count, values[0] / count / values[1], values[2]
 
 
+def waves(elements: int, pieces: int, dt: float) -> il.Case:
+    """Return the blow on the pile as a delay line, in steps about as long [s]."""
+    case = pile(elements, pieces)
+    return case.with_("solve", {"duration": DURATION, "model": {"kind": "continuous"}, "step": {"dt": dt}})
+
+
 def main() -> None:
-    """Print time per step of both programs, and their ratio."""
+    """Print time per step of both programs and of the delay line, and the ratio of both programs."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--elements", type=int, default=160)
     parser.add_argument("--pieces", type=int, nargs="+", default=[15, 50, 100, 200])
     parser.add_argument("--repeats", type=int, default=7)
     given = parser.parse_args()
-    print("elements  pieces  package us  by hand us  ratio  per link ns  toe sets mm")
+    print("elements  pieces  package us  by hand us  ratio  per link ns  delay line us  per link ns  toe sets mm")
     for pieces in given.pieces:
         elements = max(given.elements, 4 * pieces)  # no two links on one node
         plan = prepare(*pile(elements, pieces).simulation())
         assert plan.dt is not None
-        best, hand, sets = math.inf, math.inf, (0.0, 0.0)
+        lines = prepare(*waves(elements, pieces, plan.dt).simulation())
+        best, hand, line, sets = math.inf, math.inf, math.inf, (0.0, 0.0, 0.0)
         time_by_hand(elements, pieces, 10, plan.dt)
         for _ in range(given.repeats):
             spent, assembly = time_loop(plan)
             other, found = time_by_hand(elements, pieces, plan.steps, plan.dt)
-            best, hand = min(best, spent), min(hand, other)
-            sets = (1e3 * assembly.ports[-1].memory[0], 1e3 * found)
-        us, by = 1e6 * best / plan.steps, 1e6 * hand / plan.steps
+            others, delays = time_loop(lines)
+            best, hand, line = min(best, spent), min(hand, other), min(line, others)
+            sets = (1e3 * assembly.ports[-1].memory[0], 1e3 * found, 1e3 * delays.ports[-1].memory[0])
+        us, by, at = 1e6 * best / plan.steps, 1e6 * hand / plan.steps, 1e6 * line / lines.steps
         print(
             f"{elements:8d}  {pieces:6d}  {us:10.2f}  {by:10.2f}  {us / by:5.2f}  "
-            f"{1e3 * us / (pieces + 3):11.0f}  {sets[0]:.5f} {sets[1]:.5f}"
+            f"{1e3 * us / (pieces + 3):11.0f}  {at:13.2f}  {1e3 * at / (pieces + 3):11.0f}  "
+            f"{sets[0]:.5f} {sets[1]:.5f} {sets[2]:.5f}"
         )
 
 

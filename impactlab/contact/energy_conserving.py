@@ -8,6 +8,8 @@ from typing import final
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.types import Level, Port, Reply
 
+ROUNDING = 1e-14  # of displacements that were added up over a period of contact
+
 
 @final
 @dataclass(frozen=True)
@@ -30,7 +32,9 @@ class EnergyConserving(AbstractContactLaw):
 
     @staticmethod
     def respond(port: Port, reply: Reply) -> None:
-        if port.gap > 0.0:
+        # Faces that met without overlap stay where they are but for the rounding of their displacements.
+        slack = ROUNDING * max(abs(port.left.displacement), abs(port.right.displacement)) * port.in_contact
+        if port.gap > slack:
             return
         reply.trial = (port.gap - port.free_gap) / port.gap_per_force
         if reply.trial > 0.0:

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from typing import Any, final
+from typing import Any
 
 import numpy as np
 import pytest
 
 from impactlab import metrics
 from impactlab.contact.addition_deletion import AdditionDeletion
-from impactlab.contact.base import AbstractContactLaw
 from impactlab.contact.bonded import Bonded
-from impactlab.contact.energy_conserving import EnergyConserving
 from impactlab.contact.impulse_momentum import ImpulseMomentum
 from impactlab.contact.nitsche import Nitsche
 from impactlab.contact.slack import Slack
@@ -27,47 +25,8 @@ from impactlab.scene.bodies import Rayleigh, Table
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import prepare, run
 from impactlab.testing.scenes import CLAMPED, FREE, STEEL, face, in_a_row, simulation, struck
-from impactlab.types import SideFacts, Start
+from tests.reference.stepped_laws import asked
 from tests.reference.test_delay_line import SPRING, Asked
-
-
-@final
-@dataclasses.dataclass(frozen=True)
-class AskedHard(AbstractContactLaw):
-    """A hard contact that does not declare itself as one: it is evaluated step by step."""
-
-    needs = EnergyConserving.needs
-
-    respond = staticmethod(EnergyConserving.respond)
-
-
-@final
-@dataclasses.dataclass(frozen=True)
-class AskedBond(AbstractContactLaw):
-    """A bond, the same."""
-
-    needs = Bonded.needs
-    two_sided = True
-
-    def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
-        return Bonded().begin(left, right, dt)
-
-    respond = staticmethod(Bonded.respond)
-
-
-@final
-@dataclasses.dataclass(frozen=True)
-class AskedJoint(AbstractContactLaw):
-    """A joint of one stiffness, the same."""
-
-    needs = Slack.needs
-    two_sided = True
-
-    def begin(self, left: SideFacts, right: SideFacts, dt: float) -> Start:
-        return Slack(stiffness=2e8).begin(left, right, dt)
-
-    respond = staticmethod(Slack.respond)
-
 
 THICK = dataclasses.replace(STEEL, length=0.2, area=1.6e-3)
 BRASS = Segment(0.1, 9e-4, 1.0e11, 8500.0)
@@ -97,7 +56,9 @@ def test_a_rod_of_three_segments_converges_to_the_exact_answer(far: End) -> None
         assert found[-1][name] < 2e-4
 
 
-@pytest.mark.parametrize("law", [(Asked(), SPRING), (AskedHard(), AdditionDeletion())], ids=["spring", "hard"])
+@pytest.mark.parametrize(
+    "law", [(Asked(), SPRING), (asked(AdditionDeletion()), AdditionDeletion())], ids=["spring", "hard"]
+)
 @pytest.mark.parametrize("segments", [(STEEL,), (STEEL, THICK)], ids=["uniform", "stepped"])
 @pytest.mark.parametrize("direction", [1.0, -1.0])
 def test_a_mass_that_strikes_inside(law: tuple[Any, Any], segments: tuple[Segment, ...], direction: float) -> None:
@@ -129,7 +90,7 @@ def test_on_the_grid_it_is_of_the_second_order() -> None:
 
     def scene(dt: float) -> Simulation:
         bodies = hammer, Rod("rod", whole, FREE, FREE)
-        return in_a_row(bodies, Continuous(), AskedJoint(), None, StepRule(dt=dt), duration=3.6e-4)
+        return in_a_row(bodies, Continuous(), asked(Slack(stiffness=2e8)), None, StepRule(dt=dt), duration=3.6e-4)
 
     finest, t = run(*scene(2e-5 / 640)), np.array([0.6e-4, 1.8e-4, 3.6e-4])
     ends = [run(*scene(2e-5 / n)).evaluate(t, "position:hammer") for n in (10, 20, 40)]
@@ -146,7 +107,7 @@ def test_a_specimen_between_bars_rings_up_to_rounding() -> None:
     r = (bar.impedance - specimen.impedance) / (bar.impedance + specimen.impedance)
     one = Rod("bars", (bar, specimen, bar), FREE, FREE)
     bodies = Rod("striker", (striker,), FREE, FREE, velocity=12.0), one
-    case = in_a_row(bodies, Continuous(), AskedHard(), None, StepRule(dt=2.5e-7), duration=4.6e-4)
+    case = in_a_row(bodies, Continuous(), asked(AdditionDeletion()), None, StepRule(dt=2.5e-7), duration=4.6e-4)
     case = case.but(probes=(Probe("bars", 1.505, "force"), Probe("bars", 1.6, "force")))
     arrival, transit = 1.5 / 5000.0, 1e-6
     n = np.array([1, 2, 5, 20, 45])
@@ -166,7 +127,7 @@ def test_the_same_as_three_bodies_that_are_bonded() -> None:
     striker = dataclasses.replace(bar, length=0.25)
     rods = [Rod(name, (one,), FREE, FREE) for name, one in (("i", bar), ("s", specimen), ("t", bar))]
     bodies = Rod("striker", (striker,), FREE, FREE, velocity=12.0), *rods
-    laws = AskedHard(), AskedBond(), AskedBond()
+    laws = asked(AdditionDeletion()), asked(Bonded()), asked(Bonded())
     case = in_a_row(bodies, Continuous(), laws, None, StepRule(dt=2.5e-7), duration=4.6e-4)
     r = (bar.impedance - specimen.impedance) / (bar.impedance + specimen.impedance)
     n = np.arange(1, 46)

@@ -48,6 +48,7 @@ class RecordedHistory(AbstractRecordedHistory):
         self.assembly = assembly
         self._ends: dict[str, tuple[Array, Array]] = {}  # of delay lines: times; displacements of both ends, or waves
         self._delayed: dict[str, DelayWaves | ChainWaves] = {}  # those that were evaluated
+        self._places: dict[str, Array] = {}  # of their fields
         self._times = np.zeros(0)  # of the snapshots
         self._integrator = integrator
         self._raw: list[tuple[float, int, int, float, float, float]] = []
@@ -112,10 +113,12 @@ class RecordedHistory(AbstractRecordedHistory):
 
     def _places_along(self, body: str) -> Array:
         """Return the places of a field along a delay line [m]; with both sides of the nodes of a chain of delays."""
-        places, model = np.linspace(0.0, self.scene.bodies[body].length, FIELD_POINTS), self.built[body].model
-        if not isinstance(model, DelayChain):
-            return places
-        return np.union1d([x for x in places if model.node_at(x) is None], model.grid())
+        if body not in self._places:
+            places, model = np.linspace(0.0, self.scene.bodies[body].length, FIELD_POINTS), self.built[body].model
+            if isinstance(model, DelayChain):
+                places = np.union1d([x for x in places if model.node_at(x) is None], model.grid())
+            self._places[body] = places
+        return self._places[body]
 
     def travelling(self, body: str, x: float, t: ArrayLike) -> tuple[Array, Array]:
         if body not in self._ends:
