@@ -1,6 +1,8 @@
-"""Figures of the pages on pile driving and on drilling."""
+"""Figures of the pages on pile driving and on drilling; the table of the case measured_head (``--head``)."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -12,6 +14,10 @@ from impactlab.report import style
 from studies.pages import CASES, Study
 
 AREA, SPEED, HAMMER = 1e-3, 5000.0, 0.5  # of the drill of the page: m2, m/s, m
+PUT_IN = {
+    "shaft.capacity": 6e5, "shaft.quake": 2.5e-3, "shaft.damping": 0.2,
+    "toe.capacity": 9e5, "toe.quake": 3e-3, "toe.damping": 0.5,
+}  # fmt: skip
 
 
 def draw_blow() -> Figure:
@@ -112,11 +118,73 @@ def draw_drill() -> Figure:
     return figure
 
 
+def write_head(rows: Sequence[str]) -> int:
+    """Write cases/measured_head.csv, the signals at the head of `smith_pile`; ``rows`` is ``--head``."""
+    if list(rows) != ["--head"]:
+        print("python -m studies trades --head writes cases/measured_head.csv")
+        return 2
+    (CASES / "measured_head.csv").write_text(head_table(), encoding="utf-8")
+    return 0
+
+
+def head_table() -> str:
+    """Return time, force and velocity at the head of `smith_pile` as a CSV text, 20 samples to a millisecond."""
+    head = piling.blow(il.load_case(CASES / "smith_pile.yaml")).head
+    time = np.linspace(0.0, head.time[-1], 2001)
+    lines = ["time [ms],force [kN],velocity [m/s]"]
+    for each in time:
+        force, velocity = (np.interp(each, head.time, values) for values in (head.force, head.velocity))
+        lines.append(f"{1e3 * each:.2f},{1e-3 * force:.3f},{velocity:.6f}")
+    return "\n".join(lines) + "\n"
+
+
+def draw_match() -> Figure:
+    """Return the measured head velocity with that of the start and of the fitted soil, and how sure the numbers are."""
+    case = il.load_case(CASES / "measured_head.yaml")
+    found, rough = matched(case, 0.02), start_of(case)
+    figure = Figure(figsize=(style.WIDTH, 2.9), layout="constrained")
+    left, right = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
+    ms = 1e3 * found.time
+    left.plot(ms, found.measured, color=style.MUTED, lw=0.8, label="measured, 2 % noise")
+    left.plot(ms, il.run(rough).evaluate(found.time, "velocity:pile@0"), color=style.PALETTE[1], ls="--", label="start")
+    left.plot(ms, found.computed, color=style.INK, label="fitted")
+    left.set(xlim=(0.0, 60.0), xlabel="time  [ms]", ylabel="velocity of the head  [m/s]")
+    left.set_title("Head under the measured force", loc="left")
+    left.legend(frameon=False, loc="upper right")
+    rows = [*found.parameters, found.capacity]
+    for place, (each, exact) in enumerate(zip(rows, [*PUT_IN.values(), 1.5e6], strict=True)):
+        ends = np.array([each.lower, each.value, each.upper]) / exact
+        right.plot(100.0 * (ends[[0, 2]] - 1.0), [place, place], color=style.INK, lw=2.0)
+        right.plot(100.0 * (ends[1] - 1.0), place, "o", ms=4.0, color=style.INK)
+    right.axvline(0.0, color=style.MUTED, lw=0.8)
+    right.set_yticks(range(len(rows)), [*PUT_IN, "capacity of both"])
+    right.set(ylim=(len(rows) - 0.5, -0.5), xlabel="fitted less put in  [%]")
+    right.set_title("95 % intervals", loc="left")
+    return figure
+
+
+def start_of(case: il.Case) -> il.Case:
+    """Return the case with half of each number of its soil."""
+    halves = {name: 0.5 * value for name, value in PUT_IN.items()}
+    blocks = {"shaft": 0, "toe": 1}
+    paths = {name: f"contacts.{blocks[name.split('.')[0]]}.law.{name.split('.')[1]}" for name in halves}
+    return case.with_settings({paths[name]: value for name, value in halves.items()})
+
+
+def matched(case: il.Case, noise: float) -> piling.Match:
+    """Return the soil that matches the table, with noise on its velocity, from half of each number."""
+    time, force, velocity = np.loadtxt(CASES / "measured_head.csv", delimiter=",", skiprows=1, unpack=True)
+    velocity = velocity + noise * velocity.max() * np.random.default_rng(1).standard_normal(velocity.size)
+    return piling.match(start_of(case), 1e-3 * time, 1e3 * force, velocity, list(PUT_IN))
+
+
 STUDY = Study(
     {},
     {
         "figures/pile_blow.png": draw_blow,
         "figures/pile_driving.png": draw_driving,
+        "figures/pile_match.png": draw_match,
         "figures/drill_blow.png": draw_drill,
     },
+    command=write_head,
 )

@@ -52,6 +52,27 @@ def pile_of(run: Simulation) -> Pile:
     CaseError
         If no rod, or more than one, can be the pile, or no body strikes one of its ends.
     """
+    body, soil = soil_of(run)
+    struck = [(contact, x) for contact in run.scene.contacts if (x := _struck_at(run, contact, body)) is not None]
+    if len(struck) != 1:
+        raise CaseError(
+            f"{len(struck)} contacts could be the one on the head of the pile {body.name!r}; there must be one",
+            remedy=f"Let one body, a ram or a helmet, meet {body.name}.left or {body.name}.right.",
+            path="contacts",
+        )
+    head, x = struck[0]
+    ends = [contact for contact in soil if _x_on(contact, body) == body.length - x]
+    return Pile(body, head, soil, ends[0] if ends else None, x == 0.0)
+
+
+def soil_of(run: Simulation) -> tuple[WaveBody, tuple[Contact, ...]]:
+    """Return the rod that the links with the law `smith` hold, else the only rod, and these links.
+
+    Raises
+    ------
+    CaseError
+        If no rod, or more than one, can be the pile.
+    """
     scene, laws = run.scene, run.method.laws
     soil = tuple(contact for contact in scene.contacts if isinstance(laws.get(contact.name), Smith))
     rods = {name: body.waves for name, body in scene.elastic.items() if body.waves is not None}
@@ -63,17 +84,7 @@ def pile_of(run: Simulation) -> Pile:
             remedy="Give one rod all contacts with the law smith.",
             path="bodies",
         )
-    body = rods[names[0]]
-    struck = [(contact, x) for contact in scene.contacts if (x := _struck_at(run, contact, body)) is not None]
-    if len(struck) != 1:
-        raise CaseError(
-            f"{len(struck)} contacts could be the one on the head of the pile {body.name!r}; there must be one",
-            remedy=f"Let one body, a ram or a helmet, meet {body.name}.left or {body.name}.right.",
-            path="contacts",
-        )
-    head, x = struck[0]
-    ends = [contact for contact in soil if _x_on(contact, body) == body.length - x]
-    return Pile(body, head, soil, ends[0] if ends else None, x == 0.0)
+    return rods[names[0]], soil
 
 
 def _x_on(contact: Contact, body: WaveBody) -> float | None:

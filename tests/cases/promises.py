@@ -90,6 +90,11 @@ def lowest_toe(history: AbstractHistory) -> float:
     return float(history.evaluate(np.linspace(0.0, history.duration, 20_001), "displacement:pile@20").max())
 
 
+def largest(channel: str) -> Reading:
+    """The largest value of a channel at 20 000 instants."""
+    return lambda history: float(history.evaluate(np.linspace(0.0, history.duration, 20_001), channel).max())
+
+
 def rest(history: AbstractHistory) -> Driven:
     """Return the motion for good and the residual forces of the blow of a run, solved again."""
     return drive(Simulation(history.scene, history.method), 1).blows[0]
@@ -309,6 +314,11 @@ PROMISES: Mapping[str, tuple[Promise, ...]] = {
         Promise("1.050000", opened(0), T),
         Promise("-0.735759", HAMMER),
         Promise("2.000000", peak(), Z),
+    ),
+    "measured_head": (
+        Promise("11.65", toe_set, MM),
+        Promise("14.65", lowest_toe, MM),
+        Promise("2.51", largest("velocity:pile@0")),
     ),
     "opening_joint": (Promise("200", opened(0), US), Promise("275", close(1), US), Promise("20000", peak(1))),
     "periodic_bar": (

@@ -1,0 +1,264 @@
+"""Signal matching: soil of a pile found from force and velocity that were measured at its head."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import least_squares
+
+from impactlab import api, simulate
+from impactlab.casefile import Case
+from impactlab.contact.smith import Smith
+from impactlab.errors import CaseError, ImpactlabError
+from impactlab.fits.intervals import Options, fit_with_intervals
+from impactlab.fits.model import AbstractMeans
+from impactlab.fits.problem import Experiment, Problem
+from impactlab.fits.result import Fit, Fitted
+from impactlab.fits.search import solved
+from impactlab.fits.signals import Signal
+from impactlab.fits.trials import Trials, Values
+from impactlab.history.base import AbstractHistory
+from impactlab.piling.measured import checked, driven_by, soil_path
+from impactlab.scene.method import Simulation
+from impactlab.types import Array
+
+BOUNDS = 20.0  # a free number is sought between its start over this and its start times this
+COARSE_ELEMENTS = 40  # of the mesh from whose solution the search starts
+COARSE = 1e-3  # of the cost and of the numbers, on that mesh
+TOLERANCE = 1e-9  # of the cost and of the logarithms of the numbers, at the end of the search
+Free = Iterable[str] | Mapping[str, tuple[Any, Any]]
+
+
+@dataclass(frozen=True)
+class Match:
+    """The soil under which the pile moves as it was measured."""
+
+    capacity: Fitted  # N, static, of all soil links together, with its 95 % interval
+    parameters: tuple[Fitted, ...]  # the free numbers, as they were named, with their 95 % intervals
+    case: Case  # as given, with the fitted numbers
+    driven: Case  # the pile under the measured force, with the fitted numbers
+    time: Array = field(repr=False)  # s, (n,) from the first sample
+    measured: Array = field(repr=False)  # m/s, (n,) velocity into the soil
+    computed: Array = field(repr=False)  # m/s, (n,)
+    fit: Fit = field(repr=False, compare=False)
+
+    @property
+    def mismatch(self) -> float:
+        """Root mean square of measured less computed velocity, over the largest measured one."""
+        return float(np.sqrt(np.mean((self.measured - self.computed) ** 2)) / np.abs(self.measured).max())
+
+    def __getitem__(self, name: str) -> Fitted:
+        for each in self.parameters:
+            if each.path == name:
+                return each
+        raise KeyError(name)
+
+
+class Numbers(NamedTuple):
+    """A free number: how it was named, where it stands, and between which values it is sought."""
+
+    name: str
+    given: str  # path in the given case
+    path: str  # in the case without hammer
+    block: int
+    field: str
+    bounds: tuple[Any, Any]
+
+
+def match(
+    case: Case,
+    time: ArrayLike,
+    force: ArrayLike,
+    velocity: ArrayLike,
+    free: Free,
+    *,
+    noise: str = "white",
+) -> Match:
+    """Return the soil under which a pile that the measured force drives moves with the measured velocity.
+
+    The hammer, if the case has one, is taken away; the head is driven by the force, straight lines between its samples.
+    The free numbers are fitted to the velocity by least squares, from the values of the case. Different soils may fit
+    about as well: read the intervals, and `Match.fit` for correlations and warnings.
+
+    Parameters
+    ----------
+    case : Case
+        A pile and its soil, links with the law `smith`; its own mesh and step.
+    time : array
+        Rising times [s], shape (n,); the pile is at rest at the first.
+    force, velocity : array
+        At the head, shape (n,): compression positive [N], velocity into the soil [m/s].
+    free : iterable of str, or mapping of str to pairs
+        Numbers that are fitted, as ``toe.capacity`` by the name of the contact, or as a path of the case; capacity,
+        quake and damping of soil links. A mapping gives bounds in SI units or as texts; without it they are a
+        twentieth and twenty times the value of the case.
+    noise : str
+        As of `impactlab.fit`: ``white``, or ``ar1`` where neighbouring samples err alike.
+
+    Raises
+    ------
+    CaseError
+        If signals differ in length, are not finite or not in order of time, a name is no number of the soil, or the
+        head cannot be told.
+
+    References
+    ----------
+    RauscheGobleLikins1985.
+    """
+    if noise not in ("white", "ar1"):
+        raise CaseError(f"noise {noise!r}", remedy="Allowed: white, ar1.")
+    t, measured_force, measured = checked(time, force, velocity)
+    driven = driven_by(case, t, measured_force)
+    numbers = list(_numbers(case, driven.blocks, free))
+    signal = Signal(driven.velocity, t, driven.direction * measured)
+    problem = MatchProblem(driven.case, signal, numbers)
+    chosen = Options("linear", noise)
+    found = solved(problem, _near(problem), tolerance=TOLERANCE)
+    if noise == "ar1":
+        from impactlab.fits.correlation import correlations
+
+        problem.correlated = correlations(problem, found.x)
+        found = solved(problem, found.x, tolerance=TOLERANCE)
+    fit = fit_with_intervals(problem, found, chosen)
+    named = tuple(each._replace(path=number.name) for number, each in zip(numbers, fit.parameters, strict=True))
+    values = {number.given: each.value for number, each in zip(numbers, named, strict=True)}
+    computed = driven.direction * np.asarray(problem.fitted(np.asarray(found.x))[0])
+    capacity = _capacity(fit, numbers)
+    return Match(capacity, named, case.with_settings(values, by="match()"), fit.case, t, measured, computed, fit)
+
+
+def _numbers(case: Case, blocks: Mapping[int, int], free: Free) -> Iterable[Numbers]:
+    names = [free] if isinstance(free, str) else list(free)
+    if not names:
+        raise CaseError("no number to fit", remedy="Name some, as free=['toe.capacity', 'shaft.capacity'].")
+    for name in names:
+        block, of = soil_path(case, name)
+        given = f"contacts.{block}.law.{of}"
+        law = _law(case.simulation(), case, block)
+        start = getattr(law, of)
+        if start <= 0.0:
+            raise CaseError(f"the start of {name} is {start:g}", remedy="Give the case a value above 0.", path=given)
+        bounds = free[name] if isinstance(free, Mapping) else (start / BOUNDS, start * BOUNDS)
+        yield Numbers(name, given, f"contacts.{blocks[block]}.law.{of}", blocks[block], of, bounds)
+
+
+def _law(run: Simulation, case: Case, block: int) -> Smith:
+    """Return the law of a contact block with its totals."""
+    first = sum(each.pieces or 1 for each in case.checked.contacts[:block])
+    law = run.method.laws[run.scene.contacts[first].name]
+    assert isinstance(law, Smith)  # noqa: S101 - `soil_path` has refused others
+    return law.divided(1.0 / (case.checked.contacts[block].pieces or 1))
+
+
+def _capacity(fit: Fit, numbers: Sequence[Numbers]) -> Fitted:
+    """Return the static capacity of all soil links with its interval, by the covariance of the logarithms."""
+    run = fit.case.simulation()
+    total = sum(law.capacity for law in run.method.laws.values() if isinstance(law, Smith))
+    shares = np.array([
+        each.value / total if number.field == "capacity" else 0.0
+        for number, each in zip(numbers, fit.parameters, strict=True)
+    ])  # fmt: skip
+    sizes = np.sqrt(np.diag(fit.covariance))
+    with np.errstate(all="ignore"):
+        reaches = np.log([each.upper / each.value for each in fit.parameters]) / sizes
+    reach = float(np.max(reaches[np.isfinite(reaches)], initial=0.0))
+    size = reach * math.sqrt(max(0.0, float(shares @ fit.covariance @ shares)))
+    ends = total * math.exp(-size), total * math.exp(size)
+    return Fitted("capacity", total, *ends, "N", intervals={"jacobian": ends})
+
+
+def _near(problem: MatchProblem) -> Array:
+    """Return a start near the solution, found on a coarse mesh where the case has a fine one."""
+    (trials,), start = problem.trials, problem.start()
+    assert isinstance(trials, MatchTrials)  # noqa: S101 - of `MatchProblem`
+    fine = trials.simulation
+    coarse = coarsened(fine)
+    if coarse is None:
+        return start
+    try:
+        trials.use(coarse)
+        near = least_squares(
+            problem.residuals, start, problem.jacobian, problem.bounds(),
+            method="dogbox", x_scale="jac", ftol=COARSE, xtol=COARSE,
+        )  # fmt: skip
+        return np.asarray(near.x)
+    except ImpactlabError:
+        return start
+    finally:
+        trials.use(fine)
+
+
+def coarsened(run: Simulation) -> Simulation | None:
+    """Return a scene on a coarse mesh, its steps as much longer; None where it has none or is coarse already."""
+    models, coarser = {}, 1.0
+    for name, model in run.method.models.items():
+        elements = getattr(model, "elements", None)
+        if not isinstance(elements, int) or elements < 2 * COARSE_ELEMENTS:
+            return None
+        coarser = elements / COARSE_ELEMENTS
+        models[name] = replace(model, elements=COARSE_ELEMENTS)  # type: ignore[type-var]
+    rule = run.method.step
+    step = rule if rule.dt is None else replace(rule, dt=coarser * rule.dt)
+    return Simulation(run.scene, replace(run.method, models=models, step=step)) if models else None
+
+
+class Instants(AbstractMeans):
+    """Values of a channel at the middles of sampling intervals: velocities are samples of instants, not means."""
+
+    def __init__(self, history: AbstractHistory, channel: str) -> None:
+        self._history, self._channel, self.duration = history, channel, history.duration
+        self.rest = self.last = 0.0
+
+    def sums(self, edges: Array) -> Array:
+        middles = np.clip(0.5 * (edges[1:] + edges[:-1]), 0.0, self.duration)
+        return np.concatenate([[0.0], np.cumsum(self._history.evaluate(middles, self._channel) * np.diff(edges))])
+
+    def over(self, edges: Array, shift: float) -> Array:
+        middles = np.clip(0.5 * (edges[1:] + edges[:-1]) - shift, 0.0, self.duration)
+        return self._history.evaluate(middles, self._channel)
+
+
+class MatchTrials(Trials):
+    """Runs of the driven pile with other soil: laws are replaced in the scene, and nothing else is built again."""
+
+    def __init__(self, problem: MatchProblem, case: Case) -> None:
+        super().__init__(case, problem.parameters, [problem.experiments[0].signals[0].channel])
+        self._numbers, self.simulation = problem.numbers, case.simulation()
+
+    def use(self, run: Simulation) -> None:
+        """Take another mesh from now on."""
+        self.simulation = run
+        self._kept.clear()
+
+    def _run(self, values: Values) -> list[AbstractMeans]:
+        scene, method = self.simulation
+        laws, first = dict(method.laws), 0
+        for number, block in enumerate(self.case.checked.contacts):
+            names = [each.name for each in scene.contacts[first : first + (block.pieces or 1)]]
+            first += len(names)
+            changed: dict[str, Any] = {
+                n.field: value for n, value in zip(self._numbers, values, strict=True) if n.block == number
+            }
+            if changed:
+                law = replace(_law(self.simulation, self.case, number), **changed)
+                laws |= dict.fromkeys(names, law.divided(len(names)))
+        with_soil = replace(method, laws=laws)
+        quick = method.tolerance is None
+        history = simulate.run(scene, with_soil, with_warnings=False) if quick else api.solve(scene, with_soil)
+        return [Instants(history, self.channels[0])]
+
+
+class MatchProblem(Problem):
+    """The residuals of one velocity at a pile's head."""
+
+    def __init__(self, case: Case, signal: Signal, numbers: Sequence[Numbers]) -> None:
+        self.numbers = numbers
+        super().__init__([Experiment(case, [signal])], {each.path: each.bounds for each in numbers})
+
+    def _trials(self, experiment: Experiment) -> Trials:
+        return MatchTrials(self, experiment.case)

@@ -1,0 +1,148 @@
+"""A pile under the force that was measured at its head: the case without hammer, numbers of its soil by name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from impactlab.casefile import Case
+from impactlab.contact.smith import Smith
+from impactlab.errors import CaseError
+from impactlab.piling.pile import Pile, pile_of, soil_of
+from impactlab.scene.bodies import WaveBody
+from impactlab.scene.method import Simulation
+from impactlab.scene.problem import Contact
+from impactlab.types import Array
+
+MIN_SAMPLES = 16
+TOP = ("schema_version", "title", "source", "bodies", "contacts", "solve", "gravity")  # keys that are kept
+
+
+class Driven(NamedTuple):
+    """A case of a pile without hammer, its head under a measured force."""
+
+    case: Case
+    body: str  # the pile
+    direction: float  # 1 where it is driven along +x, -1 along -x
+    velocity: str  # channel at its head
+    blocks: dict[int, int]  # number of a contact block in the given case to that in this one
+
+
+def checked(time: ArrayLike, force: ArrayLike, velocity: ArrayLike) -> tuple[Array, Array, Array]:
+    """Return measured signals as arrays of one length; raise `CaseError` with the sample that is wrong."""
+    found = {name: np.asarray(each, float) for name, each in (("time", time), ("force", force), ("velocity", velocity))}
+    sizes = [each.size for each in found.values()]
+    if any(each.ndim != 1 for each in found.values()) or len(set(sizes)) != 1:
+        shapes = ", ".join(f"{name} {each.shape}" for name, each in found.items())
+        raise CaseError(f"signals of different length: {shapes}", remedy="Give one sample of each for each time.")
+    if sizes[0] < MIN_SAMPLES:
+        raise CaseError(f"{sizes[0]} samples", remedy=f"Give at least {MIN_SAMPLES} of time, force and velocity.")
+    for name, each in found.items():
+        wrong = np.flatnonzero(~np.isfinite(each))
+        if wrong.size:
+            raise CaseError(f"{name} {wrong[0] + 1} is not a finite number", remedy="Leave that sample out.")
+    falls = np.flatnonzero(np.diff(found["time"]) <= 0.0)
+    if falls.size:
+        late = found["time"][falls[0] + 1]
+        raise CaseError(f"time {falls[0] + 2}, {late:g} s, is not later", remedy="Give rising times.")
+    return found["time"] - found["time"][0], found["force"], found["velocity"]
+
+
+def driven_by(case: Case, time: Array, force: Array) -> Driven:
+    """Return the case with the hammer taken away and a measured force [N] on the head, compression positive.
+
+    The pile is at rest at the first sample. Bodies that no contact joins to the pile any more are left out, and with
+    them probes, methods and variants of the case.
+    """
+    run = case.simulation()
+    body, from_left, head = head_of(run)
+    numbers = list(_blocks(case))
+    gone = {number for number, contacts in enumerate(numbers) if head in contacts}
+    kept = {body.name}
+    for _ in numbers:  # bodies joined to the pile by what is left
+        for number, contacts in enumerate(numbers):
+            names = {point.body for each in contacts for point in (each.left, each.right)}
+            if number not in gone and names & {name for name in kept if run.scene.bodies[name].moves}:
+                kept |= names
+    blocks: dict[int, int] = {}
+    for number, contacts in enumerate(numbers):
+        if number not in gone and {contacts[0].left.body, contacts[0].right.body} <= kept:
+            blocks[number] = len(blocks)
+    data: dict[str, Any] = {key: value for key, value in case.document.data.items() if key in TOP}
+    data["bodies"] = {name: block for name, block in data["bodies"].items() if name in kept}
+    data["contacts"] = [data["contacts"][number] for number in blocks]
+    direction, side = (1.0, "left") if from_left else (-1.0, "right")
+    held = dict(data["bodies"][body.name].get("ends") or {})
+    load: dict[str, Any] = {"force": {"t": time, "f": direction * force}}
+    if isinstance(held.get(side), dict):  # a support that carries the force
+        load = {key: value for key, value in held[side].items() if key != "force"} | load
+    data["bodies"][body.name] = {**data["bodies"][body.name], "ends": {**held, side: load}}
+    data["solve"] = {**data["solve"], "duration": float(time[-1])}
+    x = 0.0 if from_left else body.length
+    data["probes"] = [{"body": body.name, "at": x, "quantity": "velocity"}]
+    made = Case.from_dict(data, f"{case.name}_head")
+    return Driven(made, body.name, direction, f"velocity:{body.name}@{x:.6g}", blocks)
+
+
+def head_of(run: Simulation) -> tuple[WaveBody, bool, Contact | None]:
+    """Return the pile, whether its head is its left end, and the contact of a hammer with it, if there is one.
+
+    Without hammer the head is the loaded end, else the end away from the soil at the toe.
+    """
+    body, soil = soil_of(run)
+    try:
+        pile: Pile = pile_of(run)
+    except CaseError:
+        ends = {0.0: body.left, body.length: body.right}
+        loaded = [x for x, end in ends.items() if end.is_loaded]
+        toes = {point.x for each in soil for point in (each.left, each.right) if point.body == body.name} & {*ends}
+        heads = loaded or [x for x in ends if toes and x not in toes]
+        if len(heads) != 1:
+            raise CaseError(
+                f"the head of the pile {body.name!r} cannot be told: no hammer meets it, {len(loaded)} ends are loaded "
+                f"and {len(toes)} ends stand on soil",
+                remedy=f"Load its head, as in ends: {{left: {{force: 1}}}}, or let a hammer meet {body.name}.left.",
+                path=f"bodies.{body.name}",
+            ) from None
+        return body, heads[0] == 0.0, None
+    return body, pile.from_left, pile.head
+
+
+def _blocks(case: Case) -> Iterator[tuple[Contact, ...]]:
+    """Give the contacts of each block of a case: one, or all pieces."""
+    contacts, at = case.scene().contacts, 0
+    for block in case.checked.contacts:
+        count = block.pieces or 1
+        yield contacts[at : at + count]
+        at += count
+
+
+def soil_path(case: Case, name: str) -> tuple[int, str]:
+    """Return the number of a contact block and the field of its law for ``toe.capacity`` or a path of the case."""
+    contact, _, field = name.rpartition(".")
+    number = -1
+    if contact.startswith("contacts.") and contact.endswith(".law"):
+        digits = contact.removeprefix("contacts.").removesuffix(".law")
+        number = int(digits) if digits.isdecimal() and int(digits) < len(case.checked.contacts) else -1
+    else:
+        found = [n for n, block in enumerate(case.checked.contacts) if block.name == contact]
+        number = found[0] if found else -1
+    names = [block.name for block in case.checked.contacts if block.name]
+    laws = case.simulation().method.laws
+    blocks = list(_blocks(case))
+    if number < 0 or not isinstance(laws.get(blocks[number][0].name), Smith):
+        raise CaseError(
+            f"{name!r} is no number of a soil link. Named contacts: {', '.join(names) or 'none'}",
+            remedy="Write the name of a contact with the law smith and one of its fields, as toe.capacity.",
+            path=name,
+        )
+    if field not in ("capacity", "quake", "damping"):
+        raise CaseError(
+            f"{field!r} is not fitted to signals. Allowed: capacity, quake, damping",
+            remedy="Leave it as the case has it.",
+            path=name,
+        )
+    return number, field
