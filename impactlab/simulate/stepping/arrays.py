@@ -12,8 +12,10 @@ from typing import Annotated, NamedTuple
 from numpy import float64, int64
 from numpy.typing import NDArray
 
-from impactlab.numerics.layout import Integers, record
+from impactlab.numerics.layout import Integers, Numbers, record
 from impactlab.types import Port, Reply
+
+FEW = 4  # entries of the state that a force changes at a node of a lumped mesh, or on a rigid mass
 
 Floats = NDArray[float64]
 Ints = NDArray[int64]
@@ -49,6 +51,10 @@ class FaceRecord(ctypes.Structure):
     place: int  # which of its body's faces
     low: Annotated[Integers, 9]  # ranges of nonzero response to a force, an impulse, a projection: of displacements,
     high: Annotated[Integers, 9]  # velocities and the rest (last index)
+    moves: int  # 0 of a wall, which has no state
+    few: int  # entries of the state that a force changes, where they are at most `FEW`; else -1
+    index: Annotated[Integers, FEW]  # which, and by how much per force
+    per_force: Annotated[Numbers, FEW]
     sign: float  # direction of the push: -1 left, +1 right
     u: float  # m, at the start of the step
     v: float  # m/s
@@ -221,7 +227,9 @@ class StepArrays(NamedTuple):
     momentum: Floats  # row over the state, N s
     jump: Floats  # flat, body by body: velocities per impulse of each face, then its loads: see `write_columns`
     responses: Floats  # flat, body by body: (3, n_ports, n_state) to a force, an impulse and a projection at each port
-    influence: Floats  # (n_contacts, n_contacts, 3, 9) on left face, right face and pushed row of each, by each: layers
+    influence: Floats  # (n_contacts, n_contacts, 3, 9) on left face, right face and pushed row of each: layers, of the
+    #                    contacts that act on it in the order of `coupled`
+    own_influence: Floats  # (3, 9) room for that of a contact on itself
     coupled: Ints  # (n_contacts, 1 + n_contacts) how many contacts act on the faces of each, and which: itself too
     row_start: Ints  # (n_rows + 1,)
     row_index: Ints  # into the state

@@ -127,6 +127,7 @@ class Assembly:
             jump=values.jump,
             responses=values.responses,
             influence=np.zeros((n_contacts, n_contacts, 3, LAYERS)),
+            own_influence=np.zeros((3, LAYERS)),
             coupled=np.zeros((n_contacts, 1 + n_contacts), np.int64),
             row_start=row_start,
             row_index=row_index,
@@ -294,6 +295,7 @@ class Assembly:
         for number, (face, point) in enumerate(zip(face_by_name, self._points, strict=True)):
             face.body, face.place, face.sign = names.index(point.body), taken[point.body], (-1.0, 1.0)[number % 2]
             stepper = self._plan.steppers[point.body]
+            face.moves = int(stepper.state.size > 0)
             for kind, each in enumerate(responses_of(stepper)):
                 self._write_ranges(face, point.body, each[face.place], 3 * kind)
             taken[point.body] += 1

@@ -26,21 +26,21 @@ AGREEMENT_TOL = 1e-9  # of the largest impulse: a larger change in the last swee
 
 
 @INLINE
-def effect_of(m: StepArrays, number: int, place: int, layer: int, contact: ContactRecord, other: int) -> float:
-    """Return the effect of another contact on a row of one at the end of the step.
+def effect_of(m: StepArrays, number: int, among: int, place: int, layer: int, contact: ContactRecord) -> float:
+    """Return the effect of one of the contacts that act on a contact on a row of it at the end of the step.
 
-    Place 0 is its left face, 1 its right face, 2 the row that it pushes; layer 0 is displacement (or value), 1
-    velocity.
+    ``among`` is its place in `coupled`, from 1 on. Place 0 is the left face, 1 the right one, 2 the row that it pushes;
+    layer 0 is displacement (or value), 1 velocity.
     """
     total = 0.0
     if contact.force != 0.0:
-        total += m.influence[number, other, place, U_FORCE + layer] * contact.force
+        total += m.influence[number, among - 1, place, U_FORCE + layer] * contact.force
     if contact.impulse != 0.0:
-        total += m.influence[number, other, place, U_IMPULSE + layer] * contact.impulse
+        total += m.influence[number, among - 1, place, U_IMPULSE + layer] * contact.impulse
     if contact.projection != 0.0:
-        total += m.influence[number, other, place, U_PROJECTION + layer] * contact.projection
+        total += m.influence[number, among - 1, place, U_PROJECTION + layer] * contact.projection
     if contact.push != 0.0:
-        total += m.influence[number, other, place, U_PUSH + layer] * contact.push
+        total += m.influence[number, among - 1, place, U_PUSH + layer] * contact.push
     return total
 
 
@@ -51,20 +51,20 @@ def evaluate_law(m: StepArrays, number: int, time: float, dt: float) -> None:
     left, right = m.faces[2 * number], m.faces[2 * number + 1]
     left_u, right_u, left_v, right_v = left.free_u, right.free_u, left.free_v, right.free_v
     others_rate, others_pushed, predicted = 0.0, 0.0, 0.0
-    for place in range(1, m.coupled[number, 0] + 1):
-        other = m.coupled[number, place]
+    for among in range(1, m.coupled[number, 0] + 1):
+        other = m.coupled[number, among]
         if other == number:
             continue
         theirs = m.contacts[other]
         if theirs.force != 0.0 or theirs.impulse != 0.0 or theirs.projection != 0.0 or theirs.push != 0.0:
-            left_u += effect_of(m, number, 0, 0, theirs, other)
-            right_u += effect_of(m, number, 1, 0, theirs, other)
-            left_v += effect_of(m, number, 0, 1, theirs, other)
-            right_v += effect_of(m, number, 1, 1, theirs, other)
-            jump = m.influence[number, other, 1, V_JUMP] - m.influence[number, other, 0, V_JUMP]
+            left_u += effect_of(m, number, among, 0, 0, theirs)
+            right_u += effect_of(m, number, among, 1, 0, theirs)
+            left_v += effect_of(m, number, among, 0, 1, theirs)
+            right_v += effect_of(m, number, among, 1, 1, theirs)
+            jump = m.influence[number, among - 1, 1, V_JUMP] - m.influence[number, among - 1, 0, V_JUMP]
             others_rate += jump * theirs.impulse
             predicted += jump * theirs.projection
-            others_pushed += effect_of(m, number, 2, 0, theirs, other)
+            others_pushed += effect_of(m, number, among, 2, 0, theirs)
     own_pushed = port.free_pushed
     port.time, port.dt = time, dt
     port.left.displacement, port.right.displacement = left.u, right.u
@@ -164,12 +164,13 @@ def solve_contacts(m: StepArrays, time: float, dt: float) -> bool:
         change, largest = 0.0, 0.0
         for number in range(n_contacts):
             contact, reply = m.contacts[number], m.replies[number]
-            if sweep == since or heard_news(m, number, sweep):
+            if sweep == since or (m.coupled[number, 0] > 1 and heard_news(m, number, sweep)):
                 evaluate_law(m, number, time, dt)
                 answered = answered and reply.failed == 0.0
                 own = max(abs(reply.force - contact.force) * dt, abs(reply.impulse - contact.impulse))
                 # A projection counts as the impulse with the same displacement over the step, also without a force.
-                own = max(own, abs(reply.projection - contact.projection) / dt)
+                if reply.projection != contact.projection:
+                    own = max(own, abs(reply.projection - contact.projection) / dt)
                 if reply.push != contact.push:
                     # A push counts by its effect on the pushed row, a force, for open contacts too.
                     pushed = abs(m.ports[number].pushed_per_push)
@@ -179,7 +180,9 @@ def solve_contacts(m: StepArrays, time: float, dt: float) -> bool:
                 change = max(change, own)
                 contact.force, contact.impulse = reply.force, reply.impulse
                 contact.projection, contact.push = reply.projection, reply.push
-            largest = max(largest, abs(contact.projection) / dt, abs(contact.force) * dt + abs(contact.impulse))
+            largest = max(largest, abs(contact.force) * dt + abs(contact.impulse))
+            if contact.projection != 0.0:
+                largest = max(largest, abs(contact.projection) / dt)
         sweep += 1
         if n_contacts == 1 or change <= 1e-15 * largest or not answered or sweep == MAX_SWEEPS:
             break

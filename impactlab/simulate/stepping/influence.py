@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from impactlab.numerics.compiling import INLINE, PART
 from impactlab.simulate.stepping.arrays import (
+    FEW,
     LAYERS,
     U_FORCE,
     U_IMPULSE,
@@ -79,22 +80,49 @@ def add_influence(
 
 
 @PART
-def find_coupled(m: StepArrays, number: int) -> None:
+def keep_coupled(m: StepArrays, number: int) -> None:
     """Write which contacts act on the faces or the pushed row of one within a step; itself is always among them.
 
-    Effects below rounding are taken for none: those of far faces under an implicit scheme.
+    Their influence coefficients move to the front of its row, where a step finds them side by side. Effects below
+    rounding are taken for none: those of far faces under an implicit scheme.
     """
     n_contacts, found = len(m.contacts), 0
+    for place in range(3):
+        for layer in range(LAYERS):
+            m.own_influence[place, layer] = m.influence[number, number, place, layer]
     for other in range(n_contacts):
         acts = other == number
         for place in range(3):
             for layer in range(LAYERS):
-                effect, own = m.influence[number, other, place, layer], m.influence[number, number, place, layer]
+                effect, own = m.influence[number, other, place, layer], m.own_influence[place, layer]
                 acts = acts or abs(effect) > NO_EFFECT * abs(own)
         if acts:
+            for place in range(3):
+                for layer in range(LAYERS):
+                    m.influence[number, found, place, layer] = m.influence[number, other, place, layer]
             found += 1
             m.coupled[number, found] = other
     m.coupled[number, 0] = found
+
+
+@PART
+def find_few(m: StepArrays, number: int) -> None:
+    """Write the entries of the state that a force on a face changes, where they are few."""
+    face = m.faces[number]
+    body = m.bodies[face.body]
+    start = body.response_start + face.place * (body.state_end - body.state_start)
+    entries = 0
+    for part in range(3):
+        entries += face.high[part] - face.low[part]
+    if entries > FEW:
+        face.few = -1
+        return
+    face.few = 0
+    for part in range(3):
+        for i in range(face.low[part], face.high[part]):
+            face.index[face.few] = body.state_start + i
+            face.per_force[face.few] = m.responses[start + i]
+            face.few += 1
 
 
 @PART
@@ -107,13 +135,13 @@ def fill_influence(m: StepArrays) -> None:
                 for layer in range(LAYERS):
                     m.influence[contact, other, place, layer] = 0.0
     for number in range(n_faces):
+        find_few(m, number)
         add_influence(m, number // 2, number % 2, number, n_faces + number, 1.0, m.faces[number].body)
     first_push = len(m.row_start) - 1 - len(m.pushes)
     for number in range(len(m.pushes)):
         push = m.pushes[number]
         add_influence(m, push.contact, 2, first_push + number, -1, push.weight, push.body)
     for contact in range(n_contacts):
-        find_coupled(m, contact)
         port, own = m.ports[contact], m.influence[contact, contact]
         port.left.displacement_per_force = -own[0, U_FORCE]
         port.left.velocity_per_force = -own[0, V_FORCE]
@@ -129,6 +157,7 @@ def fill_influence(m: StepArrays) -> None:
         port.gap_per_push = own[1, U_PUSH] - own[0, U_PUSH]
         port.pushed_per_force = own[2, U_FORCE]
         port.pushed_per_push = own[2, U_PUSH]
+        keep_coupled(m, contact)
 
 
 @PART

@@ -105,8 +105,9 @@ def free_step(m: StepArrays, time: float, dt: float) -> None:
         rewrite_columns(m)
     n_faces = len(m.faces)
     for number in range(n_faces):
-        m.faces[number].free_u = row_times_state(m, number)
-        m.faces[number].free_v = row_times_state(m, n_faces + number)
+        if m.faces[number].moves != 0:
+            m.faces[number].free_u = row_times_state(m, number)
+            m.faces[number].free_v = row_times_state(m, n_faces + number)
     if len(m.pushes) > 0:
         pushed_values(m, True)
 
@@ -124,18 +125,32 @@ def add_responses(m: StepArrays, state_start: int, start: int, factor: float, lo
 
 
 @INLINE
+def respond_to(m: StepArrays, number: int, kind: int, given: float) -> None:
+    """Add the response to a force (kind 0), an impulse (1) or a projection (2) at a face to the state of its body."""
+    face = m.faces[number]
+    body = m.bodies[face.body]
+    start = body.response_start + (kind * body.n_ports + face.place) * (body.state_end - body.state_start)
+    for part in range(3 * kind, 3 * kind + 3):
+        add_responses(m, body.state_start, start, face.sign * given, face.low[part], face.high[part])
+
+
+@INLINE
 def correct(m: StepArrays) -> None:
     """Add the responses to the forces, impulses, projections and pushes of the step to the state at its end."""
     for number in range(len(m.faces)):
         contact, face = m.contacts[number // 2], m.faces[number]
-        body = m.bodies[face.body]
-        size = body.state_end - body.state_start
-        for kind in range(3):
-            given = contact.force if kind == 0 else contact.impulse if kind == 1 else contact.projection
-            if given != 0.0:
-                start = body.response_start + (kind * body.n_ports + face.place) * size
-                for part in range(3 * kind, 3 * kind + 3):
-                    add_responses(m, body.state_start, start, face.sign * given, face.low[part], face.high[part])
+        if face.moves == 0:
+            continue
+        if face.few >= 0:
+            push = face.sign * contact.force
+            for entry in range(face.few):
+                m.state[face.index[entry]] += push * face.per_force[entry]
+        elif contact.force != 0.0:
+            respond_to(m, number, 0, contact.force)
+        if contact.impulse != 0.0:
+            respond_to(m, number, 1, contact.impulse)
+        if contact.projection != 0.0:
+            respond_to(m, number, 2, contact.projection)
     for number in range(len(m.pushes)):
         record = m.pushes[number]
         body = m.bodies[record.body]
@@ -144,11 +159,13 @@ def correct(m: StepArrays) -> None:
         for part in range(3):
             add_responses(m, body.state_start, start, push, record.low[part], record.high[part])
     for number in range(len(m.faces)):
+        if m.faces[number].moves == 0:
+            continue
         u, v = m.faces[number].free_u, m.faces[number].free_v
-        for place in range(1, m.coupled[number // 2, 0] + 1):
-            other = m.coupled[number // 2, place]
-            u += effect_of(m, number // 2, number % 2, 0, m.contacts[other], other)
-            v += effect_of(m, number // 2, number % 2, 1, m.contacts[other], other)
+        for among in range(1, m.coupled[number // 2, 0] + 1):
+            other = m.contacts[m.coupled[number // 2, among]]
+            u += effect_of(m, number // 2, among, number % 2, 0, other)
+            v += effect_of(m, number // 2, among, number % 2, 1, other)
         m.faces[number].u, m.faces[number].v = u, v
     if m.clock[0].changes != 0:
         read_again(m)
