@@ -15,7 +15,7 @@ from impactlab.casefile.check import check
 from impactlab.casefile.document import Document, check_texts, check_tree, read_document
 from impactlab.casefile.edit import edited, plain, with_named, with_values
 from impactlab.casefile.faults import case_error
-from impactlab.casefile.loads import folder_of
+from impactlab.casefile.loads import folder_of, with_tables
 from impactlab.casefile.resolve import resolve
 from impactlab.casefile.schema import CaseBlock
 from impactlab.casefile.starter import case_named
@@ -86,8 +86,9 @@ class Case:
         return case_of(name, "", Document(data, {}))
 
     def to_yaml(self) -> str:
-        """Return the case as the text of a case file, with the given keys."""
-        return yaml_text(self.document.data)
+        """Return the case as the text of a case file, with the given keys; tables of files stand in it."""
+        with folder_of(self.file):
+            return yaml_text(with_tables(self.document.data))
 
     def _with(self, **fields: Any) -> Case:
         """Return the same case with other values of its fields."""

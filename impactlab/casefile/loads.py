@@ -26,7 +26,7 @@ from impactlab.scene.bodies import AbstractLoad, Body, FunctionLoad, SampledLoad
 from impactlab.scene.ranges import range_of
 
 MAX_BYTES = 50_000_000  # of a file of samples
-MIN_SAMPLES = 2
+MIN_SAMPLES, MAX_WRITTEN = 2, 10_000  # of a table; of one that is written into the text of a case
 FORMS = "a formula of t such as 1e5*sin(2*pi*t/1e-3), {t: [...], f: [...]}, or {file: NAME.csv, t: COLUMN, f: COLUMN}"
 _HEADING = re.compile(r"^(?P<name>.*?)\s*\[(?P<unit>[^\]]+)\]$")  # force [kN]
 _OF_TIME = re.compile(r"(?<![A-Za-z0-9_.])t(?![A-Za-z0-9_])")
@@ -210,6 +210,18 @@ def _heading(headings: list[str], column: str, unit: str, name: str) -> tuple[in
         return number, to_si(f"1 {given}", unit) if given else 1.0
     except ValueError as error:
         raise wrong(f"column {shown(headings[number])} of {name}: {error}") from error
+
+
+def with_tables(data: Any, key: str = "") -> Any:
+    """Return plain values of a case with the tables of files in place of their names, unless a table is too long."""
+    if isinstance(data, list):
+        return [with_tables(value) for value in data]
+    if not isinstance(data, Mapping):
+        return data
+    if data.keys() != {"file", "t", "f"}:
+        return {inner: with_tables(value, inner) for inner, value in data.items()}
+    columns = _from_file(_path(data["file"]), data["t"], data["f"], "N m" if key == "torque" else "N")
+    return {"t": [*columns[0]], "f": [*columns[1]]} if len(columns[0]) <= MAX_WRITTEN else data
 
 
 def settled(body: Body, duration: float) -> Body:

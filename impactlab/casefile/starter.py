@@ -55,17 +55,20 @@ def write_starter(name: str, folder: Path, kind: str = "hammer") -> Path:
 
 
 def write_copy(file: Path, name: str, folder: Path) -> Path:
-    """Copy a file as ``name.yaml`` into a folder, replacing none, and return its path."""
+    """Copy a file as ``name.yaml`` into a folder, with the tables that it names, replacing none; return its path."""
     name = name.removesuffix(".yaml")
     if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_-]{0,59}", name):
         raise CaseError(
             f"{shown(name)} is not a name for a case. Allowed: letters, digits, _ and -, beginning with a letter",
             remedy="The file is written into the present folder; give its name alone.",
         )
-    path = folder / f"{name}.yaml"
-    try:
-        with path.open("x", encoding="utf-8") as stream:
-            stream.write(file.read_text(encoding="utf-8"))
-    except FileExistsError as error:
-        raise CaseError(f"{path.name!r} is already there", remedy="Give another name.") from error
+    path, text = folder / f"{name}.yaml", file.read_text(encoding="utf-8")
+    tables = [table for table in file.parent.glob("*.csv") if f"file: {table.name}" in text]
+    for there in (path, *(folder / table.name for table in tables)):
+        if there.exists():
+            raise CaseError(f"{there.name!r} is already there", remedy="Give another name, or go to another folder.")
+    with path.open("x", encoding="utf-8") as stream:
+        stream.write(text)
+    for table in tables:
+        (folder / table.name).write_bytes(table.read_bytes())
     return path

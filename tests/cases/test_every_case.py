@@ -112,5 +112,7 @@ def test_the_answer_keeps_its_energy_and_momentum(label: str) -> None:
         given += sum(signs[contact.name] * impulse for contact, impulse in of_links(history) if signs[contact.name])
         mass = body.moving_mass
         given += (mass * scene.gravity + body.end_force) * history.duration
+        whole = np.array(history.duration)
+        given += sum(float(load.sampled(history.duration).impulse(whole)) for _, load in body.loads)
         size = sum(abs(each.impulse) for each in history.contacts) + abs(given) + abs(mass * body.velocity)
         assert changed == pytest.approx(given, abs=10.0 * within * size), name

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import impactlab as il
+from impactlab.casefile.starter import case_named, write_copy
 from impactlab.errors import CaseError
 
 CASE = """schema_version: 1
@@ -124,3 +125,20 @@ def test_arrays_stand_in_a_case_and_in_its_text(folder: Path) -> None:
     again = folder / "again.yaml"
     again.write_text(case.to_yaml())
     assert il.load_case(again).scene().bodies["rod"].loads == case.scene().bodies["rod"].loads
+
+
+def test_a_copy_of_a_case_has_its_table(tmp_path: Path) -> None:
+    copied = write_copy(case_named("measured_head"), "mine", tmp_path)
+    assert il.load_case(copied).scene().bodies["pile"].loads
+    with pytest.raises(CaseError, match=r"measured_head\.csv' is already there"):
+        write_copy(case_named("measured_head"), "other", tmp_path)
+    assert not (tmp_path / "other.yaml").exists()
+
+
+def test_the_text_of_a_case_stands_alone(folder: Path) -> None:
+    """The case beside the page of a run, and in files of histories, holds the table itself, in SI."""
+    case = il.load_case(written(folder, NAMED))
+    alone = folder / "out"
+    alone.mkdir()
+    (alone / "case.yaml").write_text(case.to_yaml())
+    assert il.load_case(alone / "case.yaml").scene().bodies["rod"].loads == case.scene().bodies["rod"].loads
