@@ -178,8 +178,8 @@ PROMISES: Mapping[str, tuple[Promise, ...]] = {
         Promise("2.449490", at("velocity:hammer", 0.1449489742)),
     ),
     "direct_impact": (
-        Promise("26611.7", at("force:striker.right|bar.left", 200e-6)),
-        Promise("29010.1", at("force:striker.right|bar.left", 395e-6)),
+        Promise("26611.669", at("force:striker.right|bar.left", 200e-6)),
+        Promise("29010.065", at("force:striker.right|bar.left", 395e-6)),
         Promise("0.40973", at("gap:striker.right|bar.left", 200e-6, -1.0), MM),
         Promise("0.71510", at("gap:striker.right|bar.left", 395e-6, -1.0), MM),
     ),
@@ -192,6 +192,15 @@ PROMISES: Mapping[str, tuple[Promise, ...]] = {
         Promise("152.24", lambda history: blow_of(history).work),
         Promise("0.7612", lambda history: blow_of(history).efficiency),
         Promise("2.601", lambda history: blow_of(history).deepest, MM),
+    ),
+    "drill_string": (
+        Promise("190", at("energy:second", 6e-4)),
+        Promise("131.12", lambda history: blow_of(history).work),
+        Promise("1.7070", lambda history: blow_of(history).deepest, MM),
+    ),
+    "drill_string/tight": (
+        Promise("138.33", lambda history: blow_of(history).work),
+        Promise("1.7533", lambda history: blow_of(history).deepest, MM),
     ),
     "falling_cantilever": (
         Promise("24577.64", close(0), US),
@@ -334,9 +343,9 @@ PROMISES: Mapping[str, tuple[Promise, ...]] = {
         Promise("0.491055", at("velocity:ram")),
     ),
     "pulse_shaper": (
-        Promise("60046.4", at("force:striker.right|incident.left", 50e-6)),
-        Promise("72272.4", at("force:striker.right|incident.left", 100e-6)),
-        Promise("72336.3", peak(0, "striker.right|incident.left")),
+        Promise("60046.40", at("force:striker.right|incident.left", 50e-6)),
+        Promise("72272.44", at("force:striker.right|incident.left", 100e-6)),
+        Promise("72336.35", peak(0, "striker.right|incident.left")),
     ),
     "residual_blows": (
         Promise("11.794", lambda history: rest(history).head, MM),
