@@ -63,9 +63,9 @@ def in_bytes(count: float) -> str:
     return f"{count / 1e3:.3g} kB"
 
 
-def check_records(scene: Scene, steps: float) -> None:
-    """Raise `CaseError` where the records of a run are too large."""
-    columns = 1.0 + 6.0 * len(scene.contacts) + len(scene.recorded_probes)
+def check_records(scene: Scene, steps: float, more: int = 0) -> None:
+    """Raise `CaseError` where the records of a run are too large; ``more`` numbers are recorded beside channels."""
+    columns = 1.0 + 6.0 * len(scene.contacts) + len(scene.recorded_probes) + more
     kept = min(steps, float(scene.records)) + 1.0
     check_memory(
         2.0 * kept * columns, f"{kept:.3g} records of {columns:g} numbers", "solve.records", "Give fewer.", 1.0 - BUILT

@@ -14,6 +14,7 @@ from impactlab.integrators.exact_modal import ExactModal
 from impactlab.integrators.newmark import Newmark
 from impactlab.mechanisms.model import MechanismModel
 from impactlab.models.continuous.base import AbstractSelfStepping
+from impactlab.models.continuous.delay_chain import DelayChain
 from impactlab.plugins import kind_of
 from impactlab.scene.method import Method, is_exact, laws_of, modelled
 from impactlab.scene.precision import beyond, in_precision
@@ -89,10 +90,10 @@ def resolve_step(scene: Scene, method: Method, built: dict[str, BuiltBody]) -> f
 
 
 def fitted_step(dt: float, built: dict[str, BuiltBody]) -> float:
-    """Return the longest step [s] with the least misfit of self-stepping bodies."""
+    """Return the longest step [s] with the least misfit of self-stepping bodies, of these one that breaks few waves."""
     own = [body.model for body in built.values() if isinstance(body.model, AbstractSelfStepping)]
     steps = sorted({float(step) for model in own for step in model.fitting(dt)} | {dt}, reverse=True)
-    return min(steps, key=lambda step: sum(model.misfit(step) for model in own))
+    return min(steps, key=lambda step: (sum(model.misfit(step) for model in own), sum(m.broken(step) for m in own)))
 
 
 def misfit_warnings(built: dict[str, BuiltBody], dt: float) -> Iterator[Warned]:
@@ -208,7 +209,8 @@ def prepare(scene: Scene, method: Method) -> Plan:
     check_yielding(scene, method, built)
     dt = chosen_step(scene, method, integrator, built)
     steps = math.ceil(scene.duration / dt - 1e-9)
-    check_records(scene, steps)
+    waves = sum(len(body.model.sent()) for body in built.values() if isinstance(body.model, DelayChain))
+    check_records(scene, steps, waves)
     impulses = any(law.needs & {Level.IMPULSE, Level.CLOSING} for law in method.laws.values())
     steppers = prepare_steppers(scene, built, integrator, dt, impulses=impulses)
     unknowns = {name: body.system.load.size for name, body in built.items()}

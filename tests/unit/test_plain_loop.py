@@ -10,22 +10,25 @@ import pytest
 
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.contact.penalty import Penalty
+from impactlab.contact.smith import Smith
 from impactlab.errors import CaseError, PairingError, StepError
 from impactlab.integrators.base import AbstractIntegrator
 from impactlab.integrators.central_difference import CentralDifference
 from impactlab.integrators.midpoint import Midpoint
 from impactlab.integrators.newmark import Newmark
 from impactlab.models.base import AbstractRodModel
+from impactlab.models.continuous.delay_chain import DelayChain
 from impactlab.models.continuous.model import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.models.modal import Modal
 from impactlab.plugins import INTEGRATORS, LAWS, registry
-from impactlab.scene.bodies import End, Mass, Rod
+from impactlab.scene.bodies import End, Mass, Rod, Table, Wall
 from impactlab.scene.method import Simulation, StepRule
+from impactlab.scene.problem import Contact, Point
 from impactlab.simulate import prepare
 from impactlab.simulate.stepping.arrays import SAMPLED
 from impactlab.testing.plain_loop import PlainLoop
-from impactlab.testing.scenes import CLAMPED, FREE, STEEL, in_a_row, mass_on_rod
+from impactlab.testing.scenes import CLAMPED, FREE, STEEL, in_a_row, mass_on_rod, simulation, touching
 from impactlab.testing.trace import trace
 from impactlab.testing.verdict import options_to_try
 from impactlab.types import Array
@@ -121,6 +124,21 @@ def test_every_kind_of_rod_takes_the_same_steps(model: AbstractRodModel) -> None
             assert found == []
             served += number
     assert served > 10
+
+
+def test_a_chain_of_delays_takes_the_same_steps() -> None:
+    """A rod of two segments, struck at an end and held by soil inside and at its far end, where a mass rides."""
+    thick = replace(STEEL, length=0.2, area=1.5e-3)
+    rod = Rod("rod", (STEEL, thick), FREE, End("mass", 0.4), displacement=Table((0.0, 0.5), (0.0, 1e-6)))
+    bodies = {"hammer": Mass("hammer", 1.0, 1.0), "rod": rod, "wall": Wall("wall")}
+    soil, wall = Smith(capacity=2e4, quake=1e-6, damping=0.2), Point("wall", 0.0, "wall")
+    contacts = [touching(bodies["hammer"], rod, 1.1e-7)]
+    contacts += [Contact(Point("rod", x, f"rod.at({x})"), wall, 0.0) for x in (0.1, 0.31, 0.5)]
+    laws = [Penalty(stiffness=1e9), soil, soil, soil]
+    step = StepRule(dt=6.1e-7)
+    scene = simulation("chain", bodies, contacts, 4e-5, model=Continuous(), law=laws, step=step)
+    assert isinstance(prepare(*scene).built["rod"].model, DelayChain)
+    assert max(differences(scene).values()) < REORDERED
 
 
 @pytest.mark.parametrize("scheme", [CentralDifference(), Newmark()], ids=str)

@@ -29,6 +29,7 @@ class AbstractSelfStepping(AbstractDiscreteModel):
 
     n_dof: int  # coordinates
     serves: ClassVar[frozenset[Level]] = frozenset({Level.POSITION, Level.VELOCITY})
+    books_momentum: ClassVar[bool] = False  # True: its momentum changes by the impulses on it alone, to rounding
 
     def recorded(self, probes: tuple[Probe, ...], duration: float, fields: bool) -> Self:
         """Return the body for a run of a duration [s].
@@ -52,6 +53,13 @@ class AbstractSelfStepping(AbstractDiscreteModel):
         """Return the relative change of lengths and speeds that fits a step [s].
 
         It is 0, as here, if any step fits.
+        """
+        return 0.0
+
+    def broken(self, dt: float) -> float:
+        """Return the share of a step [s] by which its waves arrive between two steps, 0 to 1/2; 0, as here, if none do.
+
+        It decides between steps that fit other bodies equally well.
         """
         return 0.0
 

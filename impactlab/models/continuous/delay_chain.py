@@ -49,6 +49,8 @@ class DelayChain(AbstractSelfStepping):
     move to the grid, by half a cell at most, counted from the middle of the rod; impedances stay.
     """
 
+    books_momentum = True
+
     def __init__(self, rod: WaveBody, gravity: float, faces: tuple[Face, ...]) -> None:
         if gravity != 0.0:
             raise CaseError(

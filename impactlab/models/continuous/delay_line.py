@@ -72,6 +72,7 @@ class DelayLine(AbstractSelfStepping):
     """
 
     n_dof = 2
+    books_momentum = True
 
     def __init__(self, rod: WaveBody, gravity: float) -> None:
         if len(rod.segments) != 1:
@@ -93,6 +94,10 @@ class DelayLine(AbstractSelfStepping):
     @property
     def longest_step(self) -> float:
         return self.transit
+
+    def broken(self, dt: float) -> float:
+        steps = self.transit / dt
+        return round(abs(steps - round(steps)), 9)
 
     def operators(self) -> Operators:
         rod, profile = self._rod, self._rod.displacement

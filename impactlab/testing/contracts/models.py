@@ -9,7 +9,7 @@ import numpy as np
 
 from impactlab.bases.beams.modes import BeamModes
 from impactlab.errors import CaseError, PairingError
-from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel
+from impactlab.models.base import AbstractDiscreteModel, AbstractRodModel, Face
 from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.numerics.banded import full, solve
 from impactlab.scene.bodies import Beam, End, Rod
@@ -45,23 +45,23 @@ class RodModelContract:
 
     def test_a_body_that_steps_by_itself_takes_the_momentum_and_the_work_of_a_push(self) -> None:
         model = self.built()
-        if not isinstance(model, AbstractSelfStepping):
+        if isinstance(model, AbstractSelfStepping):
+            takes_a_push(model, 0.0)
+        else:
             assert model.operators().load.size > 0
-            return
-        dt = float(model.fitting(0.02 * PIECE.length / PIECE.wave_speed)[0])
-        stepper = model.stepper(model.row(0.0, "displacement")[None, :], dt)
-        state, before, after = stepper.state.copy(), np.zeros(3), np.zeros(3)
-        stepper.measure(stepper.parameters, state, before)
-        start = float(model.row(0.0, "displacement") @ state[: model.operators().load.size])
-        steps, force = 37, 3.0
-        for _ in range(steps):
-            stepper.free(stepper.parameters, state)
-            state += force * stepper.force_response[0]
-        stepper.measure(stepper.parameters, state, after)
-        moved = float(model.row(0.0, "displacement") @ state[: model.operators().load.size]) - start
-        # Waves that have not met the far end, or have been reflected: sums of a few dozen terms.
-        assert abs(after[2] - before[2] - steps * dt * force) < 1e-12 * steps * dt * force
-        assert abs(after[0] - before[0] - force * moved) < 1e-12 * force * moved
+
+    def test_a_rod_of_segments_that_steps_by_itself_takes_those_of_a_push_inside(self) -> None:
+        """A model without segments or inner contacts refuses them with a remedy."""
+        segments = PIECE, dataclasses.replace(PIECE, length=0.2, area=1.5 * PIECE.area)
+        body, x = Rod("rod", segments, End("free"), End("free")), 0.1
+        remedy = ""
+        try:
+            model = self.part.build(body, 0.0, (Face(x, 0, PIECE.mass),))
+        except (PairingError, CaseError) as error:
+            model, remedy = None, error.remedy
+        assert model is not None or remedy, "a model without segments refuses with a remedy"
+        if isinstance(model, AbstractSelfStepping):
+            takes_a_push(model, x)
 
     def test_mass_is_positive_and_stiffness_never_negative(self) -> None:
         for right in ("free", "clamped"):
@@ -197,3 +197,22 @@ class RodModelContract:
             # The error of linear deflections, (k h)^2/24, and the rounding of a hundred elements.
             assert np.max(np.abs(frequencies - exact)) < 10.0 * self.frequency_error * exact[-1]
             assert np.sqrt(squared[-1]) <= system.highest_frequency * (1.0 + 1e-9)
+
+
+def takes_a_push(model: AbstractSelfStepping, x: float) -> None:
+    """Push a body at x [m] and compare its momentum and energy with those of the push."""
+    dt = float(model.fitting(0.02 * PIECE.length / PIECE.wave_speed)[0])
+    row = model.row(x, "displacement")
+    stepper = model.stepper(row[None, :], dt)
+    state, before, after = stepper.state.copy(), np.zeros(3), np.zeros(3)
+    stepper.measure(stepper.parameters, state, before)
+    start = float(row @ state[: row.size])
+    steps, force = 37, 3.0
+    for _ in range(steps):
+        stepper.free(stepper.parameters, state)
+        state += force * stepper.force_response[0]
+    stepper.measure(stepper.parameters, state, after)
+    moved = float(row @ state[: row.size]) - start
+    # Waves that have not met the far end, or have been reflected: sums of a few dozen terms.
+    assert abs(after[2] - before[2] - steps * dt * force) < 1e-12 * steps * dt * force
+    assert abs(after[0] - before[0] - force * moved) < 1e-12 * force * moved
