@@ -30,6 +30,8 @@ from impactlab.types import Relative
 DEFAULT_INTEGRATOR = {"kind": "newmark"}
 HARD_CONTACT = {"kind": "addition_deletion"}  # of a contact without a law, under a tolerance
 
+BY_STEPS = "model, integrator and step in place of the tolerance; errors are then measured."
+
 
 def build(case: CaseBlock, name: str, registry: Registry) -> Simulation:
     """Return the scene of a checked case and the method that it is solved by.
@@ -182,10 +184,11 @@ def _law(case: CaseBlock, number: int, registry: Registry) -> AbstractContactLaw
                     remedy="Give it in SI, or leave the law out for hard contact.",
                     path=f"{path}.{field.name}",
                 )
-        if law.two_sided:
+        if law.two_sided and law.branches() is None:
             raise CaseError(
-                f"the automatic choice does not serve links, and law {kind_of(law)!r} makes one",
-                remedy="Give model, integrator and step in place of the tolerance; errors are then measured.",
+                f"the automatic choice serves links by their exact answer alone, and law {kind_of(law)!r} makes one "
+                "that has none as it is given",
+                remedy=f"{law.exact_remedy}, or {BY_STEPS}" if law.exact_remedy else f"Give {BY_STEPS}",
                 path=path,
             )
     made: AbstractContactLaw = law

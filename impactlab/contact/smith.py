@@ -35,7 +35,7 @@ class Smith(AbstractContactLaw):
         {"capacity": 2e5, "quake": 1e-4, "damping": 0.5, "rule": "viscous", "set": 1e-4},
     )
     two_sided = True
-    exact_remedy = "Give rule: viscous or damping: 0, or a step or a model that steps."
+    exact_remedy = "Give rule: viscous, or damping: 0"
 
     capacity: float = option(unit="N", above=0.0, description="Ru, largest static resistance")
     quake: float = option(unit="m", above=0.0, description="Q, displacement at which it yields")

@@ -98,7 +98,7 @@ class Specimen(AbstractContactLaw):
         {"length": 5e-3, "area": 7.854e-5, "young": 1.24e11, "flow": JohnsonCook(9e7, 2.92e8, 0.31, 0.025)},
     )  # fmt: skip
     two_sided = True
-    exact_remedy = "Give a flow of yield_stress and hardening without a rate, or a step or a model that steps."
+    exact_remedy = "Give a flow of yield_stress and hardening without a rate"
 
     length: float = option(unit="m", above=0.0, description="length of the specimen")
     area: float = option(unit="m2", above=0.0, description="cross section")

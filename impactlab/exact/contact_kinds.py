@@ -47,10 +47,11 @@ def bond(scene: Scene, method: Method, number: int) -> Bond:
         return Bond(-1.0 if branches.rigid else first.stiffness, first.damping, branches=branches)
     constants = law.spring(*sides(scene, method, contact), math.nan)
     if constants is None or not all(math.isfinite(value) for value in constants):
+        change = law.exact_remedy or "Use wave_identification, addition_deletion or penalty"
         raise PairingError(
             f"contact {contact.name}: the exact solution serves hard contacts, constant springs with dashpots, and "
             f"laws that are linear between changes of branch; '{kind_of(law)}' as it is given is none of them",
-            remedy=law.exact_remedy or "Use wave_identification, addition_deletion or penalty, or a model that steps.",
+            remedy=f"{change}, or a model that steps.",
             path=f"contacts.{number}.law",
         )
     return Bond(*constants)

@@ -29,15 +29,35 @@ def clenshaw(table: Array, piece: Integers, y: Array) -> Array:
     return np.asarray(y * b1 - b2 + table[0][piece])
 
 
+SIZES = (1, 2, 3, 4, 6, 8, 12, 18, 24, 36)  # coefficients of pieces that are taken together, and all more
+
+
+def sizes_of(*tables: Array) -> Integers:
+    """Return how many coefficients each piece needs in all of the tables, (pieces,), rounded up to one of few numbers.
+
+    Many pieces are short, between events, and few are long: with all coefficients of the longest, quadrature of them
+    all would take a hundred times as long.
+    """
+    needed = np.ones(tables[0].shape[1], np.int64)
+    for table in tables:
+        for k in range(1, len(table)):
+            needed[table[k] != 0.0] = np.maximum(needed[table[k] != 0.0], k + 1)
+    most = int(needed.max())
+    bounds = np.array([size for size in SIZES if size < most] + [most])
+    return np.asarray(bounds[np.searchsorted(bounds, needed)])
+
+
 class Signal:
     """One row of a junction's records: a function of time in pieces."""
 
-    def __init__(self, start: Array, stop: Array, table: Array, tolerance: float) -> None:
+    def __init__(self, start: Array, stop: Array, table: Array, tolerance: float, grouped: bool = False) -> None:
         self.start = start  # (pieces,) s
         self.stop = stop  # (pieces,) s
         self.width = stop - start  # (pieces,) s
         self.table = table  # (coefficients, pieces)
         self.tolerance = tolerance  # s; a time this near below a break counts as after it
+        self.grouped = grouped  # whether integrals take pieces of few coefficients apart
+        self._sizes: Integers | None = None
         self._kept: dict[bool, tuple[Array, Array]] = {}
 
     def pieces(self, t: Array) -> Integers:
@@ -84,13 +104,22 @@ class Signal:
                 best = max(best, float(np.polynomial.chebyshev.chebval(y, column)))
         return best
 
-    def _gauss(self, piece: Integers, y: Array, square: bool) -> Array:
+    def _gauss(self, piece: Integers, y: Array, square: bool, size: int | None = None) -> Array:
         """Return the integral of the signal or its square from the start of the piece to y, shape of y."""
-        points = len(self.table) + 1 if square else len(self.table) // 2 + 2
+        if self.grouped and size is None:
+            if self._sizes is None:
+                self._sizes = sizes_of(self.table)
+            found, own = np.zeros_like(y), self._sizes[piece]
+            for each in np.unique(own).tolist():
+                among = own == each
+                found[among] = self._gauss(piece[among], y[among], square, each)
+            return found
+        table = self.table[:size]
+        points = len(table) + 1 if square else len(table) // 2 + 2
         x, w = gauss(points)
         half = 0.5 * (y + 1.0)
         at = half[:, None] * (x + 1.0) - 1.0
-        values = clenshaw(self.table, piece[:, None], at)
+        values = clenshaw(table, piece[:, None], at)
         total = (values * values if square else values) @ w
         return np.asarray(total * half * 0.5 * self.width[piece])
 
@@ -157,7 +186,7 @@ class Signals:
                     table[k, there] = log.pool[at[there] + k]
             keep = np.flatnonzero(np.any(table != 0.0, axis=1))
             table = table[: keep[-1] + 1 if len(keep) else 1]
-            self._made[key] = Signal(start, stop, table, float(log.state["tolerance"]))
+            self._made[key] = Signal(start, stop, table, float(log.state["tolerance"]), len(log.branches) > 0)
         return self._made[key]
 
     def velocity(self, node: int) -> Signal:

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 from impactlab.errors import ImpactlabError, StepError
 from impactlab.exact import solve as exact
+from impactlab.exact.cost import predicted_s
 from impactlab.history.base import AbstractHistory
 from impactlab.metrics import norms
 from impactlab.refine import beam_descriptions
@@ -76,8 +77,8 @@ def find(scene: Scene, method: Method, budget: float = FULL_BUDGET_S) -> Referen
     """
     if any(theories(scene, method)):
         return None
-    if exact.serves(scene, method) is None:
-        laws = laws_of(scene, method)
+    laws = laws_of(scene, method)
+    if exact.serves(scene, method) is None and _is_affordable(scene, method, budget):
         name = HARD if all(law.hard for law in laws) else SPRING
         if any(law.branches() is not None for law in laws):
             name = BRANCHES
@@ -86,6 +87,11 @@ def find(scene: Scene, method: Method, budget: float = FULL_BUDGET_S) -> Referen
         except StepError:  # events accumulate, say: the run itself may be fine
             pass
     return converged(scene, method, budget)
+
+
+def _is_affordable(scene: Scene, method: Method, budget: float) -> bool:
+    """Return whether the exact solution may be sought: each of many links splits every front that passes it."""
+    return all(law.branches() is None for law in laws_of(scene, method)) or predicted_s(scene, method) <= budget
 
 
 def physics_key(scene: Scene, method: Method) -> Any:

@@ -4,17 +4,24 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import impactlab as il
 from impactlab.errors import CaseError, PairingError
+from impactlab.exact.branch_energies import BranchContact
 from impactlab.exact.history import ContinuousHistory
 from impactlab.exact.solve import serves, solve
+from impactlab.exact.thinned import ThinnedHistory
 from impactlab.history import AbstractHistory
+from impactlab.refine import reference
 
+CASES = Path(__file__).parents[2] / "cases"
 HARD = {"kind": "addition_deletion"}
 CONCRETE = {"young": 40e9, "density": 2500.0}
 STEEL = {"young": 200e9, "density": 8000.0}  # c 5000 m/s
@@ -335,3 +342,119 @@ def test_bonds_between_masses_are_refused() -> None:
 def test_a_given_step_asks_for_the_delay_line() -> None:
     assert isinstance(il.run(struck(LAWS["joint"], wall=True)), ContinuousHistory)
     assert not isinstance(il.run(struck(LAWS["joint"], wall=True, step={"dt": 1e-6})), ContinuousHistory)
+
+
+def pile(duration: str, model: dict[str, Any], **solve: Any) -> il.Case:
+    """Return the pile of the piling pages: two cushions, a helmet, a shaft of fifteen pieces and a toe, all viscous."""
+    case = il.load_case(CASES / "smith_pile.yaml").with_("solve", {"duration": duration, "model": model, **solve})
+    soil = {"kind": "smith", "rule": "viscous"}
+    case = case.with_("contacts.2.law", {**soil, "capacity": "600 kN", "quake": "2.5 mm", "damping": 0.2})
+    return case.with_(
+        "contacts.3.law", {**soil, "capacity": "900 kN", "quake": "3 mm", "damping": 0.5, "tension": False}
+    )
+
+
+def test_a_pile_in_viscous_soil_and_a_fine_mesh() -> None:
+    exact = solved(pile("18 ms", EXACT))
+    assert [link.pieces for link in exact.links] == [15, 1]
+    t = np.linspace(0.0, 18e-3, 501)
+    apart = []
+    for elements in (160, 640):
+        mesh = {"kind": "finite_element", "elements": elements, "mass": "lumped"}
+        central = {"integrator": {"kind": "central_difference"}, "step": {"courant": 0.5}}
+        history = il.run(pile("18 ms", mesh, **central))
+        for channel in ("displacement:pile@20", "position:ram", "position:helmet"):
+            expected = exact.evaluate(t, channel)
+            apart.append(float(np.abs(history.evaluate(t, channel) - expected).max() / np.abs(expected).max()))
+    assert max(apart[3:]) < 1e-4
+    assert all(fine < 0.3 * coarse for coarse, fine in zip(apart[:3], apart[3:], strict=True))
+    for ours, theirs in zip(exact.links, history.links, strict=True):
+        assert ours.set == pytest.approx(theirs.set, rel=2e-5)
+        assert ours.largest == pytest.approx(theirs.largest, rel=2e-4)
+        assert ours.loss == pytest.approx(theirs.loss, rel=2e-5)
+
+
+@pytest.mark.parametrize("law", ["toe", "hardening", "glued"])
+def test_a_run_beyond_its_memory_keeps_its_links(law: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    case = struck(LAWS[law], wall=True, duration="30 ms", records=600)
+    whole = solved(case)
+    monkeypatch.setenv("IMPACTLAB_MEMORY", "1.2e7")
+    thin = il.run(case)
+    assert isinstance(thin, ThinnedHistory)
+    assert thin.changes == whole.changes
+    assert np.abs(thin.energy.balance).max() <= 1e-10 * np.abs(thin.energy.total).max()
+    t = np.linspace(0.0, 30e-3, 601)
+    for channel in ("displacement:a@0.7", "velocity:a@0.7"):
+        assert np.abs(thin.evaluate(t, channel) - whole.evaluate(t, channel)).max() < 1e-9
+    lost = BranchContact(whole.signals, 1).lost(thin.energy.time)
+    assert np.abs(thin.energy.booked["contact"] - lost).max() < 1e-10 * lost[-1]
+    for ours, theirs in zip(thin.links, whole.links, strict=True):
+        assert ours[:2] == theirs[:2]
+        assert ours[2:6] == pytest.approx(theirs[2:6], rel=1e-8, abs=1e-8)
+    contact = whole.scene.contacts[1].name
+    assert thin.impulse_of(contact) == pytest.approx(whole.impulse_of(contact), rel=1e-9, abs=1e-9)
+    pushed = whole.integral("force:law", t)
+    assert pushed is not None
+    means = np.diff(pushed) / np.diff(t)  # forces of such a run are means, of either sign
+    middles = thin.evaluate(0.5 * (t[1:] + t[:-1]), "force:law")
+    assert np.abs(middles - means).max() < 1e-8 * np.abs(means).max()
+    assert (means.min() < -1.0) == (law != "toe")
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    law=st.sampled_from(sorted(LAWS)),
+    lengths=st.tuples(st.floats(0.1, 2.0), st.floats(0.1, 2.0)),
+    speed=st.floats(0.05, 30.0),
+    area=st.floats(0.1, 10.0),
+    inside=st.booleans(),
+)
+def test_random_scenes_keep_energy_and_momentum(
+    law: str, lengths: tuple[float, float], speed: float, area: float, inside: bool
+) -> None:
+    bodies = {
+        "a": il.Rod(length=lengths[0], area=1e-3, material=STEEL, velocity=speed),
+        "b": il.Rod(length=lengths[1], area=area * 1e-3, material=STEEL),
+    }
+    place = f"b.at({0.4 * lengths[1]})" if inside else "b.left"
+    case = il.Case(
+        bodies=bodies, contacts=[il.Contact("a.right", place, LAWS[law])], solve={"duration": "1 ms", "model": EXACT}
+    )
+    history = solved(case)
+    t = np.linspace(0.0, 1e-3, 101)
+    momentum = history.evaluate(t, "momentum:a") + history.evaluate(t, "momentum:b")
+    assert np.abs(momentum - momentum[0]).max() < 1e-11 * abs(momentum[0])
+    assert np.diff(history.energy.booked["contact"]).min() >= -1e-11 * history.energy.total[0]
+
+
+def test_references_are_exact_where_links_have_branches() -> None:
+    stepped = struck(LAWS["joint"], wall=True, step={"dt": 1e-6})
+    found = reference.find(*stepped.simulation())
+    assert found is not None
+    assert (found.name, found.uncertainty) == ("branches", 0.0)
+    assert isinstance(found.history, ContinuousHistory)
+    rate = {"kind": "smith", "capacity": 3e4, "quake": 1e-4, "damping": 0.3}
+    other = reference.find(*struck(rate, wall=True, step={"dt": 1e-6}).simulation())
+    assert other is None or other.name == "converged"
+    # A long blow on a pile with many links costs more than a plain run may spend.
+    long = reference.find(*pile("0.1 s", EXACT).simulation(), 0.05)
+    assert long is None or long.name == "converged"
+
+
+def test_a_tolerance_takes_the_exact_answer_of_links() -> None:
+    bodies = {"ram": il.Mass(2.0, velocity=5.0), "a": il.Rod(length=0.7, area=1e-3, material=STEEL), "w": il.Wall()}
+
+    def chosen(law: dict[str, Any]) -> il.Case:
+        contacts = [il.Contact("ram", "a.left"), il.Contact("a.right", "w", law)]
+        return il.Case(bodies=bodies, contacts=contacts, solve={"duration": "2 ms", "tolerance": 1e-3})
+
+    history = il.run(chosen(LAWS["shaft"]))
+    assert history.choice is not None
+    assert (history.choice.chosen, history.choice.met) == ("continuous, from event to event", True)
+    with pytest.raises(CaseError, match="law 'specimen' makes one that has none") as refusal:
+        chosen({**LAWS["specimen"], "rate": {"kind": "cowper_symonds", "D": 6500.0, "q": 4.0}})
+    assert "yield_stress and hardening" in refusal.value.remedy
+    damped = il.Rod(length=0.7, area=1e-3, material=STEEL, damping={"stiffness": 1e-7})
+    bodies["a"] = damped
+    with pytest.raises(CaseError, match="'a' is damped"):
+        il.run(chosen(LAWS["shaft"]))
