@@ -15,6 +15,7 @@ from impactlab import api, simulate
 from impactlab.casefile import Case
 from impactlab.contact.smith import Smith
 from impactlab.errors import CaseError, ImpactlabError
+from impactlab.fits.correlation import correlations
 from impactlab.fits.intervals import Options, fit_with_intervals
 from impactlab.fits.model import AbstractMeans
 from impactlab.fits.problem import Experiment, Problem
@@ -120,8 +121,6 @@ def match(
     chosen = Options("linear", noise)
     found = solved(problem, _near(problem), tolerance=TOLERANCE)
     if noise == "ar1":
-        from impactlab.fits.correlation import correlations
-
         problem.correlated = correlations(problem, found.x)
         found = solved(problem, found.x, tolerance=TOLERANCE)
     fit = fit_with_intervals(problem, found, chosen)
