@@ -65,7 +65,11 @@ class NodeRecord(ctypes.Structure):
     mass: float  # kg; inf where it never moves
     spring: float  # N/m, to the ground
     dashpot: float  # N s/m, to the ground
-    push: float  # N, end force along +x
+    push: float  # N, end force along +x: constant, or in the middle of the present interval
+    swing: float  # N, by which it differs at the end of that interval
+    first_sample: int  # of a force over time, in `load_times`
+    last_sample: int  # after it
+    sample: int  # next one
     u: float  # m
     v: float  # m/s
     group: int  # node whose group it is in
@@ -178,3 +182,5 @@ class MarchArrays(NamedTuple):
     waves: Array  # arriving at its ends
     load: Array  # on its groups
     stack: Array  # room for searches; the last row is a trial
+    load_times: Array  # s, samples of forces over time on nodes
+    load_forces: Array  # N

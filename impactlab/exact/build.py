@@ -10,6 +10,7 @@ import numpy as np
 
 from impactlab.exact.branch_tables import with_branches
 from impactlab.exact.contact_kinds import Bond, check
+from impactlab.exact.end_loads import loaded
 from impactlab.exact.initial_waves import with_first_pieces
 from impactlab.exact.network import Integers, Layout, Link, Log, empty_log
 from impactlab.scene.bodies import End, Segment, WaveBody
@@ -177,4 +178,7 @@ def build(scene: Scene, method: Method) -> tuple[Layout, Log]:
         {name: tuple(node_new[node] for node in row) for name, row in members.items()},
         places,
     )
-    return layout, with_first_pieces(scene, layout, log)
+    ends_with_loads = {
+        layout.nodes[name][0 if x == 0.0 else -1]: load for name in links for x, load in scene.bodies[name].loads
+    }
+    return layout, with_first_pieces(scene, layout, loaded(log, ends_with_loads, scene.duration))

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from impactlab.errors import CaseError, PairingError
+from impactlab.exact.end_loads import check_loads
 from impactlab.models.continuous.delay_line import dispersed
 from impactlab.plugins import kind_of
 from impactlab.scene.bodies import Rayleigh
@@ -114,19 +115,6 @@ def check(scene: Scene, method: Method) -> list[Bond]:
             check_hard(scene, number, kind.branches is None)
         bonds.append(kind)
     return with_faces(scene, bonds)
-
-
-def check_loads(scene: Scene) -> None:
-    """Raise `CaseError` for a force over time on an end."""
-    for any_body in scene.bodies.values():
-        for x, _ in any_body.loads:
-            side = "left" if x == 0.0 else "right"
-            raise CaseError(
-                f"a force over time acts on the {side} end of '{any_body.name}', and the exact solution has constant "
-                "end forces",
-                path=f"bodies.{any_body.name}.ends.{side}",
-                remedy="Use finite_element or modal.",
-            )
 
 
 def check_hard(scene: Scene, number: int, opens: bool) -> None:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from impactlab.exact.branch_energies import BranchContact
+from impactlab.exact.end_loads import work_of_loads
 from impactlab.exact.network import Integers, Layout, Link, Log
 from impactlab.exact.signals import Signals, clenshaw, gauss
 from impactlab.history.base import EnergyBook
@@ -152,7 +153,9 @@ def energies_at(scene: Scene, layout: Layout, signals: Signals, t: Array) -> Ene
         else:
             bodies[name] = np.zeros_like(t)
     for node in np.flatnonzero(log.nodes["push"]).tolist():
-        work += log.nodes["push"][node] * signals.travel(node, t)
+        if log.nodes["last_sample"][node] == log.nodes["first_sample"][node]:
+            work += log.nodes["push"][node] * signals.travel(node, t)
+    work += work_of_loads(log, signals, t)
     ends = np.zeros_like(t)
     for node in np.flatnonzero(log.nodes["dashpot"] > 0.0).tolist():
         velocity = signals.velocity(node)

@@ -24,6 +24,7 @@ from impactlab.exact.arrays import (
     MarchArrays,
 )
 from impactlab.exact.crossings import next_event
+from impactlab.exact.end_loads import next_sample, push_nodes
 from impactlab.exact.kernel import MAX_DEPTH, ROOM, chopped, restrict
 from impactlab.exact.merging import joined
 from impactlab.exact.network import Log
@@ -145,9 +146,13 @@ def interval(m: MarchArrays, j: int) -> int:
     state, junction = m.state[0], m.junctions[j]
     t0 = junction.clock
     t1 = horizon(m, j)
+    if m.load_times.size > 0:
+        t1 = min(t1, next_sample(m, j))
     while True:
         half = 0.5 * (t1 - t0)
         longest = arrivals(m, j, t0, t1)
+        if m.load_times.size > 0:
+            longest = max(longest, push_nodes(m, j, t0, t1))
         n = solve_nodes(m, j, half, longest)
         if n > 0:
             break

@@ -53,6 +53,7 @@ def group_nodes(m: MarchArrays, j: int, longest: int) -> bool:
         group.group_mass += node.mass
         group.drag += node.dashpot
         m.load[node.group - base, 0] += node.push - node.spring * node.u
+        m.load[node.group - base, 1] += node.swing
         if node.mass < np.inf:
             m.load[node.group - base, 0] += node.mass * state.gravity
             tied = tied or node.spring > 0.0
@@ -147,6 +148,7 @@ def balance(m: MarchArrays, j: int, c: int, n: int, force: Array) -> None:
     for k in range(n + 1):
         force[k] = side * (face.spring * m.rows[nodes + at, k] + face.dashpot * m.rows[at, k])
     force[0] -= side * face.push
+    force[1] -= side * face.swing
     for e in range(ends):
         end = m.ends[first_end + e]
         if end.node == contact.face:

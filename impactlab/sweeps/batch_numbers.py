@@ -46,6 +46,8 @@ def numbers_of(case: Case) -> marcher.Built:
         raise NotServed("the runs are not exact ones: rods that are not continuous, or laws of another kind")
     if any(law.branches() is not None for law in laws_of(*run)):
         raise NotServed("laws that change their branch")
+    if any(body.loads for body in run.scene.bodies.values()):
+        raise NotServed("forces over time on ends")
     given, counted = case.checked.solve.duration, reference_rod(case.checked)
     trips = float(given.round_trips) if isinstance(given, RoundTrips) else None
     made = None if counted is None else marcher.built(run, counted, trips)

@@ -6,6 +6,7 @@ from each echo.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -13,12 +14,17 @@ import numpy as np
 import pytest
 
 import impactlab as il
+from impactlab.contact.penalty import Penalty
+from impactlab.errors import CaseError
+from impactlab.exact.solve import solve
 from impactlab.history.base import AbstractHistory
 from impactlab.metrics.impact import momentum_error
+from impactlab.scene import End, Mass
 from impactlab.scene.bodies import FunctionLoad, SampledLoad
 from impactlab.simulate import prepare
 from impactlab.testing.plain_loop import PlainLoop
 from impactlab.types import Array
+from tests.reference.exact_scenes import CLAMPED, FREE, HARD, point, rod, scene
 
 Z, T, F = 4000.0, 2e-4, 1e4
 SINE = "1e4*sin(2*pi*t/2e-4)"
@@ -216,3 +222,86 @@ def test_a_free_frame_carries_the_work_of_a_load() -> None:
     assert moving.energy.at_stake == pytest.approx(at_rest.energy.at_stake, rel=1e-6)
     assert largest(moving.energy) < 1e-9
     assert all(a < b for a, b in pairwise(at_rest.energy.time))
+
+
+# Exact, event to event. Units: c = Z = L = 1, so a round trip is 2.
+RAMP = SampledLoad((0.0, 4.0), (0.0, 3.2))  # 0.8 t
+BLOCK = SampledLoad((0.0, 0.5, 1.25, 1.75), (0.0, 0.8, 0.8, 0.0))
+
+
+def on_rod(load: SampledLoad, right: End, left: End | None = None, duration: float = 4.0) -> AbstractHistory:
+    held = replace(left or End("free"), load=load)
+    return solve(*scene([rod(left=held, right=right)], [], duration))
+
+
+def closes(history: AbstractHistory) -> None:
+    assert max(history.energy.largest_gain, history.energy.largest_loss) < 1e-12
+
+
+def test_exact_trapezoid_and_echoes() -> None:
+    """v(0, t) = F(t) + 2 sum (+-1)^n F(t - 2 n): + from a free end, - from a clamped one."""
+    t = np.linspace(0.0, 12.0, 481)
+    for right, sign in ((FREE, 1.0), (CLAMPED, -1.0)):
+        history = on_rod(BLOCK, right, duration=12.0)
+        exact = BLOCK.at(t) + 2.0 * sum(sign**n * BLOCK.at(t - 2.0 * n) for n in range(1, 7))
+        assert history.evaluate(t, "velocity:rod@0") == pytest.approx(exact, abs=1e-12)
+        closes(history)
+    assert on_rod(BLOCK, FREE).evaluate([4.0], "momentum:rod") == pytest.approx([1.0], rel=1e-13)
+
+
+@pytest.mark.parametrize("kind", ["mass", "spring", "dashpot"])
+def test_exact_ramp_on_an_end_that_is_held(kind: str) -> None:
+    """Until the echo the rod is a dashpot Z: m v' + (Z + d) v + k u = 0.8 t."""
+    history = on_rod(RAMP, CLAMPED, End(kind, 0.7), duration=1.99)  # type: ignore[arg-type]
+    t = np.linspace(0.0, 1.9, 20)
+    expected = {
+        "mass": 0.8 * (t - 0.7 * (1.0 - np.exp(-t / 0.7))),
+        "spring": 0.8 / 0.7 * (1.0 - np.exp(-0.7 * t)),
+        "dashpot": 0.8 * t / 1.7,
+    }[kind]
+    assert history.evaluate(t, "velocity:rod@0") == pytest.approx(expected, abs=1e-13)
+    closes(history)
+
+
+@pytest.mark.parametrize("law", [HARD, Penalty(1e6)], ids=["hard", "stiff spring"])
+def test_exact_a_mass_strikes_an_end_under_a_ramp(law: Any) -> None:
+    """Contact force Z v - 0.8 t: M v' = -v + 0.8 t, v = 0.8 (t - M) + (1 + 0.8 M) exp(-t/M), until v = 0.8 t."""
+    bar, hammer = rod(left=replace(FREE, load=RAMP), right=CLAMPED), Mass("hammer", 2.0, 1.0)
+    history = solve(*scene([hammer, bar], [(point(hammer), point(bar, "left"), 0.0, law)], 1.99))
+    opens = 2.0 * np.log(2.6 / 1.6)
+    t = np.linspace(0.01, 0.99 * opens, 9)
+    within = 1e-12 if law is HARD else 3e-6  # the spring lags behind by Z/k, times up to 1.3
+    exact = 0.8 * (t - 2.0) + 2.6 * np.exp(-t / 2.0)
+    assert history.evaluate(t, "velocity:hammer") == pytest.approx(exact, abs=within)
+    assert history.evaluate(t, "force:hammer|rod.left") == pytest.approx(exact - 0.8 * t, abs=within)
+    assert history.events[-1].time == pytest.approx(opens, abs=within)
+    lost = max(history.energy.largest_gain, history.energy.largest_loss)
+    assert lost < (1e-12 if law is HARD else 1e-10), "as without a load: the stiff spring rounds"
+
+
+def test_exact_a_sine_of_many_lines_and_the_limit() -> None:
+    """1500 lines and their echoes, to rounding; more than 2000 and formulas are refused by name."""
+    times = np.linspace(0.0, 12.0, 1501)
+    history = on_rod(SampledLoad(tuple(times), tuple(np.sin(times))), FREE, duration=12.0)
+    t = np.linspace(0.0, 11.99, 997)
+    exact = sum((1.0 + (n > 0)) * np.interp(t - 2.0 * n, times, np.sin(times), left=0.0) for n in range(6))
+    assert history.evaluate(t, "velocity:rod@0") == pytest.approx(exact, abs=1e-11)
+    closes(history)
+    model = {"kind": "continuous"}
+    many = {"t": np.linspace(0.0, 2 * T, 2002), "f": np.linspace(0.0, 1.0, 2002)}
+    with pytest.raises(CaseError, match="has 2001 straight lines within the run"):
+        il.run(pushed(many, model=model, dt=None))
+    with pytest.raises(CaseError, match="is a formula, and the exact solution serves straight lines"):
+        il.run(pushed(SINE, model=model, dt=None))
+
+
+def test_exact_run_is_the_reference_of_the_mesh() -> None:
+    """The mesh tends to it; sweeps and sensitivities of loaded rods are made of runs of their own."""
+    exact_case = pushed(PULSE, model={"kind": "continuous"}, dt=None)
+    mesh = il.run(pushed(PULSE, "newmark", MESH | {"elements": 400}, 2.5e-7))
+    exact = il.run(exact_case)
+    assert np.abs(moved(mesh) - moved(exact)).max() < 2e-3 * np.abs(moved(exact)).max()
+    channel = il.Sampled("displacement:rod@0", (T,))
+    swept = il.sweep(exact_case, {"bodies.rod.area": [1e-4, 2e-4]}, quantities=[channel])
+    values = np.ravel(swept[channel.channel].values)
+    assert values == pytest.approx([F * 5e-5 / Z, 0.5 * F * 5e-5 / Z], rel=1e-12)

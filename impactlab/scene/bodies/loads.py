@@ -38,6 +38,10 @@ class AbstractLoad(ABC):
     def spacing(self, duration: float) -> float:
         """Return the shortest time [s] in which its slope changes, for the steps of a run of this duration."""
 
+    @abstractmethod
+    def lines(self, duration: float) -> int | None:
+        """Return the number of straight lines that it is over a run; None of a force of another kind."""
+
     def largest(self, duration: float) -> float:
         """Return its largest size [N] over [0, duration]."""
         own = self.sampled(duration)
@@ -78,6 +82,9 @@ class SampledLoad(AbstractLoad):
 
     def spacing(self, duration: float) -> float:
         return float(np.diff(self.times).min())
+
+    def lines(self, duration: float) -> int:
+        return 1 + int(np.count_nonzero((self.times > 0.0) & (self.times < duration)))
 
     def reaches(self, duration: float) -> tuple[bool, bool]:
         """Return whether the force is given at the start and at the end of a run: by samples, or by zeros outside."""
@@ -123,3 +130,6 @@ class FunctionLoad(AbstractLoad):
 
     def spacing(self, duration: float) -> float:
         return duration / PARTS
+
+    def lines(self, duration: float) -> None:
+        return None
