@@ -184,9 +184,9 @@ PROMISES: Mapping[str, tuple[Promise, ...]] = {
         Promise("0.71510", at("gap:striker.right|bar.left", 395e-6, -1.0), MM),
     ),
     "drill_rod": (
-        Promise("0.7331", lambda history: blow_of(history).first_pass),
-        Promise("285.40", lambda history: blow_of(history).peak_force, KN),
-        Promise("1.0274", lambda history: blow_of(history).final, MM),
+        Promise("0.7330685831", lambda history: blow_of(history).first_pass),
+        Promise("285.398081", lambda history: blow_of(history).peak_force, KN),
+        Promise("1.027433093", lambda history: blow_of(history).final, MM),
     ),
     "drill_rod/passes": (
         Promise("152.24", lambda history: blow_of(history).work),
@@ -230,15 +230,15 @@ PROMISES: Mapping[str, tuple[Promise, ...]] = {
     "grazing_pair": (Promise("1.522066", opened(0), T), Promise("-0.689446", HAMMER)),
     "grazing_pair/touches": PAPER,
     "hopkinson_aluminium": (
-        Promise("26.57", at("force:incident.right|transmission.left", 350e-6), 1e3),
-        Promise("29.53", at("force:incident.right|transmission.left", 400e-6), 1e3),
-        Promise("0.7545", lambda history: history.links[0].set or np.nan, MS),
+        Promise("26572.0435", at("force:incident.right|transmission.left", 350e-6)),
+        Promise("29530.2722", at("force:incident.right|transmission.left", 400e-6)),
+        Promise("0.754483097", lambda history: history.links[0].set or np.nan, MS),
     ),
     "hopkinson_copper": (Promise("27.021", at("force:incident.right|transmission.left", 395e-6), 1e3),),
     "hopkinson_ring_up": (
-        Promise("21641", at("force:specimen.right|transmission.left", 302e-6)),
-        Promise("37070", at("force:specimen.right|transmission.left", 304e-6)),
-        Promise("61507", at("force:specimen.right|transmission.left", 310e-6)),
+        Promise("21640.929", at("force:specimen.right|transmission.left", 302e-6)),
+        Promise("37070.441", at("force:specimen.right|transmission.left", 304e-6)),
+        Promise("61506.934", at("force:specimen.right|transmission.left", 310e-6)),
     ),
     "hopkinson_chain": (
         Promise("100", close(0), US),
