@@ -16,7 +16,7 @@ from impactlab.models.continuous import delay_chain_kernel as chain
 from impactlab.models.continuous.base import MODES, AbstractSelfStepping, stepper_of, under_waves, without_mass
 from impactlab.models.continuous.delay_chain_kernel import MOVED, SENT_LEFT, SENT_RIGHT
 from impactlab.models.continuous.delay_line import dispersed
-from impactlab.scene.bodies import Segment, WaveBody
+from impactlab.scene.bodies import End, Segment, WaveBody
 from impactlab.scene.facts import SAME_PLACE
 from impactlab.scene.sizes import check_cells
 from impactlab.types import Array, Quantity
@@ -33,6 +33,7 @@ class Piece(NamedTuple):
     length: float  # m
     segment: Segment
     cells: int  # steps in which a wave crosses it
+    gain: float  # m/s, velocity that gravity gives to either wave in a step
 
 
 @final
@@ -46,19 +47,16 @@ class DelayChain(AbstractSelfStepping):
     velocities that the node sends to the left and to the right, from which every quantity follows at every place.
 
     The step must fit: a step up to a fifth shorter than the one asked for is taken, the one that fits best. Then nodes
-    move to the grid, by half a cell at most, counted from the middle of the rod; impedances stay.
+    move to the grid, by half a cell at most, counted from the middle of the rod; impedances and weights stay. Gravity
+    accelerates both waves on their way, each by half of it.
     """
 
     books_momentum = True
 
     def __init__(self, rod: WaveBody, gravity: float, faces: tuple[Face, ...]) -> None:
-        if gravity != 0.0:
-            raise CaseError(
-                "the stepped delay line serves no gravity", remedy="Use finite_element or modal.", path="solve.model"
-            )
         if rod.is_damped:
             raise CaseError(dispersed(rod), remedy="Use finite_element or modal.", path="solve.model")
-        self._rod = rod
+        self._rod, self._gravity = rod, gravity
         bounds = [0.0, *itertools.accumulate(each.length for each in rod.segments[:-1]), rod.length]
         transits = [0.0, *itertools.accumulate(each.length / each.wave_speed for each in rod.segments)]
         places, slack = bounds.copy(), SAME_PLACE * rod.length
@@ -107,7 +105,7 @@ class DelayChain(AbstractSelfStepping):
         velocity[MOVED::3] = rod.velocity
         for node, end in ((0, rod.left), (self.places.size - 1, rod.right)):
             dashpots[3 * node + MOVED] = end.value if end.kind == "dashpot" else 0.0
-            load[3 * node + MOVED] = end.force
+            load[3 * node + MOVED] = self._load_on(end)
         rule = (2 * MODES + 1) * math.pi / (2.0 * self.transit)
         return without_mass(start, velocity, load, dashpots, rule)
 
@@ -154,18 +152,23 @@ class DelayChain(AbstractSelfStepping):
         if cells.min() < 1:
             raise self.too_long(dt)
         lengths = np.diff(self.places)
-        found = zip(self.places, lengths, self._segments, cells, strict=False)  # the last place is the end
-        return tuple(Piece(float(x), float(length), segment, int(count)) for x, length, segment, count in found)
+        found = []
+        for x, length, segment, count in zip(self.places, lengths, self._segments, cells, strict=False):
+            # Places may have moved; the weight is that of the piece as it is.
+            gain = 0.5 * self._gravity * length / (segment.wave_speed * count)
+            found.append(Piece(float(x), float(length), segment, int(count), float(gain)))
+        return tuple(found)
 
     def before(self, piece: Piece, dt: float) -> tuple[Array, Array]:
         """Return the waves on their way at t = 0 to the right and to the left, as cell means: (cells,) each [m/s].
 
-        The first is nearest to the node that sends it, as if it had done so in the step before.
+        The first is nearest to the node that sends it, as if it had done so in the step before; they are less by the
+        velocity that gravity would have given them on the way.
         """
         speed, cells = piece.length / (piece.cells * dt), np.linspace(0.0, 1.0, piece.cells + 1)
         slopes = np.diff(self._initial(piece.start + piece.length * cells)) / (piece.length / piece.cells)
-        velocity = self._rod.velocity
-        return 0.5 * (velocity - speed * slopes), 0.5 * (velocity + speed * slopes[::-1])
+        velocity, gained = self._rod.velocity, piece.gain * (np.arange(piece.cells) + 0.5)
+        return 0.5 * (velocity - speed * slopes) - gained, 0.5 * (velocity + speed * slopes[::-1]) - gained
 
     def stepper(self, ports: Array, dt: float) -> Stepper:
         """Return the chain prepared for a step [s], at most the shortest time between two nodes."""
@@ -178,11 +181,12 @@ class DelayChain(AbstractSelfStepping):
         for node, end in ((0, rod.left), (nodes - 1, rod.right)):
             if end.kind != "clamped":
                 of_nodes[node, 2:5] = under_waves(end, impedances[node] + impedances[node + 1], dt)
-            of_nodes[node, 5] = end.force
+            of_nodes[node, 5] = self._load_on(end)
         cells = np.array([piece.cells for piece in pieces], float)
         first = chain.FIRST + of_nodes.size + chain.PIECE * len(pieces)
         starts = first + 2.0 * (np.cumsum(cells) - cells)
-        of_pieces = np.column_stack((cells, starts, np.zeros(len(pieces)), impedances[1:-1]))
+        gains = [piece.gain for piece in pieces]
+        of_pieces = np.column_stack((cells, starts, np.zeros(len(pieces)), impedances[1:-1], gains))
         waves = np.zeros((int(cells.sum()), 2))
         state = np.zeros(2 * self.n_dof)
         state[: self.n_dof], velocities = self.operators().displacement, state[self.n_dof :]
@@ -196,7 +200,7 @@ class DelayChain(AbstractSelfStepping):
             at = int(starts[number] - first) // 2
             waves[at + 1 : at + piece.cells, 0] = to_right[:0:-1]
             waves[at + 1 : at + piece.cells, 1] = to_left[:0:-1]
-        parameters = np.concatenate(([float(nodes), dt], of_nodes.ravel(), of_pieces.ravel(), waves.ravel()))
+        parameters = np.concatenate(([float(nodes), dt, 0.0], of_nodes.ravel(), of_pieces.ravel(), waves.ravel()))
         force_response = np.zeros((len(ports), state.size))
         for port, row in enumerate(ports):
             node = int(np.argmax(row)) // 3
@@ -207,6 +211,10 @@ class DelayChain(AbstractSelfStepping):
             rates[:] = compliance * moved
             rates[MOVED] *= 2.0 if inertia > 0.0 else 1.0
         return stepper_of(chain.free, chain.measure, parameters, state, force_response, ports)
+
+    def _load_on(self, end: End) -> float:
+        """Return the constant force on an end [N]: a load, and the weight of a mass."""
+        return end.force + (self._gravity * end.value if end.kind == "mass" else 0.0)
 
     def _initial(self, x: Array) -> Array:
         return np.zeros(x.size) if self._rod.displacement is None else np.asarray(self._rod.displacement(x))

@@ -19,10 +19,11 @@ from impactlab.scene.bodies import Beam, ElasticBody, WaveBody
 class Continuous(AbstractRodModel):
     """Exact travelling waves (continuous): rods from event to event, without mesh or step; beams by characteristics.
 
-    Rods under hard contacts and constant springs are solved from event to event; under other laws a rod is a pair of
-    delays, evaluated in each step. A Timoshenko beam steps too, its two families of waves each shifted exactly
-    (`timoshenko`); an Euler-Bernoulli beam has no fronts and is served where it is infinite, by its exact
-    memory at the place where it is struck (`infinite_beam`).
+    Rods under hard contacts and constant springs are solved from event to event; under other laws a rod is delays
+    between its ends, the ends of its segments and the places of its contacts, which are evaluated in each step. A
+    Timoshenko beam steps too, its two families of waves each shifted exactly (`timoshenko`); an Euler-Bernoulli beam
+    has no fronts and is served where it is infinite, by its exact memory at the place where it is struck
+    (`infinite_beam`).
 
     References
     ----------
@@ -48,8 +49,8 @@ class Continuous(AbstractRodModel):
         return body.length / 100.0
 
     def build(self, rod: WaveBody, gravity: float, faces: tuple[Face, ...] = ()) -> AbstractSelfStepping:
-        """Return a uniform rod struck at its ends as a pair of delays, any other as a chain of them."""
-        if len(rod.segments) > 1 or any(rod.is_inner(face.x) for face in faces):
+        """Return a uniform rod without gravity struck at its ends as a pair of delays, any other as a chain of them."""
+        if gravity != 0.0 or len(rod.segments) > 1 or any(rod.is_inner(face.x) for face in faces):
             return DelayChain(rod, gravity, faces)
         return DelayLine(rod, gravity)
 

@@ -1,9 +1,10 @@
 """The two travelling waves of a chain of delays, from the waves that its nodes sent: any quantity anywhere, any time.
 
 Between two nodes with P and Q the time integrals of the velocities that the left one sends to the right and the right
-one to the left, the displacement is u(x, t) = C + P(t - s) + Q(t - (transit - s)), with s the time of a wave from the
-left node. P and Q are recorded, straight lines within a step as the step loop takes them, so that displacements of
-nodes come back to rounding. Velocities are straight lines between the middles of steps.
+one to the left, the displacement is u(x, t) = C + P(t - s) + Q(t - r), with s and r the times of waves from the left
+and the right node; under gravity each wave gains g/2 in a unit of time, and u is larger by (g/2) ((s + r) t + s r).
+P and Q are recorded, straight lines within a step as the step loop takes them, so that displacements of nodes come
+back to rounding. Velocities are straight lines between the middles of steps.
 """
 
 from __future__ import annotations
@@ -38,6 +39,7 @@ class ChainWaves:
         self.starts = np.array([piece.start for piece in pieces])
         self.lengths = np.array([piece.length for piece in pieces])
         self.transits = dt * np.array([piece.cells for piece in pieces])
+        self._gains = np.array([piece.gain for piece in pieces]) / dt  # m/s2, of either wave on its way
         self.factors = {
             each: np.array([piece.segment.per_velocity(each) for piece in pieces])
             for each in ("strain", "stress", "force")
@@ -58,15 +60,19 @@ class ChainWaves:
     def velocities(self, x: Array, t: Array) -> tuple[Array, Array]:
         """Return the velocities of the waves to the right and to the left at x [m] and times t [s], in [m/s]."""
         piece, onward, back = self._left_at(x, t)
-        return self._velocity(0, piece, onward), self._velocity(1, piece, back)
+        gain, instants = self._gains[piece], np.asarray(t, float)
+        right = self._velocity(0, piece, onward) + gain * (instants - onward)
+        return right, self._velocity(1, piece, back) + gain * (instants - back)
 
     def at(self, quantity: str, x: Array, t: Array) -> Array:
         """Return a quantity at places x [m] and times t [s], which are broadcast against each other."""
         piece, onward, back = self._left_at(x, t)
         if quantity == "displacement":
             moved = self._displacement(0, piece, onward) + self._displacement(1, piece, back)
-            return np.asarray(self.offset[piece] + moved)
-        to_right, to_left = self._velocity(0, piece, onward), self._velocity(1, piece, back)
+            on_way, left = np.asarray(t, float) - onward, np.asarray(t, float) - back
+            fallen = self._gains[piece] * (self.transits[piece] * np.asarray(t, float) + on_way * left)
+            return np.asarray(self.offset[piece] + moved + fallen)
+        to_right, to_left = self.velocities(x, t)
         if quantity == "velocity":
             return to_right + to_left
         return np.asarray(self.factors[quantity][piece] * (to_right - to_left))
