@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 
 import numpy as np
@@ -150,7 +150,8 @@ def check_run(status: int, assembly: Assembly, history: AbstractRecordedHistory)
             )
     own = self_stepping(assembly.built)
     if clock.step == assembly.steps and clock.n_samples > 1:
-        check_momentum(history, [contact.total for contact in assembly.contacts], clock.time, failure)
+        given = [contact.total for contact in assembly.contacts]
+        check_momentum(history, given, assembly.load_impulses(), clock.time, failure)
     bound = energy_bound(assembly.scene, assembly.acting, assembly.integrator, own)
     impulses = any(Level.IMPULSE in law.needs or Level.CLOSING in law.needs for law in laws)
     models = [body.model for body in assembly.built.values() if isinstance(body.model, MechanismModel)]
@@ -202,7 +203,13 @@ def reference_energy(history: AbstractHistory) -> float:
     return book.at_stake or float(np.abs(book.total).max()) or 1.0
 
 
-def check_momentum(history: AbstractRecordedHistory, impulses: Sequence[float], time: float, failure: Failure) -> None:
+def check_momentum(
+    history: AbstractRecordedHistory,
+    impulses: Sequence[float],
+    loads: Mapping[str, float],
+    time: float,
+    failure: Failure,
+) -> None:
     """Raise `StepError` where the momentum of a free body does not match its impulses."""
     for name, body in history.scene.bodies.items():
         model = history.built[name].model
@@ -210,7 +217,7 @@ def check_momentum(history: AbstractRecordedHistory, impulses: Sequence[float], 
             continue
         momentum, energies = (history.recorded[f"{kind}:{name}"].values for kind in ("momentum", "energy"))
         seen = Seen(momentum[0], momentum[-1], np.abs(momentum).max(), np.abs(energies).max())
-        found = balance(history.scene, name, impulses, time, seen, history.load_impulses.get(name))
+        found = balance(history.scene, name, impulses, time, seen, loads.get(name))
         if found.error > MOMENTUM_TOL:
             text = f"'{name}' was given {found.given:.9g} N s and its momentum changed by {found.changed:.9g} N s"
             raise failure(text, remedy=LOST_DIGITS)

@@ -47,7 +47,7 @@ def run_adaptive(march: March, progress: Progress | None, began: float, with_war
     cost.setup_s, cost.solve_s, cost.checks_s = set_up - began, solved - set_up, clock.perf_counter() - solved
     cost.unknowns = system.n_dof
     failure = partial(StepError, time=march.time, step=march.steps, history=history)
-    check_momentum(history, march.state[system.impulses].tolist(), march.time, failure)
+    check_momentum(history, march.state[system.impulses].tolist(), history.load_impulses, march.time, failure)
     bound = march.integrator.gains_energy + sum(law.gains_energy for law in laws_of(system.scene, system.method))
     check_gain(history, bound, "Give a smaller relative_tolerance.", failure)
     return history

@@ -154,6 +154,12 @@ def rods(draw: st.DrawFn, name: str, far: tuple[str, ...] = FAR_ENDS, velocity: 
     return Rod(name, pieces, End("free"), draw(ends(pieces[-1], far)), velocity=velocity)
 
 
+def _turned(end: End) -> End:
+    """Return an end with the opposite force."""
+    load = None if end.load is None else end.load.scaled(-1.0)
+    return dataclasses.replace(end, force=-end.force, load=load)
+
+
 def mirrored(simulation: Simulation) -> Simulation:
     """Return the same scene and method seen from behind: x from right to left."""
     scene, laws = simulation.scene, laws_of(*simulation)
@@ -166,8 +172,8 @@ def mirrored(simulation: Simulation) -> Simulation:
             profile, length = elastic.displacement, elastic.length
             values |= {
                 "segments": elastic.segments[::-1],
-                "left": dataclasses.replace(elastic.right, force=-elastic.right.force),
-                "right": dataclasses.replace(elastic.left, force=-elastic.left.force),
+                "left": _turned(elastic.right),
+                "right": _turned(elastic.left),
                 "displacement": None if profile is None else lambda x: -profile(length - x),
             }
         return dataclasses.replace(body, **values)

@@ -21,8 +21,9 @@ from impactlab.history.base import AbstractHistory
 from impactlab.metrics.impact import momentum_error
 from impactlab.scene import End, Mass
 from impactlab.scene.bodies import FunctionLoad, SampledLoad
-from impactlab.simulate import prepare
+from impactlab.simulate import prepare, run
 from impactlab.testing.plain_loop import PlainLoop
+from impactlab.testing.strategies import in_other_units, mirrored
 from impactlab.types import Array
 from tests.reference.exact_scenes import CLAMPED, FREE, HARD, point, rod, scene
 
@@ -305,3 +306,22 @@ def test_exact_run_is_the_reference_of_the_mesh() -> None:
     swept = il.sweep(exact_case, {"bodies.rod.area": [1e-4, 2e-4]}, quantities=[channel])
     values = np.ravel(swept[channel.channel].values)
     assert values == pytest.approx([F * 5e-5 / Z, 0.5 * F * 5e-5 / Z], rel=1e-12)
+
+
+@pytest.mark.parametrize("force", [SINE, "1e4*cos(2*pi*t/2e-4)", PULSE], ids=["sine", "cosine", "pulse"])
+@pytest.mark.parametrize("integrator", SCHEMES)
+def test_momentum_given_is_momentum_taken(integrator: str, force: Any) -> None:
+    """Under every scheme, also where the run ends within a step."""
+    for duration in (2.0 * T, 2.0033 * T):
+        history = il.run(pushed(force, integrator, duration=duration))
+        assert momentum_error(history, history, history.scene) < 1e-13
+
+
+def test_mirrored_scene_mirrored_answer() -> None:
+    """And other units: powers of 4, so that not even a digit changes."""
+    case = pushed(PULSE, "central_difference", right={"mass": 0.1})
+    there = run(*mirrored(case.simulation()))
+    assert there.evaluate([T], "displacement:rod@0.5") == pytest.approx(-moved(il.run(case))[100], rel=1e-12)
+    scaled = run(*in_other_units(case.simulation(), mass=4.0, length=16.0, time=0.25))
+    end = scaled.scene.duration
+    assert scaled.evaluate([end], "displacement:rod@0")[0] == 16.0 * moved(il.run(case))[-1]

@@ -306,6 +306,15 @@ class Assembly:
             taken[push.body] += 1
         return faces, pushes
 
+    def load_impulses(self, beyond: float = 0.0) -> dict[str, float]:
+        """Return the impulses of loads so far [N s], by body, without the last ``beyond`` [s]."""
+        found: dict[str, float] = {}
+        names = [*self.built]
+        for load in self.loads:
+            name = names[load.body]
+            found[name] = found.get(name, 0.0) + load.impulse - beyond * load.force
+        return found
+
     def _loads(self) -> tuple[Sequence[LoadRecord], Floats, Floats]:
         """Return the loads of all bodies and their samples; the ports of a body end with its loads."""
         found = [(name, load) for name, body in self.built.items() for _, load in body.body.loads]

@@ -70,9 +70,7 @@ class RecordedHistory(AbstractRecordedHistory):
         clock = self.assembly.clock
         if clock.step < self.assembly.steps:
             self.duration = min(self.duration, clock.time)
-        names = [name for name, body in self.built.items() for _ in body.body.loads]
-        given = [load.impulse for load in self.assembly.loads]
-        self.load_impulses = {name: sum(g for n, g in zip(names, given, strict=True) if n == name) for name in names}
+        self.load_impulses = self.assembly.load_impulses(self.assembly.clock.time - self.duration)
         self._read_channels()
         self._read_events()
         self._read_energy()
