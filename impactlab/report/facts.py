@@ -5,14 +5,14 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 from impactlab.plugins import kind_of
 from impactlab.report.style import scaled
 from impactlab.report.summary import cell, has_numbers, in_round_trips, model_label
 from impactlab.scene.bodies import Beam, Body, End, Mass, Mechanism, PartMechanism, Shaft, Wall, WaveBody
-from impactlab.scene.problem import Scene
+from impactlab.scene.problem import Contact, Scene
 
 MIN_GAP = 1e-12  # m, below which a gap between sub-impacts is rounding
 CLOSE = 1.02  # errors within 2 % of each other are said together
@@ -26,10 +26,21 @@ def si(value: float, unit: str) -> str:
     return f"{value / shown.size:.4g}\N{NO-BREAK SPACE}{shown.label}"
 
 
-def scene_facts(scene: Scene) -> list[tuple[str, str]]:
-    """Return the bodies, contacts and scales of a scene as (name, words)."""
+def scene_facts(scene: Scene, links: Collection[str] = ()) -> list[tuple[str, str]]:
+    """Return the bodies, contacts and scales of a scene as (name, words); ``links`` are names of contacts or sums."""
     facts = [(name, _body(body)) for name, body in scene.bodies.items()]
-    facts += [(c.name.replace("|", " | "), f"gap {si(c.gap, 'm') if c.gap else '0'}") for c in scene.contacts]
+    by_name: dict[str, list[Contact]] = {}
+    for contact in scene.contacts:
+        by_name.setdefault(contact.group or contact.name, []).append(contact)
+    for name, contacts in by_name.items():
+        first, last, several = contacts[0], contacts[-1], len(contacts)
+        gaps = [si(gap, "m") if gap else "0" for gap in sorted({contact.gap for contact in contacts})]
+        words = "joined from the start" if name in links else f"gap {' to '.join(dict.fromkeys((gaps[0], gaps[-1])))}"
+        if several > 1:
+            words = f"{several} pieces, {first.name.replace('|', ' | ')} to {last.name.replace('|', ' | ')}, {words}"
+        elif first.name != name:
+            words = f"{first.name.replace('|', ' | ')}, {words}"
+        facts.append((name.replace("|", " | "), words))
     trips = scene.duration / scene.round_trip
     over = f"{si(scene.duration, 's')}" + (f" = {trips:.4g} T" if math.isfinite(trips) else "")
     facts.append(("duration", over))
@@ -223,7 +234,7 @@ def collision(each: Mapping[str, Any]) -> str:
     ]
     if ended and each["restitution"] is not None:
         parts.append(f"apparent restitution {each['restitution']:.4g}")
-    if ended and each["energy_lost"] is not None:
+    if ended and each["restitution"] is not None and each["energy_lost"] is not None:
         verb = "loses" if each["energy_lost"] >= 0.0 else "gains"
         parts.append(f"{each['striker']} {verb} {si(abs(each['energy_lost']), 'J')}")
     if (each["largest_gap"] or 0.0) > MIN_GAP:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import impactlab as il
-from impactlab.report import trades
+from impactlab.report import facts, trades
 from impactlab.report.style import PALETTE, Trace
 
 CASES = Path(__file__).parents[2] / "cases"
@@ -69,3 +69,11 @@ def test_a_specimen_without_gauges_has_no_curve_by_waves() -> None:
 def test_a_page_of_bars_alone_has_none_of_them() -> None:
     _, trace = traced("two_rods")
     assert names_of(trace) == []
+
+
+def test_a_shaft_in_pieces_is_one_line_among_the_facts() -> None:
+    history = traced("smith_pile", **{"solve.duration": 1e-3, "solve.model.elements": 40})[1].history
+    words = dict(facts.scene_facts(history.scene, {link.name for link in history.links}))
+    assert words["shaft"] == "15 pieces, pile.at(5.5) | ground to pile.at(19.5) | ground, joined from the start"
+    assert words["toe"] == "pile.right | base, joined from the start"
+    assert words["ram | helmet"] == "gap 0"
