@@ -262,3 +262,26 @@ def test_a_clamp_of_no_stiffness_leaves_the_pile_as_it_was() -> None:
         x = np.linspace(0.1, 19.9, 57)
         ours, theirs = (each.field("pile", at, quantity, x).values for each in (other, one))
         np.testing.assert_allclose(ours, theirs, atol=1e-8 * np.abs(theirs).max())
+
+
+@pytest.mark.slow
+def test_a_pile_with_all_its_links_tends_to_the_answer_from_event_to_event() -> None:
+    """With `rule: viscous`, which has an exact answer: seventeen links and cushions, of the second order."""
+    case = il.load_case("smith_pile").with_("solve", {"duration": 0.012, "model": {"kind": "continuous"}})
+    for number in (2, 3):
+        case = case.with_(f"contacts.{number}.law.rule", "viscous").with_(f"contacts.{number}.law.damping", 0.1)
+    answer = il.run(case)
+    assert answer.dt is None
+    t, off = np.linspace(0.0, 0.012, 400), []
+    for dt in (5e-5, 2.5e-5, 1.25e-5):
+        history = il.run(case.with_("solve.step", {"dt": dt}))
+        ends = [
+            history.evaluate(t, f"displacement:pile@{x}") - answer.evaluate(t, f"displacement:pile@{x}")
+            for x in (0, 20)
+        ]
+        sets = [abs(link(history, name).set - link(answer, name).set) for name in ("shaft", "toe")]
+        off.append([*np.abs(ends).max(axis=1), *sets])
+    scale = link(answer, "toe").set
+    assert np.all(np.array(off[-1]) < 5e-5 * scale)
+    rates = np.array(off[0]) / off[-1]
+    assert np.all(rates[:2] > 8.0)
