@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import pickle
 from typing import Any
 
 import numpy as np
@@ -235,6 +236,38 @@ def test_places_move_by_half_a_cell_at_most_and_a_warning_says_how_far() -> None
     assert f"{100.0 * max(moved, chain.misfit(plan.dt)):.2g} % of the length" in warned.text
     fine = prepare(*coarse.but(step=StepRule(dt=1e-7)))
     assert "misfit" not in {each.code for each in fine.warnings}
+
+
+def test_places_that_differ_by_rounding_are_one_node() -> None:
+    body, wall = Rod("rod", (STEEL, THICK), FREE, FREE), Wall("wall")
+    places = (0.1, 0.1 + 1e-13, 0.3 - 1e-13)  # the last one on the boundary of the segments
+    points = [Point("rod", x, f"rod.at({number})") for number, x in enumerate(places)]
+    contacts = [Contact(point, Point("wall", 0.0, "wall"), 0.0) for point in points]
+    law, step = asked(Slack(stiffness=1e7)), StepRule(dt=1e-6)
+    case = simulation("near", {"rod": body, "wall": wall}, contacts, 1e-4, model=Continuous(), law=law, step=step)
+    chain = prepare(*case).built["rod"].model
+    assert isinstance(chain, DelayChain)
+    np.testing.assert_allclose(chain.places, [0.0, 0.1, 0.3, 0.5], atol=1e-12)
+
+
+def test_without_a_step_the_shortest_delay_has_one_at_least() -> None:
+    body = Rod("rod", (STEEL, dataclasses.replace(THICK, length=2e-4)), FREE, FREE)
+    case = struck(body, Continuous(), asked(SPRING), mass=1.0)
+    plan = prepare(*case)
+    chain = plan.built["rod"].model
+    assert isinstance(chain, DelayChain)
+    assert plan.dt is not None
+    assert plan.dt <= 2e-4 / STEEL.wave_speed * (1.0 + 1e-9)
+    assert chain.pieces(plan.dt)[1].cells == 1
+
+
+def test_a_copy_keeps_its_fields() -> None:
+    history = run(*stepped_rod(FREE, 1e-6))
+    copy = pickle.loads(pickle.dumps(history))
+    ours, theirs = (each.field("rod", 1e-4, "stress") for each in (history, copy))
+    np.testing.assert_array_equal(ours.x, theirs.x)
+    np.testing.assert_array_equal(ours.values, theirs.values)
+    assert np.abs(ours.values).max() > 0.0
 
 
 def test_a_step_that_fits_is_taken_as_it_is() -> None:

@@ -22,6 +22,7 @@ from impactlab.scene.sizes import check_cells
 from impactlab.types import Array, Quantity
 
 MIN_SHARE, MAX_TRIED = 0.8, 400  # steps tried: down to this share of the one given, so many at most
+POINTS = 10  # steps in the period that ``points_per_period`` counts, unless a case gives it
 BESIDE = 1e-9  # of the length: the place just before or just behind a node
 TIE = 1e-9  # of a cell: places this near to the middle of one are in it
 
@@ -48,7 +49,8 @@ class DelayChain(AbstractSelfStepping):
 
     The step must fit: a step up to a fifth shorter than the one asked for is taken, the one that fits best. Then nodes
     move to the grid, by half a cell at most, counted from the middle of the rod; impedances and weights stay. Gravity
-    accelerates both waves on their way, each by half of it.
+    accelerates both waves on their way, each by half of it. ``points_per_period`` counts the period of mode 100, or ten
+    times the shortest delay where that is shorter.
     """
 
     books_momentum = True
@@ -61,7 +63,7 @@ class DelayChain(AbstractSelfStepping):
         transits = [0.0, *itertools.accumulate(each.length / each.wave_speed for each in rod.segments)]
         places, slack = bounds.copy(), SAME_PLACE * rod.length
         for x in sorted({face.x for face in faces}):
-            if min(abs(x - place) for place in bounds) > slack and x - places[-1] != 0.0:
+            if min(abs(x - place) for place in (*bounds, places[-1])) > slack:
                 places.append(x)
         self.places = np.array(sorted(places))  # m, of the nodes
         self._times = np.interp(self.places, bounds, transits)
@@ -106,7 +108,8 @@ class DelayChain(AbstractSelfStepping):
         for node, end in ((0, rod.left), (self.places.size - 1, rod.right)):
             dashpots[3 * node + MOVED] = end.value if end.kind == "dashpot" else 0.0
             load[3 * node + MOVED] = self._load_on(end)
-        rule = (2 * MODES + 1) * math.pi / (2.0 * self.transit)
+        modes = (2 * MODES + 1) * math.pi / (2.0 * self.transit)
+        rule = max(modes, 2.0 * math.pi / (POINTS * self.longest_step))
         return without_mass(start, velocity, load, dashpots, rule)
 
     def node_at(self, x: float) -> int | None:

@@ -99,6 +99,13 @@ class DelayLine(AbstractSelfStepping):
         steps = self.transit / dt
         return round(abs(steps - round(steps)), 9)
 
+    def too_long(self, dt: float) -> CaseError:
+        return CaseError(
+            f"a step of {dt:.6g} s is longer than the transit {self.transit:.6g} s of '{self._rod.name}'",
+            remedy=f"Give dt: {self.transit:.6g} or less.",
+            path="solve.step",
+        )
+
     def operators(self) -> Operators:
         rod, profile = self._rod, self._rod.displacement
         start = np.zeros(2) if profile is None else profile(np.array([0.0, rod.length]))
@@ -123,11 +130,7 @@ class DelayLine(AbstractSelfStepping):
     def stepper(self, ports: Array, dt: float) -> Stepper:
         """Return the delay line prepared for a step, at most the transit [s]."""
         if dt > self.transit * (1.0 + 1e-12):
-            raise CaseError(
-                f"a step of {dt:.6g} s is longer than the transit {self.transit:.6g} s of '{self._rod.name}'",
-                remedy=f"Give dt: {self.transit:.6g} or less.",
-                path="solve.step",
-            )
+            raise self.too_long(dt)
         check_cells(self.transit / dt, self._rod.name)
         impedance, speed, rod = self._segment.impedance, self._segment.wave_speed, self._rod
         whole = max(1, math.floor(self.transit / dt * (1.0 + 1e-12)))
