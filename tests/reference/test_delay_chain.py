@@ -374,3 +374,12 @@ def test_a_shaft_of_two_segments_struck_inside() -> None:
         exact = answer.evaluate(t, channel)
         rms = np.sqrt(np.mean((history.evaluate(t, channel) - exact) ** 2))
         assert rms < 1e-3 * np.abs(exact).max()
+
+
+def test_a_ball_on_a_stepped_rod_has_the_numbers_of_its_case() -> None:
+    """Hertz's contact, with a second wave back from the step in the area: of the second order."""
+    solve = {"duration": "120 us", "model": {"kind": "continuous"}, "step": {"dt": 1.2e-7}}
+    [found] = il.run(il.load_case("ball_on_stepped_rod").with_("solve", solve)).contacts
+    assert found.impulse == pytest.approx(0.1185887, rel=1e-5)
+    assert found.peak_force == pytest.approx(3530.41, rel=1e-5)
+    assert found.end == pytest.approx(61.9333e-6, rel=2e-5)
