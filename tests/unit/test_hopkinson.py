@@ -142,9 +142,13 @@ def test_ideal_gauges_give_back_the_curve_that_was_put_in(waves):
     assert curve.strain[at[1]] * CYLINDER.length == pytest.approx(0.781339604e-3, rel=2e-3)
 
 
-@pytest.mark.parametrize(("waves", "within"), [(1, 6e-3), (2, 8e-3), (3, 6e-3)])
-def test_gauges_as_they_are_glued_give_back_the_curve_within_their_noise(waves, within):
-    """Gauges of 3 mm at 2 MHz, 14 bits over 2000 microstrain of each sign, noise of 2 microstrain; rms over 350 MPa."""
+@pytest.mark.parametrize(("waves", "factor"), [(1, 1.0), (2, np.sqrt(2.0)), (3, 0.5 * np.sqrt(3.0))])
+def test_gauges_as_they_are_glued_give_back_the_curve_within_their_noise(waves, factor):
+    """Gauges of 3 mm at 2 MHz, 14 bits over 2000 microstrain of each sign, noise of 2 microstrain.
+
+    The stress is E A/As times t, i + r or (i + r + t)/2, each with the noise of a gauge: 1.60 MPa times the factor, or
+    0.46, 0.65 and 0.40 % of 350 MPa. The rms of 170 samples scatters by 5 %.
+    """
     mean = np.array([0.5, 1.0, 1.0, 1.0, 1.0, 1.0, 0.5]) / 6.0  # 3 mm pass in 0.6 us
     bit = 4000e-6 / 2**14
     for seed in range(5):
@@ -156,7 +160,8 @@ def test_gauges_as_they_are_glued_give_back_the_curve_within_their_noise(waves, 
         curve = hopkinson.evaluate(hopkinson.measured(*gauges, 5 * DT, PLAIN, (0.75, 0.75)), CYLINDER, waves)
         part = curve.between(310e-6, 395e-6)
         missed = part.stress - YIELD - TANGENT * (part.strain - YIELD / YOUNG)
-        assert np.sqrt(np.mean(missed**2)) < within * 350e6
+        noise = PLAIN.young * PLAIN.area / CYLINDER.area * np.hypot(2e-6, bit / np.sqrt(12.0))
+        assert np.sqrt(np.mean(missed**2)) < 1.2 * factor * noise
 
 
 def test_a_run_gives_back_its_law_and_three_evaluations_agree():
