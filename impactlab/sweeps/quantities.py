@@ -167,8 +167,9 @@ def final_energy(scene: Scene, history: AbstractHistory) -> dict[str, float]:
 
 @quantity("N s", BODY)
 def final_momentum(scene: Scene, history: AbstractHistory) -> dict[str, float]:
-    """Momentum at the end of the run."""
-    return {name: _at_end(history, f"momentum:{name}") for name, body in scene.bodies.items() if body.moves}
+    """Momentum at the end of the run; none of a mechanism, whose momentum is a vector."""
+    names = [name for name, body in scene.bodies.items() if body.moves and not body.changes]
+    return {name: _at_end(history, f"momentum:{name}") for name in names}
 
 
 @quantity("1")

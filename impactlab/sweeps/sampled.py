@@ -51,6 +51,7 @@ def check_sampled(wanted: Sampled, scene: Scene, method: Method, longest: float)
 
 def channels(scene: Scene) -> Iterator[str]:
     """Give the channels that every run of a scene has."""
+    yield from dict.fromkeys(f"force:{contact.group}" for contact in scene.contacts if contact.group)
     for contact in scene.contacts:
         yield f"force:{contact.name}"
         yield f"gap:{contact.name}"
@@ -61,7 +62,8 @@ def channels(scene: Scene) -> Iterator[str]:
     yield from (each.channel for each in probed(scene))
     for name, body in scene.bodies.items():
         if body.moves:
-            yield f"momentum:{name}"
+            if not body.changes:
+                yield f"momentum:{name}"
             yield f"energy:{name}"
 
 

@@ -322,9 +322,12 @@ def test_rigid_links_that_drives_alone_move_meet_no_wall(law: dict[str, Any]) ->
     assert il.run(case_with(changes)).duration > 0.0
 
 
-def test_a_mechanism_has_no_final_velocity() -> None:
-    found = il.sensitivities(case_with({}), ["bodies.block.mass"], ["final_velocity"])
+@pytest.mark.parametrize("quantity", ["final_velocity", "final_momentum"])
+def test_a_mechanism_has_no_velocity_or_momentum_along_one_direction(quantity: str) -> None:
+    """It read 0: the motion of its links has no one direction."""
+    found = il.sensitivities(case_with({}), ["bodies.block.mass"], [quantity])
     assert {row.label: math.isnan(row.value) for row in found.rows} == {"block": False, "press": True}
+    assert "momentum:press" not in il.run(case_with({})).channels()
 
 
 def test_a_bond_between_a_driven_rigid_chain_and_a_wall_is_refused() -> None:

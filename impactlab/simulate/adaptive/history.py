@@ -57,8 +57,9 @@ class AdaptiveHistory(AbstractRecordedHistory):
             carried=carried_energy(system.scene, sampled, touched_in(self)),
         )
         for number, name in enumerate(system.built):
-            momentum = np.array([each.momentum[number] for each in samples])
-            self.recorded[f"momentum:{name}"] = Channel(sampled, momentum, False)
+            if not system.scene.bodies[name].changes:  # that of a mechanism is a vector, which nothing sums up
+                momentum = np.array([each.momentum[number] for each in samples])
+                self.recorded[f"momentum:{name}"] = Channel(sampled, momentum, False)
             self.recorded[f"energy:{name}"] = Channel(sampled, bodies[name], False)
 
     def snapshots(self) -> Array:

@@ -214,7 +214,8 @@ class RecordedHistory(AbstractRecordedHistory):
             channels[each.channel] = Channel(times, values, False)
         sample = assembly.memory.sample[: assembly.clock.n_samples]
         for number, name in enumerate(assembly.built):
-            channels[f"momentum:{name}"] = Channel(sample[:, 0], sample[:, SAMPLED + 2 + 3 * number], False)
+            if not scene.bodies[name].changes:  # that of a mechanism is a vector, which nothing sums up
+                channels[f"momentum:{name}"] = Channel(sample[:, 0], sample[:, SAMPLED + 2 + 3 * number], False)
             channels[f"energy:{name}"] = Channel(sample[:, 0], sample[:, SAMPLED + 3 * number], False)
 
     def _read_energy(self) -> None:
