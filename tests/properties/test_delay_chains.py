@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.penalty import Penalty
 from impactlab.exact.solve import solve
+from impactlab.models.base import Face
 from impactlab.models.continuous import Continuous
 from impactlab.models.continuous.delay_chain import DelayChain
 from impactlab.scene import Contact, End, Mass, Rod, Segment, Wall
@@ -139,3 +140,36 @@ def test_momentum_given_is_momentum_taken(given: Struck, step: float) -> None:
     assert history.energy.largest_gain < 1e-11
     if isinstance(history.built["rod"].model, DelayChain):
         assert history.energy.largest_loss < 1e-11
+
+
+@settings(max_examples=200, deadline=None)
+@given(
+    st.lists(st.tuples(st.floats(0.05, 2.0), st.floats(0.3, 3.0)), min_size=1, max_size=4),
+    st.lists(st.floats(0.01, 0.99), max_size=5),
+    st.floats(0.05, 1.0),
+)
+def test_places_move_by_half_a_cell_at_most_and_the_mirrored_rod_has_the_mirrored_grid(
+    pieces: list[tuple[float, float]], places: list[float], share: float
+) -> None:
+    """Wave speeds of the segments differ; the step is any up to the longest, not one that fits."""
+    segments = tuple(Segment(length, 1.0, speed**2, 1.0) for length, speed in pieces)
+    chains = []
+    for mirrored in (False, True):
+        body = Rod("rod", segments[::-1] if mirrored else segments, End("free"), End("free"))
+        struck = [(1.0 - x if mirrored else x) * body.length for x in places]
+        chains.append(DelayChain(body, 0.0, tuple(Face(x, 0, 1.0) for x in struck)))
+    one = chains[0]
+    dt = share * one.longest_step
+    cells, twins = ([piece.cells for piece in chain.pieces(dt)] for chain in chains)
+    ends = np.cumsum([0, *cells])
+    times = np.interp(one.places, np.cumsum([0.0, *(s.length for s in segments)]), transits(segments))
+    moved = (ends - 0.5 * ends[-1]) * dt - (times - 0.5 * times[-1])
+    assert np.abs(moved).max() <= 0.5 * dt * (1.0 + 1e-6)
+    assert one.misfit(dt) >= np.abs(moved).max() / times[-1] * (1.0 - 1e-6) - 1e-12
+    assert min(cells) >= 1
+    if np.abs(times - 0.5 * times[-1]).min() > 1e-6 * dt:  # a place in the middle has two nearest cells, or one
+        assert twins[::-1] == cells
+
+
+def transits(segments: tuple[Segment, ...]) -> list[float]:
+    return [0.0, *np.cumsum([each.length / each.wave_speed for each in segments]).tolist()]
