@@ -34,7 +34,8 @@ class Rod(BodyKeys):
     material : str or mapping
         A name (``"steel"``), or ``{"young": ..., "density": ...}`` and perhaps ``viscosity``.
     ends : mapping
-        Supports of the ends ``left`` and ``right``, such as ``{"right": "clamped"}``; free if not given.
+        Supports of the ends ``left`` and ``right``, such as ``{"right": "clamped"}``; free if not given. A
+        ``force`` may act on an end: a number, a formula of t, or ``{"t": times, "f": forces}``.
     velocity : float or str
         Velocity at t = 0 [m/s].
     displacement : str, float or mapping

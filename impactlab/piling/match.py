@@ -31,7 +31,7 @@ from impactlab.types import Array
 BOUNDS = 20.0  # a free number is sought between its start over this and its start times this
 COARSE_ELEMENTS = 40  # of the mesh from whose solution the search starts
 COARSE = 1e-3  # of the cost and of the numbers, on that mesh
-TOLERANCE = 1e-9  # of the cost and of the logarithms of the numbers, at the end of the search
+TOLERANCE = 1e-6  # of the cost and of the logarithms of the numbers, at the end of the search
 Free = Iterable[str] | Mapping[str, tuple[Any, Any]]
 
 

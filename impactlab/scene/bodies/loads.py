@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import final
 
 import numpy as np
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 Array = NDArray[float64]
 
 PARTS = 200  # of a run, in each of which a function may change its slope
+LINES = 20_000  # that stand for a function beside its run: in checks, scales and impulses
 MAX_SAMPLES = 1_000_000  # straight lines that stand for a function; a run of fewer steps has one to a step
 SAME_TIME = 1e-9  # of the duration: samples may end this much before the run
 
@@ -31,8 +32,15 @@ class AbstractLoad(ABC):
         """Return the load with other units of force and time: each value times a factor."""
 
     @abstractmethod
-    def sampled(self, duration: float, steps: int = 20_000) -> SampledLoad:
-        """Return the load over [0, duration] as straight lines: one to a step, if it has no samples of its own."""
+    def table(self, duration: float, steps: int) -> tuple[Array, Array]:
+        """Return times [s] and forces [N], (n,), with straight lines between them, over [0, duration].
+
+        A load without samples of its own has a line for each of so many steps.
+        """
+
+    @abstractmethod
+    def sampled(self, duration: float) -> SampledLoad:
+        """Return the load over [0, duration] as straight lines, `LINES` if it has no samples of its own."""
 
     @abstractmethod
     def spacing(self, duration: float) -> float:
@@ -77,7 +85,10 @@ class SampledLoad(AbstractLoad):
     def scaled(self, force: float, time: float = 1.0) -> SampledLoad:
         return SampledLoad(tuple((time * self.times).tolist()), tuple((force * self.forces).tolist()))
 
-    def sampled(self, duration: float, steps: int = 20_000) -> SampledLoad:
+    def table(self, duration: float, steps: int) -> tuple[Array, Array]:
+        return self.times, self.forces
+
+    def sampled(self, duration: float) -> SampledLoad:
         return self
 
     def spacing(self, duration: float) -> float:
@@ -123,13 +134,22 @@ class FunctionLoad(AbstractLoad):
     def scaled(self, force: float, time: float = 1.0) -> FunctionLoad:
         return replace(self, force=force * self.force, time=time * self.time)
 
-    def sampled(self, duration: float, steps: int = 20_000) -> SampledLoad:
+    def table(self, duration: float, steps: int) -> tuple[Array, Array]:
         count = max(1, min(steps, MAX_SAMPLES))
         times = np.asarray(np.arange(count + 1) * (duration / count), dtype=float64)
-        return SampledLoad(tuple(times.tolist()), tuple(self.at(times).tolist()))
+        return times, self.at(times)
+
+    def sampled(self, duration: float) -> SampledLoad:
+        return _in_lines(self, duration)
 
     def spacing(self, duration: float) -> float:
         return duration / PARTS
 
     def lines(self, duration: float) -> None:
         return None
+
+
+@lru_cache(maxsize=16)
+def _in_lines(load: FunctionLoad, duration: float) -> SampledLoad:
+    times, forces = load.table(duration, LINES)
+    return SampledLoad(tuple(times.tolist()), tuple(forces.tolist()))

@@ -319,8 +319,8 @@ class Assembly:
         """Return the loads of all bodies and their samples; the ports of a body end with its loads."""
         found = [(name, load) for name, body in self.built.items() for _, load in body.body.loads]
         self.loads, loads = records(LoadRecord, len(found))
-        tables = [load.sampled(self.steps * self.dt, self.steps) for _, load in found]
-        times, starts = flat([table.times for table in tables])
+        tables = [load.table(self.steps * self.dt, self.steps) for _, load in found]
+        times, starts = flat([table[0] for table in tables])
         names = [name for name, _ in found]
         for number, (record, name) in enumerate(zip(self.loads, names, strict=True)):
             stepper = self._plan.steppers[name]
@@ -329,9 +329,9 @@ class Assembly:
             record.place = len(stepper.jump) - names[number:].count(name)
             record.table_start, record.table_end = starts[number : number + 2].tolist()
             record.point = 0.5 if own else self.integrator.load_point
-            record.before = float(tables[number].at(np.zeros(1))[0])
+            record.before = float(found[number][1].at(np.zeros(1))[0])
             self._write_ranges(record, name, stepper.force_response[record.place], 0)
-        return loads, times, flat([table.forces for table in tables])[0]
+        return loads, times, flat([table[1] for table in tables])[0]
 
     def _write_ranges(self, record: FaceRecord | LoadRecord | PushRecord, body: str, response: Array, at: int) -> None:
         """Write the ranges of a body's displacements, velocities and other state with nonzero response."""
