@@ -80,7 +80,7 @@ def network(case: Case) -> Network:
 def solved_with(case: Case, parameters: Sequence[Parameter]) -> Solved:
     """Return the exact run of a case with its tangents by parameters."""
     base = network(case)
-    if len(base.log.branches):
+    if len(base.log.names):
         raise CaseError("tangents do not serve laws that change their branch", remedy="Take differences of runs.")
     if base.log.memory.load_times.size:
         raise CaseError("tangents do not serve forces over time", remedy="Take differences of runs.")

@@ -110,35 +110,14 @@ class ContactRecord(ctypes.Structure):
     damping: float  # N s/m
     gap: float  # m, of undisplaced nodes
     impedance: float  # N s/m, of the rods at the contact: scale of its force
-    branch: int  # of the table of branches, whose stiffness and damping it has now; -1 of a law without branches
+    branch: (
+        int  # row of the stack with the branch, whose stiffness and damping it has now; -1 of a law without branches
+    )
     constant: float  # N, force of the branch at zero approach
     elastic: float  # N/m: branches of this stiffness hold the set
     set: float  # m
     kept: float  # N/m, of kinematic hardening
     largest: float  # N, static force at ends of branches so far
-
-
-@record
-class BranchRecord(ctypes.Structure):
-    """A branch of a law, `impactlab.contact.branches.Branch`."""
-
-    stiffness: float  # N/m; -1 of faces that move as one
-    damping: float  # N s/m
-    acts: int
-    first_end: int
-    last_end: int
-
-
-@record
-class UntilRecord(ctypes.Structure):
-    """What ends a branch, `impactlab.contact.branches.Until`."""
-
-    of: int  # 0 static force, 1 force, 2 approach, 3 rate
-    way: float  # 1 where it rises, -1 where it falls
-    value: float  # N, m or m/s
-    slope: float  # N/m
-    remembered: float
-    next: int  # branch of the table
 
 
 @record
@@ -158,7 +137,7 @@ class EventRecord(ctypes.Structure):
     time: float
     contact: int
     kind: int  # 1 close, 0 open, 2 another change of branch
-    branch: int  # that begins, -1 of a law without branches
+    branch: int  # row of the stack with the branch that begins, -1 of a law without branches
     constant: float  # N, of the branch that begins
     set: float  # m, when it begins
 
@@ -173,14 +152,12 @@ class MarchArrays(NamedTuple):
     nodes: Sequence[NodeRecord]
     ends: Sequence[EndRecord]
     contacts: Sequence[ContactRecord]
-    branches: Sequence[BranchRecord]
-    untils: Sequence[UntilRecord]
     pieces: Sequence[PieceRecord]  # the same room for each junction
     events: Sequence[EventRecord]
     pool: Array  # coefficients of all pieces
     rows: Array  # the record of a junction that is being made
     waves: Array  # arriving at its ends
     load: Array  # on its groups
-    stack: Array  # room for searches; the last row is a trial
+    stack: Array  # room for searches; then a trial; then the branches of laws: an array more makes every call slower
     load_times: Array  # s, samples of forces over time on nodes
     load_forces: Array  # N

@@ -11,45 +11,62 @@ import numba
 from numba import types
 
 from impactlab.exact.arrays import CHANGE, CLOSE, OPEN, MarchArrays
+from impactlab.exact.branch_tables import (
+    ACTS,
+    APPROACH,
+    DAMPING,
+    ENDS,
+    FORCE,
+    NEXT,
+    OF,
+    REMEMBERED,
+    SLOPE,
+    STATIC,
+    STIFFNESS,
+    UNTIL,
+    VALUE,
+    WAY,
+    WIDE,
+)
 from impactlab.exact.crossings import increase_if_rigid, least_force
 from impactlab.exact.kernel import MAX_DEPTH, ZERO_TOL, first_crossing
 from impactlab.numerics.addresses import COMPILED, kernel_address
 from impactlab.numerics.compiling import EXACT_INLINE, EXACT_PART
+from impactlab.types import Array
 
 typeof: Any = numba.typeof
-STATIC, FORCE, APPROACH, RATE = 0, 1, 2, 3
 
 
 @EXACT_PART
-def threshold(m: MarchArrays, c: int, e: int) -> float:
+def threshold(m: MarchArrays, c: int, until: Array) -> float:
     """Return the value that the quantity of an end passes, with what the law remembers."""
-    contact, until = m.contacts[c], m.untils[e]
-    kept = contact.set if until.of == APPROACH else contact.largest
-    return float(until.value + until.remembered * kept)
+    contact = m.contacts[c]
+    kept = contact.set if until[OF] == APPROACH else contact.largest
+    return float(until[VALUE] + until[REMEMBERED] * kept)
 
 
 @EXACT_PART
-def beyond(m: MarchArrays, j: int, c: int, e: int, n: int) -> float:
+def beyond(m: MarchArrays, j: int, c: int, until: Array, n: int) -> float:
     """Write how far the quantity of an end is short of its value, to the trial row; return what counts as zero."""
-    state, junction, contact, until = m.state[0], m.junctions[j], m.contacts[c], m.untils[e]
+    state, junction, contact = m.state[0], m.junctions[j], m.contacts[c]
     base, nodes = junction.first_node, junction.nodes
     a, b = contact.left - base, contact.right - base
     trial = m.stack[MAX_DEPTH]
     no_force = least_force(m, j, c, n)
     by_approach = by_rate = constant = 0.0
-    if until.of == STATIC:
-        by_approach, constant, floor = contact.stiffness - until.slope, contact.constant, no_force
-    elif until.of == FORCE:
+    if until[OF] == STATIC:
+        by_approach, constant, floor = contact.stiffness - until[SLOPE], contact.constant, no_force
+    elif until[OF] == FORCE:
         by_approach, by_rate, constant = contact.stiffness, contact.damping, contact.constant
         floor = no_force if contact.closed == 1 else no_force * (1.0 + increase_if_rigid(m, c))
-    elif until.of == APPROACH:
+    elif until[OF] == APPROACH:
         by_approach, floor = 1.0, ZERO_TOL * state.farthest
     else:
         by_rate, floor = 1.0, no_force / contact.impedance
     for k in range(n):
         trial[k] = by_approach * (m.rows[nodes + a, k] - m.rows[nodes + b, k]) + by_rate * (m.rows[a, k] - m.rows[b, k])
-        trial[k] *= -until.way
-    trial[0] -= until.way * (constant - by_approach * contact.gap - threshold(m, c, e))
+        trial[k] *= -until[WAY]
+    trial[0] -= until[WAY] * (constant - by_approach * contact.gap - threshold(m, c, until))
     return float(floor)
 
 
@@ -60,9 +77,9 @@ def find(m: MarchArrays, j: int, n: int) -> None:
     for c in range(junction.first_contact, junction.last_contact):
         contact = m.contacts[c]
         if contact.branch >= 0:
-            branch = m.branches[contact.branch]
-            for e in range(branch.first_end, branch.last_end):
-                floor = beyond(m, j, c, e, n)
+            branch = m.stack[contact.branch]
+            for e in range(int(branch[ENDS])):
+                floor = beyond(m, j, c, branch[UNTIL + WIDE * e :], n)
                 place = first_crossing(m.stack[MAX_DEPTH], n, floor, m.stack)
                 if place < state.place:
                     state.place, state.contact, state.kind = place, c, CHANGE + e
@@ -72,27 +89,30 @@ def find(m: MarchArrays, j: int, n: int) -> None:
 def change(m: MarchArrays) -> None:
     """Take the contact of the event found to its next branch; the kind of the event becomes that of the change."""
     state = m.state[0]
-    contact, until = m.contacts[state.contact], m.untils[state.kind - CHANGE]
-    branch = m.branches[until.next]
+    contact = m.contacts[state.contact]
+    until = m.stack[contact.branch][UNTIL + WIDE * (state.kind - CHANGE) :]
+    following = int(until[NEXT])
+    branch = m.stack[following]
     approach = m.nodes[contact.left].u - m.nodes[contact.right].u - contact.gap
-    value = threshold(m, state.contact, state.kind - CHANGE)
-    if until.of == STATIC:  # on a line of the slope of the next branch, exactly
-        contact.constant = value + (until.slope - branch.stiffness) * approach
-        static = value + until.slope * approach
+    value = threshold(m, state.contact, until)
+    if until[OF] == STATIC:  # on a line of the slope of the next branch, exactly
+        contact.constant = value + (until[SLOPE] - branch[STIFFNESS]) * approach
+        static = value + until[SLOPE] * approach
     else:
-        if until.of == APPROACH:
+        if until[OF] == APPROACH:
             approach = value
         static = contact.constant + contact.stiffness * approach
-        if contact.stiffness != branch.stiffness:
-            contact.constant = static - branch.stiffness * approach
+        if contact.stiffness != branch[STIFFNESS]:
+            contact.constant = static - branch[STIFFNESS] * approach
     contact.largest = max(contact.largest, abs(static))
-    if branch.stiffness == contact.elastic:
+    if branch[STIFFNESS] == contact.elastic:
         contact.set = -contact.constant / contact.elastic
+    acts = int(branch[ACTS])
     state.kind = CHANGE
-    if branch.acts != contact.closed:
-        state.kind = CLOSE if branch.acts == 1 else OPEN
-    contact.branch, contact.closed = until.next, branch.acts
-    contact.stiffness, contact.damping = branch.stiffness, branch.damping
+    if acts != contact.closed:
+        state.kind = CLOSE if acts == 1 else OPEN
+    contact.branch, contact.closed = following, acts
+    contact.stiffness, contact.damping = branch[STIFFNESS], branch[DAMPING]
 
 
 def changes(m: MarchArrays, j: int, n: int) -> None:

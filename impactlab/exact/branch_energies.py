@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from impactlab.exact.branch_tables import ACTS, DAMPING, STIFFNESS
 from impactlab.exact.network import Integers
 from impactlab.exact.signals import Signals, clenshaw, gauss, sizes_of
 from impactlab.types import Array
@@ -28,8 +29,8 @@ class BranchContact:
         self.branch, self.constant, self.set = (
             np.concatenate([[begin[name]], found[name]]) for name in ("branch", "constant", "set")
         )
-        table = log.branches[self.branch]
-        self.stiffness, self.damping, self.acts = table["stiffness"], table["damping"], table["acts"] == 1
+        table = log.memory.stack[self.branch]
+        self.stiffness, self.damping, self.acts = table[:, STIFFNESS], table[:, DAMPING], table[:, ACTS] == 1.0
         self.yields = self.acts & (self.stiffness != self.elastic)
         self.follows = ~self.acts & (self.stiffness == self.elastic)  # unloaded by its dashpot, which takes its energy
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from impactlab.exact.arrays import CLOSE, OPEN, MarchArrays
 from impactlab.exact.kernel import MAX_DEPTH, ZERO_TOL, first_crossing, restrict
 from impactlab.numerics.addresses import call
-from impactlab.numerics.compiling import EXACT_PART
+from impactlab.numerics.compiling import EXACT_INLINE, EXACT_PART
 from impactlab.types import Array
 
 ROUNDING = 1.0e-14  # of displacements and velocities: how far rounding may have moved them
@@ -83,7 +83,7 @@ def first_crossing_of(m: MarchArrays, base: int, c: int, n: int, floor: float) -
     return float(first_crossing(trial, n, 0.0, m.stack) if speed > ZERO_TOL * m.state[0].fastest else place)
 
 
-@EXACT_PART
+@EXACT_INLINE
 def is_unloaded(m: MarchArrays, c: int, force: Array, n: int, no_force: float) -> bool:
     """Return whether hard faces without mass are in contact without a force: they count as open."""
     contact = m.contacts[c]
@@ -95,7 +95,7 @@ def is_unloaded(m: MarchArrays, c: int, force: Array, n: int, no_force: float) -
     return bool(total <= no_force)
 
 
-@EXACT_PART
+@EXACT_INLINE
 def next_touch(m: MarchArrays, j: int, n: int) -> float:
     """Return the place in [-1, 1] of the first closing or opening, or end of a spring's overlap, 2 for none."""
     state, junction = m.state[0], m.junctions[j]

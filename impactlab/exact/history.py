@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from impactlab.errors import CaseError
 from impactlab.exact.arrays import CHANGE
+from impactlab.exact.branch_tables import FIRST
 from impactlab.exact.energies import energies_at, rod_energy, rod_momentum, sample_times
 from impactlab.exact.link_results import link_results, named, total
 from impactlab.exact.network import Layout, Link, Log
@@ -92,7 +93,7 @@ class ContinuousHistory(AbstractHistory):
         found = found[found["time"] <= self.duration]
         names = [self.scene.contacts[place].name for place in self.layout.places]
         ordered = found[np.argsort(found["time"], kind="stable")]
-        if len(self.log.branches):  # links have no events
+        if len(self.log.names):  # links have no events
             links = [place for place, name in enumerate(names) if name in self.joined]
             ordered = ordered[(ordered["kind"] != CHANGE) & ~np.isin(ordered["contact"], links)]
         rows = zip(*(ordered[name].tolist() for name in ("time", "contact", "kind")), strict=True)
@@ -106,7 +107,9 @@ class ContinuousHistory(AbstractHistory):
         found = found[np.argsort(found["time"], kind="stable")]
         names = [self.scene.contacts[place].name for place in self.layout.places]
         rows = zip(*(found[name].tolist() for name in ("time", "contact", "branch")), strict=True)
-        return tuple(BranchChange(time, names[contact], self.log.names[branch]) for time, contact, branch in rows)
+        return tuple(
+            BranchChange(time, names[contact], self.log.names[branch - FIRST]) for time, contact, branch in rows
+        )
 
     @cached_property
     def links(self) -> tuple[LinkResult, ...]:  # type: ignore[override]

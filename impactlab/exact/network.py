@@ -12,7 +12,6 @@ from impactlab.exact.arrays import (
     MORE_EVENTS,
     MORE_POOL,
     MORE_RECORDS,
-    BranchRecord,
     ContactRecord,
     EndRecord,
     EventRecord,
@@ -21,7 +20,6 @@ from impactlab.exact.arrays import (
     NodeRecord,
     PieceRecord,
     StateRecord,
-    UntilRecord,
 )
 from impactlab.exact.kernel import MAX_DEPTH, ROOM, WIDTH
 from impactlab.numerics.records import columns
@@ -71,8 +69,7 @@ class Log(NamedTuple):
     nodes: Columns  # (nodes,)
     ends: Columns  # (ends,)
     contacts: Columns  # (contacts,)
-    branches: Columns  # (branches,), of all laws that have some
-    names: tuple[str, ...]  # of the branches
+    names: tuple[str, ...]  # of the branches of laws, in the order of their rows in the stack
     begins: Columns  # (contacts,), as they are where the events begin; none without branches
     pieces: Columns  # (junctions, room); of each junction the first `records` are filled
     events: Columns  # (room,), the first `state["events"]` are filled
@@ -99,19 +96,16 @@ def empty_log(junctions: int, nodes: int, ends: int, contacts: int, rows: int) -
     of_ends, end = columns(EndRecord, ends)
     of_contacts, contact = columns(ContactRecord, contacts)
     _, piece = columns(PieceRecord, 0)
-    (no_branches, branch), (no_untils, _) = columns(BranchRecord, 0), columns(UntilRecord, 0)
     contact["branch"] = -1
     state["most"] = np.iinfo(np.int64).max
     tables = np.zeros((3, rows, ROOM))
     memory = MarchArrays(
-        0, 0, states, of_junctions, of_nodes, of_ends, of_contacts, no_branches, no_untils, (), (), np.zeros(0),
+        0, 0, states, of_junctions, of_nodes, of_ends, of_contacts, (), (), np.zeros(0),
         tables[0], tables[1], tables[2], np.zeros((MAX_DEPTH + 1, WIDTH)),
         np.zeros(0), np.zeros(0),
     )  # fmt: skip
     events = columns(EventRecord, 0)[1]
-    return Log(
-        memory, state[0], junction, node, end, contact, branch, (), contact[:0], piece.reshape(junctions, 0), events
-    )
+    return Log(memory, state[0], junction, node, end, contact, (), contact[:0], piece.reshape(junctions, 0), events)
 
 
 def with_room(log: Log, pieces: int, pool: int, events: int) -> Log:

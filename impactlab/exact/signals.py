@@ -186,7 +186,7 @@ class Signals:
                     table[k, there] = log.pool[at[there] + k]
             keep = np.flatnonzero(np.any(table != 0.0, axis=1))
             table = table[: keep[-1] + 1 if len(keep) else 1]
-            self._made[key] = Signal(start, stop, table, float(log.state["tolerance"]), len(log.branches) > 0)
+            self._made[key] = Signal(start, stop, table, float(log.state["tolerance"]), len(log.names) > 0)
         return self._made[key]
 
     def velocity(self, node: int) -> Signal:
