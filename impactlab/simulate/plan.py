@@ -74,7 +74,7 @@ def resolve_step(scene: Scene, method: Method, built: dict[str, BuiltBody]) -> f
         for body, model in modelled(scene, method):
             if not model.has_mesh:
                 raise CaseError(
-                    f"courant needs a mesh, and '{body.name}' has analytic modes",
+                    f"courant needs a mesh, and model {kind_of(model)!r} of '{body.name}' has none",
                     remedy="Give points_per_period or dt, or modal with elements.",
                     path="solve.step",
                 )
