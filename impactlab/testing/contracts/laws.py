@@ -13,7 +13,10 @@ from impactlab.numerics.addresses import COMPILED, LawAddress
 from impactlab.numerics.compiling import plain
 from impactlab.simulate.stepping.ports import fill_acting, fill_acting_push
 from impactlab.testing.contracts.common import PIECE, PORTS, described
+from impactlab.testing.followed import Follower
 from impactlab.types import Arriving, Level, Port, Reply, SideFacts
+
+MOTIONS = 20  # random ones of a law with branches
 
 
 class LawContract:
@@ -107,6 +110,32 @@ class LawContract:
         ):
             assert isinstance(fact, bool)
         assert kind.gains_energy >= 0.0
+
+    def test_its_branches_answer_as_it_does(self) -> None:
+        """In any motion; of laws that are linear between changes of branch, which the exact solver takes by these."""
+        table = self.part.branches()
+        if table is None or table.rigid:
+            return
+        random = np.random.default_rng(9)
+        for _ in range(MOTIONS):
+            port, follower = self.port(random), Follower(table)
+            port.gap_per_force = port.rate_per_force = 0.0  # the motion is given
+            plain(fill_acting)(port, 0.0)
+            size, last = 10.0 ** random.uniform(-7.0, -2.0), 0.0
+            for _ in range(PORTS):
+                approach = last + size * float(random.normal())
+                rate = (approach - last) / self.dt * 10.0 ** random.uniform(-6.0, 0.0)
+                port.gap = port.free_gap = -approach
+                port.acting_rate = -rate
+                reply = self.reply_to(port)
+                follower.move(last, approach, rate)
+                scale = table.elastic * (abs(approach) + abs(last) + abs(follower.set))
+                expected = follower.force(approach, rate)
+                damped = max(branch.damping for branch in table.branches) * abs(rate)
+                assert abs(reply.force - expected) <= 1e-10 * (scale + damped), follower.branch.name
+                if (at := self.part.set_of([*reply.memory])) is not None:
+                    assert abs(at - follower.set_at(approach)) <= 1e-10 * (abs(approach) + abs(last) + abs(at))
+                port.memory[:], last = [*reply.memory], approach
 
     def test_same_port_same_reply_and_the_port_is_left_alone(self) -> None:
         random = np.random.default_rng(1)
