@@ -123,7 +123,13 @@ def check_balance(history: ContinuousHistory | ThinnedHistory) -> None:
 def reason(scene: Scene, layout: Layout, log: Log, status: int) -> tuple[str, str]:
     """Return the reason why a march stopped, and the remedy."""
     if status == TOO_MANY:
-        name = scene.contacts[layout.places[log.events["contact"][log.state["events"] - 1]]].name
+        last = log.events[log.state["events"] - 1]
+        name = scene.contacts[layout.places[last["contact"]]].name
+        if last["branch"] >= 0:
+            return (
+                f"the law of contact {name} changes its branch more than {march.MAX_BURST} times at one instant",
+                f"Give a model that steps, or end the run before {log.reached:.6g} s.",
+            )
         return (
             f"contact {name} opens and closes more than {march.MAX_BURST} times at one instant",
             f"Give that contact the law penalty, or end the run before {log.reached:.6g} s. "
