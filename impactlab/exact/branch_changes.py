@@ -106,7 +106,7 @@ def change(m: MarchArrays) -> None:
             contact.constant = static - branch[STIFFNESS] * approach
     contact.largest = max(contact.largest, abs(static))
     if branch[STIFFNESS] == contact.elastic:
-        contact.set = -contact.constant / contact.elastic
+        contact.set = 0.0 - contact.constant / contact.elastic
     acts = int(branch[ACTS])
     state.kind = CHANGE
     if acts != contact.closed:

@@ -13,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import impactlab as il
+from impactlab import piling
 from impactlab.errors import CaseError, PairingError
 from impactlab.exact.branch_energies import BranchContact
 from impactlab.exact.history import ContinuousHistory
@@ -458,3 +459,63 @@ def test_a_tolerance_takes_the_exact_answer_of_links() -> None:
     bodies["a"] = damped
     with pytest.raises(CaseError, match="'a' is damped"):
         il.run(chosen(LAWS["shaft"]))
+
+
+def test_bonds_to_a_mass_and_to_a_wall_are_ends_of_a_rod() -> None:
+    def case(end: il.Mass | il.Wall | None, **ends: Any) -> il.Case:
+        bodies: dict[str, Any] = {
+            "ram": il.Mass(1.0, velocity=2.0),
+            "r": il.Rod(length=0.8, area=1e-3, material=STEEL, **ends),
+        }
+        contacts = [il.Contact("ram", "r.left", HARD)]
+        if end is not None:
+            bodies["end"] = end
+            contacts.append(il.Contact("r.right", "end", {"kind": "bonded"}))
+        return il.Case(bodies=bodies, contacts=contacts, solve={"duration": "3 ms", "model": EXACT})
+
+    t = np.linspace(0.0, 3e-3, 401)
+    for end, own in ((il.Mass(0.7), {"mass": 0.7}), (il.Wall(), "clamped")):
+        glued, whole = solved(case(end)), solved(case(None, ends={"right": own}))
+        assert glued.events == whole.events
+        for channel in ("displacement:r@0.3", "position:ram"):
+            assert np.abs(glued.evaluate(t, channel) - whole.evaluate(t, channel)).max() < 1e-15
+        inside = whole.evaluate(t, "force:r@0.8")
+        assert np.abs(glued.evaluate(t, "force:r.right|end") - inside).max() < 1e-12 * np.abs(inside).max()
+
+
+def test_a_rod_comes_to_rest_on_soil_and_stays() -> None:
+    soil = {"kind": "smith", "capacity": 1e3, "quake": 1e-4, "damping": 0.5, "rule": "viscous", "tension": False}
+    bodies = {"rod": il.Rod(length=0.5, area=1e-3, material=STEEL), "ground": il.Wall()}
+    contacts = [il.Contact("rod.right", "ground", soil, name="soil")]
+    history = il.run(
+        il.Case(bodies=bodies, contacts=contacts, gravity=9.81, solve={"duration": "0.3 s", "model": EXACT})
+    )
+    assert [change.branch for change in history.changes] == ["elastic"]
+    assert at(history, 0.3, "force:soil") == pytest.approx(9.81 * 4.0, rel=1e-6)
+    assert history.links[0].set == 0.0
+
+
+def test_blows_with_residual_forces_on_exact_piles() -> None:
+    def case(model: dict[str, Any], **others: Any) -> il.Case:
+        soil = {"kind": "smith", "rule": "viscous"}
+        bodies = {
+            "ram": il.Mass("5 t", velocity=3.0), "pile": il.Rod(length=20.0, area=0.16, material=CONCRETE),
+            "ground": il.Wall(), "base": il.Wall(),
+        }  # fmt: skip
+        shaft = {**soil, "capacity": "600 kN", "quake": "2.5 mm", "damping": 0.2}
+        toe = {**soil, "capacity": "1 MN", "quake": "3 mm", "damping": 0.3, "tension": False}
+        contacts = [
+            il.Contact("ram", "pile.left", {"kind": "bilinear", "stiffness": 1e9, "restitution": 0.8}),
+            il.Contact("pile.along(5 m, 20 m)", "ground", shaft, pieces=3, name="shaft"),
+            il.Contact("pile.right", "base", toe, name="toe"),
+        ]
+        return il.Case(bodies=bodies, contacts=contacts, solve={"duration": "30 ms", "model": model, **others})
+
+    mesh = {"kind": "finite_element", "elements": 400, "mass": "lumped"}
+    exact = piling.drive(case(EXACT), 2).blows
+    steps = piling.drive(case(mesh, integrator={"kind": "central_difference"}, step={"courant": 0.5}), 2).blows
+    for ours, theirs in zip(exact, steps, strict=True):  # the second blow begins in the soil of the first
+        assert ours.toe == pytest.approx(theirs.toe, rel=1e-3)
+        assert ours.head == pytest.approx(theirs.head, rel=1e-3)
+        largest = max(abs(force) for force in theirs.soil.values())
+        assert all(abs(ours.soil[name] - force) < 0.02 * largest for name, force in theirs.soil.items())
