@@ -29,7 +29,15 @@ from impactlab.models.mesh.bar_elements import elements_per_segment
 from impactlab.refine import cost
 from impactlab.refine.contact_times import shortest_rise
 from impactlab.refine.cost import Cost
-from impactlab.scene.facts import is_a_delay_line, is_coupled, on_end, rods_of, shortest_transit, split_at_contacts
+from impactlab.scene.facts import (
+    delay_unit,
+    is_a_delay_line,
+    is_coupled,
+    on_end,
+    rods_of,
+    shortest_transit,
+    split_at_contacts,
+)
 from impactlab.scene.method import Method, Simulation, StepRule, force_jumps, is_relative, laws_of, sides
 from impactlab.scene.problem import RECORDS, Scene
 from impactlab.simulate.stepping.preparation import build_bodies
@@ -149,6 +157,8 @@ def stepped(asked: Simulation) -> Iterator[Description]:
         return
     if is_a_delay_line(asked.scene) and not any(law.hard for law in laws_of(*asked)):
         yield _delay_line(asked)
+    elif (unit := delay_unit(asked.scene)) is not None and not any(law.hard for law in laws_of(*asked)):
+        yield _delay_chain(asked, unit)
     if not any(is_coupled(rod) for rod in rods_of(asked.scene)):
         yield from _explicit(asked)
     yield _implicit(asked, "consistent")
@@ -258,6 +268,26 @@ def _delay_line(asked: Simulation) -> Description:
         # Half of it is even: transits of other rods are often whole multiples of half the shortest, and a wave that
         # arrives between two steps is less exact. Even and odd numbers of steps would not lie on one line.
         multiple=4,
+    )
+
+
+def _delay_chain(asked: Simulation, unit: float) -> Description:
+    """Give rods of segments, struck inside, as delays of whole steps: a unit [s] holds a whole number of them."""
+    scene = asked.scene
+    size = sum(len(rod.segments) for rod in rods_of(scene)) + len(scene.contacts)
+
+    def simulation(n: int) -> Simulation:
+        dt = unit / n
+        return _recorded(modelled_as(asked, Continuous(), None, StepRule(dt=dt)), scene.duration / dt)
+
+    return Description(
+        "stepped delay line of segments",
+        "steps in their common unit of time",
+        simulation,
+        cost.DELAY_LINE,
+        lambda n: (n * scene.duration / unit, size),
+        reference_order=2.0,
+        for_choice=False,
     )
 
 

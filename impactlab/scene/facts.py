@@ -15,6 +15,7 @@ from impactlab.scene.bodies import Beam, Body, Segment, WaveBody, beams_among
 from impactlab.scene.problem import Contact, Point, Probe, Scene
 from impactlab.types import SideFacts
 
+MAX_PARTS = 12  # of the shortest segment, into which a common unit of delays may divide it
 SAME_PLACE = 1e-9  # of a segment: a contact this near to its end is on it
 
 
@@ -86,6 +87,23 @@ def is_a_delay_line(scene: Scene) -> bool:
     rods = rods_of(scene)
     plain = not scene.gravity and not any(rod.is_damped or len(rod.segments) > 1 or rod.rotation for rod in rods)
     return bool(rods) and plain and struck_on_ends(scene)
+
+
+def delay_unit(scene: Scene) -> float | None:
+    """Return the longest time [s] of which every segment of the rods takes a whole multiple; None without one.
+
+    With steps that divide it a delay line of several segments has all its places on the grid.
+    """
+    rods = rods_of(scene)
+    if not rods or any(rod.is_damped or rod.rotation for rod in rods):
+        return None
+    transits = [segment.length / segment.wave_speed for rod in rods for segment in rod.segments]
+    shortest = min(transits)
+    for parts in range(1, MAX_PARTS + 1):
+        counts = [parts * transit / shortest for transit in transits]
+        if all(abs(count - round(count)) <= SAME_PLACE * count for count in counts):
+            return shortest / parts
+    return None
 
 
 def bare_beam(scene: Scene, point: Point) -> bool:

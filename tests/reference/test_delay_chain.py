@@ -22,8 +22,10 @@ from impactlab.exact.solve import solve
 from impactlab.history import AbstractHistory
 from impactlab.models.continuous import Continuous
 from impactlab.models.continuous.delay_chain import DelayChain
+from impactlab.refine.reference import find
 from impactlab.scene import Contact, End, Mass, Point, Probe, Rod, Segment, Wall
 from impactlab.scene.bodies import Rayleigh, Table
+from impactlab.scene.facts import delay_unit
 from impactlab.scene.method import Simulation, StepRule
 from impactlab.simulate import prepare, run
 from impactlab.testing.scenes import CLAMPED, FREE, STEEL, face, in_a_row, simulation, struck
@@ -383,3 +385,21 @@ def test_a_ball_on_a_stepped_rod_has_the_numbers_of_its_case() -> None:
     assert found.impulse == pytest.approx(0.1185887, rel=1e-5)
     assert found.peak_force == pytest.approx(3530.41, rel=1e-5)
     assert found.end == pytest.approx(61.9333e-6, rel=2e-5)
+
+
+def test_a_converged_reference_is_a_delay_line_where_all_places_fit_one_grid() -> None:
+    found = find(*il.load_case("ball_on_stepped_rod").simulation())
+    assert found is not None
+    assert found.found.startswith("stepped delay line of segments")
+    assert found.uncertainty < 1e-6
+    assert found.history.contacts[0].peak_force == pytest.approx(3530.41, rel=2e-6)
+
+
+def test_the_common_unit_of_delays() -> None:
+    """Transits of 30, 45 and 75 us hold 15 us; those of three metals nothing."""
+    whole = [dataclasses.replace(STEEL, length=n * 1e-6 * STEEL.wave_speed) for n in (30, 45, 75)]
+    rods = [Rod("a", tuple(whole[:2]), FREE, FREE), Rod("b", (whole[2],), FREE, FREE)]
+    assert delay_unit(in_a_row(rods, law=Asked()).scene) == pytest.approx(15e-6, rel=1e-12)
+    assert delay_unit(in_a_row([Rod("a", STEPPED, FREE, FREE), rods[1]], law=Asked()).scene) is None
+    damped = dataclasses.replace(rods[0], damping=Rayleigh(mass=1.0))
+    assert delay_unit(in_a_row([damped, rods[1]], law=Asked()).scene) is None
