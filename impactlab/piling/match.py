@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import least_squares
 
 from impactlab import api, simulate
@@ -30,7 +30,9 @@ from impactlab.types import Array
 
 BOUNDS = 20.0  # a free number is sought between its start over this and its start times this
 COARSE_ELEMENTS = 40  # of the mesh from whose solution the search starts
-COARSE = 1e-3  # of the cost and of the numbers, on that mesh
+COARSE = 1e-2  # of the cost and of the numbers, on that mesh
+RISEN, TRIPS = 0.05, 2.0  # of the largest force; round trips after it: the samples that are matched first
+MIN_EARLY = 4  # of these samples for each free number
 TOLERANCE = 1e-6  # of the cost and of the logarithms of the numbers, at the end of the search
 Free = Iterable[str] | Mapping[str, tuple[Any, Any]]
 
@@ -119,7 +121,9 @@ def match(
     signal = Signal(driven.velocity, t, driven.direction * measured)
     problem = MatchProblem(driven.case, signal, numbers)
     chosen = Options("linear", noise)
-    found = solved(problem, _near(problem), tolerance=TOLERANCE)
+    trip = driven.case.scene().elastic[driven.body].round_trip
+    early = early_samples(t, measured_force, trip)
+    found = solved(problem, _near(problem, early), tolerance=TOLERANCE)
     if noise == "ar1":
         problem.correlated = correlations(problem, found.x)
         found = solved(problem, found.x, tolerance=TOLERANCE)
@@ -171,25 +175,39 @@ def _capacity(fit: Fit, numbers: Sequence[Numbers]) -> Fitted:
     return Fitted("capacity", total, *ends, "N", intervals={"jacobian": ends})
 
 
-def _near(problem: MatchProblem) -> Array:
-    """Return a start near the solution, found on a coarse mesh where the case has a fine one."""
-    (trials,), start = problem.trials, problem.start()
+def _near(problem: MatchProblem, early: NDArray[np.bool_]) -> Array:
+    """Return a start near the solution: of the early samples first, on a coarse mesh where the case has a fine one.
+
+    Later the pile rings, and soils whose ringing is a period off are minima of their own: starts at half of the
+    capacities ended there.
+    """
+    (trials,), x = problem.trials, problem.start()
     assert isinstance(trials, MatchTrials)  # noqa: S101 - of `MatchProblem`
     fine = trials.simulation
     coarse = coarsened(fine)
-    if coarse is None:
-        return start
+    parts = [~early] if early.sum() > MIN_EARLY * problem.size else []
     try:
-        trials.use(coarse)
-        near = least_squares(
-            problem.residuals, start, problem.jacobian, problem.bounds(),
-            method="dogbox", x_scale="jac", ftol=COARSE, xtol=COARSE,
-        )  # fmt: skip
-        return np.asarray(near.x)
+        if coarse is not None:
+            trials.use(coarse)
+        for left_out in [*parts, None] if coarse is not None else parts:
+            problem.left_out = [] if left_out is None else [left_out]
+            near = least_squares(
+                problem.residuals, x, problem.jacobian, problem.bounds(),
+                method="dogbox", x_scale="jac", ftol=COARSE, xtol=COARSE,
+            )  # fmt: skip
+            x = np.asarray(near.x)
     except ImpactlabError:
-        return start
+        return problem.start()
     finally:
+        problem.left_out = []
         trials.use(fine)
+    return x
+
+
+def early_samples(time: Array, force: Array, round_trip: float) -> NDArray[np.bool_]:
+    """Return which samples lie within two round trips of a wave from the rise of the force on, shape (n,)."""
+    rise = float(time[np.argmax(np.abs(force) >= RISEN * np.abs(force).max())])
+    return np.asarray(time <= rise + TRIPS * round_trip)
 
 
 def coarsened(run: Simulation) -> Simulation | None:
