@@ -11,6 +11,9 @@ from numpy.typing import ArrayLike
 from impactlab.casefile import Case
 from impactlab.contact.smith import Smith
 from impactlab.errors import CaseError
+from impactlab.history.base import AbstractHistory
+from impactlab.piling.blow import POINTS, Head
+from impactlab.piling.blow import head_of as signals_under_hammer
 from impactlab.piling.pile import Pile, pile_of, soil_of
 from impactlab.scene.bodies import WaveBody
 from impactlab.scene.method import Simulation
@@ -109,6 +112,28 @@ def head_of(run: Simulation) -> tuple[WaveBody, bool, Contact | None]:
             ) from None
         return body, heads[0] == 0.0, None
     return body, pile.from_left, pile.head
+
+
+def head_signals(history: AbstractHistory) -> Head:
+    """Return force and velocity at the head of the pile of a run, under a hammer or under a force over time.
+
+    Raises
+    ------
+    ImpactlabError
+        If no pile or no head can be told, or the velocity of a loaded head was not recorded.
+    """
+    run = Simulation(history.scene, history.method)
+    body, from_left, struck = head_of(run)
+    if struck is not None:
+        return signals_under_hammer(history, pile_of(run))
+    x, direction = (0.0, 1.0) if from_left else (body.length, -1.0)
+    loads = [load for place, load in body.loads if place == x]
+    if not loads:
+        raise CaseError(f"nothing drives the head of the pile {body.name!r}", remedy="Give its end a force over time.")
+    steps = POINTS if history.dt is None else round(history.duration / history.dt)
+    time = np.linspace(0.0, history.duration, steps + 1)
+    velocity = direction * history.evaluate(time, f"velocity:{body.name}@{x:.6g}")
+    return Head(time, direction * loads[0].at(time), velocity, body.segment_at(x).impedance)
 
 
 def _blocks(case: Case) -> Iterator[tuple[Contact, ...]]:

@@ -12,11 +12,11 @@ import numpy as np
 from impactlab import hopkinson
 from impactlab.contact.smith import Smith
 from impactlab.contact.specimen import Specimen
-from impactlab.errors import CaseError, ImpactlabError
+from impactlab.errors import ImpactlabError
 from impactlab.history.base import AbstractHistory
 from impactlab.history.sampling import page_times
-from impactlab.piling.blow import Head, head_of
-from impactlab.piling.pile import pile_of
+from impactlab.piling.blow import Head
+from impactlab.piling.measured import head_signals
 from impactlab.report.page import Plate
 from impactlab.report.style import (
     INK,
@@ -35,7 +35,6 @@ from impactlab.report.style import (
     time_axis,
     upper_margin,
 )
-from impactlab.scene.method import Simulation
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
 
@@ -58,8 +57,8 @@ def plates_of(trace: Trace, scene: Scene) -> list[Plate]:
     history, plates = trace.history, []
     laws = history.method.laws
     if any(isinstance(law, Smith) for law in laws.values()):
-        with suppress(CaseError):  # links that hold no pile, or several
-            found = head_of(history, pile_of(Simulation(scene, history.method)))
+        with suppress(ImpactlabError):  # links that hold no pile, or several; a head that was not recorded
+            found = head_signals(history)
             words = (
                 "Force and impedance times velocity are one until the first wave comes back from the soil; what "
                 "divides them before 2 L/c is the resistance along the shaft."

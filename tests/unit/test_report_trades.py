@@ -46,6 +46,18 @@ def test_a_page_of_a_pile_has_its_head_and_its_loops() -> None:
     assert float(np.max(np.asarray(force))) == pytest.approx(4.0, rel=0.02)  # MN
 
 
+def test_a_page_of_a_pile_under_a_measured_force_has_its_head() -> None:
+    """Without hammer the force is the given one; the head is known from a probe of its velocity."""
+    _, trace = traced("measured_head", **{"solve.model": {"kind": "finite_element", "elements": 40, "mass": "lumped"}})
+    assert names_of(trace) == ["pile_head", "loops"]
+    head = trades.plates_of(trace, trace.history.scene)[0].draw()
+    force, moved = (np.asarray(line.get_ydata()) for line in head.axes[0].lines[:2])
+    assert float(np.max(force)) == pytest.approx(4.0098, rel=1e-3)  # MN, of the table
+    assert float(np.max(moved)) == pytest.approx(1.6 * 2.51, rel=0.02)
+    _, blind = traced("measured_head", probes=[])
+    assert names_of(blind) == ["loops"], "no velocity of the head"
+
+
 def test_a_page_of_a_specimen_has_the_curve_put_in_and_the_one_found() -> None:
     _, trace = traced("hopkinson_aluminium")
     plate = trades.plates_of(trace, trace.history.scene)[0]
