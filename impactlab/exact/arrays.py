@@ -56,6 +56,7 @@ class JunctionRecord(ctypes.Structure):
     ends: int
     rows: int  # of a piece: two for each node and each end, one for each contact
     branched: int  # 1 where a contact has a law with branches
+    loaded: int  # 1 where a force over time acts on a node
 
 
 @record
@@ -67,7 +68,7 @@ class NodeRecord(ctypes.Structure):
     dashpot: float  # N s/m, to the ground
     push: float  # N, end force along +x: constant, or in the middle of the present interval
     swing: float  # N, by which it differs at the end of that interval
-    first_sample: int  # of a force over time, in `load_times`
+    first_sample: int  # of a force over time, a row of `load`
     last_sample: int  # after it
     sample: int  # next one
     u: float  # m
@@ -157,7 +158,5 @@ class MarchArrays(NamedTuple):
     pool: Array  # coefficients of all pieces
     rows: Array  # the record of a junction that is being made
     waves: Array  # arriving at its ends
-    load: Array  # on its groups
+    load: Array  # on its groups; then samples of forces over time, time [s] and force [N] in a row each
     stack: Array  # room for searches; then a trial; then the branches of laws: an array more makes every call slower
-    load_times: Array  # s, samples of forces over time on nodes
-    load_forces: Array  # N

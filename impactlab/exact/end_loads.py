@@ -17,6 +17,7 @@ from impactlab.scene.bodies import AbstractLoad
 from impactlab.scene.problem import Scene
 from impactlab.types import Array
 
+TIME, FORCE = 0, 1  # columns of a sample
 MAX_LINES = 2000  # of a force within a run: each sends a break that every echo repeats
 
 
@@ -28,10 +29,10 @@ def next_sample(m: MarchArrays, j: int) -> float:
     for i in range(junction.first_node, junction.last_node):
         node = m.nodes[i]
         if node.last_sample > node.first_sample:
-            while node.sample < node.last_sample and m.load_times[node.sample] <= junction.clock + state.tolerance:
+            while node.sample < node.last_sample and m.load[node.sample, TIME] <= junction.clock + state.tolerance:
                 node.sample += 1
             if node.sample < node.last_sample:
-                until = min(until, m.load_times[node.sample])
+                until = min(until, m.load[node.sample, TIME])
     return float(until)
 
 
@@ -41,11 +42,11 @@ def force_at(m: MarchArrays, i: int, t: float) -> float:
     node = m.nodes[i]
     at = node.sample
     if at == node.first_sample:
-        return float(m.load_forces[at])
+        return float(m.load[at, FORCE])
     if at == node.last_sample:
-        return float(m.load_forces[at - 1])
-    share = (t - m.load_times[at - 1]) / (m.load_times[at] - m.load_times[at - 1])
-    return float(m.load_forces[at - 1] + share * (m.load_forces[at] - m.load_forces[at - 1]))
+        return float(m.load[at - 1, FORCE])
+    share = (t - m.load[at - 1, TIME]) / (m.load[at, TIME] - m.load[at - 1, TIME])
+    return float(m.load[at - 1, FORCE] + share * (m.load[at, FORCE] - m.load[at - 1, FORCE]))
 
 
 @EXACT_PART
@@ -66,16 +67,17 @@ def loaded(log: Log, nodes: dict[int, AbstractLoad], duration: float) -> Log:
     """Return the log with the samples of the loads on its nodes, by number."""
     if not nodes:
         return log
-    times, forces, at = [], [], 0
+    parts, at = [log.memory.load], len(log.memory.load)
     for node, load in nodes.items():
         table = load.sampled(duration)
-        times.append(table.times)
-        forces.append(table.forces)
+        rows = np.zeros((table.times.size, log.memory.load.shape[1]))
+        rows[:, TIME], rows[:, FORCE] = table.times, table.forces
+        parts.append(rows)
         log.nodes["first_sample"][node] = log.nodes["sample"][node] = at
-        at += table.times.size
+        at += len(rows)
         log.nodes["last_sample"][node] = at
-    memory = log.memory._replace(load_times=np.concatenate(times), load_forces=np.concatenate(forces))
-    return log._replace(memory=memory)
+        log.junctions["loaded"] |= (log.junctions["first_node"] <= node) & (node < log.junctions["last_node"])
+    return log._replace(memory=log.memory._replace(load=np.concatenate(parts)))
 
 
 def work_of_loads(log: Log, signals: Signals, t: Array) -> Array:
@@ -86,7 +88,7 @@ def work_of_loads(log: Log, signals: Signals, t: Array) -> Array:
     nodes, memory = log.nodes, log.memory
     for node in np.flatnonzero(nodes["last_sample"] > nodes["first_sample"]).tolist():
         part = slice(int(nodes["first_sample"][node]), int(nodes["last_sample"][node]))
-        times, forces = memory.load_times[part], memory.load_forces[part]
+        times, forces = memory.load[part, TIME], memory.load[part, FORCE]
         moved = signals.displacement(node)
         start, stop = float(t[0]), float(t[-1])
         knots = np.concatenate(([start], times[(times > start) & (times < stop)], [stop]))

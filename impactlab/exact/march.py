@@ -146,12 +146,12 @@ def interval(m: MarchArrays, j: int) -> int:
     state, junction = m.state[0], m.junctions[j]
     t0 = junction.clock
     t1 = horizon(m, j)
-    if m.load_times.size > 0:
+    if junction.loaded == 1:
         t1 = min(t1, next_sample(m, j))
     while True:
         half = 0.5 * (t1 - t0)
         longest = arrivals(m, j, t0, t1)
-        if m.load_times.size > 0:
+        if junction.loaded == 1:
             longest = max(longest, push_nodes(m, j, t0, t1))
         n = solve_nodes(m, j, half, longest)
         if n > 0:

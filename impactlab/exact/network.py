@@ -102,7 +102,6 @@ def empty_log(junctions: int, nodes: int, ends: int, contacts: int, rows: int) -
     memory = MarchArrays(
         0, 0, states, of_junctions, of_nodes, of_ends, of_contacts, (), (), np.zeros(0),
         tables[0], tables[1], tables[2], np.zeros((MAX_DEPTH + 1, WIDTH)),
-        np.zeros(0), np.zeros(0),
     )  # fmt: skip
     events = columns(EventRecord, 0)[1]
     return Log(memory, state[0], junction, node, end, contact, (), contact[:0], piece.reshape(junctions, 0), events)
