@@ -8,6 +8,7 @@ those of the run.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
@@ -229,12 +230,8 @@ def first_arrivals(scene: Scene, models: Models) -> dict[str, float]:
     points = [(contact.name, point) for contact in scene.contacts for point in (contact.left, contact.right)]
     for name, point in points:
         arrival[name] = min(arrival[name], _from_sources(scene, models, point))
-    joined = [(one, other) for one in points for other in points if one[1].body == other[1].body]
-    ways = [
-        (name, source, _travel_time(scene.bodies[point.body], models.get(point.body), point.x, start.x))
-        for (name, point), (source, start) in joined
-        if scene.bodies[point.body].moves
-    ]
+    ways = list(_ways(scene, models, points))
+    ways += [(source, name, time) for name, source, time in reversed(ways)]
     sooner = True
     while sooner:
         sooner = False
@@ -242,6 +239,21 @@ def first_arrivals(scene: Scene, models: Models) -> dict[str, float]:
             if arrival[source] + time < arrival[name]:
                 arrival[name], sooner = arrival[source] + time, True
     return {name: 0.0 if math.isinf(time) else time for name, time in arrival.items()}
+
+
+def _ways(scene: Scene, models: Models, points: Sequence[tuple[str, Point]]) -> Iterator[tuple[str, str, float]]:
+    """Give each pair of neighbouring contacts on a body that moves, with the time of a wave between them [s].
+
+    Times add up along a body, so that neighbours are enough.
+    """
+    on_body: dict[str, list[tuple[str, Point]]] = {}
+    for name, point in points:
+        if scene.bodies[point.body].moves:
+            on_body.setdefault(point.body, []).append((name, point))
+    for label, own in on_body.items():
+        body, model = scene.bodies[label], models.get(label)
+        for (source, start), (name, point) in itertools.pairwise(sorted(own, key=lambda each: each[1].x)):
+            yield name, source, _travel_time(body, model, point.x, start.x)
 
 
 def _moves(scene: Scene, contact: Contact) -> bool:
