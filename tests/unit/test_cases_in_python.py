@@ -57,8 +57,10 @@ def test_python_and_file_give_the_same_bits(tmp_path: Path) -> None:
 @pytest.mark.parametrize("file", CASES, ids=lambda file: file.stem)
 def test_a_case_written_as_yaml_is_read_again(file: Path, tmp_path: Path) -> None:
     case = il.load_case(file)
-    assert parse_yaml(case.to_yaml()).data == case.document.data
-    again = il.Case.from_dict(case.document.data, case.name)
+    written = parse_yaml(case.to_yaml()).data
+    beside = "file:" in file.read_text(encoding="utf-8")  # a table in a file beside the case stands in its text
+    assert (written == case.document.data) != beside
+    again = il.Case.from_dict(written, case.name)
     assert repr(again.built) == repr(case.built)  # as a text, in which a number that is not known equals itself
     assert again.method_names == case.method_names
 
