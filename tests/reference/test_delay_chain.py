@@ -217,8 +217,9 @@ def test_contacts_at_different_places_do_not_answer_each_other_within_a_step() -
     case = simulation("links", {"rod": body, **walls}, links, 1e-4, model=Continuous(), law=law, step=StepRule(dt=1e-6))
     bodies = {"rod": dataclasses.replace(body, velocity=1.0), **walls}
     history = run(*case.but(bodies=bodies))
-    coupled = history.assembly.memory.coupled
-    assert [coupled[n, 1 : 1 + coupled[n, 0]].tolist() for n in range(4)] == [[0], [1, 3], [2], [1, 3]]
+    coupled, contacts = history.assembly.memory.coupled, history.assembly.contacts
+    found = [coupled[each.first_pair : each.first_pair + each.coupled].tolist() for each in contacts]
+    assert found == [[0], [1, 3], [2], [1, 3]]
     # Two links on one node share it: the same as one of twice the stiffness.
     assert history.evaluate(5e-5, "force:rod.at(0.1)|b") == history.evaluate(5e-5, "force:rod.at(0.1)|d")
 

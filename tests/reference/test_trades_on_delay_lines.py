@@ -63,9 +63,9 @@ def test_one_blow(blow: piling.Blow) -> None:
 def test_its_step_answers_each_contact_alone(blow: piling.Blow) -> None:
     """Nodes a step or more apart; the helmet lies between two contacts."""
     history = il.run(pile(1e-4, duration=1e-3))
-    coupled = history.assembly.memory.coupled
-    assert coupled[:2, 0].tolist() == [2, 2]
-    assert set(coupled[2:, 0].tolist()) == {1}
+    coupled = [contact.coupled for contact in history.assembly.contacts]
+    assert coupled[:2] == [2, 2]
+    assert set(coupled[2:]) == {1}
 
 
 def test_the_case_method_on_its_head_signals(blow: piling.Blow) -> None:
@@ -106,9 +106,10 @@ def test_a_step_costs_what_its_links_cost() -> None:
     """Memory and coefficients of a step grow with the links, the delays hold their waves: a count, not a time."""
     sizes = {}
     for pieces in (50, 100):
-        memory = il.run(pile(12.5e-6, pieces, duration=1e-4)).assembly.memory
-        effects = np.count_nonzero(memory.influence), np.count_nonzero(memory.responses)
-        sizes[pieces] = np.array([memory.state.size, *effects, memory.coupled[:, 0].sum(), memory.record.shape[1]])
+        assembly = il.run(pile(12.5e-6, pieces, duration=1e-4)).assembly
+        memory, coupled = assembly.memory, sum(contact.coupled for contact in assembly.contacts)
+        effects = len(memory.candidates), np.count_nonzero(memory.influence), np.count_nonzero(memory.responses)
+        sizes[pieces] = np.array([memory.state.size, *effects, coupled, memory.record.shape[1]])
     assert np.all(sizes[100] <= 2.0 * sizes[50])
 
 

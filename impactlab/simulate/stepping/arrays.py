@@ -88,6 +88,9 @@ class ContactRecord(ctypes.Structure):
     total: float  # N s, force times time and impulses, since t = 0
     negative: float  # J, sum of the negative losses of the replies; zero by contract
     joined: int  # 1 for a link, whose force has either sign from t = 0
+    first_pair: int  # range of its pairs: the contacts that may act on it
+    last_pair: int
+    coupled: int  # how many of them do
     moved: int  # sweep of this step in which its reply changed last
     largest: float  # N, so far
     smallest: float  # N, so far
@@ -227,10 +230,10 @@ class StepArrays(NamedTuple):
     momentum: Floats  # row over the state, N s
     jump: Floats  # flat, body by body: velocities per impulse of each face, then its loads: see `write_columns`
     responses: Floats  # flat, body by body: (3, n_ports, n_state) to a force, an impulse and a projection at each port
-    influence: Floats  # (n_contacts, n_contacts, 3, 9) on left face, right face and pushed row of each: layers, of the
-    #                    contacts that act on it in the order of `coupled`
+    candidates: Ints  # (n_pairs,) contact by contact, those that may act on its faces: they share a body, or are itself
+    coupled: Ints  # (n_pairs,) contact by contact, those that do, in the first places of its range
+    influence: Floats  # (n_pairs, 3, 9) of these on left face, right face and pushed row: layers
     own_influence: Floats  # (3, 9) room for that of a contact on itself
-    coupled: Ints  # (n_contacts, 1 + n_contacts) how many contacts act on the faces of each, and which: itself too
     row_start: Ints  # (n_rows + 1,)
     row_index: Ints  # into the state
     row_value: Floats

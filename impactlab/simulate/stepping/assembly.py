@@ -31,6 +31,7 @@ from impactlab.simulate.stepping.arrays import (
     EventRecord,
     FaceRecord,
     Floats,
+    Ints,
     LoadRecord,
     PhaseRecord,
     PushRecord,
@@ -103,6 +104,7 @@ class Assembly:
         self.events, events = records(EventRecord, max(MIN_EVENTS, 1024 * len(scene.contacts)))
         faces, pushes = self._faces_and_pushes()
         loads, load_times, load_forces = self._loads()
+        candidates = self._pairs(row_start, row_index)
         n_contacts = len(scene.contacts)
         unknowns = 2 * n_contacts if n_contacts > 1 else 0
         room = (4 if plan.method.events == "located" else 1) * (plan.steps // self.stride + 8) + 256
@@ -126,9 +128,10 @@ class Assembly:
             momentum=values.momentum,
             jump=values.jump,
             responses=values.responses,
-            influence=np.zeros((n_contacts, n_contacts, 3, LAYERS)),
+            candidates=candidates,
+            coupled=candidates.copy(),
+            influence=np.zeros((candidates.size, 3, LAYERS)),
             own_influence=np.zeros((3, LAYERS)),
-            coupled=np.zeros((n_contacts, 1 + n_contacts), np.int64),
             row_start=row_start,
             row_index=row_index,
             row_value=row_value,
@@ -289,10 +292,10 @@ class Assembly:
     def _faces_and_pushes(self) -> tuple[Sequence[FaceRecord], Sequence[PushRecord]]:
         """Return faces and pushed rows; the ports of a body are its faces in their order, then its pushed rows."""
         pushed, names = self._plan.pushes, list(self.built)
-        face_by_name, faces = records(FaceRecord, len(self._points))
+        self.faces, faces = records(FaceRecord, len(self._points))
         push_by_name, pushes = records(PushRecord, len(pushed))
         taken = dict.fromkeys(names, 0)
-        for number, (face, point) in enumerate(zip(face_by_name, self._points, strict=True)):
+        for number, (face, point) in enumerate(zip(self.faces, self._points, strict=True)):
             face.body, face.place, face.sign = names.index(point.body), taken[point.body], (-1.0, 1.0)[number % 2]
             stepper = self._plan.steppers[point.body]
             face.moves = int(stepper.state.size > 0)
@@ -314,6 +317,36 @@ class Assembly:
             name = names[load.body]
             found[name] = found.get(name, 0.0) + load.impulse - beyond * load.force
         return found
+
+    def _pairs(self, row_start: Ints, row_index: Ints) -> Ints:
+        """Return the contacts that may act on each contact within a step, itself included, and write their ranges.
+
+        They share a body, and what one changes there overlaps what the other is read from.
+        """
+        on_body: dict[str, list[int]] = {}
+        for number, point in enumerate(self._points):
+            if self._plan.steppers[point.body].state.size:
+                on_body.setdefault(point.body, []).append(number)
+        found: list[set[int]] = [{number} for number in range(len(self.contacts))]
+        for body, numbers in on_body.items():
+            pushing = {push.contact for push in self._plan.pushes if push.body == body}
+            if pushing:  # rows that are pushed may be read anywhere
+                together = pushing | {number // 2 for number in numbers}
+                for contact in together:
+                    found[contact] |= together
+                continue
+            changed = np.array([(self.faces[number].low[:], self.faces[number].high[:]) for number in numbers])
+            for number in numbers:
+                for row in (number, len(self._points) + number):
+                    read = row_index[row_start[row] : row_start[row + 1]] - self._shift[body]
+                    if read.size:
+                        acts = ((changed[:, 0] <= read.max()) & (read.min() < changed[:, 1])).any(axis=1)
+                        found[number // 2].update(numbers[at] // 2 for at in np.flatnonzero(acts).tolist())
+        lists = [sorted(each) for each in found]
+        bounds = np.cumsum([0, *map(len, lists)]).tolist()
+        for record, first, last in zip(self.contacts, bounds[:-1], bounds[1:], strict=True):
+            record.first_pair, record.last_pair = first, last
+        return np.array([other for each in lists for other in each], np.int64)
 
     def _loads(self) -> tuple[Sequence[LoadRecord], Floats, Floats]:
         """Return the loads of all bodies and their samples; the ports of a body end with its loads."""

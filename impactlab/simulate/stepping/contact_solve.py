@@ -26,21 +26,20 @@ AGREEMENT_TOL = 1e-9  # of the largest impulse: a larger change in the last swee
 
 
 @INLINE
-def effect_of(m: StepArrays, number: int, among: int, place: int, layer: int, contact: ContactRecord) -> float:
-    """Return the effect of one of the contacts that act on a contact on a row of it at the end of the step.
+def effect_of(m: StepArrays, pair: int, place: int, layer: int, contact: ContactRecord) -> float:
+    """Return the effect of the contact of a pair on a row of the one it acts on, at the end of the step.
 
-    ``among`` is its place in `coupled`, from 1 on. Place 0 is the left face, 1 the right one, 2 the row that it pushes;
-    layer 0 is displacement (or value), 1 velocity.
+    Place 0 is the left face, 1 the right one, 2 the row that it pushes; layer 0 is displacement (or value), 1 velocity.
     """
     total = 0.0
     if contact.force != 0.0:
-        total += m.influence[number, among - 1, place, U_FORCE + layer] * contact.force
+        total += m.influence[pair, place, U_FORCE + layer] * contact.force
     if contact.impulse != 0.0:
-        total += m.influence[number, among - 1, place, U_IMPULSE + layer] * contact.impulse
+        total += m.influence[pair, place, U_IMPULSE + layer] * contact.impulse
     if contact.projection != 0.0:
-        total += m.influence[number, among - 1, place, U_PROJECTION + layer] * contact.projection
+        total += m.influence[pair, place, U_PROJECTION + layer] * contact.projection
     if contact.push != 0.0:
-        total += m.influence[number, among - 1, place, U_PUSH + layer] * contact.push
+        total += m.influence[pair, place, U_PUSH + layer] * contact.push
     return total
 
 
@@ -51,20 +50,20 @@ def evaluate_law(m: StepArrays, number: int, time: float, dt: float) -> None:
     left, right = m.faces[2 * number], m.faces[2 * number + 1]
     left_u, right_u, left_v, right_v = left.free_u, right.free_u, left.free_v, right.free_v
     others_rate, others_pushed, predicted = 0.0, 0.0, 0.0
-    for among in range(1, m.coupled[number, 0] + 1):
-        other = m.coupled[number, among]
+    for pair in range(contact.first_pair, contact.first_pair + contact.coupled):
+        other = m.coupled[pair]
         if other == number:
             continue
         theirs = m.contacts[other]
         if theirs.force != 0.0 or theirs.impulse != 0.0 or theirs.projection != 0.0 or theirs.push != 0.0:
-            left_u += effect_of(m, number, among, 0, 0, theirs)
-            right_u += effect_of(m, number, among, 1, 0, theirs)
-            left_v += effect_of(m, number, among, 0, 1, theirs)
-            right_v += effect_of(m, number, among, 1, 1, theirs)
-            jump = m.influence[number, among - 1, 1, V_JUMP] - m.influence[number, among - 1, 0, V_JUMP]
+            left_u += effect_of(m, pair, 0, 0, theirs)
+            right_u += effect_of(m, pair, 1, 0, theirs)
+            left_v += effect_of(m, pair, 0, 1, theirs)
+            right_v += effect_of(m, pair, 1, 1, theirs)
+            jump = m.influence[pair, 1, V_JUMP] - m.influence[pair, 0, V_JUMP]
             others_rate += jump * theirs.impulse
             predicted += jump * theirs.projection
-            others_pushed += effect_of(m, number, among, 2, 0, theirs)
+            others_pushed += effect_of(m, pair, 2, 0, theirs)
     own_pushed = port.free_pushed
     port.time, port.dt = time, dt
     port.left.displacement, port.right.displacement = left.u, right.u
@@ -95,8 +94,9 @@ def evaluate_law(m: StepArrays, number: int, time: float, dt: float) -> None:
 def heard_news(m: StepArrays, number: int, sweep: int) -> bool:
     """Return whether a contact that acts on this one has changed its reply since this one was evaluated."""
     news = False
-    for place in range(1, m.coupled[number, 0] + 1):
-        other = m.coupled[number, place]
+    contact = m.contacts[number]
+    for pair in range(contact.first_pair, contact.first_pair + contact.coupled):
+        other = m.coupled[pair]
         if other != number:
             news = news or m.contacts[other].moved == (sweep if other < number else sweep - 1)
     return news
@@ -164,7 +164,7 @@ def solve_contacts(m: StepArrays, time: float, dt: float) -> bool:
         change, largest = 0.0, 0.0
         for number in range(n_contacts):
             contact, reply = m.contacts[number], m.replies[number]
-            if sweep == since or (m.coupled[number, 0] > 1 and heard_news(m, number, sweep)):
+            if sweep == since or (contact.coupled > 1 and heard_news(m, number, sweep)):
                 evaluate_law(m, number, time, dt)
                 answered = answered and reply.failed == 0.0
                 own = max(abs(reply.force - contact.force) * dt, abs(reply.impulse - contact.impulse))

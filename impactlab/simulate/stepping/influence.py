@@ -46,63 +46,75 @@ def row_times(m: StepArrays, row: int, values: Floats, shift: int) -> float:
 
 
 @PART
-def add_influence(
-    m: StepArrays, number: int, place: int, u_row: int, v_row: int, weight: float, body_number: int
+def add_effects(
+    m: StepArrays, out: Floats, other: int, place: int, u_row: int, v_row: int, weight: float, at: int
 ) -> None:
-    """Add the influence of contacts on one row of a body, and on its rate.
+    """Add the effects of a contact on one row of a body, and on its rate, to its influence coefficients.
 
-    The row is the left or right face of contact ``number`` (place 0 or 1) or the row that it pushes (2); the rate has
-    the row v_row, -1 if there is none.
+    The row is a left or right face (place 0 or 1) or one that is pushed (2), of body ``at``; the rate has the row
+    v_row, -1 if there is none.
     """
-    body = m.bodies[body_number]
+    body = m.bodies[at]
     size = body.state_end - body.state_start
-    for other in range(len(m.faces)):
-        face, contact = m.faces[other], other // 2
-        if face.body != body_number:
+    for number in range(2 * other, 2 * other + 2):
+        face = m.faces[number]
+        if face.body != at:
             continue
         scale = weight * face.sign
         for kind in range(3):  # forces, impulses, projections
             column = body.response_start + (kind * body.n_ports + face.place) * size - body.state_start
-            m.influence[number, contact, place, 2 * kind] += scale * row_times(m, u_row, m.responses, column)
+            out[place, 2 * kind] += scale * row_times(m, u_row, m.responses, column)
             if v_row >= 0:
-                m.influence[number, contact, place, 2 * kind + 1] += scale * row_times(m, v_row, m.responses, column)
+                out[place, 2 * kind + 1] += scale * row_times(m, v_row, m.responses, column)
         if v_row >= 0:
             jump = body.jump_start + face.place * body.n_dof - body.state_start - body.n_dof
-            m.influence[number, contact, place, V_JUMP] += scale * row_times(m, v_row, m.jump, jump)
-    for other in range(len(m.pushes)):
-        push = m.pushes[other]
-        if push.body != body_number:
-            continue
-        scale, start = weight * push.weight, body.response_start + push.place * size - body.state_start
-        m.influence[number, push.contact, place, U_PUSH] += scale * row_times(m, u_row, m.responses, start)
-        if v_row >= 0:
-            m.influence[number, push.contact, place, V_PUSH] += scale * row_times(m, v_row, m.responses, start)
+            out[place, V_JUMP] += scale * row_times(m, v_row, m.jump, jump)
+    for number in range(len(m.pushes)):
+        push = m.pushes[number]
+        if push.body == at and push.contact == other:
+            scale, start = weight * push.weight, body.response_start + push.place * size - body.state_start
+            out[place, U_PUSH] += scale * row_times(m, u_row, m.responses, start)
+            if v_row >= 0:
+                out[place, V_PUSH] += scale * row_times(m, v_row, m.responses, start)
 
 
 @PART
-def keep_coupled(m: StepArrays, number: int) -> None:
-    """Write which contacts act on the faces or the pushed row of one within a step; itself is always among them.
-
-    Their influence coefficients move to the front of its row, where a step finds them side by side. Effects below
-    rounding are taken for none: those of far faces under an implicit scheme.
-    """
-    n_contacts, found = len(m.contacts), 0
+def write_effects(m: StepArrays, out: Floats, number: int, other: int) -> None:
+    """Write the influence coefficients of one contact on the faces and the pushed row of another."""
     for place in range(3):
         for layer in range(LAYERS):
-            m.own_influence[place, layer] = m.influence[number, number, place, layer]
-    for other in range(n_contacts):
+            out[place, layer] = 0.0
+    n_faces, first_push = len(m.faces), len(m.row_start) - 1 - len(m.pushes)
+    for place in range(2):
+        face = 2 * number + place
+        if m.faces[face].moves != 0:
+            add_effects(m, out, other, place, face, n_faces + face, 1.0, m.faces[face].body)
+    for at in range(len(m.pushes)):
+        push = m.pushes[at]
+        if push.contact == number:
+            add_effects(m, out, other, 2, first_push + at, -1, push.weight, push.body)
+
+
+@PART
+def find_coupled(m: StepArrays, number: int) -> None:
+    """Write which contacts act on the faces or the pushed row of one within a step, and how; itself is among them.
+
+    Effects below rounding are taken for none: those of far faces under an implicit scheme.
+    """
+    contact = m.contacts[number]
+    found = contact.first_pair
+    for pair in range(contact.first_pair, contact.last_pair):
+        other = m.candidates[pair]
+        effects = m.influence[found]
+        write_effects(m, effects, number, other)
         acts = other == number
         for place in range(3):
             for layer in range(LAYERS):
-                effect, own = m.influence[number, other, place, layer], m.own_influence[place, layer]
-                acts = acts or abs(effect) > NO_EFFECT * abs(own)
+                acts = acts or abs(effects[place, layer]) > NO_EFFECT * abs(m.own_influence[place, layer])
         if acts:
-            for place in range(3):
-                for layer in range(LAYERS):
-                    m.influence[number, found, place, layer] = m.influence[number, other, place, layer]
+            m.coupled[found] = other
             found += 1
-            m.coupled[number, found] = other
-    m.coupled[number, 0] = found
+    contact.coupled = found - contact.first_pair
 
 
 @PART
@@ -128,21 +140,11 @@ def find_few(m: StepArrays, number: int) -> None:
 @PART
 def fill_influence(m: StepArrays) -> None:
     """Fill the influence of each contact on each face and pushed row, and the compliances of the ports."""
-    n_contacts, n_faces = len(m.contacts), len(m.faces)
-    for contact in range(n_contacts):
-        for other in range(n_contacts):
-            for place in range(3):
-                for layer in range(LAYERS):
-                    m.influence[contact, other, place, layer] = 0.0
-    for number in range(n_faces):
+    for number in range(len(m.faces)):
         find_few(m, number)
-        add_influence(m, number // 2, number % 2, number, n_faces + number, 1.0, m.faces[number].body)
-    first_push = len(m.row_start) - 1 - len(m.pushes)
-    for number in range(len(m.pushes)):
-        push = m.pushes[number]
-        add_influence(m, push.contact, 2, first_push + number, -1, push.weight, push.body)
-    for contact in range(n_contacts):
-        port, own = m.ports[contact], m.influence[contact, contact]
+    for contact in range(len(m.contacts)):
+        port, own = m.ports[contact], m.own_influence
+        write_effects(m, own, contact, contact)
         port.left.displacement_per_force = -own[0, U_FORCE]
         port.left.velocity_per_force = -own[0, V_FORCE]
         port.left.velocity_per_impulse = -own[0, V_JUMP]
@@ -157,7 +159,7 @@ def fill_influence(m: StepArrays) -> None:
         port.gap_per_push = own[1, U_PUSH] - own[0, U_PUSH]
         port.pushed_per_force = own[2, U_FORCE]
         port.pushed_per_push = own[2, U_PUSH]
-        keep_coupled(m, contact)
+        find_coupled(m, contact)
 
 
 @PART

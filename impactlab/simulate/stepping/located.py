@@ -65,9 +65,10 @@ def gap_at_end(m: StepArrays, number: int) -> float:
     """Return a contact's gap at the end of an attempted step."""
     left, right = 2 * number, 2 * number + 1
     gap = m.contacts[number].initial_gap + m.faces[right].free_u - m.faces[left].free_u + m.replies[number].offset
-    for among in range(1, m.coupled[number, 0] + 1):
-        theirs = m.contacts[m.coupled[number, among]]
-        gap += effect_of(m, number, among, 1, 0, theirs) - effect_of(m, number, among, 0, 0, theirs)
+    contact = m.contacts[number]
+    for pair in range(contact.first_pair, contact.first_pair + contact.coupled):
+        theirs = m.contacts[m.coupled[pair]]
+        gap += effect_of(m, pair, 1, 0, theirs) - effect_of(m, pair, 0, 0, theirs)
     return float(gap)
 
 

@@ -162,10 +162,11 @@ def correct(m: StepArrays) -> None:
         if m.faces[number].moves == 0:
             continue
         u, v = m.faces[number].free_u, m.faces[number].free_v
-        for among in range(1, m.coupled[number // 2, 0] + 1):
-            other = m.contacts[m.coupled[number // 2, among]]
-            u += effect_of(m, number // 2, among, number % 2, 0, other)
-            v += effect_of(m, number // 2, among, number % 2, 1, other)
+        contact = m.contacts[number // 2]
+        for pair in range(contact.first_pair, contact.first_pair + contact.coupled):
+            other = m.contacts[m.coupled[pair]]
+            u += effect_of(m, pair, number % 2, 0, other)
+            v += effect_of(m, pair, number % 2, 1, other)
         m.faces[number].u, m.faces[number].v = u, v
     if m.clock[0].changes != 0:
         read_again(m)
