@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import random
+import shutil
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
@@ -53,6 +54,8 @@ def rewritten(folder: Path, change: Callable[[Any], Any]) -> Callable[[Run], il.
 
     def read(run: Run) -> il.Case:
         file, variant, method = run
+        for table in file.parent.glob(f"{file.stem}*.csv"):
+            shutil.copy(table, folder)
         written = folder / f"{file.stem}.json"
         written.write_text(json.dumps(change(plain(read_document(file).data))), encoding="utf-8")
         return il.load_case(written).variant(variant).method(method)
