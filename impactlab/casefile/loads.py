@@ -122,7 +122,7 @@ def _checked(times: np.ndarray[Any, Any], forces: np.ndarray[Any, Any], what: st
     if len(times) != len(forces):
         raise wrong(f"{what} has {len(times)} times t and {len(forces)} forces f; give one f for each t")
     if len(times) < MIN_SAMPLES:
-        raise wrong(f"{what} has {len(times)} samples; give at least {MIN_SAMPLES}")
+        raise wrong(f"{what} has {len(times)} sample{'s' if len(times) != 1 else ''}; give at least {MIN_SAMPLES}")
     for name, column in (("t", times), ("f", forces)):
         bad = np.flatnonzero(~np.isfinite(column))
         if len(bad):

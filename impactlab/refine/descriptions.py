@@ -245,20 +245,26 @@ def _adaptive(asked: Simulation, frequency: float = 0.0, size: int = 0, prices: 
     )
 
 
+def _by_delays(asked: Simulation, unit: float) -> Callable[[int], Simulation]:
+    """Return the scene on delay lines, by the number of steps in a unit of time [s]."""
+
+    def simulation(n: int) -> Simulation:
+        dt = unit / n
+        return _recorded(modelled_as(asked, Continuous(), None, StepRule(dt=dt)), asked.scene.duration / dt)
+
+    return simulation
+
+
 def _delay_line(asked: Simulation) -> Description:
     scene, laws = asked.scene, laws_of(*asked)
     shortest, bare = shortest_transit(scene), Simulation(without_places(scene), asked.method)
     # Elastic power laws begin softly; damping by the indentation rate gives a force with a kink.
     elastic = all(isinstance(law, Hertz) or law.is_spring for law in laws)
 
-    def simulation(n: int) -> Simulation:
-        dt = shortest / n
-        return _recorded(modelled_as(bare, Continuous(), None, StepRule(dt=dt)), scene.duration / dt)
-
     return Description(
         "stepped delay line",
         "steps in the shortest transit",
-        simulation,
+        _by_delays(bare, shortest),
         cost.DELAY_LINE,
         lambda n: (n * scene.duration / shortest, len(rods_of(scene))),
         reference_order=2.0,
@@ -276,14 +282,10 @@ def _delay_chain(asked: Simulation, unit: float) -> Description:
     scene = asked.scene
     size = sum(len(rod.segments) for rod in rods_of(scene)) + len(scene.contacts)
 
-    def simulation(n: int) -> Simulation:
-        dt = unit / n
-        return _recorded(modelled_as(asked, Continuous(), None, StepRule(dt=dt)), scene.duration / dt)
-
     return Description(
         "stepped delay line of segments",
         "steps in their common unit of time",
-        simulation,
+        _by_delays(asked, unit),
         cost.DELAY_LINE,
         lambda n: (n * scene.duration / unit, size),
         reference_order=2.0,

@@ -180,7 +180,7 @@ def test_packages_tend_to_the_exact_answer(name):
 
 def _opensees():
     if opensees_peer.version() is None:
-        pytest.skip("openseespy is not installed")
+        pytest.skip("openseespy is not installed; the extra 'peers' brings it")
     try:
         opensees_peer.engine()
     except (ImportError, RuntimeError) as error:

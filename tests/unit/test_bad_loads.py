@@ -31,7 +31,7 @@ EDITS = [
     ),
     ("{t: [0, 1.0e-3, 1.0e-3], f: [0, 1, 0]}", "time 3 of the table, 0.001 s, repeats the one before", "rising times"),
     ("{t: [0, 1.0e-3], f: [0, 1, 0]}", "2 times t and 3 forces f", "one f for each t"),
-    ("{t: [0], f: [0]}", "1 samples", "at least 2"),
+    ("{t: [0], f: [0]}", "1 sample;", "at least 2"),
     ("{t: [0, soon], f: [0, 1]}", "t 2 of the table is 'soon'", "a number in s"),
     ("{t: 3, f: [0, 1]}", "t of the table is 3", "list of numbers in s"),
     (
@@ -55,7 +55,7 @@ EDITS = [
     ("{file: nan.csv, t: time, f: force}", "f 2 of nan.csv is not a finite number", "leave that sample out"),
     ("{file: back.csv, t: time, f: force}", "time 3 of back.csv, 0.0005 s, is before the one before", "rising times"),
     ("{file: units.csv, t: time, f: force}", "column 'force [mm]' of units.csv", "a number in N"),
-    ("{file: one.csv, t: time, f: force}", "one.csv has 1 samples", "at least 2"),
+    ("{file: one.csv, t: time, f: force}", "one.csv has 1 sample;", "at least 2"),
 ]
 FILES = {
     "head.csv": "time [ms],force [kN]\n0,0\n0.5,2\n1,1\n",

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
 
 import numpy as np
 
-from impactlab.errors import CaseError, PairingError
-from impactlab.integrators.base import AbstractIntegrator, Stepper, loads_of
+from impactlab.errors import CaseError
+from impactlab.integrators.base import AbstractIntegrator, Stepper
 from impactlab.models.base import AbstractDiscreteModel, Phases
 from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.models.continuous.delay_chain import DelayChain
@@ -17,7 +16,7 @@ from impactlab.models.continuous.delay_line import DelayLine
 from impactlab.numerics.addresses import COLUMNS, DERIVE, FREE, MEASURE, RETIME, LawAddress, kernel_address
 from impactlab.numerics.records import records
 from impactlab.scene.method import laws_of
-from impactlab.scene.problem import Contact, Point
+from impactlab.scene.problem import Point
 from impactlab.simulate.channels import Probed, probed
 from impactlab.simulate.plan import Plan
 from impactlab.simulate.stepping.arrays import (
@@ -39,8 +38,16 @@ from impactlab.simulate.stepping.arrays import (
     SnapshotRecord,
     StepArrays,
 )
-from impactlab.simulate.stepping.packing import dashpots, flat, sparse
-from impactlab.simulate.stepping.preparation import BuiltBody, face_read, prepare_steppers, reading_place
+from impactlab.simulate.stepping.packing import Coordinates, dashpots, flat, jumps_and_loads, responses_of, sparse
+from impactlab.simulate.stepping.pairs import find_pairs
+from impactlab.simulate.stepping.preparation import (
+    BuiltBody,
+    check_phases,
+    face_read,
+    left_out_per_force,
+    prepare_steppers,
+    reading_place,
+)
 from impactlab.types import Array, Arriving, Port, Quantity, Reply
 
 RESPONSE_TOL = 1e-20  # of a response's largest entry: smaller entries at its ends are far below rounding
@@ -48,18 +55,6 @@ MOTION: tuple[Quantity, ...] = ("displacement", "velocity")
 MIN_EVENTS = 4096  # room for events between two returns of the loop
 Models = Mapping[str, AbstractDiscreteModel]  # by name of the body
 Steppers = Mapping[str, Stepper]
-
-
-class Coordinates(NamedTuple):
-    """Values that belong to one set of coordinates of the bodies, in the layout of `StepArrays`."""
-
-    parameters: Floats
-    momentum: Floats
-    jump: Floats
-    responses: Floats
-    rows: list[tuple[int, Array]]  # each a shift into the whole state and its values
-    left_out: Floats
-    starts: list[list[int]]  # of parameters, jumps and responses, body by body
 
 
 class Assembly:
@@ -104,7 +99,7 @@ class Assembly:
         self.events, events = records(EventRecord, max(MIN_EVENTS, 1024 * len(scene.contacts)))
         faces, pushes = self._faces_and_pushes()
         loads, load_times, load_forces = self._loads()
-        candidates = self._pairs(row_start, row_index)
+        candidates = find_pairs(self.faces, self.contacts, plan.pushes, self._read_on(steppers, row_start, row_index))
         n_contacts = len(scene.contacts)
         unknowns = 2 * n_contacts if n_contacts > 1 else 0
         room = (4 if plan.method.events == "located" else 1) * (plan.steps // self.stride + 8) + 256
@@ -318,35 +313,15 @@ class Assembly:
             found[name] = found.get(name, 0.0) + load.impulse - beyond * load.force
         return found
 
-    def _pairs(self, row_start: Ints, row_index: Ints) -> Ints:
-        """Return the contacts that may act on each contact within a step, itself included, and write their ranges.
-
-        They share a body, and what one changes there overlaps what the other is read from.
-        """
-        on_body: dict[str, list[int]] = {}
+    def _read_on(self, steppers: Steppers, row_start: Ints, row_index: Ints) -> dict[str, dict[int, list[Ints]]]:
+        """Return where the state of each body that moves is read for displacement and velocity of its faces."""
+        found: dict[str, dict[int, list[Ints]]] = {}
         for number, point in enumerate(self._points):
-            if self._plan.steppers[point.body].state.size:
-                on_body.setdefault(point.body, []).append(number)
-        found: list[set[int]] = [{number} for number in range(len(self.contacts))]
-        for body, numbers in on_body.items():
-            pushing = {push.contact for push in self._plan.pushes if push.body == body}
-            if pushing:  # rows that are pushed may be read anywhere
-                together = pushing | {number // 2 for number in numbers}
-                for contact in together:
-                    found[contact] |= together
-                continue
-            changed = np.array([(self.faces[number].low[:], self.faces[number].high[:]) for number in numbers])
-            for number in numbers:
-                for row in (number, len(self._points) + number):
-                    read = row_index[row_start[row] : row_start[row + 1]] - self._shift[body]
-                    if read.size:
-                        acts = ((changed[:, 0] <= read.max()) & (read.min() < changed[:, 1])).any(axis=1)
-                        found[number // 2].update(numbers[at] // 2 for at in np.flatnonzero(acts).tolist())
-        lists = [sorted(each) for each in found]
-        bounds = np.cumsum([0, *map(len, lists)]).tolist()
-        for record, first, last in zip(self.contacts, bounds[:-1], bounds[1:], strict=True):
-            record.first_pair, record.last_pair = first, last
-        return np.array([other for each in lists for other in each], np.int64)
+            if steppers[point.body].state.size:
+                rows = (number, len(self._points) + number)
+                entries = [row_index[row_start[row] : row_start[row + 1]] - self._shift[point.body] for row in rows]
+                found.setdefault(point.body, {})[number] = entries
+        return found
 
     def _loads(self) -> tuple[Sequence[LoadRecord], Floats, Floats]:
         """Return the loads of all bodies and their samples; the ports of a body end with its loads."""
@@ -413,44 +388,3 @@ class Assembly:
         """Return the static compliance of a face beyond that of its coordinates [m/N]."""
         built = self.built[body]
         return max(0.0, dict(built.system.massless).get(x, 0.0) or built.model.left_out(x, "displacement", x))
-
-
-def responses_of(stepper: Stepper) -> tuple[Array, Array, Array]:
-    """Return the responses of a body's ports to forces, impulses and projections, (n_ports, n_state) each."""
-    return stepper.force_response, stepper.impulse_response, stepper.projection_response
-
-
-def jumps_and_loads(stepper: Stepper) -> Array:
-    """Return velocities per impulse and, where a step may be cut, loads of a body's ports, flat."""
-    loads = np.zeros(0) if stepper.load is None else loads_of(stepper.load, stepper.face_rows)
-    return np.concatenate((stepper.jump.ravel(), loads))
-
-
-def left_out_per_force(
-    model: AbstractDiscreteModel, contact: Contact, body: str, x: float, quantity: Quantity
-) -> float:
-    """Return the static response at x of the modes left out per unit force of a contact."""
-    total = 0.0
-    for point, sign in ((contact.left, -1.0), (contact.right, 1.0)):
-        if point.body == body:
-            total += sign * model.left_out(x, quantity, point.x)
-    return total
-
-
-def check_phases(phased: Mapping[str, Phases], built: Mapping[str, BuiltBody], steppers: Steppers) -> None:
-    """Raise `PairingError` where a scheme or a body cannot change its coordinates within a run."""
-    for name in phased:
-        stepper, system = steppers[name], built[name].system
-        if np.any(system.damping):
-            raise PairingError(
-                f"'{name}' changes its coordinates with its contact, which serves undamped rods only",
-                remedy="Leave the damping out, or use another basis.",
-                path="solve.model",
-            )
-        if stepper.state.size > 3 * system.load.size:
-            raise PairingError(
-                f"'{name}' changes its coordinates with its contact, and this integrator keeps more than displacements "
-                "and velocities",
-                remedy="Use newmark, midpoint or exact_modal.",
-                path="solve.integrator",
-            )

@@ -2,13 +2,28 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy import bool_
 from numpy.typing import NDArray
 
+from impactlab.integrators.base import Stepper, loads_of
 from impactlab.models.base import Operators
 from impactlab.simulate.stepping.arrays import Floats, Ints
 from impactlab.types import Array
+
+
+class Coordinates(NamedTuple):
+    """Values that belong to one set of coordinates of the bodies, in the layout of `StepArrays`."""
+
+    parameters: Floats
+    momentum: Floats
+    jump: Floats
+    responses: Floats
+    rows: list[tuple[int, Array]]  # each a shift into the whole state and its values
+    left_out: Floats
+    starts: list[list[int]]  # of parameters, jumps and responses, body by body
 
 
 def flat(arrays: list[Array]) -> tuple[Floats, Ints]:
@@ -41,3 +56,14 @@ def sparse(rows: list[tuple[int, Array]], pattern: list[NDArray[bool_]] | None =
         values.append(row[kept])
         starts.append(starts[-1] + kept.size)
     return np.array(starts, np.int64), np.concatenate(indices), np.concatenate(values)
+
+
+def responses_of(stepper: Stepper) -> tuple[Array, Array, Array]:
+    """Return the responses of a body's ports to forces, impulses and projections, (n_ports, n_state) each."""
+    return stepper.force_response, stepper.impulse_response, stepper.projection_response
+
+
+def jumps_and_loads(stepper: Stepper) -> Array:
+    """Return velocities per impulse and, where a step may be cut, loads of a body's ports, flat."""
+    loads = np.zeros(0) if stepper.load is None else loads_of(stepper.load, stepper.face_rows)
+    return np.concatenate((stepper.jump.ravel(), loads))

@@ -13,7 +13,7 @@ from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import CaseError, PairingError
 from impactlab.integrators.base import AbstractIntegrator, Stepper
 from impactlab.mechanisms.model import MechanismModel
-from impactlab.models.base import AbstractDiscreteModel, Face, Operators
+from impactlab.models.base import AbstractDiscreteModel, Face, Operators, Phases
 from impactlab.models.building import build_body
 from impactlab.models.continuous.base import AbstractSelfStepping
 from impactlab.scene.bodies import Body
@@ -226,3 +226,33 @@ def pushes_of(scene: Scene, built: Mapping[str, BuiltBody], starts: Sequence[Sta
                 raise PairingError(text, remedy=remedy, path=f"contacts.{number}.law")
             pushes.append(Push(number, point.body, x, quantity, weight))
     return tuple(pushes)
+
+
+def check_phases(phased: Mapping[str, Phases], built: Mapping[str, BuiltBody], steppers: Mapping[str, Stepper]) -> None:
+    """Raise `PairingError` where a scheme or a body cannot change its coordinates within a run."""
+    for name in phased:
+        stepper, system = steppers[name], built[name].system
+        if np.any(system.damping):
+            raise PairingError(
+                f"'{name}' changes its coordinates with its contact, which serves undamped rods only",
+                remedy="Leave the damping out, or use another basis.",
+                path="solve.model",
+            )
+        if stepper.state.size > 3 * system.load.size:
+            raise PairingError(
+                f"'{name}' changes its coordinates with its contact, and this integrator keeps more than displacements "
+                "and velocities",
+                remedy="Use newmark, midpoint or exact_modal.",
+                path="solve.integrator",
+            )
+
+
+def left_out_per_force(
+    model: AbstractDiscreteModel, contact: Contact, body: str, x: float, quantity: Quantity
+) -> float:
+    """Return the static response at x of the modes left out per unit force of a contact."""
+    total = 0.0
+    for point, sign in ((contact.left, -1.0), (contact.right, 1.0)):
+        if point.body == body:
+            total += sign * model.left_out(x, quantity, point.x)
+    return total

@@ -1,0 +1,51 @@
+"""Pairs of contacts that may act on each other within a step: they share a body and are read where the other acts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from impactlab.simulate.stepping.arrays import ContactRecord, FaceRecord, Ints
+from impactlab.simulate.stepping.preparation import Push
+
+ReadOn = Mapping[str, Mapping[int, Sequence[Ints]]]
+"""Entries of a body's state that its faces are read from, by name of the body and number of the face."""
+
+
+def find_pairs(
+    faces: Sequence[FaceRecord], contacts: Sequence[ContactRecord], pushes: Sequence[Push], read_on: ReadOn
+) -> Ints:
+    """Return the contacts that may act on each contact, itself included, and write the range of each into its record.
+
+    Parameters
+    ----------
+    faces : sequence of FaceRecord
+        Two to a contact, with the ranges of the state that a force, an impulse or a projection there changes.
+    contacts : sequence of ContactRecord
+        Their ``first_pair`` and ``last_pair`` are written.
+    pushes : sequence of Push
+        Rows that laws push; all contacts on the body of one may act on each other.
+    read_on : mapping
+        Of the bodies that move.
+    """
+    found: list[set[int]] = [{number} for number in range(len(contacts))]
+    for body, read in read_on.items():
+        pushing = {push.contact for push in pushes if push.body == body}
+        if pushing:
+            together = pushing | {number // 2 for number in read}
+            for contact in together:
+                found[contact] |= together
+            continue
+        numbers = np.array(list(read))
+        changed = np.array([(faces[number].low[:], faces[number].high[:]) for number in read])
+        for number, rows in read.items():
+            for entries in rows:
+                if entries.size:
+                    acts = ((changed[:, 0] <= entries.max()) & (entries.min() < changed[:, 1])).any(axis=1)
+                    found[number // 2].update((numbers[acts] // 2).tolist())
+    lists = [sorted(each) for each in found]
+    bounds = np.cumsum([0, *map(len, lists)]).tolist()
+    for record, first, last in zip(contacts, bounds[:-1], bounds[1:], strict=True):
+        record.first_pair, record.last_pair = first, last
+    return np.array([other for each in lists for other in each], np.int64)
