@@ -6,11 +6,12 @@ Intervals and multiplications are counted, not seconds: the same scene always ha
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+import time as clock
+from typing import TYPE_CHECKING, NamedTuple
 
 from impactlab.exact.arrays import MORE_EVENTS, MORE_POOL, MORE_RECORDS, PAUSED
 from impactlab.exact.build import build
-from impactlab.exact.network import Log, grown
+from impactlab.exact.network import Layout, Log, grown
 from impactlab.lazy import lazy
 from impactlab.scene.method import Method
 from impactlab.scene.problem import Scene
@@ -30,6 +31,17 @@ FIRST_COUNT = 128  # intervals up to the first count; doubled for each further o
 MAX_POWER = 6.0  # power of time with which the cost may grow: fronts in rods of four or more incommensurate transits
 
 
+class Begun(NamedTuple):
+    """A march over its first intervals, which `impactlab.exact.solve.solve` goes on with, once."""
+
+    layout: Layout
+    log: Log
+    status: int  # in which the march returned
+    predicted_s: float  # s, of the whole solution, without its set-up
+    setup_s: float  # s, measured
+    march_s: float  # s, measured
+
+
 def spent(log: Log) -> float:
     """Return the predicted seconds of a march so far."""
     state = log.state
@@ -38,22 +50,45 @@ def spent(log: Log) -> float:
 
 def predicted_s(scene: Scene, method: Method) -> float:
     """Return the predicted seconds of `impactlab.exact.solve.solve`; raises `CaseError` where it does not serve."""
-    _, log = build(scene, method)
+    return begin(scene, method).predicted_s
+
+
+def begin(scene: Scene, method: Method) -> Begun:
+    """Return a march over the first intervals, with the predicted seconds of all.
+
+    Raises
+    ------
+    CaseError, PairingError
+        Where the solver does not serve.
+    """
+    began = clock.perf_counter()
+    layout, log = build(scene, method)
     log = march.prepared(log)
+    ready = clock.perf_counter()
     counts: list[tuple[float, float]] = []  # (time reached, seconds)
     log.state["most"] = FIRST_COUNT
-    while not counts or counts[-1][1] <= PILOT_S:
+    predicted, status = math.nan, PAUSED
+    while math.isnan(predicted):
         status = march.march(log)
         if status == PAUSED:
             counts.append((log.reached, spent(log)))
             log.state["most"] = FIRST_COUNT * 2 ** len(counts)
+            if counts[-1][1] > PILOT_S:
+                predicted = _extrapolated(counts, scene.duration)
         elif status in (MORE_RECORDS, MORE_POOL, MORE_EVENTS):
             log = grown(log, status)
         else:
-            return spent(log)
+            break
+    marched = clock.perf_counter() - ready
+    predicted = spent(log) if math.isnan(predicted) else predicted
+    return Begun(layout, log, status, predicted, ready - began, marched)
+
+
+def _extrapolated(counts: list[tuple[float, float]], duration: float) -> float:
+    """Return the seconds of the whole march by the power of time that its last two counts show."""
     reached, cost = counts[-1]
     before, less = counts[-2] if len(counts) > 1 else (0.0, 0.0)
     power = 1.0
     if 0.0 < before < reached and less > 0.0:
         power = min(max(1.0, math.log(cost / less) / math.log(reached / before)), MAX_POWER)
-    return cost * (scene.duration / reached) ** power if reached > 0.0 else math.inf
+    return cost * (duration / reached) ** power if reached > 0.0 else math.inf

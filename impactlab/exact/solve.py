@@ -11,6 +11,7 @@ import numpy as np
 from impactlab.errors import CaseError, PairingError, StepError
 from impactlab.exact.arrays import DONE, MORE_EVENTS, PAUSED, TOO_MANY, UNRESOLVED
 from impactlab.exact.build import build
+from impactlab.exact.cost import Begun
 from impactlab.exact.history import ContinuousHistory
 from impactlab.exact.network import Layout, Log, grown
 from impactlab.exact.thinned import ThinnedHistory, Thinner
@@ -42,7 +43,11 @@ def serves(scene: Scene, method: Method) -> str | None:
 
 
 def solve(
-    scene: Scene, method: Method, whole: bool = False, progress: Callable[[float], None] | None = None
+    scene: Scene,
+    method: Method,
+    whole: bool = False,
+    progress: Callable[[float], None] | None = None,
+    begun: Begun | None = None,
 ) -> ContinuousHistory | ThinnedHistory:
     """Return the exact history of a scene.
 
@@ -52,7 +57,7 @@ def solve(
 
     If the waves need more than a tenth of the memory allowed, the run is sampled at its ``records`` instants as it
     proceeds (`impactlab.exact.thinned`), unless it must be kept ``whole``. ``progress`` is called with the fraction of
-    the duration that every body has reached.
+    the duration that every body has reached. A march of the same scene that has ``begun`` is gone on with, and used up.
 
     Raises
     ------
@@ -67,12 +72,18 @@ def solve(
     intervals by hand; here any number of them, contacts and rods is solved.
     """
     began, run = clock.perf_counter(), Simulation(scene, method)
-    layout, log = build(scene, method)
-    log = march.prepared(log)
+    if begun is None:
+        layout, log = build(scene, method)
+        log = march.prepared(log)
+    else:
+        layout, log = begun.layout, begun.log
     ready = clock.perf_counter()
     thinner: Thinner | None = None
-    log.state["most"] = INTERVALS_PER_CHECK
-    while (status := march.march(log)) != DONE:
+    log.state["most"] = log.state["intervals"] + INTERVALS_PER_CHECK
+    if begun is not None and begun.status in (TOO_MANY, UNRESOLVED):
+        stop(run, layout, log, reason(scene, layout, log, begun.status), thinner)
+    done = begun is not None and begun.status == DONE
+    while not done and (status := march.march(log)) != DONE:
         if status in (TOO_MANY, UNRESOLVED) or log.state["intervals"] >= MAX_INTERVALS:
             stop(run, layout, log, reason(scene, layout, log, status), thinner)
         if status == PAUSED:
@@ -93,8 +104,8 @@ def solve(
             if whole or filled:
                 stop(run, layout, log, too_large(log, most), thinner)
     history = thinner.finish(log, scene.duration) if thinner else ContinuousHistory(run, layout, log, scene.duration)
-    history.cost.setup_s = ready - began
-    history.cost.solve_s = clock.perf_counter() - ready
+    history.cost.setup_s = ready - began + (begun.setup_s if begun else 0.0)
+    history.cost.solve_s = clock.perf_counter() - ready + (begun.march_s if begun else 0.0)
     check_balance(history)
     return history
 

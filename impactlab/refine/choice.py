@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import math
 import time as clock
+from collections.abc import Sequence
+from functools import partial
 
 from impactlab.errors import CaseError, ImpactlabError, StepError
 from impactlab.history.base import AbstractHistory, Warned
-from impactlab.refine.choice_record import Candidate, Choice, Verdict
+from impactlab.refine.choice_record import Candidate, Choice, Ladder, Verdict
 from impactlab.refine.convergence import SHOWN_SAFETY, Level, Progress, Study, finest_error
+from impactlab.refine.cost import FIXED_S
 from impactlab.refine.descriptions import EXACT_ERROR, Description
 from impactlab.refine.distances import counted, difference, distances
-from impactlab.refine.serving import for_choice
+from impactlab.refine.serving import exact_for, for_choice
 from impactlab.scene.method import Method, Simulation, laws_of
 from impactlab.scene.problem import Scene
 from impactlab.simulate import driver
@@ -30,6 +33,7 @@ MAX_GAIN_RATIO = 10.0  # of the energy that a run gains, over the reference ener
 MIN_CONTACT_STEPS = 6  # in a period of contact: with fewer of them no order shows
 MIN_IMPULSE_SHARE = 1e-2  # of the impulse of a contact: shorter periods that give less need no such resolution
 PEAK_MARGIN = 1.5  # on distances of peak forces, which converge less evenly than displacements (docs/audit.md)
+CHEAPEST = "the cheapest found within the tolerance"
 DONE = "done"  # of a study that needs no further level
 
 
@@ -58,14 +62,22 @@ def run(scene: Scene, method: Method, progress: Progress | None = None) -> Abstr
     """
     began = clock.perf_counter()
     asked = Simulation(scene, method)
-    studies, why = studies_of(asked)
+    served = exact_for(asked)
     failed: list[ImpactlabError] = []
-    best = searched(studies, asked, failed, progress)
+    studies: list[Study] = []
+    best, why = at_once(served[0], asked, failed, progress), served[1]
+    if best is None:
+        studies, why = studies_of(asked, served)
+        best = searched(studies, asked, failed, progress)
     if best is None:
         raise failed[0] if failed else _nothing_serves(why, studies)
     study, level = best
     history, description = level.history, study.description
-    candidates = tuple(_candidates(studies, study, level, why))
+    if studies:
+        candidates: Sequence[Candidate] = tuple(_candidates(studies, study, level, why))
+    else:  # no prediction was needed: they are made where someone reads them
+        chosen = candidate(study, level, "chosen", level.reason or CHEAPEST)
+        candidates = Ladder(partial(_beside, chosen, study.description.seconds(0), asked))
     choosing = clock.perf_counter() - began - level.run_s
     driver.add_warnings(history)
     history.choice = Choice(
@@ -87,10 +99,19 @@ def run(scene: Scene, method: Method, progress: Progress | None = None) -> Abstr
     return history
 
 
-def studies_of(asked: Simulation) -> tuple[list[Study], str]:
-    """Return a study of every description, and why the exact solver does not serve."""
-    descriptions, why = for_choice(asked)
+def studies_of(asked: Simulation, served: tuple[Description | None, str] | None = None) -> tuple[list[Study], str]:
+    """Return a study of every description, and why the exact solver does not serve, unless ``served`` has it."""
+    descriptions, why = for_choice(asked, served)
     return [Study(each, each.start_for(allowed(asked.method))) for each in descriptions], why
+
+
+def at_once(
+    exact: Description | None, asked: Simulation, failed: list[ImpactlabError], progress: Progress | None = None
+) -> tuple[Study, Level] | None:
+    """Return the exact run where its march is predicted to cost no more than the least of any run with steps."""
+    if exact is None or exact.seconds(0) > EXACT_ADVANTAGE * FIXED_S:
+        return None
+    return searched([Study(exact, 0)], asked, failed, progress)
 
 
 def allowed(method: Method) -> float:
@@ -297,17 +318,28 @@ def _candidates(studies: list[Study], chosen: Study, best: Level, why: str) -> l
             verdict: Verdict = "chosen" if level is best else "trial" if study is chosen else "rejected"
             reason = level.reason
             if level is best:
-                reason = reason or "the cheapest found within the tolerance"
+                reason = reason or CHEAPEST
             elif study is not chosen:
                 reason = reason or "solves longer than the chosen one"
             found.append(candidate(study, level, verdict, reason))
         if study.closed and study.closed != DONE:
             found.append(candidate(study, None, "rejected", study.closed))
         elif not study.levels:
-            times = 1e3 * study.seconds, 1e3 * chosen.description.seconds(best.fineness)
-            reason = f"predicted to solve for {times[0]:.2g} ms, the chosen one for {times[1]:.2g} ms"
+            reason = _longer(study.seconds, chosen.description.seconds(best.fineness))
             found.append(candidate(study, None, "not run", reason))
     return found + not_served(why)
+
+
+def _beside(chosen: Candidate, seconds: float, asked: Simulation) -> list[Candidate]:
+    """Return the exact run that was chosen at once, and the descriptions that were not run beside it."""
+    found = [chosen]
+    for study in studies_of(asked, (None, ""))[0]:
+        found.append(candidate(study, None, "not run", _longer(study.seconds, seconds)))
+    return found
+
+
+def _longer(seconds: float, chosen: float) -> str:
+    return f"predicted to solve for {1e3 * seconds:.2g} ms, the chosen one for {1e3 * chosen:.2g} ms"
 
 
 def candidate(study: Study, level: Level | None, verdict: Verdict, reason: str) -> Candidate:

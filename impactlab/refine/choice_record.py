@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple
+from functools import cached_property
+from typing import Any, Literal, NamedTuple, final, overload
 
 from impactlab.scene.method import Method
 
@@ -24,6 +26,40 @@ class Candidate(NamedTuple):
     reason: str = ""
 
 
+@final
+class Ladder(Sequence[Candidate]):
+    """Candidates of a choice, which are described when they are first read: a run that is exact needs none of them."""
+
+    def __init__(self, find: Callable[[], Sequence[Candidate]]) -> None:
+        self._find = find
+
+    @cached_property
+    def _found(self) -> tuple[Candidate, ...]:
+        return tuple(self._find())
+
+    @overload
+    def __getitem__(self, index: int) -> Candidate: ...
+    @overload
+    def __getitem__(self, index: slice) -> tuple[Candidate, ...]: ...
+    def __getitem__(self, index: int | slice) -> Candidate | tuple[Candidate, ...]:
+        return self._found[index]
+
+    def __len__(self) -> int:
+        return len(self._found)
+
+    def __eq__(self, other: object) -> bool:
+        return self._found == (other._found if isinstance(other, Ladder) else other)
+
+    def __hash__(self) -> int:
+        return hash(self._found)
+
+    def __repr__(self) -> str:
+        return repr(self._found)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return tuple, (self._found,)
+
+
 @dataclass(frozen=True)
 class Choice:
     """The description chosen for a scene, its expected error, and the candidates beside it.
@@ -37,7 +73,7 @@ class Choice:
     chosen: str
     expected_error: float
     estimate: str  # how the error was estimated, in words
-    ladder: tuple[Candidate, ...]
+    ladder: Sequence[Candidate]
     choosing_s: float  # s, all that was spent beside the chosen run
     measured_error: float | None = None  # against a reference, less its uncertainty; None where there was none
 

@@ -70,8 +70,9 @@ class Study:
         """Run a level; raises `CaseError`, `PairingError` or `StepError` as a run does."""
         began = clock.perf_counter()
         scene, method = self.description.simulation(fineness)
-        level = Level(fineness, driver.run(scene, method, progress, with_warnings=False))
-        level.run_s = clock.perf_counter() - began
+        begun = None if self.levels else self.description.begun  # a march goes on once
+        level = Level(fineness, driver.run(scene, method, progress, with_warnings=False, begun=begun))
+        level.run_s = clock.perf_counter() - began + (begun.setup_s + begun.march_s if begun else 0.0)
         self.levels.append(level)
         self.levels.sort(key=lambda each: each.fineness)
         return level

@@ -16,7 +16,7 @@ from impactlab.contact.addition_deletion import AdditionDeletion
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.contact.penalty import Penalty
 from impactlab.contact.power_law import Hertz
-from impactlab.exact.cost import predicted_s
+from impactlab.exact.cost import Begun, begin
 from impactlab.integrators.adaptive import Adaptive
 from impactlab.integrators.base import AbstractScheme
 from impactlab.integrators.central_difference import CentralDifference
@@ -75,6 +75,7 @@ class Description:
     multiple: int = 1  # that a fineness is of
     check: Callable[[int], Simulation] | None = None  # the same off the special step, where it has one
     check_error: Callable[[int], float] = lambda _n: 0.0  # of `check`, at most
+    begun: Begun | None = None  # of the exact solver: its march over the first intervals
 
     def words(self, fineness: int) -> str:
         """Return the description with its fineness, for people."""
@@ -134,17 +135,18 @@ def modelled_as(
 
 def exact(asked: Simulation) -> Description:
     """Return the exact solver; raise `CaseError` or `PairingError` where it does not serve."""
-    seconds = predicted_s(*asked)
     waves = modelled_as(asked, Continuous(), None, StepRule(points_per_period=10.0))
+    begun = begin(*waves)
     return Description(
         "continuous, from event to event",
         "",
         lambda _n: waves,
         cost.EXACT,
-        lambda _n: (seconds, 0.0),
+        lambda _n: (begun.predicted_s, 0.0),
         error=lambda _n: EXACT_ERROR,
         order=0.0,
         safety=1.0,
+        begun=begun,
     )
 
 

@@ -22,8 +22,23 @@ def stepped(asked: Simulation) -> list[Description]:
     return list(descriptions.stepped(asked))
 
 
-def for_choice(asked: Simulation) -> tuple[list[Description], str]:
-    """Return the descriptions that are compared, and why a preferred one is not."""
+def exact_for(asked: Simulation) -> tuple[Description | None, str]:
+    """Return the exact solver, or None and why it does not serve; a scene with beams needs no reason."""
+    if beams_of(asked.scene):
+        return None, ""
+    try:
+        return descriptions.exact(asked), ""
+    except (CaseError, PairingError) as error:
+        return None, error.text
+
+
+def for_choice(
+    asked: Simulation, served: tuple[Description | None, str] | None = None
+) -> tuple[list[Description], str]:
+    """Return the descriptions that are compared, and why a preferred one is not.
+
+    ``served`` is the exact solver as `exact_for` has found it.
+    """
     found = [description for description in stepped(asked) if description.for_choice]
     if beams_of(asked.scene):
         if not beam_descriptions.is_singular(asked):
@@ -35,10 +50,8 @@ def for_choice(asked: Simulation) -> tuple[list[Description], str]:
         )
     if any(law.two_sided for law in laws_of(*asked)):  # estimates read periods of contact, which links have not
         found = []
-    try:
-        return [descriptions.exact(asked), *found], ""
-    except (CaseError, PairingError) as error:
-        return found, error.text
+    exact, why = exact_for(asked) if served is None else served
+    return [exact, *found] if exact is not None else found, why
 
 
 def has_unique_solution(asked: Simulation) -> bool:

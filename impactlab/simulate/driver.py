@@ -8,6 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from impactlab.errors import StepError
+from impactlab.exact.cost import Begun
 from impactlab.exact.solve import solve
 from impactlab.history.base import AbstractHistory
 from impactlab.history.instruments import check_rates
@@ -53,7 +54,13 @@ def run_adaptive(march: March, progress: Progress | None, began: float, with_war
     return history
 
 
-def run(scene: Scene, method: Method, progress: Progress | None = None, with_warnings: bool = True) -> AbstractHistory:
+def run(
+    scene: Scene,
+    method: Method,
+    progress: Progress | None = None,
+    with_warnings: bool = True,
+    begun: Begun | None = None,
+) -> AbstractHistory:
     """Run a scene under a method and return its history.
 
     Parameters
@@ -65,6 +72,8 @@ def run(scene: Scene, method: Method, progress: Progress | None = None, with_war
         Called with the fraction done, from 0 to 1, about ten times a second.
     with_warnings : bool
         Whether the finished run is examined for warnings (`add_warnings`).
+    begun : Begun, optional
+        A march of the exact solver over the first intervals of the same scene, which goes on.
 
     Raises
     ------
@@ -79,10 +88,11 @@ def run(scene: Scene, method: Method, progress: Progress | None = None, with_war
         check_rates(scene, scene.records / scene.duration)
         return run_adaptive(plan.march, progress, began, with_warnings)
     if plan.dt is None or plan.integrator is None:
-        exact = solve(scene, method, progress=progress)
+        exact = solve(scene, method, progress=progress, begun=begun)
         exact.warnings.extend(plan.warnings)
         exact.integrator_used = False
-        exact.cost.setup_s = clock.perf_counter() - began - exact.cost.solve_s
+        before = 0.0 if begun is None else begun.setup_s + begun.march_s
+        exact.cost.setup_s = before + clock.perf_counter() - began - exact.cost.solve_s
         return exact
     if progress is not None:
         progress(0.0)

@@ -22,7 +22,7 @@ from impactlab.exact.cost import predicted_s
 from impactlab.models.continuous import Continuous
 from impactlab.models.finite_element import FiniteElement
 from impactlab.refine import choice as automatic
-from impactlab.refine import reference
+from impactlab.refine import descriptions, reference, serving
 from impactlab.refine.contact_times import rise_time
 from impactlab.refine.convergence import Level, Study, finest_error, observed_order
 from impactlab.refine.distances import counted, difference
@@ -394,3 +394,31 @@ def test_rods_whose_transits_are_no_multiples_keep_what_is_stated():
     error, known = measured(history, scene)
     assert history.choice.chosen.startswith("stepped delay line")
     assert error <= history.choice.expected_error + known
+
+
+def test_an_exact_choice_marches_once(monkeypatch):
+    """The march whose cost is counted is the run itself, and nothing else is described before it ends."""
+    marches, described = [], []
+    begin, stepped = descriptions.begin, serving.stepped
+    monkeypatch.setattr(descriptions, "begin", lambda *asked: marches.append(asked) or begin(*asked))
+    monkeypatch.setattr(serving, "stepped", lambda asked: described.append(asked) or stepped(asked))
+    monkeypatch.setattr("impactlab.exact.solve.build", None)
+    scene = struck(AdditionDeletion())
+    choice = solve(*scene).choice
+    assert (len(marches), len(described)) == (1, 0)
+    assert [rung.verdict for rung in choice.ladder] == ["chosen", "not run", "not run"]
+    assert len(described) == 1
+    assert choice.ladder == tuple(choice.ladder) == pickle.loads(pickle.dumps(choice)).ladder
+
+
+def test_a_long_march_goes_on_from_its_first_intervals():
+    """The same events and the same bits as of a march without a pause."""
+    scene = struck(AdditionDeletion(), trips=1e4)
+    exact = for_choice(scene)[0][0]
+    begun = exact.begun
+    assert begun.log.reached < scene.scene.duration
+    whole = solve(*exact.simulation(0))
+    gone_on = Study(exact, 0).run(0).history
+    assert gone_on.events == whole.events
+    t = np.linspace(0.0, scene.scene.duration, 999)
+    assert np.array_equal(gone_on.evaluate(t, "displacement:rod@0"), whole.evaluate(t, "displacement:rod@0"))
