@@ -9,7 +9,7 @@ from impactlab.lazy import lazy_names
 
 if TYPE_CHECKING:
     from impactlab.api import Comparison, compare, run
-    from impactlab.casefile import Beam, Case, Contact, Joint, Link, Mass, Mechanism, Rod, Shaft, Wall, load_case
+    from impactlab.casefile import Beam, Case, Chain, Contact, Joint, Link, Mass, Mechanism, Rod, Shaft, Wall, load_case
     from impactlab.derivatives import Sensitivities, sensitivities
     from impactlab.errors import (
         CaseError,
@@ -34,6 +34,7 @@ __all__ = [
     "Beam",
     "Case",
     "CaseError",
+    "Chain",
     "Comparison",
     "Contact",
     "DoubtfulResult",
@@ -78,6 +79,7 @@ __getattr__ = lazy_names(  # `import impactlab` and `impactlab --help` stay quic
         "impactlab.casefile": (
             "Beam",
             "Case",
+            "Chain",
             "Contact",
             "Joint",
             "Link",

@@ -32,6 +32,7 @@ class ImpactlabError(Exception):
         self.file = file
         self.line = line
         self.given_by = ""  # the option or function that gave the value, where it does not stand in the file
+        self.led_back = False  # whether the path names a block as it stands in the file, not one made from it
         self.others: tuple[ImpactlabError, ...] = ()  # faults of the same file that were found with this one
 
     def located(self, file: str, line: int | None) -> ImpactlabError:

@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from impactlab.casefile.formula import Formula
 from impactlab.casefile.loads import load_values
 from impactlab.casefile.materials import NAMED
+from impactlab.casefile.repeat import MAX_REPEAT
 from impactlab.casefile.values import SHAPE, Allowed, quantity
 from impactlab.scene.bodies import ElasticBody, End, Profile, Rayleigh, Table
 
@@ -30,6 +31,12 @@ Name = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_-]{0,39}$")]
 Text = Annotated[str, Field(max_length=2000, pattern=r"^[^\x00-\x08\x0b-\x1f\x7f-\x9f]*$")]
 
 
+Repeat = Annotated[int | None, Allowed("1", (("ge", 1), ("le", MAX_REPEAT)), whole=True, nothing=True).reader()]
+REPEAT = Field(
+    default=None,
+    description="number n of blocks made from this one, i = 1 ... n: texts may be formulas of i and n, "
+    "NAME makes NAME_1 ... NAME_n",
+)
 POISSON = Allowed("1", (("ge", 0.0), ("le", 0.5)), number=True, nothing=True).reader()
 
 
@@ -63,6 +70,7 @@ class ElasticBlock(Block):
 
     length: Length | None = Field(default=None, description="length [m]")
     damping: DampingBlock = Field(default=DampingBlock(), description="Rayleigh damping of the whole body")
+    repeat: Repeat = REPEAT
 
     if TYPE_CHECKING:  # each kind of body has its own
         kind: str

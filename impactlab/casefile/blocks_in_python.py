@@ -46,6 +46,8 @@ class Rod(BodyKeys):
         Rayleigh damping ``{"mass": ..., "stiffness": ...}`` [1/s, s].
     rotation : mapping
         Steady rotation, such as ``{"rate": "600 rpm", "axis_at": 0.0}``.
+    repeat : int
+        Number n of bodies made from this one, with formulas of i = 1 ... n in its values.
     **others
         Other keys of a case file; unknown ones are refused by `Case`.
     """
@@ -65,6 +67,7 @@ class Rod(BodyKeys):
         segments: Sequence[Mapping[str, Any]] | None = None,
         damping: Mapping[str, Value] | None = None,
         rotation: Mapping[str, Any] | None = None,
+        repeat: int | None = None,
         **others: Any,
     ) -> None:
         super().__init__(
@@ -81,6 +84,7 @@ class Rod(BodyKeys):
             segments=segments,
             damping=damping,
             rotation=rotation,
+            repeat=repeat,
             **others,
         )
 
@@ -112,6 +116,8 @@ class Beam(BodyKeys):
         Rayleigh damping ``{"mass": ..., "stiffness": ...}`` [1/s, s].
     rotation : mapping
         Steady rotation, such as ``{"rate": "600 rpm", "axis_at": 0.0, "plane": "flap"}``.
+    repeat : int
+        Number n of bodies made from this one, with formulas of i = 1 ... n in its values.
     **others
         Other keys of a case file; unknown ones are refused by `Case`.
     """
@@ -130,6 +136,7 @@ class Beam(BodyKeys):
         tension: Value | None = None,
         damping: Mapping[str, Value] | None = None,
         rotation: Mapping[str, Any] | None = None,
+        repeat: int | None = None,
         **others: Any,
     ) -> None:
         super().__init__(
@@ -145,6 +152,7 @@ class Beam(BodyKeys):
             tension=tension,
             damping=damping,
             rotation=rotation,
+            repeat=repeat,
             **others,
         )
 
@@ -170,6 +178,8 @@ class Shaft(BodyKeys):
         Uniform pieces from left to right.
     damping : mapping
         Rayleigh damping ``{"mass": ..., "stiffness": ...}`` [1/s, s].
+    repeat : int
+        Number n of bodies made from this one, with formulas of i = 1 ... n in its values.
     **others
         Other keys of a case file; unknown ones are refused by `Case`.
     """
@@ -185,6 +195,7 @@ class Shaft(BodyKeys):
         twist: Shape | None = None,
         segments: Sequence[Mapping[str, Any]] | None = None,
         damping: Mapping[str, Value] | None = None,
+        repeat: int | None = None,
         **others: Any,
     ) -> None:
         super().__init__(
@@ -197,12 +208,16 @@ class Shaft(BodyKeys):
             twist=twist,
             segments=segments,
             damping=damping,
+            repeat=repeat,
             **others,
         )
 
 
 class Mass(BodyKeys):
-    """A rigid body: mass [kg], velocity at t = 0 [m/s], and steady rotation, such as ``{"rate": 60.0}``."""
+    """A rigid body: mass [kg], velocity at t = 0 [m/s], and steady rotation, such as ``{"rate": 60.0}``.
+
+    With ``repeat`` n bodies NAME_1 ... NAME_n, with formulas of i = 1 ... n: ``Mass("1e-3*0.99**i", repeat=1000)``.
+    """
 
     def __init__(
         self,
@@ -210,9 +225,10 @@ class Mass(BodyKeys):
         *,
         velocity: Value | None = None,
         rotation: Mapping[str, Any] | None = None,
+        repeat: int | None = None,
         **others: Any,
     ) -> None:
-        super().__init__(kind="mass", mass=mass, velocity=velocity, rotation=rotation, **others)
+        super().__init__(kind="mass", mass=mass, velocity=velocity, rotation=rotation, repeat=repeat, **others)
 
 
 class Wall(BodyKeys):
@@ -243,6 +259,9 @@ class Contact(BodyKeys):
         Number of equal pieces of a contact along a body, ``"pile.along(5 m, 20 m)"``.
     name : str
         Name of the sum of its forces, ``force:NAME``.
+    repeat : int
+        Number n of contacts made from this one, with formulas of i = 1 ... n: ``Contact("bead_{i}", "bead_{i + 1}",
+        repeat=999)``.
     **others
         Other keys of a case file; unknown ones are refused by `Case`.
     """
@@ -259,11 +278,39 @@ class Contact(BodyKeys):
         along: str | Sequence[float] | None = None,
         pieces: int | None = None,
         name: str | None = None,
+        repeat: int | None = None,
         **others: Any,
     ) -> None:
         given = {"law": law, "gap": gap, "lever_arm": lever_arm, "overlap": overlap, "along": along}
-        given |= {"pieces": pieces, "name": name}
+        given |= {"pieces": pieces, "name": name, "repeat": repeat}
         super().__init__(between=[left, right], **given, **others)
+
+
+class Chain(BodyKeys):
+    """Contacts of bodies in a row, each with the next.
+
+    Parameters
+    ----------
+    bodies : sequence of str
+        Bodies from left to right; the name of a repeated one stands for all that are made from it, and a rod meets its
+        neighbours by its ends.
+    law : mapping
+        Contact law of all, with formulas of the number i = 1 ... n of the contact where they differ.
+    gap : float or str
+        Gap at t = 0 [m].
+    **others
+        Other keys of a contact.
+    """
+
+    def __init__(
+        self,
+        bodies: Sequence[str],
+        law: Mapping[str, Any] | None = None,
+        *,
+        gap: Value | None = None,
+        **others: Any,
+    ) -> None:
+        super().__init__(chain=list(bodies), law=law, gap=gap, **others)
 
 
 class Link(BodyKeys):

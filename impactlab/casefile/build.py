@@ -16,6 +16,7 @@ from impactlab.casefile.mechanism_parts import chains_of, parts_of, placed
 from impactlab.casefile.mechanisms import gravity_of, links_of, mechanism_body, vector
 from impactlab.casefile.parts import read_part
 from impactlab.casefile.schema import CaseBlock, Frames, MassBlock, RoundTrips
+from impactlab.casefile.shafts import ShaftBlock
 from impactlab.casefile.turning import turning
 from impactlab.contact.base import AbstractContactLaw
 from impactlab.errors import CaseError, ImpactlabError, PairingError, PluginError
@@ -51,8 +52,12 @@ def build(case: CaseBlock, name: str, registry: Registry) -> Simulation:
     bodies = turning(case, {label: _body(case, label) for label in case.bodies if label not in links}, contacts)
     bodies = {**bodies, **{name: mechanism_body(case, name, marks_of(case, name)) for name in chains_of(case)}, **parts}
     laws: dict[str, AbstractContactLaw] = {}
+    read: dict[tuple[int, int | None], AbstractContactLaw] = {}  # contacts made from one block share the block of a law
     for number, each in enumerate(by_block):
-        laws |= dict.fromkeys((contact.name for contact in each), _law(case, number, registry))
+        key = id(case.contacts[number].law), case.contacts[number].pieces
+        if key not in read:
+            read[key] = _law(case, number, registry)
+        laws.update(dict.fromkeys((contact.name for contact in each), read[key]))
     rod = reference_rod(case)
     counted = bodies[rod] if rod is not None else None
     round_trip = counted.round_trip if isinstance(counted, ElasticBody) else float("nan")
@@ -131,8 +136,10 @@ def part_faults(data: Mapping[str, Any], registry: Registry) -> list[ImpactlabEr
             for name, block in (models if isinstance(models, dict) else {}).items()
         ]
     found = []
+    seen = set()
     for block, path, group in named:
-        if isinstance(block, dict) and isinstance(block.get("kind"), str):
+        if isinstance(block, dict) and isinstance(block.get("kind"), str) and id(block) not in seen:
+            seen.add(id(block))  # one for all contacts made from a block
             try:
                 read_part(block, path, group, registry)
             except ImpactlabError as error:
@@ -156,7 +163,7 @@ def _body(case: CaseBlock, name: str) -> Body:
         return Mass(name, block.mass, block.velocity)
     if not isinstance(block, ElasticBlock):
         return Wall(name)
-    return block.body(name, lever_arm_of(case, name))
+    return block.body(name, lever_arm_of(case, name) if isinstance(block, ShaftBlock) else 1.0)
 
 
 def _contacts(case: CaseBlock, number: int, parts: Mapping[str, PartMechanism]) -> list[Contact]:

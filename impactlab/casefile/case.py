@@ -12,10 +12,12 @@ from pydantic import ValidationError
 from impactlab import plugins
 from impactlab.casefile.build import build, part_faults
 from impactlab.casefile.check import check
-from impactlab.casefile.document import Document, check_texts, check_tree, read_document
+from impactlab.casefile.document import MAX_GIVEN, Document, check_texts, check_tree, read_document
 from impactlab.casefile.edit import edited, plain, with_named, with_values
 from impactlab.casefile.faults import case_error
 from impactlab.casefile.loads import folder_of, with_tables
+from impactlab.casefile.origins import Origins
+from impactlab.casefile.repeat import expand
 from impactlab.casefile.resolve import resolve
 from impactlab.casefile.schema import CaseBlock
 from impactlab.casefile.starter import case_named
@@ -56,6 +58,7 @@ class Case:
     registry: plugins.Registry = field(repr=False, compare=False)
     checked: CaseBlock = field(repr=False, compare=False)
     built: Simulation = field(repr=False, compare=False)
+    origins: Origins = field(repr=False, compare=False)  # of blocks made from repeated ones
     method_name: str = "base"
     variant_name: str = "base"
     written: Method | None = field(default=None, repr=False, compare=False)  # of a method: the case as written
@@ -82,7 +85,7 @@ class Case:
             As for a file, with the path of the key.
         """
         data = {"schema_version": 1, **plain(blocks)}
-        check_tree(data)
+        check_tree(data, MAX_GIVEN)
         return case_of(name, "", Document(data, {}))
 
     def to_yaml(self) -> str:
@@ -217,7 +220,7 @@ class Case:
 
     def resolved(self) -> dict[str, Any]:
         """Return the case in SI, with every default and with derived values."""
-        return resolve(self.checked, *self.built)
+        return resolve(self.checked, *self.built, self.document.data, self.origins)
 
     def locate(self, path: str) -> int | None:
         """Return the line of a dotted path, or of the nearest key above it."""
@@ -225,6 +228,7 @@ class Case:
 
     def place(self, error: ImpactlabError) -> ImpactlabError:
         """Fill in file and line of an error that was raised later, and return it."""
+        self.origins.led_back(error)
         return _placed(error, self.file, self.document)
 
     def _located(self, change: Any, *given: Any, **options: Any) -> Document:
@@ -300,23 +304,27 @@ def locate(document: Document, path: str) -> int | None:
 
 
 def _make(name: str, file: str, document: Document, registry: plugins.Registry) -> Case:
+    origins = Origins()
     try:
         check_texts(document.data)
+        data, origins = expand(document.data)
         try:
             with folder_of(file):
-                checked = CaseBlock.model_validate(document.data)
+                checked = CaseBlock.model_validate(data)
         except ValidationError as error:
-            fault = case_error(error, document.data, allowed=CaseBlock)
-            raise combined([fault, *part_faults(document.data, registry)]) from error
+            fault = case_error(error, data, allowed=CaseBlock)
+            raise combined([fault, *part_faults(data, registry)]) from error
         try:
             check(checked, registry)
             built = build(checked, name, registry)
         except ImpactlabError as error:
-            raise combined([error, *part_faults(document.data, registry)]) from error
+            raise combined([error, *part_faults(data, registry)]) from error
     except ImpactlabError as error:
+        origins.led_back(error)
         _placed(error, file, document)
         raise
     fields = {"name": name, "file": file, "document": document, "registry": registry, "checked": checked}
     case = object.__new__(Case)
-    vars(case).update({**fields, "built": built, "method_name": "base", "variant_name": "base", "written": None})
+    names = {"method_name": "base", "variant_name": "base", "written": None}
+    vars(case).update({**fields, "built": built, "origins": origins, **names})
     return case

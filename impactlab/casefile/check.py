@@ -8,7 +8,7 @@ from contextlib import contextmanager
 import numpy as np
 
 from impactlab.casefile.blocks import ElasticBlock
-from impactlab.casefile.contacts import RULES_OF_CONTACTS, Met, met
+from impactlab.casefile.contacts import RULES_OF_CONTACTS, Row, met
 from impactlab.casefile.instruments import instruments_are_whole
 from impactlab.casefile.joined import check_bonds, is_joined
 from impactlab.casefile.mechanisms import check_mechanisms, gravity_is_one, links_of, tolerance_serves
@@ -41,12 +41,12 @@ def check(case: CaseBlock, registry: Registry) -> None:
         check_mechanisms(case)
     if faults:
         raise combined(faults)
-    contacts: list[Met] = []
+    row = Row()
     for number in range(len(case.contacts)):
         with gathered():
-            contacts.append(met(case, number, contacts, is_joined(case.contacts[number], registry)))
+            row.contacts.append(met(case, number, row, is_joined(case.contacts[number], registry)))
     for check_contact in RULES_OF_CONTACTS:
-        for contact in contacts:
+        for contact in row.contacts:
             with gathered():
                 check_contact(contact)
     with gathered():

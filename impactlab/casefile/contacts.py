@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -33,6 +33,50 @@ class Faces(NamedTuple):
         return self.left.body, self.right.body
 
 
+class Row:
+    """All contacts of a case, with tables by which each finds those that matter to it."""
+
+    def __init__(self) -> None:
+        self.contacts: list[Met] = []
+
+    @cached_property
+    def first(self) -> dict[frozenset[str], int]:
+        """The first contact between two faces, by both texts."""
+        found: dict[frozenset[str], int] = {}
+        for contact in self.contacts:
+            found.setdefault(frozenset(contact.block.between), contact.number)
+        return found
+
+    @cached_property
+    def stops(self) -> dict[tuple[int, str, float], list[Met]]:
+        """The contacts of walls with a face, by its place in the contact, its body and its x [m]."""
+        found: dict[tuple[int, str, float], list[Met]] = {}
+        for contact in self.contacts:
+            for place in (0, 1):
+                if isinstance(contact.bodies[1 - place], WallBlock):
+                    face = contact.faces[place].point
+                    found.setdefault((place, face.body, face.x), []).append(contact)
+        return found
+
+    @cached_property
+    def has_ring(self) -> bool:
+        """Whether the order of the bodies closes a ring: bodies with none on their left are taken away in turn."""
+        right_of: dict[str, list[str]] = {}
+        on_left: dict[str, int] = {}
+        for contact in filter(_orders, self.contacts):
+            left, right = contact.faces.names
+            right_of.setdefault(left, []).append(right)
+            on_left[right] = on_left.get(right, 0) + 1
+        waiting = [name for name in right_of if name not in on_left]
+        while waiting:
+            for name in right_of.pop(waiting.pop(), ()):
+                on_left[name] -= 1
+                if not on_left[name]:
+                    del on_left[name]
+                    waiting.append(name)
+        return bool(on_left)
+
+
 class Met(NamedTuple):
     """A contact of a case with its faces and bodies, as the rules see it."""
 
@@ -40,7 +84,7 @@ class Met(NamedTuple):
     number: int
     faces: Faces
     bodies: tuple[Any, Any]  # their blocks: of a body, or of a mechanism
-    before: tuple[Any, ...]  # (Met, ...), the contacts before it
+    row: Row  # all contacts
     joined: bool = False  # whether it is a link
 
     @property
@@ -125,18 +169,17 @@ def links_meet_others(contact: Met) -> None:
             )
 
 
-def met(case: CaseBlock, number: int, before: Sequence[Met], joined: bool = False) -> Met:
+def met(case: CaseBlock, number: int, row: Row, joined: bool = False) -> Met:
     """Return a contact with its faces and bodies; raise `CaseError` on a wrong name."""
     faces = faces_of(case, number)
-    blocks = {**case.mechanisms, **case.bodies}
-    left, right = (blocks[name] for name in faces.names)
-    return Met(case, number, faces, (left, right), tuple(before), joined)
+    left, right = (case.bodies.get(name) or case.mechanisms[name] for name in faces.names)
+    return Met(case, number, faces, (left, right), row, joined)
 
 
 def lever_arm_of(case: CaseBlock, name: str) -> float:
     """Return the lever arm [m] of a shaft's contacts; 1 m without one."""
-    arms = (block.lever_arm for number, block in enumerate(case.contacts) if name in faces_of(case, number).names)
-    return next((arm for arm in arms if arm is not None), 1.0)
+    given = ((number, block.lever_arm) for number, block in enumerate(case.contacts) if block.lever_arm is not None)
+    return next((arm for number, arm in given if name in faces_of(case, number).names), 1.0)
 
 
 def joins_two_bodies(contact: Met) -> None:
@@ -147,12 +190,10 @@ def joins_two_bodies(contact: Met) -> None:
     if all(isinstance(body, WallBlock) for body in contact.bodies):
         text = f"{left!r} and {right!r} are walls and never move"
         raise contact.refused(text, "A contact needs a body that moves: a rod, a beam, a shaft or a mass.")
-    for other in contact.before:
-        if set(other.block.between) == set(contact.block.between):
-            labels = " and ".join(face.point.label for face in contact.faces)
-            raise contact.refused(
-                f"{labels} already meet in contacts.{other.number}", "Remove one of the two contacts."
-            )
+    first = contact.row.first[frozenset(contact.block.between)]
+    if first < contact.number:
+        labels = " and ".join(face.point.label for face in contact.faces)
+        raise contact.refused(f"{labels} already meet in contacts.{first}", "Remove one of the two contacts.")
 
 
 def faces_look_at_each_other(contact: Met) -> None:
@@ -219,10 +260,9 @@ def stops_leave_room(contact: Met) -> None:
         if not (isinstance(contact.bodies[place], BeamBlock) and isinstance(contact.bodies[1 - place], WallBlock)):
             continue
         beam, stop = contact.faces[place].point, contact.faces[1 - place].point.body
-        for other in contact.before:
-            struck, room = other.faces[1 - place].point, other.block.gap + contact.block.gap
-            opposite = isinstance(other.bodies[place], WallBlock) and (struck.body, struck.x) == (beam.body, beam.x)
-            if opposite and room < 0.0:
+        for other in contact.row.stops.get((1 - place, beam.body, beam.x), []):
+            room = other.block.gap + contact.block.gap
+            if other.number < contact.number and room < 0.0:
                 stops = [(other.block.gap, other.faces[place].point.body), (contact.block.gap, stop)]
                 (below, lower), (above, upper) = stops if place == 0 else stops[::-1]
                 raise contact.refused(
@@ -288,10 +328,10 @@ def order_is_possible(contact: Met) -> None:
     An example is a left of b, b left of a; walls may stand on both sides.
     """
     left, right = contact.faces.names
-    if left == right or not _orders(contact):
+    if left == right or not contact.row.has_ring or not _orders(contact):
         return
     right_of: dict[str, set[str]] = {}
-    for other in filter(_orders, contact.before):
+    for other in filter(_orders, (each for each in contact.row.contacts if each.number < contact.number)):
         right_of.setdefault(other.faces.names[0], set()).add(other.faces.names[1])
     seen, front = set[str](), {right}
     while front:

@@ -19,6 +19,7 @@ from impactlab.errors import CaseError
 MAX_BYTES = 1_000_000  # bytes
 MAX_LINES = 50_000
 MAX_VALUES = 25_000  # keys, list entries and values: YAML takes some 40 us for each
+MAX_GIVEN = 2_000_000  # the same of a case made in Python
 MAX_DEPTH = 24  # levels of nesting
 MAX_KEY = 120  # characters
 MAX_VALUE = 10_000  # characters of a value given on the command line
@@ -206,18 +207,18 @@ def _too_deep(line: int) -> CaseError:
     return CaseError(f"nested deeper than {MAX_DEPTH} levels, the most a case may have", remedy=_REMEDY, line=line)
 
 
-def _too_many(line: int | None = None) -> CaseError:
-    return CaseError(f"more than {MAX_VALUES} values, the most a case may have", remedy=_SERIES, line=line)
+def _too_many(line: int | None = None, most: int = MAX_VALUES) -> CaseError:
+    return CaseError(f"more than {most} values, the most a case may have", remedy=_SERIES, line=line)
 
 
-def check_tree(data: Any) -> None:
+def check_tree(data: Any, most: int = MAX_VALUES) -> None:
     """Raise `CaseError` on too many values, or a key that cannot be shown."""
     count, waiting = 0, [data]
     while waiting:
         value = waiting.pop()
         count += 1
-        if count > MAX_VALUES:
-            raise _too_many()
+        if count > most:
+            raise _too_many(most=most)
         if isinstance(value, dict):
             for key in value:
                 _key(key, None)

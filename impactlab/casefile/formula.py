@@ -1,4 +1,4 @@
-"""A quantity along a rod or over time, given as a formula of x or of t. A formula is never evaluated as code.
+"""A quantity along a rod, over time or over an index, given as a formula of x, t or i. None is evaluated as code.
 
 The formula is parsed, every node is compared with a short list of allowed ones, and the tree is walked with numpy.
 """
@@ -38,9 +38,14 @@ _OPERATORS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Mult: np.multiply,
     ast.Div: np.divide,
     ast.Pow: np.power,
+    ast.Mod: np.mod,  # of an index alone
 }
-_NAMES = {("x", "L", "pi"): "x, L (the length), pi", ("t", "pi"): "t, pi"}
-OF_PLACE, OF_TIME = _NAMES
+_NAMES = {
+    ("x", "L", "pi"): "x, L (the length), pi",
+    ("t", "pi"): "t, pi",
+    ("i", "n", "pi"): "i (1, 2, ... n), n, pi",
+}
+OF_PLACE, OF_TIME, OF_INDEX = _NAMES
 
 
 @dataclass(frozen=True)
@@ -80,6 +85,22 @@ class TimeFormula:
         return np.broadcast_to(np.asarray(values, dtype=float), times.shape).copy()
 
 
+@dataclass(frozen=True)
+class IndexFormula:
+    """A formula of the index i of n blocks made from one. Called with n, it returns the values at i = 1 ... n, (n,)."""
+
+    text: str
+
+    def __post_init__(self) -> None:
+        parse(self.text, OF_INDEX)
+
+    def __call__(self, count: int) -> Array:
+        index = np.arange(1.0, count + 1.0)
+        with np.errstate(all="ignore"):
+            values = _evaluate(parse(self.text, OF_INDEX), {"i": index, "n": float(count), "pi": math.pi})
+        return np.broadcast_to(np.asarray(values, dtype=float), index.shape).copy()
+
+
 @lru_cache(maxsize=64)
 def parse(text: str, names: tuple[str, ...] = OF_PLACE) -> ast.expr:
     """Return the checked tree of a formula of these names.
@@ -103,7 +124,8 @@ def parse(text: str, names: tuple[str, ...] = OF_PLACE) -> ast.expr:
 
 
 def _allowed(names: tuple[str, ...]) -> str:
-    return f"allowed: numbers, {_NAMES[names]}, + - * / **, and abs(), cos(), exp(), sin(), sqrt()"
+    operators = "+ - * / ** %" if names == OF_INDEX else "+ - * / **"
+    return f"allowed: numbers, {_NAMES[names]}, {operators}, and abs(), cos(), exp(), sin(), sqrt()"
 
 
 def _check(node: ast.expr, depth: int, names: tuple[str, ...]) -> None:
@@ -116,10 +138,11 @@ def _check(node: ast.expr, depth: int, names: tuple[str, ...]) -> None:
             raise ValueError(f"the formula names {shown(node.id)}; {_allowed(names)}")
     elif isinstance(node, ast.UnaryOp) and isinstance(node.op, (ast.UAdd, ast.USub)):
         _check(node.operand, depth + 1, names)
-    elif isinstance(node, ast.BinOp) and type(node.op) in _OPERATORS:
+    elif isinstance(node, ast.BinOp) and type(node.op) in _OPERATORS and _has_operator(node.op, names):
         _check(node.left, depth + 1, names)
         _check(node.right, depth + 1, names)
-        if isinstance(node.op, ast.Pow):
+        # An index is a number once it is known, and a tapered chain is a power of it.
+        if isinstance(node.op, ast.Pow) and names != OF_INDEX:
             _exponent(node.right)
     elif isinstance(node, ast.Call):
         if not isinstance(node.func, ast.Name) or node.func.id not in _FUNCTIONS:
@@ -131,6 +154,10 @@ def _check(node: ast.expr, depth: int, names: tuple[str, ...]) -> None:
     else:
         power = " (write a power as **)" if isinstance(node, ast.BinOp) and isinstance(node.op, ast.BitXor) else ""
         raise ValueError(f"the formula holds {shown(ast.unparse(node))}{power}; {_allowed(names)}")
+
+
+def _has_operator(operator: ast.operator, names: tuple[str, ...]) -> bool:
+    return names == OF_INDEX or not isinstance(operator, ast.Mod)
 
 
 def _number(node: ast.Constant, names: tuple[str, ...]) -> None:

@@ -39,8 +39,11 @@ def check_bonds(case: CaseBlock) -> None:
     joined_to: dict[str, str] = {}
 
     def first_of(name: str) -> str:
+        row = []
         while name in joined_to:
+            row.append(name)
             name = joined_to[name]
+        joined_to.update(dict.fromkeys(row, name))  # so that a long chain is walked once
         return name
 
     for number, block in enumerate(case.contacts):

@@ -17,6 +17,9 @@ def case_schema(registry: Registry) -> dict[str, Any]:
     blocks = schema["$defs"]
     solve = blocks["SolveBlock"]["properties"]
     _put(blocks["ContactBlock"]["properties"], "law", LAWS, registry)
+    contact = blocks["ContactBlock"]
+    contact["required"].remove("between")
+    contact["oneOf"] = [{"required": ["between"]}, {"required": ["chain"]}]
     _put_parts(schema["properties"]["mechanisms"], registry)
     _put(solve, "model", MODELS, registry)
     _put(solve, "integrator", INTEGRATORS, registry)

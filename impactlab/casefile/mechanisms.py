@@ -61,7 +61,9 @@ def directions(case: CaseBlock) -> dict[str, tuple[float, float]]:
     moving = {name for name, block in case.bodies.items() if not isinstance(block, WallBlock)} - links.keys()
     pairs = [[name_in(text) for text in contact.between] for contact in case.contacts]
     pairs = [pair for pair in pairs if moving.issuperset(pair)]
-    for _ in pairs:  # the longest chain that they may form
+    reached = -1
+    while reached < len(found) and found:
+        reached = len(found)
         for one, other in [*pairs, *(pair[::-1] for pair in pairs)]:
             if one in found:
                 found.setdefault(other, found[one])

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 from impactlab.casefile.blocks import end_values, profile_values
 from impactlab.casefile.build import DEFAULT_INTEGRATOR
 from impactlab.casefile.contacts import faces_of
+from impactlab.casefile.gathering import gathered_again
 from impactlab.casefile.instruments import given
 from impactlab.casefile.mechanisms import direction
+from impactlab.casefile.origins import Origins
 from impactlab.casefile.parts import describe_part
 from impactlab.casefile.schema import BodyBlock, CaseBlock, Frames
 from impactlab.casefile.shafts import ShaftBlock, described
@@ -30,8 +33,19 @@ from impactlab.scene.method import Method, models_of
 from impactlab.scene.problem import Scene
 
 
-def resolve(case: CaseBlock, scene: Scene, method: Method) -> dict[str, Any]:
-    """Return the case in SI with its defaults, and derived values under ``derived``."""
+def resolve(
+    case: CaseBlock, scene: Scene, method: Method, written: Mapping[str, Any], origins: Origins
+) -> dict[str, Any]:
+    """Return the case in SI with its defaults, and derived values under ``derived``.
+
+    Blocks made from one stand as one, with the number of them and every value that differs (`gathered_again`);
+    ``written`` is the case as it was given.
+    """
+    resolved = _resolved(case, scene, method)
+    return gathered_again(resolved, written, origins) if origins else resolved
+
+
+def _resolved(case: CaseBlock, scene: Scene, method: Method) -> dict[str, Any]:
     solve: dict[str, Any] = {"duration": scene.duration, "records": scene.records}
     if method.tolerance is not None:
         solve |= {"tolerance": method.tolerance.error, "tolerance_on": list(method.tolerance.on)}

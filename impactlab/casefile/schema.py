@@ -9,6 +9,7 @@ from pydantic import Discriminator, Field, Tag, ValidationInfo, field_validator,
 
 from impactlab.casefile.beams import BeamBlock
 from impactlab.casefile.blocks import (
+    REPEAT,
     Block,
     Instant,
     Length,
@@ -17,11 +18,13 @@ from impactlab.casefile.blocks import (
     Place,
     Positive,
     Records,
+    Repeat,
     Text,
     Time,
     Velocity,
 )
 from impactlab.casefile.links import ALONG, LinkBlock, MechanismBlock
+from impactlab.casefile.repeat import MAX_REPEAT
 from impactlab.casefile.rods import RodBlock
 from impactlab.casefile.rotation import RotationBlock
 from impactlab.casefile.shafts import ShaftBlock
@@ -58,12 +61,14 @@ class MassBlock(Block):
     mass: MassValue = Field(description="mass [kg]")
     velocity: Velocity = Field(default=0.0, description="velocity at t = 0 [m/s]")
     rotation: RotationBlock | None = Field(default=None, description="steady rotation; none if not given")
+    repeat: Repeat = REPEAT
 
 
 class WallBlock(Block):
     """A rigid body that never moves."""
 
     kind: Literal["wall"] = Field(description="wall")
+    repeat: Repeat = REPEAT
 
     @model_validator(mode="before")
     @classmethod
@@ -102,6 +107,13 @@ class ContactBlock(Block):
     )
     law: PartBlock | None = Field(
         default=None, description="contact law: kind and its parameters; with solve.tolerance hard contact if not given"
+    )
+    repeat: Repeat = REPEAT
+    chain: tuple[str, ...] | None = Field(
+        default=None,
+        min_length=1,
+        description="bodies from left to right in place of between: a contact of each with the next; the name of a "
+        "repeated block stands for all its bodies",
     )
 
 
@@ -212,6 +224,7 @@ class ProbeBlock(Block):
     range: Annotated[Any, Reader(_of_probe, _SCHEMA_OF_PROBE)] = Field(
         default=None, description="full scale of the converter, from -range to range, in the unit of the quantity"
     )
+    repeat: Repeat = REPEAT
 
     @field_validator("noise", "range")
     @classmethod
@@ -271,8 +284,10 @@ class CaseBlock(Block):
     schema_version: Literal[1] = Field(description="version of the format: 1")
     title: Text = Field(default="", description="title of the case, one line")
     source: Text = Field(default="", description="where it comes from: a text, or a key of citations.bib")
-    bodies: dict[Name, BodyBlock] = Field(min_length=1, max_length=100, description="bodies by name")
-    contacts: tuple[ContactBlock, ...] = Field(default=(), max_length=100, description="pairs of faces that may meet")
+    bodies: dict[Name, BodyBlock] = Field(min_length=1, max_length=MAX_REPEAT, description="bodies by name")
+    contacts: tuple[ContactBlock, ...] = Field(
+        default=(), max_length=MAX_REPEAT, description="pairs of faces that may meet"
+    )
     solve: SolveBlock = Field(description="how to solve")
     mechanisms: dict[
         Name,
@@ -286,7 +301,7 @@ class CaseBlock(Block):
     gravity: Annotated[Any, GRAVITY] = Field(
         default=0.0, description="gravity [m/s2], along +x, of beams along +u; [x, y] with mechanisms"
     )
-    probes: tuple[ProbeBlock, ...] = Field(default=(), max_length=1000, description="quantities to record")
+    probes: tuple[ProbeBlock, ...] = Field(default=(), max_length=MAX_REPEAT, description="quantities to record")
     snapshots: Annotated[
         Annotated[tuple[Instant, ...], Tag("times"), Field(max_length=MAX_SNAPSHOTS)] | Annotated[Frames, Tag("equal")],
         Discriminator(lambda value: "equal" if isinstance(value, (dict, Frames)) else "times"),

@@ -8,6 +8,7 @@ from difflib import get_close_matches
 from typing import Any
 
 MAX_SHOWN = 80  # characters of a value that a message may show
+MAX_LISTED, FIRST_LISTED = 120, 20  # names in a message; of more, those that it shows
 
 
 def shown(value: Any) -> str:
@@ -36,5 +37,8 @@ def closest(name: str, names: Iterable[str]) -> str:
 
 
 def listed(names: Iterable[str]) -> str:
-    """Return sorted names with commas, or ``none``."""
-    return ", ".join(sorted(names)) or "none"
+    """Return sorted names with commas, of many the first few and their number, or ``none``."""
+    every = sorted(names)
+    if len(every) > MAX_LISTED:
+        return f"{', '.join(every[:FIRST_LISTED])}, ... ({len(every)} in all)"
+    return ", ".join(every) or "none"

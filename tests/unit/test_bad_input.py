@@ -45,7 +45,7 @@ EDITS = [
         "kind: beam",
         8,
         "the key 'area' is not known here",
-        "Allowed: damping, displacement, ends, kind, length, material, rotation, section",
+        "Allowed: damping, displacement, ends, kind, length, material, repeat, rotation, section",
     ),
     (
         "length: 0.3",
@@ -53,8 +53,8 @@ EDITS = [
         7,
         "bodies.rod.lenght: the key 'lenght' is not known here.",
         "Did you mean 'length'?",
-        "Allowed: area, damping, diameter, displacement, ends, height, kind, length, material, rotation, segments, "
-        "velocity, width.",
+        "Allowed: area, damping, diameter, displacement, ends, height, kind, length, material, repeat, rotation, "
+        "segments, velocity, width.",
     ),
     ("contacts:", "contact:", 11, "contact: the key 'contact' is not known here. Did you mean 'contacts'?"),
     ("  step:", "  stepp:", 19, "solve.stepp: the key 'stepp' is not known", "Did you mean 'step'?"),
@@ -128,7 +128,7 @@ EDITS = [
         "hammer: {kind: wall, velocity: 1.0}",
         4,
         "bodies.hammer.velocity: the key 'velocity' is not known here.",
-        "Allowed: kind.",
+        "Allowed: kind, repeat.",
     ),
     ("right: clamped", "right: clampd", 10, "'clampd' is not an end of a rod. Did you mean 'clamped'?"),
     ("right: clamped", "right: {spring: -1}", 10, "-1 N/m is out of range. Allowed: a number in N/m above 0"),

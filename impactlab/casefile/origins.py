@@ -1,0 +1,75 @@
+"""Where a block that was made from another stands in the file: errors name the block as it is written."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+
+from impactlab.errors import ImpactlabError
+
+_ENTRY = re.compile(r"\b(contacts|probes)\.(\d+)")
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """The block in the file from which one of n was made."""
+
+    block: str  # its path, as in contacts.1
+    index: int  # i, from 1; 0 of a block that is written out in the file
+    count: int  # n
+
+
+@dataclass
+class Origins:
+    """The origins of all blocks of a case; empty where no block is repeated."""
+
+    bodies: dict[str, Origin] = field(default_factory=dict)  # of those made, by name
+    lists: dict[str, list[Origin | None]] = field(default_factory=dict)  # contacts and probes, by number
+
+    def __bool__(self) -> bool:
+        return bool(self.bodies or self.lists)
+
+    def of(self, path: str) -> Origin | None:
+        """Return the origin of the block that holds a path; None where it stands in the file under that path."""
+        keys = path.split(".")
+        if keys[0] == "bodies" and len(keys) > 1:
+            return self.bodies.get(keys[1])
+        known = self.lists.get(keys[0], [])
+        if len(keys) > 1 and keys[1].isdecimal() and int(keys[1]) < len(known):
+            return known[int(keys[1])]
+        return None
+
+    def led_back(self, error: ImpactlabError) -> None:
+        """Lead an error and those that it holds back to the blocks in the file, each once for all blocks made."""
+        if not self:
+            return
+        first: dict[tuple[str, str], ImpactlabError] = {}
+        also: dict[tuple[str, str], int] = {}
+        for each in (error, *error.others):
+            key = self._moved(each)
+            also[key] = also.get(key, -1) + 1
+            first.setdefault(key, each)
+        for key, each in first.items():
+            if also[key]:
+                each.text += f" (and in {also[key]} more made from this block)"
+                each.args = (each.text,)
+        error.others = tuple(each for each in first.values() if each is not error)
+
+    def _moved(self, error: ImpactlabError) -> tuple[str, str]:
+        """Give an error the path of its block in the file; return path and text without the index."""
+        if error.led_back:
+            return error.path, error.text
+        error.led_back = True
+        origin = self.of(error.path)
+        error.text = _ENTRY.sub(lambda found: self._written(found[0]), error.text)
+        plain = error.text
+        if origin is not None:
+            inside = error.path.split(".")[2:]
+            error.path = ".".join((origin.block, *inside))
+            error.text += f" (at i = {origin.index})" if origin.index and origin.count > 1 else ""
+        error.args = (error.text,)
+        return error.path, plain
+
+    def _written(self, path: str) -> str:
+        origin = self.of(path)
+        return path if origin is None else origin.block
